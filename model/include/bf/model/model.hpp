@@ -1,0 +1,206 @@
+#pragma once
+
+#include "bf/model/location.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// The document a person writes: hierarchical, named, with expressions, everything in the order of the
+/// document. Nothing is evaluated here. Names of blocks, ports and variables hold no '.', so a dotted path is
+/// unambiguous.
+namespace bf::model {
+
+struct System;
+struct Model;
+
+/// Text that explains, kept for the next writer. A line of `before` is a comment with its '#', or empty: a
+/// blank line.
+struct Comments {
+    std::vector<std::string> before;
+    std::string trailing;
+
+    bool empty() const { return before.empty() && trailing.empty(); }
+};
+
+enum class Quotes {
+    none,    ///< k: 2*pi       MATLAB expression, or the text itself where the block declares a text
+    single,  ///< k: 'l_sole'   MATLAB char array, the quotes being MATLAB's own
+    twofold, ///< k: "[1 2]*pi" as `none`; the quotes are there for YAML's sake
+    literal, ///< k: |          lines of text, such as the code of a MATLAB Function
+};
+
+/// A value as it is written, not evaluated.
+struct Expression {
+    std::string text;    ///< without the quotes
+    Location where = {}; ///< of its first character
+    Quotes quotes = Quotes::none;
+    std::string spelling = {}; ///< how the document spells it, where that is not `text` (nested sequences)
+
+    bool quoted() const { return quotes != Quotes::none; }
+
+    /// MATLAB source of the value: `text`, in quotes again if they were MATLAB's.
+    std::string matlab() const;
+};
+
+/// A key of a mapping in the document, with its comments: what a writer needs to keep order and comments.
+struct Key {
+    std::string name;
+    Comments comments = {};
+    Location where = {};
+};
+
+enum class WhenDisabled { held, reset };
+
+/// An input or output of a subsystem. What is not declared is inherited from what is connected.
+struct Port {
+    std::string name;
+    std::optional<Expression> shape = {}; ///< `[3 1]` a matrix, `3` a 1-D signal
+    std::string type = {};                ///< `double`, `single`, `int32`, `boolean`, ...
+    std::string unit = {};
+    std::string doc = {};
+    WhenDisabled when_disabled = WhenDisabled::held; ///< outputs of enabled subsystems
+    std::optional<Expression> initial = {};          ///< outputs: value before the first enabling
+    Comments comments = {};
+    Location where = {};
+};
+
+/// One end of a connection. Empty `block`: a port of the surrounding subsystem itself. Empty `port`: the only
+/// output or input the block has.
+struct Endpoint {
+    std::string block;
+    std::string port = {};
+    Comments comments = {};
+    Location where = {};
+
+    /// `block.port`, or the one of both that there is.
+    std::string text() const;
+};
+
+/// From one output to one or several inputs.
+struct Connection {
+    Endpoint from;
+    std::vector<Endpoint> to;
+    Comments comments = {};
+    Location where = {};
+};
+
+/// The value of a block's argument or parameter.
+struct Setting {
+    std::string name;
+    Expression value;
+    Location where = {};
+};
+
+/// A named value; with `fields` it is a struct and `value` is unused.
+struct Variable {
+    std::string name;
+    Expression value = {};
+    std::vector<Variable> fields = {};
+    Comments comments = {};
+    Location where = {};
+};
+
+/// The content of a block that another model file holds; `with` overrides variables of that model, evaluated
+/// where the block stands.
+struct Reference {
+    std::string file; ///< as written: relative to the referring file
+    std::vector<Variable> with = {};
+    std::shared_ptr<const Model> model = {}; ///< what the reader found there
+    Location where = {};
+};
+
+/// A block of a library (`type`), a subsystem (`system`), or a subsystem in its own file (`reference`):
+/// exactly one of the three.
+struct Block {
+    std::string name;
+    std::string type = {}; ///< "Gain" or "WholeBodyToolbox/MassMatrix"
+    std::unique_ptr<System> system = {};
+    std::optional<Reference> reference = {};
+    std::vector<Setting> settings = {}; ///< of a block of a library
+    std::string doc = {};
+    std::optional<Expression> period = {}; ///< sample time in s; makes a subsystem atomic
+    std::optional<Expression> offset = {}; ///< of the sample times, in s
+    std::vector<Key> keys = {};            ///< order and comments of the keys in the document
+    Comments comments = {};
+    Location where = {};
+    Location type_where = {};
+
+    bool is_subsystem() const { return !is_library_block(); }
+    bool is_library_block() const { return !type.empty(); }
+
+    /// The subsystem's content, wherever it stands; null for a block of a library or an unread file.
+    const System* content() const;
+
+    const Setting* find_setting(std::string_view setting) const;
+};
+
+enum class Execution {
+    plain,   ///< written `virtual`: a drawing aid only; its blocks are sorted among those around it
+    atomic,  ///< runs as one block
+    enabled, ///< atomic, and runs while its extra input `enable` is above 0
+};
+
+enum class States { held, reset }; ///< on enabling
+
+/// Blocks and their connections, with inputs and outputs to the outside.
+struct System {
+    Execution execution = Execution::plain;
+    States states = States::held;
+    std::vector<Port> inputs; ///< without `enable`, which an enabled subsystem has besides
+    std::vector<Port> outputs;
+    std::vector<Variable> variables; ///< seen by this system and all inside it; each may use those before it
+    std::vector<Block> blocks;
+    std::vector<Connection> connections;
+
+    const Block* find_block(std::string_view block) const;
+    Block* find_block(std::string_view block);
+    const Port* find_input(std::string_view port) const;
+    const Port* find_output(std::string_view port) const;
+};
+
+/// Name of the control input of an enabled subsystem.
+inline constexpr std::string_view enable_port = "enable";
+
+/// A path to signals: `plant.y`, `controller.pd.tau`, `plant` (its only output), `controller.*`.
+struct Signal {
+    std::string path;
+    Comments comments = {};
+    Location where = {};
+};
+
+/// A panel of the plot that `bf plot` draws.
+struct Panel {
+    std::string title;
+    std::vector<Signal> signals;
+    Comments comments = {};
+    Location where = {};
+};
+
+/// The name of a plugin to load.
+struct Plugin {
+    std::string name;
+    Comments comments = {};
+    Location where = {};
+};
+
+/// A whole document.
+struct Model {
+    std::string name;
+    std::string doc = {};
+    System root = {};
+    std::optional<Expression> step = {}; ///< base period, s
+    std::optional<Expression> stop = {}; ///< duration, s
+    std::vector<Plugin> plugins = {};
+    bool record_all = false;
+    std::vector<Signal> record = {};
+    std::vector<Panel> plots = {};
+    std::string layout = {}; ///< an editor's data, kept as it is; no meaning for the model
+    std::vector<Key> keys = {};
+    std::vector<std::string> end = {}; ///< comments after the last item
+    Location where = {};
+};
+
+} // namespace bf::model

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace bf::recording {
+
+/// Type of each element of a recorded signal. A Boolean is one byte, 0 or 1.
+enum class ElementType : std::uint8_t { Double, Single, Int8, Uint8, Int16, Uint16, Int32, Uint32, Boolean };
+
+/// Bytes of one element.
+std::size_t size_of(ElementType type) noexcept;
+
+/// "double", "single", "int8" ... "uint32", "boolean".
+const char* name_of(ElementType type) noexcept;
+
+/// What a recording keeps about one signal.
+struct ChannelInfo {
+    ElementType type = ElementType::Double;
+    std::uint32_t rows = 1;
+    std::uint32_t cols = 1;
+    bool is_matrix = false; ///< false: scalar or 1-D signal of `rows` elements, with cols = 1
+    std::string unit;       ///< e.g. "N m"; empty for none
+    std::string doc;        ///< one sentence for people
+    double period = 0;      ///< sample time in seconds; 0 when samples are not periodic
+
+    std::size_t elements() const noexcept { return std::size_t{rows} * cols; }
+    std::size_t bytes() const noexcept { return elements() * size_of(type); } ///< of one sample
+    bool operator==(const ChannelInfo&) const = default;
+};
+
+} // namespace bf::recording

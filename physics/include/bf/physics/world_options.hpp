@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bf::physics {
+
+/// Contact primitive fixed to a frame; it has no mass.
+struct ContactShape {
+    enum class Kind { sphere, box };
+    Kind kind = Kind::sphere;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero(); ///< centre in the frame (m)
+    Eigen::Vector3d size = Eigen::Vector3d::Zero();     ///< sphere: (radius, 0, 0); box: half-sizes (m)
+
+    static ContactShape sphere(const Eigen::Vector3d& centre, double radius);
+    static ContactShape box(const Eigen::Vector3d& centre, const Eigen::Vector3d& half_sizes);
+};
+
+/// Four spheres of radius 5 mm that touch the plane z = 0 of an iCub's sole: x = 0.0265 ± 0.075 m, y = ±
+/// 0.031 m.
+std::vector<ContactShape> four_spheres();
+
+/// Frame that may touch the floor, and the shapes it touches with. Wrenches refer to the origin of the frame.
+struct Foot {
+    std::string frame;
+    std::vector<ContactShape> shapes = four_spheres();
+};
+
+/// Plane z = 0. `friction` is the Coulomb coefficient of floor and feet.
+struct Floor {
+    bool enabled = true;
+    double friction = 1.0;
+    Eigen::Vector2d solref{0.005, 1.0}; ///< MuJoCo's contact time constant (s) and damping ratio
+};
+
+/// White noise added to measured joint quantities; each value is a standard deviation per step, 0 switches it
+/// off. The sample of step k is a function of (seed, k, channel) alone, so that a restored simulation repeats
+/// it.
+struct Noise {
+    double position = 0.0; ///< rad or m
+    double velocity = 0.0; ///< rad/s or m/s
+    double torque = 0.0;   ///< N m or N
+    std::uint64_t seed = 1;
+};
+
+enum class Integrator { euler, implicit_fast };
+enum class FrictionCone { pyramidal, elliptic };
+
+/// Everything that defines a World: robot, environment, solver, sensors, start. SI units.
+///
+/// Joint-wise lists (`armature`, `damping`, `friction`, `initial_s`) hold no value, one for all joints, or n
+/// in the order of `joints`.
+struct WorldOptions {
+    std::filesystem::path urdf;
+    /// Where `package://` addresses of meshes are looked up; the folders above the URDF are tried as well.
+    std::vector<std::filesystem::path> package_paths;
+
+    std::vector<std::string> joints; ///< controlled joints, order of all n-vectors; empty: all movable ones,
+                                     ///< URDF order. Every other joint is locked at 0.
+    std::string base_link; ///< link that w_H_b describes; empty: the first link with inertia from the root
+    bool floating_base = true;
+
+    double time_step = 1e-3; ///< s
+    Integrator integrator = Integrator::implicit_fast;
+    FrictionCone cone = FrictionCone::elliptic;
+    double impratio = 100.0; ///< frictional to normal impedance of contacts
+    Eigen::Vector3d gravity{0.0, 0.0, -9.81};
+
+    Floor floor;
+    std::vector<Foot> feet; ///< the only parts of the robot that collide
+    std::vector<std::string>
+        ft_sensors;        ///< fixed joint (or its child link) cut by a six-axis force/torque sensor
+    std::string imu_frame; ///< link that carries the IMU; empty: the base link
+    std::vector<std::string>
+        push_links; ///< links on which external wrenches act, at the link's centre of mass
+
+    std::vector<double> armature; ///< rotor inertia seen at the joint (kg m²); empty: 0
+    std::vector<double> damping;  ///< viscous joint friction (N m s/rad); empty: the URDF's
+    std::vector<double> friction; ///< Coulomb joint friction (N m); empty: the URDF's
+    Noise noise;
+
+    std::vector<double> initial_s; ///< empty: 0
+    /// Start pose of the base link. Without it a fixed base starts at the identity, a floating base with feet
+    /// upright (z axis of the base vertical), the origin of the world midway between the feet's frames, their
+    /// mean x axis forward, and the lowest contact point 0.05 mm below the floor; a floating base without
+    /// feet at the identity.
+    std::optional<Eigen::Matrix4d> initial_w_H_b;
+
+    /// Throws std::invalid_argument that lists every value out of range. What needs the URDF is checked by
+    /// World.
+    void validate() const;
+};
+
+} // namespace bf::physics

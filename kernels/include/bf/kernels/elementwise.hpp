@@ -1,0 +1,196 @@
+#pragma once
+
+#include "bf/kernels/scalar.hpp"
+#include "bf/kernels/view.hpp"
+
+/// Element by element; every operand has the size of y or is a scalar. An operand may be the same memory as
+/// y.
+namespace bf::kernels {
+
+/// y_i = F::apply(u_i).
+template <class F> struct Unary {
+    template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = static_cast<Element<Y>>(F::apply(u[pick(i, u.size())]));
+    }
+};
+
+/// y_i = F::apply(a_i, b_i), computed in the type of a.
+template <class F> struct Binary {
+    template <class Y, class A, class B>
+    constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
+        using T = Element<A>;
+        for (int i = 0; i < y.size(); ++i)
+            y[i] =
+                static_cast<Element<Y>>(F::apply(a[pick(i, a.size())], static_cast<T>(b[pick(i, b.size())])));
+    }
+};
+
+/// y = u.
+struct Copy : Unary<Copy> {
+    static constexpr const char* name = "bf::kernels::Copy{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class T> static constexpr T apply(T x) noexcept { return x; }
+};
+
+/// y_i = K_i u_i.
+struct Gain {
+    static constexpr const char* name = "bf::kernels::Gain{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class Y, class K, class U>
+    constexpr void operator()(const Y& y, const K& k, const U& u) const noexcept {
+        using T = Element<Y>;
+        for (int i = 0; i < y.size(); ++i)
+            y[i] = multiply(static_cast<T>(k[pick(i, k.size())]), static_cast<T>(u[pick(i, u.size())]));
+    }
+};
+
+/// y = ± u_0 ± u_1 …, from left to right; signs_k < 0 subtracts operand k. y is none of the operands.
+struct Sum {
+    static constexpr const char* name = "bf::kernels::Sum{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class Y, class S, class L>
+    constexpr void operator()(const Y& y, const S& signs, const L& u) const noexcept {
+        for (int k = 0; k < u.size(); ++k) {
+            const auto& x = u[k];
+            const bool minus = signs[pick(k, signs.size())] < 0;
+            for (int i = 0; i < y.size(); ++i) {
+                const auto value = x[pick(i, x.size())];
+                y[i] = k == 0 ? (minus ? negate(value) : value)
+                              : (minus ? subtract(y[i], value) : add(y[i], value));
+            }
+        }
+    }
+};
+
+/// y = u_0^±1 u_1^±1 …, from left to right; exponents_k < 0 divides by operand k. y is none of the operands.
+struct ElementProduct {
+    static constexpr const char* name = "bf::kernels::ElementProduct{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class Y, class E, class L>
+    constexpr void operator()(const Y& y, const E& exponents, const L& u) const noexcept {
+        using T = Element<Y>;
+        for (int k = 0; k < u.size(); ++k) {
+            const auto& x = u[k];
+            const bool over = exponents[pick(k, exponents.size())] < 0;
+            for (int i = 0; i < y.size(); ++i) {
+                const T value = x[pick(i, x.size())];
+                y[i] = k == 0 ? (over ? divide(T(1), value) : value)
+                              : (over ? divide(y[i], value) : multiply(y[i], value));
+            }
+        }
+    }
+};
+
+/// y = a + b.
+struct Add : Binary<Add> {
+    static constexpr const char* name = "bf::kernels::Add{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T a, T b) noexcept { return add(a, b); }
+};
+
+/// y = a - b.
+struct Subtract : Binary<Subtract> {
+    static constexpr const char* name = "bf::kernels::Subtract{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T a, T b) noexcept { return subtract(a, b); }
+};
+
+/// y = a b.
+struct Multiply : Binary<Multiply> {
+    static constexpr const char* name = "bf::kernels::Multiply{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T a, T b) noexcept { return multiply(a, b); }
+};
+
+/// y = a / b; integers see `divide`.
+struct Divide : Binary<Divide> {
+    static constexpr const char* name = "bf::kernels::Divide{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T a, T b) noexcept { return divide(a, b); }
+};
+
+/// y = -u.
+struct Negate : Unary<Negate> {
+    static constexpr const char* name = "bf::kernels::Negate{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T x) noexcept { return negate(x); }
+};
+
+/// y = |u|; the smallest signed integer wraps to itself.
+struct Abs : Unary<Abs> {
+    static constexpr const char* name = "bf::kernels::Abs{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T x) noexcept { return absolute(x); }
+};
+
+/// y = 1, 0 or -1 by the sign of u; NaN stays NaN.
+struct Sign : Unary<Sign> {
+    static constexpr const char* name = "bf::kernels::Sign{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T x) noexcept {
+        return x > T(0) ? T(1) : x < T(0) ? static_cast<T>(-1) : x;
+    }
+};
+
+/// y = u².
+struct Square : Unary<Square> {
+    static constexpr const char* name = "bf::kernels::Square{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T x) noexcept { return multiply(x, x); }
+};
+
+/// y = min(a, b), ignoring NaN.
+struct Minimum : Binary<Minimum> {
+    static constexpr const char* name = "bf::kernels::Minimum{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class T> static constexpr T apply(T a, T b) noexcept { return minimum(a, b); }
+};
+
+/// y = max(a, b), ignoring NaN.
+struct Maximum : Binary<Maximum> {
+    static constexpr const char* name = "bf::kernels::Maximum{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class T> static constexpr T apply(T a, T b) noexcept { return maximum(a, b); }
+};
+
+/// y = a - floor(a/b) b, sign of b; a for b = 0.
+struct Mod : Binary<Mod> {
+    static constexpr const char* name = "bf::kernels::Mod{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T a, T b) noexcept { return modulo(a, b); }
+};
+
+/// y = a - trunc(a/b) b, sign of a; NaN for b = 0, or 0 for integers.
+struct Rem : Binary<Rem> {
+    static constexpr const char* name = "bf::kernels::Rem{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class T> static constexpr T apply(T a, T b) noexcept { return remainder(a, b); }
+};
+
+/// y_i = smallest of the operands' elements i, ignoring NaN. y is none of the operands.
+struct MinimumOfList {
+    static constexpr const char* name = "bf::kernels::MinimumOfList{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
+        for (int k = 0; k < u.size(); ++k)
+            for (int i = 0; i < y.size(); ++i) {
+                const auto x = u[k][pick(i, u[k].size())];
+                y[i] = k == 0 ? x : minimum(y[i], x);
+            }
+    }
+};
+
+/// y_i = largest of the operands' elements i, ignoring NaN. y is none of the operands.
+struct MaximumOfList {
+    static constexpr const char* name = "bf::kernels::MaximumOfList{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
+        for (int k = 0; k < u.size(); ++k)
+            for (int i = 0; i < y.size(); ++i) {
+                const auto x = u[k][pick(i, u[k].size())];
+                y[i] = k == 0 ? x : maximum(y[i], x);
+            }
+    }
+};
+
+} // namespace bf::kernels

@@ -1,0 +1,1 @@
+#include "bf/physics/renderer.hpp"

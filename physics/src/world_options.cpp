@@ -1,0 +1,94 @@
+#include "bf/physics/world_options.hpp"
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace bf::physics {
+
+ContactShape ContactShape::sphere(const Eigen::Vector3d& centre, double radius) {
+    return {Kind::sphere, centre, {radius, 0.0, 0.0}};
+}
+
+ContactShape ContactShape::box(const Eigen::Vector3d& centre, const Eigen::Vector3d& half_sizes) {
+    return {Kind::box, centre, half_sizes};
+}
+
+std::vector<ContactShape> four_spheres() {
+    std::vector<ContactShape> shapes;
+    for (double x : {-0.0485, 0.1015})
+        for (double y : {-0.031, 0.031}) shapes.push_back(ContactShape::sphere({x, y, 0.005}, 0.005));
+    return shapes;
+}
+
+namespace {
+
+/// Collects violated rules, so that all of them are reported at once.
+class Complaints {
+  public:
+    template <typename... Parts> void require(bool rule, const Parts&... parts) {
+        if (rule) return;
+        (text_ << "\n- " << ... << parts);
+    }
+    void report() const {
+        if (!text_.str().empty()) throw std::invalid_argument("world options:" + text_.str());
+    }
+
+  private:
+    std::ostringstream text_;
+};
+
+void check_list(Complaints& complaints, const char* name, const std::vector<double>& values, size_t n,
+                bool may_be_negative = false) {
+    complaints.require(values.size() <= 1 || n == 0 || values.size() == n, name, " holds ", values.size(),
+                       " values; give none, one for all joints, or one for each of the ", n, " joints");
+    for (double value : values)
+        complaints.require(std::isfinite(value) && (may_be_negative || value >= 0.0), name, " holds ", value,
+                           "; it must be finite", may_be_negative ? "" : " and not negative");
+}
+
+} // namespace
+
+void WorldOptions::validate() const {
+    Complaints complaints;
+    complaints.require(!urdf.empty(), "urdf is empty; give the path of the robot's URDF file");
+    complaints.require(time_step > 0.0 && time_step <= 0.1, "time_step is ", time_step,
+                       " s; it must be above 0 and at most 0.1 (0.001 suits torque control)");
+    complaints.require(impratio > 0.0 && std::isfinite(impratio), "impratio is ", impratio,
+                       "; it must be positive (1 to 100)");
+    complaints.require(gravity.allFinite(), "gravity is not finite");
+    complaints.require(floor.friction >= 0.0 && std::isfinite(floor.friction), "floor.friction is ",
+                       floor.friction, "; it must not be negative");
+    complaints.require(floor.solref.allFinite() && (floor.solref.array() > 0.0).all(), "floor.solref is (",
+                       floor.solref.transpose(),
+                       "); time constant and damping ratio must be positive, as in (0.005, 1)");
+    for (const Foot& foot : feet) {
+        complaints.require(!foot.frame.empty(), "a foot has no frame; name the link of its sole");
+        complaints.require(!foot.shapes.empty(), "foot '", foot.frame, "' has no contact shape");
+        for (const ContactShape& shape : foot.shapes) {
+            const bool positive = shape.kind == ContactShape::Kind::sphere ? shape.size.x() > 0.0
+                                                                           : (shape.size.array() > 0.0).all();
+            complaints.require(positive && shape.size.allFinite() && shape.position.allFinite(), "foot '",
+                               foot.frame, "' has a contact shape of size (", shape.size.transpose(),
+                               ") at (", shape.position.transpose(),
+                               "); radius and half-sizes must be positive");
+        }
+    }
+    check_list(complaints, "armature", armature, joints.size());
+    check_list(complaints, "damping", damping, joints.size());
+    check_list(complaints, "friction", friction, joints.size());
+    check_list(complaints, "initial_s", initial_s, joints.size(), true);
+    check_list(complaints, "noise", {noise.position, noise.velocity, noise.torque}, 3);
+    if (initial_w_H_b) {
+        const Eigen::Matrix4d& H = *initial_w_H_b;
+        const Eigen::Matrix3d R = H.topLeftCorner<3, 3>();
+        const bool rigid = H.allFinite() && (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
+                           R.determinant() > 0.0 && H.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
+        complaints.require(
+            rigid, "initial_w_H_b is no homogeneous transform; its rotation must be orthonormal and its "
+                   "last row (0, 0, 0, 1)");
+    }
+    complaints.report();
+}
+
+} // namespace bf::physics

@@ -1,0 +1,152 @@
+#pragma once
+
+#include "bf/kernels/scalar.hpp"
+#include "bf/kernels/view.hpp"
+
+/// Stacking, splitting and picking of elements. Indices are one-based, as in models. A reshape is `Copy`.
+/// Kernels that take indices return false when one lies outside; that element then is 0, or is not assigned.
+namespace bf::kernels {
+
+/// y = operands one after the other: vectors into a vector, or matrices of equal height side by side.
+struct Concatenate {
+    static constexpr const char* name = "bf::kernels::Concatenate{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
+        int next = 0;
+        for (int k = 0; k < u.size(); ++k)
+            for (int i = 0; i < u[k].size(); ++i) y[next++] = u[k][i];
+    }
+};
+
+/// y = matrices of equal width, one above the other.
+struct ConcatenateVertically {
+    static constexpr const char* name = "bf::kernels::ConcatenateVertically{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
+        int top = 0;
+        for (int k = 0; k < u.size(); top += u[k++].rows)
+            for (int j = 0; j < u[k].cols; ++j)
+                for (int i = 0; i < u[k].rows; ++i) y(top + i, j) = u[k](i, j);
+    }
+};
+
+/// y = operands on the diagonal, 0 elsewhere.
+struct BlockDiagonal {
+    static constexpr const char* name = "bf::kernels::BlockDiagonal{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = 0;
+        int top = 0, left = 0;
+        for (int k = 0; k < u.size(); ++k) {
+            for (int j = 0; j < u[k].cols; ++j)
+                for (int i = 0; i < u[k].rows; ++i) y(top + i, left + j) = u[k](i, j);
+            top += u[k].rows;
+            left += u[k].cols;
+        }
+    }
+};
+
+/// The outputs of the list y receive the elements of u one after the other.
+struct Split {
+    static constexpr const char* name = "bf::kernels::Split{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class L, class U> constexpr void operator()(const L& y, const U& u) const noexcept {
+        int next = 0;
+        for (int k = 0; k < y.size(); ++k)
+            for (int i = 0; i < y[k].size(); ++i) y[k][i] = u[next++];
+    }
+};
+
+namespace detail {
+/// Zero-based place of a one-based index, or -1 outside 1 … size.
+template <class I> constexpr int place(I index, int size) noexcept {
+    const double i = static_cast<double>(index);
+    return i >= 1 && i < size + 1.0 ? static_cast<int>(i) - 1 : -1;
+}
+} // namespace detail
+
+/// y_i = u(index_i).
+struct Select {
+    static constexpr const char* name = "bf::kernels::Select{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class I, class U>
+    constexpr bool operator()(const Y& y, const I& index, const U& u) const noexcept {
+        bool inside = true;
+        for (int i = 0; i < y.size(); ++i) {
+            const int p = detail::place(index[i], u.size());
+            y[i] = p < 0 ? Element<Y>(0) : u[p];
+            inside = inside && p >= 0;
+        }
+        return inside;
+    }
+};
+
+/// y_ij = u(row_i, col_j).
+struct SelectMatrix {
+    static constexpr const char* name = "bf::kernels::SelectMatrix{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class I, class J, class U>
+    constexpr bool operator()(const Y& y, const I& row, const J& col, const U& u) const noexcept {
+        bool inside = true;
+        for (int j = 0; j < y.cols; ++j)
+            for (int i = 0; i < y.rows; ++i) {
+                const int p = detail::place(row[i], u.rows), q = detail::place(col[j], u.cols);
+                y(i, j) = p < 0 || q < 0 ? Element<Y>(0) : u(p, q);
+                inside = inside && p >= 0 && q >= 0;
+            }
+        return inside;
+    }
+};
+
+/// y = the part of u of the size of y whose first element is u(row, col).
+struct Submatrix {
+    static constexpr const char* name = "bf::kernels::Submatrix{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class I, class J, class U>
+    constexpr bool operator()(const Y& y, const I& row, const J& col, const U& u) const noexcept {
+        const int top = detail::place(row[0], u.rows - y.rows + 1);
+        const int left = detail::place(col[0], u.cols - y.cols + 1);
+        const bool inside = top >= 0 && left >= 0;
+        for (int j = 0; j < y.cols; ++j)
+            for (int i = 0; i < y.rows; ++i) y(i, j) = inside ? u(top + i, left + j) : Element<Y>(0);
+        return inside;
+    }
+};
+
+/// y = base, then y(index_i) = u_i; a scalar u expands, of equal indices the last wins.
+struct Assign {
+    static constexpr const char* name = "bf::kernels::Assign{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class I, class B, class U>
+    constexpr bool operator()(const Y& y, const I& index, const B& base, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = base[pick(i, base.size())];
+        bool inside = true;
+        for (int i = 0; i < index.size(); ++i) {
+            const int p = detail::place(index[i], y.size());
+            if (p >= 0) y[p] = u[pick(i, u.size())];
+            inside = inside && p >= 0;
+        }
+        return inside;
+    }
+};
+
+/// y = base, then y(row_i, col_j) = u_ij; a scalar u expands.
+struct AssignMatrix {
+    static constexpr const char* name = "bf::kernels::AssignMatrix{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class I, class J, class B, class U>
+    constexpr bool operator()(const Y& y, const I& row, const J& col, const B& base,
+                              const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = base[pick(i, base.size())];
+        bool inside = true;
+        for (int j = 0; j < col.size(); ++j)
+            for (int i = 0; i < row.size(); ++i) {
+                const int p = detail::place(row[i], y.rows), q = detail::place(col[j], y.cols);
+                if (p >= 0 && q >= 0) y(p, q) = u[pick(i + j * row.size(), u.size())];
+                inside = inside && p >= 0 && q >= 0;
+            }
+        return inside;
+    }
+};
+
+} // namespace bf::kernels

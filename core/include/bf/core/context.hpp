@@ -1,0 +1,104 @@
+// All data of one running diagram, and its blocks' rules bound to that data.
+#pragma once
+
+#include "bf/core/block.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bf {
+
+/// One resolved block of a diagram and what its inputs and resources are wired to.
+struct Node {
+    const Block* block = nullptr;
+    Block::Methods methods;
+    /// The end of a wire: slot `slot` of node `node`; node -1: nothing.
+    struct End {
+        int node = -1, slot = -1;
+    };
+    std::vector<End>
+        sources; ///< one per slot; used for inputs. Unconnected inputs own memory with their initial value
+    std::vector<End> providers; ///< one per requirement: the node and its provision
+    int clock = 0;              ///< which of the context's clocks the block sees
+};
+
+/// One bound call: a rule or a method of a block, ready to run.
+struct Task {
+    Call::Run run = nullptr;
+    const void* data = nullptr;
+    int count = 0;
+    Status operator()() const { return run(data, count); }
+};
+
+/// What a block does in one phase. A block made of rules has one activity per rule, any other block one per
+/// method.
+enum class Phase : std::uint8_t { output, update, derivative, guards, event };
+
+/// Owns signals, parameters, states, workspaces and opened resources of all nodes. Construction allocates
+/// everything that a run will need.
+class Context {
+  public:
+    /// The nodes' blocks must be resolved and outlive the context. Throws what opening a resource throws.
+    Context(const std::vector<Node>& nodes, int clocks = 1);
+    ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+
+    /// Number of activities of a node in a phase (rules plus the overridden method).
+    int activities(int node, Phase phase) const;
+    /// Binds activity i of a node in a phase. Valid as long as the context.
+    Task task(int node, Phase phase, int i);
+
+    /// Declared initial values of states, then the block's own `reset`; x⁻ and x⁺ agree afterwards.
+    Status reset(int node);
+    /// x := next x for the discrete states of one node.
+    void commit(int node);
+    void start(int node);
+    void stop(int node) noexcept;
+
+    void* data(int node, int slot) { return frames_[static_cast<std::size_t>(node)].now[slot]; }
+    const void* data(int node, int slot) const { return frames_[static_cast<std::size_t>(node)].now[slot]; }
+    void* next_data(int node, int slot) { return frames_[static_cast<std::size_t>(node)].next[slot]; }
+    Clock& clock(int i) { return clocks_[static_cast<std::size_t>(i)]; }
+    const Frame& frame(int node) const { return frames_[static_cast<std::size_t>(node)]; }
+
+    /// The continuous state vector of the whole diagram and its derivative, in node order. All double.
+    std::span<double> continuous_state();
+    std::span<double> continuous_rate();
+
+    /// Signals, states and outside states: everything a run needs to go on bit for bit.
+    std::size_t snapshot_size() const; ///< bytes
+    void save(std::byte* to) const;
+    void restore(const std::byte* from);
+    /// The first node with outside state that cannot be saved, or -1.
+    int refuses_snapshot() const;
+
+    std::size_t signal_bytes() const, parameter_bytes() const, state_bytes() const;
+
+  private:
+    struct Arena;
+    struct NodeTables;
+    struct MethodCall;
+    std::vector<Node> nodes_;
+    std::vector<Clock> clocks_;
+    std::vector<Frame> frames_;
+    std::vector<void*> pointers_; // the tables that frames point into
+    std::vector<Size> sizes_;
+    std::vector<Object> objects_; // owned, in order of declaration
+    std::vector<int> object_nodes_;
+    std::unique_ptr<Arena> signals_, parameters_, discrete_, discrete_next_, continuous_, continuous_next_,
+        rates_, work_;
+    std::vector<std::unique_ptr<Operand[]>> operands_;
+    std::vector<std::unique_ptr<MethodCall>> calls_;
+};
+
+/// Copies `values` (column-major; one element expands; empty: zeros) into `count` elements of `type`.
+/// Values are rounded to the nearest and saturated for integer types.
+void write_values(void* to, Type type, int count, const std::vector<double>& values);
+/// Element i as a double.
+double read_value(const void* from, Type type, int i);
+
+} // namespace bf

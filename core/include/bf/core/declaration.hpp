@@ -1,0 +1,179 @@
+// What a block declares: the one contract that engines, exporters, editors and checks are derived from.
+#pragma once
+
+#include "bf/core/types.hpp"
+#include "bf/core/units.hpp"
+#include "bf/core/value.hpp"
+
+#include <functional>
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bf {
+
+class Block;
+struct Call;
+
+/// A length known only once the diagram is wired, e.g. the number of joints. With a rule it is computed as
+/// soon as the block's arguments and resources are known, otherwise the wiring decides.
+class Dim {
+  public:
+    Dim(Block* owner, const char* name, std::function<int()> rule = {});
+    int id() const { return id_; }
+
+  private:
+    int id_;
+};
+
+/// A whole size decided by wiring; keys that name the same AnyShape have the same size.
+class AnyShape {
+  public:
+    explicit AnyShape(Block* owner);
+    int id() const { return id_; }
+
+  private:
+    int id_;
+};
+
+/// A fixed length, or a Dim plus a constant.
+struct Extent {
+    int dim = -1;
+    int plus = 1;
+    constexpr Extent() = default;
+    constexpr Extent(int fixed) : plus(fixed) {}
+    Extent(const Dim& d) : dim(d.id()), plus(0) {}
+};
+inline Extent operator+(const Dim& d, int k) {
+    Extent extent(d);
+    extent.plus = k;
+    return extent;
+}
+
+/// {} scalar, {n} 1-D signal, {n, m} matrix, or an AnyShape.
+struct Shape {
+    Extent rows, cols;
+    bool is_matrix = false;
+    bool is_given = false;
+    int symbol = -1;
+
+    constexpr Shape() = default;
+    constexpr Shape(Extent n) : rows(n), is_given(true) {}
+    constexpr Shape(Extent n, Extent m) : rows(n), cols(m), is_matrix(true), is_given(true) {}
+    Shape(const AnyShape& any) : is_given(true), symbol(any.id()) {}
+};
+
+/// What a quantity is to its block. `workspace` is memory for a rule whose content means nothing between two
+/// calls; `guard` is a zero-crossing function: a scalar written by `guards`.
+enum class Role : std::uint8_t {
+    input,
+    output,
+    parameter,
+    discrete_state,
+    continuous_state,
+    workspace,
+    guard
+};
+const char* name(Role role);
+
+/// What a block author says about one quantity. Every member is optional and named at the call.
+struct About {
+    Shape shape = {}; ///< needed only when the type does not fix it
+    std::initializer_list<double> initial =
+        {}; ///< parameters, states, unconnected inputs; one element expands; zeros if omitted
+    Unit unit = {};
+    const char* doc = "";
+    bool present = true;     ///< false: an optional port that the arguments switch off
+    bool feedthrough = true; ///< inputs: `output` reads it
+    bool optional = false;   ///< inputs: may stay unconnected and then reads `initial`
+    bool reported = false;   ///< states: the final value is one of the model's checks in the run's summary
+    int initial_from = -1;   ///< states: index() of the parameter that holds the initial value
+    bool as_written = false; ///< parameters of any shape: keep a row a 1 x n matrix instead of making it 1-D
+};
+
+/// Everything an engine, exporter or editor may ask about one declared quantity.
+struct Slot {
+    Role role = Role::input;
+    std::string name, doc;
+    Unit unit;
+    Shape shape;          ///< as declared
+    int type_symbol = -1; ///< -1: `type` is fixed
+    bool feedthrough = true, optional = false, reported = false, as_written = false;
+    int initial_from = -1;
+    std::vector<double> initial; ///< empty: zeros; one element: expands
+
+    Type type = Type::float64; ///< valid when type_known
+    Size size;                 ///< valid when size_known
+    bool type_known = false, size_known = false;
+};
+
+/// One structural value: fixed when the block is made, may decide which ports exist.
+struct ArgumentDeclaration {
+    std::string name, doc;
+    Value initial;                    ///< the default
+    std::vector<std::string> choices; ///< texts allowed; empty: any
+};
+
+/// An object that belongs to one running diagram: workspace, outside state or an opened resource.
+struct Object {
+    std::shared_ptr<void> pointer;
+    std::function<std::size_t()> state_size; ///< doubles; empty: workspace, nothing to save
+    std::function<void(double*)> save;
+    std::function<void(const double*)> restore;
+    bool is_outside = false; ///< holds state that matters; without `save` it refuses snapshots
+};
+
+struct ObjectDeclaration {
+    std::function<Object()> make;
+    int requirement =
+        -1;             ///< >= 0: the object opened from that resource, shared by all its users in a context
+    int provision = -1; ///< >= 0: the object opened from the resource this block provides
+};
+
+/// A named resource this block offers to the blocks of its subsystem and below.
+struct ProvisionDeclaration {
+    std::string type;
+    std::function<std::shared_ptr<const void>()> make; ///< may throw: wrong file, unknown name
+    std::function<Object(const void*)> open;
+    std::shared_ptr<const void> made;
+};
+
+/// A resource this block needs, found in the nearest enclosing subsystem that offers one.
+struct RequirementDeclaration {
+    std::string type, doc;
+    std::function<void(std::shared_ptr<const void>)> bind;
+    bool is_bound = false;
+};
+
+struct Declaration {
+    struct DimSymbol {
+        std::string name;
+        std::function<int()> rule;
+        int value = -1;
+    };
+    struct ShapeSymbol {
+        Size size;
+        bool known = false;
+    };
+    struct TypeSymbol {
+        Type type = Type::float64;
+        bool known = false;
+    };
+    std::vector<ArgumentDeclaration> arguments;
+    std::vector<Slot> slots;
+    std::vector<DimSymbol> dims;
+    std::vector<ShapeSymbol> shapes;
+    std::vector<TypeSymbol> types;
+    std::vector<ObjectDeclaration> objects;
+    std::vector<ProvisionDeclaration> provisions;
+    std::vector<RequirementDeclaration> requirements;
+    std::vector<Call> output_rules, update_rules, derivative_rules;
+    std::vector<std::string> problems; ///< arguments that were refused; empty in a usable block
+
+    /// Index of the slot of that name (and role), or -1.
+    int find(std::string_view slot_name) const;
+    int find(std::string_view slot_name, Role role) const;
+};
+
+} // namespace bf

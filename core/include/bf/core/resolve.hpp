@@ -1,0 +1,27 @@
+// Finding the sizes and types of one block's quantities from what is wired to it.
+#pragma once
+
+#include "bf/core/block.hpp"
+
+#include <stdexcept>
+
+namespace bf {
+
+/// A wiring or value that a block cannot accept; the text names the port, the value and the rule.
+struct ResolutionError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// The quantity wired to, or given for, slot `index` has this size. Returns whether that was news.
+/// Throws ResolutionError when it contradicts what is known.
+bool offer(Declaration& declaration, int index, const Size& size);
+bool offer(Declaration& declaration, int index, Type type);
+
+/// Spreads what is known through the block's symbols and its `infer`, until nothing new is learned. Returns
+/// whether any slot's size or type became known. Throws ResolutionError.
+bool propagate(Block& block);
+
+/// Why the block is not resolved yet: names of slots whose size or type is unknown; empty when resolved.
+std::vector<int> unresolved(const Declaration& declaration);
+
+} // namespace bf

@@ -1,0 +1,267 @@
+// Rules: a kernel bound to the keys it works on. The engine runs them, the code generator prints them.
+#pragma once
+
+#include "bf/core/access.hpp"
+#include "bf/core/status.hpp"
+#include "bf/kernels/view.hpp"
+
+#include <array>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+namespace bf {
+
+/// One resolved operand of a rule: where, and how large. Same layout as kernels::View.
+struct Operand {
+    void* data;
+    int rows, cols;
+};
+
+/// Constant numbers that a block derives from its arguments, as an operand of rules (e.g. the signs of a
+/// Sum).
+class Constants {
+  public:
+    explicit Constants(std::vector<double> values)
+        : values_(std::make_shared<const std::vector<double>>(std::move(values))) {}
+    const std::shared_ptr<const std::vector<double>>& values() const { return values_; }
+
+  private:
+    std::shared_ptr<const std::vector<double>> values_;
+};
+
+/// Operands that stand for the time and the period of the step [s].
+struct AtTime {};
+struct AtPeriod {};
+inline constexpr AtTime at_time;
+inline constexpr AtPeriod at_period;
+
+/// The next value of a discrete state, target of an UpdateRule.
+template <class T> struct NextOf { int index; };
+template <class T> NextOf<T> next(const DiscreteState<T>& x) { return {x.index()}; }
+
+/// The derivative of a continuous state, target of a DerivativeRule.
+template <class T> struct DerivativeOf { int index; };
+template <class T> DerivativeOf<T> derivative(const ContinuousState<T>& x) { return {x.index()}; }
+
+/// A kernel call as declared: what is printed, what is run for each element type, on which operands.
+struct Call {
+    enum class Source : std::uint8_t { slot, next, rate, time, period, constants };
+    struct Reference {
+        Source source = Source::slot;
+        int slot = -1;
+        bool is_written = false;
+        std::shared_ptr<const std::vector<double>> constants;
+    };
+    using Run = Status (*)(const void* operands, int count);
+
+    std::string_view kernel;         ///< how the generator prints it
+    std::vector<Reference> operands; ///< a list operand comes last, one reference per element
+    int list_from = -1;              ///< where the list begins, -1: no list
+    int symbols = 0;                 ///< how many element types the wiring decides
+    std::vector<Run> run;            ///< by element type (symbols = 1) or pair of types; null: not accepted
+
+    bool writes(int slot) const {
+        for (const auto& o : operands)
+            if (o.is_written && o.slot == slot) return true;
+        return false;
+    }
+    bool reads(int slot) const {
+        for (const auto& o : operands)
+            if (!o.is_written && o.slot == slot) return true;
+        return false;
+    }
+};
+
+namespace detail {
+
+template <class Q, class T0, class T1> struct Chosen { using type = typename ElementOf<Q>::type; };
+template <class T0, class T1> struct Chosen<Any, T0, T1> { using type = T0; };
+template <class T0, class T1> struct Chosen<Other, T0, T1> { using type = T1; };
+
+/// How an operand of a rule reaches the kernel: element type, constness, whether it is a list.
+template <class K> struct OperandTraits;
+template <class T, Role role> struct OperandTraits<Key<T, role>> {
+    using Quantity = T;
+    static constexpr bool is_list = false;
+    static constexpr bool is_target = role == Role::output || role == Role::workspace;
+    static void add(Call& call, const Key<T, role>& key, bool written) {
+        if (key.is_present()) call.operands.push_back({Call::Source::slot, key.index(), written, nullptr});
+    }
+};
+template <class T, Role role> struct OperandTraits<KeyList<T, role>> {
+    using Quantity = T;
+    static constexpr bool is_list = true;
+    static constexpr bool is_target = role == Role::output;
+    static void add(Call& call, const KeyList<T, role>& list, bool written) {
+        call.list_from = static_cast<int>(call.operands.size());
+        for (const auto& key : list)
+            call.operands.push_back({Call::Source::slot, key.index(), written, nullptr});
+    }
+};
+template <> struct OperandTraits<Constants> {
+    using Quantity = Vector;
+    static constexpr bool is_list = false, is_target = false;
+    static void add(Call& call, const Constants& c, bool) {
+        call.operands.push_back({Call::Source::constants, -1, false, c.values()});
+    }
+};
+template <> struct OperandTraits<AtTime> {
+    using Quantity = double;
+    static constexpr bool is_list = false, is_target = false;
+    static void add(Call& call, AtTime, bool) {
+        call.operands.push_back({Call::Source::time, -1, false, nullptr});
+    }
+};
+template <> struct OperandTraits<AtPeriod> {
+    using Quantity = double;
+    static constexpr bool is_list = false, is_target = false;
+    static void add(Call& call, AtPeriod, bool) {
+        call.operands.push_back({Call::Source::period, -1, false, nullptr});
+    }
+};
+template <class T> struct OperandTraits<NextOf<T>> {
+    using Quantity = T;
+    static constexpr bool is_list = false, is_target = true;
+    static void add(Call& call, NextOf<T> x, bool) {
+        call.operands.push_back({Call::Source::next, x.index, true, nullptr});
+    }
+};
+template <class T> struct OperandTraits<DerivativeOf<T>> {
+    using Quantity = T;
+    static constexpr bool is_list = false, is_target = true;
+    static void add(Call& call, DerivativeOf<T> x, bool) {
+        call.operands.push_back({Call::Source::rate, x.index, true, nullptr});
+    }
+};
+
+/// The view of operand i (or of the list that begins there) with element type E.
+template <class K, bool is_written, class T0, class T1> auto operand(const Operand* o, int i, int count) {
+    using Element = typename Chosen<typename OperandTraits<K>::Quantity, T0, T1>::type;
+    using E = std::conditional_t<is_written, Element, const Element>;
+    static_assert(sizeof(Operand) == sizeof(kernels::View<E>));
+    if constexpr (OperandTraits<K>::is_list)
+        return kernels::ListView<E>(reinterpret_cast<const kernels::View<E>*>(o + i), count - i);
+    else
+        return kernels::View<E>(static_cast<E*>(o[i].data), o[i].rows, o[i].cols);
+}
+
+template <class Kernel, class... Views> Status apply(const Views&... views) {
+    if constexpr (std::is_same_v<decltype(Kernel{}(views...)), bool>) {
+        return Kernel{}(views...) ? ok : Status::failure(Kernel::failure);
+    } else {
+        Kernel{}(views...);
+        return ok;
+    }
+}
+
+template <class Kernel, class T0, class T1, bool... written, class... Keys>
+constexpr Call::Run instance(std::integer_sequence<bool, written...>,
+                             std::type_identity<std::tuple<Keys...>>) {
+    return [](const void* operands, int count) -> Status {
+        const auto* o = static_cast<const Operand*>(operands);
+        return [&]<std::size_t... i>(std::index_sequence<i...>) {
+            return apply<Kernel>(operand<Keys, written, T0, T1>(o, static_cast<int>(i), count)...);
+        }
+        (std::index_sequence_for<Keys...>{});
+    };
+}
+
+template <class Kernel, class T> constexpr bool accepted() {
+    if constexpr (requires { Kernel::template accepts<T>; })
+        return Kernel::template accepts<T>;
+    else
+        return true;
+}
+
+using ElementTypes = std::tuple<double, float, std::int8_t, std::uint8_t, std::int16_t, std::uint16_t,
+                                std::int32_t, std::uint32_t, bool>;
+
+template <int symbols, class Kernel, class Written, class KeysTag, std::size_t... i>
+std::vector<Call::Run> instances(Written written, KeysTag keys, std::index_sequence<i...>) {
+    std::vector<Call::Run> run;
+    const auto add = [&]<class T0, class T1>(std::type_identity<T0>, std::type_identity<T1>) {
+        if constexpr (symbols == 0 || accepted<Kernel, T0>())
+            run.push_back(instance<Kernel, T0, T1>(written, keys));
+        else
+            run.push_back(nullptr);
+    };
+    if constexpr (symbols == 0) {
+        add(std::type_identity<double>{}, std::type_identity<double>{});
+    } else if constexpr (symbols == 1) {
+        (add(std::type_identity<std::tuple_element_t<i, ElementTypes>>{}, std::type_identity<double>{}), ...);
+    } else {
+        const auto row = [&]<class T0>(std::type_identity<T0> t0) {
+            (add(t0, std::type_identity<std::tuple_element_t<i, ElementTypes>>{}), ...);
+        };
+        (row(std::type_identity<std::tuple_element_t<i, ElementTypes>>{}), ...);
+    }
+    return run;
+}
+
+/// Which operands a rule writes: workspaces, and the targets before the first operand that is read.
+template <class... Keys> constexpr auto written_operands() {
+    std::array<bool, sizeof...(Keys)> written{};
+    constexpr std::array<bool, sizeof...(Keys)> target{OperandTraits<Keys>::is_target...};
+    bool leading = true;
+    for (std::size_t i = 0; i < target.size(); ++i) {
+        leading = leading && target[i];
+        written[i] = leading;
+    }
+    return written;
+}
+template <class K> inline constexpr bool is_workspace = false;
+template <class T> inline constexpr bool is_workspace<Key<T, Role::workspace>> = true;
+
+template <class Kernel, class... Keys> Call make_call(Kernel, const Keys&... keys) {
+    constexpr auto leading = written_operands<Keys...>();
+    constexpr int symbols = std::max({type_symbol<typename OperandTraits<Keys>::Quantity>...}) + 1;
+    static_assert(symbols <= 2, "a rule may leave two element types to the wiring");
+    Call call;
+    call.kernel = Kernel::name;
+    call.symbols = symbols;
+    std::size_t i = 0;
+    ((OperandTraits<Keys>::add(call, keys, leading[i] || is_workspace<Keys>), ++i), ...);
+    i = 0;
+    []<std::size_t... n>(Call & c, std::index_sequence<n...>) {
+        constexpr auto first = written_operands<Keys...>();
+        using Written = std::integer_sequence<bool, (first[n] || is_workspace<Keys>)...>;
+        c.run = instances<symbols, Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{},
+                                           std::make_index_sequence<type_count>{});
+    }
+    (call, std::index_sequence_for<Keys...>{});
+    return call;
+}
+
+std::vector<Call>& output_rules(Block& owner);
+std::vector<Call>& update_rules(Block& owner);
+std::vector<Call>& derivative_rules(Block& owner);
+
+} // namespace detail
+
+/// Declares outputs = kernel(operands): OutputRule rule{this, kernels::Gain{}, y, K, u}. Leading output keys
+/// and all workspaces are written, everything else is read. A list of ports comes last.
+class OutputRule {
+  public:
+    template <class Kernel, class... Keys> OutputRule(Block* owner, Kernel kernel, const Keys&... keys) {
+        detail::output_rules(*owner).push_back(detail::make_call(kernel, keys...));
+    }
+};
+
+/// Declares next states = kernel(operands): UpdateRule rule{this, kernels::Copy{}, next(x), u}.
+class UpdateRule {
+  public:
+    template <class Kernel, class... Keys> UpdateRule(Block* owner, Kernel kernel, const Keys&... keys) {
+        detail::update_rules(*owner).push_back(detail::make_call(kernel, keys...));
+    }
+};
+
+/// Declares derivatives = kernel(operands): DerivativeRule rule{this, kernels::Copy{}, derivative(x), u}.
+class DerivativeRule {
+  public:
+    template <class Kernel, class... Keys> DerivativeRule(Block* owner, Kernel kernel, const Keys&... keys) {
+        detail::derivative_rules(*owner).push_back(detail::make_call(kernel, keys...));
+    }
+};
+
+} // namespace bf

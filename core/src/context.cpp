@@ -1,0 +1,372 @@
+#include "bf/core/context.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace bf {
+
+namespace {
+constexpr std::size_t alignment = 16;
+std::size_t slot_bytes(const Slot& slot) {
+    return static_cast<std::size_t>(slot.size.count()) * static_cast<std::size_t>(bytes(slot.type));
+}
+} // namespace
+
+/// Memory handed out in order; addresses are final once `allocate` was called.
+struct Context::Arena {
+    std::size_t size = 0;
+    std::unique_ptr<std::byte[]> memory;
+
+    /// Scalars are packed, arrays aligned for vector instructions.
+    std::size_t reserve(std::size_t count, std::size_t element) {
+        const std::size_t align = count > element ? alignment : std::max<std::size_t>(element, 1);
+        size = (size + align - 1) / align * align;
+        const std::size_t offset = size;
+        size += count;
+        return offset;
+    }
+    void allocate() { memory = std::make_unique<std::byte[]>(size + alignment); }
+    std::byte* begin() const {
+        const auto address = reinterpret_cast<std::uintptr_t>(memory.get());
+        return memory.get() + ((address + alignment - 1) / alignment * alignment - address);
+    }
+};
+
+struct Context::MethodCall {
+    const Block* block;
+    const Frame* frame;
+};
+
+void write_values(void* to, Type type, int count, const std::vector<double>& values) {
+    with_type(type, [&](auto t) {
+        using T = typename decltype(t)::type;
+        for (int i = 0; i < count; ++i) {
+            double x = values.empty() ? 0.0 : values[values.size() == 1 ? 0 : static_cast<std::size_t>(i)];
+            if constexpr (std::is_same_v<T, bool>)
+                static_cast<T*>(to)[i] = x != 0;
+            else if constexpr (std::is_integral_v<T>) {
+                x = std::isnan(x) ? 0.0 : std::round(x);
+                static_cast<T*>(to)[i] = static_cast<T>(
+                    std::clamp<double>(x, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
+            } else
+                static_cast<T*>(to)[i] = static_cast<T>(x);
+        }
+    });
+}
+
+double read_value(const void* from, Type type, int i) {
+    return with_type(type, [&](auto t) {
+        return static_cast<double>(static_cast<const typename decltype(t)::type*>(from)[i]);
+    });
+}
+
+Context::Context(const std::vector<Node>& nodes, int clocks)
+    : nodes_(nodes), clocks_(static_cast<std::size_t>(clocks)), signals_(std::make_unique<Arena>()),
+      parameters_(std::make_unique<Arena>()), discrete_(std::make_unique<Arena>()),
+      discrete_next_(std::make_unique<Arena>()), continuous_(std::make_unique<Arena>()),
+      continuous_next_(std::make_unique<Arena>()), rates_(std::make_unique<Arena>()),
+      work_(std::make_unique<Arena>()) {
+    // First pass: where each slot lies. The next state mirrors the state, so both have the same offset.
+    std::vector<std::size_t> offsets;
+    std::size_t slots = 0, objects = 0;
+    for (const Node& node : nodes_) {
+        const auto& d = node.block->declaration();
+        slots += d.slots.size();
+        objects += d.objects.size();
+        for (std::size_t i = 0; i < d.slots.size(); ++i) {
+            const Slot& slot = d.slots[i];
+            const auto reserve = [&](Arena& arena) {
+                offsets.push_back(
+                    arena.reserve(slot_bytes(slot), static_cast<std::size_t>(bytes(slot.type))));
+            };
+            switch (slot.role) {
+            case Role::input:
+                if (i < node.sources.size() && node.sources[i].node >= 0)
+                    offsets.push_back(0);
+                else
+                    reserve(*signals_);
+                break;
+            case Role::output: reserve(*signals_); break;
+            case Role::parameter: reserve(*parameters_); break;
+            case Role::discrete_state: reserve(*discrete_); break;
+            case Role::continuous_state: reserve(*continuous_); break;
+            case Role::workspace:
+            case Role::guard: reserve(*work_); break;
+            }
+        }
+    }
+    discrete_next_->size = discrete_->size;
+    continuous_next_->size = rates_->size = continuous_->size;
+    for (Arena* arena : {signals_.get(), parameters_.get(), discrete_.get(), discrete_next_.get(),
+                         continuous_.get(), continuous_next_.get(), rates_.get(), work_.get()})
+        arena->allocate();
+
+    // Second pass: tables of pointers, three per slot, and the objects.
+    pointers_.assign(3 * slots + objects, nullptr);
+    sizes_.resize(slots);
+    frames_.resize(nodes_.size());
+    void** table = pointers_.data();
+    Size* size = sizes_.data();
+    std::size_t k = 0;
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+        const auto& d = nodes_[n].block->declaration();
+        const std::size_t count = d.slots.size();
+        void **now = table, **next = table + count, **rate = table + 2 * count, **object = table + 3 * count;
+        table += 3 * count + d.objects.size();
+        frames_[n] = {now, next, rate, size, object, &clocks_[static_cast<std::size_t>(nodes_[n].clock)]};
+        for (std::size_t i = 0; i < count; ++i, ++k) {
+            const Slot& slot = d.slots[i];
+            size[i] = slot.size;
+            switch (slot.role) {
+            case Role::input:
+            case Role::output: now[i] = signals_->begin() + offsets[k]; break;
+            case Role::parameter: now[i] = parameters_->begin() + offsets[k]; break;
+            case Role::discrete_state:
+                now[i] = discrete_->begin() + offsets[k];
+                next[i] = discrete_next_->begin() + offsets[k];
+                break;
+            case Role::continuous_state:
+                now[i] = continuous_->begin() + offsets[k];
+                next[i] = continuous_next_->begin() + offsets[k];
+                rate[i] = rates_->begin() + offsets[k];
+                break;
+            case Role::workspace:
+            case Role::guard: now[i] = work_->begin() + offsets[k]; break;
+            }
+            if (slot.role == Role::input || slot.role == Role::parameter)
+                write_values(now[i], slot.type, slot.size.count(), slot.initial);
+        }
+        size += count;
+    }
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+        const auto& d = nodes_[n].block->declaration();
+        auto** now = const_cast<void**>(frames_[n].now);
+        for (std::size_t i = 0; i < nodes_[n].sources.size(); ++i)
+            if (const auto& from = nodes_[n].sources[i]; from.node >= 0) now[i] = data(from.node, from.slot);
+        for (std::size_t i = 0; i < d.objects.size(); ++i) {
+            const auto& declared = d.objects[i];
+            if (declared.requirement >= 0) continue;
+            Object made = declared.provision >= 0
+                              ? d.provisions[static_cast<std::size_t>(declared.provision)].open(
+                                    d.provisions[static_cast<std::size_t>(declared.provision)].made.get())
+                              : declared.make();
+            const_cast<void**>(frames_[n].objects)[i] = made.pointer.get();
+            objects_.push_back(std::move(made));
+            object_nodes_.push_back(static_cast<int>(n));
+        }
+    }
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+        const auto& d = nodes_[n].block->declaration();
+        for (std::size_t i = 0; i < d.objects.size(); ++i)
+            if (const int r = d.objects[i].requirement;
+                r >= 0 && static_cast<std::size_t>(r) < nodes_[n].providers.size()) {
+                const auto& from = nodes_[n].providers[static_cast<std::size_t>(r)];
+                const auto& provided = nodes_[static_cast<std::size_t>(from.node)].block->declaration();
+                for (std::size_t o = 0; o < provided.objects.size(); ++o)
+                    if (provided.objects[o].provision == from.slot)
+                        const_cast<void**>(frames_[n].objects)[i] =
+                            frames_[static_cast<std::size_t>(from.node)].objects[o];
+            }
+    }
+}
+
+Context::~Context() = default;
+
+namespace {
+
+const std::vector<Call>& rules(const Declaration& d, Phase phase) {
+    static const std::vector<Call> none;
+    switch (phase) {
+    case Phase::output: return d.output_rules;
+    case Phase::update: return d.update_rules;
+    case Phase::derivative: return d.derivative_rules;
+    case Phase::guards:
+    case Phase::event: break;
+    }
+    return none;
+}
+
+bool overrides(const Block::Methods& methods, Phase phase) {
+    switch (phase) {
+    case Phase::output: return methods.output;
+    case Phase::update: return methods.update;
+    case Phase::derivative: return methods.derivative;
+    case Phase::guards: return methods.guards;
+    case Phase::event: return methods.event;
+    }
+    return false;
+}
+
+} // namespace
+
+int Context::activities(int node, Phase phase) const {
+    const Node& n = nodes_[static_cast<std::size_t>(node)];
+    return static_cast<int>(rules(n.block->declaration(), phase).size()) + overrides(n.methods, phase);
+}
+
+Task Context::task(int node, Phase phase, int i) {
+    const Node& n = nodes_[static_cast<std::size_t>(node)];
+    const Frame& frame = frames_[static_cast<std::size_t>(node)];
+    const auto& d = n.block->declaration();
+    const auto& calls = rules(d, phase);
+    if (i >= static_cast<int>(calls.size())) {
+        calls_.push_back(std::make_unique<MethodCall>(MethodCall{n.block, &frame}));
+        const auto run = [&]() -> Call::Run {
+            switch (phase) {
+            case Phase::output:
+                return [](const void* p, int) {
+                    const auto& m = *static_cast<const MethodCall*>(p);
+                    return m.block->output(Now(*m.frame), Out(*m.frame));
+                };
+            case Phase::update:
+                return [](const void* p, int) {
+                    const auto& m = *static_cast<const MethodCall*>(p);
+                    return m.block->update(Now(*m.frame), Next(*m.frame));
+                };
+            case Phase::derivative:
+                return [](const void* p, int) {
+                    const auto& m = *static_cast<const MethodCall*>(p);
+                    return m.block->derivative(Now(*m.frame), Rate(*m.frame));
+                };
+            case Phase::guards:
+                return [](const void* p, int) {
+                    const auto& m = *static_cast<const MethodCall*>(p);
+                    return m.block->guards(Now(*m.frame), Guards(*m.frame));
+                };
+            case Phase::event: break;
+            }
+            return [](const void* p, int) {
+                const auto& m = *static_cast<const MethodCall*>(p);
+                return m.block->event(Now(*m.frame), After(*m.frame));
+            };
+        }();
+        return {run, calls_.back().get(), 0};
+    }
+    const Call& call = calls[static_cast<std::size_t>(i)];
+    operands_.push_back(std::make_unique<Operand[]>(call.operands.size() + 1));
+    Operand* operand = operands_.back().get();
+    for (const auto& from : call.operands) {
+        const Size size = from.slot >= 0 ? d.slots[static_cast<std::size_t>(from.slot)].size : Size{};
+        switch (from.source) {
+        case Call::Source::slot: *operand = {frame.now[from.slot], size.rows, size.cols}; break;
+        case Call::Source::next: *operand = {frame.next[from.slot], size.rows, size.cols}; break;
+        case Call::Source::rate: *operand = {frame.rate[from.slot], size.rows, size.cols}; break;
+        case Call::Source::time: *operand = {const_cast<double*>(&frame.clock->time), 1, 1}; break;
+        case Call::Source::period: *operand = {const_cast<double*>(&frame.clock->period), 1, 1}; break;
+        case Call::Source::constants:
+            *operand = {const_cast<double*>(from.constants->data()), static_cast<int>(from.constants->size()),
+                        1};
+            break;
+        }
+        ++operand;
+    }
+    std::size_t version = 0;
+    for (int symbol = 0; symbol < call.symbols; ++symbol) {
+        const auto s = static_cast<std::size_t>(symbol);
+        version = version * type_count + (s < d.types.size() ? static_cast<std::size_t>(d.types[s].type) : 0);
+    }
+    return {call.run[version], operands_.back().get(), static_cast<int>(call.operands.size())};
+}
+
+Status Context::reset(int node) {
+    const Node& n = nodes_[static_cast<std::size_t>(node)];
+    const Frame& frame = frames_[static_cast<std::size_t>(node)];
+    const auto& slots = n.block->declaration().slots;
+    const auto copy_all = [&](auto&& from, auto&& to) {
+        for (std::size_t i = 0; i < slots.size(); ++i)
+            if (frame.next[i]) std::memcpy(to(i), from(i), slot_bytes(slots[i]));
+    };
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+        const Slot& slot = slots[i];
+        if (slot.role != Role::discrete_state && slot.role != Role::continuous_state) continue;
+        if (slot.initial_from < 0) {
+            write_values(frame.now[i], slot.type, slot.size.count(), slot.initial);
+            continue;
+        }
+        const Slot& from = slots[static_cast<std::size_t>(slot.initial_from)];
+        std::vector<double> values;
+        for (int e = 0; e < from.size.count(); ++e)
+            values.push_back(read_value(frame.now[slot.initial_from], from.type, e));
+        write_values(frame.now[i], slot.type, slot.size.count(), values);
+    }
+    copy_all([&](std::size_t i) { return frame.now[i]; }, [&](std::size_t i) { return frame.next[i]; });
+    if (!n.methods.reset) return ok;
+    const Status status = n.block->reset(Now(frame), After(frame));
+    copy_all([&](std::size_t i) { return frame.next[i]; }, [&](std::size_t i) { return frame.now[i]; });
+    return status;
+}
+
+void Context::commit(int node) {
+    const Frame& frame = frames_[static_cast<std::size_t>(node)];
+    const auto& slots = nodes_[static_cast<std::size_t>(node)].block->declaration().slots;
+    for (std::size_t i = 0; i < slots.size(); ++i)
+        if (slots[i].role == Role::discrete_state)
+            std::memcpy(frame.now[i], frame.next[i], slot_bytes(slots[i]));
+}
+
+void Context::start(int node) {
+    nodes_[static_cast<std::size_t>(node)].block->start(Now(frames_[static_cast<std::size_t>(node)]));
+}
+void Context::stop(int node) noexcept {
+    nodes_[static_cast<std::size_t>(node)].block->stop(Now(frames_[static_cast<std::size_t>(node)]));
+}
+
+std::span<double> Context::continuous_state() {
+    return {reinterpret_cast<double*>(continuous_->begin()), continuous_->size / sizeof(double)};
+}
+std::span<double> Context::continuous_rate() {
+    return {reinterpret_cast<double*>(rates_->begin()), rates_->size / sizeof(double)};
+}
+
+std::size_t Context::snapshot_size() const {
+    std::size_t size = signals_->size + parameters_->size + discrete_->size + continuous_->size +
+                       clocks_.size() * sizeof(Clock);
+    for (const auto& object : objects_)
+        if (object.state_size) size += object.state_size() * sizeof(double);
+    return size;
+}
+
+void Context::save(std::byte* to) const {
+    const auto put = [&](const void* from, std::size_t size) {
+        if (size) std::memcpy(to, from, size);
+        to += size;
+    };
+    for (const Arena* arena : {signals_.get(), parameters_.get(), discrete_.get(), continuous_.get()})
+        put(arena->begin(), arena->size);
+    put(clocks_.data(), clocks_.size() * sizeof(Clock));
+    for (const auto& object : objects_)
+        if (object.state_size) {
+            object.save(reinterpret_cast<double*>(to));
+            to += object.state_size() * sizeof(double);
+        }
+}
+
+void Context::restore(const std::byte* from) {
+    const auto get = [&](void* to, std::size_t size) {
+        if (size) std::memcpy(to, from, size);
+        from += size;
+    };
+    for (const Arena* arena : {signals_.get(), parameters_.get(), discrete_.get(), continuous_.get()})
+        get(arena->begin(), arena->size);
+    get(clocks_.data(), clocks_.size() * sizeof(Clock));
+    for (const auto& object : objects_)
+        if (object.state_size) {
+            object.restore(reinterpret_cast<const double*>(from));
+            from += object.state_size() * sizeof(double);
+        }
+    std::memcpy(discrete_next_->begin(), discrete_->begin(), discrete_->size);
+}
+
+int Context::refuses_snapshot() const {
+    for (std::size_t i = 0; i < objects_.size(); ++i)
+        if (objects_[i].is_outside && !objects_[i].state_size) return object_nodes_[i];
+    return -1;
+}
+
+std::size_t Context::signal_bytes() const { return signals_->size; }
+std::size_t Context::parameter_bytes() const { return parameters_->size; }
+std::size_t Context::state_bytes() const { return discrete_->size + continuous_->size; }
+
+} // namespace bf

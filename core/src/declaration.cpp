@@ -1,0 +1,89 @@
+#include "bf/core/block.hpp"
+
+namespace bf {
+
+const char* name(Role role) {
+    switch (role) {
+    case Role::input: return "input";
+    case Role::output: return "output";
+    case Role::parameter: return "parameter";
+    case Role::discrete_state: return "discrete state";
+    case Role::continuous_state: return "continuous state";
+    case Role::workspace: return "workspace";
+    case Role::guard: return "guard";
+    }
+    return "";
+}
+
+Dim::Dim(Block* owner, const char* name, std::function<int()> rule) {
+    auto& dims = owner->declaration().dims;
+    id_ = static_cast<int>(dims.size());
+    dims.push_back({name, std::move(rule)});
+}
+
+AnyShape::AnyShape(Block* owner) {
+    auto& shapes = owner->declaration().shapes;
+    id_ = static_cast<int>(shapes.size());
+    shapes.emplace_back();
+}
+
+int Declaration::find(std::string_view slot_name) const {
+    for (std::size_t i = 0; i < slots.size(); ++i)
+        if (slots[i].name == slot_name) return static_cast<int>(i);
+    return -1;
+}
+
+int Declaration::find(std::string_view slot_name, Role role) const {
+    for (std::size_t i = 0; i < slots.size(); ++i)
+        if (slots[i].role == role && slots[i].name == slot_name) return static_cast<int>(i);
+    return -1;
+}
+
+bool Block::feedthrough(int output, int input) const {
+    for (const Call& rule : declaration_.output_rules)
+        if (rule.writes(output)) return rule.reads(input);
+    return declaration_.slots[static_cast<std::size_t>(input)].feedthrough;
+}
+
+namespace detail {
+
+int declare(Block& owner, Role role, std::string name, const About& about, Shape shape, Type type,
+            int symbol) {
+    if (!about.present) return -1;
+    auto& d = owner.declaration();
+    Slot slot;
+    slot.role = role;
+    slot.name = std::move(name);
+    slot.doc = about.doc;
+    slot.unit = about.unit;
+    slot.shape = shape;
+    slot.type_symbol = symbol;
+    slot.type = type;
+    slot.type_known = symbol < 0;
+    slot.feedthrough = about.feedthrough;
+    slot.optional = about.optional;
+    slot.reported = about.reported;
+    slot.as_written = about.as_written;
+    slot.initial_from = about.initial_from;
+    slot.initial = about.initial;
+    if (symbol >= static_cast<int>(d.types.size())) d.types.resize(static_cast<std::size_t>(symbol) + 1);
+    d.slots.push_back(std::move(slot));
+    return static_cast<int>(d.slots.size()) - 1;
+}
+
+int declare(Block& owner, ObjectDeclaration object) {
+    auto& objects = owner.declaration().objects;
+    objects.push_back(std::move(object));
+    return static_cast<int>(objects.size()) - 1;
+}
+
+} // namespace detail
+} // namespace bf
+
+namespace bf::detail {
+
+std::vector<Call>& output_rules(Block& owner) { return owner.declaration().output_rules; }
+std::vector<Call>& update_rules(Block& owner) { return owner.declaration().update_rules; }
+std::vector<Call>& derivative_rules(Block& owner) { return owner.declaration().derivative_rules; }
+
+} // namespace bf::detail

@@ -1,0 +1,167 @@
+#include "bf/core/registry.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <dlfcn.h>
+#include <numeric>
+#include <sstream>
+
+namespace bf {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Edit distance between two names, upper and lower case being alike.
+std::size_t distance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const bool same = std::tolower(static_cast<unsigned char>(a[i - 1])) ==
+                              std::tolower(static_cast<unsigned char>(b[j - 1]));
+            const std::size_t replaced = diagonal + (same ? 0 : 1);
+            diagonal = row[j];
+            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+std::string list(const std::vector<fs::path>& paths) {
+    std::string text;
+    for (const auto& path : paths) text += (text.empty() ? "" : ", ") + path.string();
+    return text.empty() ? "no folder at all" : text;
+}
+
+} // namespace
+
+std::vector<std::string> similar(const std::string& text, const std::vector<std::string>& known) {
+    std::vector<std::pair<std::size_t, std::string>> ranked;
+    const std::size_t limit = std::max<std::size_t>(2, text.size() / 3);
+    for (const auto& name : known)
+        if (const std::size_t d = distance(text, name); d <= limit) ranked.emplace_back(d, name);
+    std::stable_sort(ranked.begin(), ranked.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::string> best;
+    for (std::size_t i = 0; i < ranked.size() && i < 3; ++i) best.push_back(ranked[i].second);
+    return best;
+}
+
+std::string did_you_mean(const std::string& text, const std::vector<std::string>& known) {
+    std::string message;
+    for (const auto& name : similar(text, known))
+        message += (message.empty() ? "; did you mean '" : " or '") + name + "'";
+    return message.empty() ? message : message + "?";
+}
+
+struct Registry::Loaded {
+    std::string name;
+    fs::path file;
+    void* handle;
+};
+
+Registry::Registry() {
+    if (const char* path = std::getenv("BLOCKFACTORY_PLUGIN_PATH")) {
+        std::istringstream folders(path);
+        for (std::string folder; std::getline(folders, folder, ':');)
+            if (!folder.empty()) search_path_.emplace_back(folder);
+    }
+}
+
+Registry::~Registry() {
+    classes_.clear(); // their code is in the plugins
+    for (auto& plugin : plugins_) dlclose(plugin.handle);
+}
+
+void Registry::add(const Library& library) {
+    for (const auto& added : library.classes()) {
+        for (const auto& known : classes_)
+            if (known->qualified_name() == added.qualified_name())
+                throw PluginError("block '" + added.qualified_name() +
+                                  "' is registered twice; give one of them another name");
+        classes_.push_back(std::make_unique<BlockClass>(added));
+    }
+}
+
+void Registry::load_plugin(const std::string& name) {
+    const auto loaded = [&](const auto& p) { return p.name == name || p.file == name; };
+    if (std::any_of(plugins_.begin(), plugins_.end(), loaded)) return;
+
+    fs::path file;
+    if (name.find('/') != std::string::npos)
+        file = name;
+    else
+        for (const auto& folder : search_path_)
+            for (const auto& candidate : {name + ".so", "lib" + name + ".so"})
+                if (file.empty() && fs::exists(folder / candidate)) file = folder / candidate;
+    if (file.empty() || !fs::exists(file))
+        throw PluginError("plugin '" + name + "' was not found: searched " +
+                          (file.empty() ? list(search_path_) : file.string()) +
+                          did_you_mean(name, available_plugins()) +
+                          "; set BLOCKFACTORY_PLUGIN_PATH to the folder that holds " + name + ".so");
+
+    dlerror();
+    void* handle = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (!handle) {
+        const char* reason = dlerror();
+        throw PluginError("plugin " + file.string() +
+                          " cannot be loaded: " + (reason ? reason : "unknown reason") +
+                          "; install what it misses or build it against this version");
+    }
+    using Fill = void (*)(Library&);
+    const auto fill = reinterpret_cast<Fill>(dlsym(handle, plugin_symbol));
+    if (!fill) {
+        dlclose(handle);
+        throw PluginError(
+            "plugin " + file.string() + " has no symbol " + plugin_symbol +
+            ": it is no BlockFactory plugin or was built for another interface version; rebuild it");
+    }
+    plugins_.push_back({name, file, handle});
+    Library library(file.stem().string());
+    fill(library);
+    add(library);
+}
+
+std::vector<std::string> Registry::available_plugins() const {
+    std::vector<std::string> names;
+    for (const auto& folder : search_path_) {
+        std::error_code unreadable;
+        for (const auto& entry : fs::directory_iterator(folder, unreadable))
+            if (entry.path().extension() == ".so") {
+                std::string name = entry.path().stem().string();
+                if (name.starts_with("lib")) name.erase(0, 3);
+                names.push_back(std::move(name));
+            }
+    }
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    return names;
+}
+
+const BlockClass& Registry::find(const std::string& qualified_name) {
+    const auto lookup = [&]() -> const BlockClass* {
+        for (const auto& known : classes_)
+            if (known->qualified_name() == qualified_name) return known.get();
+        return nullptr;
+    };
+    if (const auto* known = lookup()) return *known;
+    if (const auto slash = qualified_name.find('/'); slash != std::string::npos) {
+        load_plugin(qualified_name.substr(0, slash));
+        if (const auto* known = lookup()) return *known;
+    }
+    std::vector<std::string> names;
+    for (const auto& known : classes_) {
+        names.push_back(known->qualified_name());
+        // A block of a library asked for without its library is the commonest slip.
+        if (known->name == qualified_name)
+            throw PluginError("there is no block '" + qualified_name + "'; did you mean '" +
+                              known->qualified_name() + "'?");
+    }
+    throw PluginError("there is no block '" + qualified_name + "'" + did_you_mean(qualified_name, names) +
+                      (similar(qualified_name, names).empty() ? "; `bf describe` lists all blocks" : ""));
+}
+
+} // namespace bf

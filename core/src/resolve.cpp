@@ -1,0 +1,149 @@
+#include "bf/core/resolve.hpp"
+
+namespace bf {
+
+namespace {
+
+std::string label(const Slot& slot) { return std::string(name(slot.role)) + " '" + slot.name + "'"; }
+
+/// A 1-D signal fits an n x 1 matrix and conversely: same elements, same order.
+bool same_elements(const Size& a, const Size& b) { return a.rows == b.rows && a.cols == b.cols; }
+
+bool unify_extent(Declaration& d, const Slot& slot, const Extent& extent, int actual) {
+    const int wanted = actual - extent.plus;
+    if (extent.dim < 0) {
+        if (extent.plus != actual)
+            throw ResolutionError(label(slot) + " has length " + std::to_string(extent.plus) +
+                                  ", but is wired to length " + std::to_string(actual));
+        return false;
+    }
+    auto& dim = d.dims[static_cast<std::size_t>(extent.dim)];
+    if (dim.value == wanted) return false;
+    if (dim.value >= 0 || wanted < 0)
+        throw ResolutionError(label(slot) + " needs " + dim.name + " = " + std::to_string(wanted) + ", but " +
+                              dim.name + " is already " + std::to_string(dim.value));
+    dim.value = wanted;
+    return true;
+}
+
+/// The size a declared shape has as far as its symbols are known.
+bool known_size(const Declaration& d, const Slot& slot, Size& size) {
+    if (slot.shape.symbol >= 0) {
+        const auto& symbol = d.shapes[static_cast<std::size_t>(slot.shape.symbol)];
+        size = symbol.size;
+        return symbol.known;
+    }
+    const auto extent = [&](const Extent& e) {
+        if (e.dim < 0) return e.plus;
+        const int value = d.dims[static_cast<std::size_t>(e.dim)].value;
+        return value < 0 ? -1 : value + e.plus;
+    };
+    size = {extent(slot.shape.rows), extent(slot.shape.cols), slot.shape.is_matrix};
+    return size.rows >= 0 && size.cols >= 0;
+}
+
+} // namespace
+
+bool offer(Declaration& d, int index, const Size& offered) {
+    Slot& slot = d.slots[static_cast<std::size_t>(index)];
+    if (slot.shape.symbol >= 0) {
+        auto& symbol = d.shapes[static_cast<std::size_t>(slot.shape.symbol)];
+        if (symbol.known && !same_elements(symbol.size, offered))
+            throw ResolutionError(label(slot) + " must have size " + symbol.size.text() +
+                                  " like the other quantities of its shape, but is wired to size " +
+                                  offered.text());
+        if (symbol.known) return false;
+        symbol = {offered, true};
+        slot.size = offered;
+        slot.size_known = true;
+        return true;
+    }
+    bool news = !slot.size_known;
+    if (!slot.shape.is_matrix && offered.cols != 1)
+        throw ResolutionError(label(slot) + " is a 1-D signal, but is wired to a " + offered.text() +
+                              " matrix");
+    news = unify_extent(d, slot, slot.shape.rows, offered.rows) || news;
+    news = unify_extent(d, slot, slot.shape.cols, offered.cols) || news;
+    slot.size = {offered.rows, offered.cols, slot.shape.is_matrix};
+    slot.size_known = true;
+    return news;
+}
+
+bool offer(Declaration& d, int index, Type type) {
+    Slot& slot = d.slots[static_cast<std::size_t>(index)];
+    if (slot.type_symbol < 0) {
+        if (slot.type != type)
+            throw ResolutionError(label(slot) + " is of type " + name(slot.type) + ", but is wired to type " +
+                                  name(type) + "; insert a Convert block");
+        return false;
+    }
+    auto& symbol = d.types[static_cast<std::size_t>(slot.type_symbol)];
+    if (symbol.known && symbol.type != type)
+        throw ResolutionError(label(slot) + " must be of type " + name(symbol.type) +
+                              " like the other quantities of its kind, but is wired to type " + name(type) +
+                              "; insert a Convert block");
+    const bool news = !symbol.known;
+    symbol = {type, true};
+    return news;
+}
+
+bool propagate(Block& block) {
+    auto& d = block.declaration();
+    for (auto& dim : d.dims)
+        if (dim.rule && dim.value < 0) dim.value = dim.rule();
+    bool learned = false;
+    for (bool again = true; again;) {
+        again = false;
+        for (auto& slot : d.slots) {
+            if (!slot.size_known && known_size(d, slot, slot.size)) slot.size_known = again = true;
+            if (!slot.type_known) {
+                const auto& symbol = d.types[static_cast<std::size_t>(slot.type_symbol)];
+                if (symbol.known) {
+                    slot.type = symbol.type;
+                    slot.type_known = again = true;
+                }
+            }
+        }
+        const auto count = [&] {
+            std::size_t known = 0;
+            for (const auto& symbol : d.shapes) known += symbol.known;
+            for (const auto& symbol : d.types) known += symbol.known;
+            for (const auto& dim : d.dims) known += dim.value >= 0;
+            for (const auto& slot : d.slots) known += slot.size_known;
+            return known;
+        };
+        const std::size_t before = count();
+        Inference inference(d);
+        block.infer(inference);
+        again = again || count() != before;
+        learned = learned || again;
+    }
+    return learned;
+}
+
+std::vector<int> unresolved(const Declaration& d) {
+    std::vector<int> found;
+    for (std::size_t i = 0; i < d.slots.size(); ++i)
+        if (!d.slots[i].size_known || !d.slots[i].type_known) found.push_back(static_cast<int>(i));
+    return found;
+}
+
+const Size* Inference::size(int slot) const {
+    if (slot < 0) return nullptr;
+    const auto& s = declaration_->slots[static_cast<std::size_t>(slot)];
+    return s.size_known ? &s.size : nullptr;
+}
+const Type* Inference::type(int slot) const {
+    if (slot < 0) return nullptr;
+    const auto& s = declaration_->slots[static_cast<std::size_t>(slot)];
+    return s.type_known ? &s.type : nullptr;
+}
+void Inference::set(int slot, Size size) {
+    if (slot >= 0) offer(*declaration_, slot, size);
+}
+void Inference::set(int slot, Type type) {
+    if (slot >= 0) offer(*declaration_, slot, type);
+}
+void Inference::refuse(const std::string& message) const { throw ResolutionError(message); }
+
+} // namespace bf

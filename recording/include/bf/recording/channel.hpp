@@ -21,8 +21,8 @@ struct ChannelInfo {
     std::uint32_t rows = 1;
     std::uint32_t cols = 1;
     bool is_matrix = false; ///< false: scalar or 1-D signal of `rows` elements, with cols = 1
-    std::string unit;       ///< e.g. "N m"; empty for none
-    std::string doc;        ///< one sentence for people
+    std::string unit = {};  ///< e.g. "N m"; empty for none
+    std::string doc = {};   ///< one sentence for people
     double period = 0;      ///< sample time in seconds; 0 when samples are not periodic
 
     std::size_t elements() const noexcept { return std::size_t{rows} * cols; }

@@ -1,0 +1,72 @@
+#pragma once
+
+#include "bf/recording/channel.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <iosfwd>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bf::recording {
+
+/// One recorded signal: sample k was taken at `time_ns[k]`.
+struct Channel {
+    std::string name;  ///< dotted path, e.g. "controller.tau"
+    std::string topic; ///< e.g. "/controller/tau"
+    ChannelInfo info;
+    std::vector<std::int64_t> time_ns;
+    std::vector<std::byte> data; ///< the samples one after the other, each column-major
+
+    std::size_t samples() const noexcept { return time_ns.size(); }
+
+    /// Time of sample `k` in seconds.
+    double time(std::size_t k) const noexcept { return static_cast<double>(time_ns[k]) / 1e9; }
+    std::vector<double> times() const;
+
+    /// Bytes of sample `k`.
+    std::span<const std::byte> sample(std::size_t k) const noexcept;
+
+    /// Element `element` (column-major, from 0) of sample `k`; exact for every element type.
+    double value(std::size_t k, std::size_t element = 0) const noexcept;
+
+    /// One element over all samples.
+    std::vector<double> values(std::size_t element = 0) const;
+
+    /// "tau" for a scalar, "tau[3]" for a vector, "M[0][2]" (row, column) for a matrix; all from 0.
+    std::string element_name(std::size_t element) const;
+};
+
+struct Attachment {
+    std::string name;
+    std::string media_type;
+    std::vector<std::byte> data;
+    std::string text() const { return {reinterpret_cast<const char*>(data.data()), data.size()}; }
+};
+
+/// Everything a file holds.
+struct Recording {
+    std::vector<Channel> channels; ///< in the order in which they were declared
+    std::map<std::string, std::map<std::string, std::string>> metadata;
+    std::vector<Attachment> attachments;
+    bool complete = false; ///< false when the file was cut or damaged: then the rest is what could be read
+    std::string defect;    ///< the first thing found wrong, empty if complete
+
+    /// Throws std::runtime_error that names the recorded signals when `name` is not one of them.
+    const Channel& channel(std::string_view name) const;
+};
+
+/// Reads a recording of ours. What follows a cut is missing and what fails its checksum is left out, both
+/// with `complete = false`. Throws std::runtime_error when the file cannot be opened or is no recording at
+/// all.
+Recording load(const std::filesystem::path& path);
+
+/// The same from a stream that can seek; `name` stands for the path in errors.
+Recording load(std::istream& stream, std::string_view name);
+
+} // namespace bf::recording

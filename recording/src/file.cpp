@@ -1,0 +1,94 @@
+#include "file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace bf::recording {
+namespace {
+
+std::string reason(int error) {
+    const char* name = strerrorname_np(error);
+    const char* text = strerrordesc_np(error);
+    return std::string(text ? text : "unknown error") + " (" + (name ? name : std::to_string(error)) + ")";
+}
+
+const char* remedy(int error) {
+    switch (error) {
+    case ENOSPC:
+    case EDQUOT: return "free space, or record to another disk";
+    case EFBIG: return "raise the limit on the size of files, or record fewer signals";
+    case ENOENT: return "create the folder first";
+    case EACCES:
+    case EROFS:
+    case EPERM: return "choose a folder that may be written";
+    default: return "check the disk, or record to another one";
+    }
+}
+
+} // namespace
+
+File::File(std::filesystem::path path) : path_(std::move(path)) {
+    descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) {
+        const int error = errno;
+        throw std::runtime_error("cannot create the recording '" + path_.string() + "': " + reason(error) +
+                                 "; " + remedy(error));
+    }
+}
+
+File::~File() { close(); }
+
+void File::write(Bytes bytes, Bytes more) noexcept {
+    for (Bytes left : {bytes, more}) {
+        while (!failed() && !left.empty()) {
+            const ssize_t count = ::write(descriptor_, left.data(), left.size());
+            if (count >= 0)
+                left = left.subspan(static_cast<std::size_t>(count));
+            else if (errno != EINTR)
+                fail(errno);
+        }
+    }
+    if (failed()) {
+        // The error is latched already; a torn tail that stays is one that the reader skips.
+        [[maybe_unused]] const int ignored = ::ftruncate(descriptor_, static_cast<off_t>(offset_));
+        return;
+    }
+    offset_ += bytes.size() + more.size();
+    crc_ = crc32(more, crc32(bytes, crc_));
+}
+
+void File::read(std::uint64_t offset, void* to, std::size_t count) noexcept {
+    std::memset(to, 0, count);
+    std::size_t done = 0;
+    while (!failed() && done < count) {
+        const ssize_t got = ::pread(descriptor_, static_cast<char*>(to) + done, count - done,
+                                    static_cast<off_t>(offset + done));
+        if (got > 0)
+            done += static_cast<std::size_t>(got);
+        else if (got == 0)
+            fail(EIO);
+        else if (errno != EINTR)
+            fail(errno);
+    }
+}
+
+void File::close() noexcept {
+    if (descriptor_ >= 0 && ::close(descriptor_) != 0 && errno != EINTR) fail(errno);
+    descriptor_ = -1;
+}
+
+void File::fail(int error) noexcept {
+    int none = 0;
+    error_.compare_exchange_strong(none, error);
+}
+
+std::string File::status() const {
+    const int error = error_.load();
+    if (error == 0) return {};
+    return "cannot write the recording '" + path_.string() + "': " + reason(error) +
+           "; what was written before stays readable; " + remedy(error);
+}
+
+} // namespace bf::recording

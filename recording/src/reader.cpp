@@ -1,0 +1,293 @@
+#include "bf/recording/reader.hpp"
+
+#include "format.hpp"
+
+#include <cerrno>
+#include <charconv>
+#include <fstream>
+#include <istream>
+#include <optional>
+#include <unordered_map>
+
+namespace bf::recording {
+namespace {
+
+template <class T> std::optional<T> number(const std::map<std::string, std::string>& map, const char* key) {
+    const auto found = map.find(key);
+    if (found == map.end()) return std::nullopt;
+    const std::string& text = found->second;
+    T value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+std::string text_of(const std::map<std::string, std::string>& map, const char* key) {
+    const auto found = map.find(key);
+    return found == map.end() ? std::string() : found->second;
+}
+
+std::optional<ElementType> type_of(std::string_view name) {
+    for (int i = 0; i <= static_cast<int>(ElementType::Boolean); ++i)
+        if (name == name_of(static_cast<ElementType>(i))) return static_cast<ElementType>(i);
+    return std::nullopt;
+}
+
+class Parser {
+  public:
+    Parser(std::istream& stream, std::string_view name) : stream_(stream), name_(name) {
+        stream_.seekg(0, std::ios::end);
+        const auto size = stream_.tellg();
+        stream_.seekg(0);
+        if (!stream_ || size < 0) throw std::runtime_error("cannot read '" + name_ + "'");
+        left_ = static_cast<std::uint64_t>(size);
+    }
+
+    Recording parse() {
+        if (!read(std::min<std::uint64_t>(left_, magic.size())) || !is_magic())
+            throw std::runtime_error("'" + name_ +
+                                     "' is no recording: it does not start with the MCAP signature");
+        bool ended = false;
+        while (!ended) {
+            if (!read(record_header_bytes)) {
+                report("the file ends without a footer: the recording was cut");
+                break;
+            }
+            Cursor header(buffer_);
+            const auto opcode = header.get<Opcode>();
+            const auto length = header.get<std::uint64_t>();
+            const std::uint32_t crc_before = previous_crc_;
+            const bool cut = !read(length);
+            try {
+                if (!cut)
+                    ended = record(opcode, buffer_, crc_before);
+                else if (opcode == Opcode::Chunk && left_ > chunk_header_bytes && read(left_))
+                    messages(Bytes(buffer_).subspan(chunk_header_bytes)); // not compressed, but unchecked
+            } catch (const Malformed& error) {
+                report(error.what());
+            }
+            if (cut) {
+                report("the file ends within a record: the recording was cut");
+                break;
+            }
+        }
+        if (ended && (!read(left_) || !is_magic())) report("the file does not end with the MCAP signature");
+        if (ended && message_count_ != counted_)
+            report("the file does not hold as many messages as it counts");
+        recording_.complete = recording_.defect.empty();
+        return std::move(recording_);
+    }
+
+  private:
+    bool read(std::uint64_t count) {
+        if (count > left_) return false;
+        buffer_.resize(count);
+        stream_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(count));
+        if (static_cast<std::uint64_t>(stream_.gcount()) != count) return false;
+        left_ -= count;
+        previous_crc_ = crc_;
+        crc_ = crc32(buffer_, crc_);
+        return true;
+    }
+
+    bool is_magic() const {
+        return buffer_.size() == magic.size() && std::memcmp(buffer_.data(), magic.data(), magic.size()) == 0;
+    }
+
+    void report(std::string defect) {
+        if (recording_.defect.empty()) recording_.defect = "'" + name_ + "': " + std::move(defect);
+    }
+
+    void check(std::uint32_t stored, std::uint32_t computed, const char* what) {
+        if (stored != computed) report(std::string("the checksum of ") + what + " is wrong");
+    }
+
+    /// True for the record that ends the file. `crc_before`: of all bytes in front of the record.
+    bool record(Opcode opcode, Bytes content, std::uint32_t crc_before) {
+        Cursor cursor(content);
+        switch (opcode) {
+        case Opcode::Channel:
+            if (!in_summary_) channel(cursor);
+            break;
+        case Opcode::Chunk: chunk(cursor); break;
+        case Opcode::Attachment: attachment(content); break;
+        case Opcode::Metadata: {
+            std::string name = cursor.text();
+            recording_.metadata[std::move(name)] = cursor.map();
+            break;
+        }
+        case Opcode::DataEnd:
+            check(cursor.get<std::uint32_t>(), crc_before, "the data section");
+            in_summary_ = true;
+            crc_ = 0;
+            break;
+        case Opcode::Statistics: message_count_ = cursor.get<std::uint64_t>(); break;
+        case Opcode::Footer: {
+            const Bytes offsets = cursor.take(16);
+            check(cursor.get<std::uint32_t>(), crc32(offsets, previous_crc_), "the summary");
+            return true;
+        }
+        default: break; // indices and schemas repeat what is known
+        }
+        return false;
+    }
+
+    void channel(Cursor cursor) {
+        const auto id = cursor.get<std::uint16_t>();
+        cursor.get<std::uint16_t>(); // schema: follows from type and shape
+        Channel channel;
+        channel.topic = cursor.text();
+        const std::string encoding = cursor.text();
+        const auto metadata = cursor.map();
+        channel.name = text_of(metadata, "name");
+        const auto type = type_of(text_of(metadata, "type"));
+        const auto rows = number<std::uint32_t>(metadata, "rows");
+        const auto cols = number<std::uint32_t>(metadata, "cols");
+        if (encoding != "cdr" || channel.name.empty() || !type || !rows || !cols || *rows == 0 ||
+            *cols == 0 || std::uint64_t{*rows} * *cols > std::uint64_t{1} << 28)
+            return report("the channel '" + channel.topic +
+                          "' was not written by BlockFactory and is left out");
+        channel.info = {*type,
+                        *rows,
+                        *cols,
+                        text_of(metadata, "matrix") == "true",
+                        text_of(metadata, "unit"),
+                        text_of(metadata, "doc"),
+                        number<double>(metadata, "period").value_or(0)};
+        if (positions_.try_emplace(id, recording_.channels.size()).second)
+            recording_.channels.push_back(std::move(channel));
+    }
+
+    void chunk(Cursor cursor) {
+        cursor.take(16); // start and end time
+        cursor.get<std::uint64_t>();
+        const auto crc = cursor.get<std::uint32_t>();
+        const std::string compression = cursor.text();
+        const Bytes records = cursor.take(cursor.get<std::uint64_t>());
+        if (!compression.empty())
+            return report("a chunk is compressed with '" + compression + "' and is left out");
+        if (crc != crc32(records))
+            return report("the checksum of a chunk is wrong; its messages are left out");
+        if (!messages(records)) report("a chunk ends within a message");
+    }
+
+    /// False when the last record is not whole.
+    bool messages(Bytes records) {
+        Cursor cursor(records);
+        while (cursor.rest().size() >= record_header_bytes) {
+            const auto opcode = cursor.get<Opcode>();
+            const auto length = cursor.get<std::uint64_t>();
+            if (length > cursor.rest().size()) return false;
+            const Bytes content = cursor.take(length);
+            if (opcode == Opcode::Message) message(Cursor(content));
+        }
+        return cursor.rest().empty();
+    }
+
+    void message(Cursor cursor) {
+        const auto id = cursor.get<std::uint16_t>();
+        cursor.get<std::uint32_t>(); // sequence
+        const auto time = cursor.get<std::int64_t>();
+        cursor.get<std::uint64_t>(); // publish time: the same
+        cursor.take(payload_header_bytes);
+        ++counted_;
+        const auto position = positions_.find(id);
+        if (position == positions_.end()) return report("a message belongs to no channel");
+        Channel& channel = recording_.channels[position->second];
+        const Bytes payload = cursor.rest();
+        if (payload.size() != channel.info.bytes())
+            return report("a message of '" + channel.name + "' has the wrong size");
+        channel.time_ns.push_back(time);
+        channel.data.insert(channel.data.end(), payload.begin(), payload.end());
+    }
+
+    void attachment(Bytes content) {
+        Cursor cursor(content);
+        cursor.take(16); // log time and creation time
+        Attachment attachment{cursor.text(), cursor.text(), {}};
+        const Bytes data = cursor.take(cursor.get<std::uint64_t>());
+        const Bytes checked = content.first(content.size() - cursor.rest().size());
+        if (cursor.get<std::uint32_t>() != crc32(checked))
+            return report("the checksum of the attachment '" + attachment.name +
+                          "' is wrong; it is left out");
+        attachment.data.assign(data.begin(), data.end());
+        recording_.attachments.push_back(std::move(attachment));
+    }
+
+    std::istream& stream_;
+    const std::string name_;
+    std::uint64_t left_ = 0; // bytes of the file not read yet
+    std::vector<std::byte> buffer_;
+    std::uint32_t crc_ = 0, previous_crc_ = 0; // of all bytes read, with and without the last
+    bool in_summary_ = false;
+    std::uint64_t message_count_ = 0, counted_ = 0; // by the statistics, by us
+    std::unordered_map<std::uint16_t, std::size_t> positions_;
+    Recording recording_;
+};
+
+template <class T> double element_at(const std::byte* sample, std::size_t element) {
+    T value;
+    std::memcpy(&value, sample + element * sizeof value, sizeof value);
+    return static_cast<double>(value);
+}
+
+} // namespace
+
+std::vector<double> Channel::times() const {
+    std::vector<double> times(samples());
+    for (std::size_t k = 0; k < times.size(); ++k) times[k] = time(k);
+    return times;
+}
+
+std::span<const std::byte> Channel::sample(std::size_t k) const noexcept {
+    return std::span(data).subspan(k * info.bytes(), info.bytes());
+}
+
+double Channel::value(std::size_t k, std::size_t element) const noexcept {
+    const std::byte* from = sample(k).data();
+    switch (info.type) {
+    case ElementType::Double: return element_at<double>(from, element);
+    case ElementType::Single: return element_at<float>(from, element);
+    case ElementType::Int8: return element_at<std::int8_t>(from, element);
+    case ElementType::Uint8: return element_at<std::uint8_t>(from, element);
+    case ElementType::Int16: return element_at<std::int16_t>(from, element);
+    case ElementType::Uint16: return element_at<std::uint16_t>(from, element);
+    case ElementType::Int32: return element_at<std::int32_t>(from, element);
+    case ElementType::Uint32: return element_at<std::uint32_t>(from, element);
+    case ElementType::Boolean: return element_at<std::uint8_t>(from, element);
+    }
+    return 0;
+}
+
+std::vector<double> Channel::values(std::size_t element) const {
+    std::vector<double> values(samples());
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = value(k, element);
+    return values;
+}
+
+std::string Channel::element_name(std::size_t element) const {
+    const auto bracket = [](std::size_t i) { return "[" + std::to_string(i) + "]"; };
+    if (info.is_matrix) return name + bracket(element % info.rows) + bracket(element / info.rows);
+    return info.rows == 1 ? name : name + bracket(element);
+}
+
+const Channel& Recording::channel(std::string_view name) const {
+    std::string known;
+    for (const Channel& channel : channels) {
+        if (channel.name == name) return channel;
+        known += (known.empty() ? "" : ", ") + channel.name;
+    }
+    throw std::runtime_error("the recording has no signal '" + std::string(name) + "'; it has: " + known);
+}
+
+Recording load(const std::filesystem::path& path) {
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream)
+        throw std::runtime_error("cannot open the recording '" + path.string() +
+                                 "': " + std::strerror(errno));
+    return load(stream, path.string());
+}
+
+Recording load(std::istream& stream, std::string_view name) { return Parser(stream, name).parse(); }
+
+} // namespace bf::recording

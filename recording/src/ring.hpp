@@ -1,0 +1,112 @@
+#pragma once
+
+#include "format.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <chrono>
+#include <semaphore.h>
+#include <time.h>
+
+namespace bf::recording {
+
+/// Wakes the other thread from a function that may not lock.
+class Signal {
+  public:
+    Signal() noexcept { ::sem_init(&semaphore_, 0, 0); }
+    ~Signal() { ::sem_destroy(&semaphore_); }
+    Signal(const Signal&) = delete;
+    Signal& operator=(const Signal&) = delete;
+    void raise() noexcept { ::sem_post(&semaphore_); }
+    void wait() noexcept { ::sem_wait(&semaphore_); }
+    /// Returns at `deadline` at the latest, perhaps earlier without cause.
+    void wait_until(std::chrono::steady_clock::time_point deadline) noexcept {
+        const auto ns =
+            std::chrono::duration_cast<std::chrono::nanoseconds>(deadline.time_since_epoch()).count();
+        const timespec at{static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
+        ::sem_clockwait(&semaphore_, CLOCK_MONOTONIC, &at);
+    }
+
+  private:
+    sem_t semaphore_;
+};
+
+/// Records on their way from the thread that appends to the thread that writes. Each record is contiguous;
+/// one that does not fit before the end of the memory starts at its beginning, and a zero byte, which is no
+/// opcode, marks the gap. Positions only grow; `position % capacity` is the place in memory.
+class Ring {
+  public:
+    Ring(std::size_t capacity, std::size_t wake_bytes)
+        : memory_(std::bit_ceil(capacity)), mask_(memory_.size() - 1), wake_bytes_(wake_bytes),
+          next_wake_(wake_bytes) {}
+
+    /// Place for a record of `size` bytes, or null when there is none and `wait` is false.
+    std::byte* claim(std::size_t size, bool wait) noexcept {
+        const std::uint64_t head = head_.load(std::memory_order_relaxed);
+        const std::size_t to_end = memory_.size() - (head & mask_);
+        const std::size_t gap = to_end < size ? to_end : 0;
+        while (head + gap + size - seen_tail_ > memory_.size()) {
+            const std::uint64_t tail = tail_.load(std::memory_order_acquire);
+            if (tail == seen_tail_) {
+                if (!wait) return nullptr;
+                space_.wait();
+            }
+            seen_tail_ = tail;
+        }
+        if (gap > 0) memory_[head & mask_] = std::byte{0};
+        next_ = head + gap + size;
+        return &memory_[(head + gap) & mask_];
+    }
+
+    /// Hands over the record last claimed.
+    void publish() noexcept {
+        head_.store(next_, std::memory_order_release);
+        if (next_ >= next_wake_) {
+            next_wake_ = next_ + wake_bytes_;
+            work.raise();
+        }
+    }
+
+    std::uint64_t head() const noexcept { return head_.load(std::memory_order_acquire); }
+    std::uint64_t tail() const noexcept { return tail_.load(std::memory_order_relaxed); }
+
+    /// Whole records from the tail on, at most up to `end`, one chunk's worth. Empty at a gap, which is
+    /// skipped. `visit(offset in the run, record)` sees each.
+    template <class Visit> Bytes run(std::uint64_t end, Visit&& visit) {
+        const std::uint64_t start = tail();
+        const std::byte* from = &memory_[start & mask_];
+        const std::size_t limit = std::min<std::uint64_t>(end - start, memory_.size() - (start & mask_));
+        std::size_t size = 0;
+        while (size < limit && size < wake_bytes_ && from[size] != std::byte{0}) {
+            std::uint64_t length;
+            std::memcpy(&length, from + size + 1, sizeof length);
+            const Bytes record(from + size, record_header_bytes + length);
+            visit(size, record);
+            size += record.size();
+        }
+        return {from, size};
+    }
+
+    /// Gives the memory of a run back.
+    void release(Bytes run) noexcept {
+        const std::uint64_t start = tail();
+        const std::size_t skipped = run.empty() ? memory_.size() - (start & mask_) : run.size();
+        tail_.store(start + skipped, std::memory_order_release);
+        space_.raise();
+    }
+
+    Signal work; ///< raised when a chunk's worth of records waits
+
+  private:
+    std::vector<std::byte> memory_;
+    const std::size_t mask_;
+    const std::size_t wake_bytes_;
+    Signal space_;
+    // The two threads write to cache lines of their own.
+    alignas(64) std::atomic<std::uint64_t> head_{0};
+    std::uint64_t next_ = 0, next_wake_, seen_tail_ = 0;
+    alignas(64) std::atomic<std::uint64_t> tail_{0};
+};
+
+} // namespace bf::recording

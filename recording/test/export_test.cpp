@@ -1,0 +1,91 @@
+#include "bf/recording/export.hpp"
+#include "support.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace bf::recording {
+namespace {
+
+Channel signal(const std::string& name, const std::vector<std::int64_t>& time_ns,
+               const std::vector<double>& values, std::uint32_t rows = 1) {
+    Channel channel{name, "/" + name, {.rows = rows}, time_ns, {}};
+    channel.data.resize(values.size() * sizeof(double));
+    std::memcpy(channel.data.data(), values.data(), channel.data.size());
+    return channel;
+}
+
+Recording recording_of(std::vector<Channel> channels) {
+    Recording recording;
+    recording.channels = std::move(channels);
+    return recording;
+}
+
+TEST(Csv, WritesOneExactTableWhenTimesAgree) {
+    const Folder folder;
+    const double inf = std::numeric_limits<double>::infinity();
+    Channel tau = signal("arm.tau", {0, 500'000'000}, {0.1, -0.0, 1.0 / 3.0, -inf}, 2);
+    tau.info.unit = "N m";
+    const Channel s = signal("a,\"b\"", {0, 500'000'000}, {std::nan(""), 1e-300});
+    const auto paths = write_csv(recording_of({tau, s}), folder / "run.csv");
+    ASSERT_EQ(paths, std::vector{folder / "run.csv"});
+    EXPECT_EQ(read_file(paths[0]), "time (s),arm.tau[0] (N m),arm.tau[1] (N m),\"a,\"\"b\"\"\"\n"
+                                   "0,0.1,-0,nan\n"
+                                   "0.5,0.3333333333333333,-inf,1e-300\n");
+}
+
+TEST(Csv, WritesOneFilePerSignalWhenTimesDiffer) {
+    const Folder folder;
+    const auto paths =
+        write_csv(recording_of({signal("a.x", {0, 1}, {1, 2}), signal("y", {0}, {3})}), folder / "run.csv");
+    ASSERT_EQ(paths, (std::vector{folder / "run_a.x.csv", folder / "run_y.csv"}));
+    EXPECT_EQ(read_file(paths[0]), "time (s),a.x\n0,1\n1e-09,2\n");
+    EXPECT_EQ(read_file(paths[1]), "time (s),y\n0,3\n");
+    EXPECT_FALSE(std::filesystem::exists(folder / "run.csv"));
+}
+
+TEST(Export, NamesTheFileThatCannotBeWritten) {
+    const Recording recording =
+        recording_of({signal("x", std::vector<std::int64_t>(5000), std::vector<double>(5000))});
+    EXPECT_CONTAINS(error_of([&] { write_csv(recording, "/nowhere/run.csv"); }),
+                    "cannot write '/nowhere/run.csv'");
+    EXPECT_CONTAINS(error_of([&] { write_mat(recording, "/nowhere/run.mat"); }),
+                    "cannot write '/nowhere/run.mat'");
+    EXPECT_CONTAINS(error_of([&] { write_csv(recording, "/dev/full"); }), "cannot write '/dev/full'");
+    EXPECT_CONTAINS(error_of([&] { write_mat(recording, "/dev/full"); }), "cannot write '/dev/full'");
+}
+
+TEST(Difference, IsNoneBetweenEqualRecordings) {
+    const Recording a = recording_of({signal("x", {0, 1}, {std::nan(""), 2})});
+    EXPECT_FALSE(first_difference(a, a));
+}
+
+TEST(Difference, NamesTheEarliestSignalAndTime) {
+    const std::vector<std::int64_t> t = {0, 250'000'000, 500'000'000};
+    const Recording a = recording_of({signal("x", t, {1, 2, 3}), signal("v", t, {0, 0, 4, 4, 5, 5}, 2)});
+    Recording b = recording_of({signal("x", t, {1, 2, 9}), signal("v", t, {0, 0, 4, 7, 5, 5}, 2)});
+    const auto difference = first_difference(a, b);
+    ASSERT_TRUE(difference);
+    EXPECT_EQ(difference->channel, "v");
+    EXPECT_EQ(difference->time, 0.25);
+    EXPECT_EQ(difference->text, "at 0.25 s the signal 'v[1]' is 4, in the other recording 7");
+}
+
+TEST(Difference, SeesSignsOfZeroLengthsTimesAndMissingSignals) {
+    const auto text = [](const Channel& a, const Channel& b) {
+        const auto difference = first_difference(recording_of({a}), recording_of({b}));
+        return difference ? difference->text : "none";
+    };
+    EXPECT_EQ(text(signal("x", {0}, {0.0}), signal("x", {0}, {-0.0})),
+              "at 0 s the signal 'x' is 0, in the other recording -0");
+    EXPECT_EQ(text(signal("x", {0, 1}, {1, 1}), signal("x", {0}, {1})),
+              "the signal 'x' has 2 samples, in the other recording 1");
+    EXPECT_EQ(text(signal("x", {1'000'000'000}, {1}), signal("x", {2'000'000'000}, {1})),
+              "at 1 s the signal 'x' is sampled, in the other recording at 2 s");
+    EXPECT_EQ(text(signal("x", {0}, {1}), signal("y", {0}, {1})), "the other recording lacks the signal 'x'");
+    EXPECT_EQ(text(signal("x", {0}, {1, 1}, 2), signal("x", {0}, {1})),
+              "the signal 'x' has another type or shape");
+}
+
+} // namespace
+} // namespace bf::recording

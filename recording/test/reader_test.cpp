@@ -1,0 +1,124 @@
+#include "support.hpp"
+
+#include <random>
+#include <sstream>
+
+namespace bf::recording {
+namespace {
+
+/// The bytes of a small file with two chunks, an attachment and metadata.
+std::string small_file() {
+    const Folder folder;
+    Writer writer(folder / "small.mcap", {{"model", "m"}}, {.chunk_bytes = 200});
+    const ChannelId x = writer.add_channel("x", {.unit = "m"});
+    const ChannelId flags = writer.add_channel("flags", {.type = ElementType::Boolean, .rows = 3});
+    writer.add_attachment("a", "text/plain", std::string_view("text"));
+    writer.begin();
+    for (int k = 0; k < 6; ++k) {
+        const double value = 1.5 * k;
+        const std::uint8_t bits[3] = {1, 0, 1};
+        writer.append(x, k, &value);
+        writer.append(flags, k, bits);
+    }
+    writer.close();
+    return read_file(folder / "small.mcap");
+}
+
+Recording parse(const std::string& bytes) {
+    std::istringstream stream(bytes);
+    return load(stream, "bytes");
+}
+
+void expect_prefix(const Recording& recording) {
+    if (recording.channels.empty()) return;
+    const Channel& x = recording.channels[0];
+    ASSERT_EQ(x.data.size(), x.samples() * x.info.bytes());
+    for (std::size_t k = 0; k < x.samples(); ++k) ASSERT_EQ(x.value(k), 1.5 * double(k));
+}
+
+TEST(Reader, ReturnsTheWholeRecordsOfAFileCutAnywhere) {
+    const std::string file = small_file();
+    ASSERT_TRUE(parse(file).complete) << parse(file).defect;
+    std::size_t samples = 0;
+    for (std::size_t size = 0; size < file.size(); ++size) {
+        const std::string cut = file.substr(0, size);
+        if (size < 8) {
+            EXPECT_CONTAINS(error_of([&] { parse(cut); }), "'bytes' is no recording");
+            continue;
+        }
+        const Recording recording = parse(cut);
+        EXPECT_FALSE(recording.complete) << size;
+        EXPECT_FALSE(recording.defect.empty());
+        expect_prefix(recording);
+        if (recording.channels.empty()) continue;
+        EXPECT_GE(recording.channels[0].samples(), samples); // never fewer in a longer file
+        samples = recording.channels[0].samples();
+    }
+    EXPECT_EQ(samples, 6u);
+}
+
+TEST(Reader, NoticesEveryFlippedByte) {
+    const std::string file = small_file();
+    for (std::size_t at = 0; at < file.size(); ++at)
+        for (const int flip : {0x01, 0x80, 0xFF}) {
+            std::string damaged = file;
+            damaged[at] = static_cast<char>(damaged[at] ^ flip);
+            try {
+                EXPECT_FALSE(parse(damaged).complete) << "byte " << at << " flipped by " << flip;
+            } catch (const std::runtime_error& error) {
+                EXPECT_LT(at, 8u); // only without the signature is it no recording at all
+                EXPECT_CONTAINS(error.what(), "is no recording");
+            }
+        }
+}
+
+TEST(Reader, SurvivesHostileBytes) {
+    const std::string file = small_file();
+    std::mt19937 random(1);
+    const std::uint64_t hostile[] = {
+        0, 1, 0x7FFFFFFFu, 0xFFFFFFFFu, ~std::uint64_t{0}, std::uint64_t{1} << 63};
+    for (int round = 0; round < 20'000; ++round) {
+        std::string damaged = file;
+        for (unsigned edits = 1 + random() % 4; edits > 0; --edits) {
+            const std::size_t at = 8 + random() % (damaged.size() - 16);
+            switch (random() % 4) {
+            case 0: damaged[at] = static_cast<char>(random()); break;
+            case 1: std::memcpy(&damaged[at], &hostile[random() % 6], 1u << (random() % 4)); break;
+            case 2: damaged.erase(at, random() % 40); break;
+            case 3: damaged.insert(at, damaged.substr(random() % damaged.size(), random() % 40)); break;
+            }
+            if (damaged.size() < 64) damaged = file;
+        }
+        const Recording recording = parse(damaged);
+        for (const Channel& channel : recording.channels)
+            ASSERT_EQ(channel.data.size(), channel.samples() * channel.info.bytes());
+    }
+}
+
+TEST(Reader, RefusesWhatIsNoRecording) {
+    EXPECT_CONTAINS(error_of([] { parse("time,x\n0,1\n"); }), "does not start with the MCAP signature");
+    EXPECT_CONTAINS(error_of([] { load("/nowhere/run.mcap"); }),
+                    "cannot open the recording '/nowhere/run.mcap': No such file or directory");
+    EXPECT_CONTAINS(error_of([] { load("/"); }), "'/'");
+}
+
+TEST(Reader, NamesTheRecordedSignalsWhenOneIsMissing) {
+    EXPECT_EQ(error_of([] { parse(small_file()).channel("y"); }),
+              "the recording has no signal 'y'; it has: x, flags");
+}
+
+TEST(Reader, NamesElementsFromZero) {
+    Channel channel{.name = "c.M",
+                    .topic = {},
+                    .info = {.rows = 2, .cols = 3, .is_matrix = true},
+                    .time_ns = {},
+                    .data = {}};
+    EXPECT_EQ(channel.element_name(3), "c.M[1][1]"); // column-major
+    channel.info = {.rows = 4};
+    EXPECT_EQ(channel.element_name(3), "c.M[3]");
+    channel.info = {};
+    EXPECT_EQ(channel.element_name(0), "c.M");
+}
+
+} // namespace
+} // namespace bf::recording

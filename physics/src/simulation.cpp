@@ -1,0 +1,330 @@
+#include "bf/physics/world.hpp"
+#include "noise.hpp"
+#include "world_impl.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+namespace bf::physics {
+
+namespace {
+
+constexpr int state_signature = mjSTATE_INTEGRATION; // warm start included
+
+/// Where each measurement stands in one flat vector, which is saved and restored as it is.
+struct Layout {
+    int s, s_dot, s_ddot, tau, w_H_b, v_b, com, imu_rotation, imu_rpy, gyro, accelerometer;
+    int foot_poses, foot_wrenches, ft_wrenches, step, size;
+
+    Layout(int n, int feet, int ft_sensors) {
+        int at = 0;
+        const auto take = [&at](int count) { return std::exchange(at, at + count); };
+        s = take(n);
+        s_dot = take(n);
+        s_ddot = take(n);
+        tau = take(n);
+        w_H_b = take(16);
+        v_b = take(6);
+        com = take(3);
+        imu_rotation = take(9);
+        imu_rpy = take(3);
+        gyro = take(3);
+        accelerometer = take(3);
+        foot_poses = take(16 * feet);
+        foot_wrenches = take(6 * feet);
+        ft_wrenches = take(6 * ft_sensors);
+        step = take(1);
+        size = at;
+    }
+};
+
+int count(const auto& list) { return static_cast<int>(list.size()); }
+
+} // namespace
+
+struct Simulation::Impl {
+    std::shared_ptr<const World> owner;
+    const World::Impl& world;
+    const mjModel* model;
+    DataPtr data;
+    Layout at;
+    std::vector<double> measured;
+    std::array<char, 256> error{};
+
+    explicit Impl(std::shared_ptr<const World> shared)
+        : owner(std::move(shared)), world(*owner->impl_), model(world.model.get()), data(make_data(model)),
+          at(world.n(), count(world.foot_sites), count(world.ft_sites)),
+          measured(static_cast<size_t>(at.size)) {}
+
+    double* measurement(int offset) noexcept { return measured.data() + offset; }
+    const double* measurement(int offset) const noexcept { return measured.data() + offset; }
+
+    template <typename... Values> bool fail(const char* format, Values... values) noexcept {
+        std::snprintf(error.data(), error.size(), format, values...);
+        return false;
+    }
+
+    bool set_inputs(std::span<const double> tau, std::span<const double> wrenches) noexcept;
+    void measure_now() noexcept;
+    void measure_last_interval() noexcept;
+    void add_noise(int offset, const std::vector<int>& source, const mjtNum* values, double deviation,
+                   std::uint64_t kind) noexcept;
+    bool check_motion() noexcept;
+    const char* owner_of_velocity(int index) const noexcept;
+    template <typename Stages> void run(const Stages& stages) noexcept;
+};
+
+/// Runs MuJoCo, whose errors arrive as exceptions.
+template <typename Stages> void Simulation::Impl::run(const Stages& stages) noexcept {
+    try {
+        stages();
+    } catch (const std::exception& problem) {
+        fail("t = %g s: %s", data->time, problem.what());
+    }
+}
+
+bool Simulation::Impl::set_inputs(std::span<const double> tau, std::span<const double> wrenches) noexcept {
+    const size_t n = world.options.joints.size();
+    const size_t pushes = world.push_sites.size();
+    if (tau.size() != n) return fail("step got %zu torques; the world has %zu joints", tau.size(), n);
+    if (!wrenches.empty() && wrenches.size() != 6 * pushes)
+        return fail("step got %zu numbers as external wrenches; the world has %zu push links of 6 each",
+                    wrenches.size(), pushes);
+    for (size_t i = 0; i < n; ++i)
+        if (!(std::abs(tau[i]) <= mjMAXVAL))
+            return fail("t = %g s: the torque of joint '%s' is %g; torques must be finite and below 1e10",
+                        data->time, world.options.joints[i].c_str(), tau[i]);
+    for (size_t i = 0; i < wrenches.size(); ++i)
+        if (!(std::abs(wrenches[i]) <= mjMAXVAL))
+            return fail("t = %g s: the external wrench on '%s' has the component %g; it must be finite and "
+                        "below 1e10",
+                        data->time, world.options.push_links[i / 6].c_str(), wrenches[i]);
+
+    std::copy(tau.begin(), tau.end(), data->ctrl);
+    const auto applied = [&](int site) { return data->xfrc_applied + 6 * model->site_bodyid[site]; };
+    for (int site : world.push_sites) std::fill_n(applied(site), 6, 0.0);
+    for (size_t i = 0; 6 * i < wrenches.size(); ++i) {
+        const int site = world.push_sites[i];
+        const Eigen::Map<const Eigen::Vector3d> force(&wrenches[6 * i]), moment(&wrenches[6 * i + 3]);
+        // MuJoCo applies it at the centre of the body, which is the link with all that is fused to it.
+        const Eigen::Vector3d lever =
+            Eigen::Map<const Eigen::Vector3d>(data->site_xpos + 3 * site) -
+            Eigen::Map<const Eigen::Vector3d>(data->xipos + 3 * model->site_bodyid[site]);
+        Eigen::Map<Eigen::Vector3d>(applied(site)) += force;
+        Eigen::Map<Eigen::Vector3d>(applied(site) + 3) += moment + lever.cross(force);
+    }
+    return true;
+}
+
+void Simulation::Impl::add_noise(int offset, const std::vector<int>& source, const mjtNum* values,
+                                 double deviation, std::uint64_t kind) noexcept {
+    double* out = measurement(offset);
+    for (size_t i = 0; i < source.size(); ++i) out[i] = values[source[i]];
+    if (deviation == 0.0) return;
+    const auto step = static_cast<std::uint64_t>(*measurement(at.step));
+    for (size_t i = 0; i < source.size(); ++i)
+        out[i] += deviation * gaussian(world.options.noise.seed, step, 3 * i + kind);
+}
+
+void Simulation::Impl::measure_now() noexcept {
+    const mjData* d = data.get();
+    const auto rotation = [&](int site, auto&& out) { // MuJoCo's are row-major
+        out = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(d->site_xmat + 9 * site);
+    };
+    const auto pose = [&](int site, int offset) {
+        Eigen::Map<Eigen::Matrix4d> H(measurement(offset));
+        rotation(site, H.topLeftCorner<3, 3>());
+        H.topRightCorner<3, 1>() = Eigen::Map<const Eigen::Vector3d>(d->site_xpos + 3 * site);
+        H.row(3) << 0.0, 0.0, 0.0, 1.0;
+    };
+    const Noise& noise = world.options.noise;
+    add_noise(at.s, world.position, d->qpos, noise.position, 0);
+    add_noise(at.s_dot, world.velocity, d->qvel, noise.velocity, 1);
+
+    pose(world.base_site, at.w_H_b);
+    mjtNum velocity[6]; // angular first
+    mj_objectVelocity(model, d, mjOBJ_SITE, world.base_site, velocity, 0);
+    std::copy_n(velocity + 3, 3, measurement(at.v_b));
+    std::copy_n(velocity, 3, measurement(at.v_b + 3));
+    std::copy_n(d->subtree_com, 3, measurement(at.com));
+
+    Eigen::Map<Eigen::Matrix3d> R(measurement(at.imu_rotation));
+    rotation(world.imu_site, R);
+    double* rpy = measurement(at.imu_rpy); // R = Rz(yaw) Ry(pitch) Rx(roll)
+    rpy[0] = std::atan2(R(2, 1), R(2, 2));
+    rpy[1] = std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
+    rpy[2] = std::atan2(R(1, 0), R(0, 0));
+    std::copy_n(d->sensordata + world.gyro, 3, measurement(at.gyro));
+    for (int i = 0; i < count(world.foot_sites); ++i)
+        pose(world.foot_sites[static_cast<size_t>(i)], at.foot_poses + 16 * i);
+}
+
+void Simulation::Impl::measure_last_interval() noexcept {
+    const mjData* d = data.get();
+    add_noise(at.s_ddot, world.velocity, d->qacc, 0.0, 0);
+    add_noise(at.tau, world.velocity, d->qfrc_actuator, world.options.noise.torque, 2);
+    std::copy_n(d->sensordata + world.accelerometer, 3, measurement(at.accelerometer));
+
+    std::fill_n(measurement(at.foot_wrenches), 6 * world.foot_sites.size(), 0.0);
+    for (int i = 0; i < d->ncon; ++i) {
+        const mjContact& contact = d->contact[i];
+        if (contact.efc_address < 0 || contact.geom[0] < 0 || contact.geom[1] < 0) continue;
+        // The frame's first row points from the first geom to the second, which is pushed along it.
+        const bool second = world.foot_of_geom[static_cast<size_t>(contact.geom[1])] >= 0;
+        const int foot = world.foot_of_geom[static_cast<size_t>(contact.geom[second])];
+        if (foot < 0) continue;
+        mjtNum local[6];
+        mj_contactForce(model, d, i, local);
+        const Eigen::Map<const Eigen::Matrix3d> axes(contact.frame); // rows of MuJoCo's, columns of ours
+        const Eigen::Vector3d force =
+            (second ? 1.0 : -1.0) * (axes * Eigen::Map<const Eigen::Vector3d>(local));
+        const Eigen::Vector3d lever =
+            Eigen::Map<const Eigen::Vector3d>(contact.pos) -
+            Eigen::Map<const Eigen::Vector3d>(d->site_xpos + 3 * world.foot_sites[static_cast<size_t>(foot)]);
+        double* wrench = measurement(at.foot_wrenches + 6 * foot);
+        Eigen::Map<Eigen::Vector3d>{wrench} += force;
+        Eigen::Map<Eigen::Vector3d>{wrench + 3} += lever.cross(force);
+    }
+    for (size_t i = 0; i < world.ft_sites.size(); ++i) {
+        // MuJoCo gives what the parent exerts on the child.
+        double* wrench = measurement(at.ft_wrenches) + 6 * i;
+        for (int j = 0; j < 3; ++j) {
+            wrench[j] = -d->sensordata[world.force_sensors[i] + j];
+            wrench[3 + j] = -d->sensordata[world.torque_sensors[i] + j];
+        }
+    }
+}
+
+const char* Simulation::Impl::owner_of_velocity(int index) const noexcept {
+    for (size_t i = 0; i < world.velocity.size(); ++i)
+        if (world.velocity[i] == index) return world.options.joints[i].c_str();
+    return world.options.base_link.c_str();
+}
+
+bool Simulation::Impl::check_motion() noexcept {
+    if (error[0] != '\0') return false;
+    const char* advice = "lower the gains or the time step, or add armature";
+    const auto happened = [&](mjtWarning warning) { return data->warning[warning].number > 0; };
+    const auto where = [&](mjtWarning warning) { return owner_of_velocity(data->warning[warning].lastinfo); };
+    if (happened(mjWARN_BADQACC))
+        return fail(
+            "t = %g s: the simulation diverged, the acceleration of '%s' is not finite or above 1e10; %s",
+            data->time, where(mjWARN_BADQACC), advice);
+    if (happened(mjWARN_BADQVEL))
+        return fail("t = %g s: the simulation diverged, the velocity of '%s' is not finite or above 1e10; %s",
+                    data->time, where(mjWARN_BADQVEL), advice);
+    for (int i = 0; i < mjNWARNING; ++i)
+        if (happened(static_cast<mjtWarning>(i)))
+            return fail("t = %g s: %s", data->time,
+                        mju_warningText(i, static_cast<size_t>(data->warning[i].lastinfo)));
+    return true;
+}
+
+Simulation::Simulation(std::shared_ptr<const World> world) : impl_(std::make_unique<Impl>(std::move(world))) {
+    reset();
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+const World& Simulation::world() const noexcept { return *impl_->owner; }
+
+void Simulation::reset() noexcept {
+    Impl& self = *impl_;
+    self.error[0] = '\0';
+    *self.measurement(self.at.step) = 0.0;
+    self.run([&] {
+        mj_resetData(self.model, self.data.get());
+        std::copy_n(self.world.start.data(), self.model->nq, self.data->qpos);
+        mj_forward(self.model, self.data.get());
+    });
+    self.measure_last_interval();
+    self.measure_now();
+}
+
+bool Simulation::step(std::span<const double> tau, std::span<const double> wrenches) noexcept {
+    Impl& self = *impl_;
+    if (self.error[0] != '\0' || !self.set_inputs(tau, wrenches)) return false;
+    *self.measurement(self.at.step) += 1.0;
+    self.run([&] {
+        mj_step2(self.model, self.data.get()); // forces at t_k, then q and v at t_k+1
+        self.measure_last_interval();          // before the contacts of t_k are forgotten
+        mj_step1(self.model, self.data.get()); // kinematics, velocities and contacts at t_k+1
+    });
+    self.measure_now();
+    return self.check_motion();
+}
+
+const char* Simulation::error() const noexcept { return impl_->error.data(); }
+double Simulation::time() const noexcept { return impl_->data->time; }
+
+Simulation::VectorView Simulation::s() const noexcept {
+    return {impl_->measurement(impl_->at.s), impl_->world.n()};
+}
+Simulation::VectorView Simulation::s_dot() const noexcept {
+    return {impl_->measurement(impl_->at.s_dot), impl_->world.n()};
+}
+Simulation::VectorView Simulation::s_ddot() const noexcept {
+    return {impl_->measurement(impl_->at.s_ddot), impl_->world.n()};
+}
+Simulation::VectorView Simulation::tau() const noexcept {
+    return {impl_->measurement(impl_->at.tau), impl_->world.n()};
+}
+Simulation::Matrix4View Simulation::w_H_b() const noexcept {
+    return Matrix4View(impl_->measurement(impl_->at.w_H_b));
+}
+Simulation::Vector6View Simulation::v_b() const noexcept {
+    return Vector6View(impl_->measurement(impl_->at.v_b));
+}
+Simulation::Vector3View Simulation::com() const noexcept {
+    return Vector3View(impl_->measurement(impl_->at.com));
+}
+Simulation::Matrix3View Simulation::imu_rotation() const noexcept {
+    return Matrix3View(impl_->measurement(impl_->at.imu_rotation));
+}
+Simulation::Vector3View Simulation::imu_rpy() const noexcept {
+    return Vector3View(impl_->measurement(impl_->at.imu_rpy));
+}
+Simulation::Vector3View Simulation::gyro() const noexcept {
+    return Vector3View(impl_->measurement(impl_->at.gyro));
+}
+Simulation::Vector3View Simulation::accelerometer() const noexcept {
+    return Vector3View(impl_->measurement(impl_->at.accelerometer));
+}
+Simulation::Matrix4View Simulation::foot_pose(int i) const noexcept {
+    return Matrix4View(impl_->measurement(impl_->at.foot_poses + 16 * i));
+}
+Simulation::Vector6View Simulation::foot_wrench(int i) const noexcept {
+    return Vector6View(impl_->measurement(impl_->at.foot_wrenches + 6 * i));
+}
+Simulation::Vector6View Simulation::ft_wrench(int i) const noexcept {
+    return Vector6View(impl_->measurement(impl_->at.ft_wrenches + 6 * i));
+}
+
+int Simulation::state_size() const noexcept {
+    return mj_stateSize(impl_->model, state_signature) + impl_->at.size;
+}
+
+void Simulation::save(double* state) const noexcept {
+    mj_getState(impl_->model, impl_->data.get(), state, state_signature);
+    std::copy(impl_->measured.begin(), impl_->measured.end(),
+              state + mj_stateSize(impl_->model, state_signature));
+}
+
+void Simulation::restore(const double* state) noexcept {
+    Impl& self = *impl_;
+    self.error[0] = '\0';
+    self.run([&] {
+        for (mjWarningStat& warning : self.data->warning) warning = {};
+        mj_setState(self.model, self.data.get(), state, state_signature);
+        mj_step1(self.model, self.data.get());
+    });
+    const double* measured = state + mj_stateSize(self.model, state_signature);
+    std::copy_n(measured, self.at.size, self.measured.begin());
+}
+
+} // namespace bf::physics

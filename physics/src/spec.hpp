@@ -1,0 +1,45 @@
+#pragma once
+
+#include "bf/physics/world_options.hpp"
+#include "urdf.hpp"
+
+#include <memory>
+#include <mujoco/mujoco.h>
+#include <string>
+#include <vector>
+
+namespace bf::physics {
+
+struct MujocoDeleter {
+    void operator()(mjSpec* spec) const { mj_deleteSpec(spec); }
+    void operator()(mjModel* model) const { mj_deleteModel(model); }
+    void operator()(mjData* data) const { mj_deleteData(data); }
+};
+using SpecPtr = std::unique_ptr<mjSpec, MujocoDeleter>;
+using ModelPtr = std::unique_ptr<mjModel, MujocoDeleter>;
+using DataPtr = std::unique_ptr<mjData, MujocoDeleter>;
+
+/// From now on MuJoCo prints nothing and writes no log file in this process: warnings are counted in mjData,
+/// which is where we read them, and errors, which would end the process, become std::runtime_error.
+void silence_mujoco();
+
+/// Which visual parts the model keeps.
+enum class Looks { none, meshes };
+
+/// MuJoCo's editable model of `options`, whose joint names and links must be complete (World fills them in).
+/// Joints are actuated by motors in the order of options.joints. Sites "base", "imu", "foot:i", "ft:i",
+/// "push:i" and sensors "accelerometer", "gyro", "force:i", "torque:i" carry the measurements. Throws
+/// std::runtime_error.
+SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks);
+
+/// kg, all links; a compiled model leaves out what is fixed to the world.
+double total_mass(mjSpec* spec);
+
+/// Throws std::runtime_error with MuJoCo's reason.
+ModelPtr compile(mjSpec* spec, const Urdf& urdf);
+DataPtr make_data(const mjModel* model);
+
+/// Id of a named object; throws std::logic_error when the model lost it.
+int id_of(const mjModel* model, mjtObj type, const std::string& name);
+
+} // namespace bf::physics

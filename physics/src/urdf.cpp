@@ -1,0 +1,195 @@
+#include "urdf.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <numeric>
+#include <stdexcept>
+
+namespace bf::physics {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Text without <!-- comments -->.
+std::string without_comments(std::string_view text) {
+    std::string result;
+    for (size_t at = 0;;) {
+        const size_t begin = text.find("<!--", at);
+        result += text.substr(at, begin - at);
+        if (begin == text.npos) return result;
+        at = text.find("-->", begin);
+        if (at == text.npos) return result;
+        at += 3;
+    }
+}
+
+/// Value of an attribute inside one tag, quoted either way; empty when absent.
+std::string attribute(std::string_view tag, std::string_view name) {
+    for (size_t at = tag.find(name); at != tag.npos; at = tag.find(name, at + 1)) {
+        size_t after = tag.find_first_not_of(" \t\r\n", at + name.size());
+        if (at == 0 || !std::isspace(static_cast<unsigned char>(tag[at - 1])) || after == tag.npos ||
+            tag[after] != '=')
+            continue;
+        after = tag.find_first_of("\"'", after);
+        if (after == tag.npos) return {};
+        const size_t end = tag.find(tag[after], after + 1);
+        return std::string(tag.substr(after + 1, end - after - 1));
+    }
+    return {};
+}
+
+bool is_tag(std::string_view tag, std::string_view name) {
+    return tag.starts_with(name) &&
+           (tag.size() == name.size() || std::isspace(static_cast<unsigned char>(tag[name.size()])) ||
+            tag[name.size()] == '/');
+}
+
+/// Edits that turn one name into the other (Levenshtein).
+size_t distance(std::string_view a, std::string_view b) {
+    std::vector<size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), size_t{0});
+    for (size_t i = 0; i < a.size(); ++i) {
+        size_t diagonal = row[0]++;
+        for (size_t j = 0; j < b.size(); ++j) {
+            const size_t replaced = diagonal + (a[i] != b[j]);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
+        }
+    }
+    return row.back();
+}
+
+std::string similar_names(std::string_view wanted, std::vector<std::string> names) {
+    std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+        return distance(wanted, a) < distance(wanted, b);
+    });
+    std::string text;
+    for (size_t i = 0; i < std::min<size_t>(3, names.size()); ++i) text += (i ? ", " : "") + names[i];
+    return text;
+}
+
+} // namespace
+
+Urdf Urdf::read(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream || fs::is_directory(file))
+        throw std::runtime_error("cannot read the URDF '" + file.string() + "' (as " +
+                                 fs::absolute(file).lexically_normal().string() +
+                                 "); check the path, relative ones start at the working directory");
+    Urdf urdf;
+    urdf.file = fs::absolute(file).lexically_normal();
+    urdf.text.assign(std::istreambuf_iterator<char>(stream), {});
+
+    const std::string text = without_comments(urdf.text);
+    bool in_joint = false;
+    bool in_link = false;
+    for (size_t begin = text.find('<'); begin != text.npos; begin = text.find('<', begin + 1)) {
+        const size_t end = text.find('>', begin);
+        if (end == text.npos) break;
+        const std::string_view tag = std::string_view(text).substr(begin + 1, end - begin - 1);
+        const bool is_empty = tag.ends_with('/');
+        if (is_tag(tag, "link")) {
+            urdf.links.push_back({attribute(tag, "name")});
+            in_link = !is_empty;
+        } else if (is_tag(tag, "joint") &&
+                   !attribute(tag, "type").empty()) { // transmissions name joints as well
+            urdf.joints.push_back({attribute(tag, "name"), attribute(tag, "type"), {}, {}});
+            in_joint = !is_empty;
+        } else if (is_tag(tag, "/link"))
+            in_link = false;
+        else if (is_tag(tag, "/joint"))
+            in_joint = false;
+        else if (in_link && is_tag(tag, "inertial"))
+            urdf.links.back().has_inertia = true;
+        else if (in_joint && is_tag(tag, "parent"))
+            urdf.joints.back().parent = attribute(tag, "link");
+        else if (in_joint && is_tag(tag, "child"))
+            urdf.joints.back().child = attribute(tag, "link");
+    }
+    if (urdf.links.empty())
+        throw std::runtime_error("'" + urdf.file.string() + "' contains no <link>; a URDF robot is expected");
+    return urdf;
+}
+
+const std::string& Urdf::root() const {
+    for (const UrdfLink& link : links)
+        if (std::none_of(joints.begin(), joints.end(),
+                         [&](const UrdfJoint& j) { return j.child == link.name; }))
+            return link.name;
+    throw std::runtime_error("'" + file.string() +
+                             "' has no root: every link is the child of a joint, in a loop");
+}
+
+const std::string& Urdf::first_heavy_link() const {
+    std::vector<std::string_view> level{root()};
+    for (size_t i = 0; i < level.size() && i < links.size(); ++i) {
+        for (const UrdfLink& link : links)
+            if (link.name == level[i] && link.has_inertia) return link.name;
+        for (const UrdfJoint& joint : joints)
+            if (joint.parent == level[i]) level.push_back(joint.child);
+    }
+    throw std::runtime_error("no link of '" + file.string() +
+                             "' has an <inertial>; a robot needs mass to move");
+}
+
+const UrdfJoint* Urdf::find_joint(std::string_view name) const {
+    const auto found =
+        std::find_if(joints.begin(), joints.end(), [&](const auto& j) { return j.name == name; });
+    return found == joints.end() ? nullptr : &*found;
+}
+
+bool Urdf::has_link(std::string_view name) const {
+    return std::any_of(links.begin(), links.end(), [&](const auto& link) { return link.name == name; });
+}
+
+void Urdf::require_link(const std::string& name, const std::string& role) const {
+    if (has_link(name)) return;
+    std::vector<std::string> names;
+    for (const UrdfLink& link : links) names.push_back(link.name);
+    throw std::runtime_error("'" + file.string() + "' has no link '" + name + "', wanted as " + role +
+                             "; similar names: " + similar_names(name, std::move(names)));
+}
+
+const UrdfJoint& Urdf::require_motor(const std::string& name) const {
+    const UrdfJoint* joint = find_joint(name);
+    if (joint && joint->is_movable()) return *joint;
+    if (joint)
+        throw std::runtime_error("joint '" + name + "' of '" + file.string() +
+                                 "' has no motor: its type is " + joint->type +
+                                 "; controlled joints are revolute, continuous or prismatic");
+    std::vector<std::string> names;
+    for (const UrdfJoint& other : joints)
+        if (other.is_movable()) names.push_back(other.name);
+    throw std::runtime_error("'" + file.string() + "' has no joint '" + name +
+                             "'; similar names: " + similar_names(name, std::move(names)));
+}
+
+fs::path Urdf::mesh_file(const std::string& address, const std::string& link,
+                         const std::vector<fs::path>& package_paths) const {
+    std::vector<fs::path> candidates;
+    const std::string_view package_scheme = "package://";
+    const std::string_view file_scheme = "file://";
+    if (address.starts_with(package_scheme)) {
+        const fs::path inside = address.substr(package_scheme.size()); // package/path
+        for (const fs::path& folder : package_paths) candidates.push_back(folder / inside);
+        for (fs::path folder = file.parent_path(); folder != folder.root_path();
+             folder = folder.parent_path())
+            candidates.push_back(folder / inside);
+    } else if (address.starts_with(file_scheme)) {
+        candidates.push_back(address.substr(file_scheme.size()));
+    } else {
+        candidates.push_back(file.parent_path() / address);
+    }
+    std::string searched;
+    for (const fs::path& candidate : candidates) {
+        if (fs::is_regular_file(candidate)) return candidate.lexically_normal();
+        searched += "\n- " + candidate.string();
+    }
+    throw std::runtime_error(
+        "mesh '" + address + "' of link '" + link + "' in '" + file.string() +
+        "' was not found; add the folder that holds the package to package_paths; searched:" + searched);
+}
+
+} // namespace bf::physics

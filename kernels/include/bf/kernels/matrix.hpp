@@ -1,0 +1,109 @@
+#pragma once
+
+#include "bf/kernels/scalar.hpp"
+#include "bf/kernels/view.hpp"
+
+/// Products and patterns of matrices. Outputs share no memory with inputs.
+namespace bf::kernels {
+
+namespace detail {
+
+/// y += f x, n elements.
+template <class T> constexpr void add_scaled(T* __restrict y, const T* __restrict x, T f, int n) noexcept {
+    for (int i = 0; i < n; ++i) y[i] = add(y[i], multiply(x[i], f));
+}
+
+/// R × C elements of y = a b: y and a have `rows` rows, b has `depth`. The sums stay in registers.
+template <int R, int C, class T>
+constexpr void product_tile(T* __restrict y, const T* __restrict a, const T* __restrict b, int rows,
+                            int depth) noexcept {
+    T sum[C][R] = {};
+    for (int k = 0; k < depth; ++k, a += rows, ++b)
+        for (int c = 0; c < C; ++c)
+            for (int r = 0; r < R; ++r) sum[c][r] = add(sum[c][r], multiply(a[r], b[c * depth]));
+    for (int c = 0; c < C; ++c)
+        for (int r = 0; r < R; ++r) y[r + c * rows] = sum[c][r];
+}
+
+/// C columns of y = a b.
+template <int C, class T>
+constexpr void product_columns(T* y, const T* a, const T* b, int rows, int depth) noexcept {
+    int i = 0;
+    for (; i + 4 <= rows; i += 4) product_tile<4, C>(y + i, a + i, b, rows, depth);
+    for (; i + 2 <= rows; i += 2) product_tile<2, C>(y + i, a + i, b, rows, depth);
+    if (i < rows) product_tile<1, C>(y + i, a + i, b, rows, depth);
+}
+
+/// y (rows × cols) = a (rows × depth) b (depth × cols).
+template <class T>
+constexpr void product(T* y, const T* a, const T* b, int rows, int depth, int cols) noexcept {
+    int j = 0;
+    for (; j + 2 <= cols; j += 2) product_columns<2>(y + j * rows, a, b + j * depth, rows, depth);
+    if (j < cols) product_columns<1>(y + j * rows, a, b + j * depth, rows, depth);
+}
+
+} // namespace detail
+
+/// y = a b, y_ij = Σ_k a_ik b_kj summed in the order of k. Shapes: m × p = (m × n)(n × p).
+struct MatrixProduct {
+    static constexpr const char* name = "bf::kernels::MatrixProduct{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class Y, class A, class B>
+    constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
+        using T = Element<Y>;
+        detail::product<T>(y.data, a.data, b.data, a.rows, a.cols, b.cols);
+    }
+};
+
+/// y = M x + N u: output, update or derivative of a linear system.
+struct StateSpace {
+    static constexpr const char* name = "bf::kernels::StateSpace{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class M, class N, class X, class U>
+    constexpr void operator()(const Y& y, const M& m, const N& n, const X& x, const U& u) const noexcept {
+        using T = Element<Y>;
+        detail::product<T>(y.data, m.data, x.data, m.rows, m.cols, 1);
+        for (int k = 0; k < n.cols; ++k) detail::add_scaled<T>(y.data, n.data + k * n.rows, u[k], n.rows);
+    }
+};
+
+/// y = uᵀ.
+struct Transpose {
+    static constexpr const char* name = "bf::kernels::Transpose{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
+        for (int j = 0; j < u.cols; ++j)
+            for (int i = 0; i < u.rows; ++i) y(j, i) = u(i, j);
+    }
+};
+
+/// y = matrix with the vector u on its diagonal, 0 elsewhere.
+struct Diagonal {
+    static constexpr const char* name = "bf::kernels::Diagonal{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = 0;
+        for (int i = 0; i < u.size(); ++i) y(i, i) = u[i];
+    }
+};
+
+/// y = diagonal of the matrix u.
+struct DiagonalOf {
+    static constexpr const char* name = "bf::kernels::DiagonalOf{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = u(i, i);
+    }
+};
+
+/// y = identity, also of a rectangle.
+struct Identity {
+    static constexpr const char* name = "bf::kernels::Identity{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y> constexpr void operator()(const Y& y) const noexcept {
+        for (int j = 0; j < y.cols; ++j)
+            for (int i = 0; i < y.rows; ++i) y(i, j) = i == j;
+    }
+};
+
+} // namespace bf::kernels

@@ -42,6 +42,27 @@ bool known_size(const Declaration& d, const Slot& slot, Size& size) {
     return size.rows >= 0 && size.cols >= 0;
 }
 
+/// Throws when the element types that wiring decided are not among those that a rule can work on.
+void check_types(const Declaration& d) {
+    for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules})
+        for (const Call& call : *rules) {
+            std::size_t version = 0;
+            bool known = true;
+            for (int symbol = 0; symbol < call.symbols; ++symbol) {
+                const auto s = static_cast<std::size_t>(symbol);
+                known = known && s < d.types.size() && d.types[s].known;
+                version = version * type_count + (known ? static_cast<std::size_t>(d.types[s].type) : 0);
+            }
+            if (!known || call.run[version]) continue;
+            for (const auto& operand : call.operands)
+                if (operand.slot >= 0 && d.slots[static_cast<std::size_t>(operand.slot)].type_symbol == 0)
+                    throw ResolutionError(
+                        label(d.slots[static_cast<std::size_t>(operand.slot)]) + " cannot be of type " +
+                        name(d.types[0].type) +
+                        ", for which this operation is not defined; insert a Convert block");
+        }
+}
+
 } // namespace
 
 bool offer(Declaration& d, int index, const Size& offered) {
@@ -118,6 +139,7 @@ bool propagate(Block& block) {
         again = again || count() != before;
         learned = learned || again;
     }
+    check_types(d);
     return learned;
 }
 

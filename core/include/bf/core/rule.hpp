@@ -148,7 +148,11 @@ template <class K, bool is_written, class T0, class T1> auto operand(const Opera
 
 template <class Kernel, class... Views> Status apply(const Views&... views) {
     if constexpr (std::is_same_v<decltype(Kernel{}(views...)), bool>) {
-        return Kernel{}(views...) ? ok : Status::failure(Kernel::failure);
+        if (Kernel{}(views...)) return ok;
+        if constexpr (requires { Kernel::failure; })
+            return Status::failure(Kernel::failure);
+        else
+            return Status::failure("the result is not defined for these inputs");
     } else {
         Kernel{}(views...);
         return ok;

@@ -84,8 +84,8 @@ RigidInertia in_world(const pinocchio::SE3& placement, const pinocchio::Inertia&
     inertia.mass = link.mass();
     inertia.moment = link.mass() * c;
     inertia.rotational = link.inertia().rotate(R).matrix();
-    inertia.rotational.noalias() -= inertia.moment * c.transpose();
-    inertia.rotational.diagonal().array() += inertia.moment.dot(c);
+    inertia.rotational -= link.mass() * Matrix3d(c * c.transpose());
+    inertia.rotational.diagonal().array() += link.mass() * c.squaredNorm();
     return inertia;
 }
 

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 std::string read(const fs::path& path) {
     std::ifstream file(path);
     std::ostringstream text;
-    if (!fs::is_regular_file(path) || !(text << file.rdbuf())) {
+    if (!fs::is_regular_file(path) || !file || (file.peek() != EOF && !(text << file.rdbuf()))) {
         throw std::runtime_error("URDF file '" + path.string() +
                                  "' cannot be read: check the path, or look the robot up with find_urdf");
     }

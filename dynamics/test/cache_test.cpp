@@ -1,0 +1,162 @@
+#include "robots.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <thread>
+
+#ifndef __SANITIZE_ADDRESS__ // which has an allocator of its own
+namespace {
+thread_local long allocations = 0;
+}
+extern "C" void* __libc_malloc(std::size_t);
+extern "C" void* malloc(
+    std::size_t size) { // NOLINT: counts what every allocation of C++, C and Eigen goes through
+    ++allocations;
+    return __libc_malloc(size);
+}
+#endif
+
+namespace bf::dynamics::test {
+namespace {
+
+class Cache : public testing::Test {
+  protected:
+    Quantities fresh(const State& at) {
+        Data fresh_data(model);
+        set(model, fresh_data, at);
+        return ask(fresh_data);
+    }
+
+    Quantities ask(Data& of) {
+        Quantities result(model);
+        result.compute(model, of, frame, reference, nu_dot);
+        return result;
+    }
+
+    std::mt19937 random{3};
+    Model model = Model::load(icub, icub_joints);
+    Data data{model};
+    State state = random_state(model.joints(), random), other = random_state(model.joints(), random);
+    Eigen::VectorXd nu_dot = random_vector(model.velocities(), random);
+    Frame frame = model.frame("l_sole"), reference = model.frame("r_hand");
+};
+
+} // namespace
+
+TEST_F(Cache, ChangingOneInputAtATimeGivesWhatFreshDataGives) {
+    set(model, data, state);
+    ask(data);
+    const auto change = [&](const char* what, auto&& apply) {
+        SCOPED_TRACE(what);
+        const Quantities before = fresh(state);
+        apply();
+        const Quantities after = fresh(state);
+        EXPECT_FALSE(before == after) << "the change must matter";
+        set(model, data, state);
+        EXPECT_TRUE(ask(data) == after);
+    };
+    for (int round = 0; round < 2; ++round) {
+        change("base position", [&] { state.w_H_b.col(3) = other.w_H_b.col(3); });
+        change("base rotation", [&] { state.w_H_b.leftCols<3>() = other.w_H_b.leftCols<3>(); });
+        change("one joint position", [&] { state.s[4] = other.s[4]; });
+        change("all joint positions", [&] { state.s = other.s; });
+        change("base linear velocity", [&] { state.nu_base.head<3>() = other.nu_base.head<3>(); });
+        change("base angular velocity", [&] { state.nu_base.tail<3>() = other.nu_base.tail<3>(); });
+        change("one joint velocity", [&] { state.s_dot[22] = other.s_dot[22]; });
+        change("all joint velocities", [&] { state.s_dot = other.s_dot; });
+        other = random_state(model.joints(), random);
+    }
+}
+
+TEST_F(Cache, OrderOfQuestionsDoesNotMatter) {
+    const Quantities expected = fresh(state);
+    set(model, data, state);
+    Quantities result(model);
+    centroidal_momentum(model, data, result.H);
+    relative_jacobian(model, data, reference, frame, result.relative_J);
+    inverse_dynamics(model, data, nu_dot.head<6>(), nu_dot.tail(model.joints()), result.tau);
+    com_bias_acceleration(model, data, result.com_J_dot_nu);
+    mass_matrix(model, data, result.M);
+    jacobian(model, data, frame, result.J);
+    EXPECT_EQ(result.H, expected.H);
+    EXPECT_EQ(result.relative_J, expected.relative_J);
+    EXPECT_EQ(result.tau, expected.tau);
+    EXPECT_EQ(result.com_J_dot_nu, expected.com_J_dot_nu);
+    EXPECT_EQ(result.M, expected.M);
+    EXPECT_EQ(result.J, expected.J);
+}
+
+TEST_F(Cache, CallersThatOnlyKnowThePositionKeepTheVelocities) {
+    set(model, data, state);
+    set_position(model, data, other.w_H_b, other.s);
+    State mixed = other;
+    mixed.nu_base = state.nu_base;
+    mixed.s_dot = state.s_dot;
+    EXPECT_TRUE(ask(data) == fresh(mixed));
+    set_joint_position(model, data, state.s);
+    mixed.s = state.s;
+    EXPECT_TRUE(ask(data) == fresh(mixed));
+}
+
+TEST_F(Cache, AStateSetAgainCostsAlmostNothing) {
+    using Clock = std::chrono::steady_clock;
+    Eigen::MatrixXd M(model.velocities(), model.velocities());
+    Eigen::VectorXd h(model.velocities());
+    const auto fastest = [&](const State& a, const State& b) { // of several, because the machine is shared
+        auto best = Clock::duration::max();
+        for (int repetition = 0; repetition < 2000; ++repetition) {
+            const auto begin = Clock::now();
+            for (const State* at : {&a, &b}) {
+                set_position(model, data, at->w_H_b, at->s);
+                mass_matrix(model, data, M);
+                set(model, data, *at);
+                bias_forces(model, data, h);
+            }
+            best = std::min(best, Clock::now() - begin);
+        }
+        return best;
+    };
+    const auto same = fastest(state, state);
+    EXPECT_LT(3 * same, fastest(state, other));
+}
+
+TEST_F(Cache, DefaultStateIsAtRestAtTheOrigin) {
+    State rest;
+    rest.s = rest.s_dot = Eigen::VectorXd::Zero(model.joints());
+    rest.nu_base.setZero();
+    EXPECT_TRUE(ask(data) == fresh(rest));
+    EXPECT_EQ(ask(data).H, Vector6::Zero());
+}
+
+TEST_F(Cache, ModelIsSharedByThreadsWithTheirOwnData) {
+    const Quantities expected = fresh(state), expected_other = fresh(other);
+    bool right = true;
+    std::thread thread([&] {
+        for (int i = 0; i < 200; ++i) right = right && fresh(other) == expected_other;
+    });
+    for (int i = 0; i < 200; ++i) EXPECT_TRUE(fresh(state) == expected);
+    thread.join();
+    EXPECT_TRUE(right);
+}
+
+#ifndef __SANITIZE_ADDRESS__
+TEST_F(Cache, AlgorithmsDoNotAllocate) {
+    Quantities result(model);
+    long before = allocations;
+    const Eigen::VectorXd counted(10);
+    ASSERT_GT(allocations, before) << "the counter must see Eigen";
+    before = allocations;
+    for (int i = 0; i < 3; ++i) {
+        set(model, data, state);
+        result.compute(model, data, frame, reference, nu_dot);
+        set_position(model, data, other.w_H_b, other.s);
+        result.compute(model, data, reference, frame, nu_dot);
+        set_joint_position(model, data, state.s);
+        result.compute(model, data, frame, reference, nu_dot);
+    }
+    EXPECT_EQ(allocations, before);
+}
+#endif
+
+} // namespace bf::dynamics::test

@@ -1,0 +1,106 @@
+#pragma once
+
+#include "bf/kernels/functions.hpp"
+
+/// Signals as functions of the time t [s], a scalar operand in double; parameters expand.
+namespace bf::kernels {
+
+/// y = before for t < step_time, after from there on.
+struct Step {
+    static constexpr const char* name = "bf::kernels::Step{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class S, class B, class A, class T>
+    constexpr void operator()(const Y& y, const S& step_time, const B& before, const A& after,
+                              const T& t) const noexcept {
+        for (int i = 0; i < y.size(); ++i)
+            y[i] = t[0] < step_time[pick(i, step_time.size())] ? before[pick(i, before.size())]
+                                                               : after[pick(i, after.size())];
+    }
+};
+
+/// y = initial + slope · max(t - start, 0).
+struct Ramp {
+    static constexpr const char* name = "bf::kernels::Ramp{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class S, class B, class I, class T>
+    constexpr void operator()(const Y& y, const S& slope, const B& start, const I& initial,
+                              const T& t) const noexcept {
+        for (int i = 0; i < y.size(); ++i) {
+            const double since = maximum<double>(t[0] - start[pick(i, start.size())], 0);
+            y[i] = static_cast<Element<Y>>(initial[pick(i, initial.size())] +
+                                           slope[pick(i, slope.size())] * since);
+        }
+    }
+};
+
+/// y = amplitude · sin(frequency · t + phase) + bias; frequency [rad/s], phase [rad].
+struct SineWave {
+    static constexpr const char* name = "bf::kernels::SineWave{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class A, class F, class P, class B, class T>
+    void operator()(const Y& y, const A& amplitude, const F& frequency, const P& phase, const B& bias,
+                    const T& t) const noexcept {
+        for (int i = 0; i < y.size(); ++i) {
+            const double angle = frequency[pick(i, frequency.size())] * t[0] + phase[pick(i, phase.size())];
+            y[i] = static_cast<Element<Y>>(amplitude[pick(i, amplitude.size())] * Sin::apply<double>(angle) +
+                                           bias[pick(i, bias.size())]);
+        }
+    }
+};
+
+/// y = amplitude during the first `width` percent of every period [s] after the delay [s], else 0.
+struct Pulse {
+    static constexpr const char* name = "bf::kernels::Pulse{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class A, class P, class W, class D, class T>
+    constexpr void operator()(const Y& y, const A& amplitude, const P& period, const W& width, const D& delay,
+                              const T& t) const noexcept {
+        for (int i = 0; i < y.size(); ++i) {
+            const double since = t[0] - delay[pick(i, delay.size())], p = period[pick(i, period.size())];
+            const bool high = since >= 0 && std::fmod(since, p) < p * (width[pick(i, width.size())] / 100.0);
+            y[i] = high ? static_cast<Element<Y>>(amplitude[pick(i, amplitude.size())]) : Element<Y>(0);
+        }
+    }
+};
+
+/// y = sin(2π (f₀ t + (f₁ - f₀) t² / (2 T))): the frequency [Hz] grows from f₀ and reaches f₁ at T = target
+/// [s].
+struct Chirp {
+    static constexpr const char* name = "bf::kernels::Chirp{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class A, class B, class C, class T>
+    void operator()(const Y& y, const A& f0, const B& f1, const C& target, const T& t) const noexcept {
+        for (int i = 0; i < y.size(); ++i) {
+            const double f = f0[pick(i, f0.size())], rise = f1[pick(i, f1.size())] - f;
+            const double turns = f * t[0] + rise * t[0] * t[0] / (2 * target[pick(i, target.size())]);
+            y[i] = static_cast<Element<Y>>(Sin::apply<double>(2 * 3.14159265358979323846 * turns));
+        }
+    }
+};
+
+/// Piecewise linear table: y_j = value at u_j between the points (x_k, v_k), x increasing; beyond the ends
+/// the first or last value is held. At least one point; a NaN gives NaN.
+struct Interpolate {
+    static constexpr const char* name = "bf::kernels::Interpolate{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class X, class V, class U>
+    constexpr void operator()(const Y& y, const X& x, const V& v, const U& u) const noexcept {
+        using R = Element<Y>;
+        const int last = x.size() - 1;
+        for (int j = 0; j < y.size(); ++j) {
+            const auto at = u[pick(j, u.size())];
+            int k = 0;
+            while (k < last - 1 && at >= x[k + 1]) ++k;
+            if (at <= x[0])
+                y[j] = v[0];
+            else if (at >= x[last])
+                y[j] = v[last];
+            else if (last == 0)
+                y[j] = at; // NaN
+            else
+                y[j] = static_cast<R>(v[k] + (v[k + 1] - v[k]) * ((at - x[k]) / (x[k + 1] - x[k])));
+        }
+    }
+};
+
+} // namespace bf::kernels

@@ -1,1 +1,183 @@
 #include "bf/physics/renderer.hpp"
+#include "scene.hpp"
+#include "spec.hpp"
+#include "world_impl.hpp"
+
+#include <GL/osmesa.h>
+#include <algorithm>
+#include <sstream>
+#include <stdexcept>
+
+namespace bf::physics {
+
+namespace {
+
+constexpr int max_geoms = 2000;
+
+/// CPU-only OpenGL context. MuJoCo draws into a buffer of its own, so that this one is as small as possible.
+class Canvas {
+  public:
+    Canvas() : context_(OSMesaCreateContextExt(OSMESA_RGBA, 24, 8, 8, nullptr)) {
+        if (!context_)
+            throw std::runtime_error(
+                "cannot create an off-screen OpenGL context; install Mesa's OSMesa library");
+    }
+    ~Canvas() { OSMesaDestroyContext(context_); }
+    Canvas(const Canvas&) = delete;
+    Canvas& operator=(const Canvas&) = delete;
+
+    void make_current() {
+        if (!OSMesaMakeCurrent(context_, pixels_, GL_UNSIGNED_BYTE, 8, 8))
+            throw std::runtime_error("cannot activate the off-screen OpenGL context");
+    }
+
+  private:
+    OSMesaContext context_;
+    unsigned char pixels_[8 * 8 * 4] = {};
+};
+
+} // namespace
+
+void RenderOptions::validate() const {
+    std::ostringstream text;
+    const auto require = [&](bool rule, const char* name, double value, const char* remedy) {
+        if (!rule) text << "\n- " << name << " is " << value << "; " << remedy;
+    };
+    require(width > 0 && width <= 8192, "width", width, "it must be 1 to 8192 pixels");
+    require(height > 0 && height <= 8192, "height", height, "it must be 1 to 8192 pixels");
+    require(samples >= 0 && samples <= 64, "samples", samples, "it must be 0 to 64");
+    require(distance > 0.0, "distance", distance, "it must be positive (m)");
+    require(metres_per_newton >= 0.0, "metres_per_newton", metres_per_newton, "it must not be negative");
+    if (!text.str().empty()) throw std::invalid_argument("render options:" + text.str());
+}
+
+struct Renderer::Impl {
+    RenderOptions options;
+    ModelPtr model;
+    DataPtr data;
+    std::vector<int> position; ///< joint → index in qpos
+    int base_site;
+    Canvas canvas;
+    mjvScene scene;
+    mjrContext drawing;
+
+    Impl(const World& world, const RenderOptions& wanted) : options(wanted) {
+        // The robot hangs on a body that can be put anywhere, so a base is drawn where it is, floating or
+        // fixed.
+        WorldOptions drawn = world.options();
+        drawn.floating_base = false;
+        const Urdf urdf = Urdf::read(drawn.urdf);
+        const SpecPtr spec = make_spec(drawn, urdf, Looks::meshes);
+        mjs_findBody(spec.get(), urdf.root().c_str())->mocap = 1;
+        decorate(spec.get(), options);
+        model = compile(spec.get(), urdf);
+        data = make_data(model.get());
+        base_site = id_of(model.get(), mjOBJ_SITE, "base");
+        for (const std::string& name : world.joint_names())
+            position.push_back(model->jnt_qposadr[id_of(model.get(), mjOBJ_JOINT, name)]);
+
+        canvas.make_current();
+        mjr_defaultContext(&drawing);
+        mjr_makeContext(model.get(), &drawing, mjFONTSCALE_100);
+        mjv_defaultScene(&scene);
+        mjv_makeScene(model.get(), &scene, max_geoms);
+    }
+
+    ~Impl() {
+        mjv_freeScene(&scene);
+        if (OSMesaGetCurrentContext() == nullptr) canvas.make_current();
+        mjr_freeContext(&drawing);
+    }
+
+    void place_root(const Eigen::Matrix4d& w_H_root) {
+        const Eigen::Quaterniond q(Eigen::Matrix3d(w_H_root.topLeftCorner<3, 3>()));
+        const double rotation[4] = {q.w(), q.x(), q.y(), q.z()};
+        std::copy_n(w_H_root.col(3).data(), 3, data->mocap_pos);
+        std::copy_n(rotation, 4, data->mocap_quat);
+        mj_kinematics(model.get(), data.get());
+    }
+};
+
+Renderer::Renderer(const World& world, RenderOptions options) {
+    options.validate();
+    impl_ = std::make_unique<Impl>(world, options);
+}
+
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+const RenderOptions& Renderer::options() const { return impl_->options; }
+
+void Renderer::render(const Eigen::Matrix4d& w_H_b, std::span<const double> s, std::span<const Arrow> arrows,
+                      Image& image) {
+    Impl& self = *impl_;
+    if (s.size() != self.position.size())
+        throw std::invalid_argument("render got " + std::to_string(s.size()) +
+                                    " joint positions; the robot has " +
+                                    std::to_string(self.position.size()));
+    for (size_t i = 0; i < s.size(); ++i) self.data->qpos[self.position[i]] = s[i];
+    self.place_root(Eigen::Matrix4d::Identity());
+    const Eigen::Matrix4d root_H_base =
+        transform(self.data->site_xpos + 3 * self.base_site, self.data->site_xmat + 9 * self.base_site);
+    self.place_root(w_H_b * inverse(root_H_base));
+    mj_comPos(self.model.get(), self.data.get());
+    mj_camlight(self.model.get(), self.data.get());
+
+    mjvOption option;
+    mjv_defaultOption(&option);
+    mjvCamera camera;
+    mjv_defaultFreeCamera(self.model.get(), &camera);
+    camera.azimuth = self.options.azimuth;
+    camera.elevation = self.options.elevation;
+    camera.distance = self.options.distance;
+    camera.lookat[0] = w_H_b(0, 3);
+    camera.lookat[1] = w_H_b(1, 3);
+    camera.lookat[2] = self.options.look_at_height;
+    mjv_updateScene(self.model.get(), self.data.get(), &option, nullptr, &camera, mjCAT_ALL, &self.scene);
+    self.scene.flags[mjRND_HAZE] = 1;
+    for (int i = 0; i < self.scene.nlight;
+         ++i) { // the shadow is drawn around the lamp, so lamps follow the robot
+        if (self.scene.lights[i].headlight) continue;
+        for (int axis : {0, 1}) self.scene.lights[i].pos[axis] += static_cast<float>(w_H_b(axis, 3));
+    }
+    for (const Arrow& arrow : arrows) add_arrow(self.scene, arrow);
+
+    const int width = self.options.width;
+    const int height = self.options.height;
+    const size_t row = 3 * static_cast<size_t>(width);
+    image.width = width;
+    image.height = height;
+    image.pixels.resize(row * static_cast<size_t>(height));
+    self.canvas.make_current();
+    mjr_setBuffer(mjFB_OFFSCREEN, &self.drawing);
+    const mjrRect whole{0, 0, width, height};
+    mjr_render(whole, &self.scene, &self.drawing);
+    mjr_readPixels(image.pixels.data(), nullptr, whole, &self.drawing);
+    for (int top = 0, bottom = height - 1; top < bottom; ++top, --bottom) // OpenGL starts at the bottom
+        std::swap_ranges(image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * top,
+                         image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * (top + 1),
+                         image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * bottom);
+}
+
+void Renderer::render(const Simulation& simulation, Image& image) {
+    const auto s = simulation.s();
+    const std::vector<Arrow> arrows = force_arrows(simulation);
+    render(Eigen::Matrix4d(simulation.w_H_b()), {s.data(), static_cast<size_t>(s.size())}, arrows, image);
+}
+
+std::vector<Arrow> Renderer::force_arrows(const Simulation& simulation) const {
+    std::vector<Arrow> arrows;
+    const int feet = static_cast<int>(simulation.world().options().feet.size());
+    for (int i = 0; i < feet; ++i) {
+        const Vector6d wrench = simulation.foot_wrench(i);
+        if (wrench[2] < 1.0) continue;
+        // centre of pressure on a level floor: (x, y) = (-m_y, m_x) / f_z
+        const Eigen::Vector3d lever(-wrench[4] / wrench[2], wrench[3] / wrench[2], 0.0);
+        arrows.push_back({simulation.foot_pose(i).topRightCorner<3, 1>() + lever,
+                          impl_->options.metres_per_newton * wrench.head<3>(), Arrow::Kind::contact});
+    }
+    return arrows;
+}
+
+} // namespace bf::physics

@@ -1,0 +1,164 @@
+#include "bf/physics/renderer.hpp"
+#include "robots.hpp"
+
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <set>
+
+using namespace bf::physics;
+using namespace bf::physics::test;
+
+namespace {
+
+/// Share of pixels that differ by more than 20 in some channel.
+double difference(const Image& a, const Image& b) {
+    size_t count = 0;
+    for (size_t i = 0; i < a.pixels.size(); i += 3) {
+        int largest = 0;
+        for (size_t c = 0; c < 3; ++c)
+            largest = std::max(largest, std::abs(a.pixels[i + c] - b.pixels[i + c]));
+        count += largest > 20;
+    }
+    return 3.0 * static_cast<double>(count) / static_cast<double>(a.pixels.size());
+}
+
+std::string read_file(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::string message_of(auto&& action) {
+    try {
+        action();
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+    return {};
+}
+
+const std::string output = BF_BINARY_DIRECTORY "/";
+
+} // namespace
+
+TEST(Renderer, DrawsTheRobotInItsPose) {
+    Simulation sim = simulate(icub_options());
+    HoldPosture hold(sim.world());
+    for (int k = 0; k < 1000; ++k) ASSERT_TRUE(sim.step(hold(sim)));
+    Renderer renderer(sim.world());
+    Image standing, again, waving, empty, arrows;
+    renderer.render(sim, arrows);
+    EXPECT_EQ(arrows.width, 960);
+    EXPECT_EQ(arrows.pixels.size(), 3u * 960 * 720);
+
+    const Eigen::Matrix4d w_H_b = sim.w_H_b();
+    std::vector<double> s = icub_posture();
+    renderer.render(w_H_b, s, {}, standing);
+    renderer.render(w_H_b, s, {}, again);
+    EXPECT_EQ(standing.pixels, again.pixels);
+    const std::set<std::uint8_t> shades(standing.pixels.begin(), standing.pixels.end());
+    EXPECT_GT(shades.size(), 100u) << "blank";
+
+    s[4] = 2.0; // left arm up
+    renderer.render(w_H_b, s, {}, waving);
+    EXPECT_GT(difference(standing, waving), 0.005);
+    Eigen::Matrix4d sunk = w_H_b;
+    sunk(2, 3) -= 5.0;
+    renderer.render(sunk, s, {}, empty);
+    EXPECT_GT(difference(standing, empty), 0.05) << "the robot covers part of the picture";
+    EXPECT_GT(difference(arrows, standing), 0.001) << "contact forces are drawn";
+    write_png(output + "icub.png", arrows);
+    EXPECT_TRUE(read_file(output + "icub.png").starts_with("\x89PNG"));
+}
+
+TEST(Renderer, FollowsTheBaseOverTheFloor) {
+    Simulation sim = simulate(icub_options());
+    Renderer renderer(sim.world(), {.width = 200, .height = 150});
+    Image here, there;
+    Eigen::Matrix4d w_H_b = sim.w_H_b();
+    renderer.render(w_H_b, icub_posture(), {}, here);
+    w_H_b(0, 3) += 10.0; // a whole number of squares
+    renderer.render(w_H_b, icub_posture(), {}, there);
+    EXPECT_LT(difference(here, there), 0.02);
+}
+
+TEST(Renderer, DrawsAFixedBase) {
+    WorldOptions options;
+    options.urdf = write_urdf("drawn_pendulum", R"(
+      <link name="world_frame"/>
+      <link name="bob"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+        <visual><origin xyz="0 0 0.3"/><geometry><box size="0.1 0.1 0.6"/></geometry></visual></link>
+      <joint name="swing" type="continuous"><axis xyz="1 0 0"/><parent link="world_frame"/><child link="bob"/></joint>)");
+    options.floating_base = false;
+    options.base_link = "world_frame";
+    Simulation sim = simulate(options);
+    Renderer renderer(sim.world(), {.width = 200, .height = 150});
+    Image up, aside;
+    renderer.render(sim.w_H_b(), std::vector<double>{0.0}, {}, up);
+    renderer.render(sim.w_H_b(), std::vector<double>{1.0}, {}, aside);
+    EXPECT_GT(difference(up, aside), 0.005);
+}
+
+TEST(Renderer, NamesAMeshItCannotFind) {
+    WorldOptions options;
+    options.urdf = write_urdf("meshes", R"(
+      <link name="body"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+        <visual><geometry><mesh filename="package://nobody/meshes/body.stl"/></geometry></visual></link>)");
+    options.package_paths = {"/some/where"};
+    const World world(options); // the physics needs no meshes
+    const std::string text = message_of([&] { Renderer renderer(world); });
+    for (const char* part :
+         {"mesh 'package://nobody/meshes/body.stl' of link 'body'", "add the folder that holds",
+          "package_paths", "- /some/where/nobody/meshes/body.stl"})
+        EXPECT_NE(text.find(part), std::string::npos) << text;
+}
+
+TEST(Renderer, RefusesWrongSizes) {
+    EXPECT_EQ(message_of([] { RenderOptions{.width = 0, .distance = -1.0}.validate(); }),
+              "render options:\n- width is 0; it must be 1 to 8192 pixels\n- distance is -1; it must be "
+              "positive (m)");
+    Simulation sim = simulate(icub_options());
+    Renderer renderer(sim.world(), {.width = 20, .height = 15});
+    Image image;
+    EXPECT_EQ(message_of([&] { renderer.render(sim.w_H_b(), std::vector<double>(2), {}, image); }),
+              "render got 2 joint positions; the robot has 23");
+}
+
+TEST(VideoWriter, WritesAnMp4ThroughFfmpeg) {
+    Simulation sim = simulate(icub_options());
+    Renderer renderer(sim.world(), {.width = 161, .height = 121});
+    VideoWriter video(output + "icub.mp4", 161, 121, 25.0);
+    HoldPosture hold(sim.world());
+    Image image;
+    for (int frame = 0; frame < 5; ++frame) {
+        for (int k = 0; k < 40; ++k) ASSERT_TRUE(sim.step(hold(sim)));
+        renderer.render(sim, image);
+        video.add(image);
+    }
+    video.close();
+    EXPECT_EQ(read_file(output + "icub.mp4").substr(4, 4), "ftyp");
+    EXPECT_NE(message_of([&] { video.add(image); }).find("is closed"), std::string::npos);
+}
+
+TEST(VideoWriter, SaysWhatFfmpegRefuses) {
+    VideoWriter video("/nowhere/film.mp4", 16, 16, 25.0);
+    const Image image{16, 16, std::vector<std::uint8_t>(3 * 16 * 16)};
+    const std::string text = message_of([&] {
+        for (int i = 0; i < 10000; ++i) video.add(image);
+        video.close();
+    });
+    EXPECT_NE(text.find("ffmpeg could not write '/nowhere/film.mp4'"), std::string::npos) << text;
+    EXPECT_NE(text.find("No such file"), std::string::npos) << text;
+    EXPECT_NE(message_of([&] {
+                  video.add(Image{8, 8, {}});
+              }).find("holds frames of 16 x 16 pixels"),
+              std::string::npos);
+}
+
+TEST(VideoWriter, SaysThatFfmpegIsMissing) {
+    const std::string path = std::getenv("PATH");
+    setenv("PATH", "/nowhere", 1);
+    const std::string text = message_of([] { VideoWriter video(output + "film.mp4", 16, 16, 25.0); });
+    setenv("PATH", path.c_str(), 1);
+    EXPECT_NE(text.find("the program ffmpeg did not start"), std::string::npos) << text;
+    EXPECT_NE(text.find("install ffmpeg"), std::string::npos) << text;
+}

@@ -1,0 +1,58 @@
+#include "bf/recording/writer.hpp"
+
+#include <array>
+#include <benchmark/benchmark.h>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+namespace {
+
+using namespace bf::recording;
+using Sample = std::array<double, 23>;
+
+/// What recording a vector of 23 doubles costs the thread that simulates, while the background thread writes.
+/// `steps` samples per pause: with a pause the disk keeps up, as in a real run.
+void record_23_vector(benchmark::State& state) {
+    const auto path =
+        std::filesystem::temp_directory_path() / ("bf_benchmark_" + std::to_string(::getpid()) + ".mcap");
+    {
+        Writer writer(path, {}, {.drop_when_full = true});
+        const ChannelId channel = writer.add_channel("tau", {.rows = 23});
+        writer.begin();
+        Sample sample{};
+        std::int64_t time = 0;
+        for (auto _ : state) {
+            sample[0] = static_cast<double>(time);
+            benchmark::DoNotOptimize(sample);
+            writer.append(channel, time, sample.data());
+            if (++time % 10'000 == 0) { // 2 MB; the buffer has 8
+                state.PauseTiming();
+                ::usleep(10'000);
+                state.ResumeTiming();
+            }
+        }
+        state.counters["dropped"] = static_cast<double>(writer.dropped());
+    }
+    std::filesystem::remove(path);
+}
+BENCHMARK(record_23_vector)->Iterations(500'000)->Unit(benchmark::kNanosecond);
+
+/// The floor: the same 184 bytes, copied one after the other into memory of the size of the writer's buffer.
+void copy_23_vector(benchmark::State& state) {
+    std::vector<std::byte> memory(std::size_t{8} << 20);
+    std::size_t at = 0;
+    Sample sample{};
+    for (auto _ : state) {
+        sample[0] = static_cast<double>(at);
+        benchmark::DoNotOptimize(sample);
+        std::memcpy(&memory[at], sample.data(), sizeof sample);
+        benchmark::ClobberMemory();
+        at = at + 2 * sizeof sample > memory.size() ? 0 : at + sizeof sample;
+    }
+}
+BENCHMARK(copy_23_vector)->Iterations(500'000)->Unit(benchmark::kNanosecond);
+
+} // namespace

@@ -1,0 +1,310 @@
+#include "bf/recording/plot.hpp"
+
+#include "gnuplot.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
+
+namespace bf::recording {
+namespace {
+
+// Okabe and Ito's colours, which colour-blind people tell apart, without their yellow, which is lost on
+// white.
+constexpr int palette[] = {0x0072B2, 0xD55E00, 0x009E73, 0xCC79A7, 0xE69F00, 0x56B4E9, 0x6B6B6B};
+// Further rounds through the palette differ by their dashes.
+constexpr const char* dashes[] = {"solid", "(12,4)", "(4,3)", "(12,4,3,4)"};
+
+constexpr int left_margin = 90, right_margin = 18, bottom_margin = 50, panel_title_height = 26,
+              panel_gap = 10;
+constexpr int legend_row = 15;
+
+struct Range {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+    void add(double value) {
+        if (!std::isfinite(value)) return;
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+    /// Never empty, so that constants and absent data have axes too.
+    Range padded(double share) const {
+        if (low > high) return {-1, 1};
+        if (low == high) {
+            const double room = low == 0 ? 1 : 0.1 * std::abs(low);
+            return {low - room, high + room};
+        }
+        // Halves first: the difference of two large numbers may overflow.
+        const double room = 2 * share * (high / 2 - low / 2);
+        return {low - room, high + room};
+    }
+};
+
+std::string number(double value) {
+    char text[32];
+    return {text, std::to_chars(text, std::end(text), value).ptr};
+}
+
+/// A string of gnuplot's: in single quotes nothing is substituted.
+std::string quoted(const std::string& text) {
+    std::string out = "'";
+    for (const char c : text) {
+        if (c == '\'') out += '\'';
+        out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+    }
+    return out + "'";
+}
+
+std::string colour(int rgb, double shade = 1) {
+    char text[16];
+    const auto part = [&](int shift) { return static_cast<int>(((rgb >> shift) & 0xFF) * shade); };
+    std::snprintf(text, sizeof text, "'#%02x%02x%02x'", part(16), part(8), part(0));
+    return text;
+}
+
+std::size_t letters(const std::string& utf8) {
+    return static_cast<std::size_t>(
+        std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+/// The samples of a curve as a block of gnuplot data: all, or the extremes within each pixel column.
+class Data {
+  public:
+    Data(const Curve& curve, Range time, int columns) {
+        const std::size_t count = curve.time.size();
+        if (count <= 4 * static_cast<std::size_t>(columns)) {
+            for (std::size_t k = 0; k < count; ++k) point(curve, k);
+            return;
+        }
+        const auto column = [&](std::size_t k) {
+            return std::floor((curve.time[k] - time.low) / (time.high - time.low) * columns);
+        };
+        for (std::size_t first = 0, last; first < count; first = last) {
+            std::size_t low = first, high = first;
+            for (last = first; last < count && column(last) == column(first); ++last) {
+                // Comparisons with NaN are false: one that came first gives way to the next.
+                if (!(curve.value[low] <= curve.value[last])) low = last;
+                if (!(curve.value[high] >= curve.value[last])) high = last;
+            }
+            std::size_t shown[] = {first, low, high, last - 1};
+            std::sort(std::begin(shown), std::end(shown));
+            for (const auto* k = shown; k != std::unique(std::begin(shown), std::end(shown)); ++k)
+                point(curve, *k);
+        }
+    }
+    bool drawable() const { return drawable_; }
+    const std::string& text() const { return text_; }
+
+  private:
+    void point(const Curve& curve, std::size_t k) {
+        const bool finite = std::isfinite(curve.value[k]) && std::isfinite(curve.time[k]);
+        drawable_ = drawable_ || finite;
+        text_ += finite ? number(curve.time[k]) + ' ' + number(curve.value[k]) + '\n' : "NaN NaN\n";
+    }
+    std::string text_;
+    bool drawable_ = false;
+};
+
+void check(const Figure& figure) {
+    if (figure.panels.empty()) throw std::runtime_error("the figure '" + figure.title + "' has no panel");
+    for (const Panel& panel : figure.panels)
+        for (const Curve& curve : panel.curves)
+            if (curve.time.size() != curve.value.size())
+                throw std::runtime_error("the curve '" + curve.name + "' of the panel '" + panel.title +
+                                         "' has " + std::to_string(curve.time.size()) + " times and " +
+                                         std::to_string(curve.value.size()) +
+                                         " values; it needs as many of each");
+}
+
+/// Where everything goes, in pixels from the top left.
+struct Layout {
+    int width, height, top, panel_height, legend_rows, legend_column, legend_width;
+
+    Layout(const Figure& figure, int width, int height) : width(width), top(figure.title.empty() ? 10 : 44) {
+        const int panels = static_cast<int>(figure.panels.size());
+        std::size_t most = 0, longest = 0;
+        for (const Panel& panel : figure.panels) {
+            if (panel.curves.size() > 1) most = std::max(most, panel.curves.size());
+            for (const Curve& curve : panel.curves) longest = std::max(longest, letters(curve.name));
+        }
+        const int rows = static_cast<int>(most);
+        const int fixed = top + bottom_margin + panels * panel_title_height + (panels - 1) * panel_gap;
+        panel_height = height > 0 ? (height - fixed) / panels
+                                  : std::clamp(rows * legend_row, panels > 2 ? 120 : 190, 380);
+        if (panel_height < 30)
+            throw std::runtime_error(std::to_string(height) + " pixels are too low for " +
+                                     std::to_string(panels) + " panels; use at least " +
+                                     std::to_string(fixed + 30 * panels));
+        this->height = height > 0 ? height : fixed + panels * panel_height;
+        legend_rows = std::max(1, panel_height / legend_row);
+        const int columns = (rows + legend_rows - 1) / legend_rows;
+        legend_column = static_cast<int>(longest) * 7 + 40;
+        legend_width = columns * legend_column;
+        if (plot_width() < 80)
+            throw std::runtime_error(std::to_string(width) +
+                                     " pixels are too narrow for axes and legend; use at least " +
+                                     std::to_string(width - plot_width() + 80));
+    }
+    int plot_width() const { return width - left_margin - right_margin - legend_width; }
+    int panel_top(int panel) const {
+        return top + panel_title_height + panel * (panel_height + panel_title_height + panel_gap);
+    }
+    std::string x(double pixels) const { return "screen " + number(pixels / width); }
+    std::string y(double pixels) const { return "screen " + number(1 - pixels / height); }
+};
+
+std::string line_style(const Curve& curve, int position) {
+    constexpr int colours = std::size(palette), patterns = std::size(dashes);
+    const int rgb = palette[position % colours];
+    if (curve.reference) return " lw 1.6 dt (6,4) lc rgb " + colour(rgb, 0.45);
+    return std::string(" lw 1.5 dt ") + dashes[position / colours % patterns] + " lc rgb " + colour(rgb);
+}
+
+/// Writes the script. The legend is made of labels and lines, since gnuplot's own drops the entries for which
+/// it sees no room.
+class Script {
+  public:
+    Script(const Layout& layout, bool png)
+        : layout_(layout), points_(png ? 9 : 12) {} // SVG's points are pixels
+
+    std::string figure(const Figure& figure, const std::string& output) {
+        Range time;
+        for (const Panel& panel : figure.panels)
+            for (const Curve& curve : panel.curves)
+                for (const double t : curve.time) time.add(t);
+        time_ = time.padded(0);
+
+        add("set encoding utf8");
+        add("set terminal ", png_ ? "pngcairo" : "svg", " size ", layout_.width, ",", layout_.height,
+            " noenhanced background '#ffffff'", font(1, ""));
+        add("set output ", quoted(output));
+        add("set multiplot");
+        add("unset key");
+        add("set border 3 lw 0.8 lc rgb '#8a8a8a'");
+        add("set grid xtics ytics lt 1 lw 0.6 lc rgb '#e4e4e4'");
+        add("set tics nomirror out scale 0.4 textcolor rgb '#404040'");
+        add("set lmargin at ", layout_.x(left_margin));
+        add("set rmargin at ", layout_.x(left_margin + layout_.plot_width()));
+        add("set xrange [", number(time_.low), ":", number(time_.high), "]");
+        if (!figure.title.empty()) label(figure.title, left_margin, 22, "left" + font(4.0 / 3, ":Bold"));
+        for (std::size_t p = 0; p < figure.panels.size(); ++p) {
+            const bool last = p + 1 == figure.panels.size();
+            add(last ? "set format x '%h'\nset xlabel 'time (s)' textcolor rgb '#404040'"
+                     : "set format x ''");
+            panel(figure.panels[p], layout_.panel_top(static_cast<int>(p)));
+        }
+        add("unset multiplot");
+        add("unset output");
+        return std::move(text_);
+    }
+
+  private:
+    template <class... Parts> void add(const Parts&... parts) {
+        (append(parts), ...);
+        text_ += '\n';
+    }
+    void append(const std::string& part) { text_ += part; }
+    void append(int part) { text_ += std::to_string(part); }
+
+    /// An SVG names a family that every viewer has; its sizes are in pixels, and it knows no bold.
+    std::string font(double scale, const char* weight) const {
+        if (!png_) return " font 'sans-serif," + number(12 * scale) + "'";
+        return std::string(" font 'DejaVu Sans") + weight + "," + number(9 * scale) + "'";
+    }
+
+    void label(const std::string& text, double x, double y, const std::string& how) {
+        add("set label ", quoted(text), " at ", layout_.x(x), ",", layout_.y(y), " ", how,
+            " textcolor rgb '#303030'");
+    }
+
+    void panel(const Panel& panel, int top) {
+        const int bottom = top + layout_.panel_height;
+        Range values;
+        std::string plots;
+        int counts[2] = {0, 0}, row = 0; // measured curves and references
+        // References last, above the curves they belong to.
+        for (const bool reference : {false, true})
+            for (const Curve& curve : panel.curves) {
+                if (curve.reference != reference) continue;
+                const std::string style = line_style(curve, counts[reference]++);
+                if (panel.curves.size() > 1) legend(curve.name, style, top, row);
+                const Data data(curve, time_, layout_.plot_width());
+                for (const double value : curve.value) values.add(value);
+                const std::string block = "$d" + std::to_string(row++);
+                if (!data.drawable()) continue;
+                add(block, " << end_of_data\n", data.text(), "end_of_data");
+                plots += (plots.empty() ? "plot " : ", ") + block + " using 1:2 with " +
+                         (curve.steps ? "steps" : "lines") + style;
+            }
+        const bool whole =
+            !panel.curves.empty() && values.high - values.low <= 10 &&
+            std::all_of(panel.curves.begin(), panel.curves.end(), [](const Curve& c) { return c.steps; });
+        values = values.padded(0.06);
+        add("set ytics ", whole ? "1" : "autofreq");
+        add("set yrange [", number(values.low), ":", number(values.high), "]");
+        add("set tmargin at ", layout_.y(top));
+        add("set bmargin at ", layout_.y(bottom));
+        label(panel.title, left_margin, top - 11, "left" + font(1, ":Bold"));
+        label(panel.y_label, 14, (top + bottom) / 2.0, "center rotate");
+        add(plots.empty() ? "plot NaN" : plots);
+        add("unset label");
+        add("unset arrow");
+    }
+
+    void legend(const std::string& name, const std::string& style, int top, int row) {
+        const double x =
+            left_margin + layout_.plot_width() + 16 + row / layout_.legend_rows * layout_.legend_column;
+        const double y = top + 8 + row % layout_.legend_rows * legend_row;
+        add("set arrow from ", layout_.x(x), ",", layout_.y(y), " to ", layout_.x(x + 20), ",", layout_.y(y),
+            " nohead", style);
+        label(name, x + 26, y, "left");
+    }
+
+    const Layout& layout_;
+    const bool png_;
+    Range time_;
+    std::string text_;
+};
+
+bool ends_with(const std::filesystem::path& path, std::string_view end) {
+    std::ifstream file(path, std::ios::binary);
+    std::string last(64, '\0');
+    file.seekg(0, std::ios::end);
+    const auto size = std::min<std::streamoff>(file.tellg(), static_cast<std::streamoff>(last.size()));
+    if (!file || size < 0) return false;
+    file.seekg(-size, std::ios::end);
+    file.read(last.data(), size);
+    return last.find(end) != std::string::npos;
+}
+
+} // namespace
+
+void save(const Figure& figure, const std::filesystem::path& path, int width, int height) {
+    const auto fail = [&](const std::string& why) {
+        throw std::runtime_error("cannot draw '" + path.string() + "': " + why);
+    };
+    const std::string extension = path.extension().string();
+    const bool png = extension == ".png";
+    if (!png && extension != ".svg") fail("figures are .png or .svg files, not '" + extension + "'");
+    check(figure);
+    const Layout layout(figure, width, height);
+    if (const std::string error = run_gnuplot(Script(layout, png).figure(figure, path.string()));
+        !error.empty())
+        fail("gnuplot failed:\n" + error);
+    // gnuplot does not notice a full disk.
+    if (!ends_with(path, png ? "IEND" : "</svg>"))
+        fail("the file is not whole; check that the disk is not full");
+}
+
+Panel panel_of(const Channel& channel) {
+    Panel panel{channel.name, channel.info.unit, {}};
+    const bool steps = channel.info.type != ElementType::Double && channel.info.type != ElementType::Single;
+    for (std::size_t i = 0; i < channel.info.elements(); ++i)
+        panel.curves.push_back({channel.element_name(i), channel.times(), channel.values(i), false, steps});
+    return panel;
+}
+
+} // namespace bf::recording

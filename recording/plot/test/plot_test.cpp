@@ -1,0 +1,176 @@
+#include "bf/recording/plot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <sstream>
+
+namespace bf::recording {
+namespace {
+
+class Plot : public testing::Test {
+  protected:
+    Plot() {
+        std::string name = testing::TempDir() + "bf_plot_XXXXXX";
+        folder_ = ::mkdtemp(name.data());
+    }
+    ~Plot() override { std::filesystem::remove_all(folder_); }
+
+    std::string draw(const Figure& figure, const char* name, int width = 960, int height = 0) const {
+        save(figure, folder_ / name, width, height);
+        std::ifstream file(folder_ / name, std::ios::binary);
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+    std::string error_of(const Figure& figure, const std::filesystem::path& path, int width = 960,
+                         int height = 0) const {
+        try {
+            save(figure, path, width, height);
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "no error";
+    }
+    std::filesystem::path folder_;
+};
+
+#define EXPECT_CONTAINS(text, part) EXPECT_NE(std::string(text).find(part), std::string::npos) << text
+
+Curve line(const std::string& name, std::vector<double> values) {
+    std::vector<double> time(values.size());
+    std::iota(time.begin(), time.end(), 0.0);
+    return {name, time, std::move(values)};
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+    std::size_t n = 0;
+    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+    return n;
+}
+
+std::uint32_t big_endian(const std::string& bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+    return value;
+}
+
+TEST_F(Plot, DrawsAPngOfTheGivenSize) {
+    const std::string png = draw({"t", {{"a", "m", {line("x", {1, 2, 1})}}}}, "a.png", 640, 300);
+    EXPECT_EQ(png.substr(1, 3), "PNG");
+    EXPECT_EQ(big_endian(png, 16), 640u);
+    EXPECT_EQ(big_endian(png, 20), 300u);
+}
+
+TEST_F(Plot, ShowsNamesAsTheyAre) {
+    // Marks that gnuplot or SVG would take for commands.
+    const std::string svg =
+        draw({"it's `date` {a}_1^2",
+              {{"tau_des & <tau>", "N·m", {line("l_knee[0]", {1, 2}), line("@x \"y\" \\n", {2, 1})}}}},
+             "a.svg");
+    for (const char* text :
+         {"it's `date` {a}_1^2", "tau_des &amp; &lt;tau>", "N·m", "@x \"y\" \\n", "l_knee[0]", "time (s)"})
+        EXPECT_CONTAINS(svg, text);
+}
+
+TEST_F(Plot, DrawsOneLinePerCurveAndDashesReferences) {
+    Panel panel{"q", "rad", {line("q", {0, 1, 2}), line("q_ref", {0, 2, 2})}};
+    const std::string without = draw({"", {panel}}, "a.svg");
+    panel.curves[1].reference = true;
+    const std::string with = draw({"", {panel}}, "b.svg");
+    EXPECT_GT(count(with, "stroke-dasharray"), count(without, "stroke-dasharray"));
+    EXPECT_GT(count(with, "rgb(  0,  51,  80)"), 0u) << "the colour of q, darker";
+}
+
+TEST_F(Plot, NamesAllOfManyCurves) {
+    Panel panel{"tau", "N m", {}};
+    for (int i = 0; i < 40; ++i) panel.curves.push_back(line("<" + std::to_string(i), {0.0 + i, 1.0 + i}));
+    for (const int height : {0, 250}) {
+        const std::string svg = draw({"", {panel}}, "a.svg", 960, height);
+        for (int i = 0; i < 40; ++i) EXPECT_EQ(count(svg, "&lt;" + std::to_string(i) + "</text>"), 1u);
+    }
+}
+
+TEST_F(Plot, SurvivesConstantsGapsExtremesAndNothing) {
+    const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+    const Figure figure{"",
+                        {{"constant", "", {line("x", {3, 3, 3})}},
+                         {"gaps", "", {line("x", {1, nan, 2, inf, 3, -inf})}},
+                         {"nothing finite", "", {line("x", {nan, nan}), line("y", {inf})}},
+                         {"no samples", "", {line("x", {})}},
+                         {"no curves", "", {}},
+                         {"one sample", "", {line("x", {1})}},
+                         {"huge", "", {line("x", {-1e308, 1e308}), line("y", {1e-300, 2e-300})}}}};
+    EXPECT_FALSE(draw(figure, "a.png").empty());
+    EXPECT_FALSE(draw({"", {figure.panels[3]}}, "b.svg").empty());
+}
+
+TEST_F(Plot, KeepsEveryPeakOfALongRecordingInASmallFile) {
+    std::vector<double> values(1'000'000);
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = std::sin(1e-4 * double(k));
+    const auto top = [&] { // y of the highest point of the longest path, which is that of x
+        const std::string svg =
+            draw({"", {{"", "", {line("x", values), line("frame", {-60, 60})}}}}, "a.svg");
+        EXPECT_LT(svg.size(), 300'000u);
+        std::string longest;
+        for (auto at = svg.find("d='"); at != std::string::npos; at = svg.find("d='", at + 1)) {
+            const std::string path = svg.substr(at + 3, svg.find("'", at + 3) - at - 3);
+            if (path.size() > longest.size()) longest = path;
+        }
+        std::istringstream points(longest);
+        double highest = 1e9, x = 0, y = 0;
+        for (char mark = 0, comma = 0; points >> mark;)
+            if (mark == 'M' || mark == 'L') {
+                points >> x >> comma >> y;
+                highest = std::min(highest, y);
+            }
+        return highest;
+    };
+    const double without = top();
+    values[500'001] = 50; // a single sample
+    EXPECT_LT(top(), without - 50);
+}
+
+TEST_F(Plot, SaysWhatIsWrong) {
+    const Figure good{"", {{"p", "", {line("x", {1, 2})}}}};
+    EXPECT_CONTAINS(error_of(good, folder_ / "a.jpg"), "figures are .png or .svg files, not '.jpg'");
+    EXPECT_CONTAINS(error_of({"none", {}}, folder_ / "a.png"), "the figure 'none' has no panel");
+    EXPECT_CONTAINS(error_of({"", {{"p", "", {{"x", {1, 2}, {1}}}}}}, folder_ / "a.png"),
+                    "the curve 'x' of the panel 'p' has 2 times and 1 values");
+    EXPECT_CONTAINS(error_of(good, folder_ / "a.png", 960, 50),
+                    "50 pixels are too low for 1 panels; use at least 116");
+    EXPECT_CONTAINS(error_of(good, folder_ / "a.png", 100), "100 pixels are too narrow for axes and legend");
+    EXPECT_CONTAINS(error_of(good, "/nowhere/a.png"), "cannot draw '/nowhere/a.png': gnuplot failed");
+    std::filesystem::create_symlink("/dev/full", folder_ / "full.svg");
+    EXPECT_CONTAINS(error_of(good, folder_ / "full.svg"), "the file is not whole");
+}
+
+TEST_F(Plot, TellsHowToGetGnuplotWhenItIsMissing) {
+    const std::string path = std::getenv("PATH");
+    ::setenv("PATH", folder_.c_str(), 1);
+    const std::string error = error_of({"", {{"p", "", {line("x", {1, 2})}}}}, folder_ / "a.png");
+    ::setenv("PATH", path.c_str(), 1);
+    EXPECT_CONTAINS(error, "cannot run gnuplot, which draws the figures: No such file or directory");
+    EXPECT_CONTAINS(error, "gnuplot-nox");
+}
+
+TEST_F(Plot, MakesAPanelOfASignal) {
+    const std::int8_t bytes[] = {1, -2, 3, -4};
+    const auto raw = std::as_bytes(std::span(bytes));
+    const Channel mode{
+        "mode", "/mode", {ElementType::Int8, 2, 1, false, "1"}, {0, 500'000'000}, {raw.begin(), raw.end()}};
+    const Panel panel = panel_of(mode);
+    EXPECT_EQ(panel.y_label, "1");
+    ASSERT_EQ(panel.curves.size(), 2u);
+    EXPECT_EQ(panel.curves[1].name, "mode[1]");
+    EXPECT_EQ(panel.curves[1].time, (std::vector{0, 0.5}));
+    EXPECT_EQ(panel.curves[1].value, (std::vector<double>{-2, -4}));
+    EXPECT_TRUE(panel.curves[1].steps);
+}
+
+} // namespace
+} // namespace bf::recording

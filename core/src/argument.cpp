@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 namespace bf {
 
@@ -16,6 +17,7 @@ template <> constexpr const char* wanted<Matrix> = "a matrix";
 template <> constexpr const char* wanted<std::vector<double>> = "a vector";
 template <> constexpr const char* wanted<std::vector<int>> = "a vector of whole numbers";
 template <> constexpr const char* wanted<std::vector<std::string>> = "a list of texts";
+template <> constexpr const char* wanted<Value> = "anything";
 
 bool is_whole(double x) { return std::isfinite(x) && x == std::floor(x) && std::abs(x) < 2147483648.0; }
 
@@ -70,6 +72,11 @@ bool read(const Value& v, std::vector<std::string>& to) {
     return true;
 }
 
+bool read(const Value& v, Value& to) {
+    to = v;
+    return true;
+}
+
 template <class T> Value to_value(const T& x) { return Value(x); }
 template <> Value to_value(const std::vector<double>& x) {
     Value v(Matrix(Eigen::Map<const Vector>(x.data(), static_cast<Eigen::Index>(x.size())).transpose()));
@@ -80,6 +87,15 @@ template <> Value to_value(const std::vector<int>& x) {
 }
 
 } // namespace
+
+const Arguments& Block::no_arguments() {
+    static const Arguments none;
+    return none;
+}
+
+std::string Block::path_of(const std::string& file) const {
+    return (std::filesystem::path(arguments_->folder) / file).lexically_normal().string();
+}
 
 template <class T>
 Argument<T>::Argument(Block* owner, const char* name, AboutArgument<T> about) : value_(about.initial) {
@@ -112,5 +128,6 @@ template class Argument<Matrix>;
 template class Argument<std::vector<double>>;
 template class Argument<std::vector<int>>;
 template class Argument<std::vector<std::string>>;
+template class Argument<Value>;
 
 } // namespace bf

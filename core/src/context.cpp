@@ -286,10 +286,14 @@ Status Context::reset(int node) {
             continue;
         }
         const Slot& from = slots[static_cast<std::size_t>(slot.initial_from)];
-        std::vector<double> values;
-        for (int e = 0; e < from.size.count(); ++e)
-            values.push_back(read_value(frame.now[slot.initial_from], from.type, e));
-        write_values(frame.now[i], slot.type, slot.size.count(), values);
+        const void* values = frame.now[slot.initial_from];
+        if (from.size.count() == slot.size.count()) {
+            std::memcpy(frame.now[i], values, slot_bytes(slot));
+            continue;
+        }
+        const auto element = static_cast<std::size_t>(bytes(slot.type));
+        for (int e = 0; e < slot.size.count(); ++e)
+            std::memcpy(static_cast<std::byte*>(frame.now[i]) + static_cast<std::size_t>(e) * element, values, element);
     }
     copy_all([&](std::size_t i) { return frame.now[i]; }, [&](std::size_t i) { return frame.next[i]; });
     if (!n.methods.reset) return ok;

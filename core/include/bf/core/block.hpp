@@ -42,7 +42,7 @@ class Inference {
 /// are const and noexcept, allocate nothing and lock nothing.
 class Block {
   public:
-    explicit Block(const Arguments& arguments = {}) : arguments_(&arguments) {}
+    explicit Block(const Arguments& arguments = no_arguments()) : arguments_(&arguments) {}
     Block(const Block&) = delete;
     Block& operator=(const Block&) = delete;
     virtual ~Block() = default;
@@ -76,6 +76,10 @@ class Block {
     /// Refuses the arguments; text = what is wrong, which value, the remedy.
     void problem(std::string text) { declaration_.problems.push_back(std::move(text)); }
 
+    /// A file name given as argument, relative to the model's folder unless absolute. Valid while the block
+    /// is being made.
+    std::string path_of(const std::string& file) const;
+
     /// The resolved size and type of a key; only for rules of Dim, Scratch and OutsideState.
     template <class T, Role role> const Size& size(const Key<T, role>& key) const {
         return declaration_.slots[static_cast<std::size_t>(key.index())].size;
@@ -84,6 +88,7 @@ class Block {
 
   private:
     template <class> friend class Argument;
+    static const Arguments& no_arguments();
     const Arguments* arguments_; // valid while the block is being made
     Declaration declaration_;
 };
@@ -108,7 +113,7 @@ template <class T> struct AboutArgument {
 /// A value fixed when the block is made. It is there when later members are initialised, so it may decide
 /// which ports exist: InputList<> u{this, "u", inputs}.
 /// T: double, int, bool, std::string, Matrix, std::vector<double>, std::vector<int>,
-/// std::vector<std::string>.
+/// std::vector<std::string>; Value takes anything and leaves the choice to the block.
 template <class T> class Argument {
   public:
     Argument(Block* owner, const char* name, AboutArgument<T> about);
@@ -128,6 +133,7 @@ extern template class Argument<Matrix>;
 extern template class Argument<std::vector<double>>;
 extern template class Argument<std::vector<int>>;
 extern template class Argument<std::vector<std::string>>;
+extern template class Argument<Value>;
 
 // ---- implementation
 

@@ -37,6 +37,9 @@ struct Value {
 };
 
 /// The values given to one block, by name.
-using Arguments = std::vector<std::pair<std::string, Value>>;
+struct Arguments : std::vector<std::pair<std::string, Value>> {
+    using vector::vector;
+    std::string folder; ///< of the model file: relative file names are meant from there
+};
 
 } // namespace bf

@@ -1,0 +1,119 @@
+// The elaborated model: flat, every size, type, rate and order known. Nothing is looked up by name after it.
+#pragma once
+
+#include "bf/core/context.hpp"
+#include "bf/core/registry.hpp"
+#include "bf/model/model.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace bf {
+
+/// A sample time in whole base steps: hit at steps offset, offset + ticks, ... Rate 0 is the constant rate,
+/// hit only once before the first step.
+struct SampleRate {
+    std::int64_t ticks = 1, offset = 0;
+    bool is_constant = false;
+    bool operator==(const SampleRate&) const = default;
+};
+inline constexpr int constant_rate = 0;
+
+/// When the blocks of a conditional subsystem run. Condition 0 is always true.
+struct Condition {
+    std::string path;                 ///< of the subsystem
+    int parent = -1;                  ///< the condition around it
+    Node::End enable;                 ///< runs while any element is above 0
+    int rate = 1;                     ///< at which `enable` is looked at
+    bool resets_states = false;       ///< on becoming true
+    std::vector<int> nodes;           ///< blocks directly or indirectly inside
+    /// Outputs of the subsystem: written to their initial value before the first enabling, and on disabling
+    /// where they are reset.
+    struct Outlet {
+        Node::End end;
+        std::vector<double> initial;
+        bool resets = false;
+    };
+    std::vector<Outlet> outlets;
+};
+
+/// One block of the diagram.
+struct DiagramNode {
+    std::string path; ///< "controller.pd"
+    std::string type; ///< "Gain"
+    std::unique_ptr<Block> block;
+    Block::Methods methods;
+    std::vector<Node::End> sources;   ///< one per slot
+    std::vector<Node::End> providers; ///< one per requirement
+    int rate = -1;
+    int condition = 0;
+    model::Location where;
+};
+
+/// Something to run: activity `index` of a node in a phase, or the test of a condition (node -1).
+struct Activity {
+    int node = -1;
+    int index = 0;
+    int condition = 0; ///< tested when node is -1
+};
+
+/// Activities that run together: all of one rate and under one condition.
+struct Segment {
+    int rate = constant_rate;
+    int condition = 0;
+    std::vector<Activity> activities;
+};
+
+/// What is called, in which order, at which rate.
+struct Plan {
+    std::vector<Segment> outputs; ///< in sorted order
+    std::vector<Segment> updates; ///< in document order: they read only x⁻ and outputs
+};
+
+/// A recorded or plotted signal.
+struct SignalName {
+    std::string path; ///< as the model calls it: "controller.tau"
+    Node::End end;
+};
+
+struct PlotPanel {
+    std::string title;
+    std::vector<SignalName> signals;
+};
+
+struct Diagram {
+    std::string name;
+    double step = 0; ///< base period [s]
+    double stop = 0; ///< duration [s]; infinite when the model names none
+    std::vector<DiagramNode> nodes;
+    std::vector<SampleRate> rates;
+    std::vector<Condition> conditions;
+    std::vector<SignalName> inputs, outputs; ///< of the root; the end of an input is the port's own memory
+    std::vector<SignalName> record;
+    std::vector<PlotPanel> plots;
+    std::vector<SignalName> aliases; ///< outputs of subsystems by their path
+    Plan plan;
+
+    double period(int rate) const { return static_cast<double>(rates[static_cast<std::size_t>(rate)].ticks) * step; }
+    /// The nodes as the memory of a run needs them; clock i belongs to rate i.
+    std::vector<Node> context_nodes() const;
+    /// "block.port", a subsystem's output, or a block with one output. Node -1 when there is none.
+    Node::End find_signal(const std::string& path) const;
+    /// Every output of every block, then the outputs of subsystems.
+    std::vector<SignalName> signals() const;
+    /// All signals matching "a.b.*" or a plain path, in document order.
+    std::vector<SignalName> match_signals(const std::string& pattern) const;
+    /// The node of that path, or -1.
+    int find_node(const std::string& path) const;
+    const Slot& slot(const Node::End& end) const {
+        return nodes[static_cast<std::size_t>(end.node)].block->declaration().slots[static_cast<std::size_t>(end.slot)];
+    }
+    std::string end_path(const Node::End& end) const {
+        return nodes[static_cast<std::size_t>(end.node)].path + "." + slot(end).name;
+    }
+};
+
+} // namespace bf

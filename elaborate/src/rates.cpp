@@ -1,0 +1,169 @@
+// Sample times: given, inherited from sources, or constant.
+#include "stages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+
+namespace bf::elaboration {
+
+namespace {
+
+class Rates {
+  public:
+    explicit Rates(Elaboration& elaboration) : e_(elaboration), nodes_(e_.diagram.nodes) {}
+
+    void run() {
+        find_step();
+        if (!e_.report.is_empty()) return;
+        base_ = rate_of({1, 0, false});
+        for (std::size_t n = 0; n < nodes_.size(); ++n)
+            if (e_.node_periods[n] && *e_.node_periods[n] > 0) {
+                if (never_changes(nodes_[n]) && has_no_inputs(nodes_[n])) nodes_[n].rate = constant_rate;
+                else nodes_[n].rate = given(static_cast<int>(n), *e_.node_periods[n], e_.node_offsets[n].value_or(0));
+            } else if (has_no_inputs(nodes_[n])) {
+                nodes_[n].rate = never_changes(nodes_[n]) && nodes_[n].type != "Inport" ? constant_rate : base_;
+            }
+        inherit();
+        for (auto& condition : e_.diagram.conditions)
+            if (condition.enable.node >= 0) condition.rate = fastest_inside(condition);
+    }
+
+  private:
+    static bool has_no_inputs(const DiagramNode& node) {
+        return std::none_of(node.sources.begin(), node.sources.end(), [](const auto& s) { return s.node >= 0; });
+    }
+
+    /// Only rules without time and states: outputs change with the inputs alone.
+    static bool never_changes(const DiagramNode& node) {
+        const auto& d = node.block->declaration();
+        const auto& m = node.methods;
+        if (m.output || m.update || m.derivative || m.guards || m.event || !d.update_rules.empty() || !d.derivative_rules.empty() ||
+            !d.objects.empty())
+            return false;
+        for (const auto& slot : d.slots)
+            if (slot.role == Role::discrete_state || slot.role == Role::continuous_state) return false;
+        for (const Call& call : d.output_rules)
+            for (const auto& operand : call.operands)
+                if (operand.source == Call::Source::time || operand.source == Call::Source::period) return false;
+        return true;
+    }
+
+    /// The base step: given, or the greatest common divisor of all periods and offsets.
+    void find_step() {
+        if (e_.diagram.step > 0) return;
+        double step = 0;
+        const auto divide = [](double a, double b) {
+            while (b > 1e-9 * a) {
+                const double rest = std::abs(a - std::round(a / b) * b);
+                a = b;
+                b = rest < 1e-6 * b ? 0 : rest;
+            }
+            return a;
+        };
+        for (std::size_t n = 0; n < nodes_.size(); ++n)
+            for (const auto& time : {e_.node_periods[n], e_.node_offsets[n]})
+                if (time && *time > 0) step = step == 0 ? *time : divide(std::max(step, *time), std::min(step, *time));
+        if (step == 0)
+            e_.report.add(e_.model.where, "", "neither the model nor any block names a sample time", "give the model a 'step', e.g. step: 0.001");
+        e_.diagram.step = step;
+    }
+
+    int rate_of(const SampleRate& rate) {
+        auto& rates = e_.diagram.rates;
+        const auto known = std::find(rates.begin(), rates.end(), rate);
+        if (known != rates.end()) return static_cast<int>(known - rates.begin());
+        rates.push_back(rate);
+        return static_cast<int>(rates.size()) - 1;
+    }
+
+    int given(int n, double period, double offset) {
+        const double step = e_.diagram.step;
+        const auto ticks = [&](double time, const char* what) -> std::int64_t {
+            const double count = std::round(time / step);
+            if (std::abs(count * step - time) > 1e-9 * std::max(time, step) || count < 0)
+                e_.report.add(nodes_[static_cast<std::size_t>(n)].where, nodes_[static_cast<std::size_t>(n)].path,
+                              std::string(what) + " " + matlab::number_text(time) + " s is no multiple of the base period " + matlab::number_text(step) + " s",
+                              "change it, or give the model a 'step' that divides it");
+            return static_cast<std::int64_t>(count);
+        };
+        const std::int64_t p = ticks(period, "period"), o = ticks(offset, "offset");
+        if (p < 1) return base_;
+        return rate_of({p, o % p, false});
+    }
+
+    /// Without a sample time of its own a block runs as fast as the fastest signal it reads.
+    void inherit() {
+        std::vector<std::vector<int>> consumers(nodes_.size());
+        for (std::size_t n = 0; n < nodes_.size(); ++n)
+            for (const auto& from : nodes_[n].sources)
+                if (from.node >= 0) consumers[static_cast<std::size_t>(from.node)].push_back(static_cast<int>(n));
+        std::vector<int> queue;
+        const auto settle = [&](int n, int rate) {
+            nodes_[static_cast<std::size_t>(n)].rate = rate;
+            for (const int to : consumers[static_cast<std::size_t>(n)]) queue.push_back(to);
+        };
+        const auto work = [&](bool all_known) {
+            for (std::size_t next = 0; next < queue.size(); ++next) {
+                const int n = queue[next];
+                if (nodes_[static_cast<std::size_t>(n)].rate >= 0) continue;
+                if (const int rate = inherited(nodes_[static_cast<std::size_t>(n)], all_known); rate >= 0) settle(n, rate);
+            }
+            queue.clear();
+        };
+        for (std::size_t n = 0; n < nodes_.size(); ++n) queue.push_back(static_cast<int>(n));
+        work(true);
+        // Loops through delays: what is known decides.
+        for (std::size_t n = 0; n < nodes_.size(); ++n)
+            if (nodes_[n].rate < 0)
+                if (const int rate = inherited(nodes_[n], false); rate > constant_rate) {
+                    settle(static_cast<int>(n), rate);
+                    work(true);
+                }
+        for (auto& node : nodes_)
+            if (node.rate < 0) node.rate = base_;
+    }
+
+    int inherited(const DiagramNode& node, bool all_known) const {
+        int rate = -1;
+        for (const auto& from : node.sources) {
+            if (from.node < 0) continue;
+            const int source = nodes_[static_cast<std::size_t>(from.node)].rate;
+            if (source < 0) {
+                if (all_known) return -1;
+                continue;
+            }
+            rate = rate < 0 ? source : faster(rate, source);
+        }
+        if (rate == constant_rate && (!never_changes(node) || node.condition > 0)) return base_;
+        return rate;
+    }
+
+    /// Rates whose hits do not nest have no common faster one among them: the base rate serves both.
+    int faster(int a, int b) const {
+        if (a == b || b == constant_rate) return a;
+        if (a == constant_rate) return b;
+        const auto& x = e_.diagram.rates[static_cast<std::size_t>(a)];
+        const auto& y = e_.diagram.rates[static_cast<std::size_t>(b)];
+        if (y.ticks % x.ticks == 0 && (y.offset - x.offset) % x.ticks == 0) return a;
+        if (x.ticks % y.ticks == 0 && (x.offset - y.offset) % y.ticks == 0) return b;
+        return base_;
+    }
+
+    int fastest_inside(const Condition& condition) const {
+        int rate = constant_rate;
+        for (const int n : condition.nodes) rate = faster(rate, nodes_[static_cast<std::size_t>(n)].rate);
+        return rate == constant_rate ? base_ : rate;
+    }
+
+    Elaboration& e_;
+    std::vector<DiagramNode>& nodes_;
+    int base_ = 0;
+};
+
+} // namespace
+
+void assign_rates(Elaboration& e) { Rates(e).run(); }
+
+} // namespace bf::elaboration

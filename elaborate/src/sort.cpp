@@ -1,0 +1,211 @@
+// The plan: output activities in the order of the data, ties broken by document order.
+#include "stages.hpp"
+
+#include <algorithm>
+#include <map>
+#include <queue>
+#include <set>
+
+namespace bf::elaboration {
+
+namespace {
+
+class Sorting {
+  public:
+    explicit Sorting(Elaboration& elaboration) : e_(elaboration), nodes_(e_.diagram.nodes) {}
+
+    void run() {
+        make_vertices();
+        make_edges();
+        if (order()) make_updates();
+        else report_loop();
+    }
+
+  private:
+    struct Edge {
+        int to;
+        int from_slot, to_slot; // for the report; -1: not a wire
+    };
+
+    static int count(const Declaration& d, const Block::Methods& methods) {
+        return static_cast<int>(d.output_rules.size()) + methods.output;
+    }
+
+    void make_vertices() {
+        first_.resize(nodes_.size());
+        for (std::size_t n = 0; n < nodes_.size(); ++n) {
+            first_[n] = static_cast<int>(vertices_.size());
+            for (int i = 0; i < count(nodes_[n].block->declaration(), nodes_[n].methods); ++i)
+                vertices_.push_back({static_cast<int>(n), i, 0});
+        }
+        const auto& conditions = e_.diagram.conditions;
+        condition_vertex_.assign(conditions.size(), -1);
+        for (std::size_t c = 1; c < conditions.size(); ++c) {
+            condition_vertex_[c] = static_cast<int>(vertices_.size());
+            vertices_.push_back({-1, 0, static_cast<int>(c)});
+        }
+        edges_.resize(vertices_.size());
+    }
+
+    /// The activity that writes an output; -1 for an output that is only memory (a root input).
+    int writer(const Node::End& end) const {
+        const auto& node = nodes_[static_cast<std::size_t>(end.node)];
+        const auto& rules = node.block->declaration().output_rules;
+        for (std::size_t i = 0; i < rules.size(); ++i)
+            if (rules[i].writes(end.slot)) return first_[static_cast<std::size_t>(end.node)] + static_cast<int>(i);
+        return node.methods.output ? first_[static_cast<std::size_t>(end.node)] + static_cast<int>(rules.size()) : -1;
+    }
+
+    void link(int from, int to, int from_slot, int to_slot) {
+        if (from >= 0 && to >= 0) edges_[static_cast<std::size_t>(from)].push_back({to, from_slot, to_slot});
+    }
+
+    void make_edges() {
+        for (std::size_t n = 0; n < nodes_.size(); ++n) {
+            const auto& node = nodes_[n];
+            const auto& d = node.block->declaration();
+            const auto& rules = d.output_rules;
+            for (std::size_t i = 0; i < rules.size(); ++i)
+                for (const auto& operand : rules[i].operands) {
+                    if (operand.is_written || operand.source != Call::Source::slot) continue;
+                    const auto slot = static_cast<std::size_t>(operand.slot);
+                    const int to = first_[n] + static_cast<int>(i);
+                    if (d.slots[slot].role == Role::input && node.sources[slot].node >= 0)
+                        link(writer(node.sources[slot]), to, node.sources[slot].slot, operand.slot);
+                    if (d.slots[slot].role == Role::output) link(writer({static_cast<int>(n), operand.slot}), to, operand.slot, operand.slot);
+                }
+            if (node.methods.output) {
+                const int to = first_[n] + static_cast<int>(rules.size());
+                for (std::size_t i = 0; i < d.slots.size(); ++i)
+                    if (d.slots[i].role == Role::input && node.sources[i].node >= 0 && reads(node, static_cast<int>(i)))
+                        link(writer(node.sources[i]), to, node.sources[i].slot, static_cast<int>(i));
+            }
+            // Nothing of a conditional subsystem runs before its condition was looked at.
+            if (node.condition > 0)
+                for (int v = first_[n]; v < first_[n] + count(d, node.methods); ++v)
+                    link(condition_vertex_[static_cast<std::size_t>(node.condition)], v, -1, -1);
+        }
+        for (std::size_t c = 1; c < e_.diagram.conditions.size(); ++c) {
+            const auto& condition = e_.diagram.conditions[c];
+            if (condition.enable.node >= 0) link(writer(condition.enable), condition_vertex_[c], condition.enable.slot, -1);
+            if (condition.parent > 0) link(condition_vertex_[static_cast<std::size_t>(condition.parent)], condition_vertex_[c], -1, -1);
+        }
+    }
+
+    /// Does the block's output method read the input? Asked per output where the block says so.
+    static bool reads(const DiagramNode& node, int input) {
+        const auto& slots = node.block->declaration().slots;
+        bool has_output = false;
+        for (std::size_t o = 0; o < slots.size(); ++o)
+            if (slots[o].role == Role::output) {
+                has_output = true;
+                if (node.block->feedthrough(static_cast<int>(o), input)) return true;
+            }
+        return !has_output && slots[static_cast<std::size_t>(input)].feedthrough;
+    }
+
+    std::pair<int, int> group(int v) const {
+        const auto& a = vertices_[static_cast<std::size_t>(v)];
+        if (a.node >= 0) return {nodes_[static_cast<std::size_t>(a.node)].rate, nodes_[static_cast<std::size_t>(a.node)].condition};
+        const auto& condition = e_.diagram.conditions[static_cast<std::size_t>(a.condition)];
+        return {condition.rate, condition.parent};
+    }
+
+    /// Kahn's algorithm. Among what is ready, the running segment goes on as long as it can; otherwise the
+    /// first in document order.
+    bool order() {
+        std::vector<int> open(vertices_.size(), 0);
+        for (const auto& list : edges_)
+            for (const auto& edge : list) ++open[static_cast<std::size_t>(edge.to)];
+        std::map<std::pair<int, int>, std::set<int>> ready;
+        for (std::size_t v = 0; v < vertices_.size(); ++v)
+            if (open[v] == 0) ready[group(static_cast<int>(v))].insert(static_cast<int>(v));
+        std::size_t done = 0;
+        auto& segments = e_.diagram.plan.outputs;
+        std::pair<int, int> current{-1, -1};
+        while (!ready.empty()) {
+            auto chosen = ready.find(current);
+            if (chosen == ready.end())
+                chosen = std::min_element(ready.begin(), ready.end(), [](const auto& a, const auto& b) { return *a.second.begin() < *b.second.begin(); });
+            if (chosen->first != current || segments.empty()) {
+                current = chosen->first;
+                segments.push_back({current.first, current.second, {}});
+            }
+            const int v = *chosen->second.begin();
+            chosen->second.erase(chosen->second.begin());
+            if (chosen->second.empty()) ready.erase(chosen);
+            segments.back().activities.push_back(vertices_[static_cast<std::size_t>(v)]);
+            ++done;
+            for (const auto& edge : edges_[static_cast<std::size_t>(v)])
+                if (--open[static_cast<std::size_t>(edge.to)] == 0) ready[group(edge.to)].insert(edge.to);
+        }
+        if (done == vertices_.size()) return true;
+        for (std::size_t v = 0; v < open.size(); ++v)
+            if (open[v] > 0) stuck_.insert(static_cast<int>(v));
+        return false;
+    }
+
+    void make_updates() {
+        auto& segments = e_.diagram.plan.updates;
+        std::map<std::pair<int, int>, std::size_t> known;
+        for (std::size_t n = 0; n < nodes_.size(); ++n) {
+            const auto& node = nodes_[n];
+            const int updates = static_cast<int>(node.block->declaration().update_rules.size()) + node.methods.update;
+            if (updates == 0 || node.rate == constant_rate) continue;
+            const auto [place, is_new] = known.try_emplace({node.rate, node.condition}, segments.size());
+            if (is_new) segments.push_back({node.rate, node.condition, {}});
+            for (int i = 0; i < updates; ++i) segments[place->second].activities.push_back({static_cast<int>(n), i, 0});
+        }
+    }
+
+    std::string vertex_path(int v) const {
+        const auto& a = vertices_[static_cast<std::size_t>(v)];
+        return a.node >= 0 ? nodes_[static_cast<std::size_t>(a.node)].path : e_.diagram.conditions[static_cast<std::size_t>(a.condition)].path;
+    }
+
+    std::string port_path(int v, int slot) const {
+        const auto& a = vertices_[static_cast<std::size_t>(v)];
+        if (a.node < 0) return vertex_path(v) + "." + std::string(model::enable_port);
+        return slot < 0 ? vertex_path(v) : e_.diagram.end_path({a.node, slot});
+    }
+
+    /// Walks backwards from a stuck activity until one repeats: that is a loop.
+    void report_loop() {
+        std::map<int, std::pair<int, const Edge*>> before;
+        for (const int v : stuck_)
+            for (const auto& edge : edges_[static_cast<std::size_t>(v)])
+                if (stuck_.contains(edge.to)) before.try_emplace(edge.to, v, &edge);
+        int v = *stuck_.begin();
+        std::set<int> walked;
+        while (before.contains(v) && walked.insert(v).second) v = before.at(v).first;
+        const int start = v;
+        std::vector<std::string> hops;
+        std::vector<int> members;
+        do {
+            const auto& [from, edge] = before.at(v);
+            if (edge->from_slot >= 0) hops.push_back(port_path(from, edge->from_slot) + " -> " + port_path(v, edge->to_slot));
+            members.push_back(v);
+            v = from;
+        } while (v != start);
+        std::reverse(hops.begin(), hops.end());
+        std::string text = "algebraic loop: ";
+        for (std::size_t i = 0; i < hops.size(); ++i) text += (i ? ", " : "") + hops[i];
+        const auto& at = vertices_[static_cast<std::size_t>(*std::min_element(members.begin(), members.end()))];
+        const int node = at.node >= 0 ? at.node : 0;
+        e_.report.add(nodes_[static_cast<std::size_t>(node)].where, vertex_path(start), text,
+                      "break it with a block whose output does not depend on its input in the same step, e.g. a UnitDelay on one of these wires");
+    }
+
+    Elaboration& e_;
+    std::vector<DiagramNode>& nodes_;
+    std::vector<Activity> vertices_;
+    std::vector<std::vector<Edge>> edges_;
+    std::vector<int> first_, condition_vertex_;
+    std::set<int> stuck_;
+};
+
+} // namespace
+
+void sort(Elaboration& e) { Sorting(e).run(); }
+
+} // namespace bf::elaboration

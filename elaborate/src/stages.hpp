@@ -1,0 +1,94 @@
+// The stages of elaboration and what they share.
+#pragma once
+
+#include "bf/core/resolve.hpp"
+#include "bf/elaborate/elaborate.hpp"
+#include "bf/matlab/interpreter.hpp"
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace bf::elaboration {
+
+/// Collects what is wrong; each stage ends by throwing all of it.
+class Report {
+  public:
+    void add(const model::Location& where, std::string path, std::string message, std::string remedy = {}) {
+        diagnostics_.push_back({where, std::move(path), std::move(message), std::move(remedy)});
+    }
+    bool is_empty() const { return diagnostics_.empty(); }
+    void throw_if_any() {
+        if (!diagnostics_.empty()) throw model::Errors(std::move(diagnostics_));
+    }
+
+  private:
+    std::vector<model::Diagnostic> diagnostics_;
+};
+
+/// One subsystem of the model while it is being dissolved.
+struct Scope {
+    const model::System* system = nullptr;
+    const model::Block* self = nullptr; ///< the block that holds it; null for the root
+    Scope* parent = nullptr;
+    std::string path;
+    matlab::Workspace variables;
+    int condition = 0;
+    std::optional<double> period, offset;
+    std::vector<int> nodes; ///< blocks that stand directly in it
+
+    /// What a name in this subsystem stands for.
+    struct Item {
+        int node = -1;
+        Scope* scope = nullptr;
+    };
+    std::unordered_map<std::string_view, Item> items;
+    /// Where each driven port gets its signal: "block.port" or "port" of the subsystem's own output.
+    struct Driver {
+        const model::Endpoint* from;
+        const model::Endpoint* to;
+        bool is_used = false;
+    };
+    std::unordered_map<std::string, Driver> drivers;
+    std::vector<std::pair<const model::Port*, int>> copies; ///< of a conditional subsystem's outputs
+
+    explicit Scope(const matlab::Workspace* enclosing) : variables(enclosing) {}
+};
+
+/// The state that the stages hand on.
+struct Elaboration {
+    const model::Model& model;
+    Registry& registry;
+    const ElaborateOptions& options;
+    Report report;
+    matlab::Interpreter interpreter;
+    Diagram diagram;
+    std::deque<Scope> scopes; ///< stable addresses
+    std::vector<std::optional<double>> node_periods, node_offsets; ///< s, where given
+
+    Scope& root() { return scopes.front(); }
+    DiagramNode& node(int i) { return diagram.nodes[static_cast<std::size_t>(i)]; }
+    Declaration& declaration(int i) { return node(i).block->declaration(); }
+
+    std::optional<matlab::Value> evaluate(const model::Expression& expression, const matlab::Workspace& variables,
+                                          const std::string& path);
+    std::optional<double> evaluate_scalar(const model::Expression& expression, const matlab::Workspace& variables,
+                                          const std::string& path, const char* what);
+};
+
+/// The core value of a MATLAB value; nothing when blocks know no such value (struct, handle).
+std::optional<Value> to_value(const matlab::Value& value);
+/// The value of a setting whose argument is a text or a list of texts.
+std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const model::Setting& setting, bool is_list,
+                                  const std::string& path);
+
+void flatten(Elaboration& e);        ///< scopes, nodes with arguments and parameters
+void wire(Elaboration& e);           ///< sources of inputs, conditions, resources, named signals
+void infer_shapes(Elaboration& e);   ///< sizes and types
+void assign_rates(Elaboration& e);   ///< sample times
+void sort(Elaboration& e);           ///< the plan
+
+} // namespace bf::elaboration

@@ -1,0 +1,110 @@
+// From text in the model to values for blocks.
+#include "stages.hpp"
+
+#include <cmath>
+
+namespace bf::elaboration {
+
+namespace {
+
+Type element_type(matlab::Class type) {
+    switch (type) {
+    case matlab::Class::Single: return Type::float32;
+    case matlab::Class::Int8: return Type::int8;
+    case matlab::Class::Int16: return Type::int16;
+    case matlab::Class::Int32: return Type::int32;
+    case matlab::Class::Uint8: return Type::uint8;
+    case matlab::Class::Uint16: return Type::uint16;
+    case matlab::Class::Uint32: return Type::uint32;
+    case matlab::Class::Logical: return Type::boolean;
+    default: return Type::float64;
+    }
+}
+
+std::string trimmed(std::string_view text) {
+    const auto begin = text.find_first_not_of(" \t\r\n");
+    if (begin == std::string_view::npos) return {};
+    text = text.substr(begin, text.find_last_not_of(" \t\r\n") - begin + 1);
+    if (text.size() >= 2 && (text.front() == '\'' || text.front() == '"') && text.back() == text.front())
+        text = text.substr(1, text.size() - 2);
+    return std::string(text);
+}
+
+} // namespace
+
+std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expression, const matlab::Workspace& variables,
+                                                   const std::string& path) {
+    if (expression.quotes == model::Quotes::none)
+        if (const auto number = matlab::plain_number(expression.text)) return matlab::Value(*number);
+    const auto& where = expression.where;
+    try {
+        return interpreter.evaluate(expression.matlab(), variables,
+                                    {where.file ? *where.file : std::string(), where.line, where.column});
+    } catch (const matlab::Error& error) {
+        model::Location at = where;
+        if (where.line > 0 && error.located()) at = {where.file, error.location().line, error.location().column};
+        report.add(at, path, "'" + expression.text + "': " + error.message());
+        return std::nullopt;
+    }
+}
+
+std::optional<double> Elaboration::evaluate_scalar(const model::Expression& expression, const matlab::Workspace& variables,
+                                                   const std::string& path, const char* what) {
+    const auto value = evaluate(expression, variables, path);
+    if (!value) return std::nullopt;
+    if (!value->is_array() || !value->is_scalar() || !std::isfinite(value->scalar())) {
+        report.add(expression.where, path, "'" + std::string(what) + "' must be a finite number, not " + value->describe());
+        return std::nullopt;
+    }
+    return value->scalar();
+}
+
+std::optional<Value> to_value(const matlab::Value& value) {
+    if (value.is_text()) return Value(value.text());
+    if (value.is_cell()) {
+        std::vector<std::string> texts;
+        for (matlab::Index i = 0; i < value.numel(); ++i) {
+            if (!value.at(i).is_text()) return std::nullopt;
+            texts.push_back(value.at(i).text());
+        }
+        return Value(std::move(texts));
+    }
+    if (!value.is_array()) return std::nullopt;
+    Value converted;
+    converted.type = element_type(value.type());
+    converted.rows = static_cast<int>(value.rows());
+    converted.cols = static_cast<int>(value.cols());
+    if (!value.is_empty()) converted.data.assign(value.data(), value.data() + value.numel());
+    return converted;
+}
+
+std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const model::Setting& setting, bool is_list,
+                                  const std::string& path) {
+    const auto& expression = setting.value;
+    const std::string text = trimmed(expression.text);
+    if (expression.quotes == model::Quotes::single || expression.quotes == model::Quotes::literal) return Value(expression.text);
+    // A variable (or a field of one) that holds text goes before its own name.
+    const std::string head = text.substr(0, text.find_first_of(".({[ "));
+    if (!head.empty() && scope.variables.contains(head)) {
+        const auto value = e.evaluate(expression, scope.variables, path);
+        if (!value) return std::nullopt;
+        return to_value(*value);
+    }
+    if (!text.empty() && text.front() == '{') {
+        const auto value = e.evaluate(expression, scope.variables, path);
+        if (!value) return std::nullopt;
+        return to_value(*value);
+    }
+    if (!is_list) return Value(text);
+    std::vector<std::string> items;
+    std::string_view rest = text;
+    if (!rest.empty() && rest.front() == '[' && rest.back() == ']') rest = rest.substr(1, rest.size() - 2);
+    while (!rest.empty()) {
+        const auto comma = rest.find(',');
+        if (const std::string item = trimmed(rest.substr(0, comma)); !item.empty()) items.push_back(item);
+        rest = comma == std::string_view::npos ? std::string_view() : rest.substr(comma + 1);
+    }
+    return Value(std::move(items));
+}
+
+} // namespace bf::elaboration

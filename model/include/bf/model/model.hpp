@@ -20,7 +20,7 @@ struct Model;
 /// blank line.
 struct Comments {
     std::vector<std::string> before;
-    std::string trailing;
+    std::string trailing; ///< comment on the item's own line, with the blanks in front of its '#'
 
     bool empty() const { return before.empty() && trailing.empty(); }
 };
@@ -37,7 +37,8 @@ struct Expression {
     std::string text;    ///< without the quotes
     Location where = {}; ///< of its first character
     Quotes quotes = Quotes::none;
-    std::string spelling = {}; ///< how the document spells it, where that is not `text` (nested sequences)
+    std::string spelling =
+        {}; ///< how the document spells it, where that is not `text` (nested or broken sequences)
 
     bool quoted() const { return quotes != Quotes::none; }
 
@@ -197,7 +198,8 @@ struct Model {
     bool record_all = false;
     std::vector<Signal> record = {};
     std::vector<Panel> plots = {};
-    std::string layout = {}; ///< an editor's data, kept as it is; no meaning for the model
+    std::string layout =
+        {}; ///< an editor's data: the YAML after `layout:`, kept as it is; without meaning here
     std::vector<Key> keys = {};
     std::vector<std::string> end = {}; ///< comments after the last item
     Location where = {};

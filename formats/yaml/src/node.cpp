@@ -1,0 +1,241 @@
+#include "node.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/mark.h>
+#include <yaml-cpp/parser.h>
+
+namespace bf::formats {
+namespace {
+
+using Extents = std::vector<std::pair<std::size_t, std::size_t>>;
+
+/// Where the quoted scalar ends that begins at `begin` (behind its closing quote).
+std::size_t quoted_end(std::string_view text, std::size_t begin) {
+    const char quote = text[begin];
+    for (std::size_t i = begin + 1; i < text.size(); ++i) {
+        if (quote == '"' && text[i] == '\\')
+            ++i;
+        else if (text[i] == quote && quote == '\'' && i + 1 < text.size() && text[i + 1] == quote)
+            ++i;
+        else if (text[i] == quote)
+            return i + 1;
+    }
+    return text.size();
+}
+
+/// The lines of the literal scalar whose header stands at `header`: all that follow, blank or indented as far
+/// as the first of them that is not blank.
+std::pair<std::size_t, std::size_t> literal_extent(std::string_view text, std::size_t header) {
+    std::size_t line = std::min(text.find('\n', header), text.size() - 1) + 1;
+    const std::size_t begin = line;
+    std::size_t end = line, indent = std::string_view::npos;
+    while (line < text.size()) {
+        const std::size_t line_end = std::min(text.find('\n', line), text.size());
+        const std::size_t first = text.find_first_not_of(' ', line);
+        if (first < line_end) {
+            if (indent == std::string_view::npos) indent = first - line;
+            if (first - line < indent || indent == 0) break;
+            end = line_end;
+        }
+        line = line_end + 1;
+    }
+    return {begin, end};
+}
+
+/// Builds the tree from the parser's events.
+class TreeBuilder : public YAML::EventHandler {
+  public:
+    TreeBuilder(const Source& source, Extents& quoted) : source_(source), quoted_(quoted) {}
+
+    Node root;
+    std::vector<model::Diagnostic> wrong;
+
+    void OnDocumentStart(const YAML::Mark& mark) override {
+        if (++documents_ == 2) refuse(mark, "a second YAML document", "a model file holds one document");
+    }
+    void OnDocumentEnd() override {}
+    void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+        refuse_anchor(mark, anchor);
+        close(node(Node::Kind::null, mark));
+    }
+    void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+        refuse(mark, "a YAML alias", "give the value a name in `variables` and use it in expressions");
+        close(node(Node::Kind::null, mark));
+    }
+    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  const std::string& value) override {
+        refuse_anchor(mark, anchor);
+        refuse_tag(mark, tag);
+        Node scalar = node(Node::Kind::scalar, mark);
+        scalar.text = value;
+        const char first = scalar.position < source_.text.size() ? source_.text[scalar.position] : ' ';
+        if (first == '\'' || first == '"') {
+            scalar.quotes = first == '"' ? model::Quotes::twofold : model::Quotes::single;
+            quoted_.emplace_back(scalar.position, quoted_end(source_.text, scalar.position));
+        } else if (first == '|' || first == '>') {
+            scalar.quotes = model::Quotes::literal;
+            quoted_.push_back(literal_extent(source_.text, scalar.position));
+        }
+        close(std::move(scalar));
+    }
+    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                         YAML::EmitterStyle::value style) override {
+        open(Node::Kind::sequence, mark, tag, anchor, style);
+    }
+    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                    YAML::EmitterStyle::value style) override {
+        open(Node::Kind::map, mark, tag, anchor, style);
+    }
+    void OnSequenceEnd() override { close_top(); }
+    void OnMapEnd() override { close_top(); }
+
+    void refuse(const YAML::Mark& mark, std::string message, std::string remedy) {
+        wrong.push_back(
+            {source_.at(mark.line + 1, mark.column + 1), "", std::move(message), std::move(remedy)});
+    }
+
+  private:
+    Node node(Node::Kind kind, const YAML::Mark& mark) const {
+        return {.kind = kind,
+                .line = mark.line + 1,
+                .column = mark.column + 1,
+                .position = static_cast<std::size_t>(mark.pos)};
+    }
+    void refuse_anchor(const YAML::Mark& mark, YAML::anchor_t anchor) {
+        if (anchor)
+            refuse(mark, "a YAML anchor", "give the value a name in `variables` and use it in expressions");
+    }
+    void refuse_tag(const YAML::Mark& mark, const std::string& tag) {
+        if (!tag.empty() && tag != "?" && tag != "!")
+            refuse(mark, "the YAML tag '" + tag + "'", "remove it: types follow from the blocks");
+    }
+    void open(Node::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+              YAML::EmitterStyle::value style) {
+        refuse_anchor(mark, anchor);
+        refuse_tag(mark, tag);
+        stack_.push_back(node(kind, mark));
+        stack_.back().flow = style == YAML::EmitterStyle::Flow;
+    }
+    void close_top() {
+        Node done = std::move(stack_.back());
+        stack_.pop_back();
+        close(std::move(done));
+    }
+    void close(Node done) {
+        if (!stack_.empty())
+            stack_.back().items.push_back(std::move(done));
+        else if (documents_ == 1)
+            root = std::move(done);
+    }
+
+    const Source& source_;
+    Extents& quoted_;
+    std::vector<Node> stack_;
+    int documents_ = 0;
+};
+
+/// The first byte that is not UTF-8 or a control character other than tab and line end, else npos.
+std::size_t first_bad_byte(std::string_view text) {
+    for (std::size_t i = 0; i < text.size();) {
+        const auto byte = static_cast<unsigned char>(text[i]);
+        if ((byte < 0x20 && byte != '\n' && byte != '\t') || byte == 0x7f) return i;
+        const std::size_t more = byte < 0x80       ? 0
+                                 : byte >> 5 == 6  ? 1
+                                 : byte >> 4 == 14 ? 2
+                                 : byte >> 3 == 30 ? 3
+                                                   : 4;
+        if (more == 4 || i + more >= text.size() + (more == 0)) return i;
+        unsigned code = more == 0 ? byte : byte & (0x3f >> more);
+        for (std::size_t k = 1; k <= more; ++k) {
+            const auto next = static_cast<unsigned char>(text[i + k]);
+            if (next >> 6 != 2) return i;
+            code = code << 6 | (next & 0x3f);
+        }
+        const unsigned least[] = {0, 0x80, 0x800, 0x10000};
+        if (code < least[more] || code > 0x10ffff || (code >= 0xd800 && code < 0xe000)) return i;
+        i += more + 1;
+    }
+    return std::string_view::npos;
+}
+
+void report_tabs(const Source& source, const Extents& quoted, std::vector<model::Diagnostic>& wrong) {
+    for (int number = 1; number <= source.line_count(); ++number) {
+        const std::string_view line = source.line(number);
+        const std::size_t first = line.find_first_not_of(" \t"), tab = line.find('\t');
+        if (first == line.npos || tab > first) continue;
+        const std::size_t position = source.line_starts[number - 1] + tab;
+        const bool inside = std::ranges::any_of(
+            quoted, [&](const auto& extent) { return extent.first <= position && position < extent.second; });
+        if (inside) continue;
+        wrong.push_back({source.at(position), "", "a tab in the indentation", "indent by blanks"});
+        return;
+    }
+}
+
+/// What a person can do about a syntax error; the parser's messages say only what it expected.
+const char* syntax_remedy(std::string_view message) {
+    if (message.find("flow") != message.npos || message.find("EOF") != message.npos)
+        return "close the bracket or quote; inside [ ] and { } put expressions with ',' or brackets in "
+               "double quotes";
+    return "check the indentation; put expressions with ': ', ' #' or a leading bracket in double quotes";
+}
+
+} // namespace
+
+Source::Source(std::string_view raw, const std::string& name)
+    : file(std::make_shared<const std::string>(name)) {
+    if (raw.starts_with("\xef\xbb\xbf")) raw.remove_prefix(3);
+    text.reserve(raw.size() + 1);
+    for (std::size_t i = 0; i < raw.size(); ++i)
+        if (raw[i] != '\r')
+            text += raw[i];
+        else if (i + 1 == raw.size() || raw[i + 1] != '\n')
+            text += '\n';
+    if (!text.empty() && text.back() != '\n') text += '\n';
+    for (std::size_t start = 0; start < text.size(); start = text.find('\n', start) + 1)
+        line_starts.push_back(start);
+}
+
+std::string_view Source::line(int number) const {
+    const std::size_t start = line_starts[number - 1];
+    return std::string_view(text).substr(start, text.find('\n', start) - start);
+}
+
+int Source::line_of(std::size_t position) const {
+    return static_cast<int>(std::ranges::upper_bound(line_starts, position) - line_starts.begin());
+}
+
+model::Location Source::at(std::size_t position) const {
+    const int number = line_of(position);
+    return at(number, number > 0 ? static_cast<int>(position - line_starts[number - 1]) + 1 : 1);
+}
+
+Node parse(const Source& source, Extents& quoted) {
+    if (const std::size_t bad = first_bad_byte(source.text); bad != std::string::npos)
+        throw model::Errors(
+            {{source.at(bad), "", "a byte that is no text in UTF-8",
+              "save the file as UTF-8, and write control characters as escapes in double quotes"}});
+    TreeBuilder builder(source, quoted);
+    try {
+        std::istringstream in(source.text);
+        YAML::Parser parser(in);
+        while (parser.HandleNextDocument(builder)) {
+        }
+    } catch (const YAML::Exception& error) {
+        const int last = std::max(1, source.line_count());
+        const YAML::Mark& mark = error.mark;
+        const bool known = !mark.is_null() && mark.line < last;
+        builder.wrong.push_back({known ? source.at(mark.line + 1, mark.column + 1) : source.at(last, 1), "",
+                                 "the YAML syntax is wrong: " + error.msg, syntax_remedy(error.msg)});
+    }
+    std::vector<model::Diagnostic> tabs;
+    report_tabs(source, quoted, tabs);
+    builder.wrong.insert(builder.wrong.begin(), tabs.begin(), tabs.end());
+    if (!builder.wrong.empty()) throw model::Errors(std::move(builder.wrong));
+    return std::move(builder.root);
+}
+
+} // namespace bf::formats

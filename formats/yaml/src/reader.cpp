@@ -1,0 +1,516 @@
+#include "bf/formats/yaml.hpp"
+#include "comments.hpp"
+#include "flow.hpp"
+#include "keys.hpp"
+#include "node.hpp"
+
+#include "bf/model/check.hpp"
+#include "bf/model/suggest.hpp"
+
+#include <fstream>
+#include <functional>
+#include <map>
+#include <sstream>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace bf::formats {
+namespace {
+
+using namespace model;
+using std::filesystem::path;
+
+/// Reads the files of a model, each once, and collects what is wrong in them.
+class Loader {
+  public:
+    std::vector<Diagnostic> wrong;
+
+    /// The model in a file that `where` refers to; null if it is unreadable or wrong.
+    std::shared_ptr<Model> load(const path& file, const Location& where, const std::string& block);
+
+    /// The model in `text`, which stands in `file`; incomplete if something is wrong.
+    Model read(std::string_view text, const path& file);
+
+  private:
+    std::vector<path> open_; // from the first file to the one that is being read
+    std::map<path, std::shared_ptr<Model>> done_;
+};
+
+/// Turns the syntax tree of one file into a Model.
+class Reader {
+  public:
+    Reader(const Source& source, Loader& loader, path folder)
+        : source_(source), loader_(loader), folder_(std::move(folder)) {}
+
+    std::vector<Diagnostic> wrong;
+    std::vector<LineRange> values; ///< that stand on several lines
+    LineRange layout_lines;
+
+    Model read_model(const Node& node);
+
+  private:
+    using OnEntry = std::function<void(const Node& key, const Node& value)>;
+
+    Location at(const Node& node) const { return source_.at(node.line, node.column); }
+    void report(const Node& node, const std::string& path, std::string message, std::string remedy) {
+        wrong.push_back({at(node), path, std::move(message), std::move(remedy)});
+    }
+
+    void read_entries(const Node& map, const std::string& path, const std::string& what,
+                      const OnEntry& on_entry);
+    void report_unknown(const Node& key, const std::string& path, const std::string& of,
+                        const keys::Keys& known);
+
+    std::string read_text(const Node& key, const Node& value, const std::string& path);
+    std::size_t read_choice(const Node& key, const Node& value, const std::string& path,
+                            const keys::Keys& choices);
+    Expression read_expression(const Node& key, const Node& value, const std::string& path);
+    bool is_cell(const Node& map) const;
+    Expression read_flow(const Node& value, const std::string& path);
+    Expression read_rows(const Node& key, const Node& value, const std::string& path);
+
+    std::vector<Variable> read_variables(const Node& map, const std::string& path);
+    std::vector<Port> read_ports(const Node& key, const Node& value, const std::string& path,
+                                 const keys::Keys& known);
+    void read_port(Port& port, const Node& map, const std::string& path, const keys::Keys& known);
+    std::vector<Block> read_blocks(const Node& map, const std::string& path);
+    Block read_block(const Node& key, const Node& map, const std::string& path);
+    bool read_system_key(System& system, const Node& key, const Node& value, const std::string& path);
+    void read_connections(System& system, const Node& map, const std::string& path);
+    Endpoint read_endpoint(const Node& node, const std::string& path,
+                           const std::unordered_set<std::string>& blocks);
+    template <typename Item>
+    std::vector<Item> read_list(const Node& key, const Node& value, std::string Item::*member);
+    std::string read_layout(const Node& root, const Node& key);
+
+    const Source& source_;
+    Loader& loader_;
+    path folder_;
+};
+
+/// Calls `on_entry` with each key and value; reports what is no mapping, keys that are no text, and second
+/// ones.
+void Reader::read_entries(const Node& map, const std::string& path, const std::string& what,
+                          const OnEntry& on_entry) {
+    if (!map.is_map())
+        return report(map, path, "expected " + what + ", a mapping",
+                      map.is_sequence() ? "write `key: value` lines without '-'"
+                                        : "write `key: value` lines");
+    std::unordered_map<std::string_view, const Node*> seen;
+    for (std::size_t i = 0; i < map.items.size(); i += 2) {
+        const Node &key = map.items[i], &value = map.items[i + 1];
+        if (!key.is_scalar() || key.text.empty()) {
+            report(key, path, "a key that is no text", "put the key in double quotes");
+            continue;
+        }
+        const auto [first, is_new] = seen.try_emplace(key.text, &key);
+        if (!is_new) {
+            report(key, path, "a second '" + key.text + "'",
+                   "remove or rename one; the first is at " + at(*first->second).text());
+            continue;
+        }
+        if (map.flow && value.is_null() && i > 0) {
+            const Node& last = map.items[i - 1];
+            if (last.is_scalar() && !last.quoted() &&
+                std::ranges::count(last.text, '(') > std::ranges::count(last.text, ')')) {
+                report(last, path, "the ',' ends the value '" + last.text + "'",
+                       "put the expression in double quotes: \"" + last.text + ", " + key.text + "\"");
+                continue;
+            }
+        }
+        on_entry(key, value);
+    }
+}
+
+void Reader::report_unknown(const Node& key, const std::string& path, const std::string& of,
+                            const keys::Keys& known) {
+    report(key, path, "unknown key '" + key.text + "' of " + of, did_you_mean(key.text, known));
+}
+
+std::string Reader::read_text(const Node& key, const Node& value, const std::string& path) {
+    if (!value.is_scalar()) {
+        report(value.is_null() ? key : value, path, "'" + key.text + "' is a text",
+               "write it on one line or after '|'");
+        return {};
+    }
+    std::string text = value.text;
+    while (text.ends_with('\n')) text.pop_back();
+    return text;
+}
+
+std::size_t Reader::read_choice(const Node& key, const Node& value, const std::string& path,
+                                const keys::Keys& choices) {
+    const std::string text = value.is_scalar() ? value.text : "";
+    const auto found = std::ranges::find(choices, text);
+    if (found != choices.end()) return found - choices.begin();
+    std::string all;
+    for (const std::string& choice : choices) all += (all.empty() ? "" : ", ") + choice;
+    report(value.is_null() ? key : value, path, "'" + key.text + "' is '" + text + "'",
+           "it is one of: " + all);
+    return 0;
+}
+
+/// Whether a map is MATLAB's cell array: {}, {'a', 'b'}.
+bool Reader::is_cell(const Node& map) const {
+    bool cell = map.flow && source_.text[map.position] == '{';
+    for (std::size_t i = 1; i < map.items.size(); i += 2) cell = cell && map.items[i].is_null();
+    return cell;
+}
+
+Expression Reader::read_flow(const Node& value, const std::string& path) {
+    const std::string_view text = source_.text;
+    const std::size_t end = flow_end(text, value.position);
+    const std::string_view slice = text.substr(value.position, end - value.position);
+    const std::vector<std::string> lines = flow_lines(slice);
+    values.push_back({value.line, source_.line_of(end - 1)});
+    if (ambiguous_break(lines) < lines.size())
+        report(value, path,
+               "a line of the matrix ends without ',' or ';', after '" + lines[ambiguous_break(lines)] + "'",
+               "end it with ';' for a new row or with ',' for the same row");
+    Expression expression{.text = join_flow_lines(lines), .where = at(value)};
+    std::string spelling;
+    for (const std::string& line : lines) spelling += (spelling.empty() ? "" : "\n") + line;
+    const std::string matrix = matrix_of_rows(expression.text);
+    if (!matrix.empty()) expression.text = matrix;
+    if (!matrix_of_rows(matrix).empty())
+        report(value, path, "sequences nested more than twice", "a matrix is a sequence of rows");
+    if (spelling != expression.text) expression.spelling = spelling;
+    return expression;
+}
+
+/// A block sequence: a row, or the rows of a matrix.
+Expression Reader::read_rows(const Node& key, const Node& value, const std::string& path) {
+    std::string text;
+    for (const Node& item : value.items) {
+        const std::string element = read_expression(key, item, path).matlab();
+        const bool row = item.is_sequence() && element.size() > 1;
+        if (!text.empty()) text += row ? "; " : ", ";
+        text += row ? element.substr(1, element.size() - 2) : element;
+    }
+    values.push_back({key.line, value.items.empty() ? key.line : value.items.back().line});
+    return {.text = "[" + text + "]", .where = at(value)};
+}
+
+Expression Reader::read_expression(const Node& key, const Node& value, const std::string& path) {
+    if (value.is_scalar()) {
+        if (!value.text.empty() || value.quoted())
+            return {.text = value.text, .where = at(value), .quotes = value.quotes};
+    } else if (value.is_sequence()) {
+        return value.flow ? read_flow(value, path) : read_rows(key, value, path);
+    } else if (value.is_map()) {
+        if (is_cell(value)) return read_flow(value, path);
+        report(value, path, "'" + key.text + "' is an expression, not a mapping",
+               "put a struct in `variables` and name it here");
+        return {.text = "[]", .where = at(value)};
+    }
+    report(key, path, "'" + key.text + "' has no value", "give it one, or remove the key");
+    return {.text = "[]", .where = at(key)};
+}
+
+std::vector<Variable> Reader::read_variables(const Node& map, const std::string& path) {
+    std::vector<Variable> variables;
+    read_entries(map, path, "variables", [&](const Node& key, const Node& value) {
+        Variable variable{.name = key.text, .where = at(key)};
+        if (value.is_map() && !is_cell(value))
+            variable.fields = read_variables(value, path);
+        else
+            variable.value = read_expression(key, value, path);
+        variables.push_back(std::move(variable));
+    });
+    return variables;
+}
+
+void Reader::read_port(Port& port, const Node& map, const std::string& path, const keys::Keys& known) {
+    values.push_back({port.where.line, map.items.empty() ? map.line : map.items.back().line});
+    read_entries(map, path, "the port '" + port.name + "'", [&](const Node& key, const Node& value) {
+        const std::string& name = key.text;
+        if (!keys::contains(known, name))
+            report_unknown(key, path, "the port '" + port.name + "'", known);
+        else if (name == "shape")
+            port.shape = read_expression(key, value, path);
+        else if (name == "type")
+            port.type = read_text(key, value, path);
+        else if (name == "unit")
+            port.unit = read_text(key, value, path);
+        else if (name == "doc")
+            port.doc = read_text(key, value, path);
+        else if (name == "initial")
+            port.initial = read_expression(key, value, path);
+        else
+            port.when_disabled =
+                static_cast<WhenDisabled>(read_choice(key, value, path, keys::held_or_reset));
+    });
+}
+
+std::vector<Port> Reader::read_ports(const Node& key, const Node& value, const std::string& path,
+                                     const keys::Keys& known) {
+    if (!value.is_map()) return read_list<Port>(key, value, &Port::name);
+    std::vector<Port> ports;
+    read_entries(value, path, "ports", [&](const Node& name, const Node& attributes) {
+        Port& port = ports.emplace_back(Port{.name = name.text, .where = at(name)});
+        if (!attributes.is_null()) read_port(port, attributes, path, known);
+    });
+    return ports;
+}
+
+/// A list of texts, or a single one.
+template <typename Item>
+std::vector<Item> Reader::read_list(const Node& key, const Node& value, std::string Item::*member) {
+    std::vector<Item> items;
+    auto add = [&](const Node& node) {
+        if (!node.is_scalar() || node.text.empty())
+            return report(node.is_null() ? key : node, "", "an entry of '" + key.text + "' is no name",
+                          "write a list of names: [first, second]");
+        Item& item = items.emplace_back();
+        item.*member = node.text;
+        item.where = at(node);
+    };
+    if (!value.is_sequence()) add(value);
+    for (const Node& node : value.items)
+        if (value.is_sequence()) add(node);
+    return items;
+}
+
+Endpoint Reader::read_endpoint(const Node& node, const std::string& path,
+                               const std::unordered_set<std::string>& blocks) {
+    const std::string remedy =
+        "write `block.port`, or the name of a block, input or output of this subsystem";
+    if (!node.is_scalar()) {
+        report(node, path, "an end of a connection is no text", remedy);
+        return {};
+    }
+    const std::size_t dot = node.text.find('.');
+    if (dot == std::string::npos && blocks.contains(node.text))
+        return {.block = node.text, .where = at(node)};
+    if (dot == std::string::npos) return {.block = {}, .port = node.text, .where = at(node)};
+    if (dot == 0 || dot + 1 == node.text.size() || node.text.find('.', dot + 1) != std::string::npos)
+        report(node, path, "'" + node.text + "' is no end of a connection", remedy);
+    return {.block = node.text.substr(0, dot), .port = node.text.substr(dot + 1), .where = at(node)};
+}
+
+void Reader::read_connections(System& system, const Node& map, const std::string& path) {
+    std::unordered_set<std::string> blocks;
+    for (const Block& block : system.blocks) blocks.insert(block.name);
+    read_entries(map, path, "connections", [&](const Node& key, const Node& value) {
+        if (value.is_null())
+            return report(key, path, "'" + key.text + "' is connected to nothing",
+                          "name a destination, or remove the connection");
+        Connection connection{.from = read_endpoint(key, path, blocks), .to = {}, .where = at(key)};
+        if (!value.is_sequence()) connection.to.push_back(read_endpoint(value, path, blocks));
+        for (const Node& end : value.items)
+            if (value.is_sequence()) connection.to.push_back(read_endpoint(end, path, blocks));
+        if (connection.to.size() == 1) values.push_back({key.line, connection.to[0].where.line});
+        system.connections.push_back(std::move(connection));
+    });
+}
+
+/// Reads what every subsystem has, but for `connections`, which need all blocks; false for another key.
+bool Reader::read_system_key(System& system, const Node& key, const Node& value, const std::string& path) {
+    const std::string& name = key.text;
+    if (name == "execution")
+        system.execution = static_cast<Execution>(read_choice(key, value, path, keys::executions));
+    else if (name == "states")
+        system.states = static_cast<States>(read_choice(key, value, path, keys::held_or_reset));
+    else if (name == "inputs")
+        system.inputs = read_ports(key, value, path, keys::input);
+    else if (name == "outputs")
+        system.outputs = read_ports(key, value, path, keys::output);
+    else if (name == "variables")
+        system.variables = read_variables(value, path);
+    else if (name == "blocks")
+        system.blocks = read_blocks(value, path);
+    else
+        return name == "connections";
+    return true;
+}
+
+std::vector<Block> Reader::read_blocks(const Node& map, const std::string& path) {
+    std::vector<Block> blocks;
+    read_entries(map, path, "blocks", [&](const Node& key, const Node& value) {
+        blocks.push_back(read_block(key, value, path.empty() ? key.text : path + "." + key.text));
+    });
+    return blocks;
+}
+
+Block Reader::read_block(const Node& name, const Node& map, const std::string& path) {
+    Block block{.name = name.text, .where = at(name)};
+    block.type_where = block.where;
+    auto has = [&](std::string_view key) {
+        for (std::size_t i = 0; map.is_map() && i < map.items.size(); i += 2)
+            if (map.items[i].text == key) return true;
+        return false;
+    };
+    const bool is_library = has("block"), is_file = has("file"), is_system = has("blocks");
+    const keys::Keys& known = is_library ? keys::library_block : is_file ? keys::reference : keys::subsystem;
+    if (!map.is_map() || is_library + is_file + is_system != 1) {
+        std::string remedy = "say which it is: of a library, a subsystem, or in a file of its own";
+        for (std::size_t i = 0; map.is_map() && i < map.items.size(); i += 2)
+            if (const std::string near = nearest(map.items[i].text, {"block", "blocks", "file"});
+                !near.empty() && near != map.items[i].text)
+                remedy = "did you mean '" + near + "'?";
+        report(name, path, "a block has exactly one of `block: TYPE`, `blocks:` and `file:`", remedy);
+        block.type = "?"; // keeps its place, so that connections to it are no second error
+        return block;
+    }
+    if (is_file) block.reference = Reference{.file = {}, .where = block.where};
+    if (is_system) block.system = std::make_unique<System>();
+    const Node* connections = nullptr;
+    read_entries(map, path, "a block", [&](const Node& key, const Node& value) {
+        block.keys.push_back({.name = key.text, .where = at(key)});
+        if (!is_library && !keys::contains(known, key.text))
+            return report_unknown(key, path, is_file ? "a block in a file" : "a subsystem", known);
+        if (key.text == "doc")
+            block.doc = read_text(key, value, path);
+        else if (key.text == "period")
+            block.period = read_expression(key, value, path);
+        else if (key.text == "offset")
+            block.offset = read_expression(key, value, path);
+        else if (key.text == "block") {
+            block.type = read_text(key, value, path);
+            block.type_where = at(value);
+        } else if (key.text == "file") {
+            block.reference->file = read_text(key, value, path);
+            block.reference->where = at(value);
+        } else if (key.text == "with")
+            block.reference->with = read_variables(value, path);
+        else if (key.text == "connections" && is_system)
+            connections = &value;
+        else if (!is_system || !read_system_key(*block.system, key, value, path))
+            block.settings.push_back(
+                {.name = key.text, .value = read_expression(key, value, path), .where = at(key)});
+    });
+    if (connections) read_connections(*block.system, *connections, path);
+    if (is_library && block.type.empty()) block.type = "?";
+    if (is_file && !block.reference->file.empty())
+        block.reference->model = loader_.load(folder_ / block.reference->file, block.reference->where, path);
+    return block;
+}
+
+/// The text of `layout:` as it stands; its end is the next key, or the comments before that.
+std::string Reader::read_layout(const Node& root, const Node& key) {
+    int end = source_.line_count() + 1;
+    for (std::size_t i = 0; i < root.items.size(); i += 2)
+        if (root.items[i].line > key.line) end = std::min(end, root.items[i].line);
+    auto outside = [&](std::string_view line) {
+        return line.find_first_not_of(" \t") == line.npos || line[0] == '#';
+    };
+    while (end - 1 > key.line && outside(source_.line(end - 1))) --end;
+    layout_lines = {key.line, end - 1};
+    const std::size_t begin = source_.text.find(':', key.position) + 1;
+    const std::size_t stop = source_.line_starts[end - 2] + source_.line(end - 1).size();
+    std::string text = source_.text.substr(begin, stop - begin);
+    text.erase(text.find_last_not_of(" \t\n") + 1);
+    return text;
+}
+
+Model Reader::read_model(const Node& node) {
+    Model model;
+    model.where = at(node);
+    if (node.is_null()) {
+        report(node, "", "the file holds no model", "begin with `model: NAME` and `blocks:`");
+        return model;
+    }
+    const Node* connections = nullptr;
+    read_entries(node, "", "a model", [&](const Node& key, const Node& value) {
+        model.keys.push_back({.name = key.text, .where = at(key)});
+        if (key.text == "model")
+            model.name = read_text(key, value, "");
+        else if (key.text == "doc")
+            model.doc = read_text(key, value, "");
+        else if (key.text == "plugins")
+            model.plugins = read_list<Plugin>(key, value, &Plugin::name);
+        else if (key.text == "step")
+            model.step = read_expression(key, value, "");
+        else if (key.text == "stop")
+            model.stop = read_expression(key, value, "");
+        else if (key.text == "record" && value.is_scalar() && value.text == "all")
+            model.record_all = true;
+        else if (key.text == "record")
+            model.record = read_list<Signal>(key, value, &Signal::path);
+        else if (key.text == "layout")
+            model.layout = node.flow ? "" : read_layout(node, key);
+        else if (key.text == "connections")
+            connections = &value;
+        else if (key.text == "plots")
+            read_entries(value, "", "plots", [&](const Node& title, const Node& signals) {
+                model.plots.push_back({.title = title.text,
+                                       .signals = read_list<Signal>(title, signals, &Signal::path),
+                                       .where = at(title)});
+            });
+        else if (!read_system_key(model.root, key, value, ""))
+            report_unknown(key, "", "a model", keys::model);
+    });
+    if (connections) read_connections(model.root, *connections, "");
+    const bool named = std::ranges::any_of(model.keys, [](const Key& key) { return key.name == "model"; });
+    if (node.is_map() && !named)
+        report(node, "", "the model has no name", "begin the file with `model: NAME`");
+    return model;
+}
+
+Model Loader::read(std::string_view text, const path& file) {
+    const Source source(text, file.string());
+    std::vector<std::pair<std::size_t, std::size_t>> quoted;
+    Reader reader(source, *this, file.parent_path());
+    Model model;
+    try {
+        model = reader.read_model(parse(source, quoted));
+    } catch (const Errors& errors) {
+        wrong.insert(wrong.end(), errors.diagnostics().begin(), errors.diagnostics().end());
+        return model;
+    }
+    for (Diagnostic& diagnostic : check(model)) reader.wrong.push_back(std::move(diagnostic));
+    std::ranges::stable_sort(reader.wrong, {},
+                             [](const Diagnostic& d) { return std::pair(d.where.line, d.where.column); });
+    wrong.insert(wrong.end(), reader.wrong.begin(), reader.wrong.end());
+    attach_comments(model, source, std::move(quoted), reader.values, reader.layout_lines);
+    return model;
+}
+
+std::shared_ptr<Model> Loader::load(const path& file, const Location& where, const std::string& block) {
+    auto refuse = [&](std::string message, std::string remedy) {
+        wrong.push_back({where, block, std::move(message), std::move(remedy)});
+        return nullptr;
+    };
+    std::error_code error;
+    const path real = std::filesystem::weakly_canonical(file, error);
+    if (error || !std::filesystem::is_regular_file(real, error))
+        return refuse("there is no file '" + file.string() + "'",
+                      "a path is relative to the file that names it");
+    if (std::filesystem::file_size(real, error) > (64u << 20))
+        return refuse("'" + file.string() + "' is larger than 64 MB", "is it a model?");
+    if (const auto begin = std::ranges::find(open_, real); begin != open_.end()) {
+        std::string ring;
+        for (auto link = begin; link != open_.end(); ++link) ring += link->filename().string() + " -> ";
+        return refuse("the files refer to each other in a ring: " + ring + real.filename().string(),
+                      "remove one of these references");
+    }
+    if (const auto known = done_.find(real); known != done_.end()) return known->second;
+    std::ifstream stream(real, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    if (!stream) return refuse("cannot read '" + file.string() + "'", "check its permissions");
+    open_.push_back(real);
+    const std::size_t wrong_before = wrong.size();
+    std::shared_ptr<Model> model = std::make_shared<Model>(read(text.str(), file));
+    open_.pop_back();
+    if (wrong.size() > wrong_before) model = nullptr;
+    return done_[real] = model;
+}
+
+} // namespace
+
+model::Model read_yaml(const std::filesystem::path& file) {
+    Loader loader;
+    const std::shared_ptr<Model> model = loader.load(file, {}, "");
+    if (!loader.wrong.empty()) throw Errors(std::move(loader.wrong));
+    return std::move(*model);
+}
+
+model::Model read_yaml_text(std::string_view text, const std::string& name) {
+    Loader loader;
+    Model model = loader.read(text, name);
+    if (!loader.wrong.empty()) throw Errors(std::move(loader.wrong));
+    return model;
+}
+
+} // namespace bf::formats

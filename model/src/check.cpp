@@ -1,0 +1,235 @@
+#include "bf/model/check.hpp"
+
+#include "bf/model/suggest.hpp"
+
+#include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
+
+namespace bf::model {
+namespace {
+
+bool is_identifier(std::string_view name) {
+    auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+    auto tail = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };
+    return !name.empty() && letter(name[0]) && std::ranges::all_of(name, tail);
+}
+
+template <typename Items> std::vector<std::string> names_of(const Items& items) {
+    std::vector<std::string> names;
+    for (const auto& item : items) names.push_back(item.name);
+    return names;
+}
+
+class Checker {
+  public:
+    std::vector<Diagnostic> found;
+
+    void check_model(const Model& model);
+
+  private:
+    void check_system(const System& system, const std::string& path, int depth);
+    void check_block(const Block& block, const std::string& path, int depth);
+    void check_overrides(const Reference& reference, const std::string& path);
+    void check_ports(const System& system, const std::string& path);
+    void check_connections(const System& system, const std::string& path);
+    void check_signal(const Model& model, const Signal& signal);
+
+    template <typename Items>
+    void check_unique(const Items& items, const std::string& kind, const std::string& path);
+    void check_variables(const std::vector<Variable>& variables, const std::string& path);
+
+    void report(const Location& where, const std::string& path, std::string message, std::string remedy) {
+        found.push_back({where, path, std::move(message), std::move(remedy)});
+    }
+
+    /// Whether the endpoint exists; reports if not. `source` tells which end of a connection it is.
+    bool check_end(const System& system, const Endpoint& end, bool source, const std::string& path);
+
+    std::unordered_map<std::string_view, const Block*> blocks_; // of the system whose connections are checked
+};
+
+template <typename Items>
+void Checker::check_unique(const Items& items, const std::string& kind, const std::string& path) {
+    std::unordered_map<std::string_view, const Location*> seen;
+    for (const auto& item : items) {
+        if (!is_name(item.name))
+            report(item.where, path, "'" + item.name + "' is no name for a " + kind,
+                   "a name has 1 to 200 bytes, no '.' or '*', no control character and no blank at its ends");
+        const auto [first, is_new] = seen.try_emplace(item.name, &item.where);
+        if (is_new) continue;
+        const std::string place = first->second->text();
+        report(item.where, path, "a second " + kind + " '" + item.name + "'",
+               "rename one of them" + (place.empty() ? "" : "; the first is at " + place));
+    }
+}
+
+void Checker::check_variables(const std::vector<Variable>& variables, const std::string& path) {
+    std::unordered_set<std::string_view> seen;
+    for (const Variable& variable : variables) {
+        if (!is_identifier(variable.name))
+            report(variable.where, path, "'" + variable.name + "' is no name for a variable",
+                   "use a letter followed by letters, digits and '_'");
+        if (!seen.insert(variable.name).second)
+            report(variable.where, path, "a second variable '" + variable.name + "'", "rename one of them");
+        check_variables(variable.fields, path);
+    }
+}
+
+void Checker::check_ports(const System& system, const std::string& path) {
+    check_unique(system.inputs, "input", path);
+    check_unique(system.outputs, "output", path);
+    for (const auto* ports : {&system.inputs, &system.outputs})
+        for (const Port& port : *ports)
+            if (blocks_.contains(port.name))
+                report(port.where, path, "'" + port.name + "' names both a block and a port of the subsystem",
+                       "rename one of them, so that connections are clear");
+    if (const Port* port = system.find_input(enable_port); port && system.execution == Execution::enabled)
+        report(port->where, path, "an enabled subsystem has its input 'enable' already",
+               "remove it from `inputs`");
+}
+
+bool Checker::check_end(const System& system, const Endpoint& end, bool source, const std::string& path) {
+    const std::string name = end.text(), kind = source ? "output" : "input";
+    if (end.block.empty()) {
+        const bool is_enable = source && system.execution == Execution::enabled && end.port == enable_port;
+        if (is_enable || (source ? system.find_input(end.port) : system.find_output(end.port))) return true;
+        if (source ? system.find_output(end.port) : system.find_input(end.port)) {
+            report(end.where, path,
+                   "'" + name + "' is an " + kind + " of this subsystem, which inside it is no " +
+                       (source ? "source" : "destination"),
+                   source ? "connect what computes it" : "connect what is to receive it");
+            return false;
+        }
+        std::vector<std::string> known = names_of(system.blocks);
+        for (std::string& port : names_of(source ? system.inputs : system.outputs)) known.push_back(port);
+        report(end.where, path, "there is no '" + name + "' to connect", did_you_mean(end.port, known));
+        return false;
+    }
+    const auto block = blocks_.find(end.block);
+    if (block == blocks_.end()) {
+        report(end.where, path, "there is no block '" + end.block + "' to connect '" + name + "'",
+               did_you_mean(end.block, names_of(system.blocks)));
+        return false;
+    }
+    const System* content = block->second->content();
+    if (!content) return true; // ports of a library block are its declaration's matter
+    std::vector<std::string> ports = names_of(source ? content->outputs : content->inputs);
+    if (!source && content->execution == Execution::enabled) ports.emplace_back(enable_port);
+    if (end.port.empty() ? ports.size() == 1 : std::ranges::count(ports, end.port) > 0) return true;
+    if (!end.port.empty())
+        report(end.where, path, "subsystem '" + end.block + "' has no " + kind + " '" + end.port + "'",
+               did_you_mean(end.port, ports));
+    else if (ports.empty())
+        report(end.where, path, "subsystem '" + end.block + "' has no " + kind,
+               "declare it in the `" + kind + "s` of '" + end.block + "'");
+    else
+        report(end.where, path, "subsystem '" + end.block + "' has several " + kind + "s",
+               "name the one that is meant: '" + end.block + "." + ports[0] + "'");
+    return false;
+}
+
+void Checker::check_connections(const System& system, const std::string& path) {
+    std::unordered_map<std::string, const Endpoint*> fed;
+    for (const Connection& connection : system.connections) {
+        check_end(system, connection.from, true, path);
+        if (connection.to.empty())
+            report(connection.where, path, "'" + connection.from.text() + "' is connected to nothing",
+                   "name a destination, or remove the connection");
+        for (const Endpoint& end : connection.to) {
+            if (!check_end(system, end, false, path)) continue;
+            const auto [first, is_new] = fed.try_emplace(end.text(), &end);
+            if (is_new) continue;
+            const std::string place = first->second->where.text();
+            report(end.where, path, "'" + end.text() + "' is connected twice",
+                   "an input has one source" + (place.empty() ? "" : "; the first is at " + place));
+        }
+    }
+}
+
+void Checker::check_overrides(const Reference& reference, const std::string& path) {
+    check_variables(reference.with, path);
+    if (!reference.model) return;
+    const std::vector<std::string> known = names_of(reference.model->root.variables);
+    for (const Variable& variable : reference.with)
+        if (std::ranges::count(known, variable.name) == 0)
+            report(variable.where, path,
+                   "'" + reference.file + "' has no variable '" + variable.name + "' to override",
+                   did_you_mean(variable.name, known));
+}
+
+void Checker::check_block(const Block& block, const std::string& path, int depth) {
+    if (block.is_library_block() + bool(block.system) + bool(block.reference) != 1)
+        report(block.where, path, "the block is neither of a library, nor a subsystem, nor in a file",
+               "give it exactly one of `block`, `blocks` and `file`");
+    if (block.offset && !block.period)
+        report(block.offset->where, path, "`offset` without `period`",
+               "an offset shifts a sample time: give both");
+    check_unique(block.settings, "setting", path);
+    if (block.reference) check_overrides(*block.reference, path);
+    if (!block.system) return;
+    if (depth < max_depth) return check_system(*block.system, path, depth + 1);
+    report(block.where, path, "subsystems are nested more than " + std::to_string(max_depth) + " deep",
+           "flatten the model");
+}
+
+void Checker::check_system(const System& system, const std::string& path, int depth) {
+    blocks_.clear();
+    for (const Block& block : system.blocks) blocks_.try_emplace(block.name, &block);
+    check_unique(system.blocks, "block", path);
+    check_ports(system, path);
+    check_variables(system.variables, path);
+    check_connections(system, path);
+    for (const Block& block : system.blocks)
+        check_block(block, path.empty() ? block.name : path + "." + block.name, depth);
+}
+
+void Checker::check_signal(const Model& model, const Signal& signal) {
+    const System* system = &model.root;
+    std::string_view rest = signal.path;
+    while (system) {
+        const std::string_view name = rest.substr(0, rest.find('.'));
+        const bool is_last = name.size() == rest.size();
+        if (name.find('*') != name.npos) return; // what it matches depends on the blocks' declarations
+        if (is_last && (system->find_output(name) || system->find_input(name))) return;
+        const Block* block = system->find_block(name);
+        if (!block) {
+            std::vector<std::string> known = names_of(system->blocks);
+            for (std::string& port : names_of(system->outputs)) known.push_back(port);
+            return report(signal.where, "", "there is no signal '" + signal.path + "'",
+                          did_you_mean(name, known));
+        }
+        if (is_last) return;
+        rest.remove_prefix(name.size() + 1);
+        system = block->content();
+    }
+    if (rest.empty() || rest.find('.') != rest.npos)
+        report(signal.where, "", "there is no signal '" + signal.path + "'",
+               "after the name of a library's block comes the name of one of its outputs");
+}
+
+void Checker::check_model(const Model& model) {
+    check_system(model.root, "", 0);
+    check_unique(model.plugins, "plugin", "");
+    for (const Signal& signal : model.record) check_signal(model, signal);
+    for (const Panel& panel : model.plots)
+        for (const Signal& signal : panel.signals) check_signal(model, signal);
+}
+
+} // namespace
+
+bool is_name(std::string_view name) {
+    const bool plain = std::ranges::none_of(
+        name, [](unsigned char c) { return c < 0x20 || c == 0x7f || c == '.' || c == '*'; });
+    return plain && !name.empty() && name.size() <= 200 && name.front() != ' ' && name.back() != ' ';
+}
+
+std::vector<Diagnostic> check(const Model& model) {
+    Checker checker;
+    checker.check_model(model);
+    std::ranges::stable_sort(checker.found, {},
+                             [](const Diagnostic& d) { return std::pair(d.where.line, d.where.column); });
+    return std::move(checker.found);
+}
+
+} // namespace bf::model

@@ -1,0 +1,59 @@
+#include "bf/model/model.hpp"
+
+#include <algorithm>
+
+namespace bf::model {
+namespace {
+
+template <typename Items> auto* find_named(Items& items, std::string_view name) {
+    auto found = std::ranges::find_if(items, [&](const auto& item) { return item.name == name; });
+    return found == items.end() ? nullptr : &*found;
+}
+
+std::string join_lines(const std::vector<Diagnostic>& diagnostics) {
+    std::string text;
+    for (const Diagnostic& d : diagnostics) text += (text.empty() ? "" : "\n") + d.text();
+    return text;
+}
+
+} // namespace
+
+std::string Location::text() const {
+    if (line == 0) return {};
+    return (file ? *file + ":" : "") + std::to_string(line) + ":" + std::to_string(column);
+}
+
+std::string Diagnostic::text() const {
+    std::string text = where.text();
+    if (!path.empty()) text += (text.empty() ? "" : ": ") + path;
+    text += (text.empty() ? "" : ": ") + message;
+    return remedy.empty() ? text : text + "; " + remedy;
+}
+
+Errors::Errors(std::vector<Diagnostic> diagnostics)
+    : diagnostics_(std::move(diagnostics)), text_(join_lines(diagnostics_)) {}
+
+std::string Expression::matlab() const {
+    if (quotes != Quotes::single) return text;
+    std::string literal = "'";
+    for (char c : text) literal.append(c == '\'' ? 2 : 1, c);
+    return literal + "'";
+}
+
+std::string Endpoint::text() const {
+    return block.empty() || port.empty() ? block + port : block + "." + port;
+}
+
+const System* Block::content() const {
+    if (reference) return reference->model ? &reference->model->root : nullptr;
+    return system.get();
+}
+
+const Setting* Block::find_setting(std::string_view setting) const { return find_named(settings, setting); }
+
+const Block* System::find_block(std::string_view block) const { return find_named(blocks, block); }
+Block* System::find_block(std::string_view block) { return find_named(blocks, block); }
+const Port* System::find_input(std::string_view port) const { return find_named(inputs, port); }
+const Port* System::find_output(std::string_view port) const { return find_named(outputs, port); }
+
+} // namespace bf::model

@@ -39,9 +39,24 @@ int Declaration::find(std::string_view slot_name, Role role) const {
     return -1;
 }
 
+namespace {
+
+/// Does rule-written `slot` depend on `input`, through workspaces and outputs written by the rules before?
+bool depends(const Declaration& d, int slot, int input, std::size_t rules) {
+    for (std::size_t i = 0; i < rules; ++i)
+        if (d.output_rules[i].writes(slot))
+            for (const auto& operand : d.output_rules[i].operands)
+                if (operand.slot >= 0 && (operand.slot == input || depends(d, operand.slot, input, i)))
+                    return true;
+    return false;
+}
+
+} // namespace
+
 bool Block::feedthrough(int output, int input) const {
-    for (const Call& rule : declaration_.output_rules)
-        if (rule.writes(output)) return rule.reads(input);
+    const auto& rules = declaration_.output_rules;
+    for (const Call& rule : rules)
+        if (rule.writes(output)) return depends(declaration_, output, input, rules.size());
     return declaration_.slots[static_cast<std::size_t>(input)].feedthrough;
 }
 

@@ -5,6 +5,7 @@
 #include "bf/core/status.hpp"
 #include "bf/kernels/view.hpp"
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <tuple>
@@ -56,10 +57,11 @@ struct Call {
     using Run = Status (*)(const void* operands, int count);
 
     std::string_view kernel;         ///< how the generator prints it
-    std::vector<Reference> operands; ///< a list operand comes last, one reference per element
+    std::vector<Reference> operands; ///< a list operand has one reference per element
     int list_from = -1;              ///< where the list begins, -1: no list
-    int symbols = 0;                 ///< how many element types the wiring decides
-    std::vector<Run> run;            ///< by element type (symbols = 1) or pair of types; null: not accepted
+    int list_size = 0;
+    int symbols = 0;      ///< how many element types the wiring decides
+    std::vector<Run> run; ///< by element type (symbols = 1) or pair of types; null: not accepted
 
     bool writes(int slot) const {
         for (const auto& o : operands)
@@ -95,6 +97,7 @@ template <class T, Role role> struct OperandTraits<KeyList<T, role>> {
     static constexpr bool is_target = role == Role::output;
     static void add(Call& call, const KeyList<T, role>& list, bool written) {
         call.list_from = static_cast<int>(call.operands.size());
+        call.list_size = list.size();
         for (const auto& key : list)
             call.operands.push_back({Call::Source::slot, key.index(), written, nullptr});
     }
@@ -135,13 +138,13 @@ template <class T> struct OperandTraits<DerivativeOf<T>> {
     }
 };
 
-/// The view of operand i (or of the list that begins there) with element type E.
-template <class K, bool is_written, class T0, class T1> auto operand(const Operand* o, int i, int count) {
+/// The view of operand i (or of the list of `length` operands that begins there) with element type E.
+template <class K, bool is_written, class T0, class T1> auto operand(const Operand* o, int i, int length) {
     using Element = typename Chosen<typename OperandTraits<K>::Quantity, T0, T1>::type;
     using E = std::conditional_t<is_written, Element, const Element>;
     static_assert(sizeof(Operand) == sizeof(kernels::View<E>));
     if constexpr (OperandTraits<K>::is_list)
-        return kernels::ListView<E>(reinterpret_cast<const kernels::View<E>*>(o + i), count - i);
+        return kernels::ListView<E>(reinterpret_cast<const kernels::View<E>*>(o + i), length);
     else
         return kernels::View<E>(static_cast<E*>(o[i].data), o[i].rows, o[i].cols);
 }
@@ -163,9 +166,14 @@ template <class Kernel, class T0, class T1, bool... written, class... Keys>
 constexpr Call::Run instance(std::integer_sequence<bool, written...>,
                              std::type_identity<std::tuple<Keys...>>) {
     return [](const void* operands, int count) -> Status {
+        constexpr std::array<bool, sizeof...(Keys)> is_list{OperandTraits<Keys>::is_list...};
+        constexpr auto list =
+            static_cast<std::size_t>(std::find(is_list.begin(), is_list.end(), true) - is_list.begin());
         const auto* o = static_cast<const Operand*>(operands);
         return [&]<std::size_t... i>(std::index_sequence<i...>) {
-            return apply<Kernel>(operand<Keys, written, T0, T1>(o, static_cast<int>(i), count)...);
+            const int length = count - static_cast<int>(sizeof...(Keys)) + 1; // of the list, if there is one
+            return apply<Kernel>(operand<Keys, written, T0, T1>(
+                o, static_cast<int>(i) + (i > list ? length - 1 : 0), length)...);
         }
         (std::index_sequence_for<Keys...>{});
     };
@@ -244,7 +252,7 @@ std::vector<Call>& derivative_rules(Block& owner);
 } // namespace detail
 
 /// Declares outputs = kernel(operands): OutputRule rule{this, kernels::Gain{}, y, K, u}. Leading output keys
-/// and all workspaces are written, everything else is read. A list of ports comes last.
+/// and all workspaces are written, everything else is read. One of the operands may be a list of ports.
 class OutputRule {
   public:
     template <class Kernel, class... Keys> OutputRule(Block* owner, Kernel kernel, const Keys&... keys) {

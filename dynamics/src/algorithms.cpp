@@ -7,7 +7,9 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstring>
 
 // Pinocchio's generalised velocity is v = [Rᵀ pdot; Rᵀ omega; s_dot], ours nu = [pdot; omega; s_dot]. Nothing
@@ -107,7 +109,8 @@ void update_inertia(const Model::Content& model, Data::Content& data) {
         const Vector3d omega = data.tree.J.col(own.column).tail<3>();
         const Eigen::Index j = 6 + own.joint;
         Vector6 F;
-        F << Y.mass * v + omega.cross(Y.moment), Y.rotational * omega + Y.moment.cross(v);
+        F.head<3>() = Y.mass * v + omega.cross(Y.moment);
+        F.tail<3>() = Y.rotational * omega + Y.moment.cross(v);
         data.M.col(j).head<6>() = F;
         data.M.row(j).head<6>() = F;
         for (const Support& support : supports) {
@@ -170,7 +173,8 @@ const Placement& placement(const Model::Content& model, Frame frame) {
 Vector6 point_velocity(const Data::Content& data, const Support& support, const Vector3d& p) {
     const Vector3d omega = data.tree.J.col(support.column).tail<3>();
     Vector6 column;
-    column << data.tree.J.col(support.column).head<3>() + omega.cross(p), omega;
+    column.head<3>() = data.tree.J.col(support.column).head<3>() + omega.cross(p);
+    column.tail<3>() = omega;
     return column;
 }
 
@@ -279,7 +283,8 @@ void com_bias_acceleration(const Model& model, Data& data, Vector3Out J_dot_nu) 
 void mass_matrix(const Model& model, Data& data, MatrixOut M) noexcept {
     update_inertia(model.content(), data.content());
     assert(M.rows() == model.velocities() && M.cols() == model.velocities());
-    M = data.content().M;
+    const Eigen::MatrixXd& own = data.content().M;
+    for (Eigen::Index j = 0; j < own.cols(); ++j) std::copy_n(own.col(j).data(), own.rows(), M.col(j).data());
 }
 
 void bias_forces(const Model& model, Data& data, VectorOut h) noexcept {
@@ -353,7 +358,8 @@ void relative_jacobian(const Model& model, Data& data, Frame reference, Frame fr
     }
     for (Eigen::Index j = 0; j < J.cols(); ++j) {
         const Vector6 column = J.col(j);
-        J.col(j) << R_transpose * column.head<3>(), R_transpose * column.tail<3>();
+        J.col(j).head<3>() = R_transpose * column.head<3>();
+        J.col(j).tail<3>() = R_transpose * column.tail<3>();
     }
 }
 

@@ -167,8 +167,7 @@ std::string line_style(const Curve& curve, int position) {
 /// it sees no room.
 class Script {
   public:
-    Script(const Layout& layout, bool png)
-        : layout_(layout), points_(png ? 9 : 12) {} // SVG's points are pixels
+    Script(const Layout& layout, bool png) : layout_(layout), png_(png) {}
 
     std::string figure(const Figure& figure, const std::string& output) {
         Range time;

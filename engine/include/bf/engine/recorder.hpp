@@ -1,0 +1,37 @@
+// Records chosen signals of a running simulation.
+#pragma once
+
+#include "bf/engine/simulation.hpp"
+#include "bf/recording/writer.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace bf {
+
+/// Writes signals to an MCAP file, each at its own rate, as the observers of a step see them. Attachment
+/// "model" holds the model's text, metadata "plots" the panels that the model asks for.
+class Recorder final : public Simulation::Observer {
+  public:
+    /// Opens the file for the signals; throws std::runtime_error when it cannot be created.
+    Recorder(const Diagram& diagram, const std::vector<SignalName>& signals, const std::filesystem::path& file,
+             const std::string& model_text);
+
+    void observe(const Simulation& simulation) noexcept override;
+    /// Completes the file; throws std::runtime_error when something could not be written (disk full).
+    void close() { writer_.close(); }
+    bool failed() const noexcept { return writer_.failed(); }
+    std::string status() const { return writer_.status(); }
+
+  private:
+    struct Channel {
+        recording::ChannelId id;
+        Node::End end;
+        int rate;
+    };
+    recording::Writer writer_;
+    std::vector<Channel> channels_;
+};
+
+} // namespace bf

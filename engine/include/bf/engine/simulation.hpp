@@ -1,0 +1,124 @@
+// Simulation of a diagram with fixed base steps.
+#pragma once
+
+#include "bf/elaborate/diagram.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace bf {
+
+/// A run that cannot go on; the text names the block and the remedy.
+struct RunError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// The final value of a check block of the model, e.g. {"stood", true} or {"com_rms_error_m", 4e-4}.
+struct CheckResult {
+    std::string name;
+    double value = 0;
+    bool is_boolean = false;
+};
+
+/// Runs a diagram. One base step k, at time t = k step, x⁻ the states before it and x⁺ after it:
+///
+///     start:  states := initial values, blocks reset;  blocks start (devices open);
+///             constant outputs computed once;  outputs of conditional subsystems := initial outputs
+///     step:   1. which rates are hit: (k - offset) divisible by ticks
+///             2. outputs, in sorted order, of all blocks whose rate is hit and whose conditions are true:
+///                y := output(t, x⁻, u).  A condition is tested before the blocks under it; on becoming true
+///                it resets the states under it where the model says so, on becoming false it resets outputs
+///             3. observers see t, outputs and x⁻ (this is what a recording holds)
+///             4. updates of the same blocks: x⁺ := update(t, x⁻, u, y)
+///             5. x⁻ := x⁺ for all of them at once;  k := k + 1
+///     stop:   blocks stop, last started first (actuators are put back)
+///
+/// A step that fails ends the run: nothing after the failed block runs, observers keep what they saw.
+/// Inside `step` nothing is allocated and nothing locked.
+class Simulation {
+  public:
+    /// Allocates everything a run needs. The diagram must outlive the simulation.
+    explicit Simulation(const Diagram& diagram);
+    ~Simulation();
+    Simulation(const Simulation&) = delete;
+    Simulation& operator=(const Simulation&) = delete;
+
+    /// Throws RunError when a device cannot be opened or an initial state fails; what was opened is closed.
+    void start();
+    /// One base step. On failure the status says why; failure() adds the block.
+    Status step() noexcept;
+    void stop() noexcept;
+
+    double time() const { return static_cast<double>(steps_) * diagram_.step; }
+    std::int64_t steps() const { return steps_; }
+    /// "controller.qp: message" of the step that failed; empty when none did.
+    std::string failure() const;
+    /// Final values of the states that blocks report, by the name of their block.
+    std::vector<CheckResult> checks() const;
+
+    /// Changes a parameter between two steps: all elements, or one that expands. Throws RunError for an unknown name
+    /// or a wrong number of elements.
+    void set_parameter(const std::string& path, const std::vector<double>& values);
+
+    /// Called after the outputs of each step (3. above); must not allocate if the run must not.
+    class Observer {
+      public:
+        virtual ~Observer() = default;
+        virtual void observe(const Simulation& simulation) noexcept = 0;
+    };
+    void add_observer(Observer& observer) { observers_.push_back(&observer); }
+    /// Was the rate hit in this step, and is the condition true?
+    bool is_hit(int rate) const { return hit_[static_cast<std::size_t>(rate)] != 0; }
+    bool is_active(int condition) const;
+
+    /// Everything a run needs to go on bit for bit.
+    std::vector<std::byte> snapshot() const; ///< throws RunError naming a block that refuses
+    void restore(const std::vector<std::byte>& snapshot);
+
+    const Diagram& diagram() const { return diagram_; }
+    Context& context() { return context_; }
+    const Context& context() const { return context_; }
+
+  private:
+    struct ConditionState;
+    struct BoundSegment {
+        int rate, condition;
+        std::vector<Task> tasks;
+        std::vector<int> nodes; ///< of each task, for messages
+    };
+    /// Copies x⁺ to x⁻.
+    struct Commit {
+        void* to;
+        const void* from;
+        std::size_t bytes;
+        int doubles; ///< elements to look at for NaN; 0: not double
+        int node;
+    };
+    struct CommitSegment {
+        int rate, condition;
+        std::vector<Commit> commits;
+    };
+    void bind();
+    bool run(const BoundSegment& segment) noexcept;
+    void write_initial_outputs(int condition);
+    void run_constants();
+
+    const Diagram& diagram_;
+    Context context_;
+    std::vector<BoundSegment> constants_, outputs_, updates_;
+    std::vector<CommitSegment> commits_;
+    std::vector<std::unique_ptr<ConditionState>> conditions_;
+    std::vector<std::uint8_t> hit_;
+    std::vector<std::int64_t> until_hit_; ///< steps to the next hit, per rate
+    std::vector<Observer*> observers_;
+    std::int64_t steps_ = 0;
+    Status status_;
+    int failed_node_ = -1;
+    int started_ = 0; ///< nodes that are started
+};
+
+} // namespace bf

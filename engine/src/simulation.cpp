@@ -1,0 +1,268 @@
+#include "bf/engine/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace bf {
+
+/// A conditional subsystem while it runs.
+struct Simulation::ConditionState {
+    Simulation* simulation;
+    int index;
+    const void* enable = nullptr;
+    Type type = Type::boolean;
+    int count = 0;
+    bool is_true = false;
+
+    /// Looks at the enabling signal; called at its place in the order.
+    Status test() {
+        bool enabled = false;
+        for (int i = 0; i < count; ++i) enabled = enabled || read_value(enable, type, i) > 0;
+        if (enabled && !is_true) return become_true();
+        if (!enabled && is_true) become_false();
+        return ok;
+    }
+
+    Status become_true() {
+        is_true = true;
+        const auto& condition = simulation->diagram_.conditions[static_cast<std::size_t>(index)];
+        if (condition.resets_states)
+            for (const int node : condition.nodes)
+                if (const Status status = simulation->context_.reset(node); !status) return status;
+        return ok;
+    }
+
+    void become_false() {
+        is_true = false;
+        auto& conditions = simulation->diagram_.conditions;
+        for (const auto& outlet : conditions[static_cast<std::size_t>(index)].outlets)
+            if (outlet.resets) {
+                const Slot& slot = simulation->diagram_.slot(outlet.end);
+                write_values(simulation->context_.data(outlet.end.node, outlet.end.slot), slot.type, slot.size.count(), outlet.initial);
+            }
+        for (std::size_t c = 1; c < conditions.size(); ++c)
+            if (conditions[c].parent == index && simulation->conditions_[c]->is_true) simulation->conditions_[c]->become_false();
+    }
+};
+
+Simulation::Simulation(const Diagram& diagram)
+    : diagram_(diagram), context_(diagram.context_nodes(), static_cast<int>(diagram.rates.size())), hit_(diagram.rates.size()),
+      until_hit_(diagram.rates.size()) {
+    for (std::size_t c = 0; c < diagram_.conditions.size(); ++c) {
+        const auto& condition = diagram_.conditions[c];
+        auto state = std::make_unique<ConditionState>(ConditionState{this, static_cast<int>(c)});
+        if (condition.enable.node >= 0) {
+            const Slot& slot = diagram_.slot(condition.enable);
+            state->enable = context_.data(condition.enable.node, condition.enable.slot);
+            state->type = slot.type;
+            state->count = slot.size.count();
+        }
+        conditions_.push_back(std::move(state));
+    }
+    conditions_[0]->is_true = true;
+    bind();
+}
+
+Simulation::~Simulation() { stop(); }
+
+void Simulation::bind() {
+    const auto bound = [&](const Segment& segment, Phase phase) {
+        BoundSegment result{segment.rate, segment.condition, {}, {}};
+        for (const auto& activity : segment.activities) {
+            if (activity.node >= 0) {
+                result.tasks.push_back(context_.task(activity.node, phase, activity.index));
+            } else {
+                const auto test = [](const void* p, int) { return const_cast<ConditionState*>(static_cast<const ConditionState*>(p))->test(); };
+                result.tasks.push_back({test, conditions_[static_cast<std::size_t>(activity.condition)].get(), 0});
+            }
+            result.nodes.push_back(activity.node);
+        }
+        return result;
+    };
+    for (const auto& segment : diagram_.plan.outputs)
+        (segment.rate == constant_rate ? constants_ : outputs_).push_back(bound(segment, Phase::output));
+    for (const auto& segment : diagram_.plan.updates) {
+        updates_.push_back(bound(segment, Phase::update));
+        CommitSegment commits{segment.rate, segment.condition, {}};
+        int last = -1;
+        for (const auto& activity : segment.activities) {
+            if (activity.node == last) continue;
+            last = activity.node;
+            const auto& slots = diagram_.nodes[static_cast<std::size_t>(last)].block->declaration().slots;
+            for (std::size_t i = 0; i < slots.size(); ++i) {
+                if (slots[i].role != Role::discrete_state) continue;
+                const int count = slots[i].size.count();
+                const int slot = static_cast<int>(i);
+                commits.commits.push_back({context_.data(last, slot), context_.next_data(last, slot),
+                                           static_cast<std::size_t>(count * bytes(slots[i].type)),
+                                           slots[i].type == Type::float64 ? count : 0, last});
+            }
+        }
+        commits_.push_back(std::move(commits));
+    }
+}
+
+bool Simulation::is_active(int condition) const { return conditions_[static_cast<std::size_t>(condition)]->is_true; }
+
+bool Simulation::run(const BoundSegment& segment) noexcept {
+    const Task* const begin = segment.tasks.data();
+    const Task* const end = begin + segment.tasks.size();
+    for (const Task* task = begin; task != end; ++task)
+        if (const Status status = (*task)(); !status) [[unlikely]] {
+            status_ = status;
+            failed_node_ = segment.nodes[static_cast<std::size_t>(task - begin)];
+            return false;
+        }
+    return true;
+}
+
+void Simulation::write_initial_outputs(int condition) {
+    for (const auto& outlet : diagram_.conditions[static_cast<std::size_t>(condition)].outlets) {
+        const Slot& slot = diagram_.slot(outlet.end);
+        write_values(context_.data(outlet.end.node, outlet.end.slot), slot.type, slot.size.count(), outlet.initial);
+    }
+}
+
+void Simulation::run_constants() {
+    for (const auto& segment : constants_)
+        if (!run(segment)) throw RunError(failure());
+}
+
+void Simulation::start() {
+    steps_ = 0;
+    status_ = ok;
+    failed_node_ = -1;
+    for (std::size_t r = 0; r < diagram_.rates.size(); ++r) {
+        until_hit_[r] = diagram_.rates[r].offset;
+        context_.clock(static_cast<int>(r)) = {0, diagram_.period(static_cast<int>(r)), -1};
+    }
+    for (std::size_t c = 1; c < conditions_.size(); ++c) {
+        conditions_[c]->is_true = false;
+        write_initial_outputs(static_cast<int>(c));
+    }
+    const int nodes = static_cast<int>(diagram_.nodes.size());
+    for (int n = 0; n < nodes; ++n)
+        if (const Status status = context_.reset(n); !status) {
+            status_ = status;
+            failed_node_ = n;
+            throw RunError(failure());
+        }
+    for (started_ = 0; started_ < nodes; ++started_) {
+        try {
+            context_.start(started_);
+        } catch (const std::exception& error) {
+            const std::string text = diagram_.nodes[static_cast<std::size_t>(started_)].path + ": " + error.what();
+            stop();
+            throw RunError(text);
+        }
+    }
+    run_constants();
+}
+
+Status Simulation::step() noexcept {
+    if (!status_) return status_;
+    const double t = time();
+    for (std::size_t r = 1; r < hit_.size(); ++r) {
+        hit_[r] = until_hit_[r]-- == 0;
+        if (!hit_[r]) continue;
+        until_hit_[r] = diagram_.rates[r].ticks - 1;
+        Clock& clock = context_.clock(static_cast<int>(r));
+        clock.time = t;
+        ++clock.step;
+    }
+    for (const auto& segment : outputs_)
+        if (hit_[static_cast<std::size_t>(segment.rate)] && is_active(segment.condition) && !run(segment)) return status_;
+    for (Observer* observer : observers_) observer->observe(*this);
+    for (const auto& segment : updates_)
+        if (hit_[static_cast<std::size_t>(segment.rate)] && is_active(segment.condition) && !run(segment)) return status_;
+    for (const auto& segment : commits_) {
+        if (!hit_[static_cast<std::size_t>(segment.rate)] || !is_active(segment.condition)) continue;
+        for (const auto& commit : segment.commits) {
+            const auto* from = static_cast<const double*>(commit.from);
+            bool is_nan = false;
+            for (int i = 0; i < commit.doubles; ++i) is_nan = is_nan || from[i] != from[i];
+            if (is_nan) [[unlikely]] {
+                status_ = Status::failure("a state became NaN: look at the block's inputs in this step for a division by zero or a value out of range");
+                failed_node_ = commit.node;
+                return status_;
+            }
+            std::memcpy(commit.to, commit.from, commit.bytes);
+        }
+    }
+    ++steps_;
+    return ok;
+}
+
+void Simulation::stop() noexcept {
+    for (; started_ > 0; --started_)
+        if (started_ <= static_cast<int>(diagram_.nodes.size())) context_.stop(started_ - 1);
+}
+
+std::string Simulation::failure() const {
+    if (status_) return {};
+    const std::string path = failed_node_ >= 0 ? diagram_.nodes[static_cast<std::size_t>(failed_node_)].path + ": " : std::string();
+    return path + status_.text();
+}
+
+std::vector<CheckResult> Simulation::checks() const {
+    std::vector<CheckResult> results;
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
+        const auto& node = diagram_.nodes[n];
+        const auto& slots = node.block->declaration().slots;
+        const std::string name = node.path.substr(node.path.rfind('.') + 1);
+        for (std::size_t i = 0; i < slots.size(); ++i)
+            if (slots[i].reported)
+                results.push_back({slots[i].name == "value" ? name : name + "." + slots[i].name,
+                                   read_value(context_.data(static_cast<int>(n), static_cast<int>(i)), slots[i].type, 0),
+                                   slots[i].type == Type::boolean});
+    }
+    return results;
+}
+
+void Simulation::set_parameter(const std::string& path, const std::vector<double>& values) {
+    const auto dot = path.rfind('.');
+    const int node = dot == std::string::npos ? -1 : diagram_.find_node(path.substr(0, dot));
+    const int slot = node < 0 ? -1 : diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().find(path.substr(dot + 1), Role::parameter);
+    if (slot < 0) throw RunError("there is no parameter '" + path + "'; parameters are called block.parameter");
+    const Slot& s = diagram_.slot({node, slot});
+    if (values.size() != 1 && static_cast<int>(values.size()) != s.size.count())
+        throw RunError("parameter '" + path + "' has " + std::to_string(s.size.count()) + " elements, not " + std::to_string(values.size()));
+    write_values(context_.data(node, slot), s.type, s.size.count(), values);
+    run_constants();
+}
+
+std::vector<std::byte> Simulation::snapshot() const {
+    if (const int node = context_.refuses_snapshot(); node >= 0)
+        throw RunError(diagram_.nodes[static_cast<std::size_t>(node)].path + ": its state lives outside and cannot be saved");
+    const std::size_t own = sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) + conditions_.size();
+    std::vector<std::byte> bytes(own + context_.snapshot_size());
+    std::byte* to = bytes.data();
+    context_.save(to);
+    to += context_.snapshot_size();
+    std::memcpy(to, &steps_, sizeof(steps_));
+    to += sizeof(steps_);
+    std::memcpy(to, until_hit_.data(), until_hit_.size() * sizeof(std::int64_t));
+    to += until_hit_.size() * sizeof(std::int64_t);
+    for (const auto& condition : conditions_) *to++ = static_cast<std::byte>(condition->is_true);
+    return bytes;
+}
+
+void Simulation::restore(const std::vector<std::byte>& snapshot) {
+    const std::size_t own = sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) + conditions_.size();
+    if (snapshot.size() != own + context_.snapshot_size())
+        throw RunError("the snapshot has " + std::to_string(snapshot.size()) + " bytes, but this diagram's have " +
+                       std::to_string(own + context_.snapshot_size()) + "; it belongs to another model");
+    const std::byte* from = snapshot.data();
+    context_.restore(from);
+    from += context_.snapshot_size();
+    std::memcpy(&steps_, from, sizeof(steps_));
+    from += sizeof(steps_);
+    std::memcpy(until_hit_.data(), from, until_hit_.size() * sizeof(std::int64_t));
+    from += until_hit_.size() * sizeof(std::int64_t);
+    for (auto& condition : conditions_) condition->is_true = *from++ != std::byte{0};
+    status_ = ok;
+    failed_node_ = -1;
+}
+
+} // namespace bf

@@ -84,7 +84,7 @@ class Data {
         };
         for (std::size_t first = 0, last; first < count; first = last) {
             std::size_t low = first, high = first;
-            for (last = first; last < count && column(last) == column(first); ++last) {
+            for (last = first + 1; last < count && column(last) == column(first); ++last) {
                 // Comparisons with NaN are false: one that came first gives way to the next.
                 if (!(curve.value[low] <= curve.value[last])) low = last;
                 if (!(curve.value[high] >= curve.value[last])) high = last;

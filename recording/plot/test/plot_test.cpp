@@ -106,6 +106,8 @@ TEST_F(Plot, SurvivesConstantsGapsExtremesAndNothing) {
                          {"one sample", "", {line("x", {1})}},
                          {"huge", "", {line("x", {-1e308, 1e308}), line("y", {1e-300, 2e-300})}}}};
     EXPECT_FALSE(draw(figure, "a.png").empty());
+    const std::vector<double> many(100'000, nan);
+    EXPECT_FALSE(draw({"", {{"times and values that are none", "", {{"x", many, many}}}}}, "c.png").empty());
     EXPECT_FALSE(draw({"", {figure.panels[3]}}, "b.svg").empty());
 }
 

@@ -13,6 +13,7 @@ namespace bf::physics {
 namespace {
 
 constexpr int max_geoms = 2000;
+constexpr mjtRndFlag scenery[] = {mjRND_SHADOW, mjRND_SKYBOX, mjRND_HAZE};
 
 /// CPU-only OpenGL context. MuJoCo draws into a buffer of its own, so that this one is as small as possible.
 class Canvas {
@@ -60,6 +61,7 @@ struct Renderer::Impl {
     Canvas canvas;
     mjvScene scene;
     mjrContext drawing;
+    std::vector<std::uint8_t> overlay;
 
     Impl(const World& world, const RenderOptions& wanted) : options(wanted) {
         // The robot hangs on a body that can be put anywhere, so a base is drawn where it is, floating or
@@ -87,6 +89,13 @@ struct Renderer::Impl {
         mjv_freeScene(&scene);
         if (OSMesaGetCurrentContext() == nullptr) canvas.make_current();
         mjr_freeContext(&drawing);
+    }
+
+    void draw(std::vector<std::uint8_t>& pixels) {
+        const mjrRect whole{0, 0, options.width, options.height};
+        mjr_setBuffer(mjFB_OFFSCREEN, &drawing);
+        mjr_render(whole, &scene, &drawing);
+        mjr_readPixels(pixels.data(), nullptr, whole, &drawing);
     }
 
     void place_root(const Eigen::Matrix4d& w_H_root) {
@@ -135,29 +144,39 @@ void Renderer::render(const Eigen::Matrix4d& w_H_b, std::span<const double> s, s
     camera.lookat[1] = w_H_b(1, 3);
     camera.lookat[2] = self.options.look_at_height;
     mjv_updateScene(self.model.get(), self.data.get(), &option, nullptr, &camera, mjCAT_ALL, &self.scene);
-    self.scene.flags[mjRND_HAZE] = 1;
     for (int i = 0; i < self.scene.nlight;
          ++i) { // the shadow is drawn around the lamp, so lamps follow the robot
         if (self.scene.lights[i].headlight) continue;
         for (int axis : {0, 1}) self.scene.lights[i].pos[axis] += static_cast<float>(w_H_b(axis, 3));
     }
+    const int first_arrow = self.scene.ngeom;
     for (const Arrow& arrow : arrows) add_arrow(self.scene, arrow);
 
-    const int width = self.options.width;
-    const int height = self.options.height;
-    const size_t row = 3 * static_cast<size_t>(width);
-    image.width = width;
-    image.height = height;
-    image.pixels.resize(row * static_cast<size_t>(height));
+    const size_t row = 3 * static_cast<size_t>(self.options.width);
+    image.width = self.options.width;
+    image.height = self.options.height;
+    image.pixels.resize(row * static_cast<size_t>(image.height));
     self.canvas.make_current();
-    mjr_setBuffer(mjFB_OFFSCREEN, &self.drawing);
-    const mjrRect whole{0, 0, width, height};
-    mjr_render(whole, &self.scene, &self.drawing);
-    mjr_readPixels(image.pixels.data(), nullptr, whole, &self.drawing);
-    for (int top = 0, bottom = height - 1; top < bottom; ++top, --bottom) // OpenGL starts at the bottom
-        std::swap_ranges(image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * top,
-                         image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * (top + 1),
-                         image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * bottom);
+    for (mjtRndFlag flag : scenery) self.scene.flags[flag] = 1;
+    self.draw(image.pixels);
+    if (self.scene.ngeom > first_arrow) {
+        std::copy(self.scene.geoms + first_arrow, self.scene.geoms + self.scene.ngeom, self.scene.geoms);
+        self.scene.ngeom -= first_arrow;
+        for (mjtRndFlag flag : scenery) self.scene.flags[flag] = 0;
+        self.overlay.resize(image.pixels.size());
+        self.draw(self.overlay); // the arrows alone, on black
+        for (size_t i = 0; i < image.pixels.size(); i += 3) {
+            const std::uint8_t* shine = &self.overlay[i];
+            if (std::max({shine[0], shine[1], shine[2]}) < 60) continue;
+            for (size_t c = 0; c < 3; ++c)
+                image.pixels[i + c] = static_cast<std::uint8_t>((2 * image.pixels[i + c] + 3 * shine[c]) / 5);
+        }
+    }
+    for (int top = 0, bottom = image.height - 1; top < bottom;
+         ++top, --bottom) { // OpenGL starts at the bottom
+        const auto line = [&](int y) { return image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * y; };
+        std::swap_ranges(line(top), line(top + 1), line(bottom));
+    }
 }
 
 void Renderer::render(const Simulation& simulation, Image& image) {

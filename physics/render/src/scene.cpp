@@ -32,7 +32,6 @@ mjsMaterial* add_floor_material(mjSpec* spec) {
     mjs_setInStringVec(material->textures, mjTEXROLE_RGB, "checker");
     set(material->texrepeat, {2.0, 2.0}); // squares of 0.25 m
     material->texuniform = 1;
-    material->reflectance = 0.08F;
     material->specular = 0.2F;
     return material;
 }
@@ -59,7 +58,7 @@ void decorate(mjSpec* spec, const RenderOptions& options) {
     spec->visual.map.znear = 0.02F;
     spec->visual.map.zfar = 60.0F;
     spec->visual.map.haze = 0.35F;
-    spec->visual.map.shadowclip = 1.4F;
+    spec->visual.map.shadowclip = 1.6F;
     set(spec->visual.headlight.ambient, {0.32, 0.33, 0.35});
     set(spec->visual.headlight.diffuse, {0.22, 0.22, 0.22});
     set(spec->visual.headlight.specular, {0.05, 0.05, 0.05});
@@ -69,7 +68,7 @@ void decorate(mjSpec* spec, const RenderOptions& options) {
 
     add_texture(spec, "sky", mjTEXTURE_SKYBOX, mjBUILTIN_GRADIENT, {0.62, 0.76, 0.92}, {0.93, 0.96, 0.99},
                 256);
-    add_lamp(spec, {1.6, 1.3, 3.2}, 0.55, true);
+    add_lamp(spec, {1.2, 1.0, 3.4}, 0.55, true);
     add_lamp(spec, {-1.5, -2.0, 2.0}, 0.18, false);
     if (mjsElement* floor = mjs_findElement(spec, mjOBJ_GEOM, "floor")) {
         add_floor_material(spec);
@@ -81,10 +80,11 @@ void add_arrow(mjvScene& scene, const Arrow& arrow) {
     if (scene.ngeom >= scene.maxgeom || arrow.vector.norm() < 1e-3) return;
     mjvGeom& geom = scene.geoms[scene.ngeom++];
     const std::array<float, 4> contact{0.10F, 0.65F, 0.35F, 1.0F}, push{0.90F, 0.30F, 0.15F, 1.0F};
-    const Eigen::Vector3d tip = arrow.origin + arrow.vector;
+    const Eigen::Vector3d tip =
+        arrow.origin + 2.0 * arrow.vector; // MuJoCo draws arrows half as long as it is told
     mjv_initGeom(&geom, mjGEOM_ARROW, nullptr, nullptr, nullptr,
                  (arrow.kind == Arrow::Kind::contact ? contact : push).data());
-    mjv_connector(&geom, mjGEOM_ARROW, 0.012, arrow.origin.data(), tip.data());
+    mjv_connector(&geom, mjGEOM_ARROW, 0.014, arrow.origin.data(), tip.data());
     geom.emission = 0.3F;
 }
 

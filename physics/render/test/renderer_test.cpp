@@ -1,8 +1,10 @@
 #include "bf/physics/renderer.hpp"
 #include "robots.hpp"
 
+#include <cmath>
 #include <cstdlib>
 #include <gtest/gtest.h>
+#include <numbers>
 #include <set>
 
 using namespace bf::physics;
@@ -96,6 +98,29 @@ TEST(Renderer, DrawsAFixedBase) {
     renderer.render(sim.w_H_b(), std::vector<double>{0.0}, {}, up);
     renderer.render(sim.w_H_b(), std::vector<double>{1.0}, {}, aside);
     EXPECT_GT(difference(up, aside), 0.005);
+}
+
+TEST(Renderer, DrawsArrowsToScaleAndThroughTheRobot) {
+    Simulation sim = simulate(icub_options());
+    const RenderOptions options{.width = 300, .height = 300, .elevation = 0.0};
+    Renderer renderer(sim.world(), options);
+    const Eigen::Matrix4d w_H_b = sim.w_H_b();
+    const Eigen::Vector3d inside_the_robot(w_H_b(0, 3), w_H_b(1, 3), 0.2);
+    const Arrow arrow{inside_the_robot, {0.0, 0.0, 0.6}, Arrow::Kind::contact};
+    Image image;
+    renderer.render(w_H_b, icub_posture(), {&arrow, 1}, image);
+    int green_rows = 0;
+    for (int y = 0; y < image.height; ++y) {
+        bool green = false;
+        for (int x = 0; x < image.width; ++x) {
+            const std::uint8_t* rgb = &image.pixels[3 * static_cast<size_t>(y * image.width + x)];
+            green = green || (rgb[1] > rgb[0] + 30 && rgb[1] > rgb[2] + 30);
+        }
+        green_rows += green;
+    }
+    // 300 rows span 2 distance tan(fovy / 2), fovy = 32 deg
+    const double metres_per_row = 2.0 * options.distance * std::tan(16.0 * std::numbers::pi / 180.0) / 300;
+    EXPECT_NEAR(green_rows * metres_per_row, 0.6, 0.03);
 }
 
 TEST(Renderer, NamesAMeshItCannotFind) {

@@ -19,7 +19,7 @@ struct Image {
     std::vector<std::uint8_t> pixels; ///< 3 * width * height
 };
 
-/// Arrow from `origin` along `vector` (both in world axes, m).
+/// Arrow from `origin` along `vector` (both in world axes, m); it shines through what is in front of it.
 struct Arrow {
     enum class Kind { contact, push };
     Eigen::Vector3d origin;
@@ -32,11 +32,11 @@ struct RenderOptions {
     int width = 960;
     int height = 720;
     int samples = 8;        ///< anti-aliasing samples per pixel; 0 switches it off
-    double azimuth = 145.0; ///< deg, direction of view about z: 0 looks along +x, 180 faces the robot's front
-    double elevation = -12.0;         ///< deg, negative looks down
-    double distance = 1.9;            ///< m
-    double look_at_height = 0.5;      ///< m, height of the point looked at, which follows the base in x and y
-    double metres_per_newton = 0.001; ///< length of the arrows of force_arrows()
+    double azimuth = 150.0; ///< deg, direction of view about z: 0 looks along +x, 180 faces the robot's front
+    double elevation = -10.0;    ///< deg, negative looks down
+    double distance = 2.3;       ///< m
+    double look_at_height = 0.5; ///< m, height of the point looked at, which follows the base in x and y
+    double metres_per_newton = 0.0015; ///< length of the arrows of force_arrows()
 
     /// Throws std::invalid_argument that lists every value out of range.
     void validate() const;

@@ -1,0 +1,82 @@
+#include "../toolbox/qp/test/two_feet.hpp"
+
+#include <benchmark/benchmark.h>
+
+extern "C" {
+#include <api.h>
+#include <utils.h>
+}
+
+namespace {
+
+using namespace bf::qp;
+
+const std::vector<two_feet::Balancing>& problems() {
+    static const auto all = two_feet::sequence(2000);
+    return all;
+}
+
+/// One iteration is one solve; the problems follow each other as in a control loop.
+void run(benchmark::State& state, Solver& solver) {
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(12);
+    std::size_t k = 0;
+    for (auto _ : state) {
+        const auto result = solver.solve(problems()[k].problem(), x);
+        if (result.status != Status::solved) {
+            state.SkipWithError(describe(result).c_str());
+            break;
+        }
+        k = (k + 1) % problems().size();
+    }
+    benchmark::DoNotOptimize(x.data());
+}
+
+void with_solver(benchmark::State& state) { run(state, *make_daqp(12, 38)); }
+void with_proxqp(benchmark::State& state) { run(state, *make_proxqp(12, 38)); }
+
+/// DAQP's own functions on data that is already in its format, as the floor for `solver`.
+void with_bare_daqp(benchmark::State& state) {
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    std::vector<RowMajor> A;
+    for (const auto& p : problems()) {
+        A.emplace_back(p.A);
+    }
+    Eigen::VectorXd lower = Eigen::VectorXd::Constant(38, -DAQP_INF), x(12);
+    const auto problem = [&](std::size_t k) {
+        const auto& p = problems()[k];
+        DAQPProblem qp{};
+        qp.n = 12;
+        qp.m = 38;
+        qp.H = const_cast<double*>(p.H.data());
+        qp.f = const_cast<double*>(p.g.data());
+        qp.A = A[k].data();
+        qp.bupper = const_cast<double*>(p.ubA.data());
+        qp.blower = lower.data();
+        return qp;
+    };
+    DAQPWorkspace work{};
+    DAQPProblem qp = problem(0);
+    setup_daqp(&qp, &work, nullptr);
+    DAQPResult found{};
+    found.x = x.data();
+    std::size_t k = 0;
+    for (auto _ : state) {
+        qp = problem(k);
+        daqp_update_ldp(DAQP_UPDATE_Rinv | DAQP_UPDATE_M | DAQP_UPDATE_v | DAQP_UPDATE_d, &work, &qp);
+        daqp_solve(&found, &work);
+        if (found.exitflag != DAQP_EXIT_OPTIMAL) {
+            state.SkipWithError("DAQP failed");
+            break;
+        }
+        k = (k + 1) % problems().size();
+    }
+    benchmark::DoNotOptimize(x.data());
+    free_daqp_ldp(&work);
+    free_daqp_workspace(&work);
+}
+
+BENCHMARK(with_solver)->Name("toolbox.qp_12x38/solver");
+BENCHMARK(with_bare_daqp)->Name("toolbox.qp_12x38/bare_daqp");
+BENCHMARK(with_proxqp)->Name("toolbox.qp_12x38/proxqp");
+
+} // namespace

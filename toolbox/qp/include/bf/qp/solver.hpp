@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+
+/// Dense convex quadratic programs of fixed size, solved once per control step.
+namespace bf::qp {
+
+/// Outcome of a solve; the numbers are those of qpOASES' simple status.
+enum class Status : int {
+    solved = 0,
+    iteration_limit = 1,
+    internal_error = -1,
+    infeasible = -2,
+    unbounded = -3,
+};
+
+/// A quantity of a problem, to name the one that is at fault.
+enum class Term { none, H, g, A, lbA, ubA, lb, ub, x };
+
+/// What a solve did. `describe` turns it into text, outside the control step.
+struct Result {
+    Status status = Status::solved;
+    int iterations = 0;     ///< working-set changes (DAQP) or inner Newton steps (ProxQP)
+    double objective = 0.0; ///< ½ xᵀHx + gᵀx; meaningful when solved
+
+    /// The input at fault: none, or a non-finite entry (row, column from 0; column −1 in vectors), or bounds
+    /// that leave no value between them (`term` is the lower one), or, with row −1, a quantity of wrong size.
+    Term term = Term::none;
+    int row = -1;
+    int column = -1;
+    double value = 0.0; ///< the entry at fault
+    double other = 0.0; ///< the upper bound, when bounds are at fault
+};
+
+/// Says what happened, which entry is at fault (counted from 1, as in MATLAB) and what to do. Allocates.
+std::string describe(const Result& result);
+
+/// min ½ xᵀHx + gᵀx subject to lbA ≤ Ax ≤ ubA, lb ≤ x ≤ ub, with x ∈ ℝⁿ and A having m rows.
+///
+/// All matrices are column-major and are only looked at, never kept. A bound of size 0 is absent, ±inf is no
+/// bound, equal bounds make an equality. With m = 0, A may be left out. Only the symmetric part of H counts.
+struct Problem {
+    using Matrix = Eigen::Ref<const Eigen::MatrixXd>;
+    using Vector = Eigen::Ref<const Eigen::VectorXd>;
+
+    Matrix H;                       ///< n × n, positive semidefinite
+    Vector g;                       ///< n
+    Matrix A = Eigen::MatrixXd();   ///< m × n
+    Vector lbA = Eigen::VectorXd(); ///< m
+    Vector ubA = Eigen::VectorXd(); ///< m
+    Vector lb = Eigen::VectorXd();  ///< n
+    Vector ub = Eigen::VectorXd();  ///< n
+};
+
+struct Options {
+    /// Most working-set changes (DAQP, the cold retry included) or outer iterations (ProxQP) of one solve.
+    int max_iterations = 1000;
+    /// Largest violation of a constraint, in its units; ProxQP holds the gradient of the Lagrangian to it
+    /// too. Bounds that cross by no more than this are an equality.
+    double tolerance = 1e-6;
+
+    /// Throws std::invalid_argument naming the option that is out of range.
+    void validate() const;
+};
+
+/// Solves problems of one size, each starting from the solution of the one before.
+class Solver {
+  public:
+    virtual ~Solver() = default;
+
+    /// Solves `problem` and writes x (n); x stays as it was unless the status is `solved`.
+    /// Wrong sizes and non-finite data are `internal_error`. Whether it allocates, its maker says.
+    virtual Result solve(const Problem& problem, Eigen::Ref<Eigen::VectorXd> x) noexcept = 0;
+
+    /// Forgets the previous solution: the next solve is what a new solver would do, bit for bit.
+    virtual void reset() noexcept = 0;
+};
+
+/// DAQP, a dual active-set method: exact, a few microseconds for a dozen variables, the one to use.
+///
+/// Solving never allocates. It continues from the previous active set, and starts over once, within the same
+/// solve, when that fails. A singular H is handled by proximal-point iterations that end at a solution of the
+/// given problem (H is not altered). An indefinite H is an `internal_error`, if its negative curvature is
+/// above 1e-5 of its largest diagonal entry. Throws std::invalid_argument unless variables ≥ 1 and
+/// constraints ≥ 0.
+std::unique_ptr<Solver> make_daqp(int variables, int constraints, const Options& options = {});
+
+/// ProxQP, a proximal augmented Lagrangian method: the independent second opinion, some ten times slower.
+///
+/// It allocates while it solves, so it does not belong into a hard real-time step. Infeasible and unbounded
+/// problems mostly end as `iteration_limit`; an indefinite H is not detected. It continues from the previous
+/// x and multipliers, and starts over once, with all iterations again, when that fails. Throws
+/// std::invalid_argument unless variables ≥ 1 and constraints ≥ 0.
+std::unique_ptr<Solver> make_proxqp(int variables, int constraints, const Options& options = {});
+
+} // namespace bf::qp

@@ -1,0 +1,88 @@
+#include "data.hpp"
+
+#include <proxsuite/proxqp/dense/dense.hpp>
+
+namespace bf::qp {
+namespace {
+
+namespace proxqp = proxsuite::proxqp;
+using proxqp::QPSolverOutput;
+
+Status status_of(QPSolverOutput output) noexcept {
+    switch (output) {
+    case QPSolverOutput::PROXQP_SOLVED: return Status::solved;
+    case QPSolverOutput::PROXQP_MAX_ITER_REACHED: return Status::iteration_limit;
+    case QPSolverOutput::PROXQP_PRIMAL_INFEASIBLE: return Status::infeasible;
+    case QPSolverOutput::PROXQP_DUAL_INFEASIBLE: return Status::unbounded;
+    default: return Status::internal_error;
+    }
+}
+
+class ProxQp final : public Solver {
+  public:
+    ProxQp(int variables, int constraints, const Options& options)
+        : data_(variables, constraints, options),
+          // The other backend ends at points that are not optimal, with the status "solved".
+          qp_(variables, 0, constraints, true, proxqp::DenseBackend::PrimalLDLT) {
+        auto& settings = qp_.settings;
+        settings.eps_abs = options.tolerance;
+        settings.check_duality_gap = true;
+        settings.eps_duality_gap_abs = options.tolerance;
+        settings.eps_primal_inf = settings.eps_dual_inf =
+            1e-8; // the default finds feasible problems infeasible
+        settings.max_iter = options.max_iterations;
+    }
+
+    Result solve(const Problem& problem, Eigen::Ref<Eigen::VectorXd> x) noexcept override {
+        Result result = data_.load(problem, x.size());
+        if (result.status != Status::solved) {
+            return result;
+        }
+        // ProxQP takes 1e20 as infinite.
+        data_.lower = data_.lower.cwiseMax(-1e20);
+        data_.upper = data_.upper.cwiseMin(1e20);
+        const bool was_warm = warm_;
+        run(result);
+        if (was_warm && result.status != Status::solved) {
+            warm_ = false;
+            run(result);
+        }
+        warm_ = result.status == Status::solved;
+        if (warm_) {
+            x = qp_.results.x;
+        }
+        return result;
+    }
+
+    void reset() noexcept override { warm_ = false; }
+
+  private:
+    void run(Result& result) noexcept {
+        using Guess = proxqp::InitialGuessStatus;
+        qp_.settings.initial_guess = warm_ ? Guess::WARM_START_WITH_PREVIOUS_RESULT : Guess::NO_INITIAL_GUESS;
+        try {
+            qp_.init(data_.H, data_.g, {}, {}, data_.A, data_.lower.tail(data_.m), data_.upper.tail(data_.m),
+                     data_.lower.head(data_.n), data_.upper.head(data_.n));
+            qp_.solve();
+        } catch (...) {
+            result.status = Status::internal_error;
+            return;
+        }
+        const auto& info = qp_.results.info;
+        result.status = qp_.results.x.allFinite() ? status_of(info.status) : Status::internal_error;
+        result.iterations += static_cast<int>(info.iter);
+        result.objective = info.objValue;
+    }
+
+    Data data_;
+    proxqp::dense::QP<double> qp_;
+    bool warm_ = false;
+};
+
+} // namespace
+
+std::unique_ptr<Solver> make_proxqp(int variables, int constraints, const Options& options) {
+    return std::make_unique<ProxQp>(variables, constraints, options);
+}
+
+} // namespace bf::qp

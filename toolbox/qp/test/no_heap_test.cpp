@@ -1,0 +1,87 @@
+#include "random_problem.hpp"
+#include "two_feet.hpp"
+
+#include <cstdlib>
+#include <gtest/gtest.h>
+
+// Counts every allocation of the program, C's included; the sanitizers bring an allocator of their own.
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+
+namespace {
+thread_local int allocations = 0;
+}
+
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+void* malloc(std::size_t size) { return ++allocations, __libc_malloc(size); }
+void* calloc(std::size_t count, std::size_t size) { return ++allocations, __libc_calloc(count, size); }
+void* realloc(void* old, std::size_t size) { return ++allocations, __libc_realloc(old, size); }
+void* aligned_alloc(std::size_t to, std::size_t size) { return ++allocations, __libc_memalign(to, size); }
+}
+
+namespace {
+
+using namespace bf::qp;
+
+TEST(AllocationCounter, SeesAllocationsOfEigenAndOfC) {
+    allocations = 0;
+    Eigen::VectorXd v(100);
+    v.setZero();
+    std::free(std::malloc(v.size()));
+    EXPECT_EQ(allocations, 2);
+}
+
+TEST(Daqp, DoesNotAllocateWhenSolving) {
+    const auto problems = two_feet::sequence(100);
+    const auto solver = make_daqp(12, 38);
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(12);
+    allocations = 0;
+    for (const auto& p : problems) { // the first solve counts too
+        solver->solve(p.problem(), x);
+    }
+    EXPECT_EQ(allocations, 0);
+    solver->reset();
+    solver->solve(problems[0].problem(), x);
+    EXPECT_EQ(allocations, 0);
+}
+
+TEST(Daqp, AllocatesInNoOutcome) {
+    std::mt19937 random(1);
+    const auto solver = make_daqp(8, 6);
+    const auto good = test::random_problem(random, 8, 6, true);
+    auto equalities = good, infeasible = good, crossing = good, broken = good, unbounded = good, flat = good;
+    equalities.lbA.head(4) = equalities.ubA.head(4) = equalities.A.topRows(4) * (0.5 * (good.lb + good.ub));
+    infeasible.A.row(0).setZero();
+    infeasible.lbA[0] = infeasible.ubA[0] = 1.0;
+    crossing.lb[0] = crossing.ub[0] + 1.0;
+    broken.A(2, 3) = test::infinity;
+    unbounded.H.setZero();
+    unbounded.lb.resize(0);
+    unbounded.ub.resize(0);
+    unbounded.A.setZero();
+    unbounded.lbA.setConstant(-1);
+    unbounded.ubA.setConstant(1);
+    flat.H.topRows(3).setZero();
+    flat.H.leftCols(3).setZero();
+    Eigen::VectorXd x(8);
+    for (const auto& [problem, status] : {std::pair{&good, Status::solved},
+                                          {&equalities, Status::solved},
+                                          {&infeasible, Status::infeasible},
+                                          {&crossing, Status::infeasible},
+                                          {&broken, Status::internal_error},
+                                          {&unbounded, Status::unbounded},
+                                          {&flat, Status::solved},
+                                          {&good, Status::solved}}) {
+        allocations = 0;
+        const auto r = solver->solve(problem->problem(), x);
+        EXPECT_EQ(allocations, 0) << describe(r);
+        EXPECT_EQ(r.status, status) << describe(r);
+    }
+}
+
+} // namespace
+
+#endif

@@ -1,0 +1,65 @@
+#pragma once
+
+#include "bf/matlab/interpreter.hpp"
+#include "operators.hpp"
+
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace bf::matlab {
+
+/// What built-in functions need from the interpreter that calls them.
+struct Context {
+    Host& host;
+    Budget& budget;
+    virtual std::vector<Value> apply(const Value& function, std::vector<Value> arguments, int outputs) = 0;
+    virtual Workspace& variables() = 0;     ///< of the calling script or function
+    virtual int argument_count() const = 0; ///< `nargin` of the running function
+    virtual bool is_function(const std::string& name) = 0;
+    virtual void run_script(const std::string& path) = 0;
+
+  protected:
+    Context(Host& h, Budget& b) : host(h), budget(b) {}
+    ~Context() = default;
+};
+
+/// One call of a built-in.
+struct Call {
+    std::string_view name;
+    std::vector<Value>& arguments;
+    int outputs;
+    Context& context;
+
+    std::size_t size() const { return arguments.size(); }
+    const Value& operator[](std::size_t i) const { return arguments[i]; }
+    Budget& budget() const { return context.budget; }
+    double scalar(std::size_t i) const { return arguments[i].scalar(); }
+    std::string text(std::size_t i) const { return arguments[i].text(); }
+    /// An array with a size that the caller fills or checks; counts against the budget.
+    Index length(std::size_t i) const; ///< a size: negative becomes 0, fractions throw
+};
+
+/// A built-in: one of the two functions, and how many arguments it takes.
+struct Builtin {
+    int least;
+    int most; ///< -1: any number
+    Value (*one)(const Call&) = nullptr;
+    std::vector<Value> (*many)(const Call&) = nullptr;
+};
+using Builtins = std::unordered_map<std::string_view, Builtin>;
+
+const Builtins& builtins();
+
+// Each fills in its group.
+void add_elementwise(Builtins& table);
+void add_arrays(Builtins& table);
+void add_reductions(Builtins& table);
+void add_linear_algebra(Builtins& table);
+void add_text(Builtins& table);
+void add_data(Builtins& table);
+
+/// MATLAB's sprintf, cycling through the elements of the arguments.
+std::string formatted(const std::string& format, const std::vector<Value>& arguments, std::size_t first);
+
+} // namespace bf::matlab

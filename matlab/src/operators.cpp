@@ -1,0 +1,230 @@
+#include "operators.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bf::matlab {
+namespace {
+
+std::string_view symbol(Operator op) {
+    constexpr std::string_view symbols[] = {"",   "+",  "-",  ".*", "*", "./", "/", ".\\", "\\",
+                                            ".^", "^",  "==", "~=", "<", "<=", ">", ">=",  "&",
+                                            "|",  "&&", "||", "~",  "+", "-",  "'"};
+    return symbols[static_cast<std::size_t>(op)];
+}
+
+void require_array(const Value& a, std::string_view what) {
+    if (!a.is_array())
+        throw Error("operator '" + std::string(what) + "' does not apply to a " + std::string(a.type_name()));
+}
+
+double logical(double x) {
+    if (std::isnan(x)) throw Error("NaN cannot become logical; test it with isnan");
+    return x;
+}
+
+Value multiply_values(const Value& a, const Value& b, Budget& budget) {
+    const Class type = arithmetic_class(a, b);
+    if (a.cols() != b.rows())
+        throw Error("size mismatch: " + a.size_text() + " * " + b.size_text() + " (inner lengths " +
+                    std::to_string(a.cols()) + " and " + std::to_string(b.rows()) +
+                    " differ); use '.*' for an element-wise product");
+    budget.allocate(double(a.rows()), double(b.cols()));
+    budget.spend(double(a.rows()) * double(a.cols()) * double(b.cols()));
+    return Value(multiply(a.view(), b.view())).as(type);
+}
+
+Value left_divide(const Value& a, const Value& b, Budget& budget) {
+    const Class type = arithmetic_class(a, b);
+    if (a.rows() != b.rows())
+        throw Error("size mismatch: " + a.size_text() + " \\ " + b.size_text() + " (" +
+                    std::to_string(a.rows()) + " and " + std::to_string(b.rows()) + " rows differ)");
+    budget.allocate(double(a.cols()), double(b.cols()));
+    budget.spend(double(a.numel()) * double(std::max(a.rows(), a.cols()) + b.cols()));
+    return Value(solve(a.matrix(), b.matrix())).as(type);
+}
+
+Value right_divide(const Value& a, const Value& b, Budget& budget) {
+    if (a.cols() != b.cols())
+        throw Error("size mismatch: " + a.size_text() + " / " + b.size_text() + " (" +
+                    std::to_string(a.cols()) + " and " + std::to_string(b.cols()) +
+                    " columns differ); use './' for an element-wise quotient");
+    return transpose(left_divide(transpose(b), transpose(a), budget));
+}
+
+Value matrix_power(const Value& a, const Value& b, Budget& budget) {
+    const Class type = arithmetic_class(a, b);
+    if (a.rows() != a.cols() || !b.is_scalar() || b.scalar() != std::round(b.scalar()))
+        throw Error("'^' needs a square matrix and a whole number, got " + a.size_text() + " ^ " +
+                    b.describe() + "; use '.^' for element-wise powers");
+    double n = b.scalar();
+    if (std::abs(n) > 1e6) throw Error("the exponent " + number_text(n) + " exceeds 1e6");
+    Matrix base = n < 0 ? inverse(a.matrix()) : a.matrix();
+    Matrix result = Matrix::Identity(a.rows(), a.rows());
+    for (auto bits = static_cast<std::uint64_t>(std::abs(n)); bits != 0; bits >>= 1) {
+        budget.spend(2 * std::pow(double(a.rows()), 3));
+        if (bits & 1) result = multiply(result, base);
+        if (bits > 1) base = multiply(base, base);
+    }
+    return Value(result).as(type);
+}
+
+double divide(double x, double y) { return x / y; }
+
+} // namespace
+
+void Budget::spend(double operations) {
+    work_ -= operations;
+    if (!(work_ >= 0)) throw Error("the computation takes too many steps; is there an endless loop?");
+}
+
+void Budget::allocate(double rows, double cols) {
+    if (!(rows * cols <= elements_))
+        throw Error("an array of " + number_text(rows) + "x" + number_text(cols) + " exceeds the limit of " +
+                    number_text(elements_) + " elements");
+    spend(rows * cols);
+}
+
+Class arithmetic_class(const Value& a, const Value& b) {
+    const Class x = a.type(), y = b.type();
+    if (is_integer(x) && is_integer(y) && x != y)
+        throw Error("integers of different classes do not mix: " + std::string(class_name(x)) + " and " +
+                    std::string(class_name(y)) + "; cast one of them");
+    if (is_integer(x)) return x;
+    if (is_integer(y)) return y;
+    return x == Class::Single || y == Class::Single ? Class::Single : Class::Double;
+}
+
+Value broadcast(const Value& a, const Value& b, Class type, std::string_view what, Budget& budget,
+                double (*f)(double, double)) {
+    if (a.is_scalar() && b.is_scalar())
+        return Value::array(type, 1, 1, {cast(f(*a.data(), *b.data()), type)});
+    const bool rows_fit = a.rows() == b.rows() || a.rows() == 1 || b.rows() == 1;
+    const bool cols_fit = a.cols() == b.cols() || a.cols() == 1 || b.cols() == 1;
+    if (!rows_fit || !cols_fit)
+        throw Error("size mismatch: " + a.size_text() + " " + std::string(what) + " " + b.size_text() +
+                    "; sizes must be equal, or 1 where they differ");
+    const Index rows = a.rows() == 1 ? b.rows() : a.rows();
+    const Index cols = a.cols() == 1 ? b.cols() : a.cols();
+    budget.allocate(double(rows), double(cols));
+    const double *x = a.data(), *y = b.data();
+    const Index x_row = a.rows() != 1, y_row = b.rows() != 1;
+    const Index x_col = a.cols() != 1 ? a.rows() : 0, y_col = b.cols() != 1 ? b.rows() : 0;
+    Value::Numbers result(rows * cols);
+    for (Index j = 0; j < cols; ++j)
+        for (Index i = 0; i < rows; ++i)
+            result[i + j * rows] = cast(f(x[i * x_row + j * x_col], y[i * y_row + j * y_col]), type);
+    return Value::array(type, rows, cols, std::move(result));
+}
+
+Value map(const Value& a, Class type, double (*f)(double)) {
+    Value::Numbers result(a.data(), a.data() + a.numel());
+    for (double& x : result) x = cast(f(x), type);
+    return Value::array(type, a.rows(), a.cols(), std::move(result));
+}
+
+double power(double x, double y) {
+    if (x < 0 && y != std::round(y))
+        throw Error(number_text(x) + "^" + number_text(y) + " is complex; complex numbers are not supported");
+    return std::pow(x, y);
+}
+
+Value binary(Operator op, const Value& a, const Value& b, Budget& budget) {
+    const std::string_view what = symbol(op);
+    require_array(a, what);
+    require_array(b, what);
+    const auto arithmetic = [&](double (*f)(double, double)) {
+        return broadcast(a, b, arithmetic_class(a, b), what, budget, f);
+    };
+    const auto compare = [&](double (*f)(double, double)) {
+        return broadcast(a, b, Class::Logical, what, budget, f);
+    };
+    const bool scalars = a.is_scalar() || b.is_scalar();
+    switch (op) {
+    case Operator::Plus: return arithmetic([](double x, double y) { return x + y; });
+    case Operator::Minus: return arithmetic([](double x, double y) { return x - y; });
+    case Operator::Mtimes:
+        if (!scalars) return multiply_values(a, b, budget);
+        [[fallthrough]];
+    case Operator::Times: return arithmetic([](double x, double y) { return x * y; });
+    case Operator::Mrdivide:
+        if (!b.is_scalar()) return right_divide(a, b, budget);
+        [[fallthrough]];
+    case Operator::Rdivide: return arithmetic(divide);
+    case Operator::Mldivide:
+        if (!a.is_scalar()) return left_divide(a, b, budget);
+        [[fallthrough]];
+    case Operator::Ldivide: return arithmetic([](double x, double y) { return y / x; });
+    case Operator::Mpower:
+        if (!a.is_scalar() || !b.is_scalar()) return matrix_power(a, b, budget);
+        [[fallthrough]];
+    case Operator::Power: return arithmetic(power);
+    case Operator::Equal: return compare([](double x, double y) { return double(x == y); });
+    case Operator::NotEqual: return compare([](double x, double y) { return double(x != y); });
+    case Operator::Less: return compare([](double x, double y) { return double(x < y); });
+    case Operator::LessEqual: return compare([](double x, double y) { return double(x <= y); });
+    case Operator::Greater: return compare([](double x, double y) { return double(x > y); });
+    case Operator::GreaterEqual: return compare([](double x, double y) { return double(x >= y); });
+    case Operator::And:
+        return compare([](double x, double y) { return double(logical(x) != 0 && logical(y) != 0); });
+    case Operator::Or:
+        return compare([](double x, double y) { return double(logical(x) != 0 || logical(y) != 0); });
+    default: throw Error("operator '" + std::string(what) + "' takes one operand");
+    }
+}
+
+Value unary(Operator op, const Value& a, Budget& budget) {
+    if (op == Operator::Transpose) {
+        budget.spend(double(a.numel()));
+        return transpose(a);
+    }
+    require_array(a, symbol(op));
+    budget.spend(double(a.numel()));
+    const Class type = a.is_numeric() ? a.type() : Class::Double;
+    if (op == Operator::UnaryMinus) return map(a, type, [](double x) { return -x; });
+    if (op == Operator::UnaryPlus) return a.as(type);
+    return map(a, Class::Logical, [](double x) { return double(logical(x) == 0); });
+}
+
+Value range(const Value& first, const Value& step, const Value& last, Budget& budget) {
+    const Class type = arithmetic_class(first, last);
+    const double a = first.scalar(), d = step.scalar(), b = last.scalar();
+    if (std::isnan(a) || std::isnan(d) || std::isnan(b) || std::isinf(a) || std::isinf(d))
+        throw Error("a range needs finite bounds, got " + number_text(a) + ":" + number_text(d) + ":" +
+                    number_text(b));
+    const double direction = d > 0 ? 1 : -1;
+    if (d == 0 || direction * (b - a) < 0) return Value::array(type, 1, 0, {});
+    // the number of steps tolerates that bounds such as 0:0.1:1 are rounded
+    const double tolerance = 2 * spacing(std::max(std::abs(a), std::abs(b)));
+    double steps = std::round((b - a) / d);
+    if (direction * (a + steps * d - b) > tolerance) steps -= 1;
+    budget.allocate(1, steps + 1);
+    const auto n = static_cast<Index>(steps);
+    double end = a + steps * d;
+    if (direction * (end - b) > -tolerance) end = b;
+    Value::Numbers result(n + 1);
+    for (Index k = 0; k <= n / 2; ++k) { // both halves count from their own end, so 0 stays 0 in -1:0.1:1
+        result[n - k] = cast(end - double(k) * d, type);
+        result[k] = cast(a + double(k) * d, type);
+    }
+    if (n > 0 && n % 2 == 0) result[n / 2] = cast((a + end) / 2, type);
+    return Value::array(type, 1, n + 1, std::move(result));
+}
+
+Value transpose(const Value& a) {
+    const Index rows = a.rows(), cols = a.cols();
+    if (a.is_cell()) {
+        Value result = Value::cell(cols, rows);
+        for (Index i = 0; i < rows; ++i)
+            for (Index j = 0; j < cols; ++j) result.set_at(j + i * cols, a.at(i + j * rows));
+        return result;
+    }
+    if (!a.is_array()) return a;
+    if (a.is_vector()) return a.reshaped(cols, rows);
+    Value::Numbers result(a.numel());
+    for (Index i = 0; i < rows; ++i)
+        for (Index j = 0; j < cols; ++j) result[j + i * cols] = a[i + j * rows];
+    return Value::array(a.type(), cols, rows, std::move(result));
+}
+
+} // namespace bf::matlab

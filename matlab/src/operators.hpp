@@ -1,0 +1,70 @@
+#pragma once
+
+#include "bf/matlab/syntax.hpp"
+
+#include <functional>
+
+namespace bf::matlab {
+
+/// Counts work and bounds array sizes; every function that allocates or loops takes part.
+class Budget {
+  public:
+    Budget(double elements, double work) : elements_(elements), work_(work) {}
+    void spend(double operations);           ///< throws Error when the work is used up
+    void allocate(double rows, double cols); ///< throws Error when the array is too large
+
+  private:
+    double elements_;
+    double work_;
+};
+
+/// a op b, element-wise operators with implicit expansion. Integers saturate; mixing two integer classes,
+/// complex results and unequal sizes throw Error.
+Value binary(Operator op, const Value& a, const Value& b, Budget& budget);
+Value unary(Operator op, const Value& a, Budget& budget);
+/// first:step:last with the elements of MATLAB's colon, last clamped to `last`.
+Value range(const Value& first, const Value& step, const Value& last, Budget& budget);
+Value transpose(const Value& a);
+
+/// The class of an arithmetic result of two classes.
+Class arithmetic_class(const Value& a, const Value& b);
+/// f element by element with implicit expansion; the elements are cast to `type`.
+Value broadcast(const Value& a, const Value& b, Class type, std::string_view symbol, Budget& budget,
+                double (*f)(double, double));
+Value map(const Value& a, Class type, double (*f)(double));
+
+double power(double x, double y); ///< throws Error for a complex result
+
+// Linear algebra on doubles; singular systems give inf or NaN, as IEEE division does.
+using Matrix = Eigen::MatrixXd;
+Matrix multiply(const Eigen::Ref<const Matrix>& a, const Eigen::Ref<const Matrix>& b);
+Matrix solve(const Matrix& a, const Matrix& b); ///< a \ b: LU with partial pivoting, or least squares by QR
+Matrix inverse(const Matrix& a);
+Matrix pseudo_inverse(const Matrix& a,
+                      double tolerance);   ///< singular values not above `tolerance` count as zero
+double default_tolerance(const Matrix& a); ///< max(size(a)) * eps(norm(a))
+double spacing(double x);                  ///< eps(x)
+
+// Concatenation and indexing
+Value concatenate_columns(const std::vector<Value>& parts, Budget& budget); ///< [a b c]
+Value concatenate_rows(const std::vector<Value>& parts, Budget& budget);    ///< [a; b; c]
+
+/// Positions along one extent, counted from 0.
+struct Selection {
+    std::vector<Index> positions;
+    Index rows = 0; ///< shape of the index itself
+    Index cols = 0;
+    bool all = false;  ///< a bare colon
+    bool mask = false; ///< logical
+    Index largest = 0; ///< largest position + 1
+    bool scalar() const { return rows == 1 && cols == 1; }
+};
+Selection select(const Value& index, Index extent, Budget& budget);
+Selection select_all(Index extent, Budget& budget);
+
+Value index(const Value& base, const std::vector<Selection>& at, Budget& budget);
+/// base(at) = value, growing the array; an empty base takes the class of `value`.
+void assign_index(Value& base, const std::vector<Selection>& at, const Value& value, Budget& budget);
+void delete_index(Value& base, const std::vector<Selection>& at, Budget& budget);
+
+} // namespace bf::matlab

@@ -224,7 +224,8 @@ TEST(Suggest, PrefersFewEditsAndKeepsSilentOtherwise) {
 
 TEST(Diagnostic, TextHasPlacePathMessageAndRemedy) {
     const auto file = std::make_shared<const std::string>("m.yaml");
-    const Diagnostic d{.where = {file, 3, 7}, .path = "a.b", .message = "wrong", .remedy = "do this"};
+    const Location where{file, 3, 7};
+    const Diagnostic d{where, "a.b", "wrong", "do this"};
     EXPECT_EQ(d.text(), "m.yaml:3:7: a.b: wrong; do this");
     EXPECT_EQ((Diagnostic{{}, "", "wrong", ""}.text()), "wrong");
 }

@@ -12,7 +12,7 @@ namespace {
 
 using Extents = std::vector<std::pair<std::size_t, std::size_t>>;
 
-/// Where the quoted scalar ends that begins at `begin` (behind its closing quote).
+/// Where the quoted scalar ends that begins at `begin` (behind its closing quote); npos if it is not closed.
 std::size_t quoted_end(std::string_view text, std::size_t begin) {
     const char quote = text[begin];
     for (std::size_t i = begin + 1; i < text.size(); ++i) {
@@ -23,7 +23,7 @@ std::size_t quoted_end(std::string_view text, std::size_t begin) {
         else if (text[i] == quote)
             return i + 1;
     }
-    return text.size();
+    return std::string_view::npos;
 }
 
 /// The lines of the literal scalar whose header stands at `header`: all that follow, blank or indented as far
@@ -75,6 +75,8 @@ class TreeBuilder : public YAML::EventHandler {
         if (first == '\'' || first == '"') {
             scalar.quotes = first == '"' ? model::Quotes::twofold : model::Quotes::single;
             quoted_.emplace_back(scalar.position, quoted_end(source_.text, scalar.position));
+            if (quoted_.back().second == std::string::npos)
+                refuse(mark, "a quote that is not closed", std::string("end the text with ") + first);
         } else if (first == '|' || first == '>') {
             scalar.quotes = model::Quotes::literal;
             quoted_.push_back(literal_extent(source_.text, scalar.position));
@@ -125,10 +127,18 @@ class TreeBuilder : public YAML::EventHandler {
         close(std::move(done));
     }
     void close(Node done) {
-        if (!stack_.empty())
-            stack_.back().items.push_back(std::move(done));
-        else if (documents_ == 1)
-            root = std::move(done);
+        if (stack_.empty()) {
+            if (documents_ == 1) root = std::move(done);
+            return;
+        }
+        std::vector<Node>& items = stack_.back().items;
+        const bool is_key = stack_.back().is_map() && items.size() % 2 == 0;
+        if (done.is_null() && !is_key) { // the parser's mark of a missing value is that of the next token
+            const Node& last = items.empty() ? stack_.back() : items.back();
+            done.line = last.line;
+            done.column = last.column;
+        }
+        items.push_back(std::move(done));
     }
 
     const Source& source_;

@@ -77,8 +77,8 @@ class Reader {
     Block read_block(const Node& key, const Node& map, const std::string& path);
     bool read_system_key(System& system, const Node& key, const Node& value, const std::string& path);
     void read_connections(System& system, const Node& map, const std::string& path);
-    Endpoint read_endpoint(const Node& node, const std::string& path,
-                           const std::unordered_set<std::string>& blocks);
+    std::optional<Endpoint> read_endpoint(const Node& node, const std::string& path,
+                                          const std::unordered_set<std::string>& blocks);
     template <typename Item>
     std::vector<Item> read_list(const Node& key, const Node& value, std::string Item::*member);
     std::string read_layout(const Node& root, const Node& key);
@@ -129,8 +129,7 @@ void Reader::report_unknown(const Node& key, const std::string& path, const std:
 
 std::string Reader::read_text(const Node& key, const Node& value, const std::string& path) {
     if (!value.is_scalar()) {
-        report(value.is_null() ? key : value, path, "'" + key.text + "' is a text",
-               "write it on one line or after '|'");
+        report(value, path, "'" + key.text + "' is a text", "write it on one line or after '|'");
         return {};
     }
     std::string text = value.text;
@@ -145,8 +144,7 @@ std::size_t Reader::read_choice(const Node& key, const Node& value, const std::s
     if (found != choices.end()) return found - choices.begin();
     std::string all;
     for (const std::string& choice : choices) all += (all.empty() ? "" : ", ") + choice;
-    report(value.is_null() ? key : value, path, "'" + key.text + "' is '" + text + "'",
-           "it is one of: " + all);
+    report(value, path, "'" + key.text + "' is '" + text + "'", "it is one of: " + all);
     return 0;
 }
 
@@ -167,12 +165,14 @@ Expression Reader::read_flow(const Node& value, const std::string& path) {
         report(value, path,
                "a line of the matrix ends without ',' or ';', after '" + lines[ambiguous_break(lines)] + "'",
                "end it with ';' for a new row or with ',' for the same row");
-    Expression expression{.text = join_flow_lines(lines), .where = at(value)};
+    const std::string written = join_flow_lines(lines);
+    Expression expression{.text = written, .where = at(value)};
     std::string spelling;
     for (const std::string& line : lines) spelling += (spelling.empty() ? "" : "\n") + line;
-    const std::string matrix = matrix_of_rows(expression.text);
+    const std::string matrix = matrix_of_rows(written);
     if (!matrix.empty()) expression.text = matrix;
-    if (!matrix_of_rows(matrix).empty())
+    const std::vector<std::string_view> rows = flow_items(written);
+    if (!matrix.empty() && std::ranges::any_of(rows, [](auto row) { return !matrix_of_rows(row).empty(); }))
         report(value, path, "sequences nested more than twice", "a matrix is a sequence of rows");
     if (spelling != expression.text) expression.spelling = spelling;
     return expression;
@@ -259,7 +259,7 @@ std::vector<Item> Reader::read_list(const Node& key, const Node& value, std::str
     std::vector<Item> items;
     auto add = [&](const Node& node) {
         if (!node.is_scalar() || node.text.empty())
-            return report(node.is_null() ? key : node, "", "an entry of '" + key.text + "' is no name",
+            return report(node, "", "an entry of '" + key.text + "' is no name",
                           "write a list of names: [first, second]");
         Item& item = items.emplace_back();
         item.*member = node.text;
@@ -271,21 +271,24 @@ std::vector<Item> Reader::read_list(const Node& key, const Node& value, std::str
     return items;
 }
 
-Endpoint Reader::read_endpoint(const Node& node, const std::string& path,
-                               const std::unordered_set<std::string>& blocks) {
+std::optional<Endpoint> Reader::read_endpoint(const Node& node, const std::string& path,
+                                              const std::unordered_set<std::string>& blocks) {
     const std::string remedy =
         "write `block.port`, or the name of a block, input or output of this subsystem";
     if (!node.is_scalar()) {
         report(node, path, "an end of a connection is no text", remedy);
-        return {};
+        return std::nullopt;
     }
     const std::size_t dot = node.text.find('.');
     if (dot == std::string::npos && blocks.contains(node.text))
-        return {.block = node.text, .where = at(node)};
-    if (dot == std::string::npos) return {.block = {}, .port = node.text, .where = at(node)};
-    if (dot == 0 || dot + 1 == node.text.size() || node.text.find('.', dot + 1) != std::string::npos)
+        return Endpoint{.block = node.text, .where = at(node)};
+    if (dot == std::string::npos && !node.text.empty())
+        return Endpoint{.block = {}, .port = node.text, .where = at(node)};
+    if (dot == std::string::npos || dot == 0 || dot + 1 == node.text.size() || dot != node.text.rfind('.')) {
         report(node, path, "'" + node.text + "' is no end of a connection", remedy);
-    return {.block = node.text.substr(0, dot), .port = node.text.substr(dot + 1), .where = at(node)};
+        return std::nullopt;
+    }
+    return Endpoint{.block = node.text.substr(0, dot), .port = node.text.substr(dot + 1), .where = at(node)};
 }
 
 void Reader::read_connections(System& system, const Node& map, const std::string& path) {
@@ -295,10 +298,19 @@ void Reader::read_connections(System& system, const Node& map, const std::string
         if (value.is_null())
             return report(key, path, "'" + key.text + "' is connected to nothing",
                           "name a destination, or remove the connection");
-        Connection connection{.from = read_endpoint(key, path, blocks), .to = {}, .where = at(key)};
-        if (!value.is_sequence()) connection.to.push_back(read_endpoint(value, path, blocks));
+        const std::optional<Endpoint> from = read_endpoint(key, path, blocks);
+        Connection connection{.from = from.value_or(Endpoint{}), .to = {}, .where = at(key)};
+        bool complete = from.has_value();
+        auto add = [&](const Node& node) {
+            if (std::optional<Endpoint> end = read_endpoint(node, path, blocks))
+                connection.to.push_back(*end);
+            else
+                complete = false;
+        };
+        if (!value.is_sequence()) add(value);
         for (const Node& end : value.items)
-            if (value.is_sequence()) connection.to.push_back(read_endpoint(end, path, blocks));
+            if (value.is_sequence()) add(end);
+        if (!complete) return; // reported
         if (connection.to.size() == 1) values.push_back({key.line, connection.to[0].where.line});
         system.connections.push_back(std::move(connection));
     });
@@ -396,7 +408,9 @@ std::string Reader::read_layout(const Node& root, const Node& key) {
     };
     while (end - 1 > key.line && outside(source_.line(end - 1))) --end;
     layout_lines = {key.line, end - 1};
-    const std::size_t begin = source_.text.find(':', key.position) + 1;
+    const std::size_t colon = source_.line(key.line).find(':', key.column);
+    if (colon == std::string_view::npos) return {};
+    const std::size_t begin = source_.line_starts[key.line - 1] + colon + 1;
     const std::size_t stop = source_.line_starts[end - 2] + source_.line(end - 1).size();
     std::string text = source_.text.substr(begin, stop - begin);
     text.erase(text.find_last_not_of(" \t\n") + 1);
@@ -405,9 +419,10 @@ std::string Reader::read_layout(const Node& root, const Node& key) {
 
 Model Reader::read_model(const Node& node) {
     Model model;
-    model.where = at(node);
+    model.where = node.is_null() ? source_.at(1, 1) : at(node);
     if (node.is_null()) {
-        report(node, "", "the file holds no model", "begin with `model: NAME` and `blocks:`");
+        wrong.push_back(
+            {model.where, "", "the file holds no model", "begin with `model: NAME` and `blocks:`"});
         return model;
     }
     const Node* connections = nullptr;

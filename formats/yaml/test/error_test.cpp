@@ -34,10 +34,12 @@ TEST(Errors, OfAFileAreCollectedInItsOrder) {
                         "  a: e\n"
                         "  c: b\n"),
               "m.yaml:2:1: unknown key 'stpo' of a model; did you mean 'stop'?\n"
-              "m.yaml:4:3: a: a block has exactly one of `block: TYPE`, `blocks:` and `file:`; did you mean 'block'?\n"
+              "m.yaml:4:3: a: a block has exactly one of `block: TYPE`, `blocks:` and `file:`; did you mean "
+              "'block'?\n"
               "m.yaml:5:20: b: 'K' has no value; give it one, or remove the key\n"
               "m.yaml:6:3: a second 'b'; remove or rename one; the first is at m.yaml:5:3\n"
-              "m.yaml:9:7: c.d: a block has exactly one of `block: TYPE`, `blocks:` and `file:`; say which it is: of a "
+              "m.yaml:9:7: c.d: a block has exactly one of `block: TYPE`, `blocks:` and `file:`; say which "
+              "it is: of a "
               "library, a subsystem, or in a file of its own\n"
               "m.yaml:10:5: c: unknown key 'priod' of a subsystem; did you mean 'period'?\n"
               "m.yaml:12:6: there is no 'e' to connect; known are 'a', 'b', 'c'\n"
@@ -56,18 +58,20 @@ TEST(Errors, NameWhatAFileMustHave) {
 
 TEST(Errors, OfSyntaxAreLocatedAndAdvise) {
     EXPECT_EQ(errors_of("model: m\nblocks: {a: {block: Gain}\n"),
-              "m.yaml:3:1: the YAML syntax is wrong: end of map flow not found; close the bracket or quote; inside [ ] "
+              "m.yaml:2:1: the YAML syntax is wrong: end of map flow not found; close the bracket or quote; "
+              "inside [ ] "
               "and { } put expressions with ',' or brackets in double quotes");
     EXPECT_EQ(errors_of("model: m\ndoc: \"abc\n"),
-              "m.yaml:3:1: the YAML syntax is wrong: illegal EOF in scalar; close the bracket or quote; inside [ ] "
-              "and { } put expressions with ',' or brackets in double quotes");
+              "m.yaml:2:6: a quote that is not closed; end the text with \"");
     EXPECT_EQ(errors_of("model: m\nstep: [1 2]*pi\n"),
-              "m.yaml:2:12: the YAML syntax is wrong: unknown; check the indentation; put expressions with ': ', ' #' "
+              "m.yaml:2:12: the YAML syntax is wrong: end of map not found; check the indentation; put "
+              "expressions with ': ', ' #' "
               "or a leading bracket in double quotes");
     EXPECT_EQ(errors_of("model: m\nblocks:\n\ta: {block: Gain}\n").substr(0, 66),
-              "m.yaml:3:1: a tab in the indentation; indent by blanks\nm.yaml:3:1:");
-    EXPECT_EQ(errors_of("model: \xff\n"), "m.yaml:1:8: a byte that is no text in UTF-8; save the file as UTF-8, and "
-                                          "write control characters as escapes in double quotes");
+              "m.yaml:3:1: a tab in the indentation; indent by blanks\nm.yaml:3:3:");
+    EXPECT_EQ(errors_of("model: \xff\n"),
+              "m.yaml:1:8: a byte that is no text in UTF-8; save the file as UTF-8, and "
+              "write control characters as escapes in double quotes");
     EXPECT_EQ(errors_of("model: m\n---\nmodel: n\n"),
               "m.yaml:2:1: a second YAML document; a model file holds one document");
 }
@@ -91,18 +95,21 @@ TEST(Errors, RefuseTooDeepNesting) {
     std::string deep = "model: m\nblocks:\n", indent = "  ";
     for (int level = 0; level < 110; ++level, indent += "  ")
         deep += indent + "s:\n" + indent + " blocks:\n", indent += " ";
-    EXPECT_NE(errors_of(deep + indent + "g: {block: Gain}\n").find("subsystems are nested more than 100 deep"),
-              std::string::npos);
+    EXPECT_NE(
+        errors_of(deep + indent + "g: {block: Gain}\n").find("subsystems are nested more than 100 deep"),
+        std::string::npos);
 }
 
 TEST(Errors, ExplainValuesThatYamlReadsOtherwise) {
     EXPECT_EQ(errors_of_blocks("  a: {block: Constant, value: zeros(3, 1), u: 2}\n"),
               "m.yaml:3:31: a: the ',' ends the value 'zeros(3'; put the expression in double quotes: "
               "\"zeros(3, 1)\"");
-    EXPECT_EQ(errors_of_blocks("  a: {block: Gain, K: {p: 1}}\n"),
-              "m.yaml:3:23: a: 'K' is an expression, not a mapping; put a struct in `variables` and name it here");
+    EXPECT_EQ(
+        errors_of_blocks("  a: {block: Gain, K: {p: 1}}\n"),
+        "m.yaml:3:23: a: 'K' is an expression, not a mapping; put a struct in `variables` and name it here");
     EXPECT_EQ(errors_of_blocks("  a:\n    block: Gain\n    K: [1 2\n      3 4]\n"),
-              "m.yaml:5:8: a: a line of the matrix ends without ',' or ';', after '[1 2'; end it with ';' for a new "
+              "m.yaml:5:8: a: a line of the matrix ends without ',' or ';', after '[1 2'; end it with ';' "
+              "for a new "
               "row or with ',' for the same row");
     EXPECT_EQ(errors_of_blocks("  a: {block: Gain, K: [[[1, 2]], [[3, 4]]]}\n"),
               "m.yaml:3:23: a: sequences nested more than twice; a matrix is a sequence of rows");
@@ -124,19 +131,18 @@ TEST(Errors, NameTheChoicesOfAKey) {
 }
 
 TEST(Errors, OfConnectionsAndSignalsAreLocated) {
-    EXPECT_EQ(errors_of("model: m\nblocks:\n  a: {block: Gain}\n  b: {block: Gain}\nconnections:\n  a.y.z: b\n"
-                        "  a: [b, b, {}]\n  b:\nrecord: [a, c, [d]]\nplots: {P: e}\n"),
-              "m.yaml:6:3: 'a.y.z' is no end of a connection; write `block.port`, or the name of a block, input or "
-              "output of this subsystem\n"
-              "m.yaml:7:7: 'b' is connected twice; an input has one source; the first is at m.yaml:6:10\n"
-              "m.yaml:7:10: 'b' is connected twice; an input has one source; the first is at m.yaml:6:10\n"
-              "m.yaml:7:13: an end of a connection is no text; write `block.port`, or the name of a block, input or "
-              "output of this subsystem\n"
-              "m.yaml:7:13: there is no '' to connect; known are 'a', 'b'\n"
-              "m.yaml:8:3: 'b' is connected to nothing; name a destination, or remove the connection\n"
-              "m.yaml:9:13: there is no signal 'c'; did you mean 'a'?\n"
-              "m.yaml:9:16: an entry of 'record' is no name; write a list of names: [first, second]\n"
-              "m.yaml:10:12: there is no signal 'e'; did you mean 'a'?");
+    EXPECT_EQ(
+        errors_of("model: m\nblocks:\n  a: {block: Gain}\n  b: {block: Gain}\nconnections:\n  a.y.z: b\n"
+                  "  a: [b, b]\n  a.q: [{}]\n  b:\nrecord: [a, c, [d]]\nplots: {P: e}\n"),
+        "m.yaml:6:3: 'a.y.z' is no end of a connection; write `block.port`, or the name of a block, input or "
+        "output of this subsystem\n"
+        "m.yaml:7:10: 'b' is connected twice; an input has one source; the first is at m.yaml:7:7\n"
+        "m.yaml:8:9: an end of a connection is no text; write `block.port`, or the name of a block, input or "
+        "output of this subsystem\n"
+        "m.yaml:9:3: 'b' is connected to nothing; name a destination, or remove the connection\n"
+        "m.yaml:10:13: there is no signal 'c'; known are 'a', 'b'\n"
+        "m.yaml:10:16: an entry of 'record' is no name; write a list of names: [first, second]\n"
+        "m.yaml:11:12: there is no signal 'e'; known are 'a', 'b'");
 }
 
 /// A folder of model files that is gone after the test.
@@ -171,15 +177,17 @@ TEST_F(Files, ReferencesInARingAreRefused) {
     write("a.yaml", "model: a\nblocks:\n  b: {file: b.yaml}\n");
     write("b.yaml", "model: b\nblocks:\n  c: {file: ./c.yaml}\n");
     write("c.yaml", "model: c\nblocks:\n  a: {file: b.yaml}\n");
-    EXPECT_EQ(errors_of_file("a.yaml"), "./c.yaml:3:13: a: the files refer to each other in a ring: b.yaml -> c.yaml "
-                                        "-> b.yaml; remove one of these references");
+    EXPECT_EQ(errors_of_file("a.yaml"),
+              "./c.yaml:3:13: a: the files refer to each other in a ring: b.yaml -> c.yaml "
+              "-> b.yaml; remove one of these references");
 }
 
 TEST_F(Files, ThatAreMissingOrWrongAreReportedWithTheOthers) {
-    write("a.yaml", "model: a\nblocks:\n  b: {file: b.yaml}\n  c: {file: none.yaml}\n  d: {block: Gain, K: }\n");
-    write("b.yaml", "model: b\nspet: 1\n");
+    write("a.yaml",
+          "model: a\nblocks:\n  b: {file: b.yaml}\n  c: {file: none.yaml}\n  d: {block: Gain, K: }\n");
+    write("b.yaml", "model: b\nsetp: 1\n");
     EXPECT_EQ(errors_of_file("a.yaml"),
-              "b.yaml:2:1: unknown key 'spet' of a model; did you mean 'step'?\n"
+              "b.yaml:2:1: unknown key 'setp' of a model; did you mean 'step'?\n"
               "a.yaml:4:13: c: there is no file 'none.yaml'; a path is relative to the file that names it\n"
               "a.yaml:5:20: d: 'K' has no value; give it one, or remove the key");
     EXPECT_EQ(errors_of_file("none.yaml"),
@@ -188,10 +196,12 @@ TEST_F(Files, ThatAreMissingOrWrongAreReportedWithTheOthers) {
 }
 
 TEST_F(Files, UsedTwiceAreReadOnceAndOverriddenApart) {
-    write("a.yaml", "model: a\nblocks:\n  b: {file: in.yaml, with: {k: 2}}\n  c: {file: in.yaml, with: {l: 3}}\n");
-    write("in.yaml", "model: in\nvariables: {k: 1}\noutputs: [y]\nblocks: {s: {block: Step}}\nconnections: {s: y}\n");
+    write("a.yaml",
+          "model: a\nblocks:\n  b: {file: in.yaml, with: {k: 2}}\n  c: {file: in.yaml, with: {l: 3}}\n");
+    write("in.yaml",
+          "model: in\nvariables: {k: 1}\noutputs: [y]\nblocks: {s: {block: Step}}\nconnections: {s: y}\n");
     EXPECT_EQ(errors_of_file("a.yaml"),
-              "a.yaml:4:29: c: 'in.yaml' has no variable 'l' to override; did you mean 'k'?");
+              "a.yaml:4:29: c: 'in.yaml' has no variable 'l' to override; known are 'k'");
     write("a.yaml", "model: a\nblocks:\n  b: {file: in.yaml, with: {k: 2}}\n  c: {file: in.yaml}\n");
     const model::Model model = read_yaml(folder_ / "a.yaml");
     EXPECT_EQ(model.root.blocks[0].reference->model, model.root.blocks[1].reference->model);

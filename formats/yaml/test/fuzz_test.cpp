@@ -1,5 +1,6 @@
 #include "bf/formats/yaml.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -21,8 +22,8 @@ std::vector<std::string> samples() {
     return texts;
 }
 
-/// Reads `text`: either it is refused with places in the file, or what is written is read back and written again
-/// the same. Returns whether it was read.
+/// Reads `text`: either it is refused with places in the file, or what is written is read back and written
+/// again the same. Returns whether it was read.
 bool survives(const std::string& text) {
     const std::string name = (folder / "text.yaml").string();
     std::string once;
@@ -33,7 +34,8 @@ bool survives(const std::string& text) {
         for (const model::Diagnostic& d : errors.diagnostics()) {
             EXPECT_TRUE(d.where) << text << "\n" << d.text();
             EXPECT_GT(d.where.column, 0) << text << "\n" << d.text();
-            EXPECT_LE(d.where.line, 1 + std::ranges::count(text, '\n') + std::ranges::count(text, '\r')) << d.text();
+            EXPECT_LE(d.where.line, 1 + std::ranges::count(text, '\n') + std::ranges::count(text, '\r'))
+                << d.text();
         }
         return false;
     }

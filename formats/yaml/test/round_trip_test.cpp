@@ -56,10 +56,10 @@ TEST(Reader, KeepsStructureOrderAndPlaces) {
 
     const Block& pose = *find(model, "pose");
     EXPECT_EQ(pose.type, "WholeBodyToolbox/ForwardKinematics");
-    EXPECT_EQ(pose.where.line, 24);
+    EXPECT_EQ(pose.where.line, 22);
     EXPECT_EQ(pose.where.column, 3);
     EXPECT_EQ(pose.find_setting("frame")->value.text, "l_sole");
-    EXPECT_EQ(pose.find_setting("frame")->value.where.column, 59);
+    EXPECT_EQ(pose.find_setting("frame")->value.where.column, 60);
     EXPECT_EQ(pose.find_setting("robot")->value.quotes, Quotes::twofold);
     EXPECT_EQ(find(model, "script")->find_setting("code")->value.text,
               "function y = f(u)\n% not a YAML comment: # neither\n  y = max(u, 0);\n\nend\n");
@@ -96,7 +96,8 @@ TEST(Reader, TakesSequencesAsMatlabText) {
 }
 
 TEST(Reader, TakesScalarsVerbatim) {
-    for (const char* text : {"0x10", "1e-3", "true", "yes", "+-", "Config.t_step", "a(1,:)'", "-k/m", "1:3", "x == y"})
+    for (const char* text :
+         {"0x10", "1e-3", "true", "yes", "+-", "Config.t_step", "a(1,:)'", "-k/m", "1:3", "x == y"})
         EXPECT_EQ(setting(text).text, text);
     EXPECT_EQ(setting("'l_sole'").matlab(), "'l_sole'");
     EXPECT_EQ(setting("'l_sole'").text, "l_sole");
@@ -110,7 +111,8 @@ TEST(Reader, ReadsWindowsLineEndsAndByteOrderMarks) {
 }
 
 TEST(Writer, PutsSimpleBlocksOnOneLineWhereTheyFit) {
-    EXPECT_EQ(rewritten("model: m\nblocks: {a: {block: Gain, K: 2}}"), "model: m\nblocks:\n  a: {block: Gain, K: 2}\n");
+    EXPECT_EQ(rewritten("model: m\nblocks: {a: {block: Gain, K: 2}}"),
+              "model: m\nblocks:\n  a: {block: Gain, K: 2}\n");
     const std::string before = "model: m\nblocks:\n  a: {block: Gain, K: ";
     const std::string fits(110 - 2 - 20 - 1, 'x'); // "  a: {block: Gain, K: " has 22 columns, "}" one
     EXPECT_EQ(rewritten(before + fits + "}\n"), before + fits + "}\n");
@@ -119,13 +121,14 @@ TEST(Writer, PutsSimpleBlocksOnOneLineWhereTheyFit) {
 }
 
 TEST(Writer, KeepsEveryCommentOfUncanonicalFiles) {
-    const std::string text = "# 1\n\n\n# 2\nmodel:   m # 3\n"
-                             "inputs: [ # 4\n  q, # 5\n  # 6\n  nu] # 7\n"
-                             "blocks: # 8\n  a: { # 9\n    block: Gain, # 10\n    # 11\n    K: [1, # 12\n"
-                             "      # 13\n      2] # 14\n    } # 15\n"
-                             "     # 16\n  b: # 17\n    # 18\n    block: \"#no\" # 19\n"
-                             "connections:\n  # 20\n  q: # 21\n    # 22\n    a # 23\n  # 24\n  nu:\n  - b # 25\n  # 26\n"
-                             "record: # 27\n  - a # 28\nplots: {P: [a, # 29\n  b]} # 30\n# 31\n\n# 32\n\n";
+    const std::string text =
+        "# 1\n\n\n# 2\nmodel:   m # 3\n"
+        "inputs: [ # 4\n  q, # 5\n  # 6\n  nu] # 7\n"
+        "blocks: # 8\n  a: { # 9\n    block: Gain, # 10\n    # 11\n    K: [1, # 12\n"
+        "      # 13\n      2] # 14\n    } # 15\n"
+        "     # 16\n  b: # 17\n    # 18\n    block: \"#no\" # 19\n"
+        "connections:\n  # 20\n  q: # 21\n    # 22\n    a # 23\n  # 24\n  nu:\n  - b # 25\n  # 26\n"
+        "record: # 27\n  - a # 28\nplots: {P: [a, # 29\n  b]} # 30\n# 31\n\n# 32\n\n";
     const std::string once = rewritten(text);
     for (int number = 1; number <= 32; ++number) {
         const std::string comment = "# " + std::to_string(number) + "\n";

@@ -106,19 +106,22 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
     // Second pass: tables of pointers, three per slot, and the objects.
     pointers_.assign(3 * slots + objects, nullptr);
     sizes_.resize(slots);
+    connected_.resize(slots);
     frames_.resize(nodes_.size());
     void** table = pointers_.data();
     Size* size = sizes_.data();
+    std::uint8_t* connected = connected_.data();
     std::size_t k = 0;
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
         const auto& d = nodes_[n].block->declaration();
         const std::size_t count = d.slots.size();
         void **now = table, **next = table + count, **rate = table + 2 * count, **object = table + 3 * count;
         table += 3 * count + d.objects.size();
-        frames_[n] = {now, next, rate, size, object, &clocks_[static_cast<std::size_t>(nodes_[n].clock)]};
+        frames_[n] = {now, next, rate, size, object, &clocks_[static_cast<std::size_t>(nodes_[n].clock)], connected};
         for (std::size_t i = 0; i < count; ++i, ++k) {
             const Slot& slot = d.slots[i];
             size[i] = slot.size;
+            connected[i] = i < nodes_[n].sources.size() && nodes_[n].sources[i].node >= 0;
             switch (slot.role) {
             case Role::input:
             case Role::output: now[i] = signals_->begin() + offsets[k]; break;
@@ -139,6 +142,7 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
                 write_values(now[i], slot.type, slot.size.count(), slot.initial);
         }
         size += count;
+        connected += count;
     }
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
         const auto& d = nodes_[n].block->declaration();

@@ -58,7 +58,7 @@ class Spreading {
             queued_[static_cast<std::size_t>(n)] = false;
             try {
                 propagate(*e_.node(n).block);
-            } catch (const ResolutionError& error) {
+            } catch (const std::exception& error) { // also what a resource says, e.g. an unknown frame
                 report(n, error.what());
             }
             for (const auto& to : consumers_[static_cast<std::size_t>(n)])

@@ -22,6 +22,7 @@ struct Frame {
     const Size* sizes = nullptr;    ///< one per slot
     void* const* objects = nullptr; ///< workspaces, outside states, opened resources
     const Clock* clock = nullptr;
+    const std::uint8_t* connected = nullptr; ///< one per slot: an input that reads another block's output
 };
 
 /// A typed name for one slot of one block. It stores no data.
@@ -103,7 +104,8 @@ template <class T> class Provides {
 /// The nearest resource of that type around the block. The description is there from elaboration on.
 template <class T> class Requires {
   public:
-    explicit Requires(Block* owner, const char* doc = "");
+    /// present = false: the arguments make it unnecessary.
+    explicit Requires(Block* owner, const char* doc = "", bool present = true);
     Requires(const Requires&) = delete;
     bool is_bound() const { return bound_ != nullptr; }
     const T& operator*() const { return *bound_; }
@@ -151,6 +153,8 @@ class Now {
     template <class T> typename T::Live& operator[](const Requires<T>& key) const {
         return *static_cast<typename T::Live*>(frame_->objects[key.index()]);
     }
+    /// Is an optional input wired?
+    template <class T> bool is_connected(const Input<T>& key) const { return frame_->connected[key.index()]; }
     double time() const { return frame_->clock->time; }
     double period() const { return frame_->clock->period; }
     std::int64_t step() const { return frame_->clock->step; }

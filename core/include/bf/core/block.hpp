@@ -159,12 +159,16 @@ template <class T> Shape shape_of(Block& owner, const About& about) {
     }
 }
 
+/// An object of a running diagram. A T that is only a cache says `static constexpr bool is_cache = true`; one
+/// that cannot always be saved answers `can_save()`.
 template <class T> Object outside_object(std::shared_ptr<T> pointer) {
     Object object{pointer, {}, {}, {}, true};
-    if constexpr (requires(T t, double* to, const double* from) {
-                      t.state_size(), t.save(to), t.restore(from);
-                  }) {
+    if constexpr (requires { T::is_cache; }) {
+        object.is_outside = false;
+    } else if constexpr (requires(T t, double* to, const double* from) { t.state_size(), t.save(to), t.restore(from); }) {
         T* raw = pointer.get();
+        if constexpr (requires { raw->can_save(); })
+            if (!raw->can_save()) return object;
         object.state_size = [raw] { return static_cast<std::size_t>(raw->state_size()); };
         object.save = [raw](double* to) { raw->save(to); };
         object.restore = [raw](const double* from) { raw->restore(from); };
@@ -206,7 +210,8 @@ template <class T> Provides<T>::Provides(Block* owner, std::function<std::shared
     index_ = detail::declare(*owner, std::move(object));
 }
 
-template <class T> Requires<T>::Requires(Block* owner, const char* doc) {
+template <class T> Requires<T>::Requires(Block* owner, const char* doc, bool present) : index_(-1) {
+    if (!present) return;
     auto& declaration = owner->declaration();
     ObjectDeclaration object;
     object.requirement = static_cast<int>(declaration.requirements.size());

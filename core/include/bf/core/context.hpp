@@ -87,6 +87,7 @@ class Context {
     std::vector<Frame> frames_;
     std::vector<void*> pointers_; // the tables that frames point into
     std::vector<Size> sizes_;
+    std::vector<std::uint8_t> connected_;
     std::vector<Object> objects_; // owned, in order of declaration
     std::vector<int> object_nodes_;
     std::unique_ptr<Arena> signals_, parameters_, discrete_, discrete_next_, continuous_, continuous_next_,

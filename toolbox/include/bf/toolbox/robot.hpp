@@ -1,0 +1,111 @@
+// Robots as blocks see them: a description that model blocks compute with, and a device that measures and
+// actuates, whatever middleware is behind it.
+#pragma once
+
+#include "bf/dynamics/data.hpp"
+#include "bf/dynamics/model.hpp"
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bf::toolbox {
+
+/// The description of a robot: URDF, joint list, gravity. Resource of every model block around it. All of them
+/// share one workspace in a running diagram, so that nothing is computed twice for the same state.
+struct RobotConfiguration {
+    static constexpr const char* resource = "robot configuration";
+    struct Live {
+        static constexpr bool is_cache = true;
+        dynamics::Data data;
+    };
+    dynamics::Model model;
+    std::filesystem::path urdf;
+    std::vector<std::filesystem::path> search_directories; ///< where meshes and other robots are looked for
+
+    std::shared_ptr<Live> open() const { return std::make_shared<Live>(Live{dynamics::Data(model)}); }
+};
+
+/// What joints measure. Motor quantities are on the motor side of the transmission.
+enum class Measurement {
+    joint_position,     ///< rad
+    joint_velocity,     ///< rad/s
+    joint_acceleration, ///< rad/s2
+    joint_torque,       ///< Nm
+    motor_position,     ///< rad
+    motor_velocity,     ///< rad/s
+    motor_acceleration, ///< rad/s2
+    motor_current,      ///< raw
+    motor_pwm,          ///< raw
+};
+
+/// How joints are commanded.
+enum class ControlMode {
+    position,        ///< rad, by a trajectory of the given reference speed
+    position_direct, ///< rad
+    velocity,        ///< rad/s
+    torque,          ///< Nm
+    pwm,             ///< raw
+    current,         ///< raw
+};
+
+enum class Limits { position, velocity };
+
+/// Sensors beside the joints.
+enum class Sensor {
+    wrench, ///< 6: force [N] and moment [Nm] in sensor axes
+    imu,    ///< 12: roll pitch yaw [rad], acceleration minus gravity [m/s2], angular velocity [rad/s], magnetic field
+};
+
+/// A running connection to a robot. One thread uses it. In a step nothing allocates, locks or blocks; vectors
+/// are in the order of joint_names().
+class RobotConnection {
+  public:
+    virtual ~RobotConnection() = default;
+
+    /// Opens devices; throws std::runtime_error that says what is missing and the remedy.
+    virtual void start() {}
+    /// Puts actuators back into a safe state and closes devices.
+    virtual void stop() noexcept {}
+
+    /// Latest measurement (n). False when the device gave none; error() says why.
+    virtual bool read(Measurement what, Eigen::Ref<Eigen::VectorXd> values) noexcept = 0;
+    /// Latest reading of a sensor, by its index in RobotDevice::sensor_index.
+    virtual bool read(Sensor kind, int index, Eigen::Ref<Eigen::VectorXd> values) noexcept = 0;
+    /// Switches all joints to a mode; called once before the first reference.
+    virtual bool set_mode(ControlMode mode) noexcept = 0;
+    /// Sends references (n) in the present mode.
+    virtual bool write(ControlMode mode, const Eigen::Ref<const Eigen::VectorXd>& references) noexcept = 0;
+    /// Why the last call failed.
+    virtual const char* error() const noexcept = 0;
+
+    /// A simulated robot is saved and restored with its world; a real one refuses.
+    virtual bool can_save() const { return false; }
+    virtual int state_size() const { return 0; }
+    virtual void save(double*) const {}
+    virtual void restore(const double*) {}
+};
+
+/// A robot that can be connected to. Resource of the blocks that measure and actuate: which middleware is
+/// behind it they do not know.
+class RobotDevice {
+  public:
+    static constexpr const char* resource = "robot";
+    using Live = RobotConnection;
+
+    virtual ~RobotDevice() = default;
+    virtual const std::vector<std::string>& joint_names() const = 0;
+    int joints() const { return static_cast<int>(joint_names().size()); }
+    /// Limits of the control boards (n), infinite where there are none.
+    virtual void limits(Limits which, Eigen::VectorXd& minimum, Eigen::VectorXd& maximum) const = 0;
+    /// Index of a sensor; throws std::runtime_error that names the sensors there are.
+    virtual int sensor_index(Sensor kind, const std::string& name) const = 0;
+    /// Throws std::runtime_error when the robot cannot be driven that way.
+    virtual void check_mode(ControlMode mode) const = 0;
+    virtual void check_measurement(Measurement what) const = 0;
+    virtual std::shared_ptr<Live> open() const = 0;
+};
+
+} // namespace bf::toolbox

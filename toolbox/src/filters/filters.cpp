@@ -1,0 +1,250 @@
+#include "filters/filters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace bf::toolbox {
+
+namespace {
+
+/// Element-wise discrete filter.
+///
+///   Generic:                 y[k] = (Σ b_i u[k-i] - Σ_{i≥1} a_i y[k-i]) / a_0
+///   FirstOrderLowPassFilter: the same with b = [T, T], a = [2τ+T, T-2τ], τ = 1/(2π Fc) (Tustin)
+///   MedianFilter:            y[k] = median of the last `order` inputs
+class DiscreteFilter final : public Block {
+  public:
+    explicit DiscreteFilter(const Arguments& arguments) : Block(arguments) { check(); }
+
+    Argument<std::string> filter_type{this, "filter_type", {.initial = "Generic", .doc = "which filter", .choices = {"Generic", "FirstOrderLowPassFilter", "MedianFilter"}}};
+    Argument<std::vector<double>> numerator{this, "numerator", {.initial = {1}, .doc = "b_0 b_1 ..., Generic only"}};
+    Argument<std::vector<double>> denominator{this, "denominator", {.initial = {1}, .doc = "a_0 a_1 ..., Generic only"}};
+    Argument<double> cut_frequency{this, "cut_frequency", {.initial = 1, .doc = "Fc, Hz, FirstOrderLowPassFilter only"}};
+    Argument<int> order{this, "order", {.initial = 3, .doc = "length of the window, MedianFilter only"}};
+    Argument<std::vector<double>> y0{this, "y0", {.doc = "initial output, one element or one per signal element; none: zero"}};
+    Argument<std::vector<double>> u0{this, "u0", {.doc = "initial input, Generic only, used where the numerator sums to zero"}};
+
+    Dim n{this, "n"};
+    Input<Vector> u{this, "u", {.shape = {n}, .unit = any_unit, .doc = "signal to filter"}};
+    Output<Vector> y{this, "y", {.shape = {n}, .unit = any_unit, .doc = "filtered signal"}};
+    DiscreteState<Matrix> past_u{this, "past_u", {.shape = {n, past_inputs()}, .unit = any_unit, .doc = "former inputs, latest first"}};
+    DiscreteState<Matrix> past_y{this, "past_y", {.shape = {n, past_outputs()}, .unit = any_unit, .doc = "former outputs, latest first"}};
+    Scratch<Vector> window{this, [this] { return Vector(std::max(1, *order)); }};
+
+    void infer(Inference& inference) const override {
+        const Size* size = inference.size(u);
+        for (const auto& [values, label] : {std::pair(&*y0, "y0"), std::pair(&*u0, "u0")})
+            if (size && values->size() > 1 && static_cast<int>(values->size()) != size->rows)
+                inference.refuse(std::string("argument '") + label + "' has " + std::to_string(values->size()) + " elements, but the signal has " +
+                                 std::to_string(size->rows) + "; give one element or as many as the signal has");
+    }
+
+    Status reset(Now, After after) const noexcept override {
+        auto inputs = after[past_u];
+        auto outputs = after[past_y];
+        const auto element = [](const std::vector<double>& v, Eigen::Index i) {
+            return v.empty() ? 0.0 : v[v.size() == 1 ? 0 : static_cast<std::size_t>(i)];
+        };
+        inputs.setZero();
+        outputs.setZero();
+        if (y0->empty()) return ok;
+        if (is("MedianFilter")) {
+            for (Eigen::Index i = 0; i < inputs.rows(); ++i) inputs.row(i).setConstant(element(*y0, i));
+            return ok;
+        }
+        // Steady state at y0, so that the filter goes on from there.
+        const Coefficients c = coefficients(1.0);
+        const double sum_b = c.sum_b, sum_a = c.sum_a;
+        for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
+            const double y_i = element(*y0, i);
+            if (std::abs(sum_b) > 1e-9) {
+                inputs.row(i).setConstant(sum_a / sum_b * y_i);
+                outputs.row(i).setConstant(y_i);
+            } else {
+                inputs.row(i).setConstant(element(*u0, i));
+                outputs.row(i).setConstant(denominator->front() / (denominator->front() - sum_a) * y_i);
+            }
+        }
+        return ok;
+    }
+
+    Status output(Now at, Out out) const noexcept override {
+        if (is("MedianFilter")) return median(at, out);
+        const auto inputs = at[past_u];
+        const auto outputs = at[past_y];
+        auto result = out[y];
+        const Coefficients c = coefficients(at.period());
+        for (Eigen::Index i = 0; i < result.size(); ++i) {
+            double sum = c.b(0) * at[u](i);
+            for (Eigen::Index k = 0; k < inputs.cols(); ++k) sum += c.b(k + 1) * inputs(i, k);
+            for (Eigen::Index k = 0; k < outputs.cols(); ++k) sum -= c.a(k + 1) * outputs(i, k);
+            result(i) = sum / c.a(0);
+        }
+        return ok;
+    }
+
+    Status update(Now at, Next next) const noexcept override {
+        shift(at[u], at[past_u], next[past_u]);
+        shift(at[y], at[past_y], next[past_y]);
+        return ok;
+    }
+
+  private:
+    /// Coefficients without a copy: the generic ones, or those of the low-pass for the step's period.
+    struct Coefficients {
+        const double *numerator, *denominator;
+        double low_b[2], low_a[2];
+        double sum_a = 0, sum_b = 0;
+        double b(Eigen::Index i) const { return numerator ? numerator[i] : low_b[i]; }
+        double a(Eigen::Index i) const { return denominator ? denominator[i] : low_a[i]; }
+    };
+
+    Coefficients coefficients(double period) const {
+        Coefficients c{numerator->data(), denominator->data(), {}, {}};
+        if (is("FirstOrderLowPassFilter")) {
+            const double tau = 1 / (2 * std::numbers::pi * cut_frequency);
+            c = {nullptr, nullptr, {period, period}, {2 * tau + period, period - 2 * tau}};
+        }
+        for (int i = 0; i <= past_inputs(); ++i) c.sum_b += c.b(i);
+        for (int i = 0; i <= past_outputs(); ++i) c.sum_a += c.a(i);
+        return c;
+    }
+
+    bool is(const char* type) const { return *filter_type == type; }
+    int past_inputs() const {
+        if (is("MedianFilter")) return std::max(0, *order - 1);
+        return is("Generic") ? std::max(0, static_cast<int>(numerator->size()) - 1) : 1;
+    }
+    int past_outputs() const {
+        if (is("MedianFilter")) return 0;
+        return is("Generic") ? std::max(0, static_cast<int>(denominator->size()) - 1) : 1;
+    }
+
+    Status median(Now at, Out out) const noexcept {
+        const auto inputs = at[past_u];
+        auto& values = at[window];
+        for (Eigen::Index i = 0; i < out[y].size(); ++i) {
+            values(0) = at[u](i);
+            for (Eigen::Index k = 0; k < inputs.cols(); ++k) values(k + 1) = inputs(i, k);
+            const auto middle = values.data() + values.size() / 2;
+            std::nth_element(values.data(), middle, values.data() + values.size());
+            const double upper = *middle;
+            const bool is_even = values.size() % 2 == 0;
+            out[y](i) = is_even ? 0.5 * (upper + *std::max_element(values.data(), middle)) : upper;
+        }
+        return ok;
+    }
+
+    template <class Latest, class Past, class NextPast> static void shift(const Latest& latest, const Past& past, NextPast next) {
+        if (past.cols() == 0) return;
+        next.rightCols(past.cols() - 1) = past.leftCols(past.cols() - 1);
+        next.col(0) = latest;
+    }
+
+    void check() {
+        const auto zeros = [](const std::vector<double>& v) { return std::all_of(v.begin(), v.end(), [](double x) { return x == 0; }); };
+        if (is("Generic") && (numerator->empty() || zeros(*numerator))) problem("argument 'numerator' has no coefficient other than 0; give b_0 b_1 ...");
+        if (is("Generic") && (denominator->empty() || denominator->front() == 0)) problem("argument 'denominator' must begin with a_0 other than 0");
+        if (is("FirstOrderLowPassFilter") && !(*cut_frequency > 0)) problem("argument 'cut_frequency' must be above 0 Hz");
+        if (is("MedianFilter") && *order < 1) problem("argument 'order' must be at least 1");
+    }
+};
+
+/// Third-order filter whose response to a step approximates a minimum-jerk trajectory that settles in T:
+///
+///   d³p/dt³ = α (p - u) + β dp/dt + γ d²p/dt²,   α = -150.765868956161/T³, β = -84.9812819469538/T², γ = -15.9669610709384/T
+///
+/// discretised by Tustin's rule. It starts at the reference (or at `initial`), at rest. Position, velocity and
+/// acceleration go on smoothly when the settling time changes, unless reset_on_settling_time_change.
+/// Source: U. Pattacini et al., An experimental evaluation of a novel minimum-jerk Cartesian controller, 2010.
+class MinimumJerkTrajectoryGenerator final : public Block {
+  public:
+    using Block::Block;
+    Argument<bool> compute_first_derivative{this, "compute_first_derivative", {.initial = true, .doc = "port velocity"}};
+    Argument<bool> compute_second_derivative{this, "compute_second_derivative", {.initial = true, .doc = "port acceleration"}};
+    Argument<bool> read_initial_value{this, "read_initial_value", {.initial = false, .doc = "port initial"}};
+    Argument<bool> read_external_settling_time{this, "read_external_settling_time", {.initial = false, .doc = "port settling_time instead of the parameter"}};
+    Argument<bool> reset_on_settling_time_change{this, "reset_on_settling_time_change", {.initial = false, .doc = "a new settling time starts at rest from the present position"}};
+
+    Dim n{this, "n"};
+    Dim k{this, "k"};
+    Parameter<double> settling{this, "settling_time", {.initial = {3}, .unit = unit<"s">, .doc = "T", .present = !*read_external_settling_time}};
+    Input<Vector> u{this, "reference", {.shape = {n}, .unit = any_unit, .doc = "where to go"}};
+    Input<Vector> initial{this, "initial", {.shape = {k}, .unit = any_unit, .doc = "where to start, one element or as many as the reference", .present = read_initial_value}};
+    Input<Vector> settling_input{this, "settling", {.shape = {1}, .unit = unit<"s">, .doc = "T", .present = read_external_settling_time}};
+    Output<Vector> position{this, "position", {.shape = {n}, .unit = any_unit, .doc = "smoothed reference"}};
+    Output<Vector> velocity{this, "velocity", {.shape = {n}, .unit = any_unit, .doc = "its first derivative", .present = compute_first_derivative}};
+    Output<Vector> acceleration{this, "acceleration", {.shape = {n}, .unit = any_unit, .doc = "its second derivative", .present = compute_second_derivative}};
+    DiscreteState<Matrix> r{this, "r", {.shape = {n, 3}, .unit = any_unit, .doc = "(I + h/2 A) x + h/2 B u of the last step"}};
+    DiscreteState<double> last_settling{this, "last_settling", {.unit = unit<"s">, .doc = "T of the last step; 0 before the first"}};
+
+    void infer(Inference& inference) const override {
+        const Size *wide = inference.size(u), *start = inference.size(initial);
+        if (wide && start && start->rows != 1 && start->rows != wide->rows)
+            inference.refuse("input 'initial' has " + std::to_string(start->rows) + " elements, but the reference has " + std::to_string(wide->rows) +
+                             "; give one element or as many as the reference has");
+    }
+
+    Status output(Now at, Out out) const noexcept override {
+        const double T = settling_time(at);
+        if (!(T > 0)) return Status::failure("the settling time must be above 0 s");
+        for (Eigen::Index i = 0; i < at[u].size(); ++i) {
+            const Vector3 state = solve(at, i, T);
+            out[position](i) = state(0);
+            if (velocity.is_present()) out[velocity](i) = state(1);
+            if (acceleration.is_present()) out[acceleration](i) = state(2);
+        }
+        return ok;
+    }
+
+    Status update(Now at, Next next) const noexcept override {
+        const double T = settling_time(at), h = at.period() / 2;
+        const auto c = coefficients(T);
+        auto ahead = next[r];
+        for (Eigen::Index i = 0; i < at[u].size(); ++i) {
+            const Vector3 s = solve(at, i, T);
+            const double jerk = c.alpha * (s(0) - at[u](i)) + c.beta * s(1) + c.gamma * s(2);
+            ahead.row(i) << s(0) + h * s(1), s(1) + h * s(2), s(2) + h * jerk;
+        }
+        next[last_settling] = T;
+        return ok;
+    }
+
+  private:
+    struct Coefficients {
+        double alpha, beta, gamma;
+    };
+    static Coefficients coefficients(double T) {
+        return {-150.765868956161 / (T * T * T), -84.9812819469538 / (T * T), -15.9669610709384 / T};
+    }
+    double settling_time(Now at) const { return settling_input.is_present() ? at[settling_input](0) : at[settling]; }
+
+    /// Position, velocity and acceleration of element i in this step: (I - h/2 A) x = r + h/2 B u.
+    Vector3 solve(Now at, Eigen::Index i, double T) const {
+        const double before = at[last_settling];
+        if (before == 0) {
+            if (!initial.is_present()) return {at[u](i), 0, 0};
+            return {at[initial](at[initial].size() == 1 ? 0 : i), 0, 0};
+        }
+        const double h = at.period() / 2;
+        const auto [alpha, beta, gamma] = coefficients(T);
+        const auto past = at[r].row(i);
+        if (reset_on_settling_time_change && std::abs(T - before) > 1e-5) return {past(0), 0, 0};
+        const double rest = past(2) - h * alpha * at[u](i);
+        const double a = (rest + h * alpha * (past(0) + h * past(1)) + h * beta * past(1)) / (1 - h * gamma - h * h * beta - h * h * h * alpha);
+        const double v = past(1) + h * a;
+        return {past(0) + h * v, v, a};
+    }
+};
+
+} // namespace
+
+void add_filters(Library& library) {
+    library.group("filters")
+        .add<DiscreteFilter>("DiscreteFilter", "Element-wise discrete filter: generic, first-order low-pass or median.")
+        .add<MinimumJerkTrajectoryGenerator>("MinimumJerkTrajectoryGenerator",
+                                             "Smooths a reference by a third-order filter that approximates minimum-jerk motion; gives velocity and acceleration too.");
+}
+
+} // namespace bf::toolbox

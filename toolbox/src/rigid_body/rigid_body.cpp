@@ -1,0 +1,249 @@
+#include "rigid_body/rigid_body.hpp"
+
+#include "rigid_body/robot_block.hpp"
+
+namespace bf::toolbox {
+
+namespace {
+
+using dynamics::Matrix3XOut;
+constexpr Unit meter = unit<"m">, angle = unit<"rad">, rate = unit<"rad/s">;
+
+/// Blocks whose result depends on base pose and joint positions.
+class PositionBlock : public RobotBlock {
+  public:
+    using RobotBlock::RobotBlock;
+    Input<Transform> w_H_b{this, "w_H_b", {.unit = mixed_units, .doc = base_pose_doc}};
+    Input<Vector> s{this, "s", {.shape = {n}, .unit = angle, .doc = "joint positions"}};
+
+  protected:
+    dynamics::Data& at_position(Now at) const {
+        dynamics::set_position(model(), data(at), at[w_H_b], at[s]);
+        return data(at);
+    }
+};
+
+/// Blocks whose result depends on velocities too.
+class VelocityBlock : public PositionBlock {
+  public:
+    using PositionBlock::PositionBlock;
+    Input<Vector6> v_b{this, "v_b", {.unit = mixed_units, .doc = base_velocity_doc}};
+    Input<Vector> s_dot{this, "s_dot", {.shape = {n}, .unit = rate, .doc = "joint velocities"}};
+
+  protected:
+    dynamics::Data& at_state(Now at) const {
+        dynamics::set_state(model(), data(at), at[w_H_b], at[s], at[v_b], at[s_dot]);
+        return data(at);
+    }
+};
+
+class ForwardKinematics final : public PositionBlock {
+  public:
+    using PositionBlock::PositionBlock;
+    FrameArgument frame{this, "frame", "name of a link or frame, or com"};
+    Output<Transform> w_H_frame{this, "w_H_frame", {.unit = mixed_units, .doc = "pose of the frame in the world; for com its rotation is the identity"}};
+
+    void infer(Inference&) const override { frame.resolve(robot, true); }
+    Status output(Now at, Out out) const noexcept override {
+        auto& d = at_position(at);
+        auto H = out[w_H_frame];
+        if (frame.is_com) {
+            H.setIdentity();
+            dynamics::center_of_mass(model(), d, H.topRightCorner<3, 1>());
+        } else {
+            dynamics::forward_kinematics(model(), d, frame.frame, H);
+        }
+        return ok;
+    }
+};
+
+class CenterOfMass final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    Output<Vector3> com{this, "com", {.unit = meter, .doc = "centre of mass in the world"}};
+    Output<Vector3> com_dot{this, "com_dot", {.unit = unit<"m/s">, .doc = "its velocity, world axes"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        auto& d = at_state(at);
+        dynamics::center_of_mass(model(), d, out[com]);
+        dynamics::center_of_mass_velocity(model(), d, out[com_dot]);
+        return ok;
+    }
+};
+
+class Jacobian final : public PositionBlock {
+  public:
+    using PositionBlock::PositionBlock;
+    FrameArgument frame{this, "frame", "name of a link or frame, or com"};
+    Output<Matrix> J{this, "J", {.shape = {6, n + 6}, .unit = mixed_units,
+                                 .doc = "J nu = [origin velocity; angular velocity], world axes; for com the last three rows are zero"}};
+
+    void infer(Inference&) const override { frame.resolve(robot, true); }
+    Status output(Now at, Out out) const noexcept override {
+        auto& d = at_position(at);
+        if (!frame.is_com) {
+            auto map = out[J];
+            dynamics::jacobian(model(), d, frame.frame, Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
+            return ok;
+        }
+        // Rows 1 to 3 hold the centre of mass; its Jacobian is packed, so it is spread from the back.
+        auto map = out[J];
+        Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic>> packed(map.data(), 3, map.cols());
+        dynamics::com_jacobian(model(), d, packed);
+        for (Eigen::Index column = map.cols() - 1; column >= 0; --column) {
+            const Vector3 value = packed.col(column);
+            map.col(column) << value, 0, 0, 0;
+        }
+        return ok;
+    }
+};
+
+class DotJNu final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    FrameArgument frame{this, "frame", "name of a link or frame, or com"};
+    Output<Vector6> J_dot_nu{this, "J_dot_nu", {.unit = mixed_units, .doc = "bias acceleration [linear; angular], world axes; for com the last three are zero"}};
+
+    void infer(Inference&) const override { frame.resolve(robot, true); }
+    Status output(Now at, Out out) const noexcept override {
+        auto& d = at_state(at);
+        auto a = out[J_dot_nu];
+        if (frame.is_com) {
+            a.tail<3>().setZero();
+            dynamics::com_bias_acceleration(model(), d, a.head<3>());
+        } else {
+            dynamics::bias_acceleration(model(), d, frame.frame, a);
+        }
+        return ok;
+    }
+};
+
+class MassMatrix final : public PositionBlock {
+  public:
+    using PositionBlock::PositionBlock;
+    Output<Matrix> M{this, "M", {.shape = {n + 6, n + 6}, .unit = mixed_units, .doc = "linear [kg], coupling [kg.m], angular [kg.m2]; both triangles"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::mass_matrix(model(), at_position(at), out[M]);
+        return ok;
+    }
+};
+
+class InverseDynamics final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    Input<Vector6> v_b_dot{this, "v_b_dot", {.unit = mixed_units, .doc = "time derivative of the mixed base velocity"}};
+    Input<Vector> s_ddot{this, "s_ddot", {.shape = {n}, .unit = unit<"rad/s2">, .doc = "joint accelerations"}};
+    Output<Vector> tau{this, "tau", {.shape = {n + 6}, .unit = mixed_units, .doc = "base wrench [N; Nm] at the base origin, world axes; joint torques [Nm]"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::inverse_dynamics(model(), at_state(at), at[v_b_dot], at[s_ddot], out[tau]);
+        return ok;
+    }
+};
+
+class GetBiasForces final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    Output<Vector> h{this, "h", {.shape = {n + 6}, .unit = mixed_units, .doc = "Coriolis, centrifugal and gravity terms"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::bias_forces(model(), at_state(at), out[h]);
+        return ok;
+    }
+};
+
+class GetGravityForces final : public PositionBlock {
+  public:
+    using PositionBlock::PositionBlock;
+    Output<Vector> g{this, "g", {.shape = {n + 6}, .unit = mixed_units, .doc = "bias forces at zero velocity"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::gravity_forces(model(), at_position(at), out[g]);
+        return ok;
+    }
+};
+
+class CentroidalMomentum final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    Output<Vector6> H{this, "H", {.unit = mixed_units, .doc = "linear [kg.m/s] and angular [kg.m2/s] momentum about the centre of mass, world axes"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::centroidal_momentum(model(), at_state(at), out[H]);
+        return ok;
+    }
+};
+
+class CentroidalTotalMomentumMatrix final : public PositionBlock {
+  public:
+    using PositionBlock::PositionBlock;
+    Output<Matrix> A{this, "A", {.shape = {6, n + 6}, .unit = mixed_units, .doc = "A nu = centroidal momentum"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        auto map = out[A];
+        dynamics::centroidal_momentum_matrix(model(), at_position(at),
+                                             Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
+        return ok;
+    }
+};
+
+class RelativeTransform final : public RobotBlock {
+  public:
+    using RobotBlock::RobotBlock;
+    FrameArgument frame1{this, "frame1", "reference frame"};
+    FrameArgument frame2{this, "frame2", "frame whose pose is wanted"};
+    Input<Vector> s{this, "s", {.shape = {n}, .unit = angle, .doc = "joint positions"}};
+    Output<Transform> frame1_H_frame2{this, "frame1_H_frame2", {.unit = mixed_units, .doc = "pose of frame2 seen from frame1"}};
+
+    void infer(Inference&) const override {
+        frame1.resolve(robot);
+        frame2.resolve(robot);
+    }
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::set_joint_position(model(), data(at), at[s]);
+        dynamics::relative_transform(model(), data(at), frame1.frame, frame2.frame, out[frame1_H_frame2]);
+        return ok;
+    }
+};
+
+class RelativeJacobian final : public RobotBlock {
+  public:
+    using RobotBlock::RobotBlock;
+    FrameArgument reference{this, "reference", "reference frame"};
+    FrameArgument frame{this, "frame", "frame whose velocity is wanted"};
+    Input<Vector> s{this, "s", {.shape = {n}, .unit = angle, .doc = "joint positions"}};
+    Output<Matrix> J{this, "J", {.shape = {6, n}, .unit = mixed_units, .doc = "J s_dot = velocity of frame relative to reference: origin of frame, axes of reference"}};
+
+    void infer(Inference&) const override {
+        reference.resolve(robot);
+        frame.resolve(robot);
+    }
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::set_joint_position(model(), data(at), at[s]);
+        auto map = out[J];
+        dynamics::relative_jacobian(model(), data(at), reference.frame, frame.frame,
+                                    Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
+        return ok;
+    }
+};
+
+} // namespace
+
+void add_rigid_body(Library& library) {
+    library.group("rigid body")
+        .add<ForwardKinematics>("ForwardKinematics", "Pose of a frame in the world, w_H_frame(w_H_b, s).")
+        .add<CenterOfMass>("CenterOfMass", "Position and velocity of the centre of mass.")
+        .add<Jacobian>("Jacobian", "Jacobian of a frame: J nu = [origin velocity; angular velocity], mixed representation.")
+        .add<DotJNu>("DotJNu", "Bias acceleration of a frame, J_dot nu, mixed representation.")
+        .add<MassMatrix>("MassMatrix", "Mass matrix M of the floating-base robot. Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.2.")
+        .add<InverseDynamics>("InverseDynamics", "Generalised forces M nu_dot + h for a motion, without external wrenches. Source: Featherstone 2008, §5.3.")
+        .add<GetBiasForces>("GetBiasForces", "Coriolis, centrifugal and gravity forces h(q, nu).")
+        .add<GetGravityForces>("GetGravityForces", "Gravity forces g(q) = h(q, 0).")
+        .add<CentroidalMomentum>("CentroidalMomentum", "Linear and angular momentum about the centre of mass. Source: Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, 2013.")
+        .add<CentroidalTotalMomentumMatrix>("CentroidalTotalMomentumMatrix", "Centroidal momentum matrix A: A nu = momentum. Source: Orin, Goswami, Lee 2013.")
+        .add<RelativeTransform>("RelativeTransform", "Pose of one frame seen from another; depends on the joint positions only.")
+        .add<RelativeJacobian>("RelativeJacobian", "Jacobian of the velocity of one frame relative to another.");
+}
+
+} // namespace bf::toolbox

@@ -1,0 +1,41 @@
+// What all blocks over a robot's description share.
+#pragma once
+
+#include "bf/core/block.hpp"
+#include "bf/dynamics/algorithms.hpp"
+#include "bf/toolbox/robot.hpp"
+
+namespace bf::toolbox {
+
+/// Base of the model blocks: the configuration around the block and its number of joints n.
+class RobotBlock : public Block {
+  public:
+    using Block::Block;
+    Requires<RobotConfiguration> robot{this, "the robot whose quantities are computed"};
+    Dim n{this, "n", [this] { return robot.is_bound() ? robot->model.joints() : -1; }};
+
+  protected:
+    const dynamics::Model& model() const { return robot->model; }
+    dynamics::Data& data(Now at) const { return at[robot].data; }
+};
+
+/// A frame given by name, looked up once the robot is known. "com" stands for the centre of mass where a
+/// block allows it.
+class FrameArgument {
+  public:
+    FrameArgument(Block* owner, const char* name, const char* doc) : name_{owner, name, {.initial = "root_link", .doc = doc}} {}
+    void resolve(const Requires<RobotConfiguration>& robot, bool allows_com = false) const {
+        is_com = allows_com && *name_ == "com";
+        if (robot.is_bound() && !is_com) frame = robot->model.frame(*name_);
+    }
+    mutable dynamics::Frame frame;
+    mutable bool is_com = false;
+
+  private:
+    Argument<std::string> name_;
+};
+
+inline constexpr const char* base_pose_doc = "base pose: rotation [1], position [m]";
+inline constexpr const char* base_velocity_doc = "base velocity, mixed: origin [m/s], angular [rad/s], world axes";
+
+} // namespace bf::toolbox

@@ -1,0 +1,197 @@
+#include "robot/robot.hpp"
+
+#include "bf/dynamics/find_urdf.hpp"
+#include "bf/toolbox/robot.hpp"
+#include "rigid_body/robot_block.hpp"
+
+#include <array>
+#include <stdexcept>
+
+namespace bf::toolbox {
+
+namespace {
+
+/// Looks a text up in a table of (text, value).
+template <class T, std::size_t N>
+const T* find(const std::array<std::pair<const char*, T>, N>& table, const std::string& text) {
+    for (const auto& [name, value] : table)
+        if (text == name) return &value;
+    return nullptr;
+}
+template <class T, std::size_t N> std::vector<std::string> choices(const std::array<std::pair<const char*, T>, N>& table) {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : table) names.emplace_back(name);
+    return names;
+}
+
+constexpr std::array<std::pair<const char*, Measurement>, 9> measurements{{
+    {"Joints Position", Measurement::joint_position},
+    {"Joints Velocity", Measurement::joint_velocity},
+    {"Joints Acceleration", Measurement::joint_acceleration},
+    {"Joints Torque", Measurement::joint_torque},
+    {"Motor Position", Measurement::motor_position},
+    {"Motor Velocity", Measurement::motor_velocity},
+    {"Motor Acceleration", Measurement::motor_acceleration},
+    {"Motor Current", Measurement::motor_current},
+    {"Motor PWM", Measurement::motor_pwm},
+}};
+constexpr std::array<std::pair<const char*, ControlMode>, 6> modes{{
+    {"Position", ControlMode::position},
+    {"Position Direct", ControlMode::position_direct},
+    {"Velocity", ControlMode::velocity},
+    {"Torque", ControlMode::torque},
+    {"PWM", ControlMode::pwm},
+    {"Current", ControlMode::current},
+}};
+constexpr std::array<std::pair<const char*, Sensor>, 2> sensors{{{"wrench", Sensor::wrench}, {"imu", Sensor::imu}}};
+
+Unit unit_of(Measurement what) {
+    switch (what) {
+    case Measurement::joint_position:
+    case Measurement::motor_position: return unit<"rad">;
+    case Measurement::joint_velocity:
+    case Measurement::motor_velocity: return unit<"rad/s">;
+    case Measurement::joint_acceleration:
+    case Measurement::motor_acceleration: return unit<"rad/s2">;
+    case Measurement::joint_torque: return unit<"Nm">;
+    default: return any_unit;
+    }
+}
+
+class Configuration final : public Block {
+  public:
+    explicit Configuration(const Arguments& arguments) : Block(arguments), folder_(path_of(".")) {}
+    Argument<std::string> robot{this, "robot", {.initial = "iCubGazeboV2_5", .doc = "URDF file, package:// address or name of an installed robot model"}};
+    Argument<std::vector<std::string>> joints{this, "joints", {.doc = "controlled joints, order of all n-vectors; none: all movable joints"}};
+    Argument<std::vector<double>> gravity{this, "gravity", {.initial = {0, 0, -9.81}, .doc = "gravity in the world frame, m/s2"}};
+    Provides<RobotConfiguration> configuration{this, [this] { return load(); }};
+
+  private:
+    std::shared_ptr<const RobotConfiguration> load() const {
+        if (gravity->size() != 3)
+            throw std::runtime_error("argument 'gravity' has " + std::to_string(gravity->size()) + " elements; give three, e.g. [0 0 -9.81]");
+        const std::vector<std::filesystem::path> directories{folder_, std::filesystem::path(BF_ROBOT_MODELS), std::filesystem::path(BF_ROBOT_MODELS) / "iCub"};
+        const auto urdf = dynamics::find_urdf(*robot, directories);
+        const Eigen::Vector3d g((*gravity)[0], (*gravity)[1], (*gravity)[2]);
+        return std::make_shared<const RobotConfiguration>(RobotConfiguration{dynamics::Model::load(urdf, *joints, g), urdf, directories});
+    }
+    std::filesystem::path folder_;
+};
+
+/// Base of the blocks over a robot device.
+class DeviceBlock : public Block {
+  public:
+    using Block::Block;
+    Requires<RobotDevice> robot{this, "the robot that is measured and actuated"};
+    Dim n{this, "n", [this] { return robot.is_bound() ? robot->joints() : -1; }};
+};
+
+class GetMeasurement final : public DeviceBlock {
+  public:
+    using DeviceBlock::DeviceBlock;
+    Argument<std::string> measured_type{this, "measured_type", {.initial = "Joints Position", .doc = "what is measured", .choices = choices(measurements)}};
+    Output<Vector> y{this, "y", {.shape = {n}, .unit = unit_of(what()), .doc = "measurement, one element per joint"}};
+
+    void infer(Inference&) const override {
+        if (robot.is_bound()) robot->check_measurement(what());
+    }
+    Status output(Now at, Out out) const noexcept override {
+        if (!at[robot].read(what(), out[y])) return Status::failure("the robot gave no measurement; look at its connection");
+        return ok;
+    }
+
+  private:
+    Measurement what() const {
+        const auto* found = find(measurements, *measured_type);
+        return found ? *found : Measurement::joint_position;
+    }
+};
+
+class GetSensor final : public DeviceBlock {
+  public:
+    using DeviceBlock::DeviceBlock;
+    Argument<std::string> kind{this, "kind", {.initial = "wrench", .doc = "wrench (6) or imu (12)", .choices = choices(sensors)}};
+    Argument<std::string> sensor{this, "sensor", {.doc = "name of the sensor"}};
+    Output<Vector> y{this, "y", {.shape = {*kind == "imu" ? 12 : 6}, .unit = mixed_units,
+                                 .doc = "wrench: force [N], moment [Nm] in sensor axes; imu: roll pitch yaw [rad], acceleration [m/s2], angular velocity [rad/s], magnetic field"}};
+
+    void infer(Inference&) const override {
+        if (robot.is_bound()) index_ = robot->sensor_index(which(), *sensor);
+    }
+    Status output(Now at, Out out) const noexcept override {
+        if (!at[robot].read(which(), index_, out[y])) return Status::failure("the robot's sensor gave no reading; look at its connection");
+        return ok;
+    }
+
+  private:
+    Sensor which() const { return *kind == "imu" ? Sensor::imu : Sensor::wrench; }
+    mutable int index_ = 0;
+};
+
+class GetLimits final : public RobotBlock {
+  public:
+    using RobotBlock::RobotBlock;
+    Argument<std::string> limit_type{this, "limit_type", {.initial = "ModelPosition", .doc = "limits of the control boards or of the URDF",
+                                     .choices = {"ControlBoardPosition", "ControlBoardVelocity", "ModelPosition"}}};
+    Requires<RobotDevice> device{this, "the robot whose control boards have the limits", *limit_type != "ModelPosition"};
+    Output<Vector> minimum{this, "minimum", {.shape = {n}, .unit = limits_unit(), .doc = "lower limits, -inf where there are none"}};
+    Output<Vector> maximum{this, "maximum", {.shape = {n}, .unit = limits_unit(), .doc = "upper limits, inf where there are none"}};
+    Scratch<std::pair<Vector, Vector>> limits{this, [this] { return find_limits(); }};
+
+    Status output(Now at, Out out) const noexcept override {
+        out[minimum] = at[limits].first;
+        out[maximum] = at[limits].second;
+        return ok;
+    }
+
+  private:
+    Unit limits_unit() const { return *limit_type == "ControlBoardVelocity" ? unit<"rad/s"> : unit<"rad">; }
+    std::pair<Vector, Vector> find_limits() const {
+        if (*limit_type == "ModelPosition") return {model().position_min(), model().position_max()};
+        Vector low, high;
+        device->limits(*limit_type == "ControlBoardVelocity" ? Limits::velocity : Limits::position, low, high);
+        return {low, high};
+    }
+};
+
+class SetReferences final : public DeviceBlock {
+  public:
+    using DeviceBlock::DeviceBlock;
+    Argument<std::string> control_type{this, "control_type", {.initial = "Torque", .doc = "how the joints are commanded", .choices = choices(modes)}};
+    Input<Vector> u{this, "u", {.shape = {n}, .unit = any_unit, .doc = "references: rad, rad/s, Nm or raw, by control_type"}};
+    DiscreteState<bool> is_switched{this, "is_switched", {.doc = "the control mode was set"}};
+
+    void infer(Inference&) const override {
+        if (robot.is_bound()) robot->check_mode(mode());
+    }
+    Status output(Now at, Out) const noexcept override {
+        auto& connection = at[robot];
+        if (!at[is_switched] && !connection.set_mode(mode())) return Status::failure("the robot did not accept the control mode");
+        if (!at[u].allFinite()) return Status::failure("a reference is not finite: the robot keeps the last one");
+        if (!connection.write(mode(), at[u])) return Status::failure("the robot did not accept the references");
+        return ok;
+    }
+    Status update(Now, Next next) const noexcept override {
+        next[is_switched] = true;
+        return ok;
+    }
+
+  private:
+    ControlMode mode() const {
+        const auto* found = find(modes, *control_type);
+        return found ? *found : ControlMode::torque;
+    }
+};
+
+} // namespace
+
+void add_robot(Library& library) {
+    library.group("robot")
+        .add<Configuration>("Configuration", "The robot whose quantities the model blocks of this subsystem compute: URDF, joints, gravity.")
+        .add<GetMeasurement>("GetMeasurement", "What the robot's joints or motors measure now.")
+        .add<GetSensor>("GetSensor", "Reading of a force/torque sensor or an inertial sensor of the robot.")
+        .add<GetLimits>("GetLimits", "Limits of the joints.")
+        .add<SetReferences>("SetReferences", "Commands the robot's joints. The control mode is set with the first reference; stopping puts it back.");
+}
+
+} // namespace bf::toolbox

@@ -1,0 +1,230 @@
+#include "world/world.hpp"
+
+#include "bf/physics/world.hpp"
+#include "bf/toolbox/robot.hpp"
+#include "rigid_body/robot_block.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace bf::toolbox {
+
+namespace {
+
+/// The robot of a physics world, driven by joint torques.
+class SimulatedRobot final : public RobotConnection {
+  public:
+    explicit SimulatedRobot(std::shared_ptr<const physics::World> world)
+        : simulation(world), command(Vector::Zero(world->joint_count())) {}
+
+    physics::Simulation simulation;
+    Vector command; ///< joint torques [Nm] held until the next reference
+
+    /// The time step is the period of the world block; a world compiled for another one is compiled again.
+    void set_time_step(double period) {
+        if (period == simulation.world().options().time_step) return;
+        auto options = simulation.world().options();
+        options.time_step = period;
+        simulation = physics::Simulation(std::make_shared<const physics::World>(std::move(options)));
+    }
+
+    void stop() noexcept override { command.setZero(); }
+
+    bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override {
+        switch (what) {
+        case Measurement::joint_position: values = simulation.s(); return true;
+        case Measurement::joint_velocity: values = simulation.s_dot(); return true;
+        case Measurement::joint_acceleration: values = simulation.s_ddot(); return true;
+        case Measurement::joint_torque: values = simulation.tau(); return true;
+        default: return false;
+        }
+    }
+    bool read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept override {
+        if (kind == Sensor::wrench) {
+            values = simulation.ft_wrench(index);
+        } else {
+            values << simulation.imu_rpy(), simulation.accelerometer(), simulation.gyro(), Vector3::Zero();
+        }
+        return true;
+    }
+    bool set_mode(ControlMode mode) noexcept override { return mode == ControlMode::torque; }
+    bool write(ControlMode, const Eigen::Ref<const Vector>& references) noexcept override {
+        command = references;
+        return true;
+    }
+    const char* error() const noexcept override { return simulation.error(); }
+
+    bool can_save() const override { return true; }
+    int state_size() const override { return simulation.state_size() + static_cast<int>(command.size()); }
+    void save(double* to) const override {
+        simulation.save(to);
+        std::copy_n(command.data(), command.size(), to + simulation.state_size());
+    }
+    void restore(const double* from) override {
+        simulation.restore(from);
+        std::copy_n(from + simulation.state_size(), command.size(), command.data());
+    }
+};
+
+/// The compiled world as a robot that can be connected to.
+class WorldDevice final : public RobotDevice {
+  public:
+    explicit WorldDevice(std::shared_ptr<const physics::World> compiled) : world(std::move(compiled)) {}
+    const std::shared_ptr<const physics::World> world;
+
+    const std::vector<std::string>& joint_names() const override { return world->joint_names(); }
+    void limits(Limits which, Vector& minimum, Vector& maximum) const override {
+        if (which == Limits::position) {
+            minimum = world->lower_limits();
+            maximum = world->upper_limits();
+        } else { // torque motors have no speed limit of their own
+            maximum = Vector::Constant(joints(), std::numeric_limits<double>::infinity());
+            minimum = -maximum;
+        }
+    }
+    int sensor_index(Sensor kind, const std::string& name) const override {
+        if (kind == Sensor::imu) return 0;
+        const auto& names = world->options().ft_sensors;
+        const auto found = std::find(names.begin(), names.end(), name);
+        if (found != names.end()) return static_cast<int>(found - names.begin());
+        std::string list;
+        for (const auto& known : names) list += (list.empty() ? "" : ", ") + known;
+        throw std::runtime_error("the simulated robot has no force/torque sensor '" + name + "'" + did_you_mean(name, names) +
+                                 "; sensors: " + (list.empty() ? "none" : list) + "; name it in the world's ft_sensors");
+    }
+    void check_mode(ControlMode mode) const override {
+        if (mode != ControlMode::torque)
+            throw std::runtime_error("the simulated robot has torque motors; use control_type: Torque");
+    }
+    void check_measurement(Measurement what) const override {
+        if (what > Measurement::joint_torque)
+            throw std::runtime_error("the simulated robot measures at its joints, not at motors; use a measured_type of Joints");
+    }
+    std::shared_ptr<RobotConnection> open() const override { return std::make_shared<SimulatedRobot>(world); }
+};
+
+class MujocoWorld final : public RobotBlock {
+  public:
+    using RobotBlock::RobotBlock;
+    Argument<std::vector<std::string>> feet{this, "feet", {.doc = "frames of the soles, each with contact points"}};
+    Argument<Matrix> contact_points{this, "contact_points", {.initial = default_contact_points(), .doc = "centres of contact spheres in each sole frame, one row x y z each, m"}};
+    Argument<double> contact_radius{this, "contact_radius", {.initial = 0.005, .doc = "of the contact spheres, m"}};
+    Argument<std::vector<std::string>> ft_sensors{this, "ft_sensors", {.doc = "fixed joints with force/torque sensors"}};
+    Argument<std::string> imu_frame{this, "imu_frame", {.doc = "link of the inertial sensor; none: the base"}};
+    Argument<std::vector<std::string>> push_links{this, "push_links", {.doc = "links that external wrenches may push"}};
+    Argument<std::vector<double>> initial_joints{this, "initial_joints", {.doc = "joint positions at the start, rad; none: zeros"}};
+    Argument<bool> floating_base{this, "floating_base", {.initial = true, .doc = "false: the base is fixed to the world"}};
+    Argument<bool> has_floor{this, "floor", {.initial = true, .doc = "ground plane z = 0"}};
+    Argument<double> friction{this, "friction", {.initial = 1, .doc = "Coulomb friction of the ground"}};
+    Argument<double> impratio{this, "impratio", {.initial = 100, .doc = "ratio of frictional to normal contact impedance; MuJoCo's option"}};
+    Argument<std::vector<double>> armature{this, "armature", {.doc = "rotor inertia seen at the joints, kg m2; none: 0"}};
+    Argument<std::vector<double>> damping{this, "joint_damping", {.doc = "viscous friction of the joints, Nm s/rad; none: the URDF's"}};
+    Argument<std::vector<double>> noise{this, "noise", {.initial = {0, 0, 0}, .doc = "standard deviation of measured positions [rad], velocities [rad/s], torques [Nm]"}};
+    Argument<int> seed{this, "seed", {.initial = 1, .doc = "of the noise"}};
+
+    Provides<RobotDevice> device{this, [this]() -> std::shared_ptr<const RobotDevice> { return std::make_shared<WorldDevice>(compile()); }};
+
+    Input<Vector> tau{this, "tau", {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques; unconnected: the references of SetReferences", .feedthrough = false, .optional = true}};
+    InputList<Vector6> push{this, prefixed("push_", *push_links), {.unit = mixed_units, .doc = "force [N] and moment [Nm] on the link's centre of mass, world axes", .feedthrough = false, .optional = true}};
+
+    Output<Vector> s{this, "s", {.shape = {n}, .unit = unit<"rad">, .doc = "joint positions"}};
+    Output<Vector> s_dot{this, "s_dot", {.shape = {n}, .unit = unit<"rad/s">, .doc = "joint velocities"}};
+    Output<Vector> tau_measured{this, "tau_measured", {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques of the last interval"}};
+    Output<Transform> w_H_b{this, "w_H_b", {.unit = mixed_units, .doc = base_pose_doc}};
+    Output<Vector6> v_b{this, "v_b", {.unit = mixed_units, .doc = base_velocity_doc}};
+    Output<Vector3> com{this, "com", {.unit = unit<"m">, .doc = "centre of mass of the robot in the world"}};
+    OutputList<Transform> foot_pose{this, prefixed("pose_", *feet), {.unit = mixed_units, .doc = "pose of the sole in the world"}};
+    OutputList<Vector6> foot_wrench{this, prefixed("wrench_", *feet), {.unit = mixed_units, .doc = "force [N] and moment [Nm] of the ground at the sole's origin, world axes, last interval"}};
+    Scratch<Vector> wrenches{this, [this] { return Vector::Zero(6 * push.size()); }};
+
+    void start(Now at) const override {
+        auto& simulated = robot_of(at);
+        simulated.set_time_step(at.period());
+        simulated.simulation.reset();
+        simulated.start();
+    }
+    void stop(Now at) const noexcept override { robot_of(at).stop(); }
+
+    Status output(Now at, Out out) const noexcept override {
+        const auto& simulation = robot_of(at).simulation;
+        out[s] = simulation.s();
+        out[s_dot] = simulation.s_dot();
+        out[tau_measured] = simulation.tau();
+        out[w_H_b] = simulation.w_H_b();
+        out[v_b] = simulation.v_b();
+        out[com] = simulation.com();
+        for (int i = 0; i < foot_pose.size(); ++i) {
+            out[foot_pose[i]] = simulation.foot_pose(i);
+            out[foot_wrench[i]] = simulation.foot_wrench(i);
+        }
+        return ok;
+    }
+
+    Status update(Now at, Next) const noexcept override {
+        auto& simulated = robot_of(at);
+        auto& pushes = at[wrenches];
+        for (int i = 0; i < push.size(); ++i) pushes.segment<6>(6 * i) = at[push[i]];
+        const double* torque = at.is_connected(tau) ? at[tau].data() : simulated.command.data();
+        const auto size = static_cast<std::size_t>(simulated.command.size());
+        if (simulated.simulation.step({torque, size}, {pushes.data(), static_cast<std::size_t>(pushes.size())})) return ok;
+        return Status::failure("the physics diverged or a torque is not finite: look at the torques of this step, the gains and the contact parameters");
+    }
+
+  private:
+    SimulatedRobot& robot_of(Now at) const { return static_cast<SimulatedRobot&>(at[device]); }
+
+    static Matrix default_contact_points() {
+        const auto shapes = physics::four_spheres();
+        Matrix points(static_cast<Eigen::Index>(shapes.size()), 3);
+        for (std::size_t i = 0; i < shapes.size(); ++i) points.row(static_cast<Eigen::Index>(i)) = shapes[i].position.transpose();
+        return points;
+    }
+
+    static std::vector<std::string> prefixed(const std::string& prefix, const std::vector<std::string>& names) {
+        std::vector<std::string> result;
+        for (const auto& name : names) result.push_back(prefix + name);
+        return result;
+    }
+
+    std::shared_ptr<const physics::World> compile() const {
+        if (contact_points->cols() != 3)
+            throw std::runtime_error("argument 'contact_points' has " + std::to_string(contact_points->cols()) + " columns; give one row x y z per point");
+        if (noise->size() != 3)
+            throw std::runtime_error("argument 'noise' has " + std::to_string(noise->size()) + " elements; give three: position, velocity, torque");
+        physics::WorldOptions options;
+        options.urdf = robot->urdf;
+        options.package_paths = robot->search_directories;
+        options.joints = model().joint_names();
+        options.base_link = model().base_link();
+        options.floating_base = floating_base;
+        options.floor.enabled = has_floor;
+        options.floor.friction = friction;
+        options.impratio = impratio;
+        options.gravity = model().gravity();
+        for (const auto& frame : *feet) {
+            physics::Foot foot{frame, {}};
+            for (Eigen::Index i = 0; i < contact_points->rows(); ++i)
+                foot.shapes.push_back(physics::ContactShape::sphere(contact_points->row(i).transpose(), contact_radius));
+            options.feet.push_back(std::move(foot));
+        }
+        options.ft_sensors = *ft_sensors;
+        options.imu_frame = *imu_frame;
+        options.push_links = *push_links;
+        options.armature = *armature;
+        options.damping = *damping;
+        options.noise = {(*noise)[0], (*noise)[1], (*noise)[2], static_cast<std::uint64_t>(*seed)};
+        options.initial_s = *initial_joints;
+        return std::make_shared<const physics::World>(std::move(options));
+    }
+};
+
+} // namespace
+
+void add_world(Library& library) {
+    library.group("world").add<MujocoWorld>(
+        "MujocoWorld", "The configured robot in a MuJoCo physics world, in lockstep: outputs are the state now, the update advances "
+                       "the world by the block's period. It is also the robot that GetMeasurement and SetReferences around it use.");
+}
+
+} // namespace bf::toolbox

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "bf/core/registry.hpp"
+
+namespace bf::toolbox {
+
+/// Physics worlds with a simulated robot.
+void add_world(Library& library);
+
+} // namespace bf::toolbox

@@ -62,6 +62,16 @@ with open(folder / "run.mcap", "rb") as stream:
     check(len(summary.schemas) == len(expected), "one schema per type and shape")
     texts = {schema.name: schema.data.decode() for schema in summary.schemas.values()}
     check(texts["bf_msgs/msg/Double5"] == "float64 time\nfloat64[5] value\n", f"schema texts {texts}")
+    for index in summary.chunk_indexes:
+        indices_start = index.chunk_start_offset + index.chunk_length
+        indices_end = indices_start + index.message_index_length
+        offsets = sorted(index.message_index_offsets.values())
+        check(offsets[0] == indices_start, "the message indices follow their chunk")
+        for offset, end in zip(offsets, offsets[1:] + [indices_end]):
+            stream.seek(offset)
+            header = stream.read(9)
+            check(header[0] == 7, "a message index is where the chunk index says")
+            check(offset + 9 + int.from_bytes(header[1:], "little") == end, "the message indices have the length given")
     attachments = list(reader.iter_attachments())
     check([(a.name, a.data) for a in attachments] == [("model.yaml", b"blocks: [gain]\n")], "attachments")
     metadata = list(reader.iter_metadata())

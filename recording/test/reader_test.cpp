@@ -72,6 +72,21 @@ TEST(Reader, NoticesEveryFlippedByte) {
         }
 }
 
+TEST(Reader, LeavesOutAChunkThatFailsItsChecksum) {
+    std::string file = small_file();
+    const double value = 1.5 * 2; // of the third sample
+    const std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+    const auto at = file.find(bytes);
+    ASSERT_NE(at, std::string::npos);
+    file[at] = static_cast<char>(file[at] ^ 1);
+    const Recording recording = parse(file);
+    EXPECT_EQ(recording.defect, "'bytes': the checksum of a chunk is wrong; its messages are left out");
+    const Channel& x = recording.channels.at(0);
+    EXPECT_GT(x.samples(), 0u); // of the other chunks
+    EXPECT_LT(x.samples(), 6u);
+    for (std::size_t k = 0; k < x.samples(); ++k) EXPECT_EQ(x.value(k), 1.5 * double(x.time_ns[k]));
+}
+
 TEST(Reader, SurvivesHostileBytes) {
     const std::string file = small_file();
     std::mt19937 random(1);

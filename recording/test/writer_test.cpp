@@ -1,6 +1,7 @@
 #include "bf/recording/export.hpp"
 #include "support.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <csignal>
@@ -115,6 +116,32 @@ TEST(Writer, IsReadByForeignReadersAndExportsAgree) {
                                 " " BF_SOURCE_DIRECTORY "/recording/test/check_recording.py " +
                                 folder.path().string();
     EXPECT_EQ(std::system(command.c_str()), 0);
+}
+
+TEST(Writer, KeepsSamplesOfUnlikeSizesOverManyRoundsOfTheBuffer) {
+    const Folder folder;
+    Writer writer(folder / "run.mcap", {}, {.chunk_bytes = 1 << 12, .buffer_bytes = 1 << 14});
+    const ChannelInfo infos[] = {
+        {.type = ElementType::Int8}, {.rows = 31}, {.type = ElementType::Single, .rows = 301}};
+    ChannelId ids[3];
+    for (std::size_t c = 0; c < 3; ++c) ids[c] = writer.add_channel("s" + std::to_string(c), infos[c]);
+    writer.begin();
+    const auto order = noise(20'000, 7, ElementType::Uint8); // about 10 MB, 600 rounds
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        const std::size_t c = std::to_integer<std::size_t>(order[k]) % 3;
+        writer.append(ids[c], static_cast<std::int64_t>(k), noise(infos[c].bytes(), k, infos[c].type).data());
+    }
+    writer.close();
+    const Recording recording = load(folder / "run.mcap");
+    EXPECT_TRUE(recording.complete) << recording.defect;
+    std::size_t next[3] = {0, 0, 0};
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        const std::size_t c = std::to_integer<std::size_t>(order[k]) % 3;
+        const Channel& channel = recording.channels[c];
+        ASSERT_LT(next[c], channel.samples());
+        ASSERT_EQ(channel.time_ns[next[c]], static_cast<std::int64_t>(k));
+        ASSERT_TRUE(std::ranges::equal(channel.sample(next[c]++), noise(infos[c].bytes(), k, infos[c].type)));
+    }
 }
 
 TEST(Writer, AppendsWithoutHeap) {

@@ -226,9 +226,11 @@ namespace {
 /// load of 2 kg is a point. The base weighs 3 kg.
 constexpr const char* slider = R"(<?xml version="1.0"?>
 <robot name="slider">
-  <link name="base"><inertial><mass value="3"/><inertia ixx="1" iyy="2" izz="3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="base"><inertial><mass value="3"/>
+    <inertia ixx="1" iyy="2" izz="3" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <link name="arm"/>
-  <link name="load"><inertial><mass value="2"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="load"><inertial><mass value="2"/>
+    <inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <!-- <joint name="slide" type="revolute"> -->
   <joint name="swing" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>
   <joint name="slide" type="prismatic"><parent link="arm"/><child link="load"/><origin xyz="0.5 0 0"/>

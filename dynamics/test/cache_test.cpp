@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <thread>
 
@@ -10,8 +12,8 @@ namespace {
 thread_local long allocations = 0;
 }
 extern "C" void* __libc_malloc(std::size_t);
-extern "C" void* malloc(
-    std::size_t size) { // NOLINT: counts what every allocation of C++, C and Eigen goes through
+// Every allocation of C++, C and Eigen goes through here.
+extern "C" void* malloc(std::size_t size) {
     ++allocations;
     return __libc_malloc(size);
 }

@@ -5,23 +5,24 @@
 #include <cstdlib>
 #include <gtest/gtest.h>
 
-// Every allocation of this program, those of MuJoCo included, passes here.
-extern "C" {
-void* __libc_malloc(size_t size);
-void* __libc_calloc(size_t count, size_t size);
-void* __libc_realloc(void* block, size_t size);
-void* __libc_memalign(size_t alignment, size_t size);
-}
-
 namespace {
 std::atomic<long> allocations{0};
 }
 
+// Every allocation of this program, those of MuJoCo included, passes here.
 extern "C" {
+#ifdef __SANITIZE_ADDRESS__
+void __sanitizer_malloc_hook(const volatile void*, size_t) { ++allocations; }
+#else
+void* __libc_malloc(size_t size);
+void* __libc_calloc(size_t count, size_t size);
+void* __libc_realloc(void* block, size_t size);
+void* __libc_memalign(size_t alignment, size_t size);
 void* malloc(size_t size) { return ++allocations, __libc_malloc(size); }
 void* calloc(size_t count, size_t size) { return ++allocations, __libc_calloc(count, size); }
 void* realloc(void* block, size_t size) { return ++allocations, __libc_realloc(block, size); }
 void* aligned_alloc(size_t alignment, size_t size) { return ++allocations, __libc_memalign(alignment, size); }
+#endif
 }
 
 using namespace bf::physics;

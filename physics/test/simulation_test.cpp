@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 #include <random>
+#include <thread>
 
 using namespace bf::physics;
 using namespace bf::physics::test;
@@ -227,6 +228,29 @@ TEST(Simulation, KeepsTheEnergyOfAPendulum) {
     EXPECT_NEAR(fastest, std::sqrt(2 * scale * (1 - std::cos(1.0)) / I), 1e-3);
 }
 
+TEST(Simulation, MeasuresTheAccelerationOfTheEquationOfMotion) {
+    Simulation sim = simulate(pendulum());
+    // (I + m l²) s_ddot = tau - m g l sin s
+    const auto expected = [](double s, double tau) { return (tau - 2.0 * 9.81 * 0.5 * std::sin(s)) / 0.53; };
+    EXPECT_NEAR(sim.s_ddot()[0], expected(1.0, 0.0), 1e-9);
+    for (int k = 0; k < 50; ++k) {
+        const double s = sim.s()[0];
+        ASSERT_TRUE(sim.step(std::vector<double>{0.7}));
+        EXPECT_NEAR(sim.s_ddot()[0], expected(s, 0.7), 1e-9);
+    }
+}
+
+TEST(Simulation, SharesAWorldBetweenThreads) {
+    const auto world = std::make_shared<const World>(icub_options());
+    Simulation alone(world), first(world), second(world);
+    stand(alone, 300);
+    std::thread other([&] { stand(first, 300); });
+    stand(second, 300);
+    other.join();
+    EXPECT_EQ(state_of(first), state_of(alone));
+    EXPECT_EQ(state_of(second), state_of(alone));
+}
+
 TEST(Simulation, StandsAFixedBaseWhereItIsTold) {
     WorldOptions options = pendulum();
     options.base_link = "tip";
@@ -252,6 +276,12 @@ TEST(Simulation, ReadsForceTorqueSensorsThatCarryTheWeight) {
         EXPECT_NEAR(force.z(), sim.foot_wrench(foot)[2] - foot_weight, 0.3);
         EXPECT_NEAR(force.x(), sim.foot_wrench(foot)[0], 0.3);
         EXPECT_NEAR(force.y(), sim.foot_wrench(foot)[1], 0.3);
+        const Eigen::Vector3d lever =
+            sim.foot_pose(foot).topLeftCorner<3, 3>() * Eigen::Vector3d(-0.0035, 0, 0.004);
+        const Eigen::Vector3d moment = R * wrench.tail<3>() + lever.cross(force);
+        EXPECT_GT(std::abs(moment.y()), 1.0);
+        EXPECT_LT((moment - sim.foot_wrench(foot).tail<3>()).norm(),
+                  0.2); // of which 0.13 N m by the foot's weight
     }
     const double carried = -sim.ft_wrench(0)[2] - sim.ft_wrench(1)[2];
     EXPECT_NEAR(carried, (33.061673 - 2 * 0.382866) * 9.81, 1.0);

@@ -53,6 +53,37 @@ TEST(Fuzz, TruncationAtEveryByteIsReadOrLocated) {
             survives(sample.substr(0, length));
 }
 
+/// Whether a line end stands in one of the samples' literal texts.
+bool in_literal(const std::string& sample, std::size_t end) {
+    const std::size_t doc = sample.find("doc: |"), code = sample.find("code: |");
+    return (doc < end && end < sample.find("plugins:")) ||
+           (code < end && end < sample.find("# comment after the"));
+}
+
+TEST(Fuzz, ACommentAtAnyPositionIsKeptOnce) {
+    const std::string name = (folder / "text.yaml").string(), mark = "# a further comment";
+    int kept = 0;
+    for (const std::string& sample : samples())
+        for (std::size_t end = 0; (end = sample.find('\n', end)) != std::string::npos; ++end)
+            for (const std::string& insertion :
+                 {" " + mark, "\n" + mark, "\n          " + mark, "\n\n\n" + mark + "\n"}) {
+                std::string text = sample, once;
+                text.insert(end, insertion);
+                try {
+                    once = write_yaml(read_yaml_text(text, name));
+                } catch (const model::Errors& errors) {
+                    EXPECT_TRUE(in_literal(sample, end)) << errors.what(); // a comment would end the text
+                    continue;
+                }
+                const std::size_t first = once.find(mark);
+                ASSERT_NE(first, std::string::npos) << text;
+                EXPECT_EQ(once.find(mark, first + 1), std::string::npos) << text;
+                EXPECT_EQ(write_yaml(read_yaml_text(once, name)), once) << text;
+                ++kept;
+            }
+    EXPECT_GT(kept, 500);
+}
+
 TEST(Fuzz, MutationsAreReadOrLocated) {
     std::mt19937 random(20);
     auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };

@@ -12,12 +12,12 @@
 namespace bf::recording {
 
 /// Wakes the other thread from a function that may not lock.
-class Signal {
+class Wakeup {
   public:
-    Signal() noexcept { ::sem_init(&semaphore_, 0, 0); }
-    ~Signal() { ::sem_destroy(&semaphore_); }
-    Signal(const Signal&) = delete;
-    Signal& operator=(const Signal&) = delete;
+    Wakeup() noexcept { ::sem_init(&semaphore_, 0, 0); }
+    ~Wakeup() { ::sem_destroy(&semaphore_); }
+    Wakeup(const Wakeup&) = delete;
+    Wakeup& operator=(const Wakeup&) = delete;
     void raise() noexcept { ::sem_post(&semaphore_); }
     void wait() noexcept { ::sem_wait(&semaphore_); }
     /// Returns at `deadline` at the latest, perhaps earlier without cause.
@@ -96,13 +96,13 @@ class Ring {
         space_.raise();
     }
 
-    Signal work; ///< raised when a chunk's worth of records waits
+    Wakeup work; ///< raised when a chunk's worth of records waits
 
   private:
     std::vector<std::byte> memory_;
     const std::size_t mask_;
     const std::size_t wake_bytes_;
-    Signal space_;
+    Wakeup space_;
     // The two threads write to cache lines of their own.
     alignas(64) std::atomic<std::uint64_t> head_{0};
     std::uint64_t next_ = 0, next_wake_, seen_tail_ = 0;

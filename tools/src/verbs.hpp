@@ -1,0 +1,16 @@
+// The verbs of `bf`. Each adds its subcommand; its callback does the work and throws on failure.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace bf::tools {
+
+void add_run(CLI::App& app);
+void add_check(CLI::App& app);
+void add_describe(CLI::App& app);
+void add_plot(CLI::App& app);
+void add_film(CLI::App& app);
+void add_export(CLI::App& app);
+void add_doctor(CLI::App& app);
+
+} // namespace bf::tools

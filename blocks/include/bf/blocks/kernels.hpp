@@ -1,0 +1,165 @@
+// Arithmetic of the standard blocks that joins kernels; generated code includes it like any kernel.
+#pragma once
+
+#include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/matrix.hpp"
+
+namespace bf::kernels {
+
+/// y = a b, where a scalar operand scales the other one.
+struct ScalarOrMatrixProduct {
+    static constexpr const char* name = "bf::kernels::ScalarOrMatrixProduct{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class Y, class A, class B>
+    constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
+        if (a.size() == 1 || b.size() == 1)
+            Multiply{}(y, a, b);
+        else
+            MatrixProduct{}(y, a, b);
+    }
+};
+
+/// y_j = table(row, j): one row of a matrix, counted from 1. False outside; y is 0 then.
+struct LookUpRow {
+    static constexpr const char* name = "bf::kernels::LookUpRow{}";
+    static constexpr char failure[] = "the row asked for is not in the table";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class M, class R>
+    constexpr bool operator()(const Y& y, const M& table, const R& row) const noexcept {
+        const double wanted = static_cast<double>(row[0]);
+        const bool inside = wanted >= 1 && wanted < table.rows + 1.0;
+        const int i = inside ? static_cast<int>(wanted) - 1 : 0;
+        for (int j = 0; j < y.size(); ++j) y[j] = inside ? table(i, j) : Element<Y>(0);
+        return inside;
+    }
+};
+
+/// False when an element of u is 0.
+struct Assert {
+    static constexpr const char* name = "bf::kernels::Assert{}";
+    static constexpr char failure[] = "the asserted condition does not hold";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class U> constexpr bool operator()(const U& u) const noexcept {
+        bool holds = true;
+        for (int i = 0; i < u.size(); ++i) holds = holds && u[i] != 0;
+        return holds;
+    }
+};
+
+/// y = x + (u ≠ 0), or 0 while reset ≠ 0.
+struct Count {
+    static constexpr const char* name = "bf::kernels::Count{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class X, class U, class R>
+    constexpr void operator()(const Y& y, const X& x, const U& u, const R& reset) const noexcept {
+        y[0] = reset[0] != 0 ? 0.0 : u[0] != 0 ? x[0] + 1.0 : x[0];
+    }
+};
+
+/// since = for how long [s] u has been true, this step included; y = u and since > duration. A step of
+/// rounding is forgiven.
+struct OnDelay {
+    static constexpr const char* name = "bf::kernels::OnDelay{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class S, class D, class P, class X, class U>
+    constexpr void operator()(const Y& y, const S& since, const D& duration, const P& period, const X& before,
+                              const U& u) const noexcept {
+        since[0] = u[0] != 0 ? before[0] + period[0] : 0.0;
+        y[0] = u[0] != 0 && before[0] >= duration[0] - 1e-6 * period[0];
+    }
+};
+
+/// State machine: from state x, entered at time `entry`, the first transition [from to condition
+/// minimum_time] (M × 4, column by column) whose condition is true after the minimum time is taken at once.
+/// Before the first step (started = 0) the state is `initial`. Conditions count from 1; 0 is always true.
+struct StateMachine {
+    static constexpr const char* name = "bf::kernels::StateMachine{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class S, class E, class M, class I, class X, class N, class B, class T, class P,
+              class C>
+    constexpr void operator()(const Y& state, const S& time_in_state, const E& entered, const M& transitions,
+                              const I& initial, const X& x, const N& entry, const B& started, const T& time,
+                              const P& period, const C& conditions) const noexcept {
+        const int count = transitions.size() / 4;
+        state[0] = started[0] ? x[0] : initial[0];
+        entered[0] = !started[0];
+        time_in_state[0] = started[0] ? time[0] - entry[0] : 0.0;
+        for (int i = 0; i < count; ++i) {
+            const int condition = static_cast<int>(transitions[i + 2 * count]);
+            // Times are sums of periods, rounded: a millionth of a period does not make a step late.
+            if (transitions[i] == state[0] &&
+                time_in_state[0] + 1e-6 * period[0] >= transitions[i + 3 * count] &&
+                (condition == 0 || conditions[condition - 1] != 0)) {
+                state[0] = transitions[i + count];
+                time_in_state[0] = 0;
+                entered[0] = true;
+                return;
+            }
+        }
+    }
+};
+
+/// Next states of the state machine from its outputs.
+struct StateMachineUpdate {
+    static constexpr const char* name = "bf::kernels::StateMachineUpdate{}";
+    template <class X, class N, class B, class Y, class E, class O, class T>
+    constexpr void operator()(const X& x, const N& entry, const B& started, const Y& state, const E& entered,
+                              const O& old_entry, const T& time) const noexcept {
+        x[0] = state[0];
+        entry[0] = entered[0] ? time[0] : old_entry[0];
+        started[0] = true;
+    }
+};
+
+enum class CheckKind { always, final, maximum, minimum, rms, mean };
+
+/// Summary of u over the samples from `from_time` on: value and the sum and count behind it; passed = value
+/// within the limits. rms and mean are over samples, rms of the Euclidean norm, mean of all elements.
+template <CheckKind kind> struct Check {
+    static constexpr const char* names[] = {"bf::kernels::Check<bf::kernels::CheckKind::always>{}",
+                                            "bf::kernels::Check<bf::kernels::CheckKind::final>{}",
+                                            "bf::kernels::Check<bf::kernels::CheckKind::maximum>{}",
+                                            "bf::kernels::Check<bf::kernels::CheckKind::minimum>{}",
+                                            "bf::kernels::Check<bf::kernels::CheckKind::rms>{}",
+                                            "bf::kernels::Check<bf::kernels::CheckKind::mean>{}"};
+    static constexpr const char* name = names[static_cast<int>(kind)];
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class V, class P, class S, class N, class V0, class P0, class S0, class N0, class F, class L,
+              class H, class T, class U>
+    void operator()(const V& value, const P& passed, const S& sum, const N& count, const V0& old_value,
+                    const P0& old_passed, const S0& old_sum, const N0& old_count, const F& from_time,
+                    const L& at_least, const H& at_most, const T& time, const U& u) const noexcept {
+        value[0] = old_value[0];
+        passed[0] = old_passed[0];
+        sum[0] = old_sum[0];
+        count[0] = old_count[0];
+        if (time[0] < from_time[0] || u.size() == 0) return;
+        const bool is_first = count[0] == 0;
+        count[0] += 1;
+        if constexpr (kind == CheckKind::always) {
+            bool holds = is_first || value[0] != 0;
+            for (int i = 0; i < u.size(); ++i) holds = holds && u[i] != 0;
+            value[0] = holds ? 1 : 0;
+        } else if constexpr (kind == CheckKind::final) {
+            value[0] = static_cast<double>(u[0]);
+        } else if constexpr (kind == CheckKind::maximum || kind == CheckKind::minimum) {
+            // NaN stays once it was seen: a check must not overlook it.
+            for (int i = 0; i < u.size(); ++i) {
+                const double x = static_cast<double>(u[i]);
+                const bool replaces = kind == CheckKind::maximum ? x > value[0] : x < value[0];
+                if ((is_first && i == 0) || replaces || x != x) value[0] = x;
+            }
+        } else {
+            for (int i = 0; i < u.size(); ++i) {
+                const double x = static_cast<double>(u[i]);
+                sum[0] += kind == CheckKind::rms ? x * x : x / u.size();
+            }
+            const double mean = sum[0] / count[0];
+            value[0] = kind == CheckKind::rms ? std::sqrt(mean) : mean;
+        }
+        passed[0] = value[0] >= at_least[0] && value[0] <= at_most[0];
+        if constexpr (kind == CheckKind::always) passed[0] = passed[0] && value[0] != 0;
+    }
+};
+
+} // namespace bf::kernels

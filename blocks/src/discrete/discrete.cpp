@@ -1,0 +1,227 @@
+// Delays, latches, counters and limits over time.
+#include "bf/kernels/discrete.hpp"
+#include "bf/blocks/kernels.hpp"
+#include "bf/kernels/logic.hpp"
+#include "bf/kernels/nonlinear.hpp"
+
+#include "../groups.hpp"
+#include "../shapes.hpp"
+
+namespace bf::blocks {
+
+namespace {
+
+/// Tells the common shape of a signal and refuses an initial value that is neither a scalar nor of that size.
+void check_initial(const Block& block, Inference& inference, int initial, int signal) {
+    const Size *first = inference.size(initial), *s = inference.size(signal);
+    if (first && !first->is_scalar() && !s) return inference.set(signal, *first);
+    if (first && s && !first->is_scalar() && first->count() != s->count())
+        inference.refuse(label(block.declaration(), initial) + " and " + label(block.declaration(), signal) +
+                         " differ; give a scalar or as many elements");
+}
+
+/// y[k] = u[k-1].
+class UnitDelay final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Parameter<> initial{this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y in the first step"}};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    DiscreteState<> x{this,
+                      "x",
+                      {.shape = shape,
+                       .unit = any_unit,
+                       .doc = "input of the step before",
+                       .initial_from = initial.index()}};
+    OutputRule rule{this, kernels::Copy{}, y, x};
+    UpdateRule rule_x{this, kernels::Copy{}, next(x), u};
+
+    void infer(Inference& inference) const override {
+        check_initial(*this, inference, initial.index(), u.index());
+    }
+};
+
+/// y[k] = u[k-n].
+class Delay final : public Block {
+  public:
+    using Block::Block;
+    Argument<int> steps{this, "steps", {.initial = 2, .doc = "length of the delay"}};
+    const int length = at_least_one(*this, "steps", *steps);
+    AnyShape shape{this};
+    Parameter<> initial{
+        this, "initial", {.shape = scalar, .initial = {0}, .unit = any_unit, .doc = "y in the first steps"}};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    DiscreteState<> past{this,
+                         "past",
+                         {.unit = any_unit,
+                          .doc = "inputs of the steps before, newest in row 1, one column per element",
+                          .initial_from = initial.index()}};
+    OutputRule rule{this, kernels::LookUpRow{}, y, past, Constants({double(length)})};
+    UpdateRule rule_past{this, kernels::Shift{}, next(past), past, u};
+
+    void infer(Inference& inference) const override {
+        if (const Size* s = inference.size(u)) inference.set(past, Size{length, s->count(), true});
+    }
+};
+
+/// y[k] = K (u[k] - u[k-1]) / T.
+class DiscreteDerivative final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Parameter<> gain{this, "gain", {.shape = scalar, .initial = {1}, .unit = any_unit, .doc = "factor K"}};
+    Parameter<> initial{
+        this, "initial", {.initial = {0}, .unit = any_unit, .doc = "input before the first step"}};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    DiscreteState<> x{this,
+                      "x",
+                      {.shape = shape,
+                       .unit = any_unit,
+                       .doc = "input of the step before",
+                       .initial_from = initial.index()}};
+    Workspace<Any> slope{this, "slope", {.shape = shape}};
+    OutputRule rule_slope{this, kernels::Difference{}, slope, at_period, x, u};
+    OutputRule rule{this, kernels::Gain{}, y, gain, slope};
+    UpdateRule rule_x{this, kernels::Copy{}, next(x), u};
+
+    void infer(Inference& inference) const override {
+        check_initial(*this, inference, initial.index(), u.index());
+    }
+};
+
+/// y follows u at a limited rate.
+class RateLimit final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Parameter<> rising{
+        this, "rising", {.initial = {1}, .unit = any_unit, .doc = "fastest rise, unit of u per second"}};
+    Parameter<> falling{
+        this,
+        "falling",
+        {.initial = {-1}, .unit = any_unit, .doc = "fastest fall, negative, unit of u per second"}};
+    Parameter<> initial{
+        this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y before the first step"}};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    DiscreteState<> x{this,
+                      "x",
+                      {.shape = shape,
+                       .unit = any_unit,
+                       .doc = "output of the step before",
+                       .initial_from = initial.index()}};
+    OutputRule rule{this, kernels::RateLimit{}, y, rising, falling, at_period, x, u};
+    UpdateRule rule_x{this, kernels::Copy{}, next(x), y};
+
+    void infer(Inference& inference) const override {
+        for (const auto* key : {&initial, &rising, &falling})
+            check_initial(*this, inference, key->index(), u.index());
+    }
+};
+
+/// y = the first u of the run, whatever follows.
+class FirstSample final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    DiscreteState<> held{this, "held", any(shape, "the first sample")};
+    DiscreteState<bool> waiting{this, "waiting", {.initial = {1}, .doc = "true before the first step"}};
+    OutputRule rule{this, kernels::Latch{}, y, waiting, held, u};
+    UpdateRule rule_held{this, kernels::Copy{}, next(held), y};
+    UpdateRule rule_waiting{this, kernels::Copy{}, next(waiting), Constants({0})};
+};
+
+/// y = value in the first step, then u.
+class InitialCondition final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Parameter<> value{this, "value", {.initial = {0}, .unit = any_unit, .doc = "y in the first step"}};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    DiscreteState<bool> waiting{this, "waiting", {.initial = {1}, .doc = "true before the first step"}};
+    OutputRule rule{this, kernels::Latch{}, y, waiting, u, value};
+    UpdateRule rule_waiting{this, kernels::Copy{}, next(waiting), Constants({0})};
+
+    void infer(Inference& inference) const override {
+        check_initial(*this, inference, value.index(), u.index());
+    }
+};
+
+/// y = u while the trigger is true, else the last such u.
+class SampleHold final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Parameter<> initial{
+        this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y before the trigger was ever true"}};
+    Input<Any> u{this, "u", any(shape)};
+    Input<Other> trigger{this, "trigger", {.shape = scalar, .doc = "true: let u through"}};
+    Output<Any> y{this, "y", any(shape)};
+    DiscreteState<Any> held{this,
+                            "held",
+                            {.shape = shape,
+                             .unit = any_unit,
+                             .doc = "output of the step before",
+                             .initial_from = initial.index()}};
+    OutputRule rule{this, kernels::Latch{}, y, trigger, held, u};
+    UpdateRule rule_held{this, kernels::Copy{}, next(held), y};
+
+    void infer(Inference& inference) const override {
+        check_initial(*this, inference, initial.index(), u.index());
+    }
+};
+
+/// y = u has been true for the duration.
+class OnDelay final : public Block {
+  public:
+    using Block::Block;
+    Parameter<double> duration{
+        this, "duration", {.initial = {0.1}, .unit = unit<"s">, .doc = "for how long u must have been true"}};
+    Input<> u{this, "u", {.shape = scalar, .doc = "truth value"}};
+    Output<bool> y{this, "y"};
+    DiscreteState<double> since{this, "since", {.unit = unit<"s">, .doc = "for how long u has been true"}};
+    Workspace<double> now_since{this, "now_since", {}};
+    Workspace<bool> now_y{this, "now_y", {}};
+    OutputRule rule{this, kernels::OnDelay{}, y, now_since, duration, at_period, since, u};
+    UpdateRule rule_since{this, kernels::OnDelay{}, now_y, next(since), duration, at_period, since, u};
+};
+
+/// y = number of steps in which u was true.
+class Counter final : public Block {
+  public:
+    using Block::Block;
+    Input<Any> u{this, "u", {.shape = scalar, .doc = "counted while true"}};
+    Input<Other> reset_signal{this, "reset", {.shape = scalar, .doc = "true: back to 0", .optional = true}};
+    Output<double> y{this, "y", {.doc = "steps counted, this one included"}};
+    DiscreteState<double> x{this, "x", {.doc = "steps counted before"}};
+    OutputRule rule{this, kernels::Count{}, y, x, u, reset_signal};
+    UpdateRule rule_x{this, kernels::Copy{}, next(x), y};
+};
+
+} // namespace
+
+void add_discrete(Library& library) {
+    library.group("discrete")
+        .add<UnitDelay>("UnitDelay", "Delays by one step. y[k] = u[k-1], y[0] = initial; breaks loops.")
+        .add<UnitDelay>("Memory", "Input of the step before. y[k] = u[k-1], y[0] = initial; breaks loops.")
+        .add<Delay>("Delay", "Delays by several steps. y[k] = u[k - steps], initial before; breaks loops.")
+        .add<DiscreteDerivative>("DiscreteDerivative", "Difference quotient. y[k] = K (u[k] - u[k-1]) / T.")
+        .add<RateLimit>("RateLimit",
+                        "Limits the rate of change. y moves from its last value toward u by at most "
+                        "rising T up and falling T down.")
+        .add<FirstSample>("FirstSample", "Holds the first sample of its input. y[k] = u[0].")
+        .add<InitialCondition>("InitialCondition", "Replaces the first sample. y[0] = value, then y = u.")
+        .add<SampleHold>("SampleHold",
+                         "Lets its input through while a trigger is true. y = u, else the last such u.")
+        .add<OnDelay>("OnDelay", "Ignores short pulses. y is true once u has been true for the duration.")
+        .add<Counter>("Counter",
+                      "Counts the steps in which its input is true. y = steps so far, 0 while reset.");
+}
+
+} // namespace bf::blocks

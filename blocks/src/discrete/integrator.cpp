@@ -1,0 +1,151 @@
+// The discrete integrator.
+#include "bf/kernels/discrete.hpp"
+#include "bf/kernels/logic.hpp"
+#include "bf/kernels/nonlinear.hpp"
+
+#include "../groups.hpp"
+#include "../shapes.hpp"
+
+#include <limits>
+
+namespace bf::blocks {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Integral of K u over the steps, between limits.
+///
+///   forward      y = x                x⁺ = y + K T u
+///   backward     y = x + K T u        x⁺ = y
+///   trapezoidal  y = x + K T/2 u      x⁺ = y + K T/2 u
+///
+/// On a reset, and with an external initial value in the first step, y is that value instead.
+class DiscreteIntegrator final : public Block {
+  public:
+    explicit DiscreteIntegrator(const Arguments& arguments) : Block(arguments) {
+        if (has_reset) declare_reset();
+        if (is_external) {
+            if (has_reset) {
+                OutputRule(this, kernels::Not{}, is_first, started);
+                OutputRule(this, kernels::Maximum{}, restarts, edge, is_first);
+            } else {
+                OutputRule(this, kernels::Not{}, restarts, started);
+            }
+            UpdateRule(this, kernels::Copy{}, next(started), Constants({1}));
+            declare_outputs(initial_input);
+        } else {
+            if (has_reset) OutputRule(this, kernels::Copy{}, restarts, edge);
+            declare_outputs(initial);
+        }
+        if (*method == "forward")
+            UpdateRule(this, kernels::Accumulate{}, next(x), gain, at_period, lower, upper, y, u);
+        else if (*method == "backward")
+            UpdateRule(this, kernels::Copy{}, next(x), y);
+        else
+            UpdateRule(this, kernels::AccumulateHalf{}, next(x), gain, at_period, lower, upper, y, u);
+    }
+
+    Argument<std::string> method{this,
+                                 "method",
+                                 {.initial = "forward",
+                                  .doc = "rule of integration",
+                                  .choices = {"forward", "backward", "trapezoidal"}}};
+    Argument<std::string> reset_kind{this,
+                                     "reset",
+                                     {.initial = "none",
+                                      .doc =
+                                          "when the reset input puts y back to its initial value: on an edge "
+                                          "through 0, or (level) while not 0 and in the step after that",
+                                      .choices = {"none", "rising", "falling", "either", "level"}}};
+    Argument<std::string> initial_source{this,
+                                         "initial_source",
+                                         {.initial = "internal",
+                                          .doc = "initial value from the parameter or from an input",
+                                          .choices = {"internal", "external"}}};
+    const bool has_reset = *reset_kind != "none", is_external = *initial_source == "external";
+
+    AnyShape shape{this};
+    Parameter<> gain{this, "gain", {.initial = {1}, .unit = any_unit, .doc = "factor K"}};
+    Parameter<> lower{this, "lower", {.initial = {-infinity}, .unit = any_unit, .doc = "smallest y"}};
+    Parameter<> upper{this, "upper", {.initial = {infinity}, .unit = any_unit, .doc = "largest y"}};
+    Parameter<> initial{
+        this,
+        "initial",
+        {.initial = {0}, .unit = any_unit, .doc = "y in the first step", .present = !is_external}};
+    Input<Any> u{this, "u", any(shape, "signal to integrate")};
+    Input<Other> reset_signal{this, "reset", {.shape = scalar, .doc = "reset", .present = has_reset}};
+    Input<Any> initial_input{this, "x0", {.unit = any_unit, .doc = "initial value", .present = is_external}};
+    Output<Any> y{this, "y", any(shape, "integral")};
+    DiscreteState<Any> x{
+        this,
+        "x",
+        {.shape = shape, .unit = any_unit, .doc = "integral so far", .initial_from = initial.index()}};
+    DiscreteState<Other> previous{
+        this, "previous", {.shape = scalar, .doc = "reset input of the step before", .present = has_reset}};
+    DiscreteState<bool> started{
+        this, "started", {.doc = "false before the first step", .present = is_external}};
+    const bool may_restart = has_reset || is_external;
+    Workspace<bool> edge{this, "edge", {.present = has_reset}};
+    Workspace<bool> is_first{this, "is_first", {.present = has_reset && is_external}};
+    Workspace<bool> restarts{this, "restarts", {.present = may_restart}};
+    Workspace<Any> sum{this, "sum", {.shape = shape, .present = may_restart}};
+
+    void infer(Inference& inference) const override {
+        const int first = is_external ? initial_input.index() : initial.index();
+        for (const int operand : {first, gain.index(), lower.index(), upper.index()}) {
+            const Size *s = inference.size(operand), *signal = inference.size(u);
+            if (!s || s->is_scalar()) continue;
+            if (!signal)
+                inference.set(u, *s);
+            else if (s->count() != signal->count())
+                inference.refuse(label(declaration(), operand) + " and " + label(declaration(), u.index()) +
+                                 " differ; give a scalar or as many elements");
+        }
+    }
+
+  private:
+    void declare_reset() {
+        if (*reset_kind == "rising")
+            OutputRule(this, kernels::RisingEdge{}, edge, previous, reset_signal);
+        else if (*reset_kind == "falling")
+            OutputRule(this, kernels::FallingEdge{}, edge, previous, reset_signal);
+        else if (*reset_kind == "either")
+            OutputRule(this, kernels::EitherEdge{}, edge, previous, reset_signal);
+        else
+            OutputRule(this, kernels::LevelReset{}, edge, previous, reset_signal);
+        UpdateRule(this, kernels::Copy{}, next(previous), reset_signal);
+    }
+    /// `sum` is the unlimited choice between going on and starting again from `x0`.
+    template <class Initial> void declare_outputs(const Initial& x0) {
+        if (!may_restart) {
+            accumulate(y);
+        } else {
+            accumulate(sum);
+            OutputRule(this, kernels::Latch{}, y, restarts, sum, x0);
+            OutputRule(this, kernels::Saturate{}, y, lower, upper, y);
+        }
+    }
+    template <class Target> void accumulate(const Target& target) {
+        if (*method == "forward")
+            OutputRule(this, kernels::Saturate{}, target, lower, upper, x);
+        else if (*method == "backward")
+            OutputRule(this, kernels::Accumulate{}, target, gain, at_period, lower, upper, x, u);
+        else
+            OutputRule(this, kernels::AccumulateHalf{}, target, gain, at_period, lower, upper, x, u);
+    }
+};
+
+} // namespace
+
+void add_integrators(Library& library) {
+    library.group("discrete")
+        .add<DiscreteIntegrator>("DiscreteIntegrator",
+                                 "Integral of K u. Forward y = x, x⁺ = y + K T u; backward y = x + K T u; "
+                                 "trapezoidal adds K T/2 u before "
+                                 "and after. Limits hold y; a reset or, in the first step, the external "
+                                 "input x0 puts y to its initial "
+                                 "value.");
+}
+
+} // namespace bf::blocks

@@ -1,0 +1,58 @@
+// Blocks that are one kernel and need no argument.
+#pragma once
+
+#include "shapes.hpp"
+
+namespace bf::blocks {
+
+/// y = kernel(u), element by element.
+template <class Kernel> class Unary final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    OutputRule rule{this, Kernel{}, y, u};
+};
+
+/// y = kernel(u1, u2), element by element; a scalar expands.
+template <class Kernel> class Binary final : public Block {
+  public:
+    using Block::Block;
+    Input<> u1{this, "u1", any()};
+    Input<> u2{this, "u2", any()};
+    Output<> y{this, "y", any()};
+    OutputRule rule{this, Kernel{}, y, u1, u2};
+
+    void infer(Inference& inference) const override { broadcast(*this, inference, slots(u1, u2), y.index()); }
+};
+
+/// y = kernel(u), one number from all elements.
+template <class Kernel> class Reduction final : public Block {
+  public:
+    using Block::Block;
+    Input<> u{this, "u", any()};
+    Output<> y{this, "y", any(scalar)};
+    OutputRule rule{this, Kernel{}, y, u};
+};
+
+/// y = extreme of the inputs, element by element; of a single input over its elements.
+template <class OfElements, class OfList> class Extreme final : public Block {
+  public:
+    explicit Extreme(const Arguments& arguments) : Block(arguments) {
+        if (u.size() == 1)
+            OutputRule(this, OfElements{}, y, u[0]);
+        else
+            OutputRule(this, OfList{}, y, u);
+    }
+    Argument<int> inputs{this, "inputs", {.initial = 2, .doc = "number of inputs"}};
+    InputList<> u{this, "u", at_least_one(*this, "inputs", *inputs), any()};
+    Output<> y{this, "y", any()};
+
+    void infer(Inference& inference) const override {
+        if (u.size() == 1) return inference.set(y, Size{});
+        broadcast(*this, inference, slots(u), y.index());
+    }
+};
+
+} // namespace bf::blocks

@@ -1,0 +1,67 @@
+#include "shapes.hpp"
+
+namespace bf::blocks {
+
+std::string label(const Declaration& declaration, int slot) {
+    const Slot& s = declaration.slots[static_cast<std::size_t>(slot)];
+    return std::string(name(s.role)) + " '" + s.name + "' of size " + s.size.text();
+}
+
+int at_least_one(Block& block, const char* argument, int count) {
+    if (count >= 1) return count;
+    block.declaration().problems.push_back("argument '" + std::string(argument) + "' is " +
+                                           std::to_string(count) + ", but must be at least 1");
+    return 1;
+}
+
+void broadcast(const Block& block, Inference& inference, const std::vector<int>& operands, int result) {
+    const auto& d = block.declaration();
+    Size size;
+    int from = -1;
+    bool all_known = true;
+    for (const int operand : operands) {
+        const Size* s = inference.size(operand);
+        if (!s) {
+            all_known = false;
+        } else if (s->is_scalar()) {
+            if (size.is_scalar() && s->is_matrix) size = *s;
+        } else if (from < 0) {
+            size = *s;
+            from = operand;
+        } else if (s->rows == size.rows && s->cols == size.cols) {
+            size.is_matrix = size.is_matrix || s->is_matrix;
+        } else if (s->count() == size.count() && s->is_matrix != size.is_matrix &&
+                   (s->rows == 1 || size.rows == 1)) {
+            if (s->is_matrix) size = *s;
+        } else {
+            inference.refuse(label(d, from) + " and " + label(d, operand) +
+                             " cannot be combined element by element; sizes must be equal or scalar");
+        }
+    }
+    if (all_known || from >= 0) inference.set(result, size);
+}
+
+void multiply(const Block& block, Inference& inference, int a, int b, int result) {
+    const Size *left = inference.size(a), *right = inference.size(b);
+    if (!left || !right) return;
+    if (left->is_scalar())
+        inference.set(result, right->is_scalar() && left->is_matrix ? *left : *right);
+    else if (right->is_scalar() && left->cols != 1)
+        inference.set(result, *left);
+    else if (right->is_scalar())
+        inference.set(result, {left->rows, 1, left->is_matrix || right->is_matrix});
+    else if (left->cols == right->rows)
+        inference.set(result, {left->rows, right->cols, right->is_matrix});
+    else
+        inference.refuse(label(block.declaration(), a) + " and " + label(block.declaration(), b) +
+                         " cannot be multiplied as matrices; the columns of the first must equal the rows of "
+                         "the second (a 1-D signal is a column)");
+}
+
+const Size* square(const Block& block, Inference& inference, int slot) {
+    const Size* s = inference.size(slot);
+    if (s && s->rows != s->cols) inference.refuse(label(block.declaration(), slot) + " must be square");
+    return s;
+}
+
+} // namespace bf::blocks

@@ -1,0 +1,50 @@
+// Sizes of results, and the short forms that the declarations of the standard blocks share.
+#pragma once
+
+#include "bf/core/block.hpp"
+
+#include <string>
+#include <vector>
+
+namespace bf::blocks {
+
+/// A quantity whose unit is that of whatever is wired.
+inline About any(const char* doc = "") { return {.unit = any_unit, .doc = doc}; }
+inline About any(const Shape& shape, const char* doc = "") {
+    return {.shape = shape, .unit = any_unit, .doc = doc};
+}
+/// The shape of a scalar, for keys of any type.
+inline constexpr Shape scalar{Extent(1)};
+
+/// "input 'u1' of size [3]".
+std::string label(const Declaration& declaration, int slot);
+
+/// Slot indices of keys and lists of keys.
+template <class... Keys> std::vector<int> slots(const Keys&... keys) {
+    std::vector<int> all;
+    const auto add = [&](const auto& key) {
+        if constexpr (requires { key.begin(); }) {
+            for (const auto& each : key) all.push_back(each.index());
+        } else if (key.is_present()) {
+            all.push_back(key.index());
+        }
+    };
+    (add(keys), ...);
+    return all;
+}
+
+/// `count`, or 1 and a problem of the block when it is smaller.
+int at_least_one(Block& block, const char* argument, int count);
+
+/// Size of an element-by-element operation: equal sizes, scalars expand; a 1-D signal beside a row or column
+/// matrix of as many elements takes its form. Told as soon as one operand is no scalar, so that loops
+/// resolve.
+void broadcast(const Block& block, Inference& inference, const std::vector<int>& operands, int result);
+
+/// Size of a b; a 1-D operand counts as a column, a scalar scales the other operand.
+void multiply(const Block& block, Inference& inference, int a, int b, int result);
+
+/// Refuses unless the slot's size, once known, is a square matrix. Returns the size or null.
+const Size* square(const Block& block, Inference& inference, int slot);
+
+} // namespace bf::blocks

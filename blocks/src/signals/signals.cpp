@@ -1,0 +1,241 @@
+// Routing: joining, splitting and picking elements; types; sinks.
+#include "bf/kernels/convert.hpp"
+#include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/routing.hpp"
+
+#include "../groups.hpp"
+#include "../shapes.hpp"
+
+#include <algorithm>
+
+namespace bf::blocks {
+
+namespace {
+
+std::vector<double> numbers(const std::vector<int>& values) { return {values.begin(), values.end()}; }
+
+/// y = the elements of all inputs, one after the other, 1-D.
+class Mux final : public Block {
+  public:
+    using Block::Block;
+    Argument<int> inputs{this, "inputs", {.initial = 2, .doc = "number of inputs"}};
+    InputList<> u{this, "u", at_least_one(*this, "inputs", *inputs), any()};
+    Output<> y{this, "y", any()};
+    OutputRule rule{this, kernels::Concatenate{}, y, u};
+
+    void infer(Inference& inference) const override {
+        int sum = 0;
+        for (const auto& input : u) {
+            const Size* s = inference.size(input);
+            if (!s) return;
+            if (s->rows > 1 && s->cols > 1)
+                inference.refuse(
+                    label(declaration(), input.index()) +
+                    " is a matrix; stack matrices with ConcatenateMatrices or Reshape them first");
+            sum += s->count();
+        }
+        inference.set(y, Size{sum, 1, false});
+    }
+};
+
+/// y1, y2, … = consecutive parts of u, 1-D.
+class Demux final : public Block {
+  public:
+    explicit Demux(const Arguments& arguments) : Block(arguments) {
+        if (sizes->empty() || std::any_of(sizes->begin(), sizes->end(), [](int n) { return n < 1; }))
+            problem("argument 'sizes' must be a number of outputs or the width of each, all at least 1");
+    }
+    Argument<std::vector<int>> sizes{
+        this, "sizes", {.initial = {2}, .doc = "number of equal outputs, or the width of each output"}};
+    Input<> u{this, "u", any()};
+    OutputList<> y{this, "y", count(), any()};
+    OutputRule rule{this, kernels::Split{}, y, u};
+
+    void infer(Inference& inference) const override {
+        const Size* s = inference.size(u);
+        if (s && s->rows > 1 && s->cols > 1)
+            inference.refuse(label(declaration(), u.index()) + " is a matrix; Demux splits vectors");
+        int sum = 0;
+        for (int i = 0; i < y.size(); ++i) {
+            int width = 0;
+            if (sizes->size() > 1)
+                width = (*sizes)[static_cast<std::size_t>(i)];
+            else if (s) // as equal as possible, the first outputs take the rest
+                width = s->count() / y.size() + (i < s->count() % y.size());
+            else
+                return;
+            sum += width;
+            if (width > 0) inference.set(y[i], Size{width, 1, false});
+        }
+        if (s && (s->count() != sum || s->count() < y.size()))
+            inference.refuse(label(declaration(), u.index()) + " cannot be split into " +
+                             std::to_string(y.size()) + " outputs" +
+                             (sizes->size() > 1 ? " whose widths sum to " + std::to_string(sum) : "") +
+                             "; change argument 'sizes'");
+        if (!s && sizes->size() > 1) inference.set(u, Size{sum, 1, false});
+    }
+
+  private:
+    int count() const {
+        if (sizes->empty()) return 1;
+        return sizes->size() > 1 ? static_cast<int>(sizes->size()) : std::max(1, sizes->front());
+    }
+};
+
+/// y_i = u(indices_i), or y_ij = u(indices_i, columns_j).
+class Selector final : public Block {
+  public:
+    explicit Selector(const Arguments& arguments) : Block(arguments) {
+        const auto is_wrong = [](const std::vector<int>& list) {
+            return std::any_of(list.begin(), list.end(), [](int i) { return i < 1; });
+        };
+        if (indices->empty() || is_wrong(*indices) || is_wrong(*columns))
+            problem("arguments 'indices' and 'columns' count from 1 and 'indices' must not be empty");
+        if (columns->empty())
+            OutputRule(this, kernels::Select{}, y, Constants(numbers(*indices)), u);
+        else
+            OutputRule(this, kernels::SelectMatrix{}, y, Constants(numbers(*indices)),
+                       Constants(numbers(*columns)), u);
+    }
+    Argument<std::vector<int>> indices{
+        this, "indices", {.initial = {1}, .doc = "elements, or rows when columns are given; from 1"}};
+    Argument<std::vector<int>> columns{
+        this, "columns", {.initial = {}, .doc = "columns, from 1; empty: u is a vector and stays one"}};
+    Input<> u{this, "u", any()};
+    Output<> y{this, "y", any()};
+
+    void infer(Inference& inference) const override {
+        const Size* s = inference.size(u);
+        if (!s) return;
+        const auto check = [&](const std::vector<int>& list, int most, const char* what) {
+            for (const int i : list)
+                if (i > most)
+                    inference.refuse(label(declaration(), u.index()) + " has no " + what + " " +
+                                     std::to_string(i));
+        };
+        const int rows = static_cast<int>(indices->size()), cols = static_cast<int>(columns->size());
+        if (cols > 0) {
+            check(*indices, s->rows, "row");
+            check(*columns, s->cols, "column");
+            return inference.set(y, Size{rows, cols, true});
+        }
+        if (s->rows > 1 && s->cols > 1)
+            inference.refuse(label(declaration(), u.index()) + " is a matrix; give argument 'columns' too");
+        check(*indices, s->count(), "element");
+        const bool is_row = s->is_matrix && s->rows == 1;
+        inference.set(y, is_row ? Size{1, rows, true} : Size{rows, 1, s->is_matrix});
+    }
+};
+
+/// y = base with the elements `indices` replaced by u.
+class Assign final : public Block {
+  public:
+    explicit Assign(const Arguments& arguments) : Block(arguments) {
+        if (std::any_of(indices->begin(), indices->end(), [](int i) { return i < 1; }))
+            problem("argument 'indices' counts from 1");
+    }
+    Argument<std::vector<int>> indices{
+        this, "indices", {.initial = {1}, .doc = "elements that u replaces, counted from 1"}};
+    AnyShape shape{this};
+    Input<> base{this, "base", any(shape, "vector of which elements are replaced")};
+    Input<> u{this, "u", any("new elements; a scalar expands")};
+    Output<> y{this, "y", any(shape)};
+    OutputRule rule{this, kernels::Assign{}, y, Constants(numbers(*indices)), base, u};
+
+    void infer(Inference& inference) const override {
+        const Size *whole = inference.size(base), *part = inference.size(u);
+        for (const int i : *indices)
+            if (whole && i > whole->count())
+                inference.refuse(label(declaration(), base.index()) + " has no element " + std::to_string(i));
+        if (part && !part->is_scalar() && part->count() != static_cast<int>(indices->size()))
+            inference.refuse(label(declaration(), u.index()) + " must have as many elements as 'indices', " +
+                             std::to_string(indices->size()));
+    }
+};
+
+/// y = u in another element type.
+class Convert final : public Block {
+  public:
+    explicit Convert(const Arguments& arguments) : Block(arguments) {
+        if (*rounding == "floor") declare<kernels::Rounding::floor>();
+        if (*rounding == "nearest") declare<kernels::Rounding::nearest>();
+        if (*rounding == "ceil") declare<kernels::Rounding::ceil>();
+        if (*rounding == "zero") declare<kernels::Rounding::zero>();
+        if (*rounding == "away") declare<kernels::Rounding::away>();
+    }
+    Argument<std::string> type{
+        this,
+        "type",
+        {.initial = "double",
+         .doc = "element type of y",
+         .choices = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "boolean"}}};
+    Argument<std::string> rounding{this,
+                                   "rounding",
+                                   {.initial = "floor",
+                                    .doc = "for real to integer; nearest takes halves up, away from zero",
+                                    .choices = {"floor", "nearest", "ceil", "zero", "away"}}};
+    Argument<bool> saturate{
+        this, "saturate", {.initial = false, .doc = "hold at the limits of an integer type, else wrap"}};
+    AnyShape shape{this};
+    Input<Any> u{this, "u", any(shape)};
+    Output<Other> y{this, "y", any(shape)};
+
+    void infer(Inference& inference) const override { inference.set(y, *type_from_name(*type)); }
+
+  private:
+    template <kernels::Rounding how> void declare() {
+        if (*saturate)
+            OutputRule(this, kernels::Convert<how, kernels::Overflow::saturate>{}, y, u);
+        else
+            OutputRule(this, kernels::Convert<how>{}, y, u);
+    }
+};
+
+/// y = number of elements of u.
+class Width final : public Block {
+  public:
+    using Block::Block;
+    Input<> u{this, "u", {.unit = any_unit, .feedthrough = false}};
+    Output<double> y{this, "y", {.doc = "number of elements of u"}};
+
+    Status output(Now, Out out) const noexcept override {
+        out[y] = size(u).count();
+        return ok;
+    }
+};
+
+/// Takes a signal and does nothing.
+class Terminator final : public Block {
+  public:
+    using Block::Block;
+    Input<> u{this, "u", any()};
+};
+
+/// Inputs of any types and sizes for the recorder to see.
+class Scope final : public Block {
+  public:
+    using Block::Block;
+    Input<> u{this, "u", any()};
+};
+
+} // namespace
+
+void add_signals(Library& library) {
+    library.group("signals")
+        .add<Mux>("Mux", "Joins signals into one vector. y = [u1; u2; …], 1-D; refuses matrices.")
+        .add<Demux>("Demux",
+                    "Splits a vector. Into `sizes` equal parts, or parts of the given widths, 1-D each; "
+                    "refuses widths whose sum is not that of the input.")
+        .add<Selector>("Selector",
+                       "Picks elements. y_i = u(indices_i), or y_ij = u(indices_i, columns_j), counted "
+                       "from 1 in any order; refuses indices that u does not have.")
+        .add<Assign>("Assign", "Replaces elements of a vector. y = base, then y(indices_i) = u_i.")
+        .add<Convert>("Convert",
+                      "Changes the element type. Real to integer rounds, then wraps or saturates; NaN "
+                      "becomes 0; anything to boolean is u ≠ 0.")
+        .add<Width>("Width", "Number of elements of a signal. y = rows × columns of u.")
+        .add<Terminator>("Terminator", "Ends a line that nothing else uses.")
+        .add<Scope>("Scope", "Shows a signal in recordings and plots.");
+}
+
+} // namespace bf::blocks

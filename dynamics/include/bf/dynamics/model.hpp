@@ -23,7 +23,8 @@ struct Frame {
 class Model {
   public:
     /// Reads a URDF file and keeps the listed joints, in the listed order; all others are locked at zero. An
-    /// empty list keeps every movable joint in the order of the file. Gravity is in the world frame, m/s².
+    /// empty list keeps every movable joint in the order of the file. Gravity is in the world frame, m/s². A
+    /// joint that mimics another counts as independent.
     ///
     /// Throws std::runtime_error for a missing or unreadable file, and for a joint that is unknown, fixed,
     /// listed twice or of more than one degree of freedom.

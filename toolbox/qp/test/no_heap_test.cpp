@@ -8,7 +8,7 @@
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 
 namespace {
-thread_local int allocations = 0;
+int allocations = 0;
 }
 
 extern "C" {

@@ -27,14 +27,27 @@ class Canvas {
     Canvas(const Canvas&) = delete;
     Canvas& operator=(const Canvas&) = delete;
 
-    void make_current() {
-        if (!OSMesaMakeCurrent(context_, pixels_, GL_UNSIGNED_BYTE, 8, 8))
-            throw std::runtime_error("cannot activate the off-screen OpenGL context");
-    }
+    /// Binds the context to the calling thread; false when OpenGL refuses.
+    bool bind() { return OSMesaMakeCurrent(context_, pixels_, GL_UNSIGNED_BYTE, 8, 8); }
+    void release() { OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0); }
 
   private:
     OSMesaContext context_;
     unsigned char pixels_[8 * 8 * 4] = {};
+};
+
+/// Keeps a canvas bound to this thread while OpenGL is called, so that renderers and threads do not meet.
+class Drawing {
+  public:
+    explicit Drawing(Canvas& canvas) : canvas_(canvas) {
+        if (!canvas_.bind()) throw std::runtime_error("cannot activate the off-screen OpenGL context");
+    }
+    ~Drawing() { canvas_.release(); }
+    Drawing(const Drawing&) = delete;
+    Drawing& operator=(const Drawing&) = delete;
+
+  private:
+    Canvas& canvas_;
 };
 
 } // namespace
@@ -60,7 +73,7 @@ struct Renderer::Impl {
     int base_site;
     Canvas canvas;
     mjvScene scene;
-    mjrContext drawing;
+    mjrContext context;
     std::vector<std::uint8_t> overlay;
 
     Impl(const World& world, const RenderOptions& wanted) : options(wanted) {
@@ -78,24 +91,24 @@ struct Renderer::Impl {
         for (const std::string& name : world.joint_names())
             position.push_back(model->jnt_qposadr[id_of(model.get(), mjOBJ_JOINT, name)]);
 
-        canvas.make_current();
-        mjr_defaultContext(&drawing);
-        mjr_makeContext(model.get(), &drawing, mjFONTSCALE_100);
+        const Drawing active(canvas);
+        mjr_defaultContext(&context);
+        mjr_makeContext(model.get(), &context, mjFONTSCALE_100);
         mjv_defaultScene(&scene);
         mjv_makeScene(model.get(), &scene, max_geoms);
     }
 
     ~Impl() {
         mjv_freeScene(&scene);
-        if (OSMesaGetCurrentContext() == nullptr) canvas.make_current();
-        mjr_freeContext(&drawing);
+        if (canvas.bind()) mjr_freeContext(&context);
+        canvas.release();
     }
 
     void draw(std::vector<std::uint8_t>& pixels) {
         const mjrRect whole{0, 0, options.width, options.height};
-        mjr_setBuffer(mjFB_OFFSCREEN, &drawing);
-        mjr_render(whole, &scene, &drawing);
-        mjr_readPixels(pixels.data(), nullptr, whole, &drawing);
+        mjr_setBuffer(mjFB_OFFSCREEN, &context);
+        mjr_render(whole, &scene, &context);
+        mjr_readPixels(pixels.data(), nullptr, whole, &context);
     }
 
     void place_root(const Eigen::Matrix4d& w_H_root) {
@@ -156,7 +169,7 @@ void Renderer::render(const Eigen::Matrix4d& w_H_b, std::span<const double> s, s
     image.width = self.options.width;
     image.height = self.options.height;
     image.pixels.resize(row * static_cast<size_t>(image.height));
-    self.canvas.make_current();
+    const Drawing active(self.canvas);
     for (mjtRndFlag flag : scenery) self.scene.flags[flag] = 1;
     self.draw(image.pixels);
     if (self.scene.ngeom > first_arrow) {

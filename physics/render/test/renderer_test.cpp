@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 #include <set>
+#include <thread>
 
 using namespace bf::physics;
 using namespace bf::physics::test;
@@ -121,6 +122,19 @@ TEST(Renderer, DrawsArrowsToScaleAndThroughTheRobot) {
     // 300 rows span 2 distance tan(fovy / 2), fovy = 32 deg
     const double metres_per_row = 2.0 * options.distance * std::tan(16.0 * std::numbers::pi / 180.0) / 300;
     EXPECT_NEAR(green_rows * metres_per_row, 0.6, 0.03);
+}
+
+TEST(Renderer, WorksBesideOthersAndInAnyThread) {
+    Simulation sim = simulate(icub_options());
+    auto first = std::make_unique<Renderer>(sim.world(), RenderOptions{.width = 200, .height = 150});
+    Renderer second(sim.world(), {.width = 100, .height = 100});
+    Image before, after, small;
+    second.render(sim, before);
+    first->render(sim, small);
+    first.reset();
+    std::thread([&] { second.render(sim, after); }).join();
+    EXPECT_EQ(difference(before, after), 0.0);
+    EXPECT_EQ(small.width, 200);
 }
 
 TEST(Renderer, NamesAMeshItCannotFind) {

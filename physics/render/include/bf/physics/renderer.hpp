@@ -42,7 +42,7 @@ struct RenderOptions {
     void validate() const;
 };
 
-/// Off-screen pictures of a World's robot, drawn on the CPU. Use one Renderer in one thread at a time.
+/// Off-screen pictures of a World's robot, drawn on the CPU. Any thread may use it, one at a time.
 class Renderer {
   public:
     /// Loads the visual meshes. Throws std::runtime_error: mesh not found (with the places searched), no

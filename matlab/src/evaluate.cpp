@@ -46,7 +46,7 @@ Value Interpreter::State::evaluate(const Expression& e) {
     if (e.kind == Kind::Literal) return e.value;
     try {
         const Level level(*this);
-        budget.spend(1);
+        budget.spend(interpreted_step);
         return evaluate_kind(e);
     } catch (const Error& error) {
         if (error.located()) throw;
@@ -88,7 +88,7 @@ std::vector<Value> Interpreter::State::evaluate_many(const Expression& e, int ou
         return {evaluate(e)};
     try {
         const Level level(*this);
-        budget.spend(1);
+        budget.spend(interpreted_step);
         return evaluate_chain(e, outputs);
     } catch (const Error& error) {
         if (error.located()) throw;

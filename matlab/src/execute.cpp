@@ -36,7 +36,7 @@ Interpreter::State::Flow Interpreter::State::execute(const Block& block) {
 
 Interpreter::State::Flow Interpreter::State::execute(const Statement& statement) {
     try {
-        budget.spend(1);
+        budget.spend(interpreted_step);
         return execute_statement(statement);
     } catch (const Error& error) {
         if (error.located()) throw;
@@ -79,7 +79,7 @@ Interpreter::State::Flow Interpreter::State::execute_for(const Statement& s) {
     const bool is_list = values.is_array() || values.is_cell();
     const Index count = !is_list ? 1 : values.rows() == 0 ? 0 : values.cols();
     for (Index j = 0; j < count; ++j) {
-        budget.spend(1);
+        budget.spend(interpreted_step);
         Value element = values;
         if (values.is_array() && values.rows() == 1) {
             element = Value::array(values.type(), 1, 1, {values[j]});

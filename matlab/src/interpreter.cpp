@@ -136,10 +136,11 @@ void Interpreter::State::unknown(const std::string& name) const {
     std::vector<std::string_view> candidates = frame_->variables->names();
     if (frame_->program)
         for (const Function& function : frame_->program->functions) candidates.push_back(function.name);
+    const std::size_t known = candidates.size();
     for (const auto& [builtin, entry] : builtins()) candidates.push_back(builtin);
-    std::ranges::stable_sort(candidates.begin() + std::ptrdiff_t(frame_->variables->names().size()),
-                             candidates.end(), {}); // the table has no order
-    throw Error("unknown variable or function '" + name + "'" + suggestion(name, candidates));
+    std::sort(candidates.begin() + std::ptrdiff_t(known), candidates.end()); // a hash table has no order
+    throw Error("unknown variable or function '" + name + "'" +
+                suggestion(std::string_view(name).substr(0, name.find('.')), candidates));
 }
 
 /// Resolution: function of this file, imported or path function, host's function, built-in. The first

@@ -82,7 +82,7 @@ void Budget::allocate(double rows, double cols) {
     if (!(rows * cols <= elements_))
         throw Error("an array of " + number_text(rows) + "x" + number_text(cols) + " exceeds the limit of " +
                     number_text(elements_) + " elements");
-    spend(rows * cols);
+    spend(8 * rows * cols); // also bounds the memory that many arrays take together
 }
 
 Class arithmetic_class(const Value& a, const Value& b) {

@@ -6,6 +6,9 @@
 
 namespace bf::matlab {
 
+/// What evaluating one node of a syntax tree costs, in elementary operations.
+constexpr double interpreted_step = 20;
+
 /// Counts work and bounds array sizes; every function that allocates or loops takes part.
 class Budget {
   public:

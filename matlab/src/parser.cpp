@@ -58,14 +58,11 @@ class Parser {
     std::shared_ptr<const Program> program() {
         auto result = std::make_shared<Program>();
         for (;;) {
-            if (is_keyword("function")) {
-                result->functions.push_back(function());
-            } else {
-                Block more = block();
-                std::ranges::move(more, std::back_inserter(result->statements));
-            }
+            Block more = block();
+            std::ranges::move(more, std::back_inserter(result->statements));
             if (peek().kind == TokenKind::Finish) return result;
             if (!is_keyword("function")) fail("this " + found() + " belongs to no open block");
+            result->functions.push_back(function());
         }
     }
 

@@ -1,0 +1,189 @@
+#include "bf/matlab/interpreter.hpp"
+#include "sample.hpp"
+
+#include <gtest/gtest.h>
+
+using namespace bf::matlab;
+
+namespace {
+
+struct Wrong {
+    const char* expression;
+    const char* message; ///< `column: message`
+};
+
+constexpr Wrong wrongs[] = {
+    {"", "1: expected an expression, found nothing"},
+    {"1 +", "4: expected a value, found the end of the text"},
+    {"1 2", "3: expected the end of the expression, found '2'"},
+    {"(1", "1: this '(' is never closed"},
+    {"1)", "2: this ')' closes nothing; expected a '(' before it"},
+    {"[1 2)", "5: this ')' closes nothing; expected a '(' before it"},
+    {"'abc", "1: this text has no closing '"},
+    {"a = 3", "3: '=' assigns; compare with '=='"},
+    {"(v = 3)", "4: '=' assigns; compare with '=='"},
+    {"3i", "1: a number ends before a letter; complex and hexadecimal numbers are not supported"},
+    {"1 $ 2", "3: unexpected character"},
+    {"v(1,)", "5: expected an argument after ','"},
+    {"end", "1: 'end' stands for the last index only inside an index"},
+    {"if", "1: expected a value, found 'if'"},
+    {"[1;2\n3 4]", "1: size mismatch: 1x1 above 1x2 (1 and 2 columns differ)"},
+    {"[[1;2] [1;2;3]]", "1: size mismatch: 2x1 beside 3x1 (2 and 3 rows differ)"},
+    {"vv + 1", "1: unknown variable or function 'vv'; did you mean 'v'?"},
+    {"2 * Confg.t_step", "5: unknown variable or function 'Confg.t_step'; did you mean 'Config'?"},
+    {"zeross(3)", "1: unknown variable or function 'zeross'; did you mean 'zeros'?"},
+    {"Config.Gain.Kp", "1: the struct has no field 'Kp'; did you mean 'KP'?"},
+    {"ones(2,3) * ones(2,2)", "1: size mismatch: 2x3 * 2x2 (inner lengths 3 and 2 differ); use '.*' for an "
+                              "element-wise product"},
+    {"A + [1 2 3]", "1: size mismatch: 2x2 + 1x3; sizes must be equal, or 1 where they differ"},
+    {"A \\ [1 2 3]", "1: size mismatch: 2x2 \\ 1x3 (2 and 1 rows differ)"},
+    {"v ^ 2",
+     "1: '^' needs a square matrix and a whole number, got 1x3 ^ 2; use '.^' for element-wise powers"},
+    {"v(4)", "1: index 4 exceeds the 3 elements"},
+    {"A(3,1)", "1: index 3 exceeds the 2 rows"},
+    {"A(1,3)", "1: index 3 exceeds the 2 columns"},
+    {"A(1,1,2)", "1: arrays have two dimensions; index 3 must be 1"},
+    {"v(0)", "1: index 0 is not a whole number from 1 on"},
+    {"v(1.5)", "1: index 1.5 is not a whole number from 1 on"},
+    {"v{1}", "1: '{}' indexes cell arrays only, this is a 1x3 double"},
+    {"names{:} + 1", "1: '{}' selects 2 elements where one is needed"},
+    {"names + 1", "1: operator '+' does not apply to a cell"},
+    {"v.x", "1: expected a struct, got [10 20 30]"},
+    {"[Config Config]", "1: arrays of structs are not supported; use a cell array {a, b}"},
+    {"struct('a', {1, 2})", "1: arrays of structs are not supported; write the cell of field 'a' in another "
+                            "pair of braces, {{...}}"},
+    {"int8(1) + int16(1)", "1: integers of different classes do not mix: int8 and int16; cast one of them"},
+    {"sqrt(-1)", "1: sqrt(-1) is complex; complex numbers are not supported"},
+    {"(-8)^(1/3)", "1: -8^0.3333333333333333 is complex; complex numbers are not supported"},
+    {"sin(1, 2)", "1: 'sin' takes 1 argument, got 2"},
+    {"size()", "1: 'size' takes 1 to 2 arguments, got 0"},
+    {"inv(ones(2,3))", "1: 'inv' needs a square matrix, got 2x3"},
+    {"cross(1, 2)", "1: size mismatch: cross of 1x1 and 1x1; it needs two vectors of 3 elements"},
+    {"zeros(1e9)", "1: an array of 1e+09x1e+09 exceeds the limit of 1e+07 elements"},
+    {"zeros(2,2,2)", "1: arrays have two dimensions; use a cell array for more"},
+    {"1:1e12", "1: an array of 1x1e+12 exceeds the limit of 1e+07 elements"},
+    {"logical(NaN)", "1: NaN cannot become logical; test it with isnan"},
+    {"error('gain %d is wrong', 3)", "1: gain 3 is wrong"},
+    {"assert(1 > 2, 'impossible')", "1: impossible"},
+    {"getenv('HOME')",
+     "1: getenv('HOME') is refused: this text is evaluated without access to files or the environment"},
+    {"run('x.m')",
+     "1: run('x.m') is refused: this text is evaluated without access to files or the environment"},
+    {"addpath('x')",
+     "1: addpath('x') is refused: this text is evaluated without access to files or the environment"},
+    {"exist('/etc', 'dir')",
+     "1: exist('/etc','dir') is refused: this text is evaluated without access to files or the environment"},
+    {"feval(@(f) f(f), @(f) f(f))",
+     "23: calls and expressions nest deeper than 1000 levels; is there an endless recursion?"},
+};
+
+std::string message_of(const std::string& text, const Workspace& variables) {
+    try {
+        return "no error, but " + evaluate(text, variables).to_text();
+    } catch (const Error& error) {
+        EXPECT_TRUE(error.located()) << text;
+        return std::to_string(error.location().column) + ": " + error.message();
+    }
+}
+
+std::string script_error(const std::string& script, const Limits& limits = {}) {
+    Workspace w;
+    try {
+        Host host;
+        Interpreter(host, limits).run(script, w, {"init.m", 1, 1});
+        return "no error";
+    } catch (const Error& error) {
+        return error.what();
+    }
+}
+
+} // namespace
+
+TEST(Error, SaysWhereWhatAndTheRemedy) {
+    const Workspace variables = sample_variables();
+    for (const Wrong& w : wrongs)
+        EXPECT_EQ(message_of(w.expression, variables), w.message) << "of " << w.expression;
+}
+
+TEST(Error, CountsLinesAndColumnsFromTheStartOfTheText) {
+    try {
+        evaluate("[1 2\n  nothing]", Workspace(), {"model.yaml", 12, 8});
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.location(), (Location{"model.yaml", 13, 3}));
+        EXPECT_EQ(error.text(), "nothing");
+        EXPECT_STREQ(error.what(), "model.yaml:13:3: unknown variable or function 'nothing', in 'nothing'");
+    }
+}
+
+TEST(Error, NamesTheStatementOfAScript) {
+    EXPECT_EQ(script_error("a = 1;\nif a\n  b = 2;\n"),
+              "init.m:2:1: this 'if' has no 'end'; found the end of the text, in 'if'");
+    EXPECT_EQ(script_error("end"), "init.m:1:1: this 'end' belongs to no open block, in 'end'");
+    EXPECT_EQ(script_error("a = 1 2"), "init.m:1:7: expected the end of the statement, found '2', in '2'");
+    EXPECT_EQ(script_error("if a = 1, end"), "init.m:1:6: '=' assigns; compare with '==', in '='");
+    EXPECT_EQ(script_error("1 = a"),
+              "init.m:1:1: only a variable, its elements and its fields can be assigned, in '1'");
+    EXPECT_EQ(script_error("try\nend"), "init.m:1:1: 'try' is not supported, in 'try'");
+    EXPECT_EQ(script_error("a = [1 2;3 4];\na(:,3) = [1;2;3];"),
+              "init.m:2:1: size mismatch: 3x1 assigned to 2x1 elements, in 'a(:,3) = [1;2;3]'");
+    EXPECT_EQ(
+        script_error("a = [1 2;3 4]; a(7) = 1;"),
+        "init.m:1:16: index 7 exceeds the 4 elements of a 2x2 matrix; give row and column to grow it, in "
+        "'a(7) = 1'");
+    EXPECT_EQ(
+        script_error("s.a = 1; s(2).a = 3;"),
+        "init.m:1:10: arrays of structs are not supported; use a cell array, c{i}.field, in 's(2).a = 3'");
+    EXPECT_EQ(script_error("a = 3; a.b = 1;"),
+              "init.m:1:8: a double has no fields, so 'b' cannot be assigned, in 'a.b = 1'");
+    EXPECT_EQ(script_error("[a, b] = numel(1);"),
+              "init.m:1:1: the right side gives 1 values for 2 variables, in '[a, b] = numel(1)'");
+    EXPECT_EQ(script_error("f(1);\nfunction y = f(x)\nz = x;\nend\na = f(1);"),
+              "init.m:5:5: 'f' does not set its output 'y', in 'f(1)'");
+    EXPECT_EQ(script_error("a = f(1, 2);\nfunction y = f(x)\ny = x;\nend"),
+              "init.m:1:5: 'f' takes 1 argument, got 2, in 'f(1, 2)'");
+}
+
+TEST(Error, EndsEndlessScripts) {
+    constexpr std::pair<const char*, const char*> hostile[] = {
+        {"while true, end", "too many steps; is there an endless loop?"},
+        {"f(1);\nfunction f(x)\nf(x);\nend", "is there an endless recursion?"},
+        {"c = {}; while true, c = {c}; end", "cells and structs nest deeper than 200"},
+        {"s = 'a'; while true, s = [s s]; end", "exceeds the limit of 1e+06 elements"},
+        {"c = {}; while true, c = [c {zeros(100)}]; end", "too many steps"},
+        {"inv(eye(1000));", "too many steps"},
+    };
+    for (const auto& [script, message] : hostile) {
+        const std::string error = script_error(script, {1e6, 3e7, 1000});
+        EXPECT_NE(error.find(message), std::string::npos) << script << " gives " << error;
+    }
+}
+
+TEST(Error, EndsTextsThatNestTooDeeply) {
+    const auto repeated = [](const char* text, int times) {
+        std::string result;
+        for (int i = 0; i < times; ++i) result += text;
+        return result;
+    };
+    const Workspace none;
+    EXPECT_NE(
+        message_of(repeated("(", 100000) + "1" + repeated(")", 100000), none).find("nest deeper than 100"),
+        std::string::npos);
+    EXPECT_NE(message_of(repeated("-", 100000) + "1", none).find("nests deeper than"), std::string::npos);
+    EXPECT_NE(message_of("1" + repeated("+1", 100000), none).find("more than 500 levels"), std::string::npos);
+    EXPECT_NE(message_of("1" + repeated("'", 100000), none).find("more than 500 levels"), std::string::npos);
+    EXPECT_NE(script_error(repeated("if 1\n", 100000)).find("nests deeper than"), std::string::npos);
+    EXPECT_EQ(message_of("1" + repeated("+1", 400), none), "no error, but 401");
+}
+
+TEST(Error, LeavesVariablesAsTheyWere) {
+    Workspace w;
+    Interpreter interpreter;
+    interpreter.run("s.m = [1 2; 3 4]; s.c = {1, struct('x', 5)};", w);
+    const Value before = w.at("s");
+    for (const char* script :
+         {"s.m(:,1) = [1 2 3];", "s.new.x(0) = 1;", "s.c{2}.x.y = 1;", "s.m.x = 1;", "s.c{3}.a(0) = 1;"}) {
+        EXPECT_THROW(interpreter.run(script, w), Error) << script;
+        EXPECT_EQ(w.at("s").to_text(), before.to_text()) << script;
+    }
+}

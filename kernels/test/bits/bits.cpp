@@ -1,0 +1,303 @@
+// Calls every kernel with compile-time and with run-time extents and prints the bits of all operands. Built
+// by several compilers and at several levels, the program must print the same text; it returns 1 when the two
+// kinds of extents differ.
+#include "bf/kernels/convert.hpp"
+#include "bf/kernels/discrete.hpp"
+#include "bf/kernels/geometry.hpp"
+#include "bf/kernels/logic.hpp"
+#include "bf/kernels/nonlinear.hpp"
+#include "bf/kernels/routing.hpp"
+#include "bf/kernels/sources.hpp"
+#include "bf/kernels/svd.hpp"
+
+#include <cstdio>
+#include <cstring>
+#include <initializer_list>
+#include <string>
+#include <tuple>
+
+using namespace bf::kernels;
+
+namespace {
+
+template <class T, int R, int C = 1> struct Array {
+    T data[R * C] = {};
+    bool blank = false; // `run` fills it
+    FixedView<T, R, C> fixed() { return FixedView<T, R, C>{data}; }
+    View<T> free() { return {data, R, C}; }
+    static constexpr int size = R * C;
+};
+
+/// N arrays of R elements behind one ListView.
+template <class T, int N, int R> struct List {
+    T data[N * R] = {};
+    bool blank = false;
+    View<T> views[N];
+    static constexpr int size = N * R;
+    ListView<T> fixed() {
+        for (int i = 0; i < N; ++i) views[i] = {data + i * R, R};
+        return views;
+    }
+    ListView<T> free() { return fixed(); }
+};
+
+unsigned seed = 1;
+
+template <class T> T number() {
+    seed = seed * 1664525u + 1013904223u;
+    const unsigned high = seed >> 8;
+    if constexpr (std::is_same_v<T, bool>)
+        return high % 2 == 0;
+    else if constexpr (is_integer<T>)
+        return static_cast<T>(high);
+    else
+        return static_cast<T>(static_cast<double>(high) / 4194304.0 - 2.0); // [-2, 2)
+}
+
+template <class A> void fill(A& a) {
+    for (int i = 0; i < A::size; ++i) a.data[i] = number<std::decay_t<decltype(a.data[0])>>();
+    a.blank = false;
+}
+
+/// Random operand of a call; filled later since compilers evaluate arguments in different orders.
+template <class A> A random() {
+    A a;
+    a.blank = true;
+    return a;
+}
+
+/// Random operand at once.
+template <class A> A drawn() {
+    A a;
+    fill(a);
+    return a;
+}
+
+template <class T, class... S> Array<T, sizeof...(S)> values(S... s) {
+    return {{static_cast<T>(s)...}, false};
+}
+
+struct Bytes {
+    const void* data;
+    int count, width;
+    bool real;
+};
+
+template <class A> Bytes bytes(const A& a) {
+    using T = std::decay_t<decltype(a.data[0])>;
+    return {a.data, A::size, sizeof(T), is_real<T>};
+}
+
+std::string text(std::initializer_list<Bytes> operands) {
+    std::string out;
+    for (const Bytes& o : operands)
+        for (int i = 0; i < o.count; ++i) {
+            const char* const at = static_cast<const char*>(o.data) + i * o.width;
+            unsigned long long bits = 0;
+            std::memcpy(&bits, at, static_cast<std::size_t>(o.width));
+            const auto infinity = o.width == 8 ? 0x7ff0000000000000ull : 0x7f800000ull;
+            const bool nan = o.real && (bits & ~(1ull << (8 * o.width - 1))) > infinity;
+            char buffer[32];
+            std::snprintf(buffer, sizeof buffer, " %llx", bits);
+            out += nan ? " nan" : buffer;
+        }
+    return out;
+}
+
+bool same = true;
+
+void report(const char* name, bool fixed_ok, bool free_ok, const std::string& fixed,
+            const std::string& free) {
+    std::printf("%s %d%s\n", name, fixed_ok, fixed.c_str());
+    if (fixed == free && fixed_ok == free_ok) return;
+    same = false;
+    std::printf("differs from run-time extents %d%s\n", free_ok, free.c_str());
+}
+
+template <class K, class... A> void run(K kernel, A... operands) {
+    ((operands.blank ? fill(operands) : void()), ...);
+    auto copy = std::make_tuple(operands...);
+    bool fixed_ok = true, free_ok = true;
+    if constexpr (std::is_void_v<decltype(kernel(operands.fixed()...))>) {
+        kernel(operands.fixed()...);
+        std::apply([&](auto&... o) { kernel(o.free()...); }, copy);
+    } else {
+        fixed_ok = kernel(operands.fixed()...);
+        free_ok = std::apply([&](auto&... o) { return kernel(o.free()...); }, copy);
+    }
+    report(K::name, fixed_ok, free_ok, text({bytes(operands)...}),
+           std::apply([](const auto&... o) { return text({bytes(o)...}); }, copy));
+}
+
+template <class T> using A5 = Array<T, 5>;
+template <class T> using One = Array<T, 1>;
+template <class T> using A33 = Array<T, 3, 3>;
+template <class T> using A44 = Array<T, 4, 4>;
+
+template <class T, class... K> void unary(K... k) { (run(k, A5<T>(), random<A5<T>>()), ...); }
+template <class Y, class T, class... K> void binary(K... k) {
+    (run(k, A5<Y>(), random<A5<T>>(), random<A5<T>>()), ...);
+    (run(k, A5<Y>(), random<A5<T>>(), random<One<T>>()), ...);
+}
+template <class Y, class T, class... K> void list(K... k) { (run(k, A5<Y>(), random<List<T, 3, 5>>()), ...); }
+
+template <class T> void numbers() {
+    unary<T>(Copy{}, Negate{}, Abs{}, Sign{}, Square{});
+    binary<T, T>(Gain{}, Add{}, Subtract{}, Multiply{}, Divide{}, Minimum{}, Maximum{}, Mod{}, Rem{});
+    binary<bool, T>(Equal{}, NotEqual{}, Less{}, LessEqual{}, Greater{}, GreaterEqual{});
+    list<T, T>(MinimumOfList{}, MaximumOfList{});
+    list<bool, T>(And{}, Or{}, Nand{}, Nor{}, Xor{}, Xnor{});
+    run(Sum{}, A5<T>(), values<int>(-1, 1, -1), random<List<T, 3, 5>>());
+    run(ElementProduct{}, A5<T>(), values<int>(1, -1, 1), random<List<T, 3, 5>>());
+    run(Saturate{}, A5<T>(), values<T>(1), random<A5<T>>(), random<A5<T>>());
+    run(DeadZone{}, A5<T>(), values<T>(0), values<T>(1), random<A5<T>>());
+    run(RelayMode{}, A5<bool>(), values<T>(1), values<T>(0), random<A5<bool>>(), random<A5<T>>());
+    unary<T>(Not{});
+    for (auto ok : {0, 1}) {
+        const One<T> control = values<T>(ok);
+        run(SwitchGreaterEqual{}, A5<T>(), values<T>(1), random<A5<T>>(), control, random<A5<T>>());
+        run(SwitchGreater{}, A5<T>(), values<T>(1), random<A5<T>>(), control, random<One<T>>());
+        run(SwitchNotZero{}, A5<T>(), values<T>(1), random<A5<T>>(), control, random<A5<T>>());
+        run(MultiportSwitch{}, A5<T>(), values<int>(0, 1, 2), control, random<List<T, 3, 5>>());
+    }
+    const auto a = drawn<A5<T>>();
+    run(SumOfElements{}, One<T>(), a);
+    run(ProductOfElements{}, One<T>(), a);
+    run(MinimumOfElements{}, One<T>(), a);
+    run(MaximumOfElements{}, One<T>(), a);
+    run(Dot{}, One<T>(), a, random<A5<T>>());
+    run(All{}, One<bool>(), a);
+    run(Any{}, One<bool>(), a);
+    run(AnyPositive{}, One<bool>(), a);
+    run(RisingEdge{}, A5<bool>(), random<A5<T>>(), a);
+    run(FallingEdge{}, A5<bool>(), random<A5<T>>(), a);
+    run(EitherEdge{}, A5<bool>(), random<A5<T>>(), a);
+    run(LevelReset{}, A5<bool>(), random<A5<T>>(), a);
+    run(Latch{}, A5<T>(), values<bool>(1), random<A5<T>>(), a);
+    const auto m = drawn<Array<T, 3, 4>>();
+    run(SumOfColumns{}, Array<T, 4>(), m);
+    run(SumOfRows{}, Array<T, 3>(), m);
+    run(Transpose{}, Array<T, 4, 3>(), m);
+    run(DiagonalOf{}, Array<T, 3>(), m);
+    run(Diagonal{}, Array<T, 5, 5>(), a);
+    run(Identity{}, Array<T, 3, 4>());
+    run(MatrixProduct{}, Array<T, 7, 5>(), random<Array<T, 7, 4>>(), random<Array<T, 4, 5>>());
+    run(Concatenate{}, Array<T, 15>(), random<List<T, 3, 5>>());
+    run(ConcatenateVertically{}, Array<T, 15>(), random<List<T, 3, 5>>());
+    run(BlockDiagonal{}, Array<T, 15, 3>(), random<List<T, 3, 5>>());
+    run(Split{}, List<T, 3, 5>(), random<Array<T, 15>>());
+    run(Select{}, A5<T>(), values<int>(5, 1, 0, 6, 2), a);
+    run(SelectMatrix{}, Array<T, 2, 2>(), values<int>(3, 1), values<int>(4, 4), m);
+    run(Submatrix{}, Array<T, 2, 2>(), values<int>(2), values<int>(3), m);
+    run(Assign{}, A5<T>(), values<int>(5, 1), a, random<Array<T, 2>>());
+    run(AssignMatrix{}, Array<T, 3, 4>(), values<int>(3, 1), values<int>(4), m, random<One<T>>());
+    run(Shift{}, Array<T, 3, 5>(), random<Array<T, 3, 5>>(), a);
+    run(Step{}, A5<T>(), values<double>(1), random<A5<T>>(), a, values<double>(1.5));
+    run(Pulse{}, A5<T>(), a, values<double>(2), values<double>(50), values<double>(0.5), values<double>(4.6));
+}
+
+template <class T> void integers() {
+    binary<T, T>(BitAnd{}, BitOr{}, BitXor{});
+    unary<T>(BitNot{});
+    run(Convert<Rounding::zero>{}, A5<T>(), random<A5<double>>());
+    run(Convert<Rounding::nearest>{}, A5<T>(), random<A5<double>>());
+    run(Convert<Rounding::floor>{}, A5<T>(), values<double>(1e12 + 7, -1e12 - 7, 300, -300, 0.5));
+    run(Convert<Rounding::ceil, Overflow::saturate>{}, A5<T>(), values<double>(1e12, -1e12, 300, -300, 0.5));
+    run(Convert<Rounding::away, Overflow::saturate>{}, A5<std::int8_t>(), random<A5<T>>());
+}
+
+template <class T> void reals() {
+    unary<T>(Sqrt{}, SignedSqrt{}, ReciprocalSqrt{}, Reciprocal{}, Exp{}, Log{}, Log10{}, Pow10{}, Sin{},
+             Cos{}, Tan{}, Asin{}, Acos{}, Atan{}, Sinh{}, Cosh{}, Tanh{}, Asinh{}, Acosh{}, Atanh{}, Floor{},
+             Ceil{}, Round{}, Fix{});
+    binary<T, T>(Power{}, Atan2{}, Hypot{}, Quantize{});
+    for (double e : {2.0, -1.0, 0.5, 3.0}) run(Power{}, A5<T>(), random<A5<T>>(), values<T>(e));
+    run(Power{}, A5<T>(), values<T>(2), random<A5<T>>());
+    const auto u = drawn<A5<T>>();
+    run(RateLimit{}, A5<T>(), values<T>(1), values<T>(-2), values<double>(0.1), random<A5<T>>(), u);
+    run(Norm1{}, One<T>(), u);
+    run(Norm2{}, One<T>(), u);
+    run(NormInf{}, One<T>(), u);
+    const auto x3 = drawn<Array<T, 3>>();
+    run(Cross{}, Array<T, 3>(), x3, random<Array<T, 3>>());
+    run(StateSpace{}, A5<T>(), random<Array<T, 5, 5>>(), random<Array<T, 5, 2>>(), u, random<Array<T, 2>>());
+
+    const auto square = drawn<Array<T, 7, 7>>();
+    auto positive = square; // its lower triangle, with a dominant diagonal
+    for (int i = 0; i < 7; ++i) positive.fixed()(i, i) += T(30);
+    const auto wide = drawn<Array<T, 4, 7>>();
+    const auto tall = drawn<Array<T, 7, 4>>();
+    run(Solve{}, Array<T, 7, 4>(), square, tall, Array<T, 49>());
+    run(SolveRight{}, Array<T, 4, 7>(), wide, square, Array<T, 77>());
+    run(Inverse{}, Array<T, 7, 7>(), square, Array<T, 49>());
+    run(CholeskySolve{}, Array<T, 7, 4>(), positive, tall, Array<T, 49>());
+    run(DampedPinv{}, Array<T, 7, 4>(), values<T>(0.01), wide, Array<T, 44>());
+    run(DampedPinv{}, Array<T, 4, 7>(), values<T>(0.01), tall, Array<T, 44>());
+    run(TruncatedPinv{}, Array<T, 7, 4>(), values<T>(0.01), wide, Array<T, 44>());
+    run(TruncatedPinv{}, Array<T, 4, 7>(), values<T>(-1), tall, Array<T, 44>());
+    run(LeastSquares{}, Array<T, 4, 2>(), tall, random<Array<T, 7, 2>>(), Array<T, 46>());
+    run(LeastSquares{}, Array<T, 7, 2>(), wide, random<Array<T, 4, 2>>(), Array<T, 43>());
+
+    const auto period = values<double>(0.01);
+    const auto low = values<T>(-1), high = values<T>(1);
+    run(Accumulate{}, A5<T>(), values<T>(0.3), period, low, high, u, random<A5<T>>());
+    run(AccumulateHalf{}, A5<T>(), values<T>(0.3), period, low, high, u, random<A5<T>>());
+    run(Difference{}, A5<T>(), period, random<A5<T>>(), u);
+    const auto b = random<Array<T, 4>>(), a = drawn<Array<T, 4>>();
+    const auto s = drawn<Array<T, 3, 5>>();
+    run(FilterOutput{}, A5<T>(), b, a, s, u);
+    run(FilterUpdate{}, Array<T, 3, 5>(), b, a, s, random<A5<T>>(), u);
+    run(FilterState{}, Array<T, 3, 5>(), b, a, s, random<Array<T, 3, 5>>());
+    run(FilterInitial{}, Array<T, 3, 5>(), b, a, u, random<A5<T>>());
+    run(LowPassCoefficients{}, Array<T, 2>(), Array<T, 2>(), values<T>(3), values<T>(0.01));
+    run(MinimumJerkCoefficients{}, Array<T, 4>(), Array<T, 4>(), Array<T, 4>(), Array<T, 4>(), values<T>(3),
+        values<T>(0.01));
+    run(MedianFilter{}, A5<T>(), s, u, Array<T, 4>());
+
+    run(RotationX{}, A33<T>(), random<One<T>>());
+    run(RotationY{}, A33<T>(), random<One<T>>());
+    run(RotationZ{}, A33<T>(), random<One<T>>());
+    A33<T> r, r2;
+    RotationFromRollPitchYaw{}(r.fixed(), drawn<Array<T, 3>>().fixed());
+    RotationExp{}(r2.fixed(), drawn<Array<T, 3>>().fixed());
+    run(RotationFromRollPitchYaw{}, A33<T>(), x3);
+    run(RollPitchYawFromRotation{}, Array<T, 3>(), r);
+    run(Skew{}, A33<T>(), x3);
+    run(SkewVee{}, Array<T, 3>(), random<A33<T>>());
+    run(RotationFromQuaternion{}, A33<T>(), random<Array<T, 4>>());
+    run(QuaternionFromRotation{}, Array<T, 4>(), r);
+    run(QuaternionDerivative{}, Array<T, 4>(), values<T>(1), random<Array<T, 4>>(), x3);
+    run(RotationLog{}, Array<T, 3>(), r2);
+    run(RotationExp{}, A33<T>(), x3);
+    run(RotationErrorSkew{}, Array<T, 3>(), r, r2);
+    const auto h = drawn<A44<T>>();
+    run(PoseFromRotationPosition{}, A44<T>(), r, x3);
+    run(PosePosition{}, Array<T, 3>(), h);
+    run(PoseRotation{}, A33<T>(), h);
+    run(PoseComposition{}, A44<T>(), h, random<A44<T>>());
+    run(PoseInverse{}, A44<T>(), h);
+
+    const auto time = values<double>(1.7);
+    run(Ramp{}, A5<T>(), values<T>(0.3), values<T>(1), values<T>(2), time);
+    run(SineWave{}, A5<T>(), u, random<A5<T>>(), random<A5<T>>(), values<T>(0.5), time);
+    run(Chirp{}, A5<T>(), values<T>(0.1), values<T>(2), values<T>(10), time);
+    run(Interpolate{}, A5<T>(), values<T>(-1, 0, 1.5), random<Array<T, 3>>(), u);
+}
+
+} // namespace
+
+int main() {
+    numbers<double>();
+    numbers<float>();
+    numbers<std::int8_t>();
+    numbers<std::uint32_t>();
+    integers<std::int8_t>();
+    integers<std::int16_t>();
+    integers<std::int32_t>();
+    integers<std::uint32_t>();
+    reals<double>();
+    reals<float>();
+    unary<bool>(Copy{}, Not{});
+    list<bool, bool>(And{}, Xor{});
+    return same ? 0 : 1;
+}

@@ -1,0 +1,154 @@
+#include "eigen_views.hpp"
+
+#include "bf/kernels/svd.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+namespace bf::kernels {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+
+class Shapes : public testing::TestWithParam<std::array<int, 3>> {};
+
+/// a of rank r at most, m × n.
+Matrix random(int m, int n, int r) { return Matrix::Random(m, r) * Matrix::Random(r, n); }
+
+TEST_P(Shapes, ProductAgreesWithEigen) {
+    const auto [m, n, r] = GetParam();
+    const Matrix a = Matrix::Random(m, r), b = Matrix::Random(r, n);
+    Matrix y(m, n);
+    MatrixProduct{}(view(y), view(a), view(b));
+    EXPECT_LE((y - a * b).norm(), 1e-14 * r);
+}
+
+TEST_P(Shapes, TruncatedPinvAgreesWithEigensSvd) {
+    const auto [m, n, r] = GetParam();
+    const Matrix a = random(m, n, r), tolerance = Matrix::Constant(1, 1, 1e-6);
+    Matrix y(n, m), work(m * n + std::min(m, n) * std::min(m, n), 1), expected = Matrix::Zero(n, m);
+    EXPECT_TRUE(TruncatedPinv{}(view(y), view(tolerance), view(a), view(work)));
+    const Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    for (int k = 0; k < svd.singularValues().size(); ++k)
+        if (svd.singularValues()[k] > 1e-6)
+            expected += svd.matrixV().col(k) * svd.matrixU().col(k).transpose() / svd.singularValues()[k];
+    EXPECT_LE((y - expected).norm(), 1e-10 * (1 + expected.norm()));
+}
+
+TEST_P(Shapes, DampedPinvAgreesWithItsFormula) {
+    const auto [m, n, r] = GetParam();
+    const Matrix a = random(m, n, r), sigma = Matrix::Constant(1, 1, 0.1);
+    Matrix y(n, m), work(m * n + std::min(m, n) * std::min(m, n), 1);
+    EXPECT_TRUE(DampedPinv{}(view(y), view(sigma), view(a), view(work)));
+    const Matrix gram = a * a.transpose() + 0.1 * Matrix::Identity(m, m);
+    EXPECT_LE((y - a.transpose() * gram.inverse()).norm(), 1e-9 * (1 + y.norm()));
+}
+
+TEST_P(Shapes, LeastSquaresResidualIsOrthogonalToTheColumns) {
+    const auto [m, n, r] = GetParam();
+    const Matrix a = random(m, n, r), b = Matrix::Random(m, 2);
+    Matrix x(n, 2), work(m * (n + 2) + n, 1);
+    EXPECT_EQ(LeastSquares{}(view(x), view(a), view(b), view(work)), r >= std::min(m, n));
+    EXPECT_LE((a.transpose() * (a * x - b)).norm(), 1e-9 * (1 + a.squaredNorm() * x.norm()));
+    int nonzero = 0;
+    for (int i = 0; i < n; ++i) nonzero += x.row(i).norm() > 0;
+    EXPECT_LE(nonzero, std::min({m, n, r}));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Shapes,
+                         testing::Values(std::array{1, 1, 1}, std::array{3, 3, 3}, std::array{29, 29, 29},
+                                         std::array{6, 29, 6}, std::array{29, 12, 12}, std::array{12, 29, 6},
+                                         std::array{23, 12, 5}, std::array{5, 7, 2}));
+
+TEST(TruncatedPinv, DropsSingularValuesNotAboveTheTolerance) {
+    const Matrix a = Eigen::Vector3d(3, 0.5, 0.25).asDiagonal();
+    Matrix y(3, 3), work(18, 1);
+    for (auto [tolerance, kept] : {std::array{0.5, 1.0}, {0.4, 2.0}, {-1.0, 3.0}}) {
+        const Matrix limit = Matrix::Constant(1, 1, tolerance);
+        TruncatedPinv{}(view(y), view(limit), view(a), view(work));
+        const Eigen::Vector3d expected(1. / 3, kept > 1 ? 2 : 0, kept > 2 ? 4 : 0);
+        EXPECT_LE((y - Matrix(expected.asDiagonal())).norm(), 1e-15) << tolerance;
+    }
+}
+
+TEST(TruncatedPinv, OfZeroIsZeroAndReportsNaN) {
+    Matrix a = Matrix::Zero(4, 3), y(3, 4), work(21, 1);
+    const Matrix tolerance = Matrix::Constant(1, 1, -1);
+    EXPECT_TRUE(TruncatedPinv{}(view(y), view(tolerance), view(a), view(work)));
+    EXPECT_EQ(y, Matrix::Zero(3, 4));
+    a(1, 1) = std::nan("");
+    EXPECT_FALSE(TruncatedPinv{}(view(y), view(tolerance), view(a), view(work)));
+}
+
+TEST(DampedPinv, WithoutDampingIsThePseudoInverseOfTallMatricesToo) {
+    const Matrix a = Matrix::Random(9, 4), sigma = Matrix::Zero(1, 1);
+    Matrix y(4, 9), work(52, 1);
+    EXPECT_TRUE(DampedPinv{}(view(y), view(sigma), view(a), view(work)));
+    EXPECT_LE((y * a - Matrix::Identity(4, 4)).norm(), 1e-13);
+}
+
+TEST(LinearEquations, AreSolvedFromBothSides) {
+    const Matrix a = Matrix::Random(29, 29), b = Matrix::Random(29, 12), c = Matrix::Random(12, 29);
+    Matrix x(29, 12), z(12, 29), inverse(29, 29), work(29 * 29 + 12 * 29, 1);
+    EXPECT_TRUE(Solve{}(view(x), view(a), view(b), view(work)));
+    EXPECT_TRUE(SolveRight{}(view(z), view(c), view(a), view(work)));
+    EXPECT_TRUE(Inverse{}(view(inverse), view(a), view(work)));
+    EXPECT_LE((a * x - b).norm(), 1e-11);
+    EXPECT_LE((z * a - c).norm(), 1e-11);
+    EXPECT_LE((a * inverse - Matrix::Identity(29, 29)).norm(), 1e-11);
+}
+
+TEST(LinearEquations, NeedPivotsWhereTheDiagonalIsZero) {
+    const Matrix a = (Matrix(2, 2) << 0, 2, 4, 0).finished(), b = Eigen::Vector2d(2, 8);
+    Matrix x(2, 1), work(4, 1);
+    EXPECT_TRUE(Solve{}(view(x), view(a), view(b), view(work)));
+    EXPECT_EQ(x, Eigen::Vector2d(2, 1));
+}
+
+TEST(LinearEquations, SingularMatricesAreReportedAndGiveNoFiniteResult) {
+    const Matrix a = (Matrix(2, 2) << 1, 2, 2, 4).finished(), b = Eigen::Vector2d(1, 3);
+    Matrix x(2, 1), row(1, 2), inverse(2, 2), work(6, 1);
+    const Matrix bt = b.transpose();
+    EXPECT_FALSE(Solve{}(view(x), view(a), view(b), view(work)));
+    EXPECT_FALSE(x.allFinite());
+    EXPECT_FALSE(SolveRight{}(view(row), view(bt), view(a), view(work)));
+    EXPECT_FALSE(row.allFinite());
+    EXPECT_FALSE(Inverse{}(view(inverse), view(a), view(work)));
+    EXPECT_FALSE(inverse.allFinite());
+}
+
+TEST(Cholesky, ReadsTheLowerTriangleOnly) {
+    const Matrix r = Matrix::Random(29, 29), a = r * r.transpose() + Matrix::Identity(29, 29);
+    const Matrix b = Matrix::Random(29, 12);
+    Matrix lower = a.triangularView<Eigen::Lower>(), x(29, 12), work(29 * 29, 1);
+    EXPECT_TRUE(CholeskySolve{}(view(x), view(lower), view(b), view(work)));
+    EXPECT_LE((a * x - b).norm(), 1e-11);
+}
+
+TEST(Cholesky, ReportsAMatrixThatIsNotPositive) {
+    const Matrix a = (Matrix(2, 2) << 1, 2, 2, 1).finished(), b = Eigen::Vector2d(1, 3);
+    Matrix x(2, 1), work(4, 1);
+    EXPECT_FALSE(CholeskySolve{}(view(x), view(a), view(b), view(work)));
+    EXPECT_FALSE(x.allFinite());
+}
+
+TEST(Matrix, PatternsAndStateSpaceAgreeWithEigen) {
+    const Matrix a = Matrix::Random(3, 3), b = Matrix::Random(3, 2), x = Matrix::Random(3, 1);
+    const Matrix u = Matrix::Random(2, 1);
+    Matrix y(3, 1), t(2, 3), d(3, 3), diagonal(3, 1), identity(2, 3);
+    StateSpace{}(view(y), view(a), view(b), view(x), view(u));
+    Transpose{}(view(t), view(b));
+    Diagonal{}(view(d), view(x));
+    DiagonalOf{}(view(diagonal), view(a));
+    Identity{}(view(identity));
+    EXPECT_LE((y - (a * x + b * u)).norm(), 1e-15);
+    EXPECT_EQ(t, b.transpose());
+    EXPECT_EQ(d, Matrix(x.col(0).asDiagonal()));
+    EXPECT_EQ(diagonal, Matrix(a.diagonal()));
+    EXPECT_EQ(identity, Matrix::Identity(2, 3));
+}
+
+} // namespace
+} // namespace bf::kernels

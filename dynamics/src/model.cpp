@@ -117,7 +117,7 @@ std::vector<std::string> movable_joints(const std::string& xml, const urdf::Mode
         const std::size_t end = comment ? xml.find("-->", tag) : xml.find('>', tag);
         at = end == std::string::npos ? xml.size() : end + 1;
         const std::string text = xml.substr(tag, at - tag);
-        if (comment || !text.starts_with("<joint") || attribute(text, "type").empty()) continue;
+        if (!text.starts_with("<joint") || attribute(text, "type").empty()) continue;
         const auto joint = urdf.joints_.find(attribute(text, "name"));
         if (joint != urdf.joints_.end() && joint->second->type != urdf::Joint::FIXED)
             names.push_back(joint->first);

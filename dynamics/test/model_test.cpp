@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <thread>
 
 namespace bf::dynamics::test {
 namespace {
@@ -163,6 +164,20 @@ TEST_F(Files, InvalidUrdfIsRejectedWithTheParsersReasonAndNothingIsPrinted) {
                  {"is not a valid URDF"});
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+}
+
+TEST_F(Files, ThreadsThatLoadAtTheSameTimeGetTheirOwnErrors) {
+    const auto load = [&](const std::string& name) {
+        const fs::path path = write(name + ".urdf", "<robot name='r'><link name='a'/>" +
+                                                        joint("j", "continuous", "a", name) + "</robot>");
+        for (int i = 0; i < 500; ++i) {
+            const std::string error = error_of([&] { Model::load(path); });
+            expect_parts(error, {"is not a valid URDF", "child link [" + name + "]"});
+        }
+    };
+    std::thread other([&] { load("lost"); });
+    load("gone");
+    other.join();
 }
 
 TEST(Model, UnknownFrameListsSimilarOnes) {

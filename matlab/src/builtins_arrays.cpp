@@ -86,7 +86,10 @@ Value ndims(const Call&) { return 2; }
 
 Value diag(const Call& call) {
     const Value& x = call[0];
-    const Index k = call.size() == 2 ? Index(std::clamp(call.scalar(1), -1e9, 1e9)) : 0;
+    const double offset = call.size() == 2 ? call.scalar(1) : 0;
+    if (offset != std::floor(offset) || std::abs(offset) > 1e9)
+        throw Error("diag needs a whole number for the diagonal, got " + number_text(offset));
+    const auto k = static_cast<Index>(offset);
     const Index down = std::max<Index>(-k, 0), right = std::max<Index>(k, 0);
     if (x.is_vector() && !x.is_empty()) {
         const Index n = x.numel() + std::abs(k);
@@ -150,7 +153,9 @@ Value reshape(const Call& call) {
     const Value& x = call[0];
     if (call.size() == 2) {
         if (call[1].numel() != 2) throw Error("reshape needs two sizes, got " + call[1].describe());
-        return x.reshaped(Index(call[1][0]), Index(call[1][1]));
+        std::vector<Value> sizes{call[1][0], call[1][1]};
+        const Call split{call.name, sizes, 1, call.context};
+        return x.reshaped(split.length(0), split.length(1));
     }
     if (call[1].is_empty() && call[2].is_empty()) throw Error("reshape can find only one of its sizes");
     const Index n = x.numel();
@@ -166,8 +171,7 @@ Value reshape(const Call& call) {
 
 Value linspace(const Call& call) {
     const double a = call.scalar(0), b = call.scalar(1);
-    const Index n =
-        call.size() == 3 ? std::max<Index>(1, Index(std::min(std::floor(call.scalar(2)), 1e15))) : 100;
+    const Index n = call.size() == 3 ? std::max<Index>(1, call.length(2)) : 100;
     call.budget().allocate(1, double(n));
     Value::Numbers points(n);
     for (Index k = 0; k < n; ++k) points[k] = a + double(k) * (b - a) / double(n - 1);

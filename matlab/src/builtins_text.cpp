@@ -67,7 +67,9 @@ std::string print_element(std::string flags, char conversion, const Element& ele
     if (conversion == 's' || conversion == 'c') {
         std::string text = element.text;
         if (!element.is_text)
-            text = conversion == 'c' ? std::string(1, char(element.number)) : print("%.5g", element.number);
+            text = conversion == 'c'
+                       ? std::string(1, char(static_cast<unsigned char>(cast(element.number, Class::Char))))
+                       : print("%.5g", element.number);
         const bool left = flags.find('-') != std::string::npos;
         int width = 0;
         for (const char c : flags) {
@@ -128,7 +130,8 @@ Value num2str(const Call& call) {
     double largest = 0;
     for (Index i = 0; i < x.numel(); ++i)
         if (std::isfinite(x[i])) largest = std::max(largest, std::abs(x[i]));
-    const int digits = call.size() == 2 ? int(std::clamp(call.scalar(1), 1.0, 50.0)) : shown_digits(largest);
+    const int digits =
+        call.size() == 2 ? int(std::clamp<Index>(call.length(1), 1, 50)) : shown_digits(largest);
     std::vector<std::vector<std::string>> rows(x.rows());
     std::size_t width = 0;
     for (Index i = 0; i < x.rows(); ++i) {

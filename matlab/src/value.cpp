@@ -222,7 +222,7 @@ void Value::erase_field(std::string_view name) {
 }
 
 Value Value::reshaped(Index rows, Index cols) const {
-    if (rows * cols != numel())
+    if (double(rows) * double(cols) != double(numel()))
         throw Error("cannot reshape " + size_text() + " to " + std::to_string(rows) + "x" +
                     std::to_string(cols) + ": the number of elements differs");
     Value result = *this;

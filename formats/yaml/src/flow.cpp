@@ -83,7 +83,7 @@ std::size_t flow_end(std::string_view text, std::size_t begin) {
     FlowScanner scanner(text, begin);
     do scanner.next();
     while (!scanner.done() && scanner.depth > 0);
-    return scanner.at;
+    return scanner.depth == 0 ? scanner.at : text.npos;
 }
 
 std::vector<std::string> flow_lines(std::string_view slice) {

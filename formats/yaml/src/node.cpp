@@ -54,7 +54,13 @@ class TreeBuilder : public YAML::EventHandler {
     std::vector<model::Diagnostic> wrong;
 
     void OnDocumentStart(const YAML::Mark& mark) override {
-        if (++documents_ == 2) refuse(mark, "a second YAML document", "a model file holds one document");
+        if (++documents_ != 2) return;
+        const bool marked =
+            source_.text.compare(std::min<std::size_t>(mark.pos, source_.text.size()), 3, "---") == 0;
+        if (marked)
+            refuse(mark, "a second YAML document", "a model file holds one document");
+        else
+            refuse(mark, "the YAML syntax is wrong: text outside of the mapping", "write `key: value` lines");
     }
     void OnDocumentEnd() override {}
     void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
@@ -232,7 +238,8 @@ Node parse(const Source& source, Extents& quoted) {
     try {
         std::istringstream in(source.text);
         YAML::Parser parser(in);
-        while (parser.HandleNextDocument(builder)) {
+        // The parser finds documents without end where it cannot go on, such as at a ',' outside of brackets.
+        for (int document = 0; document < 2 && parser.HandleNextDocument(builder); ++document) {
         }
     } catch (const YAML::Exception& error) {
         const int last = std::max(1, source.line_count());

@@ -157,7 +157,7 @@ bool Reader::is_cell(const Node& map) const {
 
 Expression Reader::read_flow(const Node& value, const std::string& path) {
     const std::string_view text = source_.text;
-    const std::size_t end = flow_end(text, value.position);
+    const std::size_t end = std::min(flow_end(text, value.position), text.size());
     const std::string_view slice = text.substr(value.position, end - value.position);
     const std::vector<std::string> lines = flow_lines(slice);
     values.push_back({value.line, source_.line_of(end - 1)});

@@ -66,19 +66,15 @@ class Printer {
         text += '\n';
     }
 
-    /// A scalar, whose further lines (of a matrix) stand under its first element.
+    /// A scalar, whose further lines (of a matrix) stand under its first element. The comment follows the
+    /// last line: a line that ends with ';' goes on behind the break, where YAML allows none.
     void print_scalar(std::string_view scalar, std::size_t column, const std::string& trailing) {
-        std::size_t end = scalar.find('\n');
-        text += " ";
-        text += scalar.substr(0, end);
-        end_line(trailing);
-        while (end != scalar.npos) {
-            const std::size_t begin = end + 1;
-            end = scalar.find('\n', begin);
-            text.append(column + 1, ' ');
-            text += scalar.substr(begin, end - begin);
-            text += '\n';
+        text += ' ';
+        for (char c : scalar) {
+            text += c;
+            if (c == '\n') text.append(column + 1, ' ');
         }
+        end_line(trailing);
     }
 
     void print_literal(std::string_view lines, int indent, const std::string& trailing) {

@@ -74,6 +74,8 @@ TEST(Errors, OfSyntaxAreLocatedAndAdvise) {
               "write control characters as escapes in double quotes");
     EXPECT_EQ(errors_of("model: m\n---\nmodel: n\n"),
               "m.yaml:2:1: a second YAML document; a model file holds one document");
+    EXPECT_EQ(errors_of(",model: m\n").substr(0, 61),
+              "m.yaml:1:1: the YAML syntax is wrong: text outside of the map");
 }
 
 TEST(Errors, RefuseAnchorsAliasesAndTags) {

@@ -137,6 +137,11 @@ TEST(Writer, KeepsEveryCommentOfUncanonicalFiles) {
     EXPECT_EQ(rewritten(once), once);
 }
 
+TEST(Writer, PutsTheCommentOfAMatrixBehindItsLastLine) {
+    const std::string text = "model: m\nblocks:\n  a:\n    block: Gain\n    K: [0;\n        1/m]  # force\n";
+    EXPECT_EQ(rewritten(text), text);
+}
+
 TEST(Writer, KeepsCommentsWhenAnEditChangesTheModel) {
     Model model = read_yaml(folder / "two_masses.yaml");
     set(*find(model, "plant"), "B", "[0; 2/m]");

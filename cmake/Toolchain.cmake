@@ -27,7 +27,8 @@ if(CCACHE)
 endif()
 find_program(MOLD mold)
 if(MOLD)
-    add_link_options(-fuse-ld=mold)
+    # mold 1.10 misaligns RELRO beside small thread-locals, and such a program does not start.
+    add_link_options(-fuse-ld=mold -Wl,-z,norelro)
 endif()
 
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)

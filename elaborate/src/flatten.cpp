@@ -32,10 +32,11 @@ Size parameter_size(const Slot& slot, const Value& value) {
     return {value.rows * value.cols, 1, false};
 }
 
-/// Is the parameter the only quantity of its shape? One element of any other expands to what the wiring decides.
+/// Does the parameter alone decide its size? Where an input shares its shape, one element expands to what is wired.
 bool has_own_shape(const Declaration& d, const Slot& slot) {
     if (slot.shape.symbol < 0) return false;
-    return std::count_if(d.slots.begin(), d.slots.end(), [&](const Slot& s) { return s.shape.symbol == slot.shape.symbol; }) == 1;
+    return std::none_of(d.slots.begin(), d.slots.end(),
+                        [&](const Slot& s) { return s.role == Role::input && s.shape.symbol == slot.shape.symbol; });
 }
 
 class Flattener {

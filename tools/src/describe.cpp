@@ -35,6 +35,11 @@ std::string value_text(const Value& v) {
     return v.data.size() == 1 ? text : "[" + text + "]";
 }
 
+std::string first_sentence(const std::string& doc) {
+    const auto end = doc.find_first_of(".\n");
+    return doc.substr(0, end == std::string::npos ? end : end + 1);
+}
+
 nlohmann::ordered_json to_json(const BlockClass& type) {
     const auto block = type.make({});
     const auto& d = block->declaration();
@@ -101,7 +106,7 @@ void execute(const std::string& what, bool as_json) {
     }
     for (const auto& [group, types] : groups) {
         std::printf("%s%s%s\n", group.first.empty() ? "standard" : group.first.c_str(), " / ", group.second.c_str());
-        for (const auto* type : types) std::printf("  %-32s %s\n", type->name.c_str(), type->doc.substr(0, type->doc.find(". ") + 1).c_str());
+        for (const auto* type : types) std::printf("  %-32s %s\n", type->name.c_str(), first_sentence(type->doc).c_str());
         std::printf("\n");
     }
 }

@@ -21,7 +21,7 @@ void ModelOptions::add_to(CLI::App& app) {
 
 std::unique_ptr<Registry> make_registry() {
     auto registry = std::make_unique<Registry>();
-    registry->add(blocks::standard_library());
+    registry->add(standard_library());
     registry->add_search_path(BF_PLUGIN_DIRECTORY);
     const fs::path program = fs::read_symlink("/proc/self/exe");
     registry->add_search_path(program.parent_path().parent_path() / "lib" / "blockfactory");

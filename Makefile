@@ -1,0 +1,38 @@
+# The README's two commands are `make demo` and `make test`; each sets up what it needs.
+BUILD ?= build
+CMAKE_FLAGS ?=
+
+.PHONY: demo test bench lint format build deps lock clean
+
+demo: build
+	examples/icub_balancing/demo.sh $(BUILD)/bin/bf $(BUILD)
+
+test: build
+	ctest --test-dir $(BUILD) --output-on-failure -j2
+
+# Prints the table and writes $(BUILD)/bench.json.
+bench: build
+	.deps/venv/bin/python benchmarks/report.py $(BUILD)/bin/bf_benchmarks $(BUILD)/bench.json
+
+build: deps
+	@test -f $(BUILD)/build.ninja || cmake -S . -B $(BUILD) -G Ninja $(CMAKE_FLAGS)
+	ninja -C $(BUILD)
+
+deps:
+	scripts/deps
+
+lint: deps
+	scripts/lint
+
+# Rewrites the sources in the project's format.
+format: deps
+	git ls-files '*.hpp' '*.cpp' | xargs clang-format-14 -i
+
+# Pins what requirements.in names, with hashes, in requirements.txt.
+lock: deps
+	python3 -m venv .deps/lock && .deps/lock/bin/pip install -q pip-tools
+	.deps/lock/bin/pip-compile -q --no-header --no-annotate --generate-hashes --strip-extras --no-emit-index-url \
+	    --no-emit-trusted-host --no-emit-find-links requirements.in -o requirements.txt
+
+clean:
+	rm -rf $(BUILD)

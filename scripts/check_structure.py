@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""Checks the sources against the table "Folders and arrows" of ARCHITECTURE.md and the size limits of STYLE.md.
+
+A folder may include its own headers, those of the folders that its row names, and the outside libraries that its
+row names. Exits 1 and lists every violation with its file and line.
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+EVERYTHING = "everything"
+# Which words of the table stand for which headers.
+LIBRARIES = {
+    "Eigen": ("Eigen/", "unsupported/Eigen"),
+    "Pinocchio": ("pinocchio/", "urdf_parser/", "console_bridge/", "urdf_model/", "urdf_world/"),
+    "MuJoCo": ("mujoco/",),
+    "OSMesa": ("GL/",),
+    "matio": ("matio.h",),
+    "yaml-cpp": ("yaml-cpp/",),
+    "DAQP": ("api.h", "types.h", "utils.h", "constants.h"),
+    "ProxQP": ("proxsuite/",),
+    "CLI11": ("CLI/",),
+    "nlohmann-json": ("nlohmann/",),
+    "iDynTree": ("iDynTree/",),
+    "GoogleTest": ("gtest/", "gmock/"),
+    "Google Benchmark": ("benchmark/",),
+}
+PUBLIC_HEADER_LINES, SOURCE_LINES = 400, 700
+
+
+def read_table():
+    """Folder -> set of what it may include, from the rows `| `folder/` | what | may include |`."""
+    text = (ROOT / "ARCHITECTURE.md").read_text()
+    section = text.split("## Folders and arrows", 1)[1].split("\n## ", 1)[0]
+    table = {}
+    for row in re.findall(r"^\| `([\w/]+)/` \|[^|]*\|([^|]*)\|$", section, re.M):
+        folder, allowed = row
+        table[folder] = {word.strip(" `") for word in allowed.split(",")}
+    return table
+
+
+def folder_of(header, folders):
+    """The folder that a header bf/<name>/... belongs to."""
+    match = re.match(r"bf/(\w+)(/(\w+))?", header)
+    if not match:
+        return None
+    for name in (match.group(1), f"toolbox/{match.group(1)}", f"formats/{match.group(3)}"):
+        if name in folders:
+            return name
+    return "formats/yaml" if match.group(1) == "formats" else match.group(1)
+
+
+def main():
+    table = read_table()
+    problems = []
+    for path in sorted(ROOT.rglob("*")):
+        relative = path.relative_to(ROOT)
+        top = relative.parts[0] if relative.parts else ""
+        if top.startswith((".", "build")) or path.suffix not in (".hpp", ".cpp", ".h", ".c") or not path.is_file():
+            continue
+        name = str(relative)
+        lines = path.read_text(errors="replace").splitlines()
+        is_public = "/include/" in name
+        limit = PUBLIC_HEADER_LINES if is_public else SOURCE_LINES
+        if len(lines) > limit:
+            problems.append(f"{name}: {len(lines)} lines, the limit is {limit}: split it by what it does")
+        folder = next((f for f in sorted(table, key=len, reverse=True) if name.startswith(f + "/")), None)
+        if folder is None:
+            if top not in ("cmake", "scripts"):
+                problems.append(f"{name}: the folder has no row in ARCHITECTURE.md")
+            continue
+        allowed = table[folder]
+        is_test = "/test/" in name
+        if EVERYTHING in allowed or is_test:
+            continue
+        for number, line in enumerate(lines, 1):
+            match = re.match(r'\s*#\s*include\s*[<"]([^>"]+)[>"]', line)
+            if not match:
+                continue
+            header = match.group(1)
+            if header.startswith("bf/"):
+                target = folder_of(header, table)
+                if target != folder and target not in allowed:
+                    problems.append(f"{name}:{number}: {folder}/ may not include {header}")
+                continue
+            for library, prefixes in LIBRARIES.items():
+                if header.startswith(prefixes) and library not in allowed and not (path.parent / header).exists():
+                    problems.append(f"{name}:{number}: {folder}/ may not include {header} ({library})")
+    for problem in problems:
+        print(problem)
+    if not table:
+        problems.append("no table")
+        print("ARCHITECTURE.md: the table of folders was not found")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -243,7 +243,7 @@ template <class T> void reals() {
     run(Accumulate{}, A5<T>(), values<T>(0.3), period, low, high, u, random<A5<T>>());
     run(AccumulateHalf{}, A5<T>(), values<T>(0.3), period, low, high, u, random<A5<T>>());
     run(Difference{}, A5<T>(), period, random<A5<T>>(), u);
-    const auto b = random<Array<T, 4>>(), a = drawn<Array<T, 4>>();
+    const auto b = drawn<Array<T, 4>>(), a = drawn<Array<T, 4>>();
     const auto s = drawn<Array<T, 3, 5>>();
     run(FilterOutput{}, A5<T>(), b, a, s, u);
     run(FilterUpdate{}, Array<T, 3, 5>(), b, a, s, random<A5<T>>(), u);

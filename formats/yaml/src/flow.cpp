@@ -150,6 +150,7 @@ bool is_flow_text(std::string_view text) {
     if (text.size() < 2 || (text[0] != '[' && text[0] != '{') || text.back() != (text[0] == '[' ? ']' : '}'))
         return false;
     if (flow_end(text, 0) != text.size() || !matrix_of_rows(text).empty()) return false;
+    if (std::ranges::any_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x20; })) return false;
     const bool is_cell = text[0] == '{';
     for (std::string_view item : flow_items(text)) {
         const bool nested = !item.empty() && (item[0] == '[' || item[0] == '{');

@@ -1,0 +1,84 @@
+// The balancing iCub in closed loop, beside the bare physics of the same motion.
+#include "run.hpp"
+#include "session.hpp"
+
+#include "bf/physics/world.hpp"
+#include "bf/toolbox/robot.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <stdexcept>
+#include <vector>
+
+namespace {
+
+constexpr double simulated = 4.0; // s
+
+bf::tools::LoadedModel balancing(const char* period) {
+    bf::tools::ModelOptions options;
+    options.file = BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml";
+    options.sets = {std::string("T_control=") + period, "scenario=1"};
+    return bf::tools::load_model(options);
+}
+
+void closed_loop(benchmark::State& state, const char* period) {
+    const auto loaded = balancing(period);
+    bf::Simulation simulation(loaded.diagram);
+    for (auto _ : state) {
+        const auto result = bf::tools::run(simulation, simulated);
+        if (!result.failure.empty()) throw std::runtime_error(result.failure);
+    }
+    state.counters["simulated_s"] = simulated;
+}
+
+/// Records the torques that the controller sends, to repeat the motion without it.
+class Torques final : public bf::Simulation::Observer {
+  public:
+    explicit Torques(const bf::Diagram& diagram) : end_(diagram.find_signal("world.tau_measured")) {}
+    void observe(const bf::Simulation& simulation) noexcept override {
+        const auto* tau = static_cast<const double*>(simulation.context().data(end_.node, end_.slot));
+        values.insert(values.end(), tau, tau + n);
+    }
+    static constexpr int n = 23;
+    std::vector<double> values;
+
+  private:
+    bf::Node::End end_;
+};
+
+void bare_physics(benchmark::State& state) {
+    const auto loaded = balancing("0.01");
+    bf::Simulation simulation(loaded.diagram);
+    Torques torques(loaded.diagram);
+    simulation.add_observer(torques);
+    bf::tools::run(simulation, simulated);
+
+    // The torque measured at step k + 1 is the one that acted in step k.
+    const auto& nodes = loaded.diagram.nodes;
+    const bf::toolbox::RobotDevice* device = nullptr;
+    for (const auto& node : nodes)
+        if (node.type == "WholeBodyToolbox/MujocoWorld")
+            device = static_cast<const bf::toolbox::RobotDevice*>(node.block->declaration().provisions.front().made.get());
+    if (!device) throw std::runtime_error("the model has no world");
+    bf::Simulation world_only(loaded.diagram); // a fresh world of the same options
+    const int world = loaded.diagram.find_node("world");
+    auto task = world_only.context().task(world, bf::Phase::update, 0);
+    auto& robot = *static_cast<bf::toolbox::RobotConnection*>(world_only.context().frame(world).objects[0]);
+    const auto steps = torques.values.size() / Torques::n;
+    for (auto _ : state) {
+        world_only.context().start(world);
+        for (std::size_t k = 1; k < steps; ++k) {
+            robot.write(bf::toolbox::ControlMode::torque, Eigen::Map<const Eigen::VectorXd>(&torques.values[k * Torques::n], Torques::n));
+            if (!task()) throw std::runtime_error(robot.error());
+        }
+    }
+}
+
+void closed_loop_100hz(benchmark::State& state) { closed_loop(state, "0.01"); }
+void closed_loop_1khz(benchmark::State& state) { closed_loop(state, "0.001"); }
+
+} // namespace
+
+BENCHMARK(closed_loop_100hz)->Name("loop.icub_100hz/diagram")->Unit(benchmark::kMillisecond);
+BENCHMARK(closed_loop_1khz)->Name("loop.icub_1khz/diagram")->Unit(benchmark::kMillisecond);
+BENCHMARK(bare_physics)->Name("loop.icub/bare_physics")->Unit(benchmark::kMillisecond);

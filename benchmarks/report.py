@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""Runs the benchmark program, prints a table and writes bench.json.
+
+Usage: report.py PROGRAM OUTPUT [FILTER]. Figures are medians of CPU time over interleaved repetitions; the ratio is
+value / reference of the same run.
+"""
+import json
+import subprocess
+import sys
+
+SECOND = {"ns": 1e9, "us": 1e6, "ms": 1e3, "s": 1.0}
+SIMULATED = 4.0  # s, of the closed-loop measurements
+
+# name, unit, our measurement, its reference, target. Unit x: simulated seconds per second.
+ROWS = [
+    ("engine.scalar_block", "ns", "engine.scalar_block", "engine.scalar_block/hand_virtual", "<= 5 ns"),
+    ("engine.vector23_block", "ns", "engine.vector23_block", "engine.vector23_block/hand_loop", "<= 16 ns"),
+    ("elaborate.1000_blocks", "ms", "elaborate.1000_blocks", "elaborate.blocks/10000", "< 100 ms"),
+    ("toolbox.whole_body_step", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/bare_pinocchio", "<= 1.15 x"),
+    ("toolbox.whole_body_step_idyntree", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/idyntree", ""),
+    ("toolbox.qp_12x38", "us", "toolbox.qp_12x38/block", "toolbox.qp_12x38/bare_daqp", "<= 1.2 x"),
+    ("physics.step", "us", "physics.step/block", "physics.step/bare_mj_step", "<= 1.05 x"),
+    ("loop.icub_100hz", "x", "loop.icub_100hz/diagram", "loop.icub/bare_physics", ">= 45 x"),
+    ("loop.icub_1khz", "x", "loop.icub_1khz/diagram", "loop.icub/bare_physics", ">= 15 x"),
+    ("recording.append_23", "ns", "record_23_vector/at_ease/iterations:200000", "copy_23_vector/iterations:1000000", ""),
+]
+
+
+def measure(program, pattern):
+    """Median CPU seconds per item (or iteration) by name of the measurement."""
+    command = [program, "--benchmark_format=json", "--benchmark_repetitions=5", "--benchmark_enable_random_interleaving=true",
+               "--benchmark_min_time=0.2"]
+    if pattern:
+        command.append(f"--benchmark_filter={pattern}")
+    result = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+    times = {}
+    for entry in result["benchmarks"]:
+        if entry.get("aggregate_name") == "median":
+            seconds = entry["cpu_time"] / SECOND[entry["time_unit"]]
+            if "items_per_second" in entry and entry["items_per_second"]:
+                seconds = 1 / entry["items_per_second"]
+            times[entry["run_name"]] = seconds
+    return times
+
+
+def main():
+    program, output = sys.argv[1:3]
+    times = measure(program, sys.argv[3] if len(sys.argv) > 3 else "")
+    rows = []
+    for name, unit, ours, reference, target in ROWS:
+        if ours not in times or reference not in times:
+            print(f"{name}: not measured ({ours if ours not in times else reference} is missing)", file=sys.stderr)
+            continue
+        if unit == "x":
+            value, peer = SIMULATED / times[ours], SIMULATED / times[reference]
+        else:
+            value, peer = times[ours] * SECOND[unit], times[reference] * SECOND[unit]
+        rows.append({"name": name, "value": value, "unit": unit, "reference": peer, "ratio": value / peer})
+        print(f"{name:34} {value:10.3f} {unit:3} {peer:10.3f} {unit:3}  ratio {value / peer:6.3f}   {target:10} beside {reference}")
+    known = {row[2] for row in ROWS} | {row[3] for row in ROWS}
+    for run in sorted(set(times) - known):
+        print(f"{run:60} {times[run] * 1e6:12.3f} us")
+    with open(output, "w") as file:
+        json.dump(rows, file, indent=2)
+        file.write("\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,11 @@
+// update cannot write a continuous state.
+#include "block.hpp"
+
+struct Claim : Base {
+    bf::Status update(bf::Now at, bf::Next next) const noexcept override {
+#ifdef BF_MUST_NOT_COMPILE
+        next[s] = at[u];
+#endif
+        return bf::ok;
+    }
+};

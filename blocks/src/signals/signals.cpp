@@ -211,6 +211,13 @@ class Terminator final : public Block {
     Input<> u{this, "u", any()};
 };
 
+/// Input of any type and size for the progress line of a run to show, labelled with the block's name.
+class Display final : public Block {
+  public:
+    using Block::Block;
+    Input<> u{this, "u", any()};
+};
+
 /// Inputs of any types and sizes for the recorder to see.
 class Scope final : public Block {
   public:
@@ -235,6 +242,8 @@ void add_signals(Library& library) {
                       "becomes 0; anything to boolean is u ≠ 0.")
         .add<Width>("Width", "Number of elements of a signal. y = rows × columns of u.")
         .add<Terminator>("Terminator", "Ends a line that nothing else uses.")
+        .add<Display>("Display",
+                      "Shows the present value in the progress line of a run, after the block's name.")
         .add<Scope>("Scope", "Shows a signal in recordings and plots.");
 }
 

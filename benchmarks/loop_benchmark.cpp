@@ -7,6 +7,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <vector>
 
@@ -53,17 +54,14 @@ void bare_physics(benchmark::State& state) {
     simulation.add_observer(torques);
     bf::tools::run(simulation, simulated);
 
-    // The torque measured at step k + 1 is the one that acted in step k.
-    const auto& nodes = loaded.diagram.nodes;
-    const bf::toolbox::RobotDevice* device = nullptr;
-    for (const auto& node : nodes)
-        if (node.type == "WholeBodyToolbox/MujocoWorld")
-            device = static_cast<const bf::toolbox::RobotDevice*>(node.block->declaration().provisions.front().made.get());
-    if (!device) throw std::runtime_error("the model has no world");
-    bf::Simulation world_only(loaded.diagram); // a fresh world of the same options
+    // A fresh world of the same options, stepped with the same torques: the same motion without a controller.
+    bf::Simulation world_only(loaded.diagram);
     const int world = loaded.diagram.find_node("world");
     auto task = world_only.context().task(world, bf::Phase::update, 0);
-    auto& robot = *static_cast<bf::toolbox::RobotConnection*>(world_only.context().frame(world).objects[0]);
+    const auto& objects = loaded.diagram.nodes[static_cast<std::size_t>(world)].block->declaration().objects;
+    const auto provided = std::find_if(objects.begin(), objects.end(), [](const auto& o) { return o.provision == 0; });
+    auto& robot = *static_cast<bf::toolbox::RobotConnection*>(world_only.context().frame(world).objects[provided - objects.begin()]);
+    // The torque measured at step k + 1 is the one that acted in step k.
     const auto steps = torques.values.size() / Torques::n;
     for (auto _ : state) {
         world_only.context().start(world);

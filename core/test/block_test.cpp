@@ -1,0 +1,201 @@
+#include "bf/core/resolve.hpp"
+
+#include "bf/kernels/elementwise.hpp"
+
+#include <gtest/gtest.h>
+
+namespace bf {
+namespace {
+
+// ---- units: the compiler is the test
+
+static_assert(unit<"kg.m2/s2"> == unit<"Nm">);
+static_assert(unit<"N.m"> == unit<"J">);
+static_assert(unit<"1/s"> == unit<"Hz">);
+static_assert(unit<"rad/s"> != unit<"Hz">);
+static_assert(unit<"V.A"> == unit<"W">);
+static_assert(unit<"Ohm.F"> == unit<"s">);
+static_assert(unit<"H/Ohm"> == unit<"s">);
+static_assert(unit<"m"> != unit<"s">);
+static_assert(Unit{} == unit<"1">);
+static_assert(!unit<"m">.agrees_with(unit<"rad">));
+static_assert(unit<"m">.agrees_with(any_unit) && mixed_units.agrees_with(unit<"m">));
+
+// ---- arguments
+
+struct Arguable : Block {
+    using Block::Block;
+    Argument<double> number{this, "number", {.initial = 1.5}};
+    Argument<int> whole{this, "whole", {.initial = 2}};
+    Argument<bool> flag{this, "flag", {.initial = true}};
+    Argument<std::string> mode{this, "mode", {.initial = "slow", .choices = {"slow", "fast"}}};
+    Argument<Matrix> matrix{this, "matrix", {.initial = Matrix::Identity(2, 2)}};
+    Argument<std::vector<double>> vector{this, "vector", {.initial = {1, 2}}};
+    Argument<std::vector<int>> wholes{this, "wholes", {.initial = {1, 2}}};
+    Argument<std::vector<std::string>> texts{this, "texts", {.initial = {"a"}}};
+};
+
+std::string problem(const char* name, const Value& value) {
+    const Arguments arguments{{name, value}};
+    const Arguable block(arguments);
+    return block.declaration().problems.empty() ? "" : block.declaration().problems.front();
+}
+
+TEST(Argument, TakesItsDefaultAndDescribesIt) {
+    const Arguable block;
+    EXPECT_EQ(*block.number, 1.5);
+    EXPECT_EQ(*block.mode, "slow");
+    EXPECT_TRUE(block.declaration().problems.empty());
+    ASSERT_EQ(block.declaration().arguments.size(), 8u);
+    EXPECT_EQ(block.declaration().arguments[3].choices, (std::vector<std::string>{"slow", "fast"}));
+    EXPECT_EQ(block.declaration().arguments[0].initial.data, (std::vector<double>{1.5}));
+}
+
+TEST(Argument, TakesWhatIsGiven) {
+    const Arguments arguments{{"number", 3}, {"whole", 4},    {"flag", false}, {"mode", "fast"},
+                              {"matrix", 5}, {"vector", 6.5}, {"wholes", 7},   {"texts", "b"}};
+    const Arguable block(arguments);
+    EXPECT_TRUE(block.declaration().problems.empty());
+    EXPECT_EQ(*block.number, 3);
+    EXPECT_EQ(*block.whole, 4);
+    EXPECT_FALSE(*block.flag);
+    EXPECT_EQ(*block.mode, "fast");
+    EXPECT_EQ(*block.matrix, Matrix::Constant(1, 1, 5));
+    EXPECT_EQ(*block.vector, (std::vector<double>{6.5}));
+    EXPECT_EQ(*block.wholes, (std::vector<int>{7}));
+    EXPECT_EQ(*block.texts, (std::vector<std::string>{"b"}));
+}
+
+TEST(Argument, RefusesEveryWrongKind) {
+    const Value text("abc"), matrix(Matrix(Matrix::Zero(2, 3)));
+    EXPECT_EQ(problem("number", text), "argument 'number' must be a number, not the text 'abc'");
+    EXPECT_EQ(problem("number", matrix), "argument 'number' must be a number, not a 2x3 matrix");
+    EXPECT_EQ(problem("whole", 2.5), "argument 'whole' must be a whole number, not 2.5");
+    EXPECT_EQ(problem("whole", 1e12), "argument 'whole' must be a whole number, not 1e+12");
+    EXPECT_EQ(problem("flag", 2), "argument 'flag' must be true or false, not 2");
+    EXPECT_EQ(problem("mode", true), "argument 'mode' must be a text, not true");
+    EXPECT_EQ(problem("matrix", text), "argument 'matrix' must be a matrix, not the text 'abc'");
+    EXPECT_EQ(problem("vector", matrix), "argument 'vector' must be a vector, not a 2x3 matrix");
+    EXPECT_EQ(problem("wholes", 0.5), "argument 'wholes' must be a vector of whole numbers, not 0.5");
+    EXPECT_EQ(problem("texts", 1), "argument 'texts' must be a list of texts, not 1");
+    EXPECT_EQ(problem("number", std::vector<std::string>{"a", "b"}),
+              "argument 'number' must be a number, not a list of 2 texts");
+}
+
+TEST(Argument, NamesItsChoices) {
+    EXPECT_EQ(problem("mode", "quick"), "argument 'mode' is 'quick', but must be one of 'slow', 'fast'");
+}
+
+// ---- sizes and types
+
+struct Shaped : Block {
+    using Block::Block;
+    Dim n{this, "n"};
+    Input<Vector> a{this, "a", {.shape = {n}}};
+    Input<Vector> b{this, "b", {.shape = {n + 6}}};
+    Input<Vector3> fixed{this, "fixed"};
+    Output<Matrix> M{this, "M", {.shape = {n, n}}};
+};
+
+struct Typed : Block {
+    using Block::Block;
+    AnyShape shape{this};
+    Input<> u{this, "u", {.shape = shape}};
+    Input<> v{this, "v", {.shape = shape}};
+    Output<> y{this, "y", {.shape = shape}};
+    OutputRule rule{this, kernels::Add{}, y, u, v};
+};
+
+template <class F> std::string error_of(F&& f) {
+    try {
+        f();
+    } catch (const ResolutionError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(Resolution, SpreadsALengthToAllThatNameIt) {
+    Shaped block;
+    EXPECT_TRUE(offer(block.declaration(), 0, Size{5, 1, false}));
+    propagate(block);
+    EXPECT_TRUE(unresolved(block.declaration()).empty());
+    EXPECT_EQ(block.declaration().slots[1].size, (Size{11, 1, false}));
+    EXPECT_EQ(block.declaration().slots[3].size, (Size{5, 5, true}));
+}
+
+TEST(Resolution, NamesWhatContradictsALength) {
+    Shaped block;
+    auto& d = block.declaration();
+    offer(d, 0, Size{5, 1, false});
+    EXPECT_EQ(error_of([&] {
+                  offer(d, 1, Size{10, 1, false});
+              }),
+              "input 'b' needs n = 4, but n is already 5");
+    EXPECT_EQ(error_of([&] {
+                  offer(d, 2, Size{4, 1, false});
+              }),
+              "input 'fixed' has length 3, but is wired to length 4");
+    EXPECT_EQ(error_of([&] {
+                  offer(d, 0, Size{5, 2, true});
+              }),
+              "input 'a' is a 1-D signal, but is wired to a 5x2 matrix");
+}
+
+TEST(Resolution, TakesAColumnWhereA1DSignalIsDeclared) {
+    Shaped block;
+    offer(block.declaration(), 0, Size{5, 1, true});
+    EXPECT_FALSE(block.declaration().slots[0].size.is_matrix);
+}
+
+TEST(Resolution, ListsWhatIsUnknown) {
+    Shaped block;
+    propagate(block);
+    EXPECT_EQ(unresolved(block.declaration()), (std::vector<int>{0, 1, 3}));
+}
+
+TEST(Resolution, KeepsOneTypeAndSizeAmongLikeQuantities) {
+    Typed block;
+    auto& d = block.declaration();
+    offer(d, 0, Type::int8);
+    EXPECT_EQ(
+        error_of([&] { offer(d, 1, Type::float64); }),
+        "input 'v' must be of type int8 like the other quantities of its kind, but is wired to type double; "
+        "insert a Convert block");
+    offer(d, 0, Size{3, 1, false});
+    EXPECT_EQ(
+        error_of([&] {
+            offer(d, 1, Size{4, 1, false});
+        }),
+        "input 'v' must have size [3] like the other quantities of its shape, but is wired to size [4]");
+    propagate(block);
+    EXPECT_EQ(d.slots[2].type, Type::int8);
+}
+
+TEST(Resolution, RefusesATypeThatARuleIsNotDefinedFor) {
+    Typed block;
+    offer(block.declaration(), 0, Type::boolean);
+    EXPECT_EQ(error_of([&] { propagate(block); }), "output 'y' cannot be of type boolean, for which this "
+                                                   "operation is not defined; insert a Convert block");
+}
+
+TEST(Resolution, RefusesAnotherTypeThanTheDeclaredOne) {
+    Shaped block;
+    EXPECT_EQ(error_of([&] { offer(block.declaration(), 0, Type::boolean); }),
+              "input 'a' is of type double, but is wired to type boolean; insert a Convert block");
+}
+
+TEST(Status, FillsIntegersIntoItsText) {
+    EXPECT_EQ(Status::failure("H({}, {}) is not finite", 3, 4).text(), "H(3, 4) is not finite");
+    EXPECT_EQ(ok.text(), "ok");
+    EXPECT_TRUE(ok);
+}
+
+TEST(Types, KeepTheirNames) {
+    for (int i = 0; i < type_count; ++i)
+        EXPECT_EQ(type_from_name(name(static_cast<Type>(i))), static_cast<Type>(i));
+    EXPECT_FALSE(type_from_name("float"));
+}
+
+} // namespace
+} // namespace bf

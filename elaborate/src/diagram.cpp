@@ -5,7 +5,8 @@ namespace bf {
 std::vector<Node> Diagram::context_nodes() const {
     std::vector<Node> list;
     list.reserve(nodes.size());
-    for (const auto& node : nodes) list.push_back({node.block.get(), node.methods, node.sources, node.providers, node.rate});
+    for (const auto& node : nodes)
+        list.push_back({node.block.get(), node.methods, node.sources, node.providers, node.rate});
     return list;
 }
 
@@ -21,7 +22,9 @@ std::vector<SignalName> Diagram::signals() const {
         if (nodes[n].type == "Outport") continue; // known by its alias
         const auto& slots = nodes[n].block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
-            if (slots[i].role == Role::output) all.push_back({nodes[n].path + "." + slots[i].name, {static_cast<int>(n), static_cast<int>(i)}});
+            if (slots[i].role == Role::output)
+                all.push_back(
+                    {nodes[n].path + "." + slots[i].name, {static_cast<int>(n), static_cast<int>(i)}});
     }
     all.insert(all.end(), aliases.begin(), aliases.end());
     return all;
@@ -33,7 +36,8 @@ std::vector<SignalName> Diagram::match_signals(const std::string& pattern) const
     std::vector<SignalName> found, children;
     for (const auto& signal : signals()) {
         if (is_glob ? signal.path.starts_with(prefix) : signal.path == prefix) found.push_back(signal);
-        if (signal.path.starts_with(prefix + ".") && signal.path.find('.', prefix.size() + 1) == std::string::npos)
+        if (signal.path.starts_with(prefix + ".") &&
+            signal.path.find('.', prefix.size() + 1) == std::string::npos)
             children.push_back({prefix, signal.end});
     }
     if (is_glob || !found.empty()) return found;
@@ -44,8 +48,10 @@ std::vector<SignalName> Diagram::match_signals(const std::string& pattern) const
         const auto& slots = nodes[n].block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             const bool is_named = nodes[n].path + "." + slots[i].name == prefix;
-            if (slots[i].role == Role::discrete_state && is_named) return {{prefix, {static_cast<int>(n), static_cast<int>(i)}}};
-            if (slots[i].role == Role::input && nodes[n].sources[i].node >= 0 && (is_named || nodes[n].path == prefix))
+            if (slots[i].role == Role::discrete_state && is_named)
+                return {{prefix, {static_cast<int>(n), static_cast<int>(i)}}};
+            if (slots[i].role == Role::input && nodes[n].sources[i].node >= 0 &&
+                (is_named || nodes[n].path == prefix))
                 return {{prefix, nodes[n].sources[i]}};
         }
     }

@@ -9,7 +9,8 @@ namespace bf::elaboration {
 namespace {
 
 /// What a class declares with default arguments, to tell arguments from parameters before a block is made.
-const Declaration& class_declaration(std::unordered_map<std::string, std::unique_ptr<Block>>& made, const BlockClass& type) {
+const Declaration& class_declaration(std::unordered_map<std::string, std::unique_ptr<Block>>& made,
+                                     const BlockClass& type) {
     auto& block = made[type.qualified_name()];
     if (!block) block = type.make({});
     return block->declaration();
@@ -32,11 +33,13 @@ Size parameter_size(const Slot& slot, const Value& value) {
     return {value.rows * value.cols, 1, false};
 }
 
-/// Does the parameter alone decide its size? Where an input shares its shape, one element expands to what is wired.
+/// Does the parameter alone decide its size? Where an input shares its shape, one element expands to what is
+/// wired.
 bool has_own_shape(const Declaration& d, const Slot& slot) {
     if (slot.shape.symbol < 0) return false;
-    return std::none_of(d.slots.begin(), d.slots.end(),
-                        [&](const Slot& s) { return s.role == Role::input && s.shape.symbol == slot.shape.symbol; });
+    return std::none_of(d.slots.begin(), d.slots.end(), [&](const Slot& s) {
+        return s.role == Role::input && s.shape.symbol == slot.shape.symbol;
+    });
 }
 
 class Flattener {
@@ -58,7 +61,8 @@ class Flattener {
   private:
     void apply_overrides() {
         for (const auto& [name, text] : e_.options.overrides) settings_[name] = text;
-        const auto time = [&](const char* name, const std::optional<model::Expression>& given, double otherwise) {
+        const auto time = [&](const char* name, const std::optional<model::Expression>& given,
+                              double otherwise) {
             model::Expression expression = given.value_or(model::Expression{});
             if (!override_of(name, expression) && !given) return otherwise;
             return e_.evaluate_scalar(expression, e_.root().variables, "", name).value_or(otherwise);
@@ -90,7 +94,8 @@ class Flattener {
 
     /// Variables of a system in document order; those of the root can be overridden by name.
     void variables(Scope& scope, const std::vector<model::Variable>& list, const std::string& prefix) {
-        for (const auto& variable : list) scope.variables.set(variable.name, value_of(scope, scope.variables, variable, prefix));
+        for (const auto& variable : list)
+            scope.variables.set(variable.name, value_of(scope, scope.variables, variable, prefix));
     }
 
     matlab::Value value_of(Scope& scope, const matlab::Workspace& workspace, const model::Variable& variable,
@@ -115,8 +120,10 @@ class Flattener {
     void fill(Scope& scope) {
         for (const auto& block : scope.system->blocks) {
             const std::string path = scope.path.empty() ? block.name : scope.path + "." + block.name;
-            if (block.is_library_block()) add_node(scope, block, path);
-            else add_scope(scope, block, path);
+            if (block.is_library_block())
+                add_node(scope, block, path);
+            else
+                add_scope(scope, block, path);
         }
     }
 
@@ -169,7 +176,8 @@ class Flattener {
             seen_[full] = true;
             model::Expression expression;
             if (!settings_.contains(full)) continue;
-            auto given = std::find_if(settings.begin(), settings.end(), [&](const auto& s) { return s.name == name; });
+            auto given =
+                std::find_if(settings.begin(), settings.end(), [&](const auto& s) { return s.name == name; });
             if (given == settings.end()) given = settings.insert(settings.end(), {name, {}, block.where});
             override_of(full, given->value);
         }
@@ -180,12 +188,14 @@ class Flattener {
             const bool is_argument = argument != declared.arguments.end();
             if (!is_argument) {
                 // A parameter may exist only under these arguments: known after the block is made.
-                if (auto value = number(scope, setting, path)) parameters.emplace_back(&setting, std::move(*value));
+                if (auto value = number(scope, setting, path))
+                    parameters.emplace_back(&setting, std::move(*value));
                 continue;
             }
             const bool is_text = argument->initial.kind != Value::Kind::number;
-            auto value = is_text ? text_setting(e_, scope, setting, argument->initial.kind == Value::Kind::texts, path)
-                                 : number(scope, setting, path);
+            auto value =
+                is_text ? text_setting(e_, scope, setting, argument->initial.kind == Value::Kind::texts, path)
+                        : number(scope, setting, path);
             if (value) arguments.emplace_back(setting.name, std::move(*value));
         }
 
@@ -210,8 +220,10 @@ class Flattener {
         const int index = static_cast<int>(e_.diagram.nodes.size());
         scope.items[block.name] = {index, nullptr};
         scope.nodes.push_back(index);
-        e_.node_periods.push_back(block.period ? e_.evaluate_scalar(*block.period, scope.variables, path, "period") : scope.period);
-        e_.node_offsets.push_back(block.offset ? e_.evaluate_scalar(*block.offset, scope.variables, path, "offset") : scope.offset);
+        e_.node_periods.push_back(
+            block.period ? e_.evaluate_scalar(*block.period, scope.variables, path, "period") : scope.period);
+        e_.node_offsets.push_back(
+            block.offset ? e_.evaluate_scalar(*block.offset, scope.variables, path, "offset") : scope.offset);
         e_.diagram.nodes.push_back(std::move(node));
     }
 
@@ -220,7 +232,8 @@ class Flattener {
         if (!value) return std::nullopt;
         auto converted = to_value(*value);
         if (!converted)
-            e_.report.add(setting.value.where, path, "'" + setting.name + "' is a " + std::string(value->type_name()),
+            e_.report.add(setting.value.where, path,
+                          "'" + setting.name + "' is a " + std::string(value->type_name()),
                           "give a number, a vector, a matrix or a text");
         return converted;
     }
@@ -237,12 +250,14 @@ class Flattener {
             }
             Slot& slot = d.slots[static_cast<std::size_t>(index)];
             if (value.kind != Value::Kind::number) {
-                e_.report.add(setting->value.where, path, "parameter '" + slot.name + "' must be a number, not " + value.describe());
+                e_.report.add(setting->value.where, path,
+                              "parameter '" + slot.name + "' must be a number, not " + value.describe());
                 continue;
             }
             slot.initial = value.data;
             if (value.data.empty()) {
-                e_.report.add(setting->value.where, path, "parameter '" + slot.name + "' is empty", "give at least one element");
+                e_.report.add(setting->value.where, path, "parameter '" + slot.name + "' is empty",
+                              "give at least one element");
                 continue;
             }
             const bool decides = has_own_shape(d, slot) || value.data.size() > 1;
@@ -256,7 +271,8 @@ class Flattener {
         for (std::size_t i = 0; i < d.slots.size(); ++i) {
             Slot& slot = d.slots[i];
             if (slot.role != Role::parameter || !has_own_shape(d, slot)) continue;
-            const bool given = std::any_of(parameters.begin(), parameters.end(), [&](const auto& p) { return p.first->name == slot.name; });
+            const bool given = std::any_of(parameters.begin(), parameters.end(),
+                                           [&](const auto& p) { return p.first->name == slot.name; });
             const int count = static_cast<int>(slot.initial.size());
             if (!given && !d.shapes[static_cast<std::size_t>(slot.shape.symbol)].known)
                 offer(d, static_cast<int>(i), Size{std::max(count, 1), 1, false});

@@ -16,7 +16,8 @@ class Spreading {
             queue_.push_back(static_cast<int>(n));
             for (std::size_t i = 0; i < e_.diagram.nodes[n].sources.size(); ++i)
                 if (const auto& from = e_.diagram.nodes[n].sources[i]; from.node >= 0)
-                    consumers_[static_cast<std::size_t>(from.node)].push_back({static_cast<int>(n), static_cast<int>(i)});
+                    consumers_[static_cast<std::size_t>(from.node)].push_back(
+                        {static_cast<int>(n), static_cast<int>(i)});
         }
     }
 
@@ -35,7 +36,8 @@ class Spreading {
         for (std::size_t n = 0; n < queued_.size(); ++n) {
             auto& d = e_.declaration(static_cast<int>(n));
             for (std::size_t i = 0; i < d.slots.size(); ++i)
-                if (d.slots[i].role == Role::input && !d.slots[i].size_known && e_.node(static_cast<int>(n)).sources[i].node < 0) {
+                if (d.slots[i].role == Role::input && !d.slots[i].size_known &&
+                    e_.node(static_cast<int>(n)).sources[i].node < 0) {
                     offer(d, static_cast<int>(i), Size{});
                     push(static_cast<int>(n));
                     drain();
@@ -79,14 +81,19 @@ class Spreading {
             try {
                 if (offer(d, end.slot, news)) push(end.node);
             } catch (const ResolutionError& error) {
-                report(to.node, std::string(error.what()) + " (" + e_.diagram.end_path(from) + " -> " + e_.diagram.end_path(to) + ")");
+                report(to.node, std::string(error.what()) + " (" + e_.diagram.end_path(from) + " -> " +
+                                    e_.diagram.end_path(to) + ")");
             }
         };
-        if (a.size_known && !(b.size_known && b.size == a.size) && !is_told(to, 0)) tell(target, to, a.size);
-        else if (!a.size_known && b.size_known) tell(source, from, b.size);
+        if (a.size_known && !(b.size_known && b.size == a.size) && !is_told(to, 0))
+            tell(target, to, a.size);
+        else if (!a.size_known && b.size_known)
+            tell(source, from, b.size);
         const bool a_knows = knows_type(source, a), b_knows = knows_type(target, b);
-        if (a_knows && !is_told(to, 1)) tell(target, to, type_of_slot(source, a));
-        else if (!a_knows && b_knows) tell(source, from, type_of_slot(target, b));
+        if (a_knows && !is_told(to, 1))
+            tell(target, to, type_of_slot(source, a));
+        else if (!a_knows && b_knows)
+            tell(source, from, type_of_slot(target, b));
     }
 
     static bool knows_type(const Declaration& d, const Slot& s) {
@@ -98,12 +105,15 @@ class Spreading {
 
     /// Each input hears its source's size and type once.
     bool is_told(const Node::End& to, int what) {
-        const std::uint64_t key = (static_cast<std::uint64_t>(to.node) << 24 | static_cast<std::uint64_t>(to.slot) << 1) | static_cast<std::uint64_t>(what);
+        const std::uint64_t key =
+            (static_cast<std::uint64_t>(to.node) << 24 | static_cast<std::uint64_t>(to.slot) << 1) |
+            static_cast<std::uint64_t>(what);
         return !told_.insert(key).second;
     }
 
     void report(int node, const std::string& text) {
-        if (reported_.insert(text + e_.node(node).path).second) e_.report.add(e_.node(node).where, e_.node(node).path, text);
+        if (reported_.insert(text + e_.node(node).path).second)
+            e_.report.add(e_.node(node).where, e_.node(node).path, text);
     }
 
     void report_open(int n) {
@@ -112,21 +122,25 @@ class Spreading {
         for (const int i : unresolved(d)) {
             const Slot& slot = d.slots[static_cast<std::size_t>(i)];
             e_.report.add(e_.node(n).where, e_.node(n).path,
-                          std::string("the size of ") + name(slot.role) + " '" + slot.name + "' cannot be found from the wiring",
+                          std::string("the size of ") + name(slot.role) + " '" + slot.name +
+                              "' cannot be found from the wiring",
                           "connect the block, or give a parameter with the wanted size");
         }
         for (const auto& slot : d.slots) {
             const int count = slot.size.count();
-            if (slot.role == Role::parameter && slot.initial.size() > 1 && static_cast<int>(slot.initial.size()) != count)
+            if (slot.role == Role::parameter && slot.initial.size() > 1 &&
+                static_cast<int>(slot.initial.size()) != count)
                 e_.report.add(e_.node(n).where, e_.node(n).path,
-                              "parameter '" + slot.name + "' has " + std::to_string(slot.initial.size()) + " elements, but needs " + std::to_string(count),
+                              "parameter '" + slot.name + "' has " + std::to_string(slot.initial.size()) +
+                                  " elements, but needs " + std::to_string(count),
                               "give one element or " + std::to_string(count));
             if (slot.initial_from >= 0) {
                 const Slot& from = d.slots[static_cast<std::size_t>(slot.initial_from)];
                 if (from.size.count() != 1 && from.size.count() != count)
                     e_.report.add(e_.node(n).where, e_.node(n).path,
                                   "parameter '" + from.name + "' has " + std::to_string(from.size.count()) +
-                                      " elements, but the state '" + slot.name + "' needs " + std::to_string(count),
+                                      " elements, but the state '" + slot.name + "' needs " +
+                                      std::to_string(count),
                                   "give one element or " + std::to_string(count));
             }
         }
@@ -134,7 +148,8 @@ class Spreading {
             for (const Call& call : *rules)
                 if (call.symbols == 1 && !call.run[static_cast<std::size_t>(d.types[0].type)])
                     e_.report.add(e_.node(n).where, e_.node(n).path,
-                                  "the block does not work on signals of type " + std::string(bf::name(d.types[0].type)),
+                                  "the block does not work on signals of type " +
+                                      std::string(bf::name(d.types[0].type)),
                                   "insert a Convert block before it");
     }
 

@@ -20,10 +20,14 @@ class Rates {
         base_ = rate_of({1, 0, false});
         for (std::size_t n = 0; n < nodes_.size(); ++n)
             if (e_.node_periods[n] && *e_.node_periods[n] > 0) {
-                if (never_changes(nodes_[n]) && has_no_inputs(nodes_[n])) nodes_[n].rate = constant_rate;
-                else nodes_[n].rate = given(static_cast<int>(n), *e_.node_periods[n], e_.node_offsets[n].value_or(0));
+                if (never_changes(nodes_[n]) && has_no_inputs(nodes_[n]))
+                    nodes_[n].rate = constant_rate;
+                else
+                    nodes_[n].rate =
+                        given(static_cast<int>(n), *e_.node_periods[n], e_.node_offsets[n].value_or(0));
             } else if (has_no_inputs(nodes_[n])) {
-                nodes_[n].rate = never_changes(nodes_[n]) && nodes_[n].type != "Inport" ? constant_rate : base_;
+                nodes_[n].rate =
+                    never_changes(nodes_[n]) && nodes_[n].type != "Inport" ? constant_rate : base_;
             }
         inherit();
         for (auto& condition : e_.diagram.conditions)
@@ -32,21 +36,23 @@ class Rates {
 
   private:
     static bool has_no_inputs(const DiagramNode& node) {
-        return std::none_of(node.sources.begin(), node.sources.end(), [](const auto& s) { return s.node >= 0; });
+        return std::none_of(node.sources.begin(), node.sources.end(),
+                            [](const auto& s) { return s.node >= 0; });
     }
 
     /// Only rules without time and states: outputs change with the inputs alone.
     static bool never_changes(const DiagramNode& node) {
         const auto& d = node.block->declaration();
         const auto& m = node.methods;
-        if (m.output || m.update || m.derivative || m.guards || m.event || !d.update_rules.empty() || !d.derivative_rules.empty() ||
-            !d.objects.empty())
+        if (m.output || m.update || m.derivative || m.guards || m.event || !d.update_rules.empty() ||
+            !d.derivative_rules.empty() || !d.objects.empty())
             return false;
         for (const auto& slot : d.slots)
             if (slot.role == Role::discrete_state || slot.role == Role::continuous_state) return false;
         for (const Call& call : d.output_rules)
             for (const auto& operand : call.operands)
-                if (operand.source == Call::Source::time || operand.source == Call::Source::period) return false;
+                if (operand.source == Call::Source::time || operand.source == Call::Source::period)
+                    return false;
         return true;
     }
 
@@ -64,9 +70,11 @@ class Rates {
         };
         for (std::size_t n = 0; n < nodes_.size(); ++n)
             for (const auto& time : {e_.node_periods[n], e_.node_offsets[n]})
-                if (time && *time > 0) step = step == 0 ? *time : divide(std::max(step, *time), std::min(step, *time));
+                if (time && *time > 0)
+                    step = step == 0 ? *time : divide(std::max(step, *time), std::min(step, *time));
         if (step == 0)
-            e_.report.add(e_.model.where, "", "neither the model nor any block names a sample time", "give the model a 'step', e.g. step: 0.001");
+            e_.report.add(e_.model.where, "", "neither the model nor any block names a sample time",
+                          "give the model a 'step', e.g. step: 0.001");
         e_.diagram.step = step;
     }
 
@@ -83,8 +91,10 @@ class Rates {
         const auto ticks = [&](double time, const char* what) -> std::int64_t {
             const double count = std::round(time / step);
             if (std::abs(count * step - time) > 1e-9 * std::max(time, step) || count < 0)
-                e_.report.add(nodes_[static_cast<std::size_t>(n)].where, nodes_[static_cast<std::size_t>(n)].path,
-                              std::string(what) + " " + matlab::number_text(time) + " s is no multiple of the base period " + matlab::number_text(step) + " s",
+                e_.report.add(nodes_[static_cast<std::size_t>(n)].where,
+                              nodes_[static_cast<std::size_t>(n)].path,
+                              std::string(what) + " " + matlab::number_text(time) +
+                                  " s is no multiple of the base period " + matlab::number_text(step) + " s",
                               "change it, or give the model a 'step' that divides it");
             return static_cast<std::int64_t>(count);
         };
@@ -98,7 +108,8 @@ class Rates {
         std::vector<std::vector<int>> consumers(nodes_.size());
         for (std::size_t n = 0; n < nodes_.size(); ++n)
             for (const auto& from : nodes_[n].sources)
-                if (from.node >= 0) consumers[static_cast<std::size_t>(from.node)].push_back(static_cast<int>(n));
+                if (from.node >= 0)
+                    consumers[static_cast<std::size_t>(from.node)].push_back(static_cast<int>(n));
         std::vector<int> queue;
         const auto settle = [&](int n, int rate) {
             nodes_[static_cast<std::size_t>(n)].rate = rate;
@@ -108,7 +119,8 @@ class Rates {
             for (std::size_t next = 0; next < queue.size(); ++next) {
                 const int n = queue[next];
                 if (nodes_[static_cast<std::size_t>(n)].rate >= 0) continue;
-                if (const int rate = inherited(nodes_[static_cast<std::size_t>(n)], all_known); rate >= 0) settle(n, rate);
+                if (const int rate = inherited(nodes_[static_cast<std::size_t>(n)], all_known); rate >= 0)
+                    settle(n, rate);
             }
             queue.clear();
         };

@@ -17,8 +17,10 @@ class Sorting {
     void run() {
         make_vertices();
         make_edges();
-        if (order()) make_updates();
-        else report_loop();
+        if (order())
+            make_updates();
+        else
+            report_loop();
     }
 
   private:
@@ -52,8 +54,11 @@ class Sorting {
         const auto& node = nodes_[static_cast<std::size_t>(end.node)];
         const auto& rules = node.block->declaration().output_rules;
         for (std::size_t i = 0; i < rules.size(); ++i)
-            if (rules[i].writes(end.slot)) return first_[static_cast<std::size_t>(end.node)] + static_cast<int>(i);
-        return node.methods.output ? first_[static_cast<std::size_t>(end.node)] + static_cast<int>(rules.size()) : -1;
+            if (rules[i].writes(end.slot))
+                return first_[static_cast<std::size_t>(end.node)] + static_cast<int>(i);
+        return node.methods.output
+                   ? first_[static_cast<std::size_t>(end.node)] + static_cast<int>(rules.size())
+                   : -1;
     }
 
     void link(int from, int to, int from_slot, int to_slot) {
@@ -72,12 +77,14 @@ class Sorting {
                     const int to = first_[n] + static_cast<int>(i);
                     if (d.slots[slot].role == Role::input && node.sources[slot].node >= 0)
                         link(writer(node.sources[slot]), to, node.sources[slot].slot, operand.slot);
-                    if (d.slots[slot].role == Role::output) link(writer({static_cast<int>(n), operand.slot}), to, operand.slot, operand.slot);
+                    if (d.slots[slot].role == Role::output)
+                        link(writer({static_cast<int>(n), operand.slot}), to, operand.slot, operand.slot);
                 }
             if (node.methods.output) {
                 const int to = first_[n] + static_cast<int>(rules.size());
                 for (std::size_t i = 0; i < d.slots.size(); ++i)
-                    if (d.slots[i].role == Role::input && node.sources[i].node >= 0 && reads(node, static_cast<int>(i)))
+                    if (d.slots[i].role == Role::input && node.sources[i].node >= 0 &&
+                        reads(node, static_cast<int>(i)))
                         link(writer(node.sources[i]), to, node.sources[i].slot, static_cast<int>(i));
             }
             // Nothing of a conditional subsystem runs before its condition was looked at.
@@ -87,8 +94,11 @@ class Sorting {
         }
         for (std::size_t c = 1; c < e_.diagram.conditions.size(); ++c) {
             const auto& condition = e_.diagram.conditions[c];
-            if (condition.enable.node >= 0) link(writer(condition.enable), condition_vertex_[c], condition.enable.slot, -1);
-            if (condition.parent > 0) link(condition_vertex_[static_cast<std::size_t>(condition.parent)], condition_vertex_[c], -1, -1);
+            if (condition.enable.node >= 0)
+                link(writer(condition.enable), condition_vertex_[c], condition.enable.slot, -1);
+            if (condition.parent > 0)
+                link(condition_vertex_[static_cast<std::size_t>(condition.parent)], condition_vertex_[c], -1,
+                     -1);
         }
     }
 
@@ -106,7 +116,9 @@ class Sorting {
 
     std::pair<int, int> group(int v) const {
         const auto& a = vertices_[static_cast<std::size_t>(v)];
-        if (a.node >= 0) return {nodes_[static_cast<std::size_t>(a.node)].rate, nodes_[static_cast<std::size_t>(a.node)].condition};
+        if (a.node >= 0)
+            return {nodes_[static_cast<std::size_t>(a.node)].rate,
+                    nodes_[static_cast<std::size_t>(a.node)].condition};
         const auto& condition = e_.diagram.conditions[static_cast<std::size_t>(a.condition)];
         return {condition.rate, condition.parent};
     }
@@ -126,7 +138,9 @@ class Sorting {
         while (!ready.empty()) {
             auto chosen = ready.find(current);
             if (chosen == ready.end())
-                chosen = std::min_element(ready.begin(), ready.end(), [](const auto& a, const auto& b) { return *a.second.begin() < *b.second.begin(); });
+                chosen = std::min_element(ready.begin(), ready.end(), [](const auto& a, const auto& b) {
+                    return *a.second.begin() < *b.second.begin();
+                });
             if (chosen->first != current || segments.empty()) {
                 current = chosen->first;
                 segments.push_back({current.first, current.second, {}});
@@ -150,17 +164,20 @@ class Sorting {
         std::map<std::pair<int, int>, std::size_t> known;
         for (std::size_t n = 0; n < nodes_.size(); ++n) {
             const auto& node = nodes_[n];
-            const int updates = static_cast<int>(node.block->declaration().update_rules.size()) + node.methods.update;
+            const int updates =
+                static_cast<int>(node.block->declaration().update_rules.size()) + node.methods.update;
             if (updates == 0 || node.rate == constant_rate) continue;
             const auto [place, is_new] = known.try_emplace({node.rate, node.condition}, segments.size());
             if (is_new) segments.push_back({node.rate, node.condition, {}});
-            for (int i = 0; i < updates; ++i) segments[place->second].activities.push_back({static_cast<int>(n), i, 0});
+            for (int i = 0; i < updates; ++i)
+                segments[place->second].activities.push_back({static_cast<int>(n), i, 0});
         }
     }
 
     std::string vertex_path(int v) const {
         const auto& a = vertices_[static_cast<std::size_t>(v)];
-        return a.node >= 0 ? nodes_[static_cast<std::size_t>(a.node)].path : e_.diagram.conditions[static_cast<std::size_t>(a.condition)].path;
+        return a.node >= 0 ? nodes_[static_cast<std::size_t>(a.node)].path
+                           : e_.diagram.conditions[static_cast<std::size_t>(a.condition)].path;
     }
 
     std::string port_path(int v, int slot) const {
@@ -183,17 +200,20 @@ class Sorting {
         std::vector<int> members;
         do {
             const auto& [from, edge] = before.at(v);
-            if (edge->from_slot >= 0) hops.push_back(port_path(from, edge->from_slot) + " -> " + port_path(v, edge->to_slot));
+            if (edge->from_slot >= 0)
+                hops.push_back(port_path(from, edge->from_slot) + " -> " + port_path(v, edge->to_slot));
             members.push_back(v);
             v = from;
         } while (v != start);
         std::reverse(hops.begin(), hops.end());
         std::string text = "algebraic loop: ";
         for (std::size_t i = 0; i < hops.size(); ++i) text += (i ? ", " : "") + hops[i];
-        const auto& at = vertices_[static_cast<std::size_t>(*std::min_element(members.begin(), members.end()))];
+        const auto& at =
+            vertices_[static_cast<std::size_t>(*std::min_element(members.begin(), members.end()))];
         const int node = at.node >= 0 ? at.node : 0;
         e_.report.add(nodes_[static_cast<std::size_t>(node)].where, vertex_path(start), text,
-                      "break it with a block whose output does not depend on its input in the same step, e.g. a UnitDelay on one of these wires");
+                      "break it with a block whose output does not depend on its input in the same step, "
+                      "e.g. a UnitDelay on one of these wires");
     }
 
     Elaboration& e_;

@@ -66,29 +66,30 @@ struct Elaboration {
     Report report;
     matlab::Interpreter interpreter;
     Diagram diagram;
-    std::deque<Scope> scopes; ///< stable addresses
+    std::deque<Scope> scopes;                                      ///< stable addresses
     std::vector<std::optional<double>> node_periods, node_offsets; ///< s, where given
 
     Scope& root() { return scopes.front(); }
     DiagramNode& node(int i) { return diagram.nodes[static_cast<std::size_t>(i)]; }
     Declaration& declaration(int i) { return node(i).block->declaration(); }
 
-    std::optional<matlab::Value> evaluate(const model::Expression& expression, const matlab::Workspace& variables,
-                                          const std::string& path);
-    std::optional<double> evaluate_scalar(const model::Expression& expression, const matlab::Workspace& variables,
-                                          const std::string& path, const char* what);
+    std::optional<matlab::Value> evaluate(const model::Expression& expression,
+                                          const matlab::Workspace& variables, const std::string& path);
+    std::optional<double> evaluate_scalar(const model::Expression& expression,
+                                          const matlab::Workspace& variables, const std::string& path,
+                                          const char* what);
 };
 
 /// The core value of a MATLAB value; nothing when blocks know no such value (struct, handle).
 std::optional<Value> to_value(const matlab::Value& value);
 /// The value of a setting whose argument is a text or a list of texts.
-std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const model::Setting& setting, bool is_list,
-                                  const std::string& path);
+std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const model::Setting& setting,
+                                  bool is_list, const std::string& path);
 
-void flatten(Elaboration& e);        ///< scopes, nodes with arguments and parameters
-void wire(Elaboration& e);           ///< sources of inputs, conditions, resources, named signals
-void infer_shapes(Elaboration& e);   ///< sizes and types
-void assign_rates(Elaboration& e);   ///< sample times
-void sort(Elaboration& e);           ///< the plan
+void flatten(Elaboration& e);      ///< scopes, nodes with arguments and parameters
+void wire(Elaboration& e);         ///< sources of inputs, conditions, resources, named signals
+void infer_shapes(Elaboration& e); ///< sizes and types
+void assign_rates(Elaboration& e); ///< sample times
+void sort(Elaboration& e);         ///< the plan
 
 } // namespace bf::elaboration

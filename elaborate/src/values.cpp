@@ -32,7 +32,8 @@ std::string trimmed(std::string_view text) {
 
 } // namespace
 
-std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expression, const matlab::Workspace& variables,
+std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expression,
+                                                   const matlab::Workspace& variables,
                                                    const std::string& path) {
     if (expression.quotes == model::Quotes::none)
         if (const auto number = matlab::plain_number(expression.text)) return matlab::Value(*number);
@@ -42,18 +43,21 @@ std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expr
                                     {where.file ? *where.file : std::string(), where.line, where.column});
     } catch (const matlab::Error& error) {
         model::Location at = where;
-        if (where.line > 0 && error.located()) at = {where.file, error.location().line, error.location().column};
+        if (where.line > 0 && error.located())
+            at = {where.file, error.location().line, error.location().column};
         report.add(at, path, "'" + expression.text + "': " + error.message());
         return std::nullopt;
     }
 }
 
-std::optional<double> Elaboration::evaluate_scalar(const model::Expression& expression, const matlab::Workspace& variables,
+std::optional<double> Elaboration::evaluate_scalar(const model::Expression& expression,
+                                                   const matlab::Workspace& variables,
                                                    const std::string& path, const char* what) {
     const auto value = evaluate(expression, variables, path);
     if (!value) return std::nullopt;
     if (!value->is_array() || !value->is_scalar() || !std::isfinite(value->scalar())) {
-        report.add(expression.where, path, "'" + std::string(what) + "' must be a finite number, not " + value->describe());
+        report.add(expression.where, path,
+                   "'" + std::string(what) + "' must be a finite number, not " + value->describe());
         return std::nullopt;
     }
     return value->scalar();
@@ -78,11 +82,12 @@ std::optional<Value> to_value(const matlab::Value& value) {
     return converted;
 }
 
-std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const model::Setting& setting, bool is_list,
-                                  const std::string& path) {
+std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const model::Setting& setting,
+                                  bool is_list, const std::string& path) {
     const auto& expression = setting.value;
     const std::string text = trimmed(expression.text);
-    if (expression.quotes == model::Quotes::single || expression.quotes == model::Quotes::literal) return Value(expression.text);
+    if (expression.quotes == model::Quotes::single || expression.quotes == model::Quotes::literal)
+        return Value(expression.text);
     // A variable (or a field of one) that holds text goes before its own name.
     const std::string head = text.substr(0, text.find_first_of(".({[ "));
     if (!head.empty() && scope.variables.contains(head)) {

@@ -80,18 +80,21 @@ class Wiring {
     }
 
     /// The port that an endpoint means: its name, or the only one there is.
-    std::optional<std::string> port_of(const Scope& scope, const model::Endpoint& end, const std::vector<std::string>& names,
-                                       const char* kind) {
+    std::optional<std::string> port_of(const Scope& scope, const model::Endpoint& end,
+                                       const std::vector<std::string>& names, const char* kind) {
         const std::string path = inside(scope, end.block);
         if (end.port.empty()) {
             if (names.size() == 1) return names.front();
             e_.report.add(end.where, path,
-                          "'" + end.text() + "' does not say which " + kind + " is meant: there are " + std::to_string(names.size()),
+                          "'" + end.text() + "' does not say which " + kind + " is meant: there are " +
+                              std::to_string(names.size()),
                           names.empty() ? "" : std::string("write one of ") + list(names) + " after a dot");
             return std::nullopt;
         }
         if (std::find(names.begin(), names.end(), end.port) != names.end()) return end.port;
-        e_.report.add(end.where, path, std::string("there is no ") + kind + " '" + end.port + "'" + did_you_mean(end.port, names),
+        e_.report.add(end.where, path,
+                      std::string("there is no ") + kind + " '" + end.port + "'" +
+                          did_you_mean(end.port, names),
                       std::string(kind) + "s: " + list(names));
         return std::nullopt;
     }
@@ -99,10 +102,12 @@ class Wiring {
     const Scope::Item* item_of(const Scope& scope, const model::Endpoint& end) {
         const auto found = scope.items.find(end.block);
         if (found != scope.items.end()) return &found->second;
-        if (!scope.system->find_block(end.block)) { // a block that exists but could not be made was reported before
+        if (!scope.system->find_block(
+                end.block)) { // a block that exists but could not be made was reported before
             std::vector<std::string> names;
             for (const auto& block : scope.system->blocks) names.push_back(block.name);
-            e_.report.add(end.where, scope.path, "there is no block '" + end.block + "' here" + did_you_mean(end.block, names));
+            e_.report.add(end.where, scope.path,
+                          "there is no block '" + end.block + "' here" + did_you_mean(end.block, names));
         }
         return nullptr;
     }
@@ -119,7 +124,8 @@ class Wiring {
             std::vector<std::string> names;
             if (item->scope) {
                 names = port_names(item->scope->system->inputs);
-                if (item->scope->system->execution == model::Execution::enabled) names.emplace_back(model::enable_port);
+                if (item->scope->system->execution == model::Execution::enabled)
+                    names.emplace_back(model::enable_port);
             } else {
                 names = slot_names(e_.declaration(item->node), Role::input);
             }
@@ -130,7 +136,8 @@ class Wiring {
         const auto [known, is_new] = scope.drivers.try_emplace(target, Scope::Driver{&from, &to});
         if (!is_new)
             e_.report.add(to.where, inside(scope, to.block),
-                          "'" + to.text() + "' is driven twice: by '" + known->second.from->text() + "' and by '" + from.text() + "'",
+                          "'" + to.text() + "' is driven twice: by '" + known->second.from->text() +
+                              "' and by '" + from.text() + "'",
                           "remove one of the connections");
     }
 
@@ -140,11 +147,13 @@ class Wiring {
         if (found == scope.drivers.end()) return {};
         const model::Endpoint& from = *found->second.from;
         if (depth > 1000) {
-            e_.report.add(from.where, scope.path, "subsystem ports are connected in a circle without any block");
+            e_.report.add(from.where, scope.path,
+                          "subsystem ports are connected in a circle without any block");
             return {};
         }
         if (from.block.empty()) {
-            const auto port = port_of(scope, from, port_names(scope.system->inputs), "input of the subsystem");
+            const auto port =
+                port_of(scope, from, port_names(scope.system->inputs), "input of the subsystem");
             if (!port) return failed();
             if (scope.parent) return source(*scope.parent, key(scope.self->name, *port), depth + 1);
             for (const auto& input : e_.diagram.inputs)
@@ -154,7 +163,8 @@ class Wiring {
         const auto* item = item_of(scope, from);
         if (!item) return failed();
         if (item->node >= 0) {
-            const auto port = port_of(scope, from, slot_names(e_.declaration(item->node), Role::output), "output");
+            const auto port =
+                port_of(scope, from, slot_names(e_.declaration(item->node), Role::output), "output");
             if (!port) return failed();
             return {item->node, e_.declaration(item->node).find(*port, Role::output)};
         }
@@ -172,7 +182,8 @@ class Wiring {
     /// Marks a wire whose error is reported already.
     static Node::End failed() { return {-2, -1}; }
 
-    int add_internal(std::unique_ptr<Block> block, std::string path, const char* type, const Scope& scope, int condition) {
+    int add_internal(std::unique_ptr<Block> block, std::string path, const char* type, const Scope& scope,
+                     int condition) {
         DiagramNode node;
         node.sources.resize(block->declaration().slots.size());
         node.block = std::move(block);
@@ -193,14 +204,21 @@ class Wiring {
             if (port.shape) {
                 if (const auto shape = e_.evaluate(*port.shape, root.variables, port.name)) {
                     const auto dims = shape->matrix();
-                    if (dims.size() == 1) size = {static_cast<int>(dims(0)), 1, false};
-                    else if (dims.size() == 2) size = {static_cast<int>(dims(0)), static_cast<int>(dims(1)), true};
-                    else e_.report.add(port.shape->where, port.name, "a shape has one or two lengths, not " + shape->describe());
+                    if (dims.size() == 1)
+                        size = {static_cast<int>(dims(0)), 1, false};
+                    else if (dims.size() == 2)
+                        size = {static_cast<int>(dims(0)), static_cast<int>(dims(1)), true};
+                    else
+                        e_.report.add(port.shape->where, port.name,
+                                      "a shape has one or two lengths, not " + shape->describe());
                 }
             }
             const auto type = port.type.empty() ? Type::float64 : type_from_name(port.type);
-            if (!type) e_.report.add(port.where, port.name, "there is no type '" + port.type + "'", "types: double, single, int8, ..., uint32, boolean");
-            const int node = add_internal(std::make_unique<RootInput>(size, type.value_or(Type::float64)), port.name, "Inport", root, 0);
+            if (!type)
+                e_.report.add(port.where, port.name, "there is no type '" + port.type + "'",
+                              "types: double, single, int8, ..., uint32, boolean");
+            const int node = add_internal(std::make_unique<RootInput>(size, type.value_or(Type::float64)),
+                                          port.name, "Inport", root, 0);
             e_.diagram.inputs.push_back({port.name, {node, 0}});
         }
     }
@@ -208,14 +226,17 @@ class Wiring {
     void add_outlets(Scope& scope) {
         if (scope.system->execution != model::Execution::enabled || !scope.self) return;
         for (const auto& port : scope.system->outputs) {
-            const int node = add_internal(std::make_unique<Outlet>(), inside(scope, port.name), "Outport", scope, scope.condition);
+            const int node = add_internal(std::make_unique<Outlet>(), inside(scope, port.name), "Outport",
+                                          scope, scope.condition);
             scope.copies.emplace_back(&port, node);
             scope.nodes.push_back(node);
             Condition::Outlet outlet{{node, 1}, {}, port.when_disabled == model::WhenDisabled::reset};
             if (port.initial)
-                if (const auto value = e_.evaluate(*port.initial, scope.variables, inside(scope, port.name)); value && value->is_array())
+                if (const auto value = e_.evaluate(*port.initial, scope.variables, inside(scope, port.name));
+                    value && value->is_array())
                     outlet.initial.assign(value->data(), value->data() + value->numel());
-            e_.diagram.conditions[static_cast<std::size_t>(scope.condition)].outlets.push_back(std::move(outlet));
+            e_.diagram.conditions[static_cast<std::size_t>(scope.condition)].outlets.push_back(
+                std::move(outlet));
         }
     }
 
@@ -225,9 +246,11 @@ class Wiring {
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role != Role::input) continue;
             const auto from = source(scope, key(name, slots[i].name));
-            if (from.node >= 0) node.sources[i] = from;
+            if (from.node >= 0)
+                node.sources[i] = from;
             else if (from.node == -1 && !slots[i].optional)
-                e_.report.add(node.where, node.path, "input '" + slots[i].name + "' is not connected", "connect a signal to it");
+                e_.report.add(node.where, node.path, "input '" + slots[i].name + "' is not connected",
+                              "connect a signal to it");
         }
     }
 
@@ -236,17 +259,22 @@ class Wiring {
             auto& condition = e_.diagram.conditions[static_cast<std::size_t>(scope.condition)];
             condition.enable = source(*scope.parent, key(scope.self->name, std::string(model::enable_port)));
             if (condition.enable.node == -1)
-                e_.report.add(scope.self->where, scope.path, "the enabled subsystem's input 'enable' is not connected",
+                e_.report.add(scope.self->where, scope.path,
+                              "the enabled subsystem's input 'enable' is not connected",
                               "connect a signal to it; the subsystem runs while any element is above 0");
             for (const auto& [port, node] : scope.copies) {
                 const auto from = source(scope, key("", port->name));
-                if (from.node >= 0) e_.node(node).sources[0] = from;
+                if (from.node >= 0)
+                    e_.node(node).sources[0] = from;
                 else if (from.node == -1)
-                    e_.report.add(port->where, inside(scope, port->name), "the subsystem's output is not connected", "connect a block's output to it");
+                    e_.report.add(port->where, inside(scope, port->name),
+                                  "the subsystem's output is not connected",
+                                  "connect a block's output to it");
             }
         }
         for (int c = scope.condition; c > 0; c = e_.diagram.conditions[static_cast<std::size_t>(c)].parent)
-            for (const int node : scope.nodes) e_.diagram.conditions[static_cast<std::size_t>(c)].nodes.push_back(node);
+            for (const int node : scope.nodes)
+                e_.diagram.conditions[static_cast<std::size_t>(c)].nodes.push_back(node);
     }
 
     void name_outputs(Scope& scope) {
@@ -271,8 +299,10 @@ class Wiring {
                 const auto& provisions = e_.declaration(candidate).provisions;
                 for (std::size_t p = 0; p < provisions.size(); ++p) {
                     if (provisions[p].type != type) continue;
-                    if (found.node >= 0) found_twice = e_.node(found.node).path + " and " + e_.node(candidate).path;
-                    else found = {candidate, static_cast<int>(p)};
+                    if (found.node >= 0)
+                        found_twice = e_.node(found.node).path + " and " + e_.node(candidate).path;
+                    else
+                        found = {candidate, static_cast<int>(p)};
                 }
             }
             if (found.node >= 0) return found;
@@ -304,10 +334,12 @@ class Wiring {
             std::string found_twice;
             const auto from = provider(scope_of(index), index, requirement.type, found_twice);
             if (!found_twice.empty())
-                e_.report.add(node.where, node.path, "finds more than one " + requirement.type + " around it: " + found_twice,
+                e_.report.add(node.where, node.path,
+                              "finds more than one " + requirement.type + " around it: " + found_twice,
                               "keep one of them in this subsystem");
             if (from.node < 0) {
-                e_.report.add(node.where, node.path, "needs a " + requirement.type + ", and no enclosing subsystem has one",
+                e_.report.add(node.where, node.path,
+                              "needs a " + requirement.type + ", and no enclosing subsystem has one",
                               "add a block that provides it beside this block or in a subsystem around it");
                 is_complete = false;
                 continue;
@@ -344,8 +376,9 @@ class Wiring {
                 const Unit none;
                 if (to.unit == none || from.unit == none || from.unit.agrees_with(to.unit)) continue;
                 e_.report.add(node.where, node.path,
-                              "input '" + to.name + "' is in " + std::string(to.unit.text) + ", but is wired to " +
-                                  e_.diagram.end_path(node.sources[i]) + " in " + std::string(from.unit.text),
+                              "input '" + to.name + "' is in " + std::string(to.unit.text) +
+                                  ", but is wired to " + e_.diagram.end_path(node.sources[i]) + " in " +
+                                  std::string(from.unit.text),
                               "convert the signal, e.g. with a Gain");
             }
     }
@@ -355,7 +388,8 @@ class Wiring {
         if (found.empty()) {
             std::vector<std::string> names;
             for (const auto& known : e_.diagram.match_signals("*")) names.push_back(known.path);
-            e_.report.add(signal.where, "", "there is no signal '" + signal.path + "'" + did_you_mean(signal.path, names),
+            e_.report.add(signal.where, "",
+                          "there is no signal '" + signal.path + "'" + did_you_mean(signal.path, names),
                           "signals are called block.port, with the subsystems before them");
         }
         to.insert(to.end(), found.begin(), found.end());

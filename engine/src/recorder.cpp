@@ -36,14 +36,15 @@ recording::Metadata panels(const Diagram& diagram) {
 
 } // namespace
 
-Recorder::Recorder(const Diagram& diagram, const std::vector<SignalName>& signals, const std::filesystem::path& file,
-                   const std::string& model_text)
+Recorder::Recorder(const Diagram& diagram, const std::vector<SignalName>& signals,
+                   const std::filesystem::path& file, const std::string& model_text)
     : writer_(file, {{"model", diagram.name}, {"step", std::to_string(diagram.step)}}) {
     std::unordered_set<std::string> seen;
     for (const auto& signal : signals) {
         if (!seen.insert(signal.path).second) continue;
         const Slot& slot = diagram.slot(signal.end);
-        const int rate = std::max(diagram.nodes[static_cast<std::size_t>(signal.end.node)].rate, constant_rate);
+        const int rate =
+            std::max(diagram.nodes[static_cast<std::size_t>(signal.end.node)].rate, constant_rate);
         recording::ChannelInfo info;
         info.type = element_type(slot.type);
         info.rows = static_cast<std::uint32_t>(slot.size.rows);

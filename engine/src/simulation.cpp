@@ -39,16 +39,18 @@ struct Simulation::ConditionState {
         for (const auto& outlet : conditions[static_cast<std::size_t>(index)].outlets)
             if (outlet.resets) {
                 const Slot& slot = simulation->diagram_.slot(outlet.end);
-                write_values(simulation->context_.data(outlet.end.node, outlet.end.slot), slot.type, slot.size.count(), outlet.initial);
+                write_values(simulation->context_.data(outlet.end.node, outlet.end.slot), slot.type,
+                             slot.size.count(), outlet.initial);
             }
         for (std::size_t c = 1; c < conditions.size(); ++c)
-            if (conditions[c].parent == index && simulation->conditions_[c]->is_true) simulation->conditions_[c]->become_false();
+            if (conditions[c].parent == index && simulation->conditions_[c]->is_true)
+                simulation->conditions_[c]->become_false();
     }
 };
 
 Simulation::Simulation(const Diagram& diagram)
-    : diagram_(diagram), context_(diagram.context_nodes(), static_cast<int>(diagram.rates.size())), hit_(diagram.rates.size()),
-      until_hit_(diagram.rates.size()) {
+    : diagram_(diagram), context_(diagram.context_nodes(), static_cast<int>(diagram.rates.size())),
+      hit_(diagram.rates.size()), until_hit_(diagram.rates.size()) {
     for (std::size_t c = 0; c < diagram_.conditions.size(); ++c) {
         const auto& condition = diagram_.conditions[c];
         auto state = std::make_unique<ConditionState>(ConditionState{this, static_cast<int>(c)});
@@ -73,8 +75,11 @@ void Simulation::bind() {
             if (activity.node >= 0) {
                 result.tasks.push_back(context_.task(activity.node, phase, activity.index));
             } else {
-                const auto test = [](const void* p, int) { return const_cast<ConditionState*>(static_cast<const ConditionState*>(p))->test(); };
-                result.tasks.push_back({test, conditions_[static_cast<std::size_t>(activity.condition)].get(), 0});
+                const auto test = [](const void* p, int) {
+                    return const_cast<ConditionState*>(static_cast<const ConditionState*>(p))->test();
+                };
+                result.tasks.push_back(
+                    {test, conditions_[static_cast<std::size_t>(activity.condition)].get(), 0});
             }
             result.nodes.push_back(activity.node);
         }
@@ -103,7 +108,9 @@ void Simulation::bind() {
     }
 }
 
-bool Simulation::is_active(int condition) const { return conditions_[static_cast<std::size_t>(condition)]->is_true; }
+bool Simulation::is_active(int condition) const {
+    return conditions_[static_cast<std::size_t>(condition)]->is_true;
+}
 
 bool Simulation::run(const BoundSegment& segment) noexcept {
     const Task* const begin = segment.tasks.data();
@@ -120,7 +127,8 @@ bool Simulation::run(const BoundSegment& segment) noexcept {
 void Simulation::write_initial_outputs(int condition) {
     for (const auto& outlet : diagram_.conditions[static_cast<std::size_t>(condition)].outlets) {
         const Slot& slot = diagram_.slot(outlet.end);
-        write_values(context_.data(outlet.end.node, outlet.end.slot), slot.type, slot.size.count(), outlet.initial);
+        write_values(context_.data(outlet.end.node, outlet.end.slot), slot.type, slot.size.count(),
+                     outlet.initial);
     }
 }
 
@@ -152,7 +160,8 @@ void Simulation::start() {
         try {
             context_.start(started_);
         } catch (const std::exception& error) {
-            const std::string text = diagram_.nodes[static_cast<std::size_t>(started_)].path + ": " + error.what();
+            const std::string text =
+                diagram_.nodes[static_cast<std::size_t>(started_)].path + ": " + error.what();
             stop();
             throw RunError(text);
         }
@@ -172,10 +181,12 @@ Status Simulation::step() noexcept {
         ++clock.step;
     }
     for (const auto& segment : outputs_)
-        if (hit_[static_cast<std::size_t>(segment.rate)] && is_active(segment.condition) && !run(segment)) return status_;
+        if (hit_[static_cast<std::size_t>(segment.rate)] && is_active(segment.condition) && !run(segment))
+            return status_;
     for (Observer* observer : observers_) observer->observe(*this);
     for (const auto& segment : updates_)
-        if (hit_[static_cast<std::size_t>(segment.rate)] && is_active(segment.condition) && !run(segment)) return status_;
+        if (hit_[static_cast<std::size_t>(segment.rate)] && is_active(segment.condition) && !run(segment))
+            return status_;
     for (const auto& segment : commits_) {
         if (!hit_[static_cast<std::size_t>(segment.rate)] || !is_active(segment.condition)) continue;
         for (const auto& commit : segment.commits) {
@@ -183,7 +194,8 @@ Status Simulation::step() noexcept {
             bool is_nan = false;
             for (int i = 0; i < commit.doubles; ++i) is_nan = is_nan || from[i] != from[i];
             if (is_nan) [[unlikely]] {
-                status_ = Status::failure("a state became NaN: look at the block's inputs in this step for a division by zero or a value out of range");
+                status_ = Status::failure("a state became NaN: look at the block's inputs in this step for a "
+                                          "division by zero or a value out of range");
                 failed_node_ = commit.node;
                 return status_;
             }
@@ -201,7 +213,9 @@ void Simulation::stop() noexcept {
 
 std::string Simulation::failure() const {
     if (status_) return {};
-    const std::string path = failed_node_ >= 0 ? diagram_.nodes[static_cast<std::size_t>(failed_node_)].path + ": " : std::string();
+    const std::string path = failed_node_ >= 0
+                                 ? diagram_.nodes[static_cast<std::size_t>(failed_node_)].path + ": "
+                                 : std::string();
     return path + status_.text();
 }
 
@@ -213,9 +227,10 @@ std::vector<CheckResult> Simulation::checks() const {
         const std::string name = node.path.substr(node.path.rfind('.') + 1);
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].reported)
-                results.push_back({slots[i].name == "value" ? name : name + "." + slots[i].name,
-                                   read_value(context_.data(static_cast<int>(n), static_cast<int>(i)), slots[i].type, 0),
-                                   slots[i].type == Type::boolean});
+                results.push_back(
+                    {slots[i].name == "value" ? name : name + "." + slots[i].name,
+                     read_value(context_.data(static_cast<int>(n), static_cast<int>(i)), slots[i].type, 0),
+                     slots[i].type == Type::boolean});
     }
     return results;
 }
@@ -223,18 +238,23 @@ std::vector<CheckResult> Simulation::checks() const {
 void Simulation::set_parameter(const std::string& path, const std::vector<double>& values) {
     const auto dot = path.rfind('.');
     const int node = dot == std::string::npos ? -1 : diagram_.find_node(path.substr(0, dot));
-    const int slot = node < 0 ? -1 : diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().find(path.substr(dot + 1), Role::parameter);
-    if (slot < 0) throw RunError("there is no parameter '" + path + "'; parameters are called block.parameter");
+    const int slot = node < 0 ? -1
+                              : diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().find(
+                                    path.substr(dot + 1), Role::parameter);
+    if (slot < 0)
+        throw RunError("there is no parameter '" + path + "'; parameters are called block.parameter");
     const Slot& s = diagram_.slot({node, slot});
     if (values.size() != 1 && static_cast<int>(values.size()) != s.size.count())
-        throw RunError("parameter '" + path + "' has " + std::to_string(s.size.count()) + " elements, not " + std::to_string(values.size()));
+        throw RunError("parameter '" + path + "' has " + std::to_string(s.size.count()) + " elements, not " +
+                       std::to_string(values.size()));
     write_values(context_.data(node, slot), s.type, s.size.count(), values);
     run_constants();
 }
 
 std::vector<std::byte> Simulation::snapshot() const {
     if (const int node = context_.refuses_snapshot(); node >= 0)
-        throw RunError(diagram_.nodes[static_cast<std::size_t>(node)].path + ": its state lives outside and cannot be saved");
+        throw RunError(diagram_.nodes[static_cast<std::size_t>(node)].path +
+                       ": its state lives outside and cannot be saved");
     const std::size_t own = sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) + conditions_.size();
     std::vector<std::byte> bytes(own + context_.snapshot_size());
     std::byte* to = bytes.data();
@@ -251,8 +271,9 @@ std::vector<std::byte> Simulation::snapshot() const {
 void Simulation::restore(const std::vector<std::byte>& snapshot) {
     const std::size_t own = sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) + conditions_.size();
     if (snapshot.size() != own + context_.snapshot_size())
-        throw RunError("the snapshot has " + std::to_string(snapshot.size()) + " bytes, but this diagram's have " +
-                       std::to_string(own + context_.snapshot_size()) + "; it belongs to another model");
+        throw RunError("the snapshot has " + std::to_string(snapshot.size()) +
+                       " bytes, but this diagram's have " + std::to_string(own + context_.snapshot_size()) +
+                       "; it belongs to another model");
     const std::byte* from = snapshot.data();
     context_.restore(from);
     from += context_.snapshot_size();

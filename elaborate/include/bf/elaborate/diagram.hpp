@@ -24,12 +24,12 @@ inline constexpr int constant_rate = 0;
 
 /// When the blocks of a conditional subsystem run. Condition 0 is always true.
 struct Condition {
-    std::string path;                 ///< of the subsystem
-    int parent = -1;                  ///< the condition around it
-    Node::End enable;                 ///< runs while any element is above 0
-    int rate = 1;                     ///< at which `enable` is looked at
-    bool resets_states = false;       ///< on becoming true
-    std::vector<int> nodes;           ///< blocks directly or indirectly inside
+    std::string path;           ///< of the subsystem
+    int parent = -1;            ///< the condition around it
+    Node::End enable;           ///< runs while any element is above 0
+    int rate = 1;               ///< at which `enable` is looked at
+    bool resets_states = false; ///< on becoming true
+    std::vector<int> nodes;     ///< blocks directly or indirectly inside
     /// Outputs of the subsystem: written to their initial value before the first enabling, and on disabling
     /// where they are reset.
     struct Outlet {
@@ -97,7 +97,9 @@ struct Diagram {
     std::vector<SignalName> aliases; ///< outputs of subsystems by their path
     Plan plan;
 
-    double period(int rate) const { return static_cast<double>(rates[static_cast<std::size_t>(rate)].ticks) * step; }
+    double period(int rate) const {
+        return static_cast<double>(rates[static_cast<std::size_t>(rate)].ticks) * step;
+    }
     /// The nodes as the memory of a run needs them; clock i belongs to rate i.
     std::vector<Node> context_nodes() const;
     /// "block.port", a subsystem's output, or a block with one output. Node -1 when there is none.
@@ -109,7 +111,8 @@ struct Diagram {
     /// The node of that path, or -1.
     int find_node(const std::string& path) const;
     const Slot& slot(const Node::End& end) const {
-        return nodes[static_cast<std::size_t>(end.node)].block->declaration().slots[static_cast<std::size_t>(end.slot)];
+        return nodes[static_cast<std::size_t>(end.node)].block->declaration().slots[static_cast<std::size_t>(
+            end.slot)];
     }
     std::string end_path(const Node::End& end) const {
         return nodes[static_cast<std::size_t>(end.node)].path + "." + slot(end).name;

@@ -14,7 +14,8 @@ struct ElaborateOptions {
     /// Expressions by name: a variable of the model ("Gain.Kp"), a setting of a block ("controller.pd.K"), or
     /// "step" and "stop".
     std::vector<std::pair<std::string, std::string>> overrides;
-    /// Folder that relative file names in arguments refer to; the registry's blocks read it as `model_folder`.
+    /// Folder that relative file names in arguments refer to; the registry's blocks read it as
+    /// `model_folder`.
     std::string folder;
 };
 

@@ -15,8 +15,8 @@ namespace bf {
 class Recorder final : public Simulation::Observer {
   public:
     /// Opens the file for the signals; throws std::runtime_error when it cannot be created.
-    Recorder(const Diagram& diagram, const std::vector<SignalName>& signals, const std::filesystem::path& file,
-             const std::string& model_text);
+    Recorder(const Diagram& diagram, const std::vector<SignalName>& signals,
+             const std::filesystem::path& file, const std::string& model_text);
 
     void observe(const Simulation& simulation) noexcept override;
     /// Completes the file; throws std::runtime_error when something could not be written (disk full).

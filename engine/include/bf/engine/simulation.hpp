@@ -60,8 +60,8 @@ class Simulation {
     /// Final values of the states that blocks report, by the name of their block.
     std::vector<CheckResult> checks() const;
 
-    /// Changes a parameter between two steps: all elements, or one that expands. Throws RunError for an unknown name
-    /// or a wrong number of elements.
+    /// Changes a parameter between two steps: all elements, or one that expands. Throws RunError for an
+    /// unknown name or a wrong number of elements.
     void set_parameter(const std::string& path, const std::vector<double>& values);
 
     /// Called after the outputs of each step (3. above); must not allocate if the run must not.

@@ -32,6 +32,7 @@ class Daqp final : public Solver {
         work_.settings->eq_reduction = DAQP_EQ_REDUCTION_OFF; // it allocates
         allocate_daqp_workspace(&work_, variables, 0);
         allocate_daqp_ldp(&work_, variables, total, variables, 1, 1);
+        std::fill_n(work_.sense, total, 0); // a state may be saved before the first solve
         // Room for m rows was made; without bounds on x the same rows start at index 0.
         work_.m = total;
         problem_.n = variables;
@@ -73,7 +74,26 @@ class Daqp final : public Solver {
 
     void reset() noexcept override { warm_ = false; }
 
+    // Each solve forms everything else anew: the active set from `sense`, proximal iterations from x.
+    int state_size() const noexcept override { return 2 + total() + data_.n; }
+    void save(double* state) const noexcept override {
+        *state++ = warm_;
+        *state++ = problem_.ms;
+        state = std::copy_n(work_.sense, total(), state);
+        std::copy_n(work_.x, data_.n, state);
+    }
+    void restore(const double* state) noexcept override {
+        warm_ = *state++ != 0.0;
+        problem_.ms = static_cast<int>(*state++);
+        for (int i = 0; i < total(); ++i) {
+            work_.sense[i] = static_cast<int>(*state++);
+        }
+        std::copy_n(state, data_.n, work_.x);
+    }
+
   private:
+    int total() const noexcept { return data_.n + data_.m; }
+
     void run(Result& result) noexcept {
         int mask = DAQP_UPDATE_Rinv | DAQP_UPDATE_M | DAQP_UPDATE_v | DAQP_UPDATE_d;
         if (!warm_) {

@@ -1,5 +1,6 @@
 #include "data.hpp"
 
+#include <algorithm>
 #include <proxsuite/proxqp/dense/dense.hpp>
 
 namespace bf::qp {
@@ -56,10 +57,31 @@ class ProxQp final : public Solver {
 
     void reset() noexcept override { warm_ = false; }
 
+    // A warm start takes x, the multipliers and the proximal parameters over.
+    int state_size() const noexcept override { return 4 + 2 * data_.n + data_.m; }
+    void save(double* state) const noexcept override {
+        const auto& from = qp_.results;
+        for (const double value : {double(warm_), from.info.rho, from.info.mu_in, from.info.mu_in_inv}) {
+            *state++ = value;
+        }
+        state = std::copy_n(from.x.data(), data_.n, state);
+        std::copy_n(from.z.data(), data_.n + data_.m, state);
+    }
+    void restore(const double* state) noexcept override {
+        auto& to = qp_.results;
+        warm_ = *state++ != 0.0;
+        for (double* value : {&to.info.rho, &to.info.mu_in, &to.info.mu_in_inv}) {
+            *value = *state++;
+        }
+        std::copy_n(state, data_.n, to.x.data());
+        std::copy_n(state + data_.n, data_.n + data_.m, to.z.data());
+    }
+
   private:
     void run(Result& result) noexcept {
         using Guess = proxqp::InitialGuessStatus;
         qp_.settings.initial_guess = warm_ ? Guess::WARM_START_WITH_PREVIOUS_RESULT : Guess::NO_INITIAL_GUESS;
+        qp_.work.refactorize = warm_; // otherwise it goes on with the factors of the former problem
         try {
             qp_.init(data_.H, data_.g, {}, {}, data_.A, data_.lower.tail(data_.m), data_.upper.tail(data_.m),
                      data_.lower.head(data_.n), data_.upper.head(data_.n));

@@ -360,6 +360,45 @@ TEST_P(Qp, AfterResetItSolvesLikeANewSolver) {
     }
 }
 
+TEST_P(Qp, ARestoredSolverContinuesBitForBit) {
+    const auto solver = make(12, 38), other = make(12, 38);
+    VectorXd x(12), y(12);
+    std::vector<double> state(static_cast<std::size_t>(solver->state_size()));
+    for (int k = 0; k < 60; ++k) {
+        solver->save(state.data());
+        other->restore(state.data()); // what it solved before must not matter
+        const auto p = two_feet::make(k), next = two_feet::make(k + 200);
+        const auto a = solver->solve(p.problem(), x), b = other->solve(p.problem(), y);
+        ASSERT_EQ(a.status, Status::solved);
+        ASSERT_EQ(x, y) << k;
+        ASSERT_EQ(a.iterations, b.iterations) << k;
+        ASSERT_EQ(a.objective, b.objective) << k;
+        if (k % 3 == 0) solver->reset();
+        if (k % 2 == 0) other->solve(next.problem(), y);
+    }
+}
+
+TEST_P(Qp, ARestoredSolverContinuesWithSemidefiniteProblemsAndBounds) {
+    std::mt19937 random(7);
+    const auto solver = make(8, 6), other = make(8, 6);
+    VectorXd x(8), y(8);
+    std::vector<double> state(static_cast<std::size_t>(solver->state_size()));
+    for (int k = 0; k < 60; ++k) {
+        auto p = random_problem(random, 8, 6, true);
+        p.H = p.H.col(0) * p.H.col(0).transpose(); // rank 1, the box bounds x
+        if (k % 5 == 0) p = random_problem(random, 8, 6, false);
+        solver->save(state.data());
+        other->restore(state.data());
+        const auto a = solver->solve(p.problem(), x), b = other->solve(p.problem(), y);
+        ASSERT_EQ(a.status, b.status) << k;
+        if (a.status == Status::solved) {
+            ASSERT_EQ(x, y) << k;
+        }
+        ASSERT_EQ(a.iterations, b.iterations) << k;
+        if (k % 2 == 0) other->reset();
+    }
+}
+
 TEST_P(Qp, BoundsMayComeAndGoBetweenSolves) {
     std::mt19937 random(8);
     mallopt(M_PERTURB, 0x55); // fresh memory is not zero: rows that were never in use must not matter

@@ -76,6 +76,13 @@ class Solver {
 
     /// Forgets the previous solution: the next solve is what a new solver would do, bit for bit.
     virtual void reset() noexcept = 0;
+
+    /// Number of doubles of a saved state.
+    virtual int state_size() const noexcept = 0;
+    /// Writes what the next solve starts from to `state` (state_size() doubles).
+    virtual void save(double* state) const noexcept = 0;
+    /// Continues, bit for bit, from a state that a solver of the same method, size and options saved.
+    virtual void restore(const double* state) noexcept = 0;
 };
 
 /// DAQP, a dual active-set method: exact, a few microseconds for a dozen variables, the one to use.

@@ -39,9 +39,11 @@ class Gain final : public Block {
         if (*multiplication == "u*K") return multiply(*this, inference, u.index(), K.index(), y.index());
         const Size *factor = inference.size(K), *signal = inference.size(u);
         const bool is_vector = factor && (factor->rows == 1 || factor->cols == 1);
+        const bool is_row = is_vector && factor->rows == 1 && factor->count() > 1;
+        if (is_row && !signal) return; // 1-D or as the signal is
         if (is_vector && signal && factor->count() == signal->count())
             inference.set(y, *signal);
-        else if (is_vector && signal && signal->is_scalar() && factor->rows == 1)
+        else if (is_row && signal->is_scalar())
             inference.set(y, {factor->count(), 1, false}); // a row of gains makes a 1-D signal
         else
             broadcast(*this, inference, slots(K, u), y.index());

@@ -70,8 +70,10 @@ class SimulatedRobot final : public RobotConnection {
 /// The compiled world as a robot that can be connected to.
 class WorldDevice final : public RobotDevice {
   public:
-    explicit WorldDevice(std::shared_ptr<const physics::World> compiled) : world(std::move(compiled)) {}
+    WorldDevice(std::shared_ptr<const physics::World> compiled, std::vector<std::string> sensor_names)
+        : world(std::move(compiled)), sensors(std::move(sensor_names)) {}
     const std::shared_ptr<const physics::World> world;
+    const std::vector<std::string> sensors; ///< force/torque sensors, named as in the model file
 
     const std::vector<std::string>& joint_names() const override { return world->joint_names(); }
     void limits(Limits which, Vector& minimum, Vector& maximum) const override {
@@ -85,13 +87,13 @@ class WorldDevice final : public RobotDevice {
     }
     int sensor_index(Sensor kind, const std::string& name) const override {
         if (kind == Sensor::imu) return 0;
-        const auto& names = world->options().ft_sensors;
-        const auto found = std::find(names.begin(), names.end(), name);
-        if (found != names.end()) return static_cast<int>(found - names.begin());
+        const auto found = std::find(sensors.begin(), sensors.end(), name);
+        if (found != sensors.end()) return static_cast<int>(found - sensors.begin());
         std::string list;
-        for (const auto& known : names) list += (list.empty() ? "" : ", ") + known;
-        throw std::runtime_error("the simulated robot has no force/torque sensor '" + name + "'" + did_you_mean(name, names) +
-                                 "; sensors: " + (list.empty() ? "none" : list) + "; name it in the world's ft_sensors");
+        for (const auto& known : sensors) list += (list.empty() ? "" : ", ") + known;
+        throw std::runtime_error(
+            "the simulated robot has no force/torque sensor '" + name + "'" + did_you_mean(name, sensors) +
+            "; sensors: " + (list.empty() ? "none" : list) + "; name it in the world's ft_sensors");
     }
     void check_mode(ControlMode mode) const override {
         if (mode != ControlMode::torque)
@@ -99,7 +101,8 @@ class WorldDevice final : public RobotDevice {
     }
     void check_measurement(Measurement what) const override {
         if (what > Measurement::joint_torque)
-            throw std::runtime_error("the simulated robot measures at its joints, not at motors; use a measured_type of Joints");
+            throw std::runtime_error(
+                "the simulated robot measures at its joints, not at motors; use a measured_type of Joints");
     }
     std::shared_ptr<RobotConnection> open() const override { return std::make_shared<SimulatedRobot>(world); }
 };
@@ -107,35 +110,76 @@ class WorldDevice final : public RobotDevice {
 class MujocoWorld final : public RobotBlock {
   public:
     using RobotBlock::RobotBlock;
-    Argument<std::vector<std::string>> feet{this, "feet", {.doc = "frames of the soles, each with contact points"}};
-    Argument<Matrix> contact_points{this, "contact_points", {.initial = default_contact_points(), .doc = "centres of contact spheres in each sole frame, one row x y z each, m"}};
-    Argument<double> contact_radius{this, "contact_radius", {.initial = 0.005, .doc = "of the contact spheres, m"}};
-    Argument<std::vector<std::string>> ft_sensors{this, "ft_sensors", {.doc = "fixed joints with force/torque sensors"}};
-    Argument<std::string> imu_frame{this, "imu_frame", {.doc = "link of the inertial sensor; none: the base"}};
-    Argument<std::vector<std::string>> push_links{this, "push_links", {.doc = "links that external wrenches may push"}};
-    Argument<std::vector<double>> initial_joints{this, "initial_joints", {.doc = "joint positions at the start, rad; none: zeros"}};
-    Argument<bool> floating_base{this, "floating_base", {.initial = true, .doc = "false: the base is fixed to the world"}};
+    Argument<std::vector<std::string>> feet{
+        this, "feet", {.doc = "frames of the soles, each with contact points"}};
+    Argument<Matrix> contact_points{
+        this,
+        "contact_points",
+        {.initial = default_contact_points(),
+         .doc = "centres of contact spheres in each sole frame, one row x y z each, m"}};
+    Argument<double> contact_radius{
+        this, "contact_radius", {.initial = 0.005, .doc = "of the contact spheres, m"}};
+    Argument<std::vector<std::string>> ft_sensors{
+        this, "ft_sensors", {.doc = "fixed joints with force/torque sensors"}};
+    Argument<std::string> imu_frame{
+        this, "imu_frame", {.doc = "link of the inertial sensor; none: the base"}};
+    Argument<std::vector<std::string>> push_links{
+        this, "push_links", {.doc = "links that external wrenches may push"}};
+    Argument<std::vector<double>> initial_joints{
+        this, "initial_joints", {.doc = "joint positions at the start, rad; none: zeros"}};
+    Argument<bool> floating_base{
+        this, "floating_base", {.initial = true, .doc = "false: the base is fixed to the world"}};
     Argument<bool> has_floor{this, "floor", {.initial = true, .doc = "ground plane z = 0"}};
     Argument<double> friction{this, "friction", {.initial = 1, .doc = "Coulomb friction of the ground"}};
-    Argument<double> impratio{this, "impratio", {.initial = 100, .doc = "ratio of frictional to normal contact impedance; MuJoCo's option"}};
-    Argument<std::vector<double>> armature{this, "armature", {.doc = "rotor inertia seen at the joints, kg m2; none: 0"}};
-    Argument<std::vector<double>> damping{this, "joint_damping", {.doc = "viscous friction of the joints, Nm s/rad; none: the URDF's"}};
-    Argument<std::vector<double>> noise{this, "noise", {.initial = {0, 0, 0}, .doc = "standard deviation of measured positions [rad], velocities [rad/s], torques [Nm]"}};
+    Argument<double> impratio{
+        this,
+        "impratio",
+        {.initial = 100, .doc = "ratio of frictional to normal contact impedance; MuJoCo's option"}};
+    Argument<std::vector<double>> armature{
+        this, "armature", {.doc = "rotor inertia seen at the joints, kg m2; none: 0"}};
+    Argument<std::vector<double>> damping{
+        this, "joint_damping", {.doc = "viscous friction of the joints, Nm s/rad; none: the URDF's"}};
+    Argument<std::vector<double>> noise{
+        this,
+        "noise",
+        {.initial = {0, 0, 0},
+         .doc = "standard deviation of measured positions [rad], velocities [rad/s], torques [Nm]"}};
     Argument<int> seed{this, "seed", {.initial = 1, .doc = "of the noise"}};
 
-    Provides<RobotDevice> device{this, [this]() -> std::shared_ptr<const RobotDevice> { return std::make_shared<WorldDevice>(compile()); }};
+    Provides<RobotDevice> device{this, [this]() -> std::shared_ptr<const RobotDevice> {
+                                     return std::make_shared<WorldDevice>(compile(), *ft_sensors);
+                                 }};
 
-    Input<Vector> tau{this, "tau", {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques; unconnected: the references of SetReferences", .feedthrough = false, .optional = true}};
-    InputList<Vector6> push{this, prefixed("push_", *push_links), {.unit = mixed_units, .doc = "force [N] and moment [Nm] on the link's centre of mass, world axes", .feedthrough = false, .optional = true}};
+    Input<Vector> tau{this,
+                      "tau",
+                      {.shape = {n},
+                       .unit = unit<"Nm">,
+                       .doc = "joint torques; unconnected: the references of SetReferences",
+                       .feedthrough = false,
+                       .optional = true}};
+    InputList<Vector6> push{this,
+                            prefixed("push_", *push_links),
+                            {.unit = mixed_units,
+                             .doc = "force [N] and moment [Nm] on the link's centre of mass, world axes",
+                             .feedthrough = false,
+                             .optional = true}};
 
     Output<Vector> s{this, "s", {.shape = {n}, .unit = unit<"rad">, .doc = "joint positions"}};
     Output<Vector> s_dot{this, "s_dot", {.shape = {n}, .unit = unit<"rad/s">, .doc = "joint velocities"}};
-    Output<Vector> tau_measured{this, "tau_measured", {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques of the last interval"}};
+    Output<Vector> tau_measured{
+        this,
+        "tau_measured",
+        {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques of the last interval"}};
     Output<Transform> w_H_b{this, "w_H_b", {.unit = mixed_units, .doc = base_pose_doc}};
     Output<Vector6> v_b{this, "v_b", {.unit = mixed_units, .doc = base_velocity_doc}};
     Output<Vector3> com{this, "com", {.unit = unit<"m">, .doc = "centre of mass of the robot in the world"}};
-    OutputList<Transform> foot_pose{this, prefixed("pose_", *feet), {.unit = mixed_units, .doc = "pose of the sole in the world"}};
-    OutputList<Vector6> foot_wrench{this, prefixed("wrench_", *feet), {.unit = mixed_units, .doc = "force [N] and moment [Nm] of the ground at the sole's origin, world axes, last interval"}};
+    OutputList<Transform> foot_pose{
+        this, prefixed("pose_", *feet), {.unit = mixed_units, .doc = "pose of the sole in the world"}};
+    OutputList<Vector6> foot_wrench{
+        this,
+        prefixed("wrench_", *feet),
+        {.unit = mixed_units,
+         .doc = "force [N] and moment [Nm] of the ground at the sole's origin, world axes, last interval"}};
     Scratch<Vector> wrenches{this, [this] { return Vector::Zero(6 * push.size()); }};
 
     void start(Now at) const override {
@@ -167,8 +211,11 @@ class MujocoWorld final : public RobotBlock {
         for (int i = 0; i < push.size(); ++i) pushes.segment<6>(6 * i) = at[push[i]];
         const double* torque = at.is_connected(tau) ? at[tau].data() : simulated.command.data();
         const auto size = static_cast<std::size_t>(simulated.command.size());
-        if (simulated.simulation.step({torque, size}, {pushes.data(), static_cast<std::size_t>(pushes.size())})) return ok;
-        return Status::failure("the physics diverged or a torque is not finite: look at the torques of this step, the gains and the contact parameters");
+        if (simulated.simulation.step({torque, size},
+                                      {pushes.data(), static_cast<std::size_t>(pushes.size())}))
+            return ok;
+        return Status::failure("the physics diverged or a torque is not finite: look at the torques of this "
+                               "step, the gains and the contact parameters");
     }
 
   private:
@@ -177,11 +224,13 @@ class MujocoWorld final : public RobotBlock {
     static Matrix default_contact_points() {
         const auto shapes = physics::four_spheres();
         Matrix points(static_cast<Eigen::Index>(shapes.size()), 3);
-        for (std::size_t i = 0; i < shapes.size(); ++i) points.row(static_cast<Eigen::Index>(i)) = shapes[i].position.transpose();
+        for (std::size_t i = 0; i < shapes.size(); ++i)
+            points.row(static_cast<Eigen::Index>(i)) = shapes[i].position.transpose();
         return points;
     }
 
-    static std::vector<std::string> prefixed(const std::string& prefix, const std::vector<std::string>& names) {
+    static std::vector<std::string> prefixed(const std::string& prefix,
+                                             const std::vector<std::string>& names) {
         std::vector<std::string> result;
         for (const auto& name : names) result.push_back(prefix + name);
         return result;
@@ -189,9 +238,12 @@ class MujocoWorld final : public RobotBlock {
 
     std::shared_ptr<const physics::World> compile() const {
         if (contact_points->cols() != 3)
-            throw std::runtime_error("argument 'contact_points' has " + std::to_string(contact_points->cols()) + " columns; give one row x y z per point");
+            throw std::runtime_error("argument 'contact_points' has " +
+                                     std::to_string(contact_points->cols()) +
+                                     " columns; give one row x y z per point");
         if (noise->size() != 3)
-            throw std::runtime_error("argument 'noise' has " + std::to_string(noise->size()) + " elements; give three: position, velocity, torque");
+            throw std::runtime_error("argument 'noise' has " + std::to_string(noise->size()) +
+                                     " elements; give three: position, velocity, torque");
         physics::WorldOptions options;
         options.urdf = robot->urdf;
         options.package_paths = robot->search_directories;
@@ -205,7 +257,8 @@ class MujocoWorld final : public RobotBlock {
         for (const auto& frame : *feet) {
             physics::Foot foot{frame, {}};
             for (Eigen::Index i = 0; i < contact_points->rows(); ++i)
-                foot.shapes.push_back(physics::ContactShape::sphere(contact_points->row(i).transpose(), contact_radius));
+                foot.shapes.push_back(
+                    physics::ContactShape::sphere(contact_points->row(i).transpose(), contact_radius));
             options.feet.push_back(std::move(foot));
         }
         options.ft_sensors = *ft_sensors;
@@ -222,9 +275,11 @@ class MujocoWorld final : public RobotBlock {
 } // namespace
 
 void add_world(Library& library) {
-    library.group("world").add<MujocoWorld>(
-        "MujocoWorld", "The configured robot in a MuJoCo physics world, in lockstep: outputs are the state now, the update advances "
-                       "the world by the block's period. It is also the robot that GetMeasurement and SetReferences around it use.");
+    library.group("world").add<MujocoWorld>("MujocoWorld",
+                                            "The configured robot in a MuJoCo physics world, in lockstep: "
+                                            "outputs are the state now, the update advances "
+                                            "the world by the block's period. It is also the robot that "
+                                            "GetMeasurement and SetReferences around it use.");
 }
 
 } // namespace bf::toolbox

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace bf::toolbox {
@@ -17,27 +18,44 @@ class DiscreteFilter final : public Block {
   public:
     explicit DiscreteFilter(const Arguments& arguments) : Block(arguments) { check(); }
 
-    Argument<std::string> filter_type{this, "filter_type", {.initial = "Generic", .doc = "which filter", .choices = {"Generic", "FirstOrderLowPassFilter", "MedianFilter"}}};
-    Argument<std::vector<double>> numerator{this, "numerator", {.initial = {1}, .doc = "b_0 b_1 ..., Generic only"}};
-    Argument<std::vector<double>> denominator{this, "denominator", {.initial = {1}, .doc = "a_0 a_1 ..., Generic only"}};
-    Argument<double> cut_frequency{this, "cut_frequency", {.initial = 1, .doc = "Fc, Hz, FirstOrderLowPassFilter only"}};
+    Argument<std::string> filter_type{this,
+                                      "filter_type",
+                                      {.initial = "Generic",
+                                       .doc = "which filter",
+                                       .choices = {"Generic", "FirstOrderLowPassFilter", "MedianFilter"}}};
+    Argument<std::vector<double>> numerator{
+        this, "numerator", {.initial = {1}, .doc = "b_0 b_1 ..., Generic only"}};
+    Argument<std::vector<double>> denominator{
+        this, "denominator", {.initial = {1}, .doc = "a_0 a_1 ..., Generic only"}};
+    Argument<double> cut_frequency{
+        this, "cut_frequency", {.initial = 1, .doc = "Fc, Hz, FirstOrderLowPassFilter only"}};
     Argument<int> order{this, "order", {.initial = 3, .doc = "length of the window, MedianFilter only"}};
-    Argument<std::vector<double>> y0{this, "y0", {.doc = "initial output, one element or one per signal element; none: zero"}};
-    Argument<std::vector<double>> u0{this, "u0", {.doc = "initial input, Generic only, used where the numerator sums to zero"}};
+    Argument<std::vector<double>> y0{
+        this, "y0", {.doc = "initial output, one element or one per signal element; none: zero"}};
+    Argument<std::vector<double>> u0{
+        this, "u0", {.doc = "initial input, Generic only, used where the numerator sums to zero"}};
 
     Dim n{this, "n"};
     Input<Vector> u{this, "u", {.shape = {n}, .unit = any_unit, .doc = "signal to filter"}};
     Output<Vector> y{this, "y", {.shape = {n}, .unit = any_unit, .doc = "filtered signal"}};
-    DiscreteState<Matrix> past_u{this, "past_u", {.shape = {n, past_inputs()}, .unit = any_unit, .doc = "former inputs, latest first"}};
-    DiscreteState<Matrix> past_y{this, "past_y", {.shape = {n, past_outputs()}, .unit = any_unit, .doc = "former outputs, latest first"}};
+    DiscreteState<Matrix> past_u{
+        this,
+        "past_u",
+        {.shape = {n, past_inputs()}, .unit = any_unit, .doc = "former inputs, latest first"}};
+    DiscreteState<Matrix> past_y{
+        this,
+        "past_y",
+        {.shape = {n, past_outputs()}, .unit = any_unit, .doc = "former outputs, latest first"}};
     Scratch<Vector> window{this, [this] { return Vector(std::max(1, *order)); }};
 
     void infer(Inference& inference) const override {
         const Size* size = inference.size(u);
         for (const auto& [values, label] : {std::pair(&*y0, "y0"), std::pair(&*u0, "u0")})
             if (size && values->size() > 1 && static_cast<int>(values->size()) != size->rows)
-                inference.refuse(std::string("argument '") + label + "' has " + std::to_string(values->size()) + " elements, but the signal has " +
-                                 std::to_string(size->rows) + "; give one element or as many as the signal has");
+                inference.refuse(std::string("argument '") + label + "' has " +
+                                 std::to_string(values->size()) + " elements, but the signal has " +
+                                 std::to_string(size->rows) +
+                                 "; give one element or as many as the signal has");
     }
 
     Status reset(Now, After after) const noexcept override {
@@ -63,7 +81,8 @@ class DiscreteFilter final : public Block {
                 outputs.row(i).setConstant(y_i);
             } else {
                 inputs.row(i).setConstant(element(*u0, i));
-                outputs.row(i).setConstant(denominator->front() / (denominator->front() - sum_a) * y_i);
+                const double rest = denominator->front() - sum_a; // -Σ_{i≥1} a_i
+                outputs.row(i).setConstant(std::abs(rest) > 1e-9 ? denominator->front() / rest * y_i : 0.0);
             }
         }
         return ok;
@@ -127,6 +146,10 @@ class DiscreteFilter final : public Block {
         for (Eigen::Index i = 0; i < out[y].size(); ++i) {
             values(0) = at[u](i);
             for (Eigen::Index k = 0; k < inputs.cols(); ++k) values(k + 1) = inputs(i, k);
+            if (values.hasNaN()) { // has no order
+                out[y](i) = std::numeric_limits<double>::quiet_NaN();
+                continue;
+            }
             const auto middle = values.data() + values.size() / 2;
             std::nth_element(values.data(), middle, values.data() + values.size());
             const double upper = *middle;
@@ -136,105 +159,151 @@ class DiscreteFilter final : public Block {
         return ok;
     }
 
-    template <class Latest, class Past, class NextPast> static void shift(const Latest& latest, const Past& past, NextPast next) {
+    template <class Latest, class Past, class NextPast>
+    static void shift(const Latest& latest, const Past& past, NextPast next) {
         if (past.cols() == 0) return;
         next.rightCols(past.cols() - 1) = past.leftCols(past.cols() - 1);
         next.col(0) = latest;
     }
 
     void check() {
-        const auto zeros = [](const std::vector<double>& v) { return std::all_of(v.begin(), v.end(), [](double x) { return x == 0; }); };
-        if (is("Generic") && (numerator->empty() || zeros(*numerator))) problem("argument 'numerator' has no coefficient other than 0; give b_0 b_1 ...");
-        if (is("Generic") && (denominator->empty() || denominator->front() == 0)) problem("argument 'denominator' must begin with a_0 other than 0");
-        if (is("FirstOrderLowPassFilter") && !(*cut_frequency > 0)) problem("argument 'cut_frequency' must be above 0 Hz");
+        const auto zeros = [](const std::vector<double>& v) {
+            return std::all_of(v.begin(), v.end(), [](double x) { return x == 0; });
+        };
+        if (is("Generic") && (numerator->empty() || zeros(*numerator)))
+            problem("argument 'numerator' has no coefficient other than 0; give b_0 b_1 ...");
+        if (is("Generic") && (denominator->empty() || denominator->front() == 0))
+            problem("argument 'denominator' must begin with a_0 other than 0");
+        if (is("FirstOrderLowPassFilter") && !(*cut_frequency > 0))
+            problem("argument 'cut_frequency' must be above 0 Hz");
         if (is("MedianFilter") && *order < 1) problem("argument 'order' must be at least 1");
     }
 };
 
 /// Third-order filter whose response to a step approximates a minimum-jerk trajectory that settles in T:
 ///
-///   d³p/dt³ = α (p - u) + β dp/dt + γ d²p/dt²,   α = -150.765868956161/T³, β = -84.9812819469538/T², γ = -15.9669610709384/T
+///   d³p/dt³ = α (p - u) + β dp/dt + γ d²p/dt²,   α = -150.765868956161/T³, β = -84.9812819469538/T², γ =
+///   -15.9669610709384/T
 ///
-/// discretised by Tustin's rule. It starts at the reference (or at `initial`), at rest. Position, velocity and
-/// acceleration go on smoothly when the settling time changes, unless reset_on_settling_time_change.
-/// Source: U. Pattacini et al., An experimental evaluation of a novel minimum-jerk Cartesian controller, 2010.
+/// discretised by Tustin's rule with step h: x⁺ = x + h/2 (f(x, u) + f(x⁺, u⁺)). Before the first step it
+/// rests at the reference (or at `initial`). When the settling time changes, position, velocity and
+/// acceleration go on; with reset_on_settling_time_change it goes on from rest at the last position. Source:
+/// U. Pattacini et al., An experimental evaluation of a novel minimum-jerk Cartesian controller, 2010.
 class MinimumJerkTrajectoryGenerator final : public Block {
   public:
     using Block::Block;
-    Argument<bool> compute_first_derivative{this, "compute_first_derivative", {.initial = true, .doc = "port velocity"}};
-    Argument<bool> compute_second_derivative{this, "compute_second_derivative", {.initial = true, .doc = "port acceleration"}};
+    Argument<bool> compute_first_derivative{
+        this, "compute_first_derivative", {.initial = true, .doc = "port velocity"}};
+    Argument<bool> compute_second_derivative{
+        this, "compute_second_derivative", {.initial = true, .doc = "port acceleration"}};
     Argument<bool> read_initial_value{this, "read_initial_value", {.initial = false, .doc = "port initial"}};
-    Argument<bool> read_external_settling_time{this, "read_external_settling_time", {.initial = false, .doc = "port settling_time instead of the parameter"}};
-    Argument<bool> reset_on_settling_time_change{this, "reset_on_settling_time_change", {.initial = false, .doc = "a new settling time starts at rest from the present position"}};
+    Argument<bool> read_external_settling_time{
+        this,
+        "read_external_settling_time",
+        {.initial = false, .doc = "port settling_time instead of the parameter"}};
+    Argument<bool> reset_on_settling_time_change{
+        this,
+        "reset_on_settling_time_change",
+        {.initial = false, .doc = "a new settling time starts at rest from the present position"}};
 
     Dim n{this, "n"};
     Dim k{this, "k"};
-    Parameter<double> settling{this, "settling_time", {.initial = {3}, .unit = unit<"s">, .doc = "T", .present = !*read_external_settling_time}};
+    Parameter<double> settling{
+        this,
+        "settling_time",
+        {.initial = {3}, .unit = unit<"s">, .doc = "T", .present = !*read_external_settling_time}};
     Input<Vector> u{this, "reference", {.shape = {n}, .unit = any_unit, .doc = "where to go"}};
-    Input<Vector> initial{this, "initial", {.shape = {k}, .unit = any_unit, .doc = "where to start, one element or as many as the reference", .present = read_initial_value}};
-    Input<Vector> settling_input{this, "settling", {.shape = {1}, .unit = unit<"s">, .doc = "T", .present = read_external_settling_time}};
+    Input<Vector> initial{this,
+                          "initial",
+                          {.shape = {k},
+                           .unit = any_unit,
+                           .doc = "where to start, one element or as many as the reference",
+                           .present = read_initial_value}};
+    Input<Vector> settling_input{
+        this,
+        "settling",
+        {.shape = {1}, .unit = unit<"s">, .doc = "T", .present = read_external_settling_time}};
     Output<Vector> position{this, "position", {.shape = {n}, .unit = any_unit, .doc = "smoothed reference"}};
-    Output<Vector> velocity{this, "velocity", {.shape = {n}, .unit = any_unit, .doc = "its first derivative", .present = compute_first_derivative}};
-    Output<Vector> acceleration{this, "acceleration", {.shape = {n}, .unit = any_unit, .doc = "its second derivative", .present = compute_second_derivative}};
-    DiscreteState<Matrix> r{this, "r", {.shape = {n, 3}, .unit = any_unit, .doc = "(I + h/2 A) x + h/2 B u of the last step"}};
-    DiscreteState<double> last_settling{this, "last_settling", {.unit = unit<"s">, .doc = "T of the last step; 0 before the first"}};
+    Output<Vector> velocity{
+        this,
+        "velocity",
+        {.shape = {n}, .unit = any_unit, .doc = "its first derivative", .present = compute_first_derivative}};
+    Output<Vector> acceleration{this,
+                                "acceleration",
+                                {.shape = {n},
+                                 .unit = any_unit,
+                                 .doc = "its second derivative",
+                                 .present = compute_second_derivative}};
+    DiscreteState<Matrix> r{
+        this, "r", {.shape = {n, 3}, .unit = any_unit, .doc = "x + h/2 f(x, u) of the last step"}};
+    DiscreteState<Vector> last_position{
+        this, "last_position", {.shape = {n}, .unit = any_unit, .doc = "position of the last step"}};
+    DiscreteState<double> last_settling{
+        this, "last_settling", {.unit = unit<"s">, .doc = "T of the last step; 0 before the first"}};
 
     void infer(Inference& inference) const override {
         const Size *wide = inference.size(u), *start = inference.size(initial);
         if (wide && start && start->rows != 1 && start->rows != wide->rows)
-            inference.refuse("input 'initial' has " + std::to_string(start->rows) + " elements, but the reference has " + std::to_string(wide->rows) +
+            inference.refuse("input 'initial' has " + std::to_string(start->rows) +
+                             " elements, but the reference has " + std::to_string(wide->rows) +
                              "; give one element or as many as the reference has");
     }
 
     Status output(Now at, Out out) const noexcept override {
         const double T = settling_time(at);
         if (!(T > 0)) return Status::failure("the settling time must be above 0 s");
+        const Coefficients c(T);
         for (Eigen::Index i = 0; i < at[u].size(); ++i) {
-            const Vector3 state = solve(at, i, T);
-            out[position](i) = state(0);
-            if (velocity.is_present()) out[velocity](i) = state(1);
-            if (acceleration.is_present()) out[acceleration](i) = state(2);
+            const Vector3 x = solve(at, i, T, c);
+            out[position](i) = x(0);
+            if (velocity.is_present()) out[velocity](i) = x(1);
+            if (acceleration.is_present()) out[acceleration](i) = x(2);
         }
         return ok;
     }
 
     Status update(Now at, Next next) const noexcept override {
         const double T = settling_time(at), h = at.period() / 2;
-        const auto c = coefficients(T);
-        auto ahead = next[r];
+        const Coefficients c(T);
+        auto half_ahead = next[r];
         for (Eigen::Index i = 0; i < at[u].size(); ++i) {
-            const Vector3 s = solve(at, i, T);
-            const double jerk = c.alpha * (s(0) - at[u](i)) + c.beta * s(1) + c.gamma * s(2);
-            ahead.row(i) << s(0) + h * s(1), s(1) + h * s(2), s(2) + h * jerk;
+            const Vector3 x = solve(at, i, T, c);
+            const double jerk = c.alpha * (x(0) - at[u](i)) + c.beta * x(1) + c.gamma * x(2);
+            half_ahead.row(i) << x(0) + h * x(1), x(1) + h * x(2), x(2) + h * jerk;
         }
+        next[last_position] = at[position];
         next[last_settling] = T;
         return ok;
     }
 
   private:
     struct Coefficients {
+        explicit Coefficients(double T)
+            : alpha(-150.765868956161 / (T * T * T)), beta(-84.9812819469538 / (T * T)),
+              gamma(-15.9669610709384 / T) {}
         double alpha, beta, gamma;
     };
-    static Coefficients coefficients(double T) {
-        return {-150.765868956161 / (T * T * T), -84.9812819469538 / (T * T), -15.9669610709384 / T};
+    double settling_time(Now at) const {
+        return settling_input.is_present() ? at[settling_input](0) : at[settling];
     }
-    double settling_time(Now at) const { return settling_input.is_present() ? at[settling_input](0) : at[settling]; }
 
-    /// Position, velocity and acceleration of element i in this step: (I - h/2 A) x = r + h/2 B u.
-    Vector3 solve(Now at, Eigen::Index i, double T) const {
+    /// What the step starts from for element i: x + h/2 f(x, u) of the last step, which is x where it rests.
+    Vector3 begin(Now at, Eigen::Index i, double T) const {
         const double before = at[last_settling];
-        if (before == 0) {
-            if (!initial.is_present()) return {at[u](i), 0, 0};
-            return {at[initial](at[initial].size() == 1 ? 0 : i), 0, 0};
-        }
+        if (before == 0 && !initial.is_present()) return {at[u](i), 0, 0};
+        if (before == 0) return {at[initial](at[initial].size() == 1 ? 0 : i), 0, 0};
+        if (reset_on_settling_time_change && std::abs(T - before) > 1e-5) return {at[last_position](i), 0, 0};
+        return at[r].row(i);
+    }
+
+    /// Position, velocity and acceleration x of element i in this step: x - h/2 f(x, u) = begin.
+    Vector3 solve(Now at, Eigen::Index i, double T, const Coefficients& c) const {
         const double h = at.period() / 2;
-        const auto [alpha, beta, gamma] = coefficients(T);
-        const auto past = at[r].row(i);
-        if (reset_on_settling_time_change && std::abs(T - before) > 1e-5) return {past(0), 0, 0};
-        const double rest = past(2) - h * alpha * at[u](i);
-        const double a = (rest + h * alpha * (past(0) + h * past(1)) + h * beta * past(1)) / (1 - h * gamma - h * h * beta - h * h * h * alpha);
-        const double v = past(1) + h * a;
-        return {past(0) + h * v, v, a};
+        const Vector3 p = begin(at, i, T);
+        const double rest = p(2) + h * c.alpha * (p(0) + h * p(1) - at[u](i)) + h * c.beta * p(1);
+        const double a = rest / (1 - h * c.gamma - h * h * c.beta - h * h * h * c.alpha);
+        const double v = p(1) + h * a;
+        return {p(0) + h * v, v, a};
     }
 };
 
@@ -242,9 +311,32 @@ class MinimumJerkTrajectoryGenerator final : public Block {
 
 void add_filters(Library& library) {
     library.group("filters")
-        .add<DiscreteFilter>("DiscreteFilter", "Element-wise discrete filter: generic, first-order low-pass or median.")
-        .add<MinimumJerkTrajectoryGenerator>("MinimumJerkTrajectoryGenerator",
-                                             "Smooths a reference by a third-order filter that approximates minimum-jerk motion; gives velocity and acceleration too.");
+        .add<DiscreteFilter>("DiscreteFilter",
+                             "Element-wise discrete filter: generic, first-order low-pass or median. "
+                             "Generic: y[k] = (sum b_i u[k-i] - sum_{i>=1} a_i y[k-i]) / a_0. "
+                             "FirstOrderLowPassFilter: the same with "
+                             "b = [T, T], a = [2 tau + T, T - 2 tau], tau = 1/(2 pi Fc), T the block's "
+                             "sample time (Tustin's rule). "
+                             "MedianFilter: the median of the last `order` inputs; of an even number, the "
+                             "mean of the middle two. "
+                             "It starts at rest in zero, or in the steady state whose output is y0. "
+                             "Errors: coefficients that are all zero, a_0 = 0, Fc <= 0, order < 1, y0 or u0 "
+                             "of another size than the signal.")
+        .add<MinimumJerkTrajectoryGenerator>(
+            "MinimumJerkTrajectoryGenerator",
+            "Smooths a reference by a third-order filter that approximates minimum-jerk motion; gives "
+            "velocity and acceleration too. "
+            "p''' = alpha (p - u) + beta p' + gamma p'' with alpha = -150.766/T^3, beta = -84.981/T^2, gamma "
+            "= -15.967/T by Tustin's "
+            "rule; a step of the reference is settled after T. It starts at rest at the reference, or at "
+            "`initial`. When T changes, "
+            "position, velocity and acceleration go on smoothly; with reset_on_settling_time_change velocity "
+            "and acceleration restart "
+            "from zero. "
+            "Source: U. Pattacini et al., An experimental evaluation of a novel minimum-jerk Cartesian "
+            "controller for humanoid "
+            "robots, 2010. "
+            "Errors: a settling time that is not above 0 fails the step.");
 }
 
 } // namespace bf::toolbox

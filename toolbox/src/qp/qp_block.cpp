@@ -9,28 +9,53 @@ namespace {
 /// min ½ xᵀHx + gᵀx subject to lbA ≤ Ax ≤ ubA, lb ≤ x ≤ ub.
 class QP final : public Block {
   public:
-    using Block::Block;
+    explicit QP(const Arguments& arguments) : Block(arguments) {
+        if (*max_iterations < 1)
+            problem("argument 'max_iterations' is " + std::to_string(*max_iterations) + "; give at least 1");
+    }
     Argument<bool> use_lbA{this, "use_lbA", {.initial = false, .doc = "port lbA"}};
     Argument<bool> use_ubA{this, "use_ubA", {.initial = true, .doc = "port ubA"}};
     Argument<bool> use_lb{this, "use_lb", {.initial = false, .doc = "port lb"}};
     Argument<bool> use_ub{this, "use_ub", {.initial = false, .doc = "port ub"}};
     Argument<bool> compute_objective{this, "compute_objective", {.initial = false, .doc = "port objective"}};
-    Argument<bool> stop_when_fails{this, "stop_when_fails", {.initial = false, .doc = "a problem that is not solved ends the run; otherwise it shows in status"}};
-    Argument<std::string> solver{this, "solver", {.initial = "daqp", .doc = "daqp: exact, real-time; proxqp: the second opinion, allocates", .choices = {"daqp", "proxqp"}}};
+    Argument<bool> stop_when_fails{
+        this,
+        "stop_when_fails",
+        {.initial = false, .doc = "a problem that is not solved ends the run; otherwise it shows in status"}};
+    Argument<std::string> solver{this,
+                                 "solver",
+                                 {.initial = "daqp",
+                                  .doc = "daqp: exact, real-time; proxqp: the second opinion, allocates",
+                                  .choices = {"daqp", "proxqp"}}};
     Argument<int> max_iterations{this, "max_iterations", {.initial = 1000, .doc = "of one solve"}};
 
     Dim n{this, "n"};
     Dim m{this, "m"};
-    Input<Matrix> H{this, "H", {.shape = {n, n}, .unit = any_unit, .doc = "Hessian, symmetric positive semidefinite"}};
+    Input<Matrix> H{
+        this, "H", {.shape = {n, n}, .unit = any_unit, .doc = "Hessian, symmetric positive semidefinite"}};
     Input<Vector> g{this, "g", {.shape = {n}, .unit = any_unit, .doc = "gradient"}};
-    Input<Matrix> A{this, "A", {.shape = {m, n}, .unit = any_unit, .doc = "constraint matrix", .present = use_lbA || use_ubA}};
-    Input<Vector> lbA{this, "lbA", {.shape = {m}, .unit = any_unit, .doc = "lower bounds of A x", .present = use_lbA}};
-    Input<Vector> ubA{this, "ubA", {.shape = {m}, .unit = any_unit, .doc = "upper bounds of A x", .present = use_ubA}};
-    Input<Vector> lb{this, "lb", {.shape = {n}, .unit = any_unit, .doc = "lower bounds of x", .present = use_lb}};
-    Input<Vector> ub{this, "ub", {.shape = {n}, .unit = any_unit, .doc = "upper bounds of x", .present = use_ub}};
-    Output<Vector> x{this, "x", {.shape = {n}, .unit = any_unit, .doc = "solution; the last one while the status is not 0"}};
-    Output<double> status{this, "status", {.doc = "0 solved, 1 iteration limit, -1 internal error, -2 infeasible, -3 unbounded"}};
-    Output<double> objective{this, "objective", {.unit = any_unit, .doc = "value at x", .present = compute_objective}};
+    Input<Matrix> A{
+        this,
+        "A",
+        {.shape = {m, n}, .unit = any_unit, .doc = "constraint matrix", .present = use_lbA || use_ubA}};
+    Input<Vector> lbA{
+        this, "lbA", {.shape = {m}, .unit = any_unit, .doc = "lower bounds of A x", .present = use_lbA}};
+    Input<Vector> ubA{
+        this, "ubA", {.shape = {m}, .unit = any_unit, .doc = "upper bounds of A x", .present = use_ubA}};
+    Input<Vector> lb{
+        this, "lb", {.shape = {n}, .unit = any_unit, .doc = "lower bounds of x", .present = use_lb}};
+    Input<Vector> ub{
+        this, "ub", {.shape = {n}, .unit = any_unit, .doc = "upper bounds of x", .present = use_ub}};
+    Output<Vector> x{
+        this,
+        "x",
+        {.shape = {n}, .unit = any_unit, .doc = "solution; the last one while the status is not 0"}};
+    Output<double> status{
+        this,
+        "status",
+        {.doc = "0 solved, 1 iteration limit, -1 internal error, -2 infeasible, -3 unbounded"}};
+    Output<double> objective{
+        this, "objective", {.unit = any_unit, .doc = "value at x", .present = compute_objective}};
     DiscreteState<Vector> last{this, "last", {.shape = {n}, .unit = any_unit, .doc = "last solution"}};
     OutsideState<qp::Solver> workspace{this, [this] { return make_solver(); }};
 
@@ -40,17 +65,14 @@ class QP final : public Block {
     }
 
     Status output(Now at, Out out) const noexcept override {
-        static const Matrix no_matrix(0, 0);
-        static const Vector no_vector(0);
-        using MatrixIn = qp::Problem::Matrix;
-        using VectorIn = qp::Problem::Vector;
-        const qp::Problem problem{at[H],
-                                  at[g],
-                                  A.is_present() ? MatrixIn(at[A]) : MatrixIn(no_matrix),
-                                  lbA.is_present() ? VectorIn(at[lbA]) : VectorIn(no_vector),
-                                  ubA.is_present() ? VectorIn(at[ubA]) : VectorIn(no_vector),
-                                  lb.is_present() ? VectorIn(at[lb]) : VectorIn(no_vector),
-                                  ub.is_present() ? VectorIn(at[ub]) : VectorIn(no_vector)};
+        using Rows = Eigen::Map<const Matrix>;
+        using Elements = Eigen::Map<const Vector>;
+        const auto vector = [&](const Input<Vector>& key) {
+            return key.is_present() ? at[key] : Elements(nullptr, 0);
+        };
+        const qp::Problem problem{at[H],       at[g],       A.is_present() ? at[A] : Rows(nullptr, 0, 0),
+                                  vector(lbA), vector(ubA), vector(lb),
+                                  vector(ub)};
         auto solution = out[x];
         solution = at[last];
         const qp::Result result = at[workspace].solve(problem, solution);
@@ -70,26 +92,42 @@ class QP final : public Block {
         qp::Options options;
         options.max_iterations = max_iterations;
         const int rows = A.is_present() ? size(A).rows : 0;
-        return *solver == "proxqp" ? qp::make_proxqp(size(g).rows, rows, options) : qp::make_daqp(size(g).rows, rows, options);
+        return *solver == "proxqp" ? qp::make_proxqp(size(g).rows, rows, options)
+                                   : qp::make_daqp(size(g).rows, rows, options);
     }
 
     static Status failure(const qp::Result& result) {
         switch (result.status) {
-        case qp::Status::iteration_limit: return Status::failure("the QP was not solved within max_iterations; raise it or scale the problem");
-        case qp::Status::infeasible: return Status::failure("the QP has no feasible point: constraints contradict each other; relax the bounds");
-        case qp::Status::unbounded: return Status::failure("the QP is unbounded; make H positive definite or bound x");
+        case qp::Status::iteration_limit:
+            return Status::failure(
+                "the QP was not solved within max_iterations; raise it or scale the problem");
+        case qp::Status::infeasible:
+            if (result.term == qp::Term::lbA)
+                return Status::failure("lbA({}) is above ubA({}); look at what computes them", result.row + 1,
+                                       result.row + 1);
+            if (result.term == qp::Term::lb)
+                return Status::failure("lb({}) is above ub({}); look at what computes them", result.row + 1,
+                                       result.row + 1);
+            return Status::failure(
+                "the QP has no feasible point: constraints contradict each other; relax the bounds");
+        case qp::Status::unbounded:
+            return Status::failure("the QP is unbounded; make H positive definite or bound x");
         default: break;
         }
         const int row = result.row + 1, column = result.column + 1;
         switch (result.term) {
-        case qp::Term::H: return Status::failure("H({}, {}) is not finite; look at what computes H", row, column);
+        case qp::Term::H:
+            return Status::failure("H({}, {}) is not finite; look at what computes H", row, column);
         case qp::Term::g: return Status::failure("g({}) is not finite; look at what computes g", row);
-        case qp::Term::A: return Status::failure("A({}, {}) is not finite; look at what computes A", row, column);
+        case qp::Term::A:
+            return Status::failure("A({}, {}) is not finite; look at what computes A", row, column);
         case qp::Term::lbA: return Status::failure("lbA({}) is NaN; look at what computes lbA", row);
         case qp::Term::ubA: return Status::failure("ubA({}) is NaN; look at what computes ubA", row);
         case qp::Term::lb: return Status::failure("lb({}) is NaN; look at what computes lb", row);
         case qp::Term::ub: return Status::failure("ub({}) is NaN; look at what computes ub", row);
-        default: return Status::failure("the QP solver failed; is H positive semidefinite?");
+        default:
+            return Status::failure("the QP solver broke down; make H positive semidefinite, and scale "
+                                   "objective and constraints alike");
         }
     }
 };
@@ -97,7 +135,19 @@ class QP final : public Block {
 } // namespace
 
 void add_qp(Library& library) {
-    library.group("optimisation").add<QP>("QP", "Quadratic program: min 1/2 x'Hx + g'x subject to lbA <= Ax <= ubA, lb <= x <= ub. Ports and status codes are those of qpOASES' Simulink block; solved by DAQP, warm-started.");
+    library.group("optimisation")
+        .add<QP>("QP", "Quadratic program: min 1/2 x'Hx + g'x subject to lbA <= Ax <= ubA, lb <= x <= ub. "
+                       "n variables, m rows of A; ports by the use_ arguments, an absent bound is none, "
+                       "equal bounds make an "
+                       "equality, and only the symmetric part of H counts. It starts from the solution of "
+                       "the step before. While the "
+                       "status is not 0, x keeps the last solution (zero before the first). "
+                       "Source: D. Arnström, A. Bemporad, D. Axehill, A dual active-set solver for embedded "
+                       "quadratic programming "
+                       "using recursive LDL' updates, 2022; status numbers are those of qpOASES. "
+                       "Errors: with stop_when_fails, a problem that is not solved, naming the entry that is "
+                       "not finite or the "
+                       "bounds that cross.");
 }
 
 } // namespace bf::toolbox

@@ -6,7 +6,6 @@ namespace bf::toolbox {
 
 namespace {
 
-using dynamics::Matrix3XOut;
 constexpr Unit meter = unit<"m">, angle = unit<"rad">, rate = unit<"rad/s">;
 
 /// Blocks whose result depends on base pose and joint positions.
@@ -41,7 +40,10 @@ class ForwardKinematics final : public PositionBlock {
   public:
     using PositionBlock::PositionBlock;
     FrameArgument frame{this, "frame", "name of a link or frame, or com"};
-    Output<Transform> w_H_frame{this, "w_H_frame", {.unit = mixed_units, .doc = "pose of the frame in the world; for com its rotation is the identity"}};
+    Output<Transform> w_H_frame{
+        this,
+        "w_H_frame",
+        {.unit = mixed_units, .doc = "pose of the frame in the world; for com its rotation is the identity"}};
 
     void infer(Inference&) const override { frame.resolve(robot, true); }
     Status output(Now at, Out out) const noexcept override {
@@ -75,15 +77,22 @@ class Jacobian final : public PositionBlock {
   public:
     using PositionBlock::PositionBlock;
     FrameArgument frame{this, "frame", "name of a link or frame, or com"};
-    Output<Matrix> J{this, "J", {.shape = {6, n + 6}, .unit = mixed_units,
-                                 .doc = "J nu = [origin velocity; angular velocity], world axes; for com the last three rows are zero"}};
+    Output<Matrix> J{
+        this,
+        "J",
+        {.shape = {6, n + 6},
+         .unit = mixed_units,
+         .doc =
+             "J nu = [origin velocity; angular velocity], world axes; for com the last three rows are zero"}};
 
     void infer(Inference&) const override { frame.resolve(robot, true); }
     Status output(Now at, Out out) const noexcept override {
         auto& d = at_position(at);
         if (!frame.is_com) {
             auto map = out[J];
-            dynamics::jacobian(model(), d, frame.frame, Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
+            dynamics::jacobian(
+                model(), d, frame.frame,
+                Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
             return ok;
         }
         // Rows 1 to 3 hold the centre of mass; its Jacobian is packed, so it is spread from the back.
@@ -102,7 +111,11 @@ class DotJNu final : public VelocityBlock {
   public:
     using VelocityBlock::VelocityBlock;
     FrameArgument frame{this, "frame", "name of a link or frame, or com"};
-    Output<Vector6> J_dot_nu{this, "J_dot_nu", {.unit = mixed_units, .doc = "bias acceleration [linear; angular], world axes; for com the last three are zero"}};
+    Output<Vector6> J_dot_nu{
+        this,
+        "J_dot_nu",
+        {.unit = mixed_units,
+         .doc = "bias acceleration [linear; angular], world axes; for com the last three are zero"}};
 
     void infer(Inference&) const override { frame.resolve(robot, true); }
     Status output(Now at, Out out) const noexcept override {
@@ -121,7 +134,11 @@ class DotJNu final : public VelocityBlock {
 class MassMatrix final : public PositionBlock {
   public:
     using PositionBlock::PositionBlock;
-    Output<Matrix> M{this, "M", {.shape = {n + 6, n + 6}, .unit = mixed_units, .doc = "linear [kg], coupling [kg.m], angular [kg.m2]; both triangles"}};
+    Output<Matrix> M{this,
+                     "M",
+                     {.shape = {n + 6, n + 6},
+                      .unit = mixed_units,
+                      .doc = "linear [kg], coupling [kg.m], angular [kg.m2]; both triangles"}};
 
     Status output(Now at, Out out) const noexcept override {
         dynamics::mass_matrix(model(), at_position(at), out[M]);
@@ -132,9 +149,15 @@ class MassMatrix final : public PositionBlock {
 class InverseDynamics final : public VelocityBlock {
   public:
     using VelocityBlock::VelocityBlock;
-    Input<Vector6> v_b_dot{this, "v_b_dot", {.unit = mixed_units, .doc = "time derivative of the mixed base velocity"}};
-    Input<Vector> s_ddot{this, "s_ddot", {.shape = {n}, .unit = unit<"rad/s2">, .doc = "joint accelerations"}};
-    Output<Vector> tau{this, "tau", {.shape = {n + 6}, .unit = mixed_units, .doc = "base wrench [N; Nm] at the base origin, world axes; joint torques [Nm]"}};
+    Input<Vector6> v_b_dot{
+        this, "v_b_dot", {.unit = mixed_units, .doc = "time derivative of the mixed base velocity"}};
+    Input<Vector> s_ddot{
+        this, "s_ddot", {.shape = {n}, .unit = unit<"rad/s2">, .doc = "joint accelerations"}};
+    Output<Vector> tau{this,
+                       "tau",
+                       {.shape = {n + 6},
+                        .unit = mixed_units,
+                        .doc = "base wrench [N; Nm] at the base origin, world axes; joint torques [Nm]"}};
 
     Status output(Now at, Out out) const noexcept override {
         dynamics::inverse_dynamics(model(), at_state(at), at[v_b_dot], at[s_ddot], out[tau]);
@@ -145,7 +168,8 @@ class InverseDynamics final : public VelocityBlock {
 class GetBiasForces final : public VelocityBlock {
   public:
     using VelocityBlock::VelocityBlock;
-    Output<Vector> h{this, "h", {.shape = {n + 6}, .unit = mixed_units, .doc = "Coriolis, centrifugal and gravity terms"}};
+    Output<Vector> h{
+        this, "h", {.shape = {n + 6}, .unit = mixed_units, .doc = "Coriolis, centrifugal and gravity terms"}};
 
     Status output(Now at, Out out) const noexcept override {
         dynamics::bias_forces(model(), at_state(at), out[h]);
@@ -156,7 +180,8 @@ class GetBiasForces final : public VelocityBlock {
 class GetGravityForces final : public PositionBlock {
   public:
     using PositionBlock::PositionBlock;
-    Output<Vector> g{this, "g", {.shape = {n + 6}, .unit = mixed_units, .doc = "bias forces at zero velocity"}};
+    Output<Vector> g{
+        this, "g", {.shape = {n + 6}, .unit = mixed_units, .doc = "bias forces at zero velocity"}};
 
     Status output(Now at, Out out) const noexcept override {
         dynamics::gravity_forces(model(), at_position(at), out[g]);
@@ -167,7 +192,11 @@ class GetGravityForces final : public PositionBlock {
 class CentroidalMomentum final : public VelocityBlock {
   public:
     using VelocityBlock::VelocityBlock;
-    Output<Vector6> H{this, "H", {.unit = mixed_units, .doc = "linear [kg.m/s] and angular [kg.m2/s] momentum about the centre of mass, world axes"}};
+    Output<Vector6> H{
+        this,
+        "H",
+        {.unit = mixed_units,
+         .doc = "linear [kg.m/s] and angular [kg.m2/s] momentum about the centre of mass, world axes"}};
 
     Status output(Now at, Out out) const noexcept override {
         dynamics::centroidal_momentum(model(), at_state(at), out[H]);
@@ -178,12 +207,14 @@ class CentroidalMomentum final : public VelocityBlock {
 class CentroidalTotalMomentumMatrix final : public PositionBlock {
   public:
     using PositionBlock::PositionBlock;
-    Output<Matrix> A{this, "A", {.shape = {6, n + 6}, .unit = mixed_units, .doc = "A nu = centroidal momentum"}};
+    Output<Matrix> A{
+        this, "A", {.shape = {6, n + 6}, .unit = mixed_units, .doc = "A nu = centroidal momentum"}};
 
     Status output(Now at, Out out) const noexcept override {
         auto map = out[A];
-        dynamics::centroidal_momentum_matrix(model(), at_position(at),
-                                             Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
+        dynamics::centroidal_momentum_matrix(
+            model(), at_position(at),
+            Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
         return ok;
     }
 };
@@ -194,7 +225,8 @@ class RelativeTransform final : public RobotBlock {
     FrameArgument frame1{this, "frame1", "reference frame"};
     FrameArgument frame2{this, "frame2", "frame whose pose is wanted"};
     Input<Vector> s{this, "s", {.shape = {n}, .unit = angle, .doc = "joint positions"}};
-    Output<Transform> frame1_H_frame2{this, "frame1_H_frame2", {.unit = mixed_units, .doc = "pose of frame2 seen from frame1"}};
+    Output<Transform> frame1_H_frame2{
+        this, "frame1_H_frame2", {.unit = mixed_units, .doc = "pose of frame2 seen from frame1"}};
 
     void infer(Inference&) const override {
         frame1.resolve(robot);
@@ -213,7 +245,12 @@ class RelativeJacobian final : public RobotBlock {
     FrameArgument reference{this, "reference", "reference frame"};
     FrameArgument frame{this, "frame", "frame whose velocity is wanted"};
     Input<Vector> s{this, "s", {.shape = {n}, .unit = angle, .doc = "joint positions"}};
-    Output<Matrix> J{this, "J", {.shape = {6, n}, .unit = mixed_units, .doc = "J s_dot = velocity of frame relative to reference: origin of frame, axes of reference"}};
+    Output<Matrix> J{
+        this,
+        "J",
+        {.shape = {6, n},
+         .unit = mixed_units,
+         .doc = "J s_dot = velocity of frame relative to reference: origin of frame, axes of reference"}};
 
     void infer(Inference&) const override {
         reference.resolve(robot);
@@ -222,8 +259,9 @@ class RelativeJacobian final : public RobotBlock {
     Status output(Now at, Out out) const noexcept override {
         dynamics::set_joint_position(model(), data(at), at[s]);
         auto map = out[J];
-        dynamics::relative_jacobian(model(), data(at), reference.frame, frame.frame,
-                                    Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
+        dynamics::relative_jacobian(
+            model(), data(at), reference.frame, frame.frame,
+            Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
         return ok;
     }
 };
@@ -232,18 +270,58 @@ class RelativeJacobian final : public RobotBlock {
 
 void add_rigid_body(Library& library) {
     library.group("rigid body")
-        .add<ForwardKinematics>("ForwardKinematics", "Pose of a frame in the world, w_H_frame(w_H_b, s).")
-        .add<CenterOfMass>("CenterOfMass", "Position and velocity of the centre of mass.")
-        .add<Jacobian>("Jacobian", "Jacobian of a frame: J nu = [origin velocity; angular velocity], mixed representation.")
-        .add<DotJNu>("DotJNu", "Bias acceleration of a frame, J_dot nu, mixed representation.")
-        .add<MassMatrix>("MassMatrix", "Mass matrix M of the floating-base robot. Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.2.")
-        .add<InverseDynamics>("InverseDynamics", "Generalised forces M nu_dot + h for a motion, without external wrenches. Source: Featherstone 2008, §5.3.")
-        .add<GetBiasForces>("GetBiasForces", "Coriolis, centrifugal and gravity forces h(q, nu).")
-        .add<GetGravityForces>("GetGravityForces", "Gravity forces g(q) = h(q, 0).")
-        .add<CentroidalMomentum>("CentroidalMomentum", "Linear and angular momentum about the centre of mass. Source: Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot, 2013.")
-        .add<CentroidalTotalMomentumMatrix>("CentroidalTotalMomentumMatrix", "Centroidal momentum matrix A: A nu = momentum. Source: Orin, Goswami, Lee 2013.")
-        .add<RelativeTransform>("RelativeTransform", "Pose of one frame seen from another; depends on the joint positions only.")
-        .add<RelativeJacobian>("RelativeJacobian", "Jacobian of the velocity of one frame relative to another.");
+        .add<ForwardKinematics>(
+            "ForwardKinematics",
+            "Pose of a frame in the world, w_H_frame(w_H_b, s), 4x4. "
+            "For the pseudo frame com: the position of the centre of mass and the identity as rotation. "
+            "Errors: a frame that the robot does not have; the text lists similar ones.")
+        .add<CenterOfMass>("CenterOfMass", "Position and velocity of the centre of mass, world axes. "
+                                           "com = sum m_i c_i / sum m_i, com_dot = J_com nu.")
+        .add<Jacobian>("Jacobian",
+                       "Jacobian of a frame: J nu = [origin velocity; angular velocity], mixed "
+                       "representation, 6 x (6+n). "
+                       "For the pseudo frame com: rows 1 to 3 are the Jacobian of the centre of mass, rows 4 "
+                       "to 6 are zero. "
+                       "Errors: a frame that the robot does not have; the text lists similar ones.")
+        .add<DotJNu>("DotJNu", "Bias acceleration of a frame, d/dt(J) nu, mixed representation, 6 elements. "
+                               "It is the acceleration of the frame for nu_dot = 0. For the pseudo frame "
+                               "com: elements 1 to 3 are those of the centre of mass, 4 to 6 are zero. "
+                               "Errors: a frame that the robot does not have; the text lists similar ones.")
+        .add<MassMatrix>(
+            "MassMatrix",
+            "Mass matrix M of the floating-base robot, (6+n) x (6+n): kinetic energy = 1/2 nu' M nu. "
+            "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.2.")
+        .add<InverseDynamics>(
+            "InverseDynamics",
+            "Generalised forces M nu_dot + h of a motion without external wrenches, 6+n elements. "
+            "nu_dot = [v_b_dot; s_ddot]; the result is [base wrench; joint torques]. "
+            "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §5.3.")
+        .add<GetBiasForces>(
+            "GetBiasForces",
+            "Coriolis, centrifugal and gravity forces h(q, nu), 6+n elements. "
+            "M nu_dot + h = [0; tau] + sum J' f; h is InverseDynamics with zero accelerations.")
+        .add<GetGravityForces>("GetGravityForces",
+                               "Gravity forces g(q) = h(q, 0), 6+n elements. "
+                               "It is InverseDynamics with zero velocities and accelerations.")
+        .add<CentroidalMomentum>(
+            "CentroidalMomentum",
+            "Linear and angular momentum about the centre of mass, world axes, 6 elements. "
+            "H = A nu with the centroidal momentum matrix A. "
+            "Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013.")
+        .add<CentroidalTotalMomentumMatrix>(
+            "CentroidalTotalMomentumMatrix",
+            "Centroidal momentum matrix A, 6 x (6+n): A nu = momentum about the centre of mass, world axes. "
+            "Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013.")
+        .add<RelativeTransform>("RelativeTransform",
+                                "Pose of one frame seen from another, frame1_H_frame2(s), 4x4; depends on "
+                                "the joint positions only. "
+                                "Errors: a frame that the robot does not have; the text lists similar ones.")
+        .add<RelativeJacobian>(
+            "RelativeJacobian",
+            "Jacobian of the velocity of one frame relative to another, 6 x n. "
+            "J s_dot = [origin velocity; angular velocity] of `frame` relative to `reference`, in the axes "
+            "of `reference`; depends on the joint positions only. "
+            "Errors: a frame that the robot does not have; the text lists similar ones.");
 }
 
 } // namespace bf::toolbox

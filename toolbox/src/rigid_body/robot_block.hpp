@@ -23,7 +23,8 @@ class RobotBlock : public Block {
 /// block allows it.
 class FrameArgument {
   public:
-    FrameArgument(Block* owner, const char* name, const char* doc) : name_{owner, name, {.initial = "root_link", .doc = doc}} {}
+    FrameArgument(Block* owner, const char* name, const char* doc)
+        : name_{owner, name, {.initial = "root_link", .doc = doc}} {}
     void resolve(const Requires<RobotConfiguration>& robot, bool allows_com = false) const {
         is_com = allows_com && *name_ == "com";
         if (robot.is_bound() && !is_com) frame = robot->model.frame(*name_);
@@ -36,6 +37,7 @@ class FrameArgument {
 };
 
 inline constexpr const char* base_pose_doc = "base pose: rotation [1], position [m]";
-inline constexpr const char* base_velocity_doc = "base velocity, mixed: origin [m/s], angular [rad/s], world axes";
+inline constexpr const char* base_velocity_doc =
+    "base velocity, mixed: origin [m/s], angular [rad/s], world axes";
 
 } // namespace bf::toolbox

@@ -1,10 +1,11 @@
 #include "robot/robot.hpp"
 
+#include "bf/core/block.hpp"
 #include "bf/dynamics/find_urdf.hpp"
 #include "bf/toolbox/robot.hpp"
-#include "rigid_body/robot_block.hpp"
 
 #include <array>
+#include <cmath>
 #include <stdexcept>
 
 namespace bf::toolbox {
@@ -18,7 +19,8 @@ const T* find(const std::array<std::pair<const char*, T>, N>& table, const std::
         if (text == name) return &value;
     return nullptr;
 }
-template <class T, std::size_t N> std::vector<std::string> choices(const std::array<std::pair<const char*, T>, N>& table) {
+template <class T, std::size_t N>
+std::vector<std::string> choices(const std::array<std::pair<const char*, T>, N>& table) {
     std::vector<std::string> names;
     for (const auto& [name, value] : table) names.emplace_back(name);
     return names;
@@ -43,7 +45,8 @@ constexpr std::array<std::pair<const char*, ControlMode>, 6> modes{{
     {"PWM", ControlMode::pwm},
     {"Current", ControlMode::current},
 }};
-constexpr std::array<std::pair<const char*, Sensor>, 2> sensors{{{"wrench", Sensor::wrench}, {"imu", Sensor::imu}}};
+constexpr std::array<std::pair<const char*, Sensor>, 2> sensors{
+    {{"wrench", Sensor::wrench}, {"imu", Sensor::imu}}};
 
 Unit unit_of(Measurement what) {
     switch (what) {
@@ -61,19 +64,27 @@ Unit unit_of(Measurement what) {
 class Configuration final : public Block {
   public:
     explicit Configuration(const Arguments& arguments) : Block(arguments), folder_(path_of(".")) {}
-    Argument<std::string> robot{this, "robot", {.initial = "iCubGazeboV2_5", .doc = "URDF file, package:// address or name of an installed robot model"}};
-    Argument<std::vector<std::string>> joints{this, "joints", {.doc = "controlled joints, order of all n-vectors; none: all movable joints"}};
-    Argument<std::vector<double>> gravity{this, "gravity", {.initial = {0, 0, -9.81}, .doc = "gravity in the world frame, m/s2"}};
+    Argument<std::string> robot{this,
+                                "robot",
+                                {.initial = "iCubGazeboV2_5",
+                                 .doc = "URDF file, package:// address or name of an installed robot model"}};
+    Argument<std::vector<std::string>> joints{
+        this, "joints", {.doc = "controlled joints, order of all n-vectors; none: all movable joints"}};
+    Argument<std::vector<double>> gravity{
+        this, "gravity", {.initial = {0, 0, -9.81}, .doc = "gravity in the world frame, m/s2"}};
     Provides<RobotConfiguration> configuration{this, [this] { return load(); }};
 
   private:
     std::shared_ptr<const RobotConfiguration> load() const {
         if (gravity->size() != 3)
-            throw std::runtime_error("argument 'gravity' has " + std::to_string(gravity->size()) + " elements; give three, e.g. [0 0 -9.81]");
-        const std::vector<std::filesystem::path> directories{folder_, std::filesystem::path(BF_ROBOT_MODELS), std::filesystem::path(BF_ROBOT_MODELS) / "iCub"};
+            throw std::runtime_error("argument 'gravity' has " + std::to_string(gravity->size()) +
+                                     " elements; give three, e.g. [0 0 -9.81]");
+        const std::vector<std::filesystem::path> directories{folder_, std::filesystem::path(BF_ROBOT_MODELS),
+                                                             std::filesystem::path(BF_ROBOT_MODELS) / "iCub"};
         const auto urdf = dynamics::find_urdf(*robot, directories);
         const Eigen::Vector3d g((*gravity)[0], (*gravity)[1], (*gravity)[2]);
-        return std::make_shared<const RobotConfiguration>(RobotConfiguration{dynamics::Model::load(urdf, *joints, g), urdf, directories});
+        return std::make_shared<const RobotConfiguration>(
+            RobotConfiguration{dynamics::Model::load(urdf, *joints, g), urdf, directories});
     }
     std::filesystem::path folder_;
 };
@@ -89,14 +100,19 @@ class DeviceBlock : public Block {
 class GetMeasurement final : public DeviceBlock {
   public:
     using DeviceBlock::DeviceBlock;
-    Argument<std::string> measured_type{this, "measured_type", {.initial = "Joints Position", .doc = "what is measured", .choices = choices(measurements)}};
-    Output<Vector> y{this, "y", {.shape = {n}, .unit = unit_of(what()), .doc = "measurement, one element per joint"}};
+    Argument<std::string> measured_type{
+        this,
+        "measured_type",
+        {.initial = "Joints Position", .doc = "what is measured", .choices = choices(measurements)}};
+    Output<Vector> y{
+        this, "y", {.shape = {n}, .unit = unit_of(what()), .doc = "measurement, one element per joint"}};
 
     void infer(Inference&) const override {
         if (robot.is_bound()) robot->check_measurement(what());
     }
     Status output(Now at, Out out) const noexcept override {
-        if (!at[robot].read(what(), out[y])) return Status::failure("the robot gave no measurement; look at its connection");
+        if (!at[robot].read(what(), out[y]))
+            return Status::failure("the robot gave no measurement; look at its connection");
         return ok;
     }
 
@@ -110,16 +126,22 @@ class GetMeasurement final : public DeviceBlock {
 class GetSensor final : public DeviceBlock {
   public:
     using DeviceBlock::DeviceBlock;
-    Argument<std::string> kind{this, "kind", {.initial = "wrench", .doc = "wrench (6) or imu (12)", .choices = choices(sensors)}};
+    Argument<std::string> kind{
+        this, "kind", {.initial = "wrench", .doc = "wrench (6) or imu (12)", .choices = choices(sensors)}};
     Argument<std::string> sensor{this, "sensor", {.doc = "name of the sensor"}};
-    Output<Vector> y{this, "y", {.shape = {*kind == "imu" ? 12 : 6}, .unit = mixed_units,
-                                 .doc = "wrench: force [N], moment [Nm] in sensor axes; imu: roll pitch yaw [rad], acceleration [m/s2], angular velocity [rad/s], magnetic field"}};
+    Output<Vector> y{this,
+                     "y",
+                     {.shape = {*kind == "imu" ? 12 : 6},
+                      .unit = mixed_units,
+                      .doc = "wrench: force [N], moment [Nm] in sensor axes; imu: roll pitch yaw [rad], "
+                             "acceleration [m/s2], angular velocity [rad/s], magnetic field"}};
 
     void infer(Inference&) const override {
         if (robot.is_bound()) index_ = robot->sensor_index(which(), *sensor);
     }
     Status output(Now at, Out out) const noexcept override {
-        if (!at[robot].read(which(), index_, out[y])) return Status::failure("the robot's sensor gave no reading; look at its connection");
+        if (!at[robot].read(which(), index_, out[y]))
+            return Status::failure("the robot's sensor gave no reading; look at its connection");
         return ok;
     }
 
@@ -128,14 +150,28 @@ class GetSensor final : public DeviceBlock {
     mutable int index_ = 0;
 };
 
-class GetLimits final : public RobotBlock {
+class GetLimits final : public Block {
   public:
-    using RobotBlock::RobotBlock;
-    Argument<std::string> limit_type{this, "limit_type", {.initial = "ModelPosition", .doc = "limits of the control boards or of the URDF",
-                                     .choices = {"ControlBoardPosition", "ControlBoardVelocity", "ModelPosition"}}};
-    Requires<RobotDevice> device{this, "the robot whose control boards have the limits", *limit_type != "ModelPosition"};
-    Output<Vector> minimum{this, "minimum", {.shape = {n}, .unit = limits_unit(), .doc = "lower limits, -inf where there are none"}};
-    Output<Vector> maximum{this, "maximum", {.shape = {n}, .unit = limits_unit(), .doc = "upper limits, inf where there are none"}};
+    using Block::Block;
+    Argument<std::string> limit_type{
+        this,
+        "limit_type",
+        {.initial = "ModelPosition",
+         .doc = "limits of the control boards or of the URDF",
+         .choices = {"ControlBoardPosition", "ControlBoardVelocity", "ModelPosition"}}};
+    Requires<RobotConfiguration> robot{this, "the robot whose URDF has the limits", of_model()};
+    Requires<RobotDevice> device{this, "the robot whose control boards have the limits", !of_model()};
+    Dim n{this, "n", [this] {
+              return robot.is_bound() ? robot->model.joints() : device.is_bound() ? device->joints() : -1;
+          }};
+    Output<Vector> minimum{
+        this,
+        "minimum",
+        {.shape = {n}, .unit = limits_unit(), .doc = "lower limits, -inf where there are none"}};
+    Output<Vector> maximum{
+        this,
+        "maximum",
+        {.shape = {n}, .unit = limits_unit(), .doc = "upper limits, inf where there are none"}};
     Scratch<std::pair<Vector, Vector>> limits{this, [this] { return find_limits(); }};
 
     Status output(Now at, Out out) const noexcept override {
@@ -145,20 +181,28 @@ class GetLimits final : public RobotBlock {
     }
 
   private:
-    Unit limits_unit() const { return *limit_type == "ControlBoardVelocity" ? unit<"rad/s"> : unit<"rad">; }
+    bool of_model() const { return *limit_type == "ModelPosition"; }
+    bool of_velocity() const { return *limit_type == "ControlBoardVelocity"; }
+    Unit limits_unit() const { return of_velocity() ? unit<"rad/s"> : unit<"rad">; }
     std::pair<Vector, Vector> find_limits() const {
-        if (*limit_type == "ModelPosition") return {model().position_min(), model().position_max()};
-        Vector low, high;
-        device->limits(*limit_type == "ControlBoardVelocity" ? Limits::velocity : Limits::position, low, high);
-        return {low, high};
+        if (of_model()) return {robot->model.position_min(), robot->model.position_max()};
+        std::pair<Vector, Vector> found;
+        device->limits(of_velocity() ? Limits::velocity : Limits::position, found.first, found.second);
+        return found;
     }
 };
 
 class SetReferences final : public DeviceBlock {
   public:
     using DeviceBlock::DeviceBlock;
-    Argument<std::string> control_type{this, "control_type", {.initial = "Torque", .doc = "how the joints are commanded", .choices = choices(modes)}};
-    Input<Vector> u{this, "u", {.shape = {n}, .unit = any_unit, .doc = "references: rad, rad/s, Nm or raw, by control_type"}};
+    Argument<std::string> control_type{
+        this,
+        "control_type",
+        {.initial = "Torque", .doc = "how the joints are commanded", .choices = choices(modes)}};
+    Input<Vector> u{
+        this,
+        "u",
+        {.shape = {n}, .unit = any_unit, .doc = "references: rad, rad/s, Nm or raw, by control_type"}};
     DiscreteState<bool> is_switched{this, "is_switched", {.doc = "the control mode was set"}};
 
     void infer(Inference&) const override {
@@ -166,9 +210,13 @@ class SetReferences final : public DeviceBlock {
     }
     Status output(Now at, Out) const noexcept override {
         auto& connection = at[robot];
-        if (!at[is_switched] && !connection.set_mode(mode())) return Status::failure("the robot did not accept the control mode");
-        if (!at[u].allFinite()) return Status::failure("a reference is not finite: the robot keeps the last one");
-        if (!connection.write(mode(), at[u])) return Status::failure("the robot did not accept the references");
+        if (!at[is_switched] && !connection.set_mode(mode()))
+            return Status::failure("the robot did not accept the control mode");
+        for (int i = 0; i < at[u].size(); ++i)
+            if (!std::isfinite(at[u](i)))
+                return Status::failure("reference {} is not finite; look at what computes it", i + 1);
+        if (!connection.write(mode(), at[u]))
+            return Status::failure("the robot did not accept the references");
         return ok;
     }
     Status update(Now, Next next) const noexcept override {
@@ -187,11 +235,39 @@ class SetReferences final : public DeviceBlock {
 
 void add_robot(Library& library) {
     library.group("robot")
-        .add<Configuration>("Configuration", "The robot whose quantities the model blocks of this subsystem compute: URDF, joints, gravity.")
-        .add<GetMeasurement>("GetMeasurement", "What the robot's joints or motors measure now.")
-        .add<GetSensor>("GetSensor", "Reading of a force/torque sensor or an inertial sensor of the robot.")
-        .add<GetLimits>("GetLimits", "Limits of the joints.")
-        .add<SetReferences>("SetReferences", "Commands the robot's joints. The control mode is set with the first reference; stopping puts it back.");
+        .add<Configuration>(
+            "Configuration",
+            "The robot whose quantities the model blocks of this subsystem compute: URDF, joints, gravity. "
+            "It has no ports: blocks in its subsystem and below find the nearest one, and all of them share "
+            "one computation per "
+            "state. `robot` is a file, a package:// or model:// address, or the name of an installed robot; "
+            "`joints` is the order of "
+            "all n-vectors, every other joint is locked at zero. "
+            "Errors: an unknown robot, a joint that is unknown, fixed or listed twice, two configurations in "
+            "one subsystem.")
+        .add<GetMeasurement>(
+            "GetMeasurement",
+            "What the robot's joints or motors measure now, n elements in joint order: rad, rad/s, rad/s2, "
+            "Nm, or raw. "
+            "The robot is the nearest around the block: a MujocoWorld or a connection to a real one. "
+            "Errors: a measured_type that the robot does not have; a measurement that fails in a step.")
+        .add<GetSensor>("GetSensor",
+                        "Reading of a force/torque sensor or an inertial sensor of the robot. "
+                        "wrench: 6, force [N] and moment [Nm] in sensor axes. imu: 12, roll pitch yaw [rad], "
+                        "acceleration minus gravity [m/s2] and "
+                        "angular velocity [rad/s] in sensor axes, magnetic field. "
+                        "Errors: a sensor that the robot does not have; the text lists those it has.")
+        .add<GetLimits>("GetLimits", "Limits of the joints, n elements each, infinite where there are none. "
+                                     "ModelPosition: from the URDF of the nearest Configuration; "
+                                     "ControlBoardPosition and ControlBoardVelocity: from the nearest "
+                                     "robot. They are read at the start of a run and constant in it.")
+        .add<SetReferences>(
+            "SetReferences",
+            "Commands the robot's joints, n references in joint order: rad, rad/s, Nm or raw, by "
+            "control_type. "
+            "The control mode is set with the first reference; stopping the run puts it back. "
+            "Errors: a control_type that the robot does not have; a reference that is not finite ends the "
+            "run.");
 }
 
 } // namespace bf::toolbox

@@ -29,6 +29,10 @@ class SimulatedRobot final : public RobotConnection {
         simulation = physics::Simulation(std::make_shared<const physics::World>(std::move(options)));
     }
 
+    void start() override {
+        simulation.reset();
+        command.setZero();
+    }
     void stop() noexcept override { command.setZero(); }
 
     bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override {
@@ -86,7 +90,13 @@ class WorldDevice final : public RobotDevice {
         }
     }
     int sensor_index(Sensor kind, const std::string& name) const override {
-        if (kind == Sensor::imu) return 0;
+        if (kind == Sensor::imu) {
+            const auto& options = world->options();
+            const auto& link = options.imu_frame.empty() ? world->base_link() : options.imu_frame;
+            if (name.empty() || name == link) return 0;
+            throw std::runtime_error("the simulated robot's inertial sensor is on '" + link + "', not on '" +
+                                     name + "'; name it in the world's imu_frame");
+        }
         const auto found = std::find(sensors.begin(), sensors.end(), name);
         if (found != sensors.end()) return static_cast<int>(found - sensors.begin());
         std::string list;
@@ -185,7 +195,6 @@ class MujocoWorld final : public RobotBlock {
     void start(Now at) const override {
         auto& simulated = robot_of(at);
         simulated.set_time_step(at.period());
-        simulated.simulation.reset();
         simulated.start();
     }
     void stop(Now at) const noexcept override { robot_of(at).stop(); }
@@ -211,11 +220,17 @@ class MujocoWorld final : public RobotBlock {
         for (int i = 0; i < push.size(); ++i) pushes.segment<6>(6 * i) = at[push[i]];
         const double* torque = at.is_connected(tau) ? at[tau].data() : simulated.command.data();
         const auto size = static_cast<std::size_t>(simulated.command.size());
+        for (int i = 0; i < simulated.command.size(); ++i)
+            if (!std::isfinite(torque[i]))
+                return Status::failure("joint torque {} is not finite; look at what computes it", i + 1);
+        for (int i = 0; i < push.size(); ++i)
+            if (!pushes.segment<6>(6 * i).allFinite())
+                return Status::failure("push wrench {} is not finite; look at what computes it", i + 1);
         if (simulated.simulation.step({torque, size},
                                       {pushes.data(), static_cast<std::size_t>(pushes.size())}))
             return ok;
-        return Status::failure("the physics diverged or a torque is not finite: look at the torques of this "
-                               "step, the gains and the contact parameters");
+        return Status::failure(
+            "the physics diverged; look at the gains, the contact parameters and the step");
     }
 
   private:
@@ -275,11 +290,21 @@ class MujocoWorld final : public RobotBlock {
 } // namespace
 
 void add_world(Library& library) {
-    library.group("world").add<MujocoWorld>("MujocoWorld",
-                                            "The configured robot in a MuJoCo physics world, in lockstep: "
-                                            "outputs are the state now, the update advances "
-                                            "the world by the block's period. It is also the robot that "
-                                            "GetMeasurement and SetReferences around it use.");
+    library.group("world").add<MujocoWorld>(
+        "MujocoWorld",
+        "The configured robot in a MuJoCo physics world, in lockstep: outputs are the state now, the update "
+        "advances the world by the "
+        "block's period. "
+        "Inputs are held over the interval: joint torques `tau` [n], clamped to the URDF's effort limits, "
+        "and one wrench per push link. "
+        "It is also the robot that GetMeasurement, GetSensor, GetLimits and SetReferences around it use; "
+        "with `tau` unconnected it "
+        "applies what SetReferences sent last. The only contacts are those of spheres at the soles with the "
+        "floor z = 0; the start "
+        "pose stands on them. "
+        "Source: E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for model-based control, 2012. "
+        "Errors: unknown frames, sensors or links; a torque or wrench that is not finite and a motion that "
+        "diverges end the run.");
 }
 
 } // namespace bf::toolbox

@@ -13,8 +13,8 @@
 
 namespace bf::toolbox {
 
-/// The description of a robot: URDF, joint list, gravity. Resource of every model block around it. All of them
-/// share one workspace in a running diagram, so that nothing is computed twice for the same state.
+/// The description of a robot: URDF, joint list, gravity. Resource of every model block around it. All of
+/// them share one workspace in a running diagram, so that nothing is computed twice for the same state.
 struct RobotConfiguration {
     static constexpr const char* resource = "robot configuration";
     struct Live {
@@ -56,7 +56,8 @@ enum class Limits { position, velocity };
 /// Sensors beside the joints.
 enum class Sensor {
     wrench, ///< 6: force [N] and moment [Nm] in sensor axes
-    imu,    ///< 12: roll pitch yaw [rad], acceleration minus gravity [m/s2], angular velocity [rad/s], magnetic field
+    imu, ///< 12: roll pitch yaw [rad], acceleration minus gravity [m/s2], angular velocity [rad/s], magnetic
+         ///< field
 };
 
 /// A running connection to a robot. One thread uses it. In a step nothing allocates, locks or blocks; vectors

@@ -58,6 +58,8 @@ template <class A, class B> constexpr bool lu_solve(const A& a, const B& b) noex
 /// x = a \ b, the solution of a x = b, by LU with partial pivoting; a is n × n. work: n².
 struct Solve {
     static constexpr const char* name = "bf::kernels::Solve{}";
+    static constexpr char failure[] =
+        "the matrix is singular to working precision: the equations have no unique solution";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class X, class A, class B, class W>
     constexpr bool operator()(const X& x, const A& a, const B& b, const W& work) const noexcept {
@@ -72,6 +74,8 @@ struct Solve {
 /// n.
 struct SolveRight {
     static constexpr const char* name = "bf::kernels::SolveRight{}";
+    static constexpr char failure[] =
+        "the matrix is singular to working precision: the equations have no unique solution";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class X, class B, class A, class W>
     constexpr bool operator()(const X& x, const B& b, const A& a, const W& work) const noexcept {
@@ -88,6 +92,8 @@ struct SolveRight {
 /// y = a⁻¹ by LU with partial pivoting; a is n × n. work: n².
 struct Inverse {
     static constexpr const char* name = "bf::kernels::Inverse{}";
+    static constexpr char failure[] =
+        "the matrix is singular to working precision and has no inverse; a PseudoInverse tolerates lost rank";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class Y, class A, class W>
     constexpr bool operator()(const Y& y, const A& a, const W& work) const noexcept {
@@ -102,6 +108,8 @@ struct Inverse {
 /// False if a is not positive definite. work: n².
 struct CholeskySolve {
     static constexpr const char* name = "bf::kernels::CholeskySolve{}";
+    static constexpr char failure[] =
+        "the matrix is not positive definite: use method lu, or look at what computes it";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class X, class A, class B, class W>
     constexpr bool operator()(const X& x, const A& a, const B& b, const W& work) const noexcept {
@@ -142,6 +150,8 @@ struct CholeskySolve {
 /// pseudo-inverse. work: k² + m n with k = min(m, n).
 struct DampedPinv {
     static constexpr const char* name = "bf::kernels::DampedPinv{}";
+    static constexpr char failure[] =
+        "the damped matrix is not positive definite: raise the damping, or look at what computes the matrix";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class Y, class S, class A, class W>
     constexpr bool operator()(const Y& y, const S& sigma, const A& a, const W& work) const noexcept {
@@ -169,6 +179,7 @@ struct DampedPinv {
 /// one. b is m × p; work: m (n + p) + n.
 struct LeastSquares {
     static constexpr const char* name = "bf::kernels::LeastSquares{}";
+    static constexpr char failure[] = "the matrix has lost rank: the least-squares solution is not unique";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class X, class A, class B, class W>
     constexpr bool operator()(const X& x, const A& a, const B& b, const W& work) const noexcept {

@@ -68,6 +68,7 @@ template <class I> constexpr int place(I index, int size) noexcept {
 /// y_i = u(index_i).
 struct Select {
     static constexpr const char* name = "bf::kernels::Select{}";
+    static constexpr char failure[] = "an index is outside the signal";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class I, class U>
     constexpr bool operator()(const Y& y, const I& index, const U& u) const noexcept {
@@ -84,6 +85,7 @@ struct Select {
 /// y_ij = u(row_i, col_j).
 struct SelectMatrix {
     static constexpr const char* name = "bf::kernels::SelectMatrix{}";
+    static constexpr char failure[] = "an index is outside the matrix";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class I, class J, class U>
     constexpr bool operator()(const Y& y, const I& row, const J& col, const U& u) const noexcept {
@@ -101,6 +103,7 @@ struct SelectMatrix {
 /// y = the part of u of the size of y whose first element is u(row, col).
 struct Submatrix {
     static constexpr const char* name = "bf::kernels::Submatrix{}";
+    static constexpr char failure[] = "the submatrix reaches outside the matrix";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class I, class J, class U>
     constexpr bool operator()(const Y& y, const I& row, const J& col, const U& u) const noexcept {
@@ -116,6 +119,7 @@ struct Submatrix {
 /// y = base, then y(index_i) = u_i; a scalar u expands, of equal indices the last wins.
 struct Assign {
     static constexpr const char* name = "bf::kernels::Assign{}";
+    static constexpr char failure[] = "an index is outside the signal";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class I, class B, class U>
     constexpr bool operator()(const Y& y, const I& index, const B& base, const U& u) const noexcept {
@@ -133,6 +137,7 @@ struct Assign {
 /// y = base, then y(row_i, col_j) = u_ij; a scalar u expands.
 struct AssignMatrix {
     static constexpr const char* name = "bf::kernels::AssignMatrix{}";
+    static constexpr char failure[] = "an index is outside the matrix";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class I, class J, class B, class U>
     constexpr bool operator()(const Y& y, const I& row, const J& col, const B& base,

@@ -60,6 +60,8 @@ template <class G, class V> constexpr bool orthogonalize(const G& g, const V& v)
 /// singular values were not found (a holds NaN or infinities). work: k² + m n with k = min(m, n).
 struct TruncatedPinv {
     static constexpr const char* name = "bf::kernels::TruncatedPinv{}";
+    static constexpr char failure[] =
+        "the singular values do not converge: look for NaN or infinity in the matrix";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class Y, class S, class A, class W>
     constexpr bool operator()(const Y& y, const S& tolerance, const A& a, const W& work) const noexcept {

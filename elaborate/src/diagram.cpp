@@ -30,29 +30,53 @@ std::vector<SignalName> Diagram::signals() const {
     return all;
 }
 
+namespace {
+
+/// Does the text match a pattern in which '*' stands for any text?
+bool matches(std::string_view text, std::string_view pattern) {
+    std::size_t t = 0, p = 0, star = std::string_view::npos, resume = 0;
+    while (t < text.size()) {
+        if (p < pattern.size() && pattern[p] == '*') {
+            star = p++;
+            resume = t;
+        } else if (p < pattern.size() && pattern[p] == text[t]) {
+            ++p, ++t;
+        } else if (star != std::string_view::npos) {
+            p = star + 1; // let the last star take one more
+            t = ++resume;
+        } else {
+            return false;
+        }
+    }
+    return pattern.find_first_not_of('*', p) == std::string_view::npos;
+}
+
+} // namespace
+
 std::vector<SignalName> Diagram::match_signals(const std::string& pattern) const {
-    const bool is_glob = pattern.ends_with('*');
-    const std::string prefix = is_glob ? pattern.substr(0, pattern.size() - 1) : pattern;
     std::vector<SignalName> found, children;
-    for (const auto& signal : signals()) {
-        if (is_glob ? signal.path.starts_with(prefix) : signal.path == prefix) found.push_back(signal);
-        if (signal.path.starts_with(prefix + ".") &&
-            signal.path.find('.', prefix.size() + 1) == std::string::npos)
-            children.push_back({prefix, signal.end});
+    const bool is_glob = pattern.find('*') != std::string::npos;
+    const std::string prefix = pattern + ".";
+    for (auto& signal : signals()) {
+        if (!is_glob && signal.path.starts_with(prefix) &&
+            signal.path.find('.', prefix.size()) == std::string::npos)
+            children.push_back({pattern, signal.end});
+        if (is_glob ? matches(signal.path, pattern) : signal.path == pattern)
+            found.push_back(std::move(signal));
     }
     if (is_glob || !found.empty()) return found;
     if (children.size() == 1) return children; // a block or subsystem with one output
     // A sink, or one of its inputs, is seen through what drives it; a state through its memory.
     for (std::size_t n = 0; n < nodes.size(); ++n) {
-        if (!prefix.starts_with(nodes[n].path)) continue;
+        if (!pattern.starts_with(nodes[n].path)) continue;
         const auto& slots = nodes[n].block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
-            const bool is_named = nodes[n].path + "." + slots[i].name == prefix;
+            const bool is_named = nodes[n].path + "." + slots[i].name == pattern;
             if (slots[i].role == Role::discrete_state && is_named)
-                return {{prefix, {static_cast<int>(n), static_cast<int>(i)}}};
+                return {{pattern, {static_cast<int>(n), static_cast<int>(i)}}};
             if (slots[i].role == Role::input && nodes[n].sources[i].node >= 0 &&
-                (is_named || nodes[n].path == prefix))
-                return {{prefix, nodes[n].sources[i]}};
+                (is_named || nodes[n].path == pattern))
+                return {{pattern, nodes[n].sources[i]}};
         }
     }
     return {};
@@ -60,7 +84,7 @@ std::vector<SignalName> Diagram::match_signals(const std::string& pattern) const
 
 Node::End Diagram::find_signal(const std::string& path) const {
     const auto found = match_signals(path);
-    return found.empty() || path.ends_with('*') ? Node::End{} : found.front().end;
+    return found.empty() || path.find('*') != std::string::npos ? Node::End{} : found.front().end;
 }
 
 } // namespace bf

@@ -8,14 +8,6 @@ namespace bf::elaboration {
 
 namespace {
 
-/// What a class declares with default arguments, to tell arguments from parameters before a block is made.
-const Declaration& class_declaration(std::unordered_map<std::string, std::unique_ptr<Block>>& made,
-                                     const BlockClass& type) {
-    auto& block = made[type.qualified_name()];
-    if (!block) block = type.make({});
-    return block->declaration();
-}
-
 std::vector<std::string> setting_names(const Declaration& d) {
     std::vector<std::string> names;
     for (const auto& argument : d.arguments) names.push_back(argument.name);
@@ -50,68 +42,96 @@ class Flattener {
         e_.scopes.emplace_back(nullptr);
         Scope& root = e_.root();
         root.system = &e_.model.root;
-        apply_overrides();
+        for (const auto& [name, text, where] : e_.options.overrides) overrides_.push_back({name, text, where});
+        variables(root, e_.model.root.variables, "");
+        read_times();
         fill(root);
-        for (const auto& [name, expression] : settings_)
-            if (!used_.contains(name))
-                e_.report.add({}, "", "nothing is called '" + name + "'" + did_you_mean(name, known_names()),
-                              "give the name of a variable, of a setting as block.setting, step or stop");
+        report_unused();
     }
 
   private:
-    void apply_overrides() {
-        for (const auto& [name, text] : e_.options.overrides) settings_[name] = text;
+    struct Override {
+        std::string name, text;
+        model::Location where;
+        bool is_used = false;
+    };
+
+    void read_times() {
         const auto time = [&](const char* name, const std::optional<model::Expression>& given,
-                              double otherwise) {
+                              double otherwise, auto&& is_right, const char* rule) {
             model::Expression expression = given.value_or(model::Expression{});
             if (!override_of(name, expression) && !given) return otherwise;
-            return e_.evaluate_scalar(expression, e_.root().variables, "", name).value_or(otherwise);
+            const auto value = e_.evaluate(expression, e_.root().variables, name);
+            if (!value) return otherwise;
+            if (value->is_array() && value->is_scalar() && is_right(value->scalar())) return value->scalar();
+            e_.report.add(expression.where, "", "'" + std::string(name) + "' is " + value->describe(), rule);
+            return otherwise;
         };
-        variables(e_.root(), e_.model.root.variables, "");
-        e_.diagram.step = time("step", e_.model.step, 0);
-        e_.diagram.stop = time("stop", e_.model.stop, std::numeric_limits<double>::infinity());
-        if (e_.diagram.step < 0 || !std::isfinite(e_.diagram.step))
-            e_.report.add(e_.model.step ? e_.model.step->where : e_.model.where, "",
-                          "the base period 'step' is " + matlab::number_text(e_.diagram.step) + " s",
-                          "give a positive number of seconds");
+        e_.diagram.step = time(
+            "step", e_.model.step, 0, [](double x) { return x > 0 && std::isfinite(x); },
+            "give a positive number of seconds");
+        e_.diagram.stop = time(
+            "stop", e_.model.stop, std::numeric_limits<double>::infinity(), [](double x) { return x >= 0; },
+            "give a number of seconds from 0 to Inf");
     }
 
     bool override_of(const std::string& name, model::Expression& expression) {
-        const auto found = settings_.find(name);
-        if (found == settings_.end()) return false;
-        expression.text = found->second;
-        expression.quotes = model::Quotes::none;
-        expression.where = {};
-        used_.insert({name, true});
-        return true;
+        bool is_found = false;
+        for (auto& given : overrides_) // the last one counts
+            if (given.name == name) {
+                expression = {.text = given.text, .where = given.where};
+                is_found = given.is_used = true;
+            }
+        return is_found;
+    }
+
+    void report_unused() {
+        std::vector<std::string> names;
+        for (const auto& given : overrides_) {
+            if (given.is_used) continue;
+            if (names.empty()) names = known_names();
+            e_.report.add(given.where, "", "nothing is called '" + given.name + "'" + did_you_mean(given.name, names),
+                          "give the name of a variable, of a setting as block.setting, step or stop");
+        }
     }
 
     std::vector<std::string> known_names() const {
         std::vector<std::string> names{"step", "stop"};
-        for (const auto& [name, seen] : seen_) names.push_back(name);
+        for (const auto& scope : e_.scopes)
+            add_names(scope.system->variables, scope.path.empty() ? "" : scope.path + ".", names);
+        for (const auto& node : e_.diagram.nodes)
+            for (const auto& name : setting_names(node.block->declaration()))
+                names.push_back(node.path + "." + name);
         return names;
     }
 
-    /// Variables of a system in document order; those of the root can be overridden by name.
-    void variables(Scope& scope, const std::vector<model::Variable>& list, const std::string& prefix) {
-        for (const auto& variable : list)
-            scope.variables.set(variable.name, value_of(scope, scope.variables, variable, prefix));
+    static void add_names(const std::vector<model::Variable>& variables, const std::string& prefix,
+                          std::vector<std::string>& names) {
+        for (const auto& variable : variables) {
+            names.push_back(prefix + variable.name);
+            add_names(variable.fields, prefix + variable.name + ".", names);
+        }
     }
 
-    matlab::Value value_of(Scope& scope, const matlab::Workspace& workspace, const model::Variable& variable,
+    /// Variables of a system in document order; each can be overridden by its path.
+    void variables(Scope& scope, const std::vector<model::Variable>& list, const std::string& prefix) {
+        for (const auto& variable : list)
+            scope.variables.set(variable.name, value_of(scope.variables, variable, prefix));
+    }
+
+    matlab::Value value_of(const matlab::Workspace& workspace, const model::Variable& variable,
                            const std::string& prefix) {
         const std::string name = prefix + variable.name;
-        if (scope.parent == nullptr) seen_[name] = true;
         model::Expression expression = variable.value;
-        const bool overridden = scope.parent == nullptr && override_of(name, expression);
+        const bool overridden = override_of(name, expression);
         if (variable.fields.empty() || overridden)
-            return e_.evaluate(expression, workspace, scope.path).value_or(matlab::Value(0.0));
+            return e_.evaluate(expression, workspace, name).value_or(matlab::Value(0.0));
         matlab::Value::Fields fields;
         // Fields see the struct as far as it is written: Gain: {Kp: 1, Kd: 2*Gain.Kp}.
         matlab::Workspace partial(&workspace);
         const std::string top = name.substr(0, name.find('.'));
         for (const auto& field : variable.fields) {
-            fields.emplace_back(field.name, value_of(scope, partial, field, name + "."));
+            fields.emplace_back(field.name, value_of(partial, field, name + "."));
             if (top == variable.name) partial.set(variable.name, matlab::Value::structure(fields));
         }
         return matlab::Value::structure(std::move(fields));
@@ -139,8 +159,7 @@ class Flattener {
         scope.condition = parent.condition;
         scope.period = parent.period;
         scope.offset = parent.offset;
-        if (block.period) scope.period = e_.evaluate_scalar(*block.period, parent.variables, path, "period");
-        if (block.offset) scope.offset = e_.evaluate_scalar(*block.offset, parent.variables, path, "offset");
+        sample_time(parent, block, path, scope.period, scope.offset);
         parent.items[block.name] = {-1, &scope};
         if (content->execution == model::Execution::enabled) {
             Condition condition;
@@ -156,31 +175,18 @@ class Flattener {
     }
 
     void add_node(Scope& scope, const model::Block& block, const std::string& path) {
-        const BlockClass* type = nullptr;
-        try {
-            type = &e_.registry.find(block.type);
-        } catch (const PluginError& error) {
-            e_.report.add(block.type_where, path, error.what());
-            return;
-        }
-        const Declaration& declared = class_declaration(made_, *type);
+        const BlockClass* type = class_of(block, path);
+        if (!type) return;
+        const Declaration& declared = made_[type]->declaration();
         Arguments arguments;
         arguments.folder = e_.options.folder;
         if (block.where.file) {
             const auto slash = block.where.file->rfind('/');
             if (slash != std::string::npos) arguments.folder = block.where.file->substr(0, slash);
         }
-        std::vector<model::Setting> settings = block.settings;
-        for (const auto& name : setting_names(declared)) {
-            const std::string full = path + "." + name;
-            seen_[full] = true;
-            model::Expression expression;
-            if (!settings_.contains(full)) continue;
-            auto given =
-                std::find_if(settings.begin(), settings.end(), [&](const auto& s) { return s.name == name; });
-            if (given == settings.end()) given = settings.insert(settings.end(), {name, {}, block.where});
-            override_of(full, given->value);
-        }
+        std::vector<model::Setting> changed;
+        if (!overrides_.empty()) changed = overridden_settings(block, path);
+        const auto& settings = overrides_.empty() ? block.settings : changed;
         std::vector<std::pair<const model::Setting*, Value>> parameters;
         for (const auto& setting : settings) {
             const auto argument = std::find_if(declared.arguments.begin(), declared.arguments.end(),
@@ -220,15 +226,53 @@ class Flattener {
         const int index = static_cast<int>(e_.diagram.nodes.size());
         scope.items[block.name] = {index, nullptr};
         scope.nodes.push_back(index);
-        e_.node_periods.push_back(
-            block.period ? e_.evaluate_scalar(*block.period, scope.variables, path, "period") : scope.period);
-        e_.node_offsets.push_back(
-            block.offset ? e_.evaluate_scalar(*block.offset, scope.variables, path, "offset") : scope.offset);
+        auto& period = e_.node_periods.emplace_back(scope.period);
+        auto& offset = e_.node_offsets.emplace_back(scope.offset);
+        sample_time(scope, block, path, period, offset);
         e_.diagram.nodes.push_back(std::move(node));
     }
 
+    /// The class of a block, made once with default arguments: null after a report.
+    const BlockClass* class_of(const model::Block& block, const std::string& path) {
+        const auto known = classes_.find(block.type);
+        if (known != classes_.end()) return known->second;
+        try {
+            const BlockClass* type = &e_.registry.find(block.type);
+            made_[type] = type->make({});
+            return classes_[block.type] = type;
+        } catch (const std::exception& error) {
+            e_.report.add(block.type_where ? block.type_where : block.where, path, error.what());
+            return nullptr;
+        }
+    }
+
+    /// The sample time a block or subsystem names for itself; an offset belongs to its period.
+    void sample_time(const Scope& around, const model::Block& block, const std::string& path,
+                     std::optional<double>& period, std::optional<double>& offset) {
+        if (!block.period) return;
+        period = e_.evaluate_scalar(*block.period, around.variables, path, "period");
+        offset.reset();
+        if (block.offset) offset = e_.evaluate_scalar(*block.offset, around.variables, path, "offset");
+    }
+
+    /// The block's settings after overrides called path.setting.
+    std::vector<model::Setting> overridden_settings(const model::Block& block, const std::string& path) {
+        std::vector<model::Setting> settings = block.settings;
+        for (auto& given : overrides_) {
+            if (given.name.rfind('.') != path.size() || !given.name.starts_with(path)) continue;
+            const std::string name = given.name.substr(path.size() + 1);
+            auto setting =
+                std::find_if(settings.begin(), settings.end(), [&](const auto& s) { return s.name == name; });
+            if (setting == settings.end())
+                setting = settings.insert(settings.end(), {.name = name, .value = {}});
+            setting->value = {.text = given.text, .where = given.where};
+            given.is_used = true;
+        }
+        return settings;
+    }
+
     std::optional<Value> number(const Scope& scope, const model::Setting& setting, const std::string& path) {
-        auto value = e_.evaluate(setting.value, scope.variables, path);
+        auto value = e_.evaluate(setting.value, scope.variables, path + "." + setting.name);
         if (!value) return std::nullopt;
         auto converted = to_value(*value);
         if (!converted)
@@ -280,10 +324,9 @@ class Flattener {
     }
 
     Elaboration& e_;
-    std::unordered_map<std::string, std::unique_ptr<Block>> made_;
-    std::unordered_map<std::string, std::string> settings_;
-    std::unordered_map<std::string, bool> used_;
-    std::unordered_map<std::string, bool> seen_;
+    std::vector<Override> overrides_;
+    std::unordered_map<std::string, const BlockClass*> classes_;
+    std::unordered_map<const BlockClass*, std::unique_ptr<Block>> made_;
 };
 
 } // namespace

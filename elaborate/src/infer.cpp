@@ -23,27 +23,35 @@ class Spreading {
 
     void run() {
         drain();
-        // What the wiring leaves open has the usual meaning: numbers are double.
-        for (std::size_t n = 0; n < queued_.size(); ++n) {
-            auto& d = e_.declaration(static_cast<int>(n));
-            bool learned = false;
-            for (std::size_t i = 0; i < d.slots.size(); ++i)
-                if (!d.slots[i].type_known) learned = offer(d, static_cast<int>(i), Type::float64) || learned;
-            if (learned) push(static_cast<int>(n));
-            drain();
+        // Where the wiring alone does not decide, in document order: what ports declare, then the usual
+        // meaning.
+        for (const auto& declared : e_.declared) {
+            if (declared.end.node < 0) continue;
+            const Slot& slot =
+                e_.declaration(declared.end.node).slots[static_cast<std::size_t>(declared.end.slot)];
+            if (declared.size && !slot.size_known)
+                decide(declared.end.node, declared.end.slot, *declared.size);
+            if (declared.type && !slot.type_known)
+                decide(declared.end.node, declared.end.slot, *declared.type);
         }
-        // An optional input that nobody wires is a scalar, unless the block knows better.
-        for (std::size_t n = 0; n < queued_.size(); ++n) {
-            auto& d = e_.declaration(static_cast<int>(n));
-            for (std::size_t i = 0; i < d.slots.size(); ++i)
-                if (d.slots[i].role == Role::input && !d.slots[i].size_known &&
-                    e_.node(static_cast<int>(n)).sources[i].node < 0) {
-                    offer(d, static_cast<int>(i), Size{});
-                    push(static_cast<int>(n));
-                    drain();
-                }
-        }
+        for_each_slot([&](int n, int i, const Slot& slot) {
+            if (!slot.type_known) decide(n, i, Type::float64); // numbers are double
+        });
+        for_each_slot([&](int n, int, const Slot& slot) {
+            if (!slot.size_known && slot.initial_from >= 0) take_initial_size(n, slot);
+        });
+        for_each_slot([&](int n, int i, const Slot& slot) {
+            const bool is_unwired_input =
+                slot.role == Role::input && e_.node(n).sources[static_cast<std::size_t>(i)].node < 0;
+            const bool is_root_input = slot.role == Role::output && e_.node(n).type == "Inport";
+            if (!slot.size_known && (is_unwired_input || is_root_input)) decide(n, i, Size{});
+        });
         for (std::size_t n = 0; n < queued_.size(); ++n) report_open(static_cast<int>(n));
+        if (e_.report.is_empty())
+            for (const auto& declared : e_.declared) check_declared(declared);
+        if (e_.report.is_empty())
+            for (auto& condition : e_.diagram.conditions)
+                for (const auto& outlet : condition.outlets) check_initial(outlet);
     }
 
   private:
@@ -51,6 +59,64 @@ class Spreading {
         if (queued_[static_cast<std::size_t>(node)]) return;
         queued_[static_cast<std::size_t>(node)] = true;
         queue_.push_back(node);
+    }
+
+    template <class F> void for_each_slot(F&& f) {
+        for (std::size_t n = 0; n < queued_.size(); ++n) {
+            const auto& slots = e_.declaration(static_cast<int>(n)).slots;
+            for (std::size_t i = 0; i < slots.size(); ++i)
+                f(static_cast<int>(n), static_cast<int>(i), slots[i]);
+        }
+    }
+
+    /// Settles what nothing else decides, and what follows from it.
+    template <class News> void decide(int node, int slot, News news) {
+        try {
+            if (offer(e_.declaration(node), slot, news)) push(node);
+        } catch (const ResolutionError& error) {
+            report(node, error.what());
+        }
+        drain();
+    }
+
+    /// In a loop whose size nothing else decides, a state has the size of its initial value.
+    void take_initial_size(int node, const Slot& state) {
+        const auto& slots = e_.declaration(node).slots;
+        const Slot& initial = slots[static_cast<std::size_t>(state.initial_from)];
+        if (!initial.size_known) return;
+        for (std::size_t i = 0; i < slots.size(); ++i) {
+            if (slots[i].role != Role::input || slots[i].size_known) continue;
+            const bool is_alike = state.shape.symbol >= 0 && slots[i].shape.symbol == state.shape.symbol;
+            // A state of another shape, such as the past of a Delay, tells only that its input is a scalar.
+            if (is_alike || initial.size.is_scalar()) decide(node, static_cast<int>(i), initial.size);
+        }
+    }
+
+    void check_declared(const Elaboration::Declared& declared) {
+        if (declared.end.node < 0) return;
+        const Slot& slot = e_.diagram.slot(declared.end);
+        const auto differs = [&](const std::string& wanted, const std::string& found) {
+            e_.report.add(declared.port->where, declared.path,
+                          "the port is declared as " + wanted + ", but " + e_.diagram.end_path(declared.end) +
+                              " is " + found,
+                          "change one of them");
+        };
+        if (declared.size && (declared.size->rows != slot.size.rows || declared.size->cols != slot.size.cols))
+            differs("size " + declared.size->text(), "of size " + slot.size.text());
+        if (declared.type && *declared.type != slot.type)
+            differs(std::string("type ") + bf::name(*declared.type),
+                    std::string("of type ") + bf::name(slot.type));
+    }
+
+    void check_initial(const Condition::Outlet& outlet) {
+        const int count = e_.diagram.slot(outlet.end).size.count();
+        const int given = static_cast<int>(outlet.initial.size());
+        if (given <= 1 || given == count) return;
+        const auto& node = e_.node(outlet.end.node);
+        e_.report.add(node.where, node.path,
+                      "'initial' has " + std::to_string(given) + " elements, but the output has " +
+                          std::to_string(count),
+                      "give one element or " + std::to_string(count));
     }
 
     void drain() {

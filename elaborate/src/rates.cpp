@@ -32,6 +32,11 @@ class Rates {
         inherit();
         for (auto& condition : e_.diagram.conditions)
             if (condition.enable.node >= 0) condition.rate = fastest_inside(condition);
+        // Inner conditions come after those around them: an output may inherit from theirs.
+        for (auto condition = e_.diagram.conditions.rbegin(); condition != e_.diagram.conditions.rend();
+             ++condition)
+            for (auto& outlet : condition->outlets)
+                if (outlet.initial.empty()) inherit_initial(outlet);
     }
 
   private:
@@ -161,6 +166,22 @@ class Rates {
         if (y.ticks % x.ticks == 0 && (y.offset - x.offset) % x.ticks == 0) return a;
         if (x.ticks % y.ticks == 0 && (x.offset - y.offset) % y.ticks == 0) return b;
         return base_;
+    }
+
+    /// Without an initial value of its own an output takes that of the constant, InitialCondition or
+    /// conditional subsystem that drives it.
+    void inherit_initial(Condition::Outlet& outlet) const {
+        const auto from = nodes_[static_cast<std::size_t>(outlet.end.node)].sources[0];
+        const auto& node = nodes_[static_cast<std::size_t>(from.node)];
+        if (node.rate == constant_rate) outlet.initial_from = from;
+        if (node.type == "InitialCondition")
+            outlet.initial_from = {from.node, node.block->declaration().find("value", Role::parameter)};
+        for (const auto& condition : e_.diagram.conditions)
+            for (const auto& inner : condition.outlets)
+                if (inner.end.node == from.node) {
+                    outlet.initial = inner.initial;
+                    outlet.initial_from = inner.initial_from;
+                }
     }
 
     int fastest_inside(const Condition& condition) const {

@@ -17,10 +17,8 @@ class Sorting {
     void run() {
         make_vertices();
         make_edges();
-        if (order())
-            make_updates();
-        else
-            report_loop();
+        order();
+        make_updates();
     }
 
   private:
@@ -49,11 +47,11 @@ class Sorting {
         edges_.resize(vertices_.size());
     }
 
-    /// The activity that writes an output; -1 for an output that is only memory (a root input).
+    /// The activity that completes an output; -1 for an output that is only memory (a root input).
     int writer(const Node::End& end) const {
         const auto& node = nodes_[static_cast<std::size_t>(end.node)];
         const auto& rules = node.block->declaration().output_rules;
-        for (std::size_t i = 0; i < rules.size(); ++i)
+        for (std::size_t i = rules.size(); i-- > 0;)
             if (rules[i].writes(end.slot))
                 return first_[static_cast<std::size_t>(end.node)] + static_cast<int>(i);
         return node.methods.output
@@ -70,16 +68,19 @@ class Sorting {
             const auto& node = nodes_[n];
             const auto& d = node.block->declaration();
             const auto& rules = d.output_rules;
-            for (std::size_t i = 0; i < rules.size(); ++i)
-                for (const auto& operand : rules[i].operands) {
-                    if (operand.is_written || operand.source != Call::Source::slot) continue;
-                    const auto slot = static_cast<std::size_t>(operand.slot);
-                    const int to = first_[n] + static_cast<int>(i);
-                    if (d.slots[slot].role == Role::input && node.sources[slot].node >= 0)
-                        link(writer(node.sources[slot]), to, node.sources[slot].slot, operand.slot);
-                    if (d.slots[slot].role == Role::output)
-                        link(writer({static_cast<int>(n), operand.slot}), to, operand.slot, operand.slot);
-                }
+            for (std::size_t i = 0; i < rules.size(); ++i) {
+                const int to = first_[n] + static_cast<int>(i);
+                for (const auto& operand : rules[i].operands)
+                    if (operand.source == Call::Source::slot &&
+                        d.slots[static_cast<std::size_t>(operand.slot)].role == Role::input)
+                        if (const auto& from = node.sources[static_cast<std::size_t>(operand.slot)];
+                            from.node >= 0)
+                            link(writer(from), to, from.slot, operand.slot);
+                // Rules that share a workspace or an output keep the order in which the block declares them.
+                for (std::size_t before = 0; before < i; ++before)
+                    if (share_memory(d, rules[before], rules[i]))
+                        link(first_[n] + static_cast<int>(before), to, -1, -1);
+            }
             if (node.methods.output) {
                 const int to = first_[n] + static_cast<int>(rules.size());
                 for (std::size_t i = 0; i < d.slots.size(); ++i)
@@ -100,6 +101,17 @@ class Sorting {
                 link(condition_vertex_[static_cast<std::size_t>(condition.parent)], condition_vertex_[c], -1,
                      -1);
         }
+    }
+
+    /// Do both rules touch the same memory, one of them writing?
+    static bool share_memory(const Declaration& d, const Call& a, const Call& b) {
+        const auto touches = [](const Call& call, int slot) { return call.writes(slot) || call.reads(slot); };
+        for (std::size_t i = 0; i < d.slots.size(); ++i) {
+            const int slot = static_cast<int>(i);
+            if (d.slots[i].role != Role::output && d.slots[i].role != Role::workspace) continue;
+            if ((a.writes(slot) && touches(b, slot)) || (b.writes(slot) && touches(a, slot))) return true;
+        }
+        return false;
     }
 
     /// Does the block's output method read the input? Asked per output where the block says so.
@@ -125,20 +137,24 @@ class Sorting {
 
     /// Kahn's algorithm. Among what is ready, the running segment goes on as long as it can; otherwise the
     /// first in document order.
-    bool order() {
-        std::vector<int> open(vertices_.size(), 0);
+    void order() {
+        open_.assign(vertices_.size(), 0);
         for (const auto& list : edges_)
-            for (const auto& edge : list) ++open[static_cast<std::size_t>(edge.to)];
-        std::map<std::pair<int, int>, std::set<int>> ready;
+            for (const auto& edge : list) ++open_[static_cast<std::size_t>(edge.to)];
         for (std::size_t v = 0; v < vertices_.size(); ++v)
-            if (open[v] == 0) ready[group(static_cast<int>(v))].insert(static_cast<int>(v));
-        std::size_t done = 0;
+            if (open_[v] == 0) ready_[group(static_cast<int>(v))].insert(static_cast<int>(v));
         auto& segments = e_.diagram.plan.outputs;
         std::pair<int, int> current{-1, -1};
-        while (!ready.empty()) {
-            auto chosen = ready.find(current);
-            if (chosen == ready.end())
-                chosen = std::min_element(ready.begin(), ready.end(), [](const auto& a, const auto& b) {
+        std::size_t done = 0;
+        for (int loops = 0; done < vertices_.size() && loops < most_loops;) {
+            if (ready_.empty()) {
+                break_loop();
+                ++loops;
+                continue;
+            }
+            auto chosen = ready_.find(current);
+            if (chosen == ready_.end())
+                chosen = std::min_element(ready_.begin(), ready_.end(), [](const auto& a, const auto& b) {
                     return *a.second.begin() < *b.second.begin();
                 });
             if (chosen->first != current || segments.empty()) {
@@ -147,16 +163,12 @@ class Sorting {
             }
             const int v = *chosen->second.begin();
             chosen->second.erase(chosen->second.begin());
-            if (chosen->second.empty()) ready.erase(chosen);
+            if (chosen->second.empty()) ready_.erase(chosen);
             segments.back().activities.push_back(vertices_[static_cast<std::size_t>(v)]);
             ++done;
             for (const auto& edge : edges_[static_cast<std::size_t>(v)])
-                if (--open[static_cast<std::size_t>(edge.to)] == 0) ready[group(edge.to)].insert(edge.to);
+                if (--open_[static_cast<std::size_t>(edge.to)] == 0) ready_[group(edge.to)].insert(edge.to);
         }
-        if (done == vertices_.size()) return true;
-        for (std::size_t v = 0; v < open.size(); ++v)
-            if (open[v] > 0) stuck_.insert(static_cast<int>(v));
-        return false;
     }
 
     void make_updates() {
@@ -186,34 +198,38 @@ class Sorting {
         return slot < 0 ? vertex_path(v) : e_.diagram.end_path({a.node, slot});
     }
 
-    /// Walks backwards from a stuck activity until one repeats: that is a loop.
-    void report_loop() {
-        std::map<int, std::pair<int, const Edge*>> before;
-        for (const int v : stuck_)
-            for (const auto& edge : edges_[static_cast<std::size_t>(v)])
-                if (stuck_.contains(edge.to)) before.try_emplace(edge.to, v, &edge);
-        int v = *stuck_.begin();
-        std::set<int> walked;
-        while (before.contains(v) && walked.insert(v).second) v = before.at(v).first;
-        const int start = v;
+    /// Reports one loop among the activities that wait for each other, and lets its first activity run, so
+    /// that the loops behind it are found too.
+    void break_loop() {
+        std::map<int, std::pair<int, const Edge*>> before; // one that each waits for
+        for (std::size_t v = 0; v < vertices_.size(); ++v)
+            if (open_[v] > 0)
+                for (const auto& edge : edges_[v])
+                    if (open_[static_cast<std::size_t>(edge.to)] > 0)
+                        before.try_emplace(edge.to, static_cast<int>(v), &edge);
+        // Walking backwards, one must come twice.
+        int v = before.begin()->first;
+        for (std::set<int> walked; walked.insert(v).second;) v = before.at(v).first;
+        int first = v;
+        for (int w = before.at(v).first; w != v; w = before.at(w).first) first = std::min(first, w);
         std::vector<std::string> hops;
-        std::vector<int> members;
+        int w = first;
         do {
-            const auto& [from, edge] = before.at(v);
+            const auto& [from, edge] = before.at(w);
             if (edge->from_slot >= 0)
-                hops.push_back(port_path(from, edge->from_slot) + " -> " + port_path(v, edge->to_slot));
-            members.push_back(v);
-            v = from;
-        } while (v != start);
-        std::reverse(hops.begin(), hops.end());
-        std::string text = "algebraic loop: ";
-        for (std::size_t i = 0; i < hops.size(); ++i) text += (i ? ", " : "") + hops[i];
-        const auto& at =
-            vertices_[static_cast<std::size_t>(*std::min_element(members.begin(), members.end()))];
-        const int node = at.node >= 0 ? at.node : 0;
-        e_.report.add(nodes_[static_cast<std::size_t>(node)].where, vertex_path(start), text,
-                      "break it with a block whose output does not depend on its input in the same step, "
-                      "e.g. a UnitDelay on one of these wires");
+                hops.push_back(port_path(from, edge->from_slot) + " -> " + port_path(w, edge->to_slot));
+            w = from;
+        } while (w != first);
+        std::string text;
+        for (auto hop = hops.rbegin(); hop != hops.rend(); ++hop) text += (text.empty() ? "" : ", ") + *hop;
+        const int node = vertices_[static_cast<std::size_t>(first)].node;
+        e_.report.add(
+            node >= 0 ? nodes_[static_cast<std::size_t>(node)].where : e_.model.where, vertex_path(first),
+            "algebraic loop: " + text,
+            "break it with a block whose output does not depend on its input in the same step, e.g. a "
+            "UnitDelay on one of these wires");
+        open_[static_cast<std::size_t>(first)] = 0;
+        ready_[group(first)].insert(first);
     }
 
     Elaboration& e_;
@@ -221,7 +237,9 @@ class Sorting {
     std::vector<Activity> vertices_;
     std::vector<std::vector<Edge>> edges_;
     std::vector<int> first_, condition_vertex_;
-    std::set<int> stuck_;
+    std::vector<int> open_; ///< activities that each still waits for
+    std::map<std::pair<int, int>, std::set<int>> ready_;
+    static constexpr int most_loops = 20; ///< reported at once
 };
 
 } // namespace

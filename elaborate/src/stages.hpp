@@ -10,23 +10,25 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 namespace bf::elaboration {
 
-/// Collects what is wrong; each stage ends by throwing all of it.
+/// Collects what is wrong, each thing once.
 class Report {
   public:
     void add(const model::Location& where, std::string path, std::string message, std::string remedy = {}) {
-        diagnostics_.push_back({where, std::move(path), std::move(message), std::move(remedy)});
+        model::Diagnostic diagnostic{where, std::move(path), std::move(message), std::move(remedy)};
+        if (known_.insert(diagnostic.text()).second) diagnostics_.push_back(std::move(diagnostic));
     }
     bool is_empty() const { return diagnostics_.empty(); }
-    void throw_if_any() {
-        if (!diagnostics_.empty()) throw model::Errors(std::move(diagnostics_));
-    }
+    /// In the order of the document; what stands in no file comes last.
+    void throw_if_any();
 
   private:
     std::vector<model::Diagnostic> diagnostics_;
+    std::unordered_set<std::string> known_;
 };
 
 /// One subsystem of the model while it is being dissolved.
@@ -46,14 +48,16 @@ struct Scope {
         Scope* scope = nullptr;
     };
     std::unordered_map<std::string_view, Item> items;
-    /// Where each driven port gets its signal: "block.port" or "port" of the subsystem's own output.
+    /// Where a connection comes from: an output of a block, of a subsystem, or an input of the surrounding
+    /// one.
     struct Driver {
-        const model::Endpoint* from;
-        const model::Endpoint* to;
-        bool is_used = false;
+        const model::Endpoint* from = nullptr; ///< null: not connected
+        Item item;                             ///< neither node nor scope: the surrounding subsystem
+        int port = -1; ///< slot of the node or index of the port; -1: there is none, which is reported
     };
-    std::unordered_map<std::string, Driver> drivers;
-    std::vector<std::pair<const model::Port*, int>> copies; ///< of a conditional subsystem's outputs
+    std::vector<Driver> inputs;  ///< one per port, then `enable`; they stand in the parent
+    std::vector<Driver> outputs; ///< one per port
+    std::vector<int> outlets;    ///< node that holds each output, in a conditional subsystem
 
     explicit Scope(const matlab::Workspace* enclosing) : variables(enclosing) {}
 };
@@ -69,12 +73,24 @@ struct Elaboration {
     std::deque<Scope> scopes;                                      ///< stable addresses
     std::vector<std::optional<double>> node_periods, node_offsets; ///< s, where given
 
+    /// What the document says about the signal at a subsystem's port.
+    struct Declared {
+        Node::End end;
+        const model::Port* port;
+        std::string path;
+        std::optional<Size> size;
+        std::optional<Type> type;
+    };
+    std::vector<Declared> declared;
+
     Scope& root() { return scopes.front(); }
     DiagramNode& node(int i) { return diagram.nodes[static_cast<std::size_t>(i)]; }
     Declaration& declaration(int i) { return node(i).block->declaration(); }
 
     std::optional<matlab::Value> evaluate(const model::Expression& expression,
                                           const matlab::Workspace& variables, const std::string& path);
+    /// Size and type that a port declares; wrong ones are reported.
+    Declared declared_port(const Scope& scope, const model::Port& port, const std::string& path);
     std::optional<double> evaluate_scalar(const model::Expression& expression,
                                           const matlab::Workspace& variables, const std::string& path,
                                           const char* what);

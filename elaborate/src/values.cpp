@@ -63,6 +63,30 @@ std::optional<double> Elaboration::evaluate_scalar(const model::Expression& expr
     return value->scalar();
 }
 
+Elaboration::Declared Elaboration::declared_port(const Scope& scope, const model::Port& port,
+                                                 const std::string& path) {
+    Declared declared{{}, &port, path, {}, {}};
+    if (port.shape)
+        if (const auto shape = evaluate(*port.shape, scope.variables, path)) {
+            const auto is_length = [&](matlab::Index i) {
+                const double n = (*shape)[i];
+                return n >= 1 && n <= 1e6 && n == std::floor(n);
+            };
+            const auto n = shape->is_array() ? shape->numel() : 0;
+            if (n == 1 && is_length(0))
+                declared.size = {static_cast<int>((*shape)[0]), 1, false};
+            else if (n == 2 && is_length(0) && is_length(1))
+                declared.size = {static_cast<int>((*shape)[0]), static_cast<int>((*shape)[1]), true};
+            else
+                report.add(port.shape->where, path, "'shape' is " + shape->describe(),
+                           "give the length of a 1-D signal, or [rows columns] of a matrix");
+        }
+    if (!port.type.empty() && !(declared.type = type_from_name(port.type)))
+        report.add(port.where, path, "there is no type '" + port.type + "'",
+                   "types: double, single, int8, uint8, int16, uint16, int32, uint32, boolean");
+    return declared;
+}
+
 std::optional<Value> to_value(const matlab::Value& value) {
     if (value.is_text()) return Value(value.text());
     if (value.is_cell()) {
@@ -91,12 +115,12 @@ std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const mode
     // A variable (or a field of one) that holds text goes before its own name.
     const std::string head = text.substr(0, text.find_first_of(".({[ "));
     if (!head.empty() && scope.variables.contains(head)) {
-        const auto value = e.evaluate(expression, scope.variables, path);
+        const auto value = e.evaluate(expression, scope.variables, path + "." + setting.name);
         if (!value) return std::nullopt;
         return to_value(*value);
     }
     if (!text.empty() && text.front() == '{') {
-        const auto value = e.evaluate(expression, scope.variables, path);
+        const auto value = e.evaluate(expression, scope.variables, path + "." + setting.name);
         if (!value) return std::nullopt;
         return to_value(*value);
     }

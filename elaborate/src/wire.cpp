@@ -21,33 +21,46 @@ class Outlet final : public Block {
 /// A root input: whoever runs the diagram writes its output.
 class RootInput final : public Block {
   public:
-    explicit RootInput(const Size& declared, Type type) {
-        offer(declaration(), y.index(), declared);
-        offer(declaration(), y.index(), type);
+    explicit RootInput(const Elaboration::Declared& declared) {
+        if (declared.size) offer(declaration(), y.index(), *declared.size);
+        if (declared.type) offer(declaration(), y.index(), *declared.type);
     }
     Output<> y{this, "y", {.unit = any_unit}};
 };
 
+/// A port that a connection may mean.
+struct NamedPort {
+    std::string_view name;
+    int index; ///< slot of a block, or place among the ports of a subsystem
+};
+
 class Wiring {
   public:
-    explicit Wiring(Elaboration& elaboration) : e_(elaboration) {}
+    explicit Wiring(Elaboration& elaboration) : e_(elaboration), node_drivers_(e_.diagram.nodes.size()) {}
 
     void run() {
-        const std::size_t blocks = e_.diagram.nodes.size();
+        const int blocks = static_cast<int>(node_drivers_.size());
+        for (int n = 0; n < blocks; ++n)
+            node_drivers_[static_cast<std::size_t>(n)].resize(e_.declaration(n).slots.size());
+        for (auto& scope : e_.scopes) {
+            scope.inputs.resize(scope.system->inputs.size() + 1);
+            scope.outputs.resize(scope.system->outputs.size());
+            ports_ += scope.inputs.size() + scope.outputs.size();
+        }
         for (auto& scope : e_.scopes)
             for (const auto& connection : scope.system->connections)
                 for (const auto& to : connection.to) drive(scope, connection.from, to);
         add_root_inputs();
         for (auto& scope : e_.scopes) add_outlets(scope);
         for (auto& scope : e_.scopes)
-            for (const auto& [name, item] : scope.items)
-                if (item.node >= 0) connect_inputs(scope, std::string(name), item.node);
+            for (const int n : scope.nodes)
+                if (n < blocks) connect_inputs(scope, n);
         for (auto& scope : e_.scopes) connect_condition(scope);
-        for (auto& scope : e_.scopes) name_outputs(scope);
-        for (std::size_t i = 0; i < blocks; ++i) bind_resources(static_cast<int>(i));
+        for (auto& scope : e_.scopes) name_ports(scope);
+        for (int n = 0; n < blocks; ++n) bind_resources(n);
         check_units();
         for (auto& signal : e_.model.record) named(signal, e_.diagram.record);
-        if (e_.model.record_all) e_.diagram.record = e_.diagram.match_signals("*");
+        if (e_.model.record_all) e_.diagram.record = e_.diagram.signals();
         for (const auto& panel : e_.model.plots) {
             e_.diagram.plots.push_back({panel.title, {}});
             for (const auto& signal : panel.signals) named(signal, e_.diagram.plots.back().signals);
@@ -55,55 +68,68 @@ class Wiring {
     }
 
   private:
-    static std::string key(const std::string& block, const std::string& port) { return block + "." + port; }
+    using Driver = Scope::Driver;
 
-    std::string inside(const Scope& scope, const std::string& name) const {
+    static std::string inside(const Scope& scope, const std::string& name) {
         return scope.path.empty() ? name : scope.path + "." + name;
     }
 
-    static std::vector<std::string> slot_names(const Declaration& d, Role role) {
-        std::vector<std::string> names;
-        for (const auto& slot : d.slots)
-            if (slot.role == role) names.push_back(slot.name);
-        return names;
-    }
-    static std::vector<std::string> port_names(const std::vector<model::Port>& ports) {
-        std::vector<std::string> names;
-        for (const auto& port : ports) names.push_back(port.name);
-        return names;
+    static bool is_conditional(const Scope& scope) {
+        return scope.self && scope.system->execution == model::Execution::enabled;
     }
 
-    static std::string list(const std::vector<std::string>& names) {
-        std::string text;
-        for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
-        return text.empty() ? "none" : text;
+    std::vector<NamedPort> slots(int node, Role role) {
+        std::vector<NamedPort> ports;
+        const auto& slots = e_.declaration(node).slots;
+        for (std::size_t i = 0; i < slots.size(); ++i)
+            if (slots[i].role == role) ports.push_back({slots[i].name, static_cast<int>(i)});
+        return ports;
+    }
+    static std::vector<NamedPort> inputs(const Scope& scope) {
+        std::vector<NamedPort> ports;
+        for (const auto& port : scope.system->inputs)
+            ports.push_back({port.name, static_cast<int>(ports.size())});
+        if (is_conditional(scope)) ports.push_back({model::enable_port, static_cast<int>(ports.size())});
+        return ports;
+    }
+    static std::vector<NamedPort> outputs(const Scope& scope) {
+        std::vector<NamedPort> ports;
+        for (const auto& port : scope.system->outputs)
+            ports.push_back({port.name, static_cast<int>(ports.size())});
+        return ports;
     }
 
-    /// The port that an endpoint means: its name, or the only one there is.
-    std::optional<std::string> port_of(const Scope& scope, const model::Endpoint& end,
-                                       const std::vector<std::string>& names, const char* kind) {
+    /// Index of the port that an endpoint means: its name, or the only one there is; -1 after a report.
+    int port_of(const Scope& scope, const model::Endpoint& end, const std::vector<NamedPort>& ports,
+                const std::string& kind) {
+        if (end.port.empty() && ports.size() == 1) return ports.front().index;
+        for (const auto& port : ports)
+            if (port.name == end.port) return port.index;
+        std::vector<std::string> names;
+        std::string list;
+        for (const auto& port : ports) {
+            names.emplace_back(port.name);
+            list += (list.empty() ? "" : ", ") + names.back();
+        }
         const std::string path = inside(scope, end.block);
-        if (end.port.empty()) {
-            if (names.size() == 1) return names.front();
+        if (!end.port.empty())
+            e_.report.add(end.where, path,
+                          "there is no " + kind + " '" + end.port + "'" + did_you_mean(end.port, names),
+                          kind + "s: " + (list.empty() ? "none" : list));
+        else if (ports.empty())
+            e_.report.add(end.where, path, "'" + end.text() + "' has no " + kind, "remove the connection");
+        else
             e_.report.add(end.where, path,
                           "'" + end.text() + "' does not say which " + kind + " is meant: there are " +
-                              std::to_string(names.size()),
-                          names.empty() ? "" : std::string("write one of ") + list(names) + " after a dot");
-            return std::nullopt;
-        }
-        if (std::find(names.begin(), names.end(), end.port) != names.end()) return end.port;
-        e_.report.add(end.where, path,
-                      std::string("there is no ") + kind + " '" + end.port + "'" +
-                          did_you_mean(end.port, names),
-                      std::string(kind) + "s: " + list(names));
-        return std::nullopt;
+                              std::to_string(ports.size()),
+                          "write one of " + list + " after a dot");
+        return -1;
     }
 
     const Scope::Item* item_of(const Scope& scope, const model::Endpoint& end) {
         const auto found = scope.items.find(end.block);
         if (found != scope.items.end()) return &found->second;
-        if (!scope.system->find_block(
-                end.block)) { // a block that exists but could not be made was reported before
+        if (!scope.system->find_block(end.block)) { // one that could not be made was reported before
             std::vector<std::string> names;
             for (const auto& block : scope.system->blocks) names.push_back(block.name);
             e_.report.add(end.where, scope.path,
@@ -112,85 +138,83 @@ class Wiring {
         return nullptr;
     }
 
-    void drive(Scope& scope, const model::Endpoint& from, const model::Endpoint& to) {
-        std::string target;
-        if (to.block.empty()) {
-            const auto port = port_of(scope, to, port_names(scope.system->outputs), "output");
-            if (!port) return;
-            target = key("", *port);
-        } else {
-            const auto* item = item_of(scope, to);
-            if (!item) return;
-            std::vector<std::string> names;
-            if (item->scope) {
-                names = port_names(item->scope->system->inputs);
-                if (item->scope->system->execution == model::Execution::enabled)
-                    names.emplace_back(model::enable_port);
-            } else {
-                names = slot_names(e_.declaration(item->node), Role::input);
-            }
-            const auto port = port_of(scope, to, names, "input");
-            if (!port) return;
-            target = key(to.block, *port);
-        }
-        const auto [known, is_new] = scope.drivers.try_emplace(target, Scope::Driver{&from, &to});
-        if (!is_new)
-            e_.report.add(to.where, inside(scope, to.block),
-                          "'" + to.text() + "' is driven twice: by '" + known->second.from->text() +
-                              "' and by '" + from.text() + "'",
-                          "remove one of the connections");
-    }
-
-    /// The output that drives a port; node -1 when nothing does.
-    Node::End source(Scope& scope, const std::string& target, int depth = 0) {
-        const auto found = scope.drivers.find(target);
-        if (found == scope.drivers.end()) return {};
-        const model::Endpoint& from = *found->second.from;
-        if (depth > 1000) {
-            e_.report.add(from.where, scope.path,
-                          "subsystem ports are connected in a circle without any block");
-            return {};
-        }
+    Driver driver(const Scope& scope, const model::Endpoint& from) {
+        Driver driver{&from, {}, -1};
         if (from.block.empty()) {
-            const auto port =
-                port_of(scope, from, port_names(scope.system->inputs), "input of the subsystem");
-            if (!port) return failed();
-            if (scope.parent) return source(*scope.parent, key(scope.self->name, *port), depth + 1);
-            for (const auto& input : e_.diagram.inputs)
-                if (input.path == *port) return input.end;
-            return failed();
+            driver.port = port_of(scope, from, inputs(scope), "input of the subsystem");
+        } else if (const auto* item = item_of(scope, from)) {
+            driver.item = *item;
+            driver.port = port_of(
+                scope, from, item->scope ? outputs(*item->scope) : slots(item->node, Role::output), "output");
         }
-        const auto* item = item_of(scope, from);
-        if (!item) return failed();
-        if (item->node >= 0) {
-            const auto port =
-                port_of(scope, from, slot_names(e_.declaration(item->node), Role::output), "output");
-            if (!port) return failed();
-            return {item->node, e_.declaration(item->node).find(*port, Role::output)};
-        }
-        const auto port = port_of(scope, from, port_names(item->scope->system->outputs), "output");
-        if (!port) return failed();
-        return output_of(*item->scope, *port, depth);
+        return driver;
     }
 
-    Node::End output_of(Scope& scope, const std::string& port, int depth = 0) {
-        for (const auto& [outlet, node] : scope.copies)
-            if (outlet->name == port) return {node, 1};
-        return source(scope, key("", port), depth + 1);
+    void drive(Scope& scope, const model::Endpoint& from, const model::Endpoint& to) {
+        const Driver source = driver(scope, from);
+        Driver* target = nullptr;
+        if (to.block.empty()) {
+            const int port = port_of(scope, to, outputs(scope), "output of the subsystem");
+            if (port >= 0) target = &scope.outputs[static_cast<std::size_t>(port)];
+        } else if (const auto* item = item_of(scope, to)) {
+            const int port = port_of(
+                scope, to, item->scope ? inputs(*item->scope) : slots(item->node, Role::input), "input");
+            if (port >= 0)
+                target = &(item->scope ? item->scope->inputs
+                                       : node_drivers_[static_cast<std::size_t>(
+                                             item->node)])[static_cast<std::size_t>(port)];
+        }
+        if (!target) return;
+        if (target->from)
+            e_.report.add(to.where, inside(scope, to.block),
+                          "'" + to.text() + "' is driven twice: by '" + target->from->text() + "' and by '" +
+                              from.text() + "'",
+                          "remove one of the connections");
+        else
+            *target = source;
     }
 
-    /// Marks a wire whose error is reported already.
+    /// Marks a wire whose error is reported already; {} stands for no wire.
     static Node::End failed() { return {-2, -1}; }
 
-    int add_internal(std::unique_ptr<Block> block, std::string path, const char* type, const Scope& scope,
-                     int condition) {
+    /// Follows a wire that stands in `scope` through the ports of subsystems to the block that drives it.
+    Node::End resolve(const Scope* scope, const Driver* driver) {
+        for (std::size_t hops = 0; hops <= ports_; ++hops) {
+            if (!driver->from) return {};
+            if (driver->port < 0) return failed();
+            if (driver->item.node >= 0) return {driver->item.node, driver->port};
+            const auto port = static_cast<std::size_t>(driver->port);
+            if (const Scope* inner = driver->item.scope) {
+                if (!inner->outlets.empty()) return {inner->outlets[port], 1};
+                scope = inner;
+                driver = &inner->outputs[port];
+            } else if (scope->parent) {
+                driver = &scope->inputs[port];
+                scope = scope->parent;
+            } else {
+                return e_.diagram.inputs[port].end;
+            }
+        }
+        e_.report.add(driver->from->where, scope->path,
+                      "ports of subsystems are connected in a circle without any block",
+                      "connect one of them to the block that is to drive it");
+        return failed();
+    }
+
+    Node::End output_of(const Scope& scope, std::size_t port) {
+        return scope.outlets.empty() ? resolve(&scope, &scope.outputs[port])
+                                     : Node::End{scope.outlets[port], 1};
+    }
+
+    int add_internal(std::unique_ptr<Block> block, const model::Port& port, const char* type,
+                     const Scope& scope) {
         DiagramNode node;
         node.sources.resize(block->declaration().slots.size());
         node.block = std::move(block);
-        node.path = std::move(path);
+        node.path = inside(scope, port.name);
         node.type = type;
-        node.condition = condition;
-        node.where = scope.self ? scope.self->where : e_.model.where;
+        node.condition = scope.condition;
+        node.where = port.where ? port.where : scope.self ? scope.self->where : e_.model.where;
         e_.node_periods.push_back(scope.period);
         e_.node_offsets.push_back(scope.offset);
         e_.diagram.nodes.push_back(std::move(node));
@@ -198,54 +222,44 @@ class Wiring {
     }
 
     void add_root_inputs() {
-        Scope& root = e_.root();
+        const Scope& root = e_.root();
         for (const auto& port : root.system->inputs) {
-            Size size;
-            if (port.shape) {
-                if (const auto shape = e_.evaluate(*port.shape, root.variables, port.name)) {
-                    const auto dims = shape->matrix();
-                    if (dims.size() == 1)
-                        size = {static_cast<int>(dims(0)), 1, false};
-                    else if (dims.size() == 2)
-                        size = {static_cast<int>(dims(0)), static_cast<int>(dims(1)), true};
-                    else
-                        e_.report.add(port.shape->where, port.name,
-                                      "a shape has one or two lengths, not " + shape->describe());
-                }
-            }
-            const auto type = port.type.empty() ? Type::float64 : type_from_name(port.type);
-            if (!type)
-                e_.report.add(port.where, port.name, "there is no type '" + port.type + "'",
-                              "types: double, single, int8, ..., uint32, boolean");
-            const int node = add_internal(std::make_unique<RootInput>(size, type.value_or(Type::float64)),
-                                          port.name, "Inport", root, 0);
-            e_.diagram.inputs.push_back({port.name, {node, 0}});
+            auto block = std::make_unique<RootInput>(e_.declared_port(root, port, port.name));
+            e_.diagram.inputs.push_back(
+                {port.name, {add_internal(std::move(block), port, "Inport", root), 0}});
         }
     }
 
     void add_outlets(Scope& scope) {
-        if (scope.system->execution != model::Execution::enabled || !scope.self) return;
+        if (!is_conditional(scope)) return;
         for (const auto& port : scope.system->outputs) {
-            const int node = add_internal(std::make_unique<Outlet>(), inside(scope, port.name), "Outport",
-                                          scope, scope.condition);
-            scope.copies.emplace_back(&port, node);
+            const int node = add_internal(std::make_unique<Outlet>(), port, "Outport", scope);
+            scope.outlets.push_back(node);
             scope.nodes.push_back(node);
-            Condition::Outlet outlet{{node, 1}, {}, port.when_disabled == model::WhenDisabled::reset};
-            if (port.initial)
-                if (const auto value = e_.evaluate(*port.initial, scope.variables, inside(scope, port.name));
-                    value && value->is_array())
-                    outlet.initial.assign(value->data(), value->data() + value->numel());
+            Condition::Outlet outlet{{node, 1}, {}, {}, port.when_disabled == model::WhenDisabled::reset};
+            if (port.initial) read_initial(scope, port, outlet);
             e_.diagram.conditions[static_cast<std::size_t>(scope.condition)].outlets.push_back(
                 std::move(outlet));
         }
     }
 
-    void connect_inputs(Scope& scope, const std::string& name, int index) {
+    void read_initial(const Scope& scope, const model::Port& port, Condition::Outlet& outlet) {
+        const std::string path = inside(scope, port.name);
+        const auto value = e_.evaluate(*port.initial, scope.variables, path);
+        if (!value) return;
+        if (!value->is_array())
+            e_.report.add(port.initial->where, path, "'initial' is " + value->describe(),
+                          "give a number, a vector or a matrix");
+        else if (!value->is_empty()) // [] inherits, as if nothing were given
+            outlet.initial.assign(value->data(), value->data() + value->numel());
+    }
+
+    void connect_inputs(const Scope& scope, int index) {
         DiagramNode& node = e_.node(index);
         const auto& slots = node.block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role != Role::input) continue;
-            const auto from = source(scope, key(name, slots[i].name));
+            const auto from = resolve(&scope, &node_drivers_[static_cast<std::size_t>(index)][i]);
             if (from.node >= 0)
                 node.sources[i] = from;
             else if (from.node == -1 && !slots[i].optional)
@@ -254,39 +268,43 @@ class Wiring {
         }
     }
 
-    void connect_condition(Scope& scope) {
-        if (scope.system->execution == model::Execution::enabled && scope.parent) {
+    void connect_condition(const Scope& scope) {
+        if (is_conditional(scope)) {
             auto& condition = e_.diagram.conditions[static_cast<std::size_t>(scope.condition)];
-            condition.enable = source(*scope.parent, key(scope.self->name, std::string(model::enable_port)));
+            condition.enable = resolve(scope.parent, &scope.inputs.back());
             if (condition.enable.node == -1)
                 e_.report.add(scope.self->where, scope.path,
                               "the enabled subsystem's input 'enable' is not connected",
                               "connect a signal to it; the subsystem runs while any element is above 0");
-            for (const auto& [port, node] : scope.copies) {
-                const auto from = source(scope, key("", port->name));
-                if (from.node >= 0)
-                    e_.node(node).sources[0] = from;
-                else if (from.node == -1)
-                    e_.report.add(port->where, inside(scope, port->name),
-                                  "the subsystem's output is not connected",
-                                  "connect a block's output to it");
-            }
+            for (std::size_t i = 0; i < scope.outlets.size(); ++i)
+                if (const auto from = resolve(&scope, &scope.outputs[i]); from.node >= 0)
+                    e_.node(scope.outlets[i]).sources[0] = from;
         }
         for (int c = scope.condition; c > 0; c = e_.diagram.conditions[static_cast<std::size_t>(c)].parent)
             for (const int node : scope.nodes)
                 e_.diagram.conditions[static_cast<std::size_t>(c)].nodes.push_back(node);
     }
 
-    void name_outputs(Scope& scope) {
-        for (const auto& port : scope.system->outputs) {
-            const auto end = output_of(scope, port.name);
-            if (end.node >= 0) {
-                e_.diagram.aliases.push_back({inside(scope, port.name), end});
-                if (!scope.parent) e_.diagram.outputs.push_back({port.name, end});
-            } else if (end.node == -1 && scope.system->execution != model::Execution::enabled) {
+    /// Gives outputs of subsystems their names, and keeps what ports declare for the inference.
+    void name_ports(const Scope& scope) {
+        const auto declare = [&](const model::Port& port, const Node::End& end) {
+            if (!port.shape && port.type.empty()) return;
+            e_.declared.push_back(e_.declared_port(scope, port, inside(scope, port.name)));
+            e_.declared.back().end = end;
+        };
+        if (scope.parent)
+            for (std::size_t i = 0; i < scope.system->inputs.size(); ++i)
+                declare(scope.system->inputs[i], resolve(scope.parent, &scope.inputs[i]));
+        for (std::size_t i = 0; i < scope.outputs.size(); ++i) {
+            const auto& port = scope.system->outputs[i];
+            if (!scope.outputs[i].from)
                 e_.report.add(port.where, inside(scope, port.name), "the subsystem's output is not connected",
                               "connect a block's output to it");
-            }
+            const auto end = output_of(scope, i);
+            declare(port, end);
+            if (end.node < 0) continue;
+            e_.diagram.aliases.push_back({inside(scope, port.name), end});
+            if (!scope.parent) e_.diagram.outputs.push_back({port.name, end});
         }
     }
 
@@ -396,6 +414,8 @@ class Wiring {
     }
 
     Elaboration& e_;
+    std::vector<std::vector<Driver>> node_drivers_; ///< per slot of each block
+    std::size_t ports_ = 0;                         ///< of all subsystems
     std::vector<Scope*> node_scopes_;
     std::unordered_map<int, bool> failed_;
 };

@@ -1,5 +1,7 @@
 #include "bf/engine/recorder.hpp"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <unordered_set>
 
@@ -23,6 +25,12 @@ recording::ElementType element_type(Type type) {
     return ElementType::Double;
 }
 
+/// The shortest text that reads back as the same number.
+std::string digits(double number) {
+    char text[32];
+    return {text, std::to_chars(text, text + sizeof text, number).ptr};
+}
+
 recording::Metadata panels(const Diagram& diagram) {
     recording::Metadata text;
     int number = 0;
@@ -38,7 +46,7 @@ recording::Metadata panels(const Diagram& diagram) {
 
 Recorder::Recorder(const Diagram& diagram, const std::vector<SignalName>& signals,
                    const std::filesystem::path& file, const std::string& model_text)
-    : writer_(file, {{"model", diagram.name}, {"step", std::to_string(diagram.step)}}) {
+    : writer_(file, {{"model", diagram.name}, {"step", digits(diagram.step)}}) {
     std::unordered_set<std::string> seen;
     for (const auto& signal : signals) {
         if (!seen.insert(signal.path).second) continue;

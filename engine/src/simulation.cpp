@@ -37,11 +37,7 @@ struct Simulation::ConditionState {
         is_true = false;
         auto& conditions = simulation->diagram_.conditions;
         for (const auto& outlet : conditions[static_cast<std::size_t>(index)].outlets)
-            if (outlet.resets) {
-                const Slot& slot = simulation->diagram_.slot(outlet.end);
-                write_values(simulation->context_.data(outlet.end.node, outlet.end.slot), slot.type,
-                             slot.size.count(), outlet.initial);
-            }
+            if (outlet.resets) simulation->write_initial(outlet);
         for (std::size_t c = 1; c < conditions.size(); ++c)
             if (conditions[c].parent == index && simulation->conditions_[c]->is_true)
                 simulation->conditions_[c]->become_false();
@@ -51,6 +47,12 @@ struct Simulation::ConditionState {
 Simulation::Simulation(const Diagram& diagram)
     : diagram_(diagram), context_(diagram.context_nodes(), static_cast<int>(diagram.rates.size())),
       hit_(diagram.rates.size()), until_hit_(diagram.rates.size()) {
+    for (const auto& node : diagram.nodes)
+        if (node.methods.derivative || node.methods.guards || node.methods.event ||
+            !node.block->declaration().derivative_rules.empty())
+            throw RunError(node.path +
+                           ": has continuous states or events, but the simulation takes fixed steps; use a "
+                           "discrete block, e.g. a DiscreteIntegrator");
     for (std::size_t c = 0; c < diagram_.conditions.size(); ++c) {
         const auto& condition = diagram_.conditions[c];
         auto state = std::make_unique<ConditionState>(ConditionState{this, static_cast<int>(c)});
@@ -89,23 +91,33 @@ void Simulation::bind() {
         (segment.rate == constant_rate ? constants_ : outputs_).push_back(bound(segment, Phase::output));
     for (const auto& segment : diagram_.plan.updates) {
         updates_.push_back(bound(segment, Phase::update));
-        CommitSegment commits{segment.rate, segment.condition, {}};
-        int last = -1;
-        for (const auto& activity : segment.activities) {
-            if (activity.node == last) continue;
-            last = activity.node;
-            const auto& slots = diagram_.nodes[static_cast<std::size_t>(last)].block->declaration().slots;
-            for (std::size_t i = 0; i < slots.size(); ++i) {
-                if (slots[i].role != Role::discrete_state) continue;
-                const int count = slots[i].size.count();
-                const int slot = static_cast<int>(i);
-                commits.commits.push_back({context_.data(last, slot), context_.next_data(last, slot),
-                                           static_cast<std::size_t>(count * bytes(slots[i].type)),
-                                           slots[i].type == Type::float64 ? count : 0, last});
-            }
-        }
-        commits_.push_back(std::move(commits));
+        commits_.push_back(commits_of(segment));
     }
+}
+
+Simulation::CommitSegment Simulation::commits_of(const Segment& segment) {
+    CommitSegment result{segment.rate, segment.condition, {}};
+    auto& commits = result.commits;
+    int last = -1;
+    for (const auto& activity : segment.activities) {
+        if (activity.node == last) continue;
+        last = activity.node;
+        const auto& slots = diagram_.nodes[static_cast<std::size_t>(last)].block->declaration().slots;
+        for (std::size_t i = 0; i < slots.size(); ++i) {
+            if (slots[i].role != Role::discrete_state) continue;
+            const Commit next{static_cast<std::byte*>(context_.data(last, static_cast<int>(i))),
+                              static_cast<const std::byte*>(context_.next_data(last, static_cast<int>(i))),
+                              static_cast<std::size_t>(slots[i].size.count() * bytes(slots[i].type)),
+                              slots[i].type == Type::float64};
+            Commit* before = commits.empty() ? nullptr : &commits.back();
+            if (before && before->is_double == next.is_double && before->to + before->bytes == next.to &&
+                before->from + before->bytes == next.from)
+                before->bytes += next.bytes;
+            else
+                commits.push_back(next);
+        }
+    }
+    return result;
 }
 
 bool Simulation::is_active(int condition) const {
@@ -124,11 +136,60 @@ bool Simulation::run(const BoundSegment& segment) noexcept {
     return true;
 }
 
-void Simulation::write_initial_outputs(int condition) {
-    for (const auto& outlet : diagram_.conditions[static_cast<std::size_t>(condition)].outlets) {
-        const Slot& slot = diagram_.slot(outlet.end);
-        write_values(context_.data(outlet.end.node, outlet.end.slot), slot.type, slot.size.count(),
-                     outlet.initial);
+bool Simulation::commit(const CommitSegment& segment) noexcept {
+    for (const auto& commit : segment.commits) {
+        if (commit.is_double) {
+            const auto* from = reinterpret_cast<const double*>(commit.from);
+            const std::size_t count = commit.bytes / sizeof(double);
+            bool is_nan = false;
+            for (std::size_t i = 0; i < count; ++i) is_nan |= from[i] != from[i];
+            if (is_nan) [[unlikely]] {
+                while (*from == *from) ++from;
+                status_ = Status::failure("a state became NaN: look at the block's inputs in this step for a "
+                                          "division by zero or a value out of range");
+                failed_node_ = node_of_state(from);
+                return false;
+            }
+        }
+        std::memcpy(commit.to, commit.from, commit.bytes);
+    }
+    return true;
+}
+
+int Simulation::node_of_state(const double* next) noexcept {
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
+        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        for (std::size_t i = 0; i < slots.size(); ++i) {
+            if (slots[i].role != Role::discrete_state || slots[i].type != Type::float64) continue;
+            const auto* begin =
+                static_cast<const double*>(context_.next_data(static_cast<int>(n), static_cast<int>(i)));
+            if (begin <= next && next < begin + slots[i].size.count()) return static_cast<int>(n);
+        }
+    }
+    return -1;
+}
+
+void Simulation::write_initial(const Condition::Outlet& outlet) {
+    const Slot& slot = diagram_.slot(outlet.end);
+    void* to = context_.data(outlet.end.node, outlet.end.slot);
+    const auto& source = outlet.initial_from;
+    if (source.node < 0) return write_values(to, slot.type, slot.size.count(), outlet.initial);
+    const auto* from = static_cast<const std::byte*>(context_.data(source.node, source.slot));
+    const auto element = static_cast<std::size_t>(bytes(slot.type));
+    const int given = diagram_.slot(source).size.count();
+    for (int i = 0; i < slot.size.count(); ++i)
+        std::memcpy(static_cast<std::byte*>(to) + static_cast<std::size_t>(i) * element,
+                    from + (given == 1 ? 0 : static_cast<std::size_t>(i) * element), element);
+}
+
+/// Root inputs keep what was written to them before the start.
+void Simulation::clear_outputs() {
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
+        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        for (std::size_t i = 0; i < slots.size(); ++i)
+            if (slots[i].role == Role::output && diagram_.nodes[n].type != "Inport")
+                std::memset(context_.data(static_cast<int>(n), static_cast<int>(i)), 0,
+                            static_cast<std::size_t>(slots[i].size.count() * bytes(slots[i].type)));
     }
 }
 
@@ -138,6 +199,7 @@ void Simulation::run_constants() {
 }
 
 void Simulation::start() {
+    stop();
     steps_ = 0;
     status_ = ok;
     failed_node_ = -1;
@@ -145,10 +207,8 @@ void Simulation::start() {
         until_hit_[r] = diagram_.rates[r].offset;
         context_.clock(static_cast<int>(r)) = {0, diagram_.period(static_cast<int>(r)), -1};
     }
-    for (std::size_t c = 1; c < conditions_.size(); ++c) {
-        conditions_[c]->is_true = false;
-        write_initial_outputs(static_cast<int>(c));
-    }
+    for (std::size_t c = 1; c < conditions_.size(); ++c) conditions_[c]->is_true = false;
+    clear_outputs();
     const int nodes = static_cast<int>(diagram_.nodes.size());
     for (int n = 0; n < nodes; ++n)
         if (const Status status = context_.reset(n); !status) {
@@ -156,17 +216,21 @@ void Simulation::start() {
             failed_node_ = n;
             throw RunError(failure());
         }
-    for (started_ = 0; started_ < nodes; ++started_) {
-        try {
-            context_.start(started_);
-        } catch (const std::exception& error) {
-            const std::string text =
-                diagram_.nodes[static_cast<std::size_t>(started_)].path + ": " + error.what();
-            stop();
-            throw RunError(text);
+    try {
+        for (; started_ < nodes; ++started_) {
+            try {
+                context_.start(started_);
+            } catch (const std::exception& error) {
+                throw RunError(diagram_.nodes[static_cast<std::size_t>(started_)].path + ": " + error.what());
+            }
         }
+        run_constants();
+    } catch (...) {
+        stop();
+        throw;
     }
-    run_constants();
+    for (const auto& condition : diagram_.conditions)
+        for (const auto& outlet : condition.outlets) write_initial(outlet);
 }
 
 Status Simulation::step() noexcept {
@@ -181,34 +245,18 @@ Status Simulation::step() noexcept {
         ++clock.step;
     }
     for (const auto& segment : outputs_)
-        if (hit_[static_cast<std::size_t>(segment.rate)] && is_active(segment.condition) && !run(segment))
-            return status_;
+        if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
     for (Observer* observer : observers_) observer->observe(*this);
     for (const auto& segment : updates_)
-        if (hit_[static_cast<std::size_t>(segment.rate)] && is_active(segment.condition) && !run(segment))
-            return status_;
-    for (const auto& segment : commits_) {
-        if (!hit_[static_cast<std::size_t>(segment.rate)] || !is_active(segment.condition)) continue;
-        for (const auto& commit : segment.commits) {
-            const auto* from = static_cast<const double*>(commit.from);
-            bool is_nan = false;
-            for (int i = 0; i < commit.doubles; ++i) is_nan = is_nan || from[i] != from[i];
-            if (is_nan) [[unlikely]] {
-                status_ = Status::failure("a state became NaN: look at the block's inputs in this step for a "
-                                          "division by zero or a value out of range");
-                failed_node_ = commit.node;
-                return status_;
-            }
-            std::memcpy(commit.to, commit.from, commit.bytes);
-        }
-    }
+        if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
+    for (const auto& segment : commits_)
+        if (is_due(segment.rate, segment.condition) && !commit(segment)) return status_;
     ++steps_;
     return ok;
 }
 
 void Simulation::stop() noexcept {
-    for (; started_ > 0; --started_)
-        if (started_ <= static_cast<int>(diagram_.nodes.size())) context_.stop(started_ - 1);
+    for (; started_ > 0; --started_) context_.stop(started_ - 1);
 }
 
 std::string Simulation::failure() const {
@@ -235,6 +283,18 @@ std::vector<CheckResult> Simulation::checks() const {
     return results;
 }
 
+namespace {
+
+std::vector<std::string> parameter_names(const Diagram& diagram) {
+    std::vector<std::string> names;
+    for (const auto& node : diagram.nodes)
+        for (const auto& slot : node.block->declaration().slots)
+            if (slot.role == Role::parameter) names.push_back(node.path + "." + slot.name);
+    return names;
+}
+
+} // namespace
+
 void Simulation::set_parameter(const std::string& path, const std::vector<double>& values) {
     const auto dot = path.rfind('.');
     const int node = dot == std::string::npos ? -1 : diagram_.find_node(path.substr(0, dot));
@@ -242,7 +302,9 @@ void Simulation::set_parameter(const std::string& path, const std::vector<double
                               : diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().find(
                                     path.substr(dot + 1), Role::parameter);
     if (slot < 0)
-        throw RunError("there is no parameter '" + path + "'; parameters are called block.parameter");
+        throw RunError("there is no parameter '" + path + "'" +
+                       did_you_mean(path, parameter_names(diagram_)) +
+                       "; parameters are called block.parameter");
     const Slot& s = diagram_.slot({node, slot});
     if (values.size() != 1 && static_cast<int>(values.size()) != s.size.count())
         throw RunError("parameter '" + path + "' has " + std::to_string(s.size.count()) + " elements, not " +

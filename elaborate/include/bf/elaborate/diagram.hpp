@@ -30,11 +30,12 @@ struct Condition {
     int rate = 1;               ///< at which `enable` is looked at
     bool resets_states = false; ///< on becoming true
     std::vector<int> nodes;     ///< blocks directly or indirectly inside
-    /// Outputs of the subsystem: written to their initial value before the first enabling, and on disabling
-    /// where they are reset.
+    /// An output of the subsystem: has its initial value before the first enabling, and after disabling where
+    /// it is reset.
     struct Outlet {
         Node::End end;
-        std::vector<double> initial;
+        std::vector<double> initial; ///< where none is given: of what `initial_from` says, else zeros
+        Node::End initial_from;      ///< a constant's output or the parameter of an InitialCondition
         bool resets = false;
     };
     std::vector<Outlet> outlets;
@@ -106,7 +107,8 @@ struct Diagram {
     Node::End find_signal(const std::string& path) const;
     /// Every output of every block, then the outputs of subsystems.
     std::vector<SignalName> signals() const;
-    /// All signals matching "a.b.*" or a plain path, in document order.
+    /// All signals matching a path in which '*' stands for any text ("a.b.*"), or a plain path as above; in
+    /// document order.
     std::vector<SignalName> match_signals(const std::string& pattern) const;
     /// The node of that path, or -1.
     int find_node(const std::string& path) const;

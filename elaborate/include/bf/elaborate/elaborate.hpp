@@ -4,16 +4,19 @@
 #include "bf/elaborate/diagram.hpp"
 
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace bf {
 
 /// What a run changes in a model before it is elaborated.
 struct ElaborateOptions {
-    /// Expressions by name: a variable of the model ("Gain.Kp"), a setting of a block ("controller.pd.K"), or
-    /// "step" and "stop".
-    std::vector<std::pair<std::string, std::string>> overrides;
+    /// An expression for a variable of the model ("Gain.Kp"), a setting of a block ("controller.pd.K"), "step"
+    /// or "stop"; `where` it is written, for messages. The last one of a name counts.
+    struct Override {
+        std::string name, text;
+        model::Location where = {};
+    };
+    std::vector<Override> overrides;
     /// Folder that relative file names in arguments refer to; the registry's blocks read it as
     /// `model_folder`.
     std::string folder;

@@ -26,22 +26,25 @@ struct CheckResult {
 
 /// Runs a diagram. One base step k, at time t = k step, x⁻ the states before it and x⁺ after it:
 ///
-///     start:  states := initial values, blocks reset;  blocks start (devices open);
+///     start:  outputs := 0 (those of a rate with an offset keep it until their first hit)
+///             states := initial values, blocks reset;  blocks start (devices open);
 ///             constant outputs computed once;  outputs of conditional subsystems := initial outputs
 ///     step:   1. which rates are hit: (k - offset) divisible by ticks
 ///             2. outputs, in sorted order, of all blocks whose rate is hit and whose conditions are true:
 ///                y := output(t, x⁻, u).  A condition is tested before the blocks under it; on becoming true
 ///                it resets the states under it where the model says so, on becoming false it resets outputs
+///                and makes the conditions inside it false.  What is not computed keeps its value
 ///             3. observers see t, outputs and x⁻ (this is what a recording holds)
 ///             4. updates of the same blocks: x⁺ := update(t, x⁻, u, y)
-///             5. x⁻ := x⁺ for all of them at once;  k := k + 1
+///             5. x⁻ := x⁺ for all of them at once, a NaN being a failure;  k := k + 1
 ///     stop:   blocks stop, last started first (actuators are put back)
 ///
 /// A step that fails ends the run: nothing after the failed block runs, observers keep what they saw.
 /// Inside `step` nothing is allocated and nothing locked.
 class Simulation {
   public:
-    /// Allocates everything a run needs. The diagram must outlive the simulation.
+    /// Allocates everything a run needs. The diagram must outlive the simulation. Throws RunError for a block
+    /// with continuous states, zero crossings or events, which fixed steps do not serve.
     explicit Simulation(const Diagram& diagram);
     ~Simulation();
     Simulation(const Simulation&) = delete;
@@ -60,8 +63,9 @@ class Simulation {
     /// Final values of the states that blocks report, by the name of their block.
     std::vector<CheckResult> checks() const;
 
-    /// Changes a parameter between two steps: all elements, or one that expands. Throws RunError for an
-    /// unknown name or a wrong number of elements.
+    /// Changes a parameter between two steps: all elements (column by column), or one that expands. What
+    /// depends on it alone is computed again. Throws RunError for an unknown name or a wrong number of
+    /// elements.
     void set_parameter(const std::string& path, const std::vector<double>& values);
 
     /// Called after the outputs of each step (3. above); must not allocate if the run must not.
@@ -77,6 +81,7 @@ class Simulation {
 
     /// Everything a run needs to go on bit for bit.
     std::vector<std::byte> snapshot() const; ///< throws RunError naming a block that refuses
+    /// Goes on from there, in this or another started simulation of the same diagram, also after a failure.
     void restore(const std::vector<std::byte>& snapshot);
 
     const Diagram& diagram() const { return diagram_; }
@@ -90,21 +95,25 @@ class Simulation {
         std::vector<Task> tasks;
         std::vector<int> nodes; ///< of each task, for messages
     };
-    /// Copies x⁺ to x⁻.
+    /// Copies x⁺ to x⁻: states that lie one after another.
     struct Commit {
-        void* to;
-        const void* from;
+        std::byte* to;
+        const std::byte* from;
         std::size_t bytes;
-        int doubles; ///< elements to look at for NaN; 0: not double
-        int node;
+        bool is_double; ///< and so looked at for NaN
     };
     struct CommitSegment {
         int rate, condition;
         std::vector<Commit> commits;
     };
     void bind();
+    CommitSegment commits_of(const Segment& segment);
     bool run(const BoundSegment& segment) noexcept;
-    void write_initial_outputs(int condition);
+    bool commit(const CommitSegment& segment) noexcept;
+    int node_of_state(const double* next) noexcept; ///< whose next state holds that element
+    bool is_due(int rate, int condition) const { return is_hit(rate) && is_active(condition); }
+    void write_initial(const Condition::Outlet& outlet);
+    void clear_outputs();
     void run_constants();
 
     const Diagram& diagram_;
@@ -118,7 +127,7 @@ class Simulation {
     std::int64_t steps_ = 0;
     Status status_;
     int failed_node_ = -1;
-    int started_ = 0; ///< nodes that are started
+    int started_ = 0; ///< nodes whose start succeeded, in order
 };
 
 } // namespace bf

@@ -115,7 +115,9 @@ class Check final : public Block {
         this, "at_most", {.initial = {infinity}, .unit = any_unit, .doc = "largest value that passes"}};
     Input<> u{this, "u", any("signal that is checked")};
     DiscreteState<double> value{
-        this, "value", {.unit = any_unit, .doc = "result so far, 0 without a sample", .reported = true}};
+        this,
+        "value",
+        {.unit = any_unit, .doc = "result so far, 0 without a sample", .reported = *kind != "always"}};
     DiscreteState<bool> passed{
         this, "passed", {.doc = "value within its limits; false without a sample", .reported = true}};
     DiscreteState<double> sum{this, "sum", {.unit = any_unit, .doc = "of squares or values"}};
@@ -150,8 +152,9 @@ void add_checks(Library& library) {
         .add<Check>(
             "Check",
             "Reports one number about a signal when the run ends. `kind`: always (1 while u was true "
-            "at every step), final, maximum, minimum, rms (of the Euclidean norm) or mean, over the "
-            "samples from `from_time` on; `passed` tells whether it lies within at_least and at_most.");
+            "at every step; reported as true or false alone), final, maximum, minimum, rms (of the Euclidean "
+            "norm) or mean, over the samples from `from_time` on; `passed` tells whether it lies within "
+            "at_least and at_most.");
 }
 
 } // namespace bf::blocks

@@ -1,113 +1,173 @@
 // bf describe: which blocks exist and what they declare.
+#include "declared.hpp"
 #include "session.hpp"
 #include "verbs.hpp"
 
+#include <algorithm>
 #include <cstdio>
-#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 namespace bf::tools {
 
 namespace {
 
-std::string extent_text(const Declaration& d, const Extent& e) {
-    if (e.dim < 0) return std::to_string(e.plus);
-    const std::string name = d.dims[static_cast<std::size_t>(e.dim)].name;
-    return e.plus ? name + (e.plus > 0 ? "+" : "") + std::to_string(e.plus) : name;
-}
+struct DescribeOptions {
+    std::string what;
+    bool as_json = false, as_markdown = false;
+};
 
-std::string shape_text(const Declaration& d, const Slot& slot) {
-    if (slot.shape.symbol >= 0) return "any size";
-    const std::string rows = extent_text(d, slot.shape.rows);
-    if (slot.shape.is_matrix) return rows + " x " + extent_text(d, slot.shape.cols);
-    return rows == "1" ? "scalar" : "[" + rows + "]";
-}
+constexpr const char* standard = "standard"; // what people call the library without a name
 
-std::string type_text(const Slot& slot) { return slot.type_symbol < 0 ? name(slot.type) : "any type"; }
-
-std::string value_text(const Value& v) {
-    if (v.kind == Value::Kind::text) return "'" + v.text + "'";
-    if (v.kind == Value::Kind::texts) return v.texts.empty() ? "{}" : v.describe();
-    std::string text;
-    for (int i = 0; i < v.rows; ++i)
-        for (int j = 0; j < v.cols; ++j)
-            text += (j ? " " : i ? "; " : "") + (v.type == Type::boolean ? std::string(v.data[static_cast<std::size_t>(i + j * v.rows)] != 0 ? "true" : "false") : number(v.data[static_cast<std::size_t>(i + j * v.rows)]));
-    return v.data.size() == 1 ? text : "[" + text + "]";
-}
-
-std::string first_sentence(const std::string& doc) {
-    const auto end = doc.find_first_of(".\n");
-    return doc.substr(0, end == std::string::npos ? end : end + 1);
-}
-
-nlohmann::ordered_json to_json(const BlockClass& type) {
-    const auto block = type.make({});
-    const auto& d = block->declaration();
-    nlohmann::ordered_json json{{"name", type.qualified_name()}, {"group", type.group}, {"doc", type.doc}};
-    for (const auto& a : d.arguments) {
-        nlohmann::ordered_json argument{{"name", a.name}, {"doc", a.doc}, {"default", value_text(a.initial)}};
-        if (!a.choices.empty()) argument["choices"] = a.choices;
-        json["arguments"].push_back(std::move(argument));
+nlohmann::ordered_json to_json(const Declared& block) {
+    nlohmann::ordered_json json{{"name", block.qualified_name}, {"group", block.group}, {"doc", block.doc}};
+    for (const char* list : {"arguments", "quantities", "needs", "provides"})
+        json[list] = nlohmann::ordered_json::array();
+    for (const auto& a : block.arguments) {
+        json["arguments"].push_back(
+            {{"name", a.name}, {"type", a.type}, {"default", a.initial}, {"doc", a.doc}});
+        if (!a.choices.empty()) json["arguments"].back()["choices"] = a.choices;
     }
-    for (const auto& s : d.slots) {
-        nlohmann::ordered_json slot{{"name", s.name}, {"role", name(s.role)}, {"type", type_text(s)}, {"size", shape_text(d, s)}, {"unit", std::string(s.unit.text)}, {"doc", s.doc}};
-        if (s.role == Role::parameter) slot["default"] = s.initial;
-        json["quantities"].push_back(std::move(slot));
+    for (const auto& q : block.quantities) {
+        json["quantities"].push_back({{"name", q.name},
+                                      {"role", name(q.role)},
+                                      {"size", q.size},
+                                      {"type", q.type},
+                                      {"unit", q.unit},
+                                      {"doc", q.doc}});
+        if (!q.initial.empty()) json["quantities"].back()["initial"] = q.initial;
+        if (!q.condition.empty()) json["quantities"].back()["only_with"] = q.condition;
     }
+    for (const auto& need : block.needs)
+        json["needs"].push_back({{"resource", need.type}, {"doc", need.doc}});
+    for (const auto& provided : block.provides) json["provides"].push_back({{"resource", provided.type}});
     return json;
 }
 
-void print(const BlockClass& type) {
-    const auto block = type.make({});
-    const auto& d = block->declaration();
-    std::printf("%s\n  %s\n", type.qualified_name().c_str(), type.doc.c_str());
-    if (!d.arguments.empty()) std::printf("\n  arguments (fixed when the block is made)\n");
-    for (const auto& a : d.arguments) {
-        std::string choices;
-        for (const auto& c : a.choices) choices += (choices.empty() ? "; one of " : ", ") + c;
-        std::printf("    %-22s = %-14s %s%s\n", a.name.c_str(), value_text(a.initial).c_str(), a.doc.c_str(), choices.c_str());
+/// Rows with their columns aligned; UTF-8 takes one column per character.
+void print_table(const std::vector<std::vector<std::string>>& rows) {
+    const auto width = [](const std::string& text) {
+        return std::count_if(text.begin(), text.end(),
+                             [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; });
+    };
+    std::vector<std::ptrdiff_t> widths(rows.front().size());
+    for (const auto& row : rows)
+        for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
+    for (const auto& row : rows) {
+        std::string line = "   ";
+        for (std::size_t i = 0; i < row.size(); ++i)
+            if (widths[i] > 0)
+                line +=
+                    " " + row[i] + std::string(static_cast<std::size_t>(widths[i] - width(row[i])) + 1, ' ');
+        std::printf("%s\n", line.substr(0, line.find_last_not_of(' ') + 1).c_str());
     }
-    for (const Role role : {Role::input, Role::output, Role::parameter, Role::discrete_state, Role::continuous_state}) {
-        bool is_first = true;
-        for (const auto& s : d.slots) {
-            if (s.role != role) continue;
-            if (is_first) std::printf("\n  %ss\n", name(role));
-            is_first = false;
-            std::printf("    %-22s %-10s %-9s %-8s %s\n", s.name.c_str(), shape_text(d, s).c_str(), type_text(s).c_str(), std::string(s.unit.text).c_str(), s.doc.c_str());
-        }
-    }
-    for (const auto& r : d.requirements) std::printf("\n  needs a %s around it: %s\n", r.type.c_str(), r.doc.c_str());
-    for (const auto& p : d.provisions) std::printf("\n  provides a %s\n", p.type.c_str());
 }
 
-void execute(const std::string& what, bool as_json) {
+void print(const Declared& block) {
+    std::printf("%s\n  %s\n", block.qualified_name.c_str(), block.doc.c_str());
+    std::vector<std::vector<std::string>> rows;
+    const auto section = [&](const char* heading) {
+        if (rows.empty()) return;
+        std::printf("\n  %s\n", heading);
+        print_table(rows);
+        rows.clear();
+    };
+    for (const auto& a : block.arguments) {
+        std::string choices;
+        for (const auto& c : a.choices) choices += (choices.empty() ? "one of " : ", ") + c;
+        rows.push_back(
+            {a.name, "= " + a.initial, a.doc + (a.doc.empty() || choices.empty() ? "" : "; ") + choices});
+    }
+    section("arguments (fixed when the block is made)");
+    for (const auto& [role, heading] : shown_roles) {
+        for (const auto& q : block.quantities)
+            if (q.role == role)
+                rows.push_back({q.name, q.initial.empty() ? "" : "= " + q.initial, q.size, q.type, q.unit,
+                                q.doc + (q.condition.empty() ? "" : " (only with " + q.condition + ")")});
+        section(heading);
+    }
+    for (const auto& need : block.needs)
+        std::printf("\n  needs a %s around it: %s\n", need.type.c_str(), need.doc.c_str());
+    for (const auto& provided : block.provides) std::printf("\n  provides a %s\n", provided.type.c_str());
+}
+
+/// What doc says up to its first full stop.
+std::string first_sentence(const std::string& doc) { return doc.substr(0, doc.find(". ")); }
+
+void print(const std::vector<Declared>& blocks) {
+    for (std::size_t i = 0; i < blocks.size();) {
+        const auto &library = blocks[i].library, &group = blocks[i].group;
+        std::printf("%s%s / %s\n", i ? "\n" : "", library.empty() ? standard : library.c_str(),
+                    group.c_str());
+        std::vector<std::vector<std::string>> rows;
+        for (; i < blocks.size() && blocks[i].library == library && blocks[i].group == group; ++i)
+            rows.push_back({blocks[i].name, first_sentence(blocks[i].doc)});
+        print_table(rows);
+    }
+}
+
+/// The library that `what` names, or nothing: then it is a block. Plugins are loaded as far as needed.
+std::optional<std::string> find_library(Registry& registry, const std::string& what) {
+    if (what.empty() || what.find('/') != std::string::npos) return std::nullopt;
+    if (what == standard) return "";
+    const auto plugins = registry.available_plugins();
+    if (std::find(plugins.begin(), plugins.end(), what) == plugins.end()) return std::nullopt;
+    registry.load_plugin(what);
+    return what;
+}
+
+/// A plugin that cannot be loaded hides no other.
+void load_all(Registry& registry) {
+    for (const auto& plugin : registry.available_plugins()) {
+        try {
+            registry.load_plugin(plugin);
+        } catch (const PluginError& error) {
+            std::fprintf(stderr, "bf: left out: %s\n", error.what());
+        }
+    }
+}
+
+const BlockClass& find_block(Registry& registry, const std::string& what) {
+    try {
+        return registry.find(what);
+    } catch (const PluginError&) {
+        load_all(registry);
+        std::vector<std::string> names = registry.available_plugins();
+        names.emplace_back(standard);
+        if (const auto hint = did_you_mean(what, names); !hint.empty())
+            throw CommandError("there is no library or block '" + what + "'" + hint);
+        return registry.find(what);
+    }
+}
+
+void execute(const DescribeOptions& options) {
     auto registry = make_registry();
-    for (const auto& plugin : registry->available_plugins()) registry->load_plugin(plugin);
-    const bool is_library = [&] {
+    const auto library = find_library(*registry, options.what);
+    std::vector<Declared> blocks;
+    if (!library && !options.what.empty()) {
+        blocks.push_back(declared(find_block(*registry, options.what)));
+    } else {
+        if (!library) load_all(*registry);
         for (const auto& type : registry->classes())
-            if (type->library == what) return true;
-        return what.empty();
-    }();
-    if (!is_library) {
-        const BlockClass& type = registry->find(what);
-        if (as_json) std::printf("%s\n", to_json(type).dump(2).c_str());
-        else print(type);
-        return;
+            if (!library || type->library == *library) blocks.push_back(declared(*type));
+        std::stable_sort(blocks.begin(), blocks.end(), [](const Declared& a, const Declared& b) {
+            return std::pair(a.library, a.group) < std::pair(b.library, b.group);
+        });
     }
-    std::map<std::pair<std::string, std::string>, std::vector<const BlockClass*>> groups;
-    for (const auto& type : registry->classes())
-        if (what.empty() || type->library == what) groups[{type->library, type->group}].push_back(type.get());
-    if (as_json) {
+    const bool is_block = !library && !options.what.empty();
+    if (options.as_markdown) {
+        if (!library)
+            throw CommandError(
+                "--markdown writes the page of one library: give 'standard' or a plugin's name");
+        std::fputs(reference_page(*library, blocks).c_str(), stdout);
+    } else if (options.as_json) {
         auto list = nlohmann::ordered_json::array();
-        for (const auto& [group, types] : groups)
-            for (const auto* type : types) list.push_back(to_json(*type));
-        std::printf("%s\n", list.dump(2).c_str());
-        return;
-    }
-    for (const auto& [group, types] : groups) {
-        std::printf("%s%s%s\n", group.first.empty() ? "standard" : group.first.c_str(), " / ", group.second.c_str());
-        for (const auto* type : types) std::printf("  %-32s %s\n", type->name.c_str(), first_sentence(type->doc).c_str());
-        std::printf("\n");
+        for (const auto& block : blocks) list.push_back(to_json(block));
+        std::fputs(to_text(is_block ? list[0] : list).c_str(), stdout);
+    } else if (is_block) {
+        print(blocks.front());
+    } else {
+        print(blocks);
     }
 }
 
@@ -115,12 +175,17 @@ void execute(const std::string& what, bool as_json) {
 
 void add_describe(CLI::App& app) {
     auto* command = app.add_subcommand("describe", "which blocks exist and what they declare");
-    auto what = std::make_shared<std::string>();
-    auto as_json = std::make_shared<bool>(false);
-    command->add_option("what", *what, "a library, or a block as LIBRARY/BLOCK; nothing: everything");
-    command->add_flag("--json", *as_json, "print as JSON");
-    command->footer("Example: bf describe WholeBodyToolbox/MassMatrix");
-    command->callback([what, as_json] { execute(*what, *as_json); });
+    auto options = std::make_shared<DescribeOptions>();
+    command
+        ->add_option("WHAT", options->what,
+                     "a library, or a block as BLOCK or LIBRARY/BLOCK; nothing: everything")
+        ->type_name("");
+    auto* json = command->add_flag("--json", options->as_json, "print as JSON");
+    command->add_flag("--markdown", options->as_markdown, "print a library's reference page")->excludes(json);
+    command->footer("Examples:\n"
+                    "  bf describe WholeBodyToolbox/MassMatrix\n"
+                    "  bf describe --markdown standard > standard.md");
+    command->callback([options] { execute(*options); });
 }
 
 } // namespace bf::tools

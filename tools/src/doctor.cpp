@@ -2,6 +2,7 @@
 #include "session.hpp"
 #include "verbs.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -45,7 +46,8 @@ nlohmann::ordered_json examine() {
     for (const auto& [program, use] : {std::pair("gnuplot", "bf plot"), std::pair("ffmpeg", "bf film")})
         json["programs"][program] = {{"found", has_program(program)}, {"used_by", use}};
     for (const auto& folder : registry->search_path())
-        json["plugin_folders"].push_back({{"path", folder.string()}, {"exists", std::filesystem::exists(folder)}});
+        json["plugin_folders"].push_back(
+            {{"path", folder.string()}, {"exists", std::filesystem::exists(folder)}});
     json["plugins"] = nlohmann::ordered_json::array();
     for (const auto& plugin : registry->available_plugins()) {
         nlohmann::ordered_json entry{{"name", plugin}};
@@ -58,36 +60,55 @@ nlohmann::ordered_json examine() {
         }
         json["plugins"].push_back(std::move(entry));
     }
-    json["robot_models"] = {{"path", BF_ROBOT_MODELS "/iCub"}, {"exists", std::filesystem::exists(BF_ROBOT_MODELS "/iCub")}};
+    json["robot_models"] = {{"path", BF_ROBOT_MODELS "/iCub"},
+                            {"exists", std::filesystem::exists(BF_ROBOT_MODELS "/iCub")}};
     return json;
 }
 
 void print(const nlohmann::ordered_json& json) {
-    const auto mark = [](bool good) { return good ? "yes" : "NO "; };
-    std::printf("BlockFactory %s on %s, %d processors\n\n", json["version"].get<std::string>().c_str(), json["system"].get<std::string>().c_str(), json["processors"].get<int>());
-    std::printf("real time   priority limit %s, locked memory limit %s, PREEMPT_RT kernel %s\n", json["real_time"]["priority_limit"].get<std::string>().c_str(),
-                json["real_time"]["locked_memory_limit"].get<std::string>().c_str(), mark(json["real_time"]["preempt_rt"]));
+    const auto text = [](const nlohmann::ordered_json& value) { return value.get<std::string>(); };
+    const auto line = [](const char* what, bool is_good, const std::string& more) {
+        std::printf("%-12s %-4s %s\n", what, is_good ? "yes" : "NO", more.c_str());
+    };
+    std::printf("BlockFactory %s on %s, %d processors\n\n", text(json["version"]).c_str(),
+                text(json["system"]).c_str(), json["processors"].get<int>());
+    const auto& real_time = json["real_time"];
+    line("real time", real_time["preempt_rt"],
+         "PREEMPT_RT kernel; priority limit " + text(real_time["priority_limit"]) + ", locked memory limit " +
+             text(real_time["locked_memory_limit"]));
     for (const auto& [name, entry] : json["programs"].items())
-        std::printf("program     %s  %s, used by %s\n", mark(entry["found"]), name.c_str(), entry["used_by"].get<std::string>().c_str());
-    for (const auto& folder : json["plugin_folders"]) std::printf("plugins in  %s  %s\n", mark(folder["exists"]), folder["path"].get<std::string>().c_str());
-    for (const auto& plugin : json["plugins"]) {
-        if (plugin.contains("error")) std::printf("plugin      NO   %s\n", plugin["error"].get<std::string>().c_str());
-        else std::printf("plugin      yes  %s, %d blocks\n", plugin["name"].get<std::string>().c_str(), plugin["blocks"].get<int>());
-    }
-    std::printf("robots      %s  %s\n", mark(json["robot_models"]["exists"]), json["robot_models"]["path"].get<std::string>().c_str());
+        line("program", entry["found"], name + ", used by " + text(entry["used_by"]));
+    for (const auto& folder : json["plugin_folders"])
+        line("plugins in", folder["exists"], text(folder["path"]));
+    for (const auto& plugin : json["plugins"])
+        if (plugin.contains("error"))
+            line("plugin", false, text(plugin["error"]));
+        else
+            line("plugin", true,
+                 text(plugin["name"]) + ", " + std::to_string(plugin["blocks"].get<int>()) + " blocks");
+    line("robots", json["robot_models"]["exists"], text(json["robot_models"]["path"]));
+}
+
+bool has_broken_plugin(const nlohmann::ordered_json& json) {
+    return std::any_of(json["plugins"].begin(), json["plugins"].end(),
+                       [](const auto& p) { return p.contains("error"); });
 }
 
 } // namespace
 
 void add_doctor(CLI::App& app) {
-    auto* command = app.add_subcommand("doctor", "what this machine has: programs, real-time limits, plugins and where they were searched");
+    auto* command = app.add_subcommand(
+        "doctor", "what this machine has: real-time limits, programs, plugins and where they were searched");
     auto as_json = std::make_shared<bool>(false);
     command->add_flag("--json", *as_json, "print as JSON");
-    command->footer("Example: bf doctor");
+    command->footer("What is missing is marked NO. Exit code 1 when a plugin is broken.\nExample: bf doctor");
     command->callback([as_json] {
         const auto json = examine();
-        if (*as_json) std::printf("%s\n", json.dump(2).c_str());
-        else print(json);
+        if (*as_json)
+            std::fputs(to_text(json).c_str(), stdout);
+        else
+            print(json);
+        if (has_broken_plugin(json)) throw CommandError("a plugin cannot be loaded");
     });
 }
 

@@ -2,11 +2,13 @@
 #include "bf/physics/renderer.hpp"
 #include "bf/recording/reader.hpp"
 #include "bf/toolbox/robot.hpp"
-#include "session.hpp"
+#include "terminal.hpp"
 #include "verbs.hpp"
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
+#include <optional>
 
 namespace bf::tools {
 
@@ -15,7 +17,8 @@ namespace {
 struct FilmOptions {
     ModelOptions model;
     std::string recording, output, picture;
-    double frames_per_second = 25, from = 0, to = 1e9, speed = 1, picture_time = -1;
+    double frames_per_second = 25, speed = 1, from = 0, to = std::numeric_limits<double>::infinity();
+    std::optional<double> picture_time; // none: the end
     int width = 640, height = 640;
 };
 
@@ -32,10 +35,14 @@ FilmedRobot find_robot(const Diagram& diagram) {
             robot.world = node.path;
             const auto& from = node.providers.front();
             robot.configuration = static_cast<const toolbox::RobotConfiguration*>(
-                diagram.nodes[static_cast<std::size_t>(from.node)].block->declaration().provisions[static_cast<std::size_t>(from.slot)].made.get());
+                diagram.nodes[static_cast<std::size_t>(from.node)]
+                    .block->declaration()
+                    .provisions[static_cast<std::size_t>(from.slot)]
+                    .made.get());
         }
     }
-    if (!robot.configuration) throw CommandError(diagram.name + " has no MujocoWorld block: there is nothing to film");
+    if (!robot.configuration)
+        throw CommandError(diagram.name + " has no MujocoWorld block: there is nothing to film");
     return robot;
 }
 
@@ -43,7 +50,8 @@ FilmedRobot find_robot(const Diagram& diagram) {
 std::size_t sample_at(const recording::Channel& channel, double t) {
     const auto ns = static_cast<std::int64_t>(t * 1e9 + 0.5);
     const auto after = std::upper_bound(channel.time_ns.begin(), channel.time_ns.end(), ns);
-    return after == channel.time_ns.begin() ? 0 : static_cast<std::size_t>(after - channel.time_ns.begin()) - 1;
+    return after == channel.time_ns.begin() ? 0
+                                            : static_cast<std::size_t>(after - channel.time_ns.begin()) - 1;
 }
 
 Vector values(const recording::Channel& channel, double t) {
@@ -56,9 +64,12 @@ Vector values(const recording::Channel& channel, double t) {
 class Film {
   public:
     Film(const FilmOptions& options, const FilmedRobot& robot)
-        : options_(options), recording_(recording::load(options.recording)), world_(world_options(*robot.configuration)), path_(robot.world),
-          renderer_(world_, render_options(options)), base_(recording_.channel(path_ + ".w_H_b")), joints_(recording_.channel(path_ + ".s")) {
-        if (base_.samples() == 0) throw CommandError(options.recording + " holds no sample of " + path_ + ".w_H_b");
+        : options_(options), recording_(recording::load(options.recording)),
+          world_(world_options(*robot.configuration)), path_(robot.world),
+          renderer_(world_, render_options(options)), base_(recording_.channel(path_ + ".w_H_b")),
+          joints_(recording_.channel(path_ + ".s")) {
+        if (base_.samples() == 0)
+            throw CommandError(options.recording + " holds no sample of " + path_ + ".w_H_b");
     }
 
     double end() const { return std::min(options_.to, base_.time(base_.samples() - 1)); }
@@ -69,9 +80,11 @@ class Film {
         for (const auto& channel : recording_.channels) {
             if (channel.samples() == 0) continue;
             if (channel.name.starts_with(path_ + ".wrench_")) add_contact(channel, t, arrows);
-            if (channel.name.find("push") != std::string::npos && channel.info.elements() == 6) add_push(channel, t, H, arrows);
+            if (channel.name.find("push") != std::string::npos && channel.info.elements() == 6)
+                add_push(channel, t, H, arrows);
         }
-        renderer_.render(Eigen::Map<const Eigen::Matrix4d>(H.data()), {s.data(), static_cast<std::size_t>(s.size())}, arrows, image);
+        renderer_.render(Eigen::Map<const Eigen::Matrix4d>(H.data()),
+                         {s.data(), static_cast<std::size_t>(s.size())}, arrows, image);
     }
 
   private:
@@ -93,24 +106,30 @@ class Film {
     /// Force of the ground at the foot's centre of pressure x = -m_y/f_z, y = m_x/f_z in sole axes.
     void add_contact(const recording::Channel& wrench, double t, std::vector<physics::Arrow>& arrows) {
         const std::string foot = wrench.name.substr((path_ + ".wrench_").size());
-        const auto pose = std::find_if(recording_.channels.begin(), recording_.channels.end(), [&](const auto& c) { return c.name == path_ + ".pose_" + foot; });
+        const auto pose = std::find_if(recording_.channels.begin(), recording_.channels.end(),
+                                       [&](const auto& c) { return c.name == path_ + ".pose_" + foot; });
         if (pose == recording_.channels.end()) return;
         const Vector f = values(wrench, t), H = values(*pose, t);
         const Eigen::Map<const Eigen::Matrix4d> w_H_f(H.data());
-        const Eigen::Vector3d force = f.head<3>(), local_force = w_H_f.topLeftCorner<3, 3>().transpose() * f.head<3>(),
+        const Eigen::Vector3d force = f.head<3>(),
+                              local_force = w_H_f.topLeftCorner<3, 3>().transpose() * f.head<3>(),
                               local_moment = w_H_f.topLeftCorner<3, 3>().transpose() * f.tail<3>();
         if (local_force.z() < 1) return;
-        const Eigen::Vector3d pressure(-local_moment.y() / local_force.z(), local_moment.x() / local_force.z(), 0);
-        arrows.push_back({w_H_f.topRightCorner<3, 1>() + w_H_f.topLeftCorner<3, 3>() * pressure, force * renderer_.options().metres_per_newton, physics::Arrow::Kind::contact});
+        const Eigen::Vector3d pressure(-local_moment.y() / local_force.z(),
+                                       local_moment.x() / local_force.z(), 0);
+        arrows.push_back({w_H_f.topRightCorner<3, 1>() + w_H_f.topLeftCorner<3, 3>() * pressure,
+                          force * renderer_.options().metres_per_newton, physics::Arrow::Kind::contact});
     }
 
-    void add_push(const recording::Channel& push, double t, const Vector& H, std::vector<physics::Arrow>& arrows) {
+    void add_push(const recording::Channel& push, double t, const Vector& H,
+                  std::vector<physics::Arrow>& arrows) {
         const Vector f = values(push, t);
         if (f.head<3>().norm() < 1) return;
         const Eigen::Map<const Eigen::Matrix4d> w_H_b(H.data());
         const Eigen::Vector3d vector = f.head<3>() * 4 * renderer_.options().metres_per_newton;
         // The arrow ends at the chest, some 20 cm above the base.
-        arrows.push_back({w_H_b.topRightCorner<3, 1>() + Eigen::Vector3d(0, 0, 0.2) - vector, vector, physics::Arrow::Kind::push});
+        arrows.push_back({w_H_b.topRightCorner<3, 1>() + Eigen::Vector3d(0, 0, 0.2) - vector, vector,
+                          physics::Arrow::Kind::push});
     }
 
     const FilmOptions& options_;
@@ -121,26 +140,51 @@ class Film {
     const recording::Channel &base_, &joints_;
 };
 
-void execute(const FilmOptions& options) {
-    const LoadedModel loaded = load_model(options.model);
-    Film film(options, find_robot(loaded.diagram));
+void draw_picture(Film& film, const FilmOptions& options) {
     physics::Image image;
-    if (!options.picture.empty()) {
-        film.draw(options.picture_time < 0 ? film.end() : options.picture_time, image);
-        physics::write_png(options.picture, image);
-        std::printf("%s\n", options.picture.c_str());
-    }
-    if (options.output.empty()) return;
-    physics::VideoWriter video(options.output, options.width, options.height, options.frames_per_second);
-    const double begin = std::max(options.from, 0.0), step = options.speed / options.frames_per_second;
-    const int frames = std::max(1, static_cast<int>((film.end() - begin) / step) + 1);
+    film.draw(options.picture_time.value_or(film.end()), image);
+    OutputFile file(options.picture);
+    physics::write_png(file.path(), image);
+    file.commit();
+    std::printf("%s\n", options.picture.c_str());
+}
+
+void draw_film(Film& film, const FilmOptions& options) {
+    if (options.from > film.end())
+        throw CommandError("--from " + number(options.from) + " is after the end at " + number(film.end()) +
+                           " s");
+    OutputFile file(options.output);
+    const InterruptGuard guard;
+    physics::VideoWriter video(file.path(), options.width, options.height, options.frames_per_second);
+    const double step = options.speed / options.frames_per_second;
+    const int frames = static_cast<int>((film.end() - options.from) / step) + 1;
+    physics::Image image;
+    StatusLine line;
+    const auto text = [&](int done) {
+        return "  frame " + std::to_string(done) + " of " + std::to_string(frames);
+    };
     for (int i = 0; i < frames; ++i) {
-        film.draw(begin + i * step, image);
-        video.add(image);
-        if (i % 10 == 0 || i + 1 == frames) std::fprintf(stderr, "\r  frame %d of %d%s", i + 1, frames, i + 1 == frames ? "\n" : "");
+        film.draw(options.from + i * step, image);
+        if (!InterruptGuard::signal()) video.add(image);
+        if (const int signal = InterruptGuard::signal()) {
+            line.finish(text(i));
+            throw Interrupted(signal, "interrupted: " + options.output + " was not written");
+        }
+        line.show(text(i + 1));
     }
     video.close();
+    file.commit();
+    line.finish(text(frames));
     std::printf("%s\n", options.output.c_str());
+}
+
+void execute(const FilmOptions& options) {
+    if (options.picture.empty() && options.output.empty())
+        throw CommandError("say what to make: -o FILE.mp4 for a film, --picture FILE.png for one picture");
+    const LoadedModel loaded = load_model(options.model);
+    Film film(options, find_robot(loaded.diagram));
+    if (!options.picture.empty()) draw_picture(film, options);
+    if (!options.output.empty()) draw_film(film, options);
 }
 
 } // namespace
@@ -149,17 +193,35 @@ void add_film(CLI::App& app) {
     auto* command = app.add_subcommand("film", "render a recording of a physics world");
     auto options = std::make_shared<FilmOptions>();
     options->model.add_to(*command);
-    command->add_option("recording", options->recording, "MCAP file that bf run wrote from the model")->required();
-    command->add_option("-o,--output", options->output, "MP4 file")->type_name("FILE");
-    command->add_option("--picture", options->picture, "one picture as PNG")->type_name("FILE");
-    command->add_option("--at", options->picture_time, "time of the picture, s; otherwise the end");
-    command->add_option("--fps", options->frames_per_second, "frames per second");
-    command->add_option("--from", options->from, "s");
-    command->add_option("--to", options->to, "s");
-    command->add_option("--speed", options->speed, "2 plays twice as fast");
-    command->add_option("--width", options->width, "pixels");
-    command->add_option("--height", options->height, "pixels");
-    command->footer("Example: bf film examples/icub_balancing/balancing.yaml run.mcap -o film.mp4");
+    const auto number_option = [&](const char* name, auto& value, const char* doc, const char* unit) {
+        return command->add_option(name, value, doc)->type_name(unit);
+    };
+    command->add_option("RECORDING", options->recording, "MCAP file that bf run wrote from the model")
+        ->required()
+        ->type_name("");
+    command->add_option("-o,--output", options->output, "MP4 film")->type_name("FILE");
+    command->add_option("--picture", options->picture, "PNG picture of one moment")->type_name("FILE");
+    number_option("--at", options->picture_time, "time of the picture; otherwise the end", "T");
+    number_option("--from", options->from, "where the film begins, s", "T")
+        ->check(CLI::Range(0.0, 1e9).description(""));
+    number_option("--to", options->to, "where the film ends, s", "T")
+        ->check(CLI::Range(0.0, 1e9).description(""));
+    number_option("--fps", options->frames_per_second, "frames per second", "N")
+        ->check(CLI::Range(1.0, 1000.0).description(""))
+        ->capture_default_str();
+    number_option("--speed", options->speed, "2 plays twice as fast", "FACTOR")
+        ->check(CLI::Range(1e-3, 1e3).description(""))
+        ->capture_default_str();
+    number_option("--width", options->width, "pixels", "N")
+        ->check(CLI::Range(16, 8192).description(""))
+        ->capture_default_str();
+    number_option("--height", options->height, "pixels", "N")
+        ->check(CLI::Range(16, 8192).description(""))
+        ->capture_default_str();
+    command->footer("The model's MujocoWorld block is shown; its w_H_b and s must be recorded.\n"
+                    "Examples:\n"
+                    "  bf film examples/icub_balancing/balancing.yaml run.mcap -o film.mp4\n"
+                    "  bf film examples/icub_balancing/balancing.yaml run.mcap --picture end.png");
     command->callback([options] { execute(*options); });
 }
 

@@ -1,27 +1,83 @@
 // The `bf` command.
+#include "bf/core/registry.hpp"
 #include "bf/model/location.hpp"
+#include "terminal.hpp"
 #include "verbs.hpp"
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <string>
+#include <vector>
 
-int main(int argc, char** argv) {
-    using namespace bf::tools;
-    CLI::App app{"BlockFactory: design, simulate and run robot controllers as block diagrams"};
-    app.require_subcommand(1);
-    app.footer("Example: bf run examples/icub_balancing/balancing.yaml --stop 5");
-    for (const auto add : {add_run, add_check, add_describe, add_plot, add_film, add_export, add_doctor}) add(app);
+namespace {
+
+std::vector<std::string> verbs_of(const CLI::App& app) {
+    std::vector<std::string> verbs;
+    for (const auto* verb : app.get_subcommands({})) verbs.push_back(verb->get_name());
+    return verbs;
+}
+
+/// What CLI11 says, and what was probably meant.
+std::string usage_error(const CLI::App* app, const CLI::Error& error) {
+    const CLI::App* asked = app;
+    for (const auto* verb : app->get_subcommands()) asked = verb;
+    std::string text = error.what(), hint, verbs;
+    std::vector<std::string> options;
+    for (const auto* option : asked->get_options())
+        for (const auto& name : option->get_lnames()) options.push_back("--" + name);
+    for (const auto& word : asked->remaining())
+        if (word.starts_with("--")) hint += bf::did_you_mean(word, options);
+    if (asked != app) return "bf: " + text + hint + "\nSee bf " + asked->get_name() + " --help\n";
+    for (const auto& verb : verbs_of(*app)) verbs += (verbs.empty() ? "" : ", ") + verb;
+    for (const auto& word : app->remaining())
+        if (!word.starts_with("-") && hint.empty()) {
+            text = "there is no verb '" + word + "'";
+            hint = bf::did_you_mean(word, verbs_of(*app));
+        }
+    return "bf: " + text + hint + "\nThe verbs are " + verbs + "; bf --help tells more\n";
+}
+
+int run(CLI::App& app, int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : 2;
     } catch (const bf::model::Errors& errors) {
-        for (const auto& diagnostic : errors.diagnostics()) std::fprintf(stderr, "%s\n", diagnostic.text().c_str());
-        std::fprintf(stderr, "%zu error%s\n", errors.diagnostics().size(), errors.diagnostics().size() == 1 ? "" : "s");
+        const auto count = errors.diagnostics().size();
+        std::fprintf(stderr, "%s\n", errors.what());
+        if (count > 1) std::fprintf(stderr, "%zu errors\n", count);
         return 1;
+    } catch (const bf::tools::Interrupted& interrupted) {
+        std::fprintf(stderr, "bf: %s\n", interrupted.what());
+        return 128 + interrupted.signal;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "bf: %s\n", error.what());
         return 1;
     }
     return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    using namespace bf::tools;
+    CLI::App app{"BlockFactory: design, simulate and run robot controllers as block diagrams", "bf"};
+    app.require_subcommand(1);
+    app.set_version_flag("--version", "bf " BF_VERSION, "print the version");
+    app.set_help_flag("-h,--help", "print this help");
+    app.get_formatter()->column_width(34);
+    app.failure_message(usage_error);
+    app.footer(
+        "bf VERB --help tells more. Exit codes: 0 success, 1 failure, 2 wrong usage, 130 interrupted.\n"
+        "Example: bf run examples/icub_balancing/balancing.yaml --stop 5");
+    for (const auto add : {add_run, add_check, add_describe, add_plot, add_film, add_export, add_doctor})
+        add(app);
+    const int code = run(app, argc, argv);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+        std::fprintf(stderr, "bf: cannot write the standard output: %s\n", std::strerror(errno));
+        return code ? code : 1;
+    }
+    return code;
 }

@@ -1,7 +1,7 @@
 // bf plot, bf export: look at a recording.
-#include "bf/recording/export.hpp"
 #include "bf/recording/plot.hpp"
-#include "session.hpp"
+#include "bf/recording/export.hpp"
+#include "terminal.hpp"
 #include "verbs.hpp"
 
 #include <algorithm>
@@ -9,6 +9,8 @@
 #include <sstream>
 
 namespace bf::tools {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -18,8 +20,10 @@ struct PlotOptions {
     int width = 1200, height = 0;
 };
 
-/// One panel of several signals: a scalar overlays the others, the first of two equally sized is the reference.
-recording::Panel panel(const recording::Recording& r, const std::string& title, const std::vector<std::string>& signals) {
+/// One panel of several signals: a scalar overlays the others, the first of two equally sized is the
+/// reference.
+recording::Panel panel(const recording::Recording& r, const std::string& title,
+                       const std::vector<std::string>& signals) {
     recording::Panel result;
     for (const auto& signal : signals) {
         auto part = recording::panel_of(r.channel(signal));
@@ -35,35 +39,100 @@ recording::Panel panel(const recording::Recording& r, const std::string& title, 
     return result;
 }
 
+recording::Recording load(const std::string& file) {
+    const Waiting waiting("reading " + file);
+    auto r = recording::load(file);
+    if (!r.complete) std::fprintf(stderr, "%s is not complete: %s\n", file.c_str(), r.defect.c_str());
+    return r;
+}
+
+/// The signals of an argument: one, several with commas between, or all that begin as in "world.*".
+std::vector<std::string> signals_of(const recording::Recording& r, const std::string& text) {
+    std::vector<std::string> signals;
+    std::istringstream parts(text);
+    for (std::string part; std::getline(parts, part, ',');) {
+        const auto before = signals.size();
+        if (part.ends_with('*'))
+            for (const auto& channel : r.channels)
+                if (channel.name.starts_with(part.substr(0, part.size() - 1)))
+                    signals.push_back(channel.name);
+        if (signals.size() == before) signals.push_back(part); // reported when it is looked for
+    }
+    return signals;
+}
+
 void plot(const PlotOptions& options) {
-    const auto r = recording::load(options.recording);
-    if (!r.complete) std::fprintf(stderr, "%s is not complete: %s\n", options.recording.c_str(), r.defect.c_str());
+    const auto r = load(options.recording);
     recording::Figure figure;
-    if (const auto m = r.metadata.find("recording"); m != r.metadata.end() && m->second.contains("model")) figure.title = m->second.at("model");
+    if (const auto m = r.metadata.find("recording"); m != r.metadata.end() && m->second.contains("model"))
+        figure.title = m->second.at("model");
     if (!options.signals.empty()) {
-        for (const auto& signal : options.signals) figure.panels.push_back(panel(r, signal, {signal}));
-    } else if (const auto plots = r.metadata.find("plots"); plots != r.metadata.end() && !plots->second.empty()) {
-        for (const auto& [key, text] : plots->second) {
+        for (const auto& signal : options.signals)
+            figure.panels.push_back(panel(r, signal, signals_of(r, signal)));
+    } else if (const auto plots = r.metadata.find("plots");
+               plots != r.metadata.end() && !plots->second.empty()) {
+        for (const auto& [key, text] : plots->second) { // "100 title": the number keeps the order
             std::istringstream lines(text);
             std::vector<std::string> signals;
             for (std::string line; std::getline(lines, line);) signals.push_back(line);
             figure.panels.push_back(panel(r, key.substr(key.find(' ') + 1), signals));
         }
     } else {
-        for (const auto& channel : r.channels) figure.panels.push_back(recording::panel_of(channel));
-        if (figure.panels.size() > 8) figure.panels.resize(8);
+        constexpr std::size_t most = 8;
+        if (r.channels.size() > most)
+            std::fprintf(stderr, "showing the first %zu of %zu signals; name those to show\n", most,
+                         r.channels.size());
+        for (std::size_t i = 0; i < std::min(most, r.channels.size()); ++i)
+            figure.panels.push_back(recording::panel_of(r.channels[i]));
     }
-    const std::string output = options.output.empty() ? std::filesystem::path(options.recording).replace_extension(".png").string() : options.output;
+    const std::string output = options.output.empty()
+                                   ? fs::path(options.recording).replace_extension(".png").string()
+                                   : options.output;
+    const Waiting waiting("drawing " + output);
     recording::save(figure, output, options.width, options.height);
     std::printf("%s\n", output.c_str());
 }
 
-void write_export(const std::string& recording_file, const std::string& output) {
-    const auto r = recording::load(recording_file);
-    if (output.ends_with(".mat")) recording::write_mat(r, output);
-    else if (output.ends_with(".csv"))
-        for (const auto& file : recording::write_csv(r, output)) std::printf("%s\n", file.c_str());
-    else throw CommandError("cannot tell the format of " + output + ": give a name that ends in .csv or .mat");
+/// Several files may come of one recording; they are made in a folder of their own and then put in their
+/// place.
+std::vector<fs::path> put_csv(const recording::Recording& r, const fs::path& output) {
+    std::error_code ignored;
+    if (fs::exists(output, ignored) && !fs::is_regular_file(output, ignored))
+        return recording::write_csv(r, output);
+    struct Folder {
+        fs::path path;
+        ~Folder() {
+            std::error_code ignored;
+            fs::remove_all(path, ignored);
+        }
+    };
+    const Folder folder{fs::path(output).replace_filename("." + output.filename().string() + ".part")};
+    std::error_code error;
+    fs::create_directory(folder.path, error);
+    if (error) throw CommandError("cannot write " + output.string() + ": " + error.message());
+    std::vector<fs::path> files;
+    for (const auto& part : recording::write_csv(r, folder.path / output.filename())) {
+        files.push_back(fs::path(output).replace_filename(part.filename()));
+        fs::rename(part, files.back());
+    }
+    return files;
+}
+
+void execute_export(const std::string& recording_file, const std::string& output) {
+    const bool is_csv = output.ends_with(".csv") || output == "/dev/stdout";
+    if (!is_csv && !output.ends_with(".mat"))
+        throw CommandError("cannot tell the format of " + output + ": give a name that ends in .csv or .mat");
+    const auto r = load(recording_file);
+    const Waiting waiting("writing " + output);
+    if (is_csv) {
+        for (const auto& file : put_csv(r, output))
+            if (output != "/dev/stdout") std::printf("%s\n", file.c_str());
+        return;
+    }
+    OutputFile file(output);
+    recording::write_mat(r, file.path());
+    file.commit();
+    std::printf("%s\n", output.c_str());
 }
 
 } // namespace
@@ -71,22 +140,41 @@ void write_export(const std::string& recording_file, const std::string& output) 
 void add_plot(CLI::App& app) {
     auto* command = app.add_subcommand("plot", "draw a recording");
     auto options = std::make_shared<PlotOptions>();
-    command->add_option("recording", options->recording, "MCAP file that bf run wrote")->required();
-    command->add_option("signals", options->signals, "what to draw; nothing: the panels that the model asks for");
-    command->add_option("-o,--output", options->output, "PNG or SVG file; otherwise beside the recording")->type_name("FILE");
-    command->add_option("--width", options->width, "pixels");
-    command->add_option("--height", options->height, "pixels; 0: as needed");
-    command->footer("Example: bf plot run.mcap world.com -o com.png");
+    command->add_option("RECORDING", options->recording, "MCAP file that bf run wrote")
+        ->required()
+        ->type_name("");
+    command
+        ->add_option(
+            "SIGNALS", options->signals,
+            "what to draw, a panel each; a,b in one panel; a.* all of a; nothing: the panels that the model "
+            "asks for")
+        ->type_name("");
+    command->add_option("-o,--output", options->output, "PNG or SVG file; otherwise beside the recording")
+        ->type_name("FILE");
+    command->add_option("--width", options->width, "pixels")
+        ->check(CLI::Range(100, 20000).description(""))
+        ->type_name("PIXELS")
+        ->capture_default_str();
+    command->add_option("--height", options->height, "pixels; 0: as needed")
+        ->check(CLI::Range(0, 20000).description(""))
+        ->type_name("PIXELS")
+        ->capture_default_str();
+    command->footer("Examples:\n"
+                    "  bf plot run.mcap\n"
+                    "  bf plot run.mcap controller.com_reference,world.com controller.tau -o com.svg");
     command->callback([options] { plot(*options); });
 }
 
 void add_export(CLI::App& app) {
     auto* command = app.add_subcommand("export", "convert a recording to CSV or a MAT-file");
     auto input = std::make_shared<std::string>(), output = std::make_shared<std::string>();
-    command->add_option("recording", *input, "MCAP file that bf run wrote")->required();
-    command->add_option("-o,--output", *output, "file ending in .csv or .mat")->required()->type_name("FILE");
-    command->footer("Example: bf export run.mcap -o run.mat");
-    command->callback([input, output] { write_export(*input, *output); });
+    command->add_option("RECORDING", *input, "MCAP file that bf run wrote")->required()->type_name("");
+    command->add_option("-o,--output", *output, "file ending in .csv or .mat, or /dev/stdout for CSV")
+        ->required()
+        ->type_name("FILE");
+    command->footer("Signals of different rates go to one CSV file each, e.g. run_controller.tau.csv.\n"
+                    "Example: bf export run.mcap -o run.mat");
+    command->callback([input, output] { execute_export(*input, *output); });
 }
 
 } // namespace bf::tools

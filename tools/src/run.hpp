@@ -16,14 +16,16 @@ struct RunResult {
     double simulated = 0, wall = 0; ///< s
     std::int64_t steps = 0;
     std::vector<CheckResult> checks; ///< of the model's own check blocks
-    std::string failure;             ///< empty when the run went to its end
+    std::string failure;             ///< why the run ended early; empty when it went to its end
     bool is_interrupted = false;
 
+    /// {"model", "outcome": "finished" | "failed" | "interrupted", "simulated_s", "wall_s",
+    /// "real_time_factor", "steps", "checks": {name: value}, "failure"}
     nlohmann::ordered_json to_json() const;
 };
 
-/// Starts, steps to `stop` s (or to a failure or an interrupt) and stops the simulation. `progress` is called
-/// five times a second and once at the end.
-RunResult run(Simulation& simulation, double stop, const std::function<void(double wall, bool is_last)>& progress = {});
+/// Starts, steps to `stop` s and stops the simulation; a failed step ends it. `go_on`, given the wall time in
+/// s, is asked a few hundred times a second whether to go on.
+RunResult run(Simulation& simulation, double stop, const std::function<bool(double wall)>& go_on = {});
 
 } // namespace bf::tools

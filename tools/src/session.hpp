@@ -1,14 +1,13 @@
-// What the verbs of `bf` share: blocks, models, options, output.
+// What the verbs of `bf` share: blocks, models and their options.
 #pragma once
 
 #include "bf/elaborate/elaborate.hpp"
+#include "output.hpp"
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace bf::tools {
@@ -37,18 +36,8 @@ struct LoadedModel {
 /// Standard blocks, and plugins from BLOCKFACTORY_PLUGIN_PATH and the installation.
 std::unique_ptr<Registry> make_registry();
 
-/// Reads and elaborates; throws model::Errors or CommandError.
-LoadedModel load_model(const ModelOptions& options, std::vector<std::pair<std::string, std::string>> extra = {});
-
-/// NAME=EXPRESSION pairs of --params files and --set options, in this order of precedence.
-std::vector<std::pair<std::string, std::string>> read_overrides(const ModelOptions& options);
-
-/// The whole file; throws CommandError with the reason.
-std::string read_file(const std::filesystem::path& file);
-/// Writes through a temporary file, so that nothing half-written stays behind.
-void write_file(const std::filesystem::path& file, const std::string& text);
-
-/// 0.0123, 1234.5: six significant digits.
-std::string number(double x);
+/// Reads and elaborates, with the values of --params files changed first, then those of --set options. Throws
+/// model::Errors or CommandError.
+LoadedModel load_model(const ModelOptions& options);
 
 } // namespace bf::tools

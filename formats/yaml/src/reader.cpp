@@ -47,6 +47,7 @@ class Reader {
     LineRange layout_lines;
 
     Model read_model(const Node& node);
+    std::vector<Variable> read_variables(const Node& map, const std::string& path);
 
   private:
     using OnEntry = std::function<void(const Node& key, const Node& value)>;
@@ -69,7 +70,6 @@ class Reader {
     Expression read_flow(const Node& value, const std::string& path);
     Expression read_rows(const Node& key, const Node& value, const std::string& path);
 
-    std::vector<Variable> read_variables(const Node& map, const std::string& path);
     std::vector<Port> read_ports(const Node& key, const Node& value, const std::string& path,
                                  const keys::Keys& known);
     void read_port(Port& port, const Node& map, const std::string& path, const keys::Keys& known);
@@ -526,6 +526,16 @@ model::Model read_yaml_text(std::string_view text, const std::string& name) {
     Model model = loader.read(text, name);
     if (!loader.wrong.empty()) throw Errors(std::move(loader.wrong));
     return model;
+}
+
+std::vector<model::Variable> read_yaml_variables(std::string_view text, const std::string& name) {
+    Loader loader;
+    const Source source(text, name);
+    std::vector<std::pair<std::size_t, std::size_t>> quoted;
+    Reader reader(source, loader, {});
+    auto variables = reader.read_variables(parse(source, quoted), "");
+    if (!reader.wrong.empty()) throw Errors(std::move(reader.wrong));
+    return variables;
 }
 
 } // namespace bf::formats

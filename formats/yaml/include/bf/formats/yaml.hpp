@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// The YAML form of a model, described in formats/yaml/README.md and by formats/yaml/model.schema.json.
 namespace bf::formats {
@@ -14,6 +15,10 @@ model::Model read_yaml(const std::filesystem::path& path);
 
 /// Reads a model from text. `name` stands for the file in diagnostics; references are relative to its folder.
 model::Model read_yaml_text(std::string_view text, const std::string& name = "model.yaml");
+
+/// Reads a mapping of names and values, written as `variables` of a model are. `name` stands for the file in
+/// diagnostics. Throws model::Errors.
+std::vector<model::Variable> read_yaml_variables(std::string_view text, const std::string& name);
 
 /// The canonical text: two blanks of indentation, a block on one line where it fits in 110 columns, order and
 /// comments kept. Reading it gives the same model, and writing that gives the same text.

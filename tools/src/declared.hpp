@@ -1,0 +1,47 @@
+// What a class of blocks declares, as texts for people: terminal, JSON and reference pages.
+#pragma once
+
+#include "bf/core/registry.hpp"
+
+#include <string>
+#include <vector>
+
+namespace bf::tools {
+
+struct DeclaredArgument {
+    std::string name, type, initial, doc;
+    std::vector<std::string> choices; ///< empty: any
+};
+
+/// A port, parameter or state.
+struct DeclaredQuantity {
+    Role role;
+    std::string name, size, type, unit, doc;
+    std::string initial; ///< default of a parameter or an optional input, first value of a state; else empty
+    std::string condition; ///< the argument that brings it, e.g. "use_lb: true"; empty: always there
+};
+
+struct Declared {
+    std::string library, name, qualified_name, group, doc;
+    std::vector<DeclaredArgument> arguments;
+    std::vector<DeclaredQuantity> quantities; ///< without workspace and guards
+    struct Resource {
+        std::string type, doc;
+    };
+    std::vector<Resource> needs, provides;
+};
+
+/// Makes blocks of the class, with default arguments and with others, to see what each argument brings.
+Declared declared(const BlockClass& type);
+
+/// The roles that people see, in the order in which they are shown, and their headings.
+inline constexpr std::pair<Role, const char*> shown_roles[] = {{Role::input, "inputs"},
+                                                               {Role::output, "outputs"},
+                                                               {Role::parameter, "parameters"},
+                                                               {Role::discrete_state, "discrete states"},
+                                                               {Role::continuous_state, "continuous states"}};
+
+/// A page of all blocks of a library, in Markdown.
+std::string reference_page(const std::string& library, const std::vector<Declared>& blocks);
+
+} // namespace bf::tools

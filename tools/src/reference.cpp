@@ -1,0 +1,121 @@
+// Reference pages in Markdown.
+#include "declared.hpp"
+
+#include <algorithm>
+
+namespace bf::tools {
+
+namespace {
+
+using Row = std::vector<std::string>;
+
+/// Text that Markdown shows as it is, also inside a table.
+std::string plain(const std::string& text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '|' || c == '*' || c == '<' || c == '\\' || c == '[') result += '\\';
+        result += c == '\n' ? ' ' : c;
+    }
+    return result;
+}
+
+std::string code(const std::string& text) {
+    if (text.empty()) return "";
+    std::string result = "`";
+    for (const char c : text) result += c == '|' ? std::string("\\|") : std::string(1, c);
+    return result + "`";
+}
+
+/// Columns that are empty in all rows are left out.
+std::string table(const Row& heads, const std::vector<Row>& rows) {
+    const auto line = [&](const Row& cells) {
+        std::string text = "|";
+        for (std::size_t i = 0; i < heads.size(); ++i) {
+            const bool is_used =
+                std::any_of(rows.begin(), rows.end(), [&](const Row& row) { return !row[i].empty(); });
+            if (is_used) text += " " + cells[i] + " |";
+        }
+        return text + "\n";
+    };
+    std::string text = line(heads) + line(Row(heads.size(), "---"));
+    for (const auto& row : rows) text += line(row);
+    return text + "\n";
+}
+
+std::string argument_table(const Declared& block) {
+    std::vector<Row> rows;
+    for (const auto& a : block.arguments) {
+        std::string choices;
+        for (const auto& choice : a.choices) choices += (choices.empty() ? "one of " : ", ") + code(choice);
+        const std::string doc = plain(a.doc);
+        rows.push_back({code(a.name), a.type, code(a.initial),
+                        doc + (doc.empty() || choices.empty() ? "" : "; ") + choices});
+    }
+    return rows.empty() ? "" : table({"argument", "type", "default", "meaning"}, rows);
+}
+
+std::string quantity_table(const Declared& block, Role role, const std::string& head) {
+    std::vector<Row> rows;
+    for (const auto& q : block.quantities)
+        if (q.role == role)
+            rows.push_back({code(q.name), q.size, q.type, plain(q.unit), code(q.initial), plain(q.doc),
+                            code(q.condition)});
+    const bool is_state = role == Role::discrete_state || role == Role::continuous_state;
+    const char* initial = is_state ? "at the start" : role == Role::input ? "unconnected" : "default";
+    return rows.empty() ? "" : table({head, "size", "type", "unit", initial, "meaning", "only with"}, rows);
+}
+
+std::string section(const Declared& block) {
+    std::string text = "### " + block.name + "\n\n" + plain(block.doc) + "\n\n" + argument_table(block);
+    for (const auto& [role, heading] : shown_roles) {
+        std::string head = heading;
+        head.pop_back(); // the plural's s
+        text += quantity_table(block, role, head);
+    }
+    for (const auto& need : block.needs)
+        text += "Needs a block around it that provides a " + code(need.type) +
+                (need.doc.empty() ? "" : ": " + plain(need.doc)) + ".\n\n";
+    for (const auto& provided : block.provides)
+        text += "Provides a " + code(provided.type) + " to the blocks around it.\n\n";
+    return text;
+}
+
+std::string first_sentence(const std::string& doc) {
+    const auto end = doc.find(". ");
+    return end == std::string::npos ? doc : doc.substr(0, end + 1);
+}
+
+std::string anchor(const std::string& heading) {
+    std::string text;
+    for (const char c : heading) text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+}
+
+} // namespace
+
+std::string reference_page(const std::string& library, const std::vector<Declared>& blocks) {
+    const std::string title = library.empty() ? "Standard blocks" : library;
+    std::string text =
+        "# " + title + "\n\n" + "What each block declares, written by `bf describe --markdown " +
+        (library.empty() ? "standard" : library) +
+        "` (scripts/update-reference). Arguments are fixed when a block is made; parameters may change "
+        "between two steps; a model gives both as settings. Sizes: `scalar`, `n` a 1-D signal of n "
+        "elements, `n x m` a matrix, `any` is decided by the wiring.\n\n";
+    if (!library.empty()) text += "A model calls them `" + library + "/NAME`.\n\n";
+    std::string index, body, group;
+    for (const auto& block : blocks) {
+        if (block.group != group || body.empty()) {
+            group = block.group;
+            index += (index.empty() ? "**" : "\n**") + plain(group) + "**\n\n";
+            body += "## Group " + plain(group) + "\n\n";
+        }
+        index +=
+            "- [" + block.name + "](#" + anchor(block.name) + "): " + plain(first_sentence(block.doc)) + "\n";
+        body += section(block);
+    }
+    text += index + "\n" + body;
+    text.pop_back(); // one line break at the end
+    return text;
+}
+
+} // namespace bf::tools

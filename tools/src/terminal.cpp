@@ -1,0 +1,90 @@
+#include "terminal.hpp"
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace bf::tools {
+
+namespace {
+
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// As many characters of UTF-8 text as fit in the terminal without a line break.
+std::string cut(const std::string& text) {
+    winsize size{};
+    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col < 2) return text;
+    std::size_t end = 0;
+    for (int columns = size.ws_col - 1; end < text.size(); ++end) {
+        const bool is_start = (static_cast<unsigned char>(text[end]) & 0xC0) != 0x80;
+        if (is_start && columns-- == 0) break;
+    }
+    return text.substr(0, end);
+}
+
+void write(const std::string& text, bool stays) {
+    if (isatty(STDERR_FILENO))
+        std::fprintf(stderr, "\r%s\033[K%s", cut(text).c_str(), stays ? "\n" : "");
+    else
+        std::fprintf(stderr, "%s\n", text.c_str());
+    std::fflush(stderr);
+}
+
+// The only thing that a signal handler may touch.
+volatile std::sig_atomic_t interrupt = 0;
+
+} // namespace
+
+bool StatusLine::is_due() const { return now() - shown_ > (isatty(STDERR_FILENO) ? 0.2 : 10); }
+
+void StatusLine::show(const std::string& text) {
+    if (!is_due()) return;
+    shown_ = now();
+    write(text, false);
+}
+
+void StatusLine::finish(const std::string& text) { write(text, true); }
+
+Waiting::Waiting(std::string what) : thread_([this, what = std::move(what)] { run(what); }) {}
+
+Waiting::~Waiting() {
+    {
+        const std::lock_guard lock(mutex_);
+        is_over_ = true;
+    }
+    changed_.notify_one();
+    thread_.join();
+}
+
+void Waiting::run(const std::string& what) {
+    std::unique_lock lock(mutex_);
+    const auto over = [this] { return is_over_; };
+    if (changed_.wait_for(lock, std::chrono::seconds(1), over)) return;
+    const double begin = now() - 1;
+    StatusLine line;
+    do line.show("  " + what + " ... " + std::to_string(static_cast<int>(now() - begin)) + " s");
+    while (!changed_.wait_for(lock, std::chrono::milliseconds(300), over));
+    if (isatty(STDERR_FILENO)) std::fputs("\r\033[K", stderr);
+}
+
+InterruptGuard::InterruptGuard() {
+    interrupt = 0;
+    struct sigaction action {};
+    action.sa_handler = [](int number) { interrupt = number; };
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+}
+
+InterruptGuard::~InterruptGuard() {
+    std::signal(SIGINT, SIG_DFL);
+    std::signal(SIGTERM, SIG_DFL);
+}
+
+int InterruptGuard::signal() { return interrupt; }
+
+} // namespace bf::tools

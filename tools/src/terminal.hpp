@@ -1,0 +1,57 @@
+// What a person sees while a verb works: a line on standard error, and Ctrl-C.
+#pragma once
+
+#include "session.hpp"
+
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <thread>
+
+namespace bf::tools {
+
+/// A line on standard error that is written over: on a terminal cut to its width, elsewhere (a log file) a
+/// line every ten seconds.
+class StatusLine {
+  public:
+    /// Shows the text, at most five times a second.
+    void show(const std::string& text);
+    /// Is there time for the next text?
+    bool is_due() const;
+    /// The last text, which stays.
+    void finish(const std::string& text);
+
+  private:
+    double shown_ = -1e9; ///< s, of the steady clock
+};
+
+/// Says on standard error that something takes longer than a second, as long as the object lives.
+class Waiting {
+  public:
+    explicit Waiting(std::string what);
+    ~Waiting();
+
+  private:
+    void run(const std::string& what);
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    bool is_over_ = false;
+    std::thread thread_;
+};
+
+/// Ended by a signal; the command exits with 128 + its number, 130 for Ctrl-C.
+struct Interrupted : CommandError {
+    Interrupted(int number, const std::string& text) : CommandError(text), signal(number) {}
+    int signal;
+};
+
+/// While one lives, SIGINT and SIGTERM only set a flag, once: a second one ends the program at once.
+class InterruptGuard {
+  public:
+    InterruptGuard();
+    ~InterruptGuard();
+    /// The number of the signal that came, or 0.
+    static int signal();
+};
+
+} // namespace bf::tools

@@ -1,4 +1,5 @@
 include(GoogleTest)
+include(BlockFactoryPlugin)
 
 # bf_library(NAME [SHARED] [PUBLIC target...] [PRIVATE target...])
 #
@@ -9,7 +10,7 @@ function(bf_library name)
     file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/*.cpp src/*.c)
     if(NOT sources)
         add_library(bf_${name} INTERFACE)
-        target_include_directories(bf_${name} INTERFACE include)
+        target_include_directories(bf_${name} INTERFACE $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>)
         target_link_libraries(bf_${name} INTERFACE ${arg_PUBLIC})
     else()
         if(arg_SHARED)
@@ -17,7 +18,7 @@ function(bf_library name)
         else()
             add_library(bf_${name} STATIC ${sources})
         endif()
-        target_include_directories(bf_${name} PUBLIC include PRIVATE src)
+        target_include_directories(bf_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> PRIVATE src)
         target_link_libraries(bf_${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
     endif()
     add_library(bf::${name} ALIAS bf_${name})
@@ -36,13 +37,4 @@ function(bf_test name)
         BF_SOURCE_DIRECTORY="${CMAKE_SOURCE_DIR}" BF_BINARY_DIRECTORY="${CMAKE_BINARY_DIR}"
         BF_SHARE="${BF_SHARE}" BF_PYTHON="${BF_PYTHON}")
     gtest_discover_tests(bf_${name}_test DISCOVERY_MODE PRE_TEST TEST_PREFIX ${name}.)
-endfunction()
-
-# bf_plugin(NAME LINK target...): a shared library of blocks, put where `bf` looks for plugins.
-function(bf_plugin name)
-    cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
-    add_library(${name} MODULE ${arg_SOURCES})
-    target_link_libraries(${name} PRIVATE bf_core ${arg_LINK})
-    set_target_properties(${name} PROPERTIES
-        PREFIX "" CXX_VISIBILITY_PRESET hidden LIBRARY_OUTPUT_DIRECTORY ${BF_PLUGIN_DIRECTORY})
 endfunction()

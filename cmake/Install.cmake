@@ -1,0 +1,36 @@
+# What `cmake --install BUILD --prefix PREFIX` puts where:
+#   bin/bf               the program
+#   lib/libbf_core.so    the block API, one copy for the program and every plugin
+#   lib/blockfactory/    plugins, which `bf` finds beside itself
+#   lib/cmake/           find_package(BlockFactory)
+#   include/bf/          headers of core and kernels
+#
+# A prefix may be moved, but stays on its machine: libraries from wheels and robot models are used where
+# scripts/deps put them.
+include(CMakePackageConfigHelpers)
+set(package lib/cmake/BlockFactory)
+
+set_target_properties(bf_core PROPERTIES EXPORT_NAME core)
+set_target_properties(bf_kernels PROPERTIES EXPORT_NAME kernels)
+set(wheels ${BF_SITE}/cmeel.prefix/lib ${BF_SITE}/mujoco)
+set_target_properties(bf PROPERTIES INSTALL_RPATH "$ORIGIN/../lib;${wheels}")
+set_target_properties(WholeBodyToolbox PROPERTIES INSTALL_RPATH "$ORIGIN/..;${wheels}")
+
+# Blocks outside this tree must agree with core on the layout of Eigen's objects and on floating-point arithmetic.
+target_compile_features(bf_core INTERFACE cxx_std_20)
+target_compile_options(bf_core INTERFACE $<INSTALL_INTERFACE:-ffp-contract=off>)
+target_compile_definitions(bf_core INTERFACE
+    $<INSTALL_INTERFACE:EIGEN_MAX_ALIGN_BYTES=16> $<INSTALL_INTERFACE:EIGEN_MALLOC_ALREADY_ALIGNED=1>)
+
+install(TARGETS bf_core bf_kernels bf EXPORT BlockFactory
+    RUNTIME DESTINATION bin LIBRARY DESTINATION lib INCLUDES DESTINATION include)
+install(TARGETS WholeBodyToolbox LIBRARY DESTINATION lib/blockfactory)
+install(DIRECTORY core/include/ kernels/include/ DESTINATION include)
+install(FILES formats/yaml/model.schema.json DESTINATION share/blockfactory)
+
+install(EXPORT BlockFactory NAMESPACE BlockFactory:: FILE BlockFactoryExports.cmake DESTINATION ${package})
+configure_package_config_file(cmake/BlockFactoryConfig.cmake.in BlockFactoryConfig.cmake INSTALL_DESTINATION ${package})
+write_basic_package_version_file(BlockFactoryConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES cmake/BlockFactoryPlugin.cmake cmake/plugin.map
+    ${CMAKE_CURRENT_BINARY_DIR}/BlockFactoryConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/BlockFactoryConfigVersion.cmake
+    DESTINATION ${package})

@@ -180,7 +180,8 @@ class DiscreteFilter final : public Block {
     }
 };
 
-/// Third-order filter whose response to a step approximates a minimum-jerk trajectory that settles in T:
+/// Third-order filter whose response to a step approximates a minimum-jerk trajectory; 90 % of it are done in
+/// T:
 ///
 ///   d³p/dt³ = α (p - u) + β dp/dt + γ d²p/dt²,   α = -150.765868956161/T³, β = -84.9812819469538/T², γ =
 ///   -15.9669610709384/T
@@ -328,7 +329,8 @@ void add_filters(Library& library) {
             "velocity and acceleration too. "
             "p''' = alpha (p - u) + beta p' + gamma p'' with alpha = -150.766/T^3, beta = -84.981/T^2, gamma "
             "= -15.967/T by Tustin's "
-            "rule; a step of the reference is settled after T. It starts at rest at the reference, or at "
+            "rule; nine tenths of a step of the reference are done after T. It starts at rest at the "
+            "reference, or at "
             "`initial`. When T changes, "
             "position, velocity and acceleration go on smoothly; with reset_on_settling_time_change velocity "
             "and acceleration restart "

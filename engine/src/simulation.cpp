@@ -273,10 +273,13 @@ std::vector<CheckResult> Simulation::checks() const {
         const auto& node = diagram_.nodes[n];
         const auto& slots = node.block->declaration().slots;
         const std::string name = node.path.substr(node.path.rfind('.') + 1);
+        // A block that reports one thing gives it its own name.
+        const auto reported =
+            std::count_if(slots.begin(), slots.end(), [](const Slot& s) { return s.reported; });
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].reported)
                 results.push_back(
-                    {slots[i].name == "value" ? name : name + "." + slots[i].name,
+                    {slots[i].name == "value" || reported == 1 ? name : name + "." + slots[i].name,
                      read_value(context_.data(static_cast<int>(n), static_cast<int>(i)), slots[i].type, 0),
                      slots[i].type == Type::boolean});
     }

@@ -58,7 +58,7 @@ Recorder::Recorder(const Diagram& diagram, const std::vector<SignalName>& signal
         info.rows = static_cast<std::uint32_t>(slot.size.rows);
         info.cols = static_cast<std::uint32_t>(slot.size.cols);
         info.is_matrix = slot.size.is_matrix;
-        info.unit = slot.unit.text;
+        if (slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1") info.unit = slot.unit.text;
         info.doc = slot.doc;
         info.period = diagram.period(rate);
         channels_.push_back({writer_.add_channel(signal.path, info), signal.end, rate});

@@ -50,11 +50,14 @@ void print(const Diagram& d) {
         std::printf("  %s%s%s\n", colour(r), rate_text(d, r).c_str(), plain);
 
     std::size_t rate_width = 0, path_width = 0, type_width = 0;
-    for (const auto& node : d.nodes) {
-        rate_width = std::max(rate_width, rate_text(d, node.rate).size());
-        path_width = std::max(path_width, node.path.size());
-        type_width = std::max(type_width, node.type.size());
-    }
+    for (const auto& segment : d.plan.outputs)
+        for (const auto& activity : segment.activities) {
+            if (activity.node < 0) continue;
+            const auto& node = d.nodes[static_cast<std::size_t>(activity.node)];
+            rate_width = std::max(rate_width, rate_text(d, node.rate).size());
+            path_width = std::max(path_width, node.path.size());
+            type_width = std::max(type_width, node.type.size());
+        }
     std::printf("\norder of outputs\n");
     int line = 0;
     for (const auto& segment : d.plan.outputs)

@@ -130,6 +130,7 @@ std::string condition_of(const BlockClass& type, const Declaration& d, const Arg
 /// Looks at what comes and goes when the argument has another value.
 void vary(Declared& declared, const BlockClass& type, const Declaration& d,
           const ArgumentDeclaration& argument) {
+    const auto before = std::ssize(declared.quantities);
     for (const auto& [value, text] : other_values(argument)) {
         Arguments arguments;
         arguments.emplace_back(argument.name, value);
@@ -140,17 +141,26 @@ void vary(Declared& declared, const BlockClass& type, const Declaration& d,
             if (q.condition.empty() && varied.find(q.name, q.role) < 0)
                 q.condition = condition_of(type, d, argument, value, q);
         for (const auto& slot : varied.slots) {
-            const bool is_known =
-                std::any_of(declared.quantities.begin(), declared.quantities.end(),
-                            [&](const auto& q) { return q.role == slot.role && q.name == slot.name; });
-            if (is_known || !is_shown(slot)) continue;
-            declared.quantities.push_back(quantity(varied, slot));
-            declared.quantities.back().condition = setting(argument.name, text);
+            const auto known =
+                std::find_if(declared.quantities.begin(), declared.quantities.end(),
+                             [&](const auto& q) { return q.role == slot.role && q.name == slot.name; });
+            if (!is_shown(slot)) continue;
+            if (known == declared.quantities.end()) {
+                declared.quantities.push_back(quantity(varied, slot));
+                declared.quantities.back().condition = setting(argument.name, text);
+            } else if (known - declared.quantities.begin() >= before) {
+                known->condition += " or " + text;
+            }
         }
     }
 }
 
 } // namespace
+
+std::string first_sentence(const std::string& doc) {
+    const auto end = doc.find(". ");
+    return doc.substr(0, end == std::string::npos && doc.ends_with('.') ? doc.size() - 1 : end);
+}
 
 Declared declared(const BlockClass& type) {
     const auto block = type.make({});

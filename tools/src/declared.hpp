@@ -34,6 +34,9 @@ struct Declared {
 /// Makes blocks of the class, with default arguments and with others, to see what each argument brings.
 Declared declared(const BlockClass& type);
 
+/// What the text says up to its first full stop, without that.
+std::string first_sentence(const std::string& doc);
+
 /// The roles that people see, in the order in which they are shown, and their headings.
 inline constexpr std::pair<Role, const char*> shown_roles[] = {{Role::input, "inputs"},
                                                                {Role::output, "outputs"},

@@ -91,9 +91,6 @@ void print(const Declared& block) {
     for (const auto& provided : block.provides) std::printf("\n  provides a %s\n", provided.type.c_str());
 }
 
-/// What doc says up to its first full stop.
-std::string first_sentence(const std::string& doc) { return doc.substr(0, doc.find(". ")); }
-
 void print(const std::vector<Declared>& blocks) {
     for (std::size_t i = 0; i < blocks.size();) {
         const auto &library = blocks[i].library, &group = blocks[i].group;

@@ -11,10 +11,16 @@ namespace bf::tools {
 
 namespace fs = std::filesystem;
 
+bool is_special(const fs::path& file) {
+    std::error_code ignored;
+    const auto status = fs::symlink_status(file, ignored);
+    return fs::exists(status) && !fs::is_regular_file(status);
+}
+
 OutputFile::OutputFile(fs::path file) : file_(std::move(file)), temporary_(file_) {
     std::error_code ignored;
     if (fs::is_directory(file_, ignored)) fail(std::strerror(EISDIR));
-    if (fs::exists(file_, ignored) && !fs::is_regular_file(file_, ignored)) return;
+    if (is_special(file_)) return;
     // The ending stays: libraries tell the format by it.
     temporary_.replace_filename("." + file_.stem().string() + ".part" + file_.extension().string());
     errno = 0;
@@ -64,7 +70,7 @@ std::string to_text(const nlohmann::ordered_json& json) {
 
 std::string number(double x) {
     char text[32];
-    std::snprintf(text, sizeof text, "%.6g", x);
+    std::snprintf(text, sizeof text, "%.6g", x + 0.0); // no -0
     return text;
 }
 

@@ -8,8 +8,11 @@
 
 namespace bf::tools {
 
-/// A file that appears whole or not at all: written beside its place and put there by `commit`. What is no
-/// regular file (/dev/stdout, a pipe) is written as it is.
+/// Must the file be written as it is, because it exists and is no regular file? (/dev/stdout, a pipe, a link)
+bool is_special(const std::filesystem::path& file);
+
+/// A file that appears whole or not at all: written beside its place and put there by `commit`. A special one
+/// is written as it is.
 class OutputFile {
   public:
     /// Throws CommandError when it cannot be written, before any work is done.

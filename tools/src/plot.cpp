@@ -96,9 +96,7 @@ void plot(const PlotOptions& options) {
 /// Several files may come of one recording; they are made in a folder of their own and then put in their
 /// place.
 std::vector<fs::path> put_csv(const recording::Recording& r, const fs::path& output) {
-    std::error_code ignored;
-    if (fs::exists(output, ignored) && !fs::is_regular_file(output, ignored))
-        return recording::write_csv(r, output);
+    if (is_special(output)) return recording::write_csv(r, output);
     struct Folder {
         fs::path path;
         ~Folder() {

@@ -80,11 +80,6 @@ std::string section(const Declared& block) {
     return text;
 }
 
-std::string first_sentence(const std::string& doc) {
-    const auto end = doc.find(". ");
-    return end == std::string::npos ? doc : doc.substr(0, end + 1);
-}
-
 std::string anchor(const std::string& heading) {
     std::string text;
     for (const char c : heading) text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

@@ -1,0 +1,218 @@
+// What every verb does with right input.
+#include "command.hpp"
+
+namespace bf::tools {
+
+namespace {
+
+class Verbs : public Command {
+  protected:
+    void SetUp() override {
+        Command::SetUp();
+        write("sine.yaml", sine_model);
+    }
+};
+
+TEST_F(Verbs, PrintVersionAndHelp) {
+    EXPECT_EQ(bf("--version").out, "bf 0.1.0\n");
+    const auto help = bf("--help");
+    EXPECT_EQ(help.code, 0);
+    for (const std::string verb : {"run", "check", "describe", "plot", "film", "export", "doctor"}) {
+        EXPECT_CONTAINS(help.out, "\n  " + verb);
+        const auto own = bf(verb + " --help");
+        EXPECT_EQ(own.code, 0);
+        EXPECT_CONTAINS(own.out, "Example");
+        EXPECT_EQ(own.err, "");
+    }
+}
+
+TEST_F(Verbs, RunWritesRecordingAndSummary) {
+    const auto run = bf("run sine.yaml --record run.mcap --summary run.json");
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_CONTAINS(run.out, "largest         6\n");
+    EXPECT_CONTAINS(run.out, "largest.passed  yes\n");
+    EXPECT_CONTAINS(run.out, "bf plot run.mcap");
+    EXPECT_CONTAINS(run.err, "t = 1.00 / 1 s");
+    const auto summary = json("run.json");
+    EXPECT_EQ(summary["model"], "sine");
+    EXPECT_EQ(summary["outcome"], "finished");
+    EXPECT_EQ(summary["steps"], 100);
+    EXPECT_DOUBLE_EQ(summary["simulated_s"], 1.0);
+    EXPECT_DOUBLE_EQ(summary["checks"]["largest"], 6.0); // 3 * 2 sin(2 pi 0.25)
+    EXPECT_EQ(summary["checks"]["largest.passed"], true);
+    EXPECT_EQ(files(), "run.json run.mcap sine.yaml");
+}
+
+TEST_F(Verbs, RunPrintsTheSummaryAsJsonAlone) {
+    const auto run = bf("run sine.yaml --json --record run.mcap");
+    EXPECT_EQ(nlohmann::json::parse(run.out)["steps"], 100);
+}
+
+TEST_F(Verbs, RunShowsNothingWhenQuietOrHeadless) {
+    EXPECT_EQ(bf("run sine.yaml --quiet").err, "");
+    EXPECT_EQ(bf("run sine.yaml --headless").err, "");
+}
+
+TEST_F(Verbs, RunShowsDisplayBlocksInTheProgressLine) {
+    write("display.yaml",
+          "model: display\nstep: 0.1\nstop: 1\nblocks:\n  one: {block: Constant, value: \"[1 2.5]\"}\n"
+          "  speed: {block: Display}\nconnections:\n  one: speed\n");
+    EXPECT_CONTAINS(bf("run display.yaml").err, "speed 1 2.5\n");
+}
+
+TEST_F(Verbs, StopIsAnExpressionAndWinsOverTheModel) {
+    EXPECT_EQ(nlohmann::json::parse(bf("run sine.yaml --json --stop 2*Gain.Kp").out)["steps"], 400);
+    EXPECT_EQ(nlohmann::json::parse(bf("run sine.yaml --json --set stop=3").out)["steps"], 300);
+}
+
+TEST_F(Verbs, SetChangesVariablesAndSettingsOfBlocks) {
+    const auto largest = [&](const std::string& sets) {
+        return nlohmann::json::parse(bf("run sine.yaml --json " + sets).out)["checks"]["largest"]
+            .get<double>();
+    };
+    EXPECT_DOUBLE_EQ(largest("--set Gain.Kp=5"), 15.0);
+    EXPECT_DOUBLE_EQ(largest("--set gain.K=7"), 14.0);
+    EXPECT_DOUBLE_EQ(largest("--set Gain.Kp=5 --set gain.K=Gain.Kp"), 25.0);
+    EXPECT_DOUBLE_EQ(largest("--set 'gain.K=max([1 2; 3 4](:))'"), largest("--set gain.K=4"));
+}
+
+TEST_F(Verbs, SetStandsBeforeTheModelToo) { EXPECT_EQ(bf("run --set Gain.Kp=1 sine.yaml").code, 0); }
+
+TEST_F(Verbs, ParameterFilesHoldNestedNamesSequencesAndQuotedExpressions) {
+    write(
+        "p.yaml",
+        "# tuned\nGain:\n  Kp: 2*sqrt(4)   # 4\n  Kd: 0\ngain: {K: \"max([1, 2; 3, 5])*[0; 1]\"}\nstop: 2\n");
+    const auto run = nlohmann::json::parse(bf("run sine.yaml --json --params p.yaml").out);
+    EXPECT_EQ(run["steps"], 200);
+    EXPECT_DOUBLE_EQ(run["checks"]["largest"], 20.0);
+    write("q.yaml", "gain.K: 1\n");
+    const auto both =
+        nlohmann::json::parse(bf("run sine.yaml --json --params p.yaml --params q.yaml --set stop=1").out);
+    EXPECT_EQ(both["steps"], 100);
+    EXPECT_DOUBLE_EQ(both["checks"]["largest"], 4.0);
+}
+
+TEST_F(Verbs, SequencesInParameterFilesAreRowsAndMatrices) {
+    write("m.yaml",
+          "model: m\nstep: 1\nvariables:\n  A: 0\n  b: 0\nblocks:\n  a: {block: Constant, value: A}\n"
+          "  b: {block: Constant, value: b}\n");
+    write("p.yaml", "A:\n  - [1, 2]\n  - [3, 4]\n  - [5, 6]\nb: [1, 2, 3]\n");
+    const auto check = bf("check m.yaml --params p.yaml");
+    EXPECT_EQ(check.code, 0) << check.err;
+    EXPECT_CONTAINS(check.out, "y:3x2");
+    EXPECT_CONTAINS(check.out, "y:[3]\n");
+}
+
+TEST_F(Verbs, CtrlCEndsARunWithARecordingAndASummary) {
+    const auto run = shell("timeout --preserve-status -s INT 0.5 '" BF_PROGRAM
+                           "' run sine.yaml --stop Inf --record run.mcap --summary run.json");
+    EXPECT_EQ(run.code, 130) << run.err;
+    EXPECT_CONTAINS(run.err, "interrupted");
+    const auto summary = json("run.json");
+    EXPECT_EQ(summary["outcome"], "interrupted");
+    const auto exported = bf("export run.mcap -o run.csv");
+    EXPECT_EQ(exported.code, 0);
+    EXPECT_EQ(exported.err.find("not complete"), std::string::npos) << exported.err;
+    EXPECT_EQ(lines("run.csv"), summary["steps"].get<int>() + 1); // a line of names
+}
+
+TEST_F(Verbs, CheckPrintsSizesRatesAndOrder) {
+    const auto check = bf("check sine.yaml");
+    EXPECT_EQ(check.code, 0);
+    EXPECT_EQ(check.out,
+              "sine: 3 blocks, base period 0.01 s, runs for 1 s\n\nrates\n  0.01 s\n\norder of outputs\n"
+              "    1  0.01 s  source  Sine  y:scalar\n"
+              "    2  0.01 s  gain    Gain  y:scalar\n");
+    const auto json = nlohmann::json::parse(bf("check sine.yaml --json").out);
+    EXPECT_EQ(json["blocks"].size(), 3u);
+    EXPECT_EQ(json["order"], nlohmann::json({"source", "gain"}));
+}
+
+TEST_F(Verbs, DescribeListsLibrariesAndBlocks) {
+    const auto all = bf("describe");
+    EXPECT_EQ(all.code, 0);
+    EXPECT_CONTAINS(all.out, "standard / math\n");
+    EXPECT_CONTAINS(all.out, "WholeBodyToolbox / rigid body\n");
+    EXPECT_EQ(bf("describe standard").out.find("WholeBodyToolbox"), std::string::npos);
+    const auto qp = bf("describe WholeBodyToolbox/QP");
+    EXPECT_CONTAINS(qp.out, "(only with use_lb: true)");
+    for (const std::string what : {"", "Gain", "standard", "WholeBodyToolbox"})
+        EXPECT_FALSE(nlohmann::json::parse(bf("describe --json " + what).out).empty());
+    EXPECT_EQ(nlohmann::json::parse(bf("describe --json Gain").out)["name"], "Gain");
+}
+
+TEST_F(Verbs, DoctorSaysWhatThereIs) {
+    EXPECT_CONTAINS(bf("doctor").out, "plugin       yes  WholeBodyToolbox");
+    const auto json = nlohmann::json::parse(bf("doctor --json").out);
+    EXPECT_EQ(json["version"], "0.1.0");
+    EXPECT_EQ(json["plugins"][0]["name"], "WholeBodyToolbox");
+}
+
+TEST_F(Verbs, PlotDrawsThePanelsOfTheModelOrTheSignalsNamed) {
+    bf("run sine.yaml --record run.mcap");
+    EXPECT_EQ(bf("plot run.mcap").out, "run.png\n");
+    EXPECT_EQ(read("run.png").substr(1, 3), "PNG");
+    EXPECT_EQ(bf("plot run.mcap 'source.*' source.y,gain.y -o two.svg").out, "two.svg\n");
+    EXPECT_CONTAINS(read("two.svg"), "source.y,gain.y"); // the panel's title
+    EXPECT_EQ(files(), "run.mcap run.png sine.yaml two.svg");
+}
+
+TEST_F(Verbs, ExportWritesExactValues) {
+    bf("run sine.yaml --record run.mcap");
+    EXPECT_EQ(bf("export run.mcap -o run.csv").out, "run.csv\n");
+    EXPECT_EQ(lines("run.csv"), 101);
+    EXPECT_CONTAINS(read("run.csv"), "time (s),source.y,gain.y\n0,0,0\n");
+    EXPECT_EQ(bf("export run.mcap -o run.mat").out, "run.mat\n");
+    EXPECT_EQ(read("run.mat").substr(0, 10), "MATLAB 5.0");
+    EXPECT_EQ(bf("export run.mcap -o /dev/stdout").out, read("run.csv"));
+    EXPECT_EQ(files(), "run.csv run.mat run.mcap sine.yaml");
+}
+
+TEST_F(Verbs, ExportPutsRatesInFilesOfTheirOwn) {
+    write("rates.yaml",
+          "model: rates\nstep: 0.1\nstop: 1\nblocks:\n  fast: {block: Clock}\n  slow: {block: Clock, period: "
+          "0.5}\n");
+    bf("run rates.yaml --record run.mcap");
+    EXPECT_EQ(bf("export run.mcap -o run.csv").out, "run_fast.y.csv\nrun_slow.y.csv\n");
+    EXPECT_EQ(lines("run_fast.y.csv"), 11);
+    EXPECT_EQ(lines("run_slow.y.csv"), 3);
+    EXPECT_EQ(files(), "rates.yaml run.mcap run_fast.y.csv run_slow.y.csv sine.yaml");
+}
+
+TEST_F(Verbs, FilmMakesPicturesAndFilms) {
+    write("robot.yaml", R"(model: robot
+plugins: [WholeBodyToolbox]
+step: 0.001
+stop: 0.2
+blocks:
+  robot: {block: WholeBodyToolbox/Configuration, robot: iCubGazeboV2_5, joints: [torso_pitch, l_elbow]}
+  world: {block: WholeBodyToolbox/MujocoWorld, feet: [l_sole, r_sole]}
+record: [world.*]
+)");
+    const auto run = bf("run robot.yaml --record run.mcap");
+    ASSERT_EQ(run.code, 0) << run.err;
+    const auto film =
+        bf("film robot.yaml run.mcap --picture end.png -o film.mp4 --width 64 --height 48 --fps 10");
+    EXPECT_EQ(film.code, 0) << film.err;
+    EXPECT_EQ(film.out, "end.png\nfilm.mp4\n");
+    EXPECT_CONTAINS(film.err, "frame 2 of 2");
+    EXPECT_EQ(read("end.png").substr(1, 3), "PNG");
+    EXPECT_EQ(read("film.mp4").substr(4, 4), "ftyp");
+    EXPECT_EQ(files(), "end.png film.mp4 robot.yaml run.mcap sine.yaml");
+
+    const auto nothing = bf("film robot.yaml run.mcap");
+    EXPECT_EQ(nothing.code, 1);
+    EXPECT_CONTAINS(nothing.err, "say what to make: -o FILE.mp4");
+    const auto late = bf("film robot.yaml run.mcap -o late.mp4 --from 7");
+    EXPECT_EQ(late.code, 1);
+    EXPECT_CONTAINS(late.err, "--from 7 is after the end");
+    bf("run sine.yaml --record sine.mcap");
+    const auto other = bf("film robot.yaml sine.mcap -o other.mp4");
+    EXPECT_EQ(other.code, 1);
+    EXPECT_CONTAINS(other.err, "world.w_H_b");
+    EXPECT_FALSE(exists("other.mp4"));
+}
+
+} // namespace
+
+} // namespace bf::tools

@@ -1,0 +1,166 @@
+// Blocks of the Whole-Body Toolbox in a running diagram, beside what they call; the same quantities without
+// blocks are measured in dynamics_benchmark.cpp, qp_benchmark.cpp and physics_benchmark.cpp.
+#include "../toolbox/qp/test/two_feet.hpp"
+#include "bf/blocks/standard.hpp"
+#include "bf/core/registry.hpp"
+#include "bf/elaborate/elaborate.hpp"
+#include "bf/engine/simulation.hpp"
+#include "bf/formats/yaml.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+constexpr int n = 23;
+const std::string joints =
+    "\"{'torso_pitch', 'torso_roll', 'torso_yaw', 'l_shoulder_pitch', 'l_shoulder_roll', 'l_shoulder_yaw', "
+    "'l_elbow', 'r_shoulder_pitch', 'r_shoulder_roll', 'r_shoulder_yaw', 'r_elbow', 'l_hip_pitch', "
+    "'l_hip_roll', 'l_hip_yaw', 'l_knee', 'l_ankle_pitch', 'l_ankle_roll', 'r_hip_pitch', 'r_hip_roll', "
+    "'r_hip_yaw', 'r_knee', 'r_ankle_pitch', 'r_ankle_roll'}\"";
+
+/// A model in execution; its signals are memory that the benchmark reads and writes.
+struct Loop {
+    bf::Registry registry;
+    bf::Diagram diagram;
+    bf::Simulation simulation;
+
+    explicit Loop(const std::string& text)
+        : diagram(bf::elaborate(bf::formats::read_yaml_text(text), with_plugin(registry))),
+          simulation(diagram) {
+        simulation.start();
+    }
+    double* input(const std::string& name) {
+        for (const auto& [path, end] : diagram.inputs)
+            if (path == name) return static_cast<double*>(simulation.context().data(end.node, end.slot));
+        throw std::runtime_error("no input '" + name + "'");
+    }
+    const double* signal(const std::string& path) {
+        const auto end = diagram.find_signal(path);
+        return static_cast<const double*>(simulation.context().data(end.node, end.slot));
+    }
+    static bf::Registry& with_plugin(bf::Registry& registry) {
+        registry.add(bf::standard_library());
+        registry.add_search_path(BF_PLUGIN_DIRECTORY);
+        return registry;
+    }
+};
+
+/// M, h, poses, Jacobians and bias accelerations of both soles, centre of mass and its Jacobian, centroidal
+/// momentum and its matrix; each step in a new state.
+void whole_body_step(benchmark::State& run) {
+    Loop loop(
+        "model: m\nstep: 0.01\n"
+        "inputs: {w_H_b: {shape: \"[4 4]\"}, s: {shape: 23}, v_b: {shape: 6}, s_dot: {shape: 23}}\nblocks:\n"
+        "  robot: {block: WholeBodyToolbox/Configuration, joints: " +
+        joints + "}\n" + R"(
+  M: {block: WholeBodyToolbox/MassMatrix}
+  h: {block: WholeBodyToolbox/GetBiasForces}
+  H: {block: WholeBodyToolbox/CentroidalMomentum}
+  A: {block: WholeBodyToolbox/CentroidalTotalMomentumMatrix}
+  com: {block: WholeBodyToolbox/ForwardKinematics, frame: com}
+  J_com: {block: WholeBodyToolbox/Jacobian, frame: com}
+  l: {block: WholeBodyToolbox/ForwardKinematics, frame: l_sole}
+  J_l: {block: WholeBodyToolbox/Jacobian, frame: l_sole}
+  dot_l: {block: WholeBodyToolbox/DotJNu, frame: l_sole}
+  r: {block: WholeBodyToolbox/ForwardKinematics, frame: r_sole}
+  J_r: {block: WholeBodyToolbox/Jacobian, frame: r_sole}
+  dot_r: {block: WholeBodyToolbox/DotJNu, frame: r_sole}
+connections:
+  w_H_b: [M.w_H_b, h.w_H_b, H.w_H_b, A.w_H_b, com.w_H_b, J_com.w_H_b, l.w_H_b, J_l.w_H_b, dot_l.w_H_b, r.w_H_b, J_r.w_H_b, dot_r.w_H_b]
+  s: [M.s, h.s, H.s, A.s, com.s, J_com.s, l.s, J_l.s, dot_l.s, r.s, J_r.s, dot_r.s]
+  v_b: [h.v_b, H.v_b, dot_l.v_b, dot_r.v_b]
+  s_dot: [h.s_dot, H.s_dot, dot_l.s_dot, dot_r.s_dot]
+)");
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    struct State {
+        Eigen::Matrix4d w_H_b = Eigen::Matrix4d::Identity();
+        Eigen::Matrix<double, n, 1> s, s_dot;
+        Eigen::Matrix<double, 6, 1> v_b;
+    };
+    std::vector<State> states(64);
+    for (State& state : states) {
+        const auto draw = [&](Eigen::Index) { return uniform(random); };
+        const Eigen::Vector4d quaternion = Eigen::Vector4d::NullaryExpr(draw);
+        state.w_H_b.topLeftCorner<3, 3>() = Eigen::Quaterniond(quaternion).normalized().toRotationMatrix();
+        state.w_H_b.topRightCorner<3, 1>() = Eigen::Vector3d::NullaryExpr(draw);
+        state.s = decltype(state.s)::NullaryExpr(draw);
+        state.s_dot = decltype(state.s)::NullaryExpr(draw);
+        state.v_b = decltype(state.v_b)::NullaryExpr(draw);
+    }
+    double *w_H_b = loop.input("w_H_b"), *s = loop.input("s"), *v_b = loop.input("v_b"),
+           *s_dot = loop.input("s_dot");
+    std::size_t step = 0;
+    for (auto _ : run) {
+        const State& state = states[step++ % states.size()];
+        std::copy_n(state.w_H_b.data(), 16, w_H_b);
+        std::copy_n(state.s.data(), n, s);
+        std::copy_n(state.v_b.data(), 6, v_b);
+        std::copy_n(state.s_dot.data(), n, s_dot);
+        if (!loop.simulation.step()) return run.SkipWithError(loop.simulation.failure().c_str());
+        benchmark::ClobberMemory();
+    }
+}
+
+/// One solve per step; the problems follow each other as in a control loop.
+void qp_block(benchmark::State& run) {
+    const auto problems = bf::qp::two_feet::sequence(2000);
+    Loop loop(R"(
+model: m
+step: 0.01
+inputs: {H: {shape: "[12 12]"}, g: {shape: 12}, A: {shape: "[38 12]"}, ubA: {shape: 38}}
+blocks: {qp: {block: WholeBodyToolbox/QP, stop_when_fails: true}}
+connections: {H: qp.H, g: qp.g, A: qp.A, ubA: qp.ubA}
+)");
+    double *H = loop.input("H"), *g = loop.input("g"), *A = loop.input("A"), *ubA = loop.input("ubA");
+    std::size_t k = 0;
+    for (auto _ : run) {
+        const auto& p = problems[k++ % problems.size()];
+        std::copy_n(p.H.data(), p.H.size(), H);
+        std::copy_n(p.g.data(), p.g.size(), g);
+        std::copy_n(p.A.data(), p.A.size(), A);
+        std::copy_n(p.ubA.data(), p.ubA.size(), ubA);
+        if (!loop.simulation.step()) return run.SkipWithError(loop.simulation.failure().c_str());
+    }
+}
+
+/// The standing iCub of physics_benchmark.cpp, its joint PD outside the diagram.
+void world_block(benchmark::State& run) {
+    const double home[n] = {0.033,  0,     0,     -0.354, 0.5,   0,      0.801,  -0.354,
+                            0.5,    0,     0.801, 0.208,  0.011, -0.002, -0.499, -0.292,
+                            -0.012, 0.208, 0.011, -0.002, -0.5,  -0.292, -0.012};
+    std::string initial;
+    for (const double value : home) initial += std::to_string(value) + " ";
+    Loop loop("model: m\nstep: 0.001\ninputs: {tau: {shape: 23}}\nblocks:\n"
+              "  robot: {block: WholeBodyToolbox/Configuration, joints: " +
+              joints +
+              "}\n  world:\n    block: WholeBodyToolbox/MujocoWorld\n    feet: \"{'l_sole', 'r_sole'}\"\n"
+              "    ft_sensors: \"{'l_foot_ft_sensor', 'r_foot_ft_sensor'}\"\n    imu_frame: imu_frame\n"
+              "    push_links: \"{'chest'}\"\n    initial_joints: [" +
+              initial + "]\nconnections: {tau: world.tau}\n");
+    double* tau = loop.input("tau");
+    const double *s = loop.signal("world.s"), *s_dot = loop.signal("world.s_dot");
+    std::copy_n(home, n, const_cast<double*>(s)); // before the first step it shows nothing
+    const auto step = [&] {
+        for (int i = 0; i < n; ++i) {
+            const double kp = i < 3 ? 300 : i < 11 ? 50 : 400, kd = i < 3 ? 6 : i < 11 ? 2 : 8;
+            tau[i] = kp * (home[i] - s[i]) - kd * s_dot[i];
+        }
+        return bool(loop.simulation.step());
+    };
+    for (int k = 0; k < 2000; ++k) step();
+    for (auto _ : run)
+        if (!step()) return run.SkipWithError(loop.simulation.failure().c_str());
+    if (loop.signal("world.com")[2] < 0.45) run.SkipWithError("the robot has fallen");
+}
+
+BENCHMARK(whole_body_step)->Name("toolbox.whole_body_step/diagram");
+BENCHMARK(qp_block)->Name("toolbox.qp_12x38/block");
+BENCHMARK(world_block)->Name("physics.step/block");
+
+} // namespace

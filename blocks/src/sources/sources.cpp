@@ -98,21 +98,21 @@ class Sine final : public Block {
     }
 };
 
-/// y = amplitude in the first part of every period, else 0.
+/// y = amplitude in the first part of every cycle, else 0.
 class Pulse final : public Block {
   public:
     using Block::Block;
     Parameter<Real> amplitude{
         this, "amplitude", {.initial = {1}, .unit = any_unit, .doc = "value while high"}};
-    Parameter<Real> period{this, "period", {.initial = {1}, .unit = unit<"s">, .doc = "from rise to rise"}};
+    Parameter<Real> cycle{this, "cycle", {.initial = {1}, .unit = unit<"s">, .doc = "from rise to rise"}};
     Parameter<Real> width{
-        this, "width", {.initial = {50}, .doc = "part of the period that is high, in percent"}};
+        this, "width", {.initial = {50}, .doc = "part of the cycle that is high, in percent"}};
     Parameter<Real> delay{this, "delay", {.initial = {0}, .unit = unit<"s">, .doc = "first rise"}};
     Output<Real> y{this, "y", any()};
-    OutputRule rule{this, kernels::Pulse{}, y, amplitude, period, width, delay, at_time};
+    OutputRule rule{this, kernels::Pulse{}, y, amplitude, cycle, width, delay, at_time};
 
     void infer(Inference& inference) const override {
-        broadcast(*this, inference, slots(amplitude, period, width, delay), y.index());
+        broadcast(*this, inference, slots(amplitude, cycle, width, delay), y.index());
     }
 };
 

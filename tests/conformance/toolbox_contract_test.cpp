@@ -1,0 +1,204 @@
+// The contract of every block of the Whole-Body Toolbox. Blocks that need a robot are checked in a small
+// diagram that has one.
+#include "../../toolbox/test/running.hpp"
+#include "contract.hpp"
+
+#include <gtest/gtest.h>
+#include <map>
+#include <set>
+
+namespace bf::conformance {
+namespace {
+
+using toolbox::test::Blocks;
+using toolbox::test::Running;
+
+/// Arguments of the blocks that stand alone. A QP has no bounds here: with some, a second call starts from
+/// the solution of the first and may differ in the last bit.
+const std::multimap<std::string, Arguments>& alone() {
+    static const std::multimap<std::string, Arguments> all{
+        {"QP", {{"use_ubA", false}}},
+        {"QP", {{"use_ubA", false}, {"compute_objective", true}, {"stop_when_fails", true}}},
+        {"DiscreteFilter", {}},
+        {"DiscreteFilter", {{"filter_type", "FirstOrderLowPassFilter"}, {"y0", 2.0}}},
+        {"DiscreteFilter", {{"filter_type", "MedianFilter"}, {"order", 4}}},
+        {"MinimumJerkTrajectoryGenerator", {}},
+        {"MinimumJerkTrajectoryGenerator", {{"read_initial_value", true}}}};
+    return all;
+}
+
+/// Settings of the blocks that need a robot.
+const std::multimap<std::string, std::string>& over_a_robot() {
+    static const std::multimap<std::string, std::string> all{
+        {"Configuration", ""},
+        {"ForwardKinematics", "frame: l_sole"},
+        {"ForwardKinematics", "frame: com"},
+        {"CenterOfMass", ""},
+        {"Jacobian", "frame: l_sole"},
+        {"Jacobian", "frame: com"},
+        {"DotJNu", "frame: l_sole"},
+        {"DotJNu", "frame: com"},
+        {"MassMatrix", ""},
+        {"InverseDynamics", ""},
+        {"GetBiasForces", ""},
+        {"GetGravityForces", ""},
+        {"CentroidalMomentum", ""},
+        {"CentroidalTotalMomentumMatrix", ""},
+        {"RelativeTransform", "frame1: l_sole, frame2: chest"},
+        {"RelativeJacobian", "reference: l_sole, frame: chest"},
+        {"GetMeasurement", ""},
+        {"GetMeasurement", "measured_type: Joints Torque"},
+        {"GetSensor", "sensor: l_foot_ft_sensor"},
+        {"GetSensor", "kind: imu"},
+        {"GetLimits", ""},
+        {"GetLimits", "limit_type: ControlBoardVelocity"},
+        {"SetReferences", ""},
+        {"MujocoWorld", ""}};
+    return all;
+}
+
+/// The block `x` beside a configuration and a world, its inputs those of the root.
+std::string diagram_of(const BlockClass& block_class, const std::string& settings) {
+    const std::string world =
+        "block: WholeBodyToolbox/MujocoWorld, feet: \"{'l_sole', 'r_sole'}\", ft_sensors: "
+        "\"{'l_foot_ft_sensor'}\", push_links: \"{'chest'}\"";
+    std::string inputs = "inputs:\n", connections = "connections:\n";
+    const auto block = block_class.make({});
+    for (const auto& slot : block->declaration().slots) {
+        if (slot.role != Role::input) continue;
+        inputs += "  " + slot.name + ": {" + (slot.name == "w_H_b" ? "shape: \"[4 4]\"" : "") + "}\n";
+        connections += "  " + slot.name + ": x." + slot.name + "\n";
+    }
+    std::string text = "model: m\nstep: 0.001\n" + (inputs.size() > 8 ? inputs : "") + "blocks:\n";
+    if (block_class.name == "Configuration") return text + "  x: {block: WholeBodyToolbox/Configuration}\n";
+    text +=
+        "  robot: {block: WholeBodyToolbox/Configuration, joints: \"{'l_knee', 'r_knee', 'torso_yaw'}\"}\n";
+    if (block_class.name == "MujocoWorld")
+        text += "  x: {" + world + "}\n";
+    else
+        text += "  world: {" + world + "}\n  x: {block: " + block_class.qualified_name() +
+                (settings.empty() ? "" : ", " + settings) + "}\n";
+    return text + (connections.size() > 13 ? connections : "");
+}
+
+void randomise_inputs(Running& run, std::mt19937& random) {
+    std::uniform_real_distribution<double> uniform(-0.3, 0.3);
+    for (const auto& [path, end] : run.diagram().inputs) {
+        const Size size = run.diagram().slot(end).size;
+        Matrix value = Matrix::NullaryExpr(size.rows, size.cols, [&] { return uniform(random); });
+        if (path == "w_H_b") {
+            value.topLeftCorner(3, 3).setIdentity();
+            value.row(3) << 0, 0, 0, 1;
+        }
+        run.set(path, value);
+    }
+}
+
+/// Bytes of all outputs and states of a node.
+std::vector<std::byte> state_of(const Running& run, int node) {
+    std::vector<std::byte> all;
+    const auto& slots = run.diagram().nodes[static_cast<std::size_t>(node)].block->declaration().slots;
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+        if (slots[i].role != Role::output && slots[i].role != Role::discrete_state) continue;
+        const auto* data =
+            static_cast<const std::byte*>(run.simulation.context().data(node, static_cast<int>(i)));
+        all.insert(all.end(), data, data + slots[i].size.count() * bytes(slots[i].type));
+    }
+    return all;
+}
+
+void check_in_diagram(const BlockClass& block_class, const std::string& settings) {
+    SCOPED_TRACE(block_class.name + " " + settings);
+    Running run(diagram_of(block_class, settings));
+    const int node = run.diagram().find_node("x");
+    auto& context = run.simulation.context();
+    const auto& slots = run.diagram().nodes[static_cast<std::size_t>(node)].block->declaration().slots;
+    std::mt19937 random(1);
+    randomise_inputs(run, random);
+
+    if (context.activities(node, Phase::output) > 0) {
+        const Task output = context.task(node, Phase::output, 0);
+        std::vector<std::byte> seen[2];
+        for (int round = 0; round < 2; ++round) {
+            for (std::size_t i = 0; i < slots.size(); ++i)
+                if (slots[i].role == Role::output)
+                    detail::fill(context.data(node, static_cast<int>(i)), slots[i], detail::patterns[round]);
+            const long heap = heap_calls();
+            const Status status = output();
+            EXPECT_EQ(heap_calls(), heap) << "output uses the heap";
+            EXPECT_TRUE(bool(status)) << status.text();
+            seen[round] = state_of(run, node);
+        }
+        EXPECT_EQ(seen[0], seen[1]) << "an output is left unwritten, or depends on something hidden";
+    }
+    const auto go = [&](unsigned seed) {
+        std::mt19937 inputs(seed);
+        std::vector<std::vector<std::byte>> seen;
+        for (int k = 0; k < 5; ++k) {
+            randomise_inputs(run, inputs);
+            const long heap = heap_calls();
+            const bool good = run.step();
+            EXPECT_EQ(heap_calls(), heap) << "the step uses the heap";
+            EXPECT_TRUE(good) << run.simulation.failure();
+            seen.push_back(state_of(run, node));
+        }
+        return seen;
+    };
+    const auto first = go(2);
+    const auto snapshot = run.simulation.snapshot();
+    const auto went_on = go(3);
+    run.simulation.restore(snapshot);
+    EXPECT_EQ(go(3), went_on) << "after restoring a snapshot it goes on differently";
+    run.simulation.stop();
+    run.simulation.start();
+    EXPECT_EQ(go(2), first) << "after a new start it runs differently";
+}
+
+std::vector<std::string> names() {
+    Blocks blocks;
+    blocks.load_plugin("WholeBodyToolbox");
+    std::vector<std::string> all;
+    for (const auto& block_class : blocks.classes())
+        if (block_class->library == "WholeBodyToolbox") all.push_back(block_class->name);
+    return all;
+}
+
+class EveryToolboxBlock : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Blocks, EveryToolboxBlock, testing::ValuesIn(names()),
+                         [](const auto& instance) { return instance.param; });
+
+TEST_P(EveryToolboxBlock, KeepsTheContract) {
+    Blocks blocks;
+    const BlockClass& block_class = blocks.find("WholeBodyToolbox/" + GetParam());
+    EXPECT_FALSE(block_class.doc.empty());
+    Verdict described;
+    detail::check_description(test::RunBlock(block_class, {}), GetParam(), described);
+    for (const auto& sentence : described.broken) ADD_FAILURE() << sentence;
+
+    const auto [first, last] = alone().equal_range(GetParam());
+    for (auto i = first; i != last; ++i)
+        for (const auto& sentence : check_contract(block_class, i->second).broken) ADD_FAILURE() << sentence;
+    const auto [begin, end] = over_a_robot().equal_range(GetParam());
+    for (auto i = begin; i != end; ++i) check_in_diagram(block_class, i->second);
+    EXPECT_TRUE(first != last || begin != end) << "say how the block is wired";
+}
+
+TEST(QP, SolvesWithActiveBoundsWithoutTheHeap) {
+    Blocks blocks;
+    test::RunBlock run(blocks.find("WholeBodyToolbox/QP"), {{"use_ubA", false}, {"use_lb", true}});
+    run.wire("H", test::matrix_size(3, 3))
+        .wire("g", test::vector_size(3))
+        .wire("lb", test::vector_size(3))
+        .start();
+    run.set("H", Matrix(Matrix::Identity(3, 3))).set("lb", Matrix(Vector3::Zero()));
+    for (int k = 0; k < 5; ++k) {
+        run.set("g", Matrix(Vector3(1, -1, k - 2)));
+        const long heap = heap_calls();
+        ASSERT_TRUE(bool(run.step()));
+        EXPECT_EQ(heap_calls(), heap);
+        EXPECT_LT((run.get("x") - Vector3(0, 1, std::max(0, 2 - k))).norm(), 1e-12);
+    }
+}
+
+} // namespace
+} // namespace bf::conformance

@@ -30,6 +30,13 @@ std::size_t distance(const std::string& a, const std::string& b) {
     return row.back();
 }
 
+/// "Name" of Name.so and libName.so.
+std::string plugin_name(const fs::path& file) {
+    std::string name = file.stem().string();
+    if (name.starts_with("lib")) name.erase(0, 3);
+    return name;
+}
+
 std::string list(const std::vector<fs::path>& paths) {
     std::string text;
     for (const auto& path : paths) text += (text.empty() ? "" : ", ") + path.string();
@@ -120,9 +127,14 @@ void Registry::load_plugin(const std::string& name) {
             ": it is no BlockFactory plugin or was built for another interface version; rebuild it");
     }
     plugins_.push_back({name, file, handle});
-    Library library(file.stem().string());
-    fill(library);
-    add(library);
+    try {
+        Library library(plugin_name(file), fs::absolute(file));
+        fill(library);
+        add(library);
+    } catch (...) {
+        plugins_.back() = {"", "", handle}; // not loaded, but its code may be in use
+        throw;
+    }
 }
 
 std::vector<std::string> Registry::available_plugins() const {
@@ -130,11 +142,7 @@ std::vector<std::string> Registry::available_plugins() const {
     for (const auto& folder : search_path_) {
         std::error_code unreadable;
         for (const auto& entry : fs::directory_iterator(folder, unreadable))
-            if (entry.path().extension() == ".so") {
-                std::string name = entry.path().stem().string();
-                if (name.starts_with("lib")) name.erase(0, 3);
-                names.push_back(std::move(name));
-            }
+            if (entry.path().extension() == ".so") names.push_back(plugin_name(entry.path()));
     }
     std::sort(names.begin(), names.end());
     names.erase(std::unique(names.begin(), names.end()), names.end());

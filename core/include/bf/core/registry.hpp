@@ -26,7 +26,8 @@ struct BlockClass {
 /// What a plugin fills: its blocks by group.
 class Library {
   public:
-    explicit Library(std::string name) : name_(std::move(name)) {}
+    explicit Library(std::string name, std::filesystem::path file = {})
+        : name_(std::move(name)), file_(std::move(file)) {}
 
     /// The group of the blocks that follow.
     Library& group(std::string name) {
@@ -42,11 +43,19 @@ class Library {
                             methods_of<B>()});
         return *this;
     }
+    /// Lists a class that is known only at run time, e.g. from a plugin of another kind.
+    Library& add(BlockClass block_class) {
+        classes_.push_back(std::move(block_class));
+        return *this;
+    }
     const std::string& name() const { return name_; }
+    /// Of the plugin; empty for blocks that are linked in.
+    const std::filesystem::path& file() const { return file_; }
     const std::vector<BlockClass>& classes() const { return classes_; }
 
   private:
     std::string name_, group_;
+    std::filesystem::path file_;
     std::vector<BlockClass> classes_;
 };
 

@@ -1,0 +1,24 @@
+// A factory whose objects are seen as T.
+#ifndef SHAREDLIBPP_SHAREDLIBRARYCLASSFACTORY_H
+#define SHAREDLIBPP_SHAREDLIBRARYCLASSFACTORY_H
+
+#include "sharedlibpp/SharedLibraryFactory.h"
+
+namespace sharedlibpp {
+
+template <class T> class SharedLibraryClassFactory : public SharedLibraryFactory {
+  public:
+    SharedLibraryClassFactory() = default;
+    explicit SharedLibraryClassFactory(const char* dll_name, const char* factory_name = nullptr)
+        : SharedLibraryFactory(dll_name, factory_name) {}
+
+    /// A new object, to be destroyed by destroy(); null when the factory is not valid.
+    T* create() const { return isValid() ? static_cast<T*>(getApi().create()) : nullptr; }
+    void destroy(T* object) const {
+        if (isValid() && object) getApi().destroy(object);
+    }
+};
+
+} // namespace sharedlibpp
+
+#endif

@@ -1,0 +1,192 @@
+#include "BlockFactory/Core/FactorySingleton.h"
+
+#include "BlockFactory/Core/Block.h"
+
+#include <cstdlib>
+#include <dlfcn.h>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <sstream>
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<std::string> folders_of(const std::string& list) {
+    std::vector<std::string> folders;
+    std::istringstream stream(list);
+    for (std::string folder; std::getline(stream, folder, ':');)
+        if (!folder.empty()) folders.push_back(folder);
+    return folders;
+}
+std::string environment(const char* variable) {
+    const char* value = std::getenv(variable);
+    return value ? value : "";
+}
+
+} // namespace
+
+namespace sharedlibpp {
+
+bool SharedLibrary::open(const char* filename) {
+    close();
+    dlerror();
+    handle_ = dlopen(filename, RTLD_LAZY | RTLD_LOCAL);
+    if (!handle_) {
+        const char* reason = dlerror();
+        error_ = reason ? reason : "unknown reason";
+    }
+    return isValid();
+}
+
+bool SharedLibrary::close() {
+    error_.clear();
+    if (handle_ && dlclose(handle_) != 0) error_ = "the library cannot be closed";
+    handle_ = nullptr;
+    return error_.empty();
+}
+
+void* SharedLibrary::getSymbol(const char* symbolName) {
+    if (!handle_) return nullptr;
+    dlerror();
+    void* symbol = dlsym(handle_, symbolName);
+    error_.clear();
+    if (const char* reason = symbol ? nullptr : dlerror()) error_ = reason;
+    return symbol;
+}
+
+SharedLibraryFactory::SharedLibraryFactory() : api_(), status_(Status::None), references_(1) {}
+SharedLibraryFactory::SharedLibraryFactory(const char* dll_name, const char* factory_name)
+    : SharedLibraryFactory() {
+    open(dll_name, factory_name);
+}
+SharedLibraryFactory::~SharedLibraryFactory() = default;
+
+void SharedLibraryFactory::extendSearchPath(const std::string& path) {
+    for (const auto& folder : folders_of(path)) search_path_.push_back(folder);
+}
+
+bool SharedLibraryFactory::fail(Status status, const std::string& error) {
+    status_ = status;
+    error_ = error;
+    return false;
+}
+
+bool SharedLibraryFactory::open(const char* dll_name, const char* factory_name) {
+    const std::string name(dll_name);
+    name_ = factory_name ? factory_name : SHLIBPP_DEFAULT_FACTORY_NAME;
+    std::vector<std::string> folders = search_path_;
+    for (const auto& folder : folders_of(environment("SHLIBPP_PLUGIN_PATH"))) folders.push_back(folder);
+
+    std::string file, searched;
+    if (name.find('/') != std::string::npos) {
+        if (fs::exists(name)) file = name;
+        searched = name;
+    } else {
+        for (const auto& folder : folders) {
+            searched += (searched.empty() ? "" : ", ") + folder;
+            for (const auto& candidate :
+                 {"lib" + name + ".so", "lib" + name + ".dylib", name + ".dll", name + ".so"})
+                if (file.empty() && fs::exists(fs::path(folder) / candidate))
+                    file = fs::absolute(fs::path(folder) / candidate).string();
+        }
+    }
+    if (!file.empty()) {
+        if (!library_.open(file.c_str()))
+            return fail(Status::LibraryNotLoaded,
+                        "the plugin " + file + " cannot be loaded: " + library_.error());
+    } else if (name.find('/') != std::string::npos ||
+               (!library_.open(dll_name) && !library_.open(("lib" + name + ".so").c_str())))
+        return fail(Status::LibraryNotFound,
+                    "the plugin '" + name + "' was not found: searched " +
+                        (searched.empty() ? "no folder" : searched) +
+                        " and the system's; set BLOCKFACTORY_PLUGIN_PATH to the folder that holds it");
+
+    const std::string where = "the plugin '" + name + "'";
+    // A function that happens to be called like the class must not be called as a factory.
+    auto* hook = reinterpret_cast<int (*)(void*, int)>(library_.getSymbol(name_.c_str()));
+    if (!hook || !library_.getSymbol((name_ + "_getAbi").c_str()))
+        return fail(Status::FactoryNotFound,
+                    where + " has no class '" + name_ +
+                        "': no such symbol of SHLIBPP_DEFINE_SHARED_SUBCLASS is exported");
+    const int answer = hook(&api_, static_cast<int>(sizeof(api_)));
+    if (answer != SHLIBPP_START_CODE || api_.startCheck != SHLIBPP_START_CODE ||
+        api_.endCheck != SHLIBPP_END_CODE || api_.structureSize != static_cast<int>(sizeof(api_)) ||
+        api_.systemVersion != SHLIBPP_SYSTEM_VERSION || !api_.create || !api_.destroy) {
+        const std::string found = api_.startCheck == SHLIBPP_START_CODE && api_.systemVersion > 0
+                                      ? std::to_string(api_.systemVersion)
+                                      : "unknown";
+        return fail(Status::FactoryNotFunctional,
+                    where + ", class '" + name_ + "', was built against another interface version (" + found +
+                        ", here " + std::to_string(SHLIBPP_SYSTEM_VERSION) + "): rebuild it");
+    }
+    char text[256];
+    api_.getClassName(text, sizeof(text));
+    class_name_ = text;
+    api_.getBaseClassName(text, sizeof(text));
+    base_class_name_ = text;
+    status_ = Status::OK;
+    error_.clear();
+    return true;
+}
+
+} // namespace sharedlibpp
+
+namespace blockfactory::core {
+
+class ClassFactorySingleton::impl {
+  public:
+    std::mutex mutex;
+    std::vector<std::string> folders = folders_of(environment("BLOCKFACTORY_PLUGIN_PATH"));
+    std::map<ClassFactoryData, ClassFactoryPtr> factories;
+};
+
+ClassFactorySingleton::ClassFactorySingleton() : pImpl(std::make_unique<impl>()) {}
+ClassFactorySingleton::~ClassFactorySingleton() = default;
+
+ClassFactorySingleton& ClassFactorySingleton::getInstance() {
+    static ClassFactorySingleton only;
+    return only;
+}
+
+ClassFactorySingleton::ClassFactoryPtr ClassFactorySingleton::getClassFactory(
+    const ClassFactoryData& factorydata) {
+    const std::lock_guard lock(pImpl->mutex);
+    const auto known = pImpl->factories.find(factorydata);
+    if (known != pImpl->factories.end()) return known->second;
+    auto factory = std::make_shared<ClassFactory>();
+    for (const auto& folder : pImpl->folders) factory->extendSearchPath(folder);
+    if (!factory->open(factorydata.first.c_str(), factorydata.second.c_str())) {
+        bfError << "Failed to create factory";
+        bfError << "Factory error (" << static_cast<int>(factory->getStatus())
+                << "): " << factory->getError();
+        return nullptr;
+    }
+    pImpl->factories.emplace(factorydata, factory);
+    return factory;
+}
+
+bool ClassFactorySingleton::destroyFactory(const ClassFactoryData& factorydata) {
+    const std::lock_guard lock(pImpl->mutex);
+    const auto known = pImpl->factories.find(factorydata);
+    if (known == pImpl->factories.end()) {
+        bfError << "There is no factory of class '" << factorydata.second << "' in plugin '"
+                << factorydata.first << "'.";
+        return false;
+    }
+    if (known->second.use_count() != 1) {
+        bfError << "The factory of class '" << factorydata.second << "' in plugin '" << factorydata.first
+                << "' is in use.";
+        return false;
+    }
+    pImpl->factories.erase(known);
+    return true;
+}
+
+void ClassFactorySingleton::extendPluginSearchPath(const std::string& path) {
+    const std::lock_guard lock(pImpl->mutex);
+    for (const auto& folder : folders_of(path)) pImpl->folders.push_back(folder);
+}
+
+} // namespace blockfactory::core

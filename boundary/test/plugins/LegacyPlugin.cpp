@@ -1,0 +1,184 @@
+#include "LegacyPlugin.hpp"
+
+#include <stdexcept>
+
+namespace legacy_test {
+
+using namespace blockfactory::core;
+
+const unsigned Accumulate::NumberOfParameters = Block::NumberOfParameters + 2;
+
+bool Accumulate::parseParameters(BlockInformation* blockInfo) {
+    const std::vector<ParameterMetadata> metadata{
+        {ParameterType::DOUBLE, 2, 1, 1, "factor"},
+        {ParameterType::DOUBLE, 3, 1, ParameterMetadata::DynamicSize, "offset"}};
+    for (const auto& md : metadata) {
+        if (!blockInfo->addParameterMetadata(md)) {
+            bfError << "Failed to store parameter metadata";
+            return false;
+        }
+    }
+    return blockInfo->parseParameters(m_parameters);
+}
+
+bool Accumulate::configureSizeAndPorts(BlockInformation* blockInfo) {
+    if (!Block::initialize(blockInfo)) return false;
+    const InputPortsInfo inputs{{0, {Port::DynamicSize}, Port::Port::DataType::DOUBLE},
+                                {1, {Port::DynamicSize}, Port::DataType::DOUBLE}};
+    const OutputPortsInfo outputs{{0, {Port::DynamicSize}, Port::DataType::DOUBLE}};
+    if (!blockInfo->setPortsInfo(inputs, outputs)) {
+        bfError << "Failed to configure input / output ports.";
+        return false;
+    }
+    return true;
+}
+
+bool Accumulate::initialize(BlockInformation* blockInfo) {
+    if (!Block::initialize(blockInfo)) return false;
+    if (!parseParameters(blockInfo)) {
+        bfError << "Failed to parse parameters.";
+        return false;
+    }
+    const bool ok =
+        m_parameters.getParameter("factor", factor_) && m_parameters.getParameter("offset", offset_);
+    if (!ok) return false;
+    if (static_cast<int>(offset_.size()) != blockInfo->getInputPortWidth(0) ||
+        blockInfo->getInputPortWidth(0) != blockInfo->getInputPortWidth(1)) {
+        bfError << "The inputs have " << blockInfo->getInputPortWidth(0) << " and "
+                << blockInfo->getInputPortWidth(1) << " elements, the offset has " << offset_.size();
+        return false;
+    }
+    return true;
+}
+
+bool Accumulate::initializeInitialConditions(const BlockInformation*) {
+    steps_ = 0;
+    return true;
+}
+
+bool Accumulate::output(const BlockInformation* blockInfo) {
+    InputSignalPtr u1 = blockInfo->getInputPortSignal(0);
+    InputSignalPtr u2 = blockInfo->getInputPortSignal(1);
+    OutputSignalPtr y = blockInfo->getOutputPortSignal(0);
+    if (!u1 || !u2 || !y) {
+        bfError << "Signals not valid";
+        return false;
+    }
+    for (unsigned i = 0; i < u1->getWidth(); ++i)
+        if (!y->set(i, factor_ * (u1->get<double>(i) + u2->get<double>(i)) + offset_[i] + steps_))
+            return false;
+    return true;
+}
+
+bool Accumulate::updateDiscreteState(const BlockInformation*) {
+    ++steps_;
+    return true;
+}
+
+bool AllParameters::parseParameters(BlockInformation* blockInfo) {
+    for (const auto& md :
+         {ParameterMetadata(ParameterType::INT, 2, 1, 1, "whole"),
+          ParameterMetadata(ParameterType::BOOL, 3, 1, 1, "flag"),
+          ParameterMetadata(ParameterType::DOUBLE, 4, 1, 1, "real"),
+          ParameterMetadata(ParameterType::STRING, 5, 1, 1, "text"),
+          ParameterMetadata(ParameterType::INT, 6, 1, 3, "three"),
+          ParameterMetadata(ParameterType::CELL_STRING, 7, 1, ParameterMetadata::DynamicSize, "cells"),
+          ParameterMetadata(ParameterType::STRUCT_DOUBLE, 8, 1, 1, "field")})
+        if (!blockInfo->addParameterMetadata(md)) return false;
+    return blockInfo->parseParameters(m_parameters);
+}
+
+bool AllParameters::configureSizeAndPorts(BlockInformation* blockInfo) {
+    return Block::parseParameters(blockInfo) &&
+           blockInfo->setPortsInfo({}, {{0, {9}, Port::DataType::DOUBLE}});
+}
+
+bool AllParameters::initialize(BlockInformation* blockInfo) {
+    int whole = 0;
+    bool flag = false;
+    double real = 0, field = 0;
+    std::string text;
+    std::vector<int> three;
+    std::vector<std::string> cells;
+    if (!Block::initialize(blockInfo) || !parseParameters(blockInfo) ||
+        !m_parameters.getParameter("whole", whole) || !m_parameters.getParameter("flag", flag) ||
+        !m_parameters.getParameter("real", real) || !m_parameters.getParameter("text", text) ||
+        !m_parameters.getParameter("three", three) || !m_parameters.getParameter("cells", cells) ||
+        !m_parameters.getParameter("field", field))
+        return false;
+    told_ = {double(whole), flag ? 1.0 : 0.0, real, double(text.size())};
+    told_.insert(told_.end(), three.begin(), three.end());
+    told_.push_back(double(cells.size()));
+    told_.push_back(field);
+    return true;
+}
+
+bool AllParameters::output(const BlockInformation* blockInfo) {
+    return blockInfo->getOutputPortSignal(0)->setBuffer(told_.data(), told_.size());
+}
+
+bool Matrices::configureSizeAndPorts(BlockInformation* blockInfo) {
+    return Block::configureSizeAndPorts(blockInfo) &&
+           blockInfo->setPortsInfo({{0, {2, 3}, Port::DataType::SINGLE}},
+                                   {{0, {2, 3}, Port::DataType::SINGLE}});
+}
+
+bool Matrices::output(const BlockInformation* blockInfo) {
+    const float* u = blockInfo->getInputPortSignal(0)->getBuffer<float>();
+    float* y = blockInfo->getOutputPortSignal(0)->getBuffer<float>();
+    const Port::Size::Matrix size = blockInfo->getInputPortMatrixSize(0);
+    if (!u || !y) return false;
+    for (int i = 0; i < size.rows * size.cols; ++i) y[i] = 2 * u[i];
+    return true;
+}
+
+Misbehaves::Misbehaves() = default;
+
+bool Misbehaves::outcome(const std::string& call) const {
+    if (misdeed_ == call + " throws") throw std::runtime_error("thrown on purpose {0}");
+    if (misdeed_ == call + " throws 7") throw 7;
+    if (misdeed_ != call + " returns false") return true;
+    bfError << "refused on purpose";
+    return false;
+}
+
+bool Misbehaves::parseParameters(BlockInformation* blockInfo) {
+    if (!blockInfo->addParameterMetadata({ParameterType::STRING, 2, 1, 1, "misdeed"}) ||
+        !blockInfo->parseParameters(m_parameters) || !m_parameters.getParameter("misdeed", misdeed_))
+        return false;
+    if (misdeed_ == "wrong type") {
+        int number = 0;
+        if (!m_parameters.getParameter("misdeed", number)) return false;
+    }
+    return outcome("parseParameters");
+}
+
+bool Misbehaves::configureSizeAndPorts(BlockInformation* blockInfo) {
+    if (!Block::configureSizeAndPorts(blockInfo) || !parseParameters(blockInfo)) return false;
+    if (misdeed_ == "signal too early" && !blockInfo->getInputPortSignal(0)) return false;
+    const InputPortsInfo inputs{{0, {3}, Port::DataType::DOUBLE}};
+    const OutputPortsInfo twice{{0, {3}, Port::DataType::DOUBLE}, {0, {3}, Port::DataType::DOUBLE}};
+    if (misdeed_ == "port index twice") return blockInfo->setPortsInfo(inputs, twice);
+    if (!blockInfo->setPortsInfo(inputs, {{0, {3}, Port::DataType::DOUBLE}})) return false;
+    if (misdeed_ == "ports twice" && !blockInfo->setPortsInfo(inputs, {})) return false;
+    return outcome("configureSizeAndPorts");
+}
+
+bool Misbehaves::initialize(BlockInformation* blockInfo) {
+    return Block::initialize(blockInfo) && parseParameters(blockInfo) && outcome("initialize");
+}
+bool Misbehaves::initializeInitialConditions(const BlockInformation*) {
+    return outcome("initializeInitialConditions");
+}
+bool Misbehaves::output(const BlockInformation* blockInfo) {
+    const std::vector<double> ones(4, 1.0);
+    if (misdeed_ == "shrinks") return blockInfo->getOutputPortSignal(0)->setBuffer(ones.data(), 2);
+    if (misdeed_ == "grows") return blockInfo->getOutputPortSignal(0)->setBuffer(ones.data(), 4);
+    return outcome("output") && blockInfo->getOutputPortSignal(0)->setBuffer(ones.data(), 3);
+}
+bool Misbehaves::updateDiscreteState(const BlockInformation*) { return outcome("updateDiscreteState"); }
+bool Misbehaves::terminate(const BlockInformation*) { return outcome("terminate"); }
+
+CannotBeMade::CannotBeMade() { throw std::runtime_error("no device"); }
+
+} // namespace legacy_test

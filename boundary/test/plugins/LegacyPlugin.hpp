@@ -1,0 +1,85 @@
+// A plugin written against the paper's API alone, as in its documentation, in C++14.
+#pragma once
+
+#include <BlockFactory/Core/Block.h>
+#include <BlockFactory/Core/BlockInformation.h>
+#include <BlockFactory/Core/Log.h>
+#include <BlockFactory/Core/Parameter.h>
+#include <BlockFactory/Core/Parameters.h>
+#include <BlockFactory/Core/Port.h>
+#include <BlockFactory/Core/Signal.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace legacy_test {
+
+namespace core = blockfactory::core;
+
+/// y = factor * (u1 + u2) + offset + steps, sizes open; the number of steps is hidden state.
+class Accumulate : public core::Block {
+  public:
+    static const unsigned NumberOfParameters;
+    unsigned numberOfParameters() override { return NumberOfParameters; }
+    bool parseParameters(core::BlockInformation* blockInfo) override;
+    bool configureSizeAndPorts(core::BlockInformation* blockInfo) override;
+    bool initialize(core::BlockInformation* blockInfo) override;
+    bool initializeInitialConditions(const core::BlockInformation* blockInfo) override;
+    bool output(const core::BlockInformation* blockInfo) override;
+    bool updateDiscreteState(const core::BlockInformation* blockInfo) override;
+
+  private:
+    double factor_ = 0;
+    std::vector<double> offset_;
+    int steps_ = 0;
+};
+
+/// Gives back what it was told by parameters of all types: y = {int, bool, double, length of the text,
+/// ints..., number of cells, field of a struct}.
+class AllParameters : public core::Block {
+  public:
+    unsigned numberOfParameters() override { return core::Block::NumberOfParameters + 7; }
+    bool parseParameters(core::BlockInformation* blockInfo) override;
+    bool configureSizeAndPorts(core::BlockInformation* blockInfo) override;
+    bool initialize(core::BlockInformation* blockInfo) override;
+    bool output(const core::BlockInformation* blockInfo) override;
+
+  private:
+    std::vector<double> told_;
+};
+
+/// y = 2 u of a 2 x 3 matrix, column by column, in single precision.
+class Matrices : public core::Block {
+  public:
+    bool configureSizeAndPorts(core::BlockInformation* blockInfo) override;
+    bool output(const core::BlockInformation* blockInfo) override;
+};
+
+/// Does what its parameter `misdeed` names: "<call> returns false", "<call> throws", "<call> throws 7",
+/// "ports twice", "port index twice", "shrinks", "wrong type", "signal too early", "grows".
+class Misbehaves : public core::Block {
+  public:
+    Misbehaves();
+    unsigned numberOfParameters() override { return core::Block::NumberOfParameters + 1; }
+    bool parseParameters(core::BlockInformation* blockInfo) override;
+    bool configureSizeAndPorts(core::BlockInformation* blockInfo) override;
+    bool initialize(core::BlockInformation* blockInfo) override;
+    bool initializeInitialConditions(const core::BlockInformation* blockInfo) override;
+    bool output(const core::BlockInformation* blockInfo) override;
+    bool updateDiscreteState(const core::BlockInformation* blockInfo) override;
+    bool terminate(const core::BlockInformation* blockInfo) override;
+
+  private:
+    bool outcome(const std::string& call) const;
+    std::string misdeed_;
+};
+
+/// Throws in its constructor.
+class CannotBeMade : public core::Block {
+  public:
+    CannotBeMade();
+    bool output(const core::BlockInformation*) override { return true; }
+};
+
+} // namespace legacy_test

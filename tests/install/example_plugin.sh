@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# example_plugin.sh BUILD SOURCE: installs BUILD, builds the example plugin against the installation only and
+# compares what its model gives with the expected result.
+set -euo pipefail
+build=$1 source=$2
+unset BLOCKFACTORY_PLUGIN_PATH
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+
+cmake --install "$build" --prefix "$work/made" >install.log || { cat install.log; exit 1; }
+mv made prefix # an installation may be moved
+for binary in prefix/bin/bf prefix/lib/blockfactory/*.so; do
+    libraries=$(ldd "$binary")
+    if grep "not found" <<<"$libraries"; then echo "$binary misses libraries"; exit 1; fi
+    grep -q "libbf_core.so => $work/prefix/" <<<"$libraries" || { echo "$binary does not use the installed core"; exit 1; }
+done
+prefix/bin/bf describe WholeBodyToolbox/MassMatrix >/dev/null
+
+# Every header that is installed finds what it includes, on its own.
+cp -r "$source/examples/second_order_filter" example
+(cd prefix/include && find bf -name '*.hpp') | sort >headers
+while read -r header; do
+    mkdir -p headers_alone
+    echo "#include <$header>" >"headers_alone/$(tr / _ <<<"$header").cpp"
+done <headers
+cat >>example/CMakeLists.txt <<END
+file(GLOB headers $work/headers_alone/*.cpp)
+add_library(headers_alone OBJECT \${headers})
+target_link_libraries(headers_alone PRIVATE BlockFactory::core)
+target_compile_options(headers_alone PRIVATE -fsyntax-only)
+find_package(BlockFactory QUIET COMPONENTS NoSuchComponent)
+if(BlockFactory_FOUND)
+    message(FATAL_ERROR "a component that does not exist was found")
+endif()
+END
+cmake -S example -B example/build -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" >configure.log 2>&1 ||
+    { cat configure.log; exit 1; }
+cmake --build example/build -j2 >build.log 2>&1 || { cat build.log; exit 1; }
+
+export BLOCKFACTORY_PLUGIN_PATH=$work/example/build
+prefix/bin/bf run example/model.yaml --record filter.mcap
+prefix/bin/bf export filter.mcap -o filter.csv
+python3 "$source/tests/install/compare.py" filter.csv example/expected.csv 1e-12

@@ -85,6 +85,8 @@ void plot(const PlotOptions& options) {
         for (std::size_t i = 0; i < std::min(most, r.channels.size()); ++i)
             figure.panels.push_back(recording::panel_of(r.channels[i]));
     }
+    if (figure.panels.empty())
+        throw CommandError(options.recording + " holds no signal: there is nothing to draw");
     const std::string output = options.output.empty()
                                    ? fs::path(options.recording).replace_extension(".png").string()
                                    : options.output;

@@ -533,7 +533,9 @@ std::vector<model::Variable> read_yaml_variables(std::string_view text, const st
     const Source source(text, name);
     std::vector<std::pair<std::size_t, std::size_t>> quoted;
     Reader reader(source, loader, {});
-    auto variables = reader.read_variables(parse(source, quoted), "");
+    Node root = parse(source, quoted);
+    if (root.is_null()) root.line = root.column = 1; // nothing stands nowhere
+    auto variables = reader.read_variables(root, "");
     if (!reader.wrong.empty()) throw Errors(std::move(reader.wrong));
     return variables;
 }

@@ -1,0 +1,316 @@
+// Wrong input of every kind: a message that says where and what, a non-zero exit code, nothing half-written.
+#include "command.hpp"
+
+namespace bf::tools {
+
+namespace {
+
+class BadInput : public Command {
+  protected:
+    /// Writes m.yaml with these blocks, and what follows them.
+    void model(const std::string& blocks, const std::string& more = "") const {
+        write("m.yaml",
+              "model: m\nplugins: [WholeBodyToolbox]\nstep: 0.1\nstop: 1\nblocks:\n" + blocks + more);
+    }
+    void expect_error(const std::string& command, const std::string& text, int code = 1) const {
+        const auto result = bf(command);
+        EXPECT_EQ(result.code, code) << command;
+        EXPECT_CONTAINS(result.err, text);
+    }
+    /// The model is refused with this text, by every verb that reads it and before a recording is made.
+    void expect_refused(const std::string& text) const {
+        expect_error("check m.yaml", text);
+        expect_error("run m.yaml --record r.mcap --summary s.json", text);
+        EXPECT_FALSE(exists("r.mcap") || exists("s.json"));
+    }
+};
+
+const std::string robot =
+    "  robot: {block: WholeBodyToolbox/Configuration, robot: iCubGazeboV2_5, joints: [torso_pitch]}\n";
+
+TEST_F(BadInput, UnknownBlock) {
+    model("  a: {block: Gian}\n");
+    expect_refused("m.yaml:6:14: a: there is no block 'Gian'; did you mean 'Gain'");
+}
+
+TEST_F(BadInput, UnknownPort) {
+    model("  a: {block: Constant}\n  b: {block: Gain}\n", "connections:\n  a: b.v\n");
+    expect_refused("m.yaml:9:6: b: there is no input 'v'; did you mean 'u'?");
+}
+
+TEST_F(BadInput, UnknownParameter) {
+    model("  a: {block: Constant, valu: 3}\n");
+    expect_refused("m.yaml:6:24: a: the block has no argument or parameter 'valu'; did you mean 'value'?");
+}
+
+TEST_F(BadInput, UnknownFrame) {
+    model(robot + "  f: {block: WholeBodyToolbox/RelativeTransform, frame1: l_sole, frame2: r_soul}\n"
+                  "  s: {block: Constant, value: 0}\n",
+          "connections:\n  s: f.s\n");
+    expect_refused("m.yaml:7:3: f: frame 'r_soul' is not a link of robot 'iCub'; most similar: 'r_sole'");
+}
+
+TEST_F(BadInput, UnknownJoint) {
+    model("  robot: {block: WholeBodyToolbox/Configuration, robot: iCubGazeboV2_5, joints: [torso_pich]}\n");
+    expect_refused("m.yaml:6:3: robot: joint 'torso_pich' of");
+    expect_refused("most similar: 'torso_pitch'");
+}
+
+TEST_F(BadInput, WrongSize) {
+    model("  a: {block: Constant, value: \"[1 2]\"}\n  b: {block: Constant, value: \"[1 2 3]\"}\n  c: "
+          "{block: Sum}\n",
+          "connections:\n  a: c.u1\n  b: c.u2\n");
+    expect_refused("m.yaml:8:3: c: ");
+    expect_refused("input 'u1' of size [2] and input 'u2' of size [3] cannot be combined");
+}
+
+TEST_F(BadInput, WrongType) {
+    model("  a: {block: Constant, value: int8(1)}\n  b: {block: Constant, value: true}\n  c: {block: Sum}\n",
+          "connections:\n  a: c.u1\n  b: c.u2\n");
+    expect_refused(
+        "must be of type int8 like the other quantities of its kind, but is wired to type boolean");
+}
+
+TEST_F(BadInput, WrongUnit) {
+    model(robot + "  t: {block: Clock}\n"
+                  "  f: {block: WholeBodyToolbox/RelativeTransform, frame1: l_sole, frame2: r_sole}\n",
+          "connections:\n  t: f.s\n");
+    expect_refused("f: input 's' is in rad, but is wired to t.y in s; convert the signal");
+}
+
+TEST_F(BadInput, AlgebraicLoop) {
+    model("  a: {block: Sum}\n  c: {block: Constant}\n  b: {block: Gain, K: 2}\n",
+          "connections:\n  c: a.u1\n  a: b\n  b: a.u2\n");
+    expect_refused("algebraic loop: a.y -> b.u, b.y -> a.u2; break it with");
+}
+
+TEST_F(BadInput, MissingUrdf) {
+    model("  robot: {block: WholeBodyToolbox/Configuration, robot: nowhere.urdf}\n");
+    expect_refused("robot: robot description 'nowhere.urdf' was not found; searched in:");
+}
+
+TEST_F(BadInput, MissingMesh) {
+    write("arm.urdf", R"(<robot name="arm"><link name="base"><inertial><mass value="1"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual></link>
+<joint name="j" type="revolute"><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<link name="tip"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+</link></robot>)");
+    model("  robot: {block: WholeBodyToolbox/Configuration, robot: arm.urdf}\n"
+          "  world: {block: WholeBodyToolbox/MujocoWorld, period: 0.001}\n",
+          "record: [world.w_H_b, world.s]\n");
+    EXPECT_EQ(bf("run m.yaml --set step=0.001 --set stop=0.01 --record r.mcap").code, 0) << read(".err");
+    expect_error("film m.yaml r.mcap --set step=0.001 -o film.mp4", "nowhere.stl");
+    EXPECT_FALSE(exists("film.mp4"));
+}
+
+const std::string qp = R"(  t: {block: Clock}
+  half: {block: Constant, value: 0.55}
+  left: {block: Sum, signs: +-}
+  root: {block: Sqrt}
+  H: {block: Constant, value: "[1 0; 0 1]"}
+  A: {block: Constant, value: "[1 0]", vector_1d: false}
+  zero: {block: Constant, value: 0}
+  g: {block: Gain, K: "[1; 1]"}
+  qp: {block: WholeBodyToolbox/QP, use_lbA: true, stop_when_fails: true}
+)";
+/// A run that fails at t = 0.6 s, in the outputs of step 6: steps 0 to 5 are complete, in recording and
+/// summary.
+class FailedStep : public BadInput {
+  protected:
+    void expect_failure(const std::string& text) const {
+        expect_error("run m.yaml --record r.mcap --summary s.json", "m stopped at t = 0.6 s: " + text);
+        EXPECT_EQ(json("s.json")["steps"], 6);
+        EXPECT_EQ(json("s.json")["outcome"], "failed");
+        EXPECT_CONTAINS(json("s.json")["failure"].get<std::string>(), text);
+        EXPECT_EQ(files(), "m.yaml r.mcap s.json");
+        EXPECT_EQ(bf("export r.mcap -o r.csv").err, "");
+        EXPECT_EQ(lines("r.csv"), 1 + recorded) << read("r.csv");
+    }
+    int recorded = 6;
+};
+
+TEST_F(FailedStep, InfeasibleQpIsNamed) {
+    model(qp,
+          "connections:\n  half: left.u1\n  t: [left.u2, g]\n  left: [root, qp.ubA]\n  H: qp.H\n  A: qp.A\n"
+          "  zero: qp.lbA\n  g: qp.g\nrecord: [t.y]\n");
+    expect_failure("qp: lbA(1) is above ubA(1)");
+}
+
+TEST_F(FailedStep, NotFiniteQpIsNamed) {
+    model(qp, "connections:\n  half: [left.u1, qp.ubA]\n  t: left.u2\n  left: root\n  root: g\n  H: qp.H\n"
+              "  A: qp.A\n  zero: qp.lbA\n  g: qp.g\nrecord: [t.y]\n");
+    expect_failure("qp: g(1) is not finite; look at what computes g");
+}
+
+TEST_F(FailedStep, StateThatBecomesNanIsNamed) {
+    model("  t: {block: Clock}\n  half: {block: Constant, value: 0.55}\n  left: {block: Sum, signs: +-}\n"
+          "  root: {block: Sqrt}\n  x: {block: UnitDelay}\n",
+          "connections:\n  half: left.u1\n  t: left.u2\n  left: root\n  root: x\nrecord: [t.y]\n");
+    recorded = 7; // the outputs of the step are seen before its update fails
+    expect_failure("x: a state became NaN: look at the block's inputs in this step");
+}
+
+TEST_F(BadInput, TruncatedYaml) {
+    model("  a: {block: Constant, value: [1, 2\n");
+    expect_refused("m.yaml:6:1: the YAML syntax is wrong: end of sequence flow not found; close the bracket");
+}
+
+TEST_F(BadInput, MissingPlugin) {
+    write("m.yaml", "model: m\nplugins: [WholeBodyToolbx]\nstep: 1\nstop: 1\nblocks: {}\n");
+    expect_refused("m.yaml:2:11: plugin 'WholeBodyToolbx' was not found: searched ");
+    expect_refused("did you mean 'WholeBodyToolbox'?; set BLOCKFACTORY_PLUGIN_PATH");
+}
+
+TEST_F(BadInput, PluginThatCannotBeLoaded) {
+    write("m.yaml", "model: m\nplugins: [Broken]\nstep: 1\nstop: 1\nblocks: {}\n");
+    const std::string environment = "BLOCKFACTORY_PLUGIN_PATH=.";
+    const auto refused = [&](const std::string& text) {
+        const auto check = bf("check m.yaml", environment);
+        EXPECT_EQ(check.code, 1);
+        EXPECT_CONTAINS(check.err, text);
+    };
+    const std::string compile = "c++ -shared -fPIC -o Broken.so -x c++ p.cpp";
+    write("p.cpp", "int nothing = 0;");
+    ASSERT_EQ(shell(compile).code, 0);
+    refused("has no symbol bf_plugin_v1: it is no BlockFactory plugin");
+    write("p.cpp", "void nowhere(); extern \"C\" void bf_plugin_v1() { nowhere(); }");
+    ASSERT_EQ(shell(compile).code, 0);
+    refused("undefined symbol: _Z7nowherev");
+    write("Broken.so", "no library");
+    refused("Broken.so cannot be loaded: ");
+
+    const auto doctor = bf("doctor", environment);
+    EXPECT_EQ(doctor.code, 1);
+    EXPECT_CONTAINS(doctor.out, "plugin       NO   ");
+    EXPECT_EQ(nlohmann::json::parse(bf("doctor --json", environment).out)["plugins"].size(), 2u);
+    const auto describe = bf("describe", environment);
+    EXPECT_EQ(describe.code, 0);
+    EXPECT_CONTAINS(describe.err, "left out: plugin ");
+    EXPECT_CONTAINS(describe.out, "standard / math");
+}
+
+TEST_F(BadInput, FilesThatCannotBeWritten) {
+    write("m.yaml", sine_model);
+    expect_error("run m.yaml --record no/r.mcap", "cannot create the recording 'no/r.mcap': No such file");
+    expect_error("run m.yaml --record r.mcap --summary no/s.json", "cannot write no/s.json: No such file");
+    EXPECT_FALSE(exists("r.mcap")) << "the summary is tried before the run";
+    bf("run m.yaml --record r.mcap");
+    expect_error("export r.mcap -o no/r.csv", "cannot write no/r.csv: No such file");
+    expect_error("export r.mcap -o no/r.mat", "cannot write no/r.mat: No such file");
+    expect_error("plot r.mcap -o no/r.png", "no/r.png");
+    EXPECT_EQ(files(), "m.yaml r.mcap");
+}
+
+TEST_F(BadInput, FullDisk) {
+    write("m.yaml", sine_model);
+    // Links, so that a mistake here could replace nothing but them.
+    for (const char* name : {"full.mcap", "full.json", "full.csv", "full.mat"})
+        std::filesystem::create_symlink("/dev/full", folder / name);
+    const auto run = bf("run m.yaml --record full.mcap --summary s.json");
+    EXPECT_EQ(run.code, 1);
+    EXPECT_CONTAINS(run.err, "cannot write the recording 'full.mcap': No space left on device");
+    EXPECT_EQ(json("s.json")["outcome"], "failed");
+    EXPECT_EQ(run.out.find("recorded in"), std::string::npos);
+    expect_error("run m.yaml --summary full.json", "cannot write full.json: No space left on device");
+    bf("run m.yaml --record r.mcap");
+    expect_error("export r.mcap -o full.csv", "No space left on device");
+    expect_error("export r.mcap -o full.mat", "full.mat");
+    const auto check = shell("'" BF_PROGRAM "' check m.yaml > /dev/full");
+    EXPECT_EQ(check.code, 1);
+    EXPECT_CONTAINS(check.err, "cannot write the standard output: No space left on device");
+    EXPECT_EQ(files(), "full.csv full.json full.mat full.mcap m.yaml r.mcap s.json");
+}
+
+TEST_F(BadInput, LinksAreWrittenThrough) {
+    write("m.yaml", sine_model);
+    std::filesystem::create_symlink("target.json", folder / "link.json");
+    EXPECT_EQ(bf("run m.yaml --summary link.json").code, 0);
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "link.json"));
+    EXPECT_EQ(json("target.json")["steps"], 100);
+}
+
+TEST_F(BadInput, MissingModel) {
+    expect_error("run nowhere.yaml", "there is no model file nowhere.yaml");
+    expect_error("check .", "cannot read .: it is a folder");
+}
+
+TEST_F(BadInput, ModelWithoutAStopTime) {
+    write("m.yaml", "model: m\nstep: 1\nblocks:\n  t: {block: Clock}\n");
+    expect_error("run m.yaml", "m does not say how long it runs: give --stop SECONDS");
+    expect_error("run m.yaml --stop -1", "'stop' is -1; give a number of seconds from 0 to Inf");
+    expect_error("run m.yaml --stop soon", "unknown variable or function 'soon'");
+}
+
+TEST_F(BadInput, NamesToSet) {
+    write("m.yaml", sine_model);
+    expect_error("run m.yaml --set Gian.Kp=3", "nothing is called 'Gian.Kp'; did you mean 'Gain.Kp'");
+    expect_error("run m.yaml --set gain.K=[1", "gain.K: '[1': this '[' is never closed");
+    expect_error("run m.yaml --set Gain", "--set: 'Gain' is no NAME=EXPRESSION, e.g. --set Gain.Kp=10", 2);
+    expect_error("run m.yaml --set =3", "'=3' is no NAME=EXPRESSION", 2);
+    expect_error("run m.yaml --set gain.K=", "'gain.K=' is no NAME=EXPRESSION", 2);
+}
+
+TEST_F(BadInput, ParameterFiles) {
+    write("m.yaml", sine_model);
+    expect_error("run m.yaml --params nowhere.yaml", "cannot read nowhere.yaml: No such file or directory");
+    write("p.yaml", "Gain:\n  Kx: 5\ngain.K: 3+\nstop: [1, 2]\n");
+    expect_error("run m.yaml --params p.yaml",
+                 "p.yaml:2:7: nothing is called 'Gain.Kx'; did you mean 'Gain.Kp'");
+    expect_error("run m.yaml --params p.yaml", "p.yaml:3:11: gain.K: '3+': expected a value");
+    expect_error("run m.yaml --params p.yaml", "p.yaml:4:7: 'stop' is [1 2]; give a number of seconds");
+    expect_error("run m.yaml --params p.yaml", "3 errors");
+    write("p.yaml", "Gain: {Kp: 5\n");
+    expect_error("run m.yaml --params p.yaml", "p.yaml:1:1: the YAML syntax is wrong");
+    write("p.yaml", "- 1\n");
+    expect_error("run m.yaml --params p.yaml", "p.yaml:1:1: expected variables, a mapping");
+    write("p.yaml", "");
+    expect_error("run m.yaml --params p.yaml", "p.yaml:1:1: expected variables, a mapping");
+}
+
+TEST_F(BadInput, CheckPrintsErrorsAsJson) {
+    model("  a: {block: Gian}\n  b: {block: Constant, valu: 3}\n");
+    const auto check = bf("check m.yaml --json");
+    EXPECT_EQ(check.code, 1);
+    const auto errors = nlohmann::json::parse(check.out)["errors"];
+    ASSERT_EQ(errors.size(), 2u);
+    EXPECT_EQ(errors[0]["line"], 6);
+    EXPECT_EQ(errors[0]["path"], "a");
+    EXPECT_EQ(errors[1]["line"], 7);
+}
+
+TEST_F(BadInput, RecordingsThatAreCutOrNone) {
+    write("m.yaml", sine_model);
+    bf("run m.yaml --record r.mcap");
+    const std::string whole = read("r.mcap");
+    std::ofstream(folder / "cut.mcap", std::ios::binary) << whole.substr(0, whole.size() - 100);
+    const auto exported = bf("export cut.mcap -o cut.csv");
+    EXPECT_EQ(exported.code, 0);
+    EXPECT_CONTAINS(exported.err, "cut.mcap is not complete: ");
+    EXPECT_CONTAINS(exported.err, "the recording was cut");
+    EXPECT_EQ(lines("cut.csv"), 101) << "only the index at the end is lost";
+    std::ofstream(folder / "stub.mcap", std::ios::binary) << whole.substr(0, 60);
+    expect_error("plot stub.mcap", "stub.mcap holds no signal");
+    write("none.mcap", "hello\n");
+    expect_error("plot none.mcap", "'none.mcap' is no recording: it does not start with the MCAP signature");
+    expect_error("plot nowhere.mcap", "cannot open the recording 'nowhere.mcap': No such file or directory");
+    expect_error("plot r.mcap nope", "the recording has no signal 'nope'; it has: source.y, gain.y");
+    expect_error("export r.mcap -o r.xls",
+                 "cannot tell the format of r.xls: give a name that ends in .csv or .mat");
+}
+
+TEST_F(BadInput, WrongUsageExitsWithTwo) {
+    expect_error("", "A subcommand is required\nThe verbs are run, check", 2);
+    expect_error("runn m.yaml", "there is no verb 'runn'; did you mean 'run'?", 2);
+    expect_error("run", "MODEL is required\nSee bf run --help", 2);
+    expect_error("run m.yaml --stpo 3", "--stpo; did you mean '--stop'?\nSee bf run --help", 2);
+    expect_error("film m.yaml r.mcap -o f.mp4 --fps 0", "--fps: Value 0 not in range", 2);
+    expect_error("describe Gian", "there is no block 'Gian'; did you mean 'Gain'");
+    expect_error("describe standrd", "there is no library or block 'standrd'; did you mean 'standard'?");
+    expect_error("describe --markdown", "--markdown writes the page of one library");
+}
+
+} // namespace
+
+} // namespace bf::tools

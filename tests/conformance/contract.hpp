@@ -224,6 +224,11 @@ inline void check_description(const RunBlock& run, const std::string& where, Ver
         if (!names.insert({slot.role, slot.name}).second)
             verdict.broken.push_back(what + "is declared twice");
     }
+    // A model file says these of every block, so no block can be given its own.
+    static const std::set<std::string> taken{"block", "doc", "period", "offset"};
+    for (const auto& slot : run.declaration().slots)
+        if (slot.role == Role::parameter && taken.contains(slot.name))
+            verdict.broken.push_back(where + ": parameter '" + slot.name + "' cannot be set in a model file");
     for (const auto& argument : run.declaration().arguments)
         if (argument.name.empty() || argument.doc.empty())
             verdict.broken.push_back(where + ": argument '" + argument.name + "' has no name or no doc");

@@ -1,6 +1,8 @@
 #include "BlockFactory/Core/FactorySingleton.h"
 
 #include "BlockFactory/Core/Block.h"
+#include "bf/boundary/as_legacy_block.hpp"
+#include "bf/core/registry.hpp"
 
 #include <cstdlib>
 #include <dlfcn.h>
@@ -56,12 +58,52 @@ void* SharedLibrary::getSymbol(const char* symbolName) {
     return symbol;
 }
 
+struct SharedLibraryFactory::Native {
+    std::shared_ptr<const bf::Library> library;
+};
+
 SharedLibraryFactory::SharedLibraryFactory() : api_(), status_(Status::None), references_(1) {}
 SharedLibraryFactory::SharedLibraryFactory(const char* dll_name, const char* factory_name)
     : SharedLibraryFactory() {
     open(dll_name, factory_name);
 }
 SharedLibraryFactory::~SharedLibraryFactory() = default;
+
+bool SharedLibraryFactory::openNative(const std::string& class_name) {
+    void* fill = library_.getSymbol(bf::plugin_symbol);
+    Dl_info found;
+    if (!fill || !dladdr(fill, &found) || !found.dli_fname) return false;
+    auto library = std::make_shared<bf::Library>(fs::path(found.dli_fname).stem().string());
+    try {
+        reinterpret_cast<void (*)(bf::Library&)>(fill)(*library);
+    } catch (const std::exception&) {
+        return false; // the entry of this library, which a plugin of the old kind has none of
+    }
+    for (const auto& listed : library->classes()) {
+        if (listed.name != class_name) continue;
+        native_ = std::make_unique<Native>(Native{library});
+        class_name_ = class_name;
+        base_class_name_ = "blockfactory::core::Block";
+        status_ = Status::OK;
+        error_.clear();
+        return true;
+    }
+    return false;
+}
+
+void* SharedLibraryFactory::createObject() const {
+    if (!isValid()) return nullptr;
+    if (!native_) return api_.create();
+    return static_cast<blockfactory::core::Block*>(new bf::boundary::AsLegacyBlock(native_->library, name_));
+}
+
+void SharedLibraryFactory::destroyObject(void* object) const {
+    if (!object || !isValid()) return;
+    if (native_)
+        delete static_cast<blockfactory::core::Block*>(object);
+    else
+        api_.destroy(object);
+}
 
 void SharedLibraryFactory::extendSearchPath(const std::string& path) {
     for (const auto& folder : folders_of(path)) search_path_.push_back(folder);
@@ -106,10 +148,12 @@ bool SharedLibraryFactory::open(const char* dll_name, const char* factory_name) 
     const std::string where = "the plugin '" + name + "'";
     // A function that happens to be called like the class must not be called as a factory.
     auto* hook = reinterpret_cast<int (*)(void*, int)>(library_.getSymbol(name_.c_str()));
-    if (!hook || !library_.getSymbol((name_ + "_getAbi").c_str()))
+    if (!hook || !library_.getSymbol((name_ + "_getAbi").c_str())) {
+        if (openNative(name_)) return true;
         return fail(Status::FactoryNotFound,
                     where + " has no class '" + name_ +
                         "': no such symbol of SHLIBPP_DEFINE_SHARED_SUBCLASS is exported");
+    }
     const int answer = hook(&api_, static_cast<int>(sizeof(api_)));
     if (answer != SHLIBPP_START_CODE || api_.startCheck != SHLIBPP_START_CODE ||
         api_.endCheck != SHLIBPP_END_CODE || api_.structureSize != static_cast<int>(sizeof(api_)) ||

@@ -13,10 +13,8 @@ template <class T> class SharedLibraryClassFactory : public SharedLibraryFactory
         : SharedLibraryFactory(dll_name, factory_name) {}
 
     /// A new object, to be destroyed by destroy(); null when the factory is not valid.
-    T* create() const { return isValid() ? static_cast<T*>(getApi().create()) : nullptr; }
-    void destroy(T* object) const {
-        if (isValid() && object) getApi().destroy(object);
-    }
+    T* create() const { return static_cast<T*>(createObject()); }
+    void destroy(T* object) const { destroyObject(object); }
 };
 
 } // namespace sharedlibpp

@@ -5,6 +5,7 @@
 #include "sharedlibpp/SharedLibrary.h"
 #include "sharedlibpp/SharedLibraryClassApi.h"
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,8 @@ class SharedLibraryFactory {
     virtual ~SharedLibraryFactory();
 
     /// Opens lib<dll_name>.so of the search path (or the file, when the name has a slash) and takes the
-    /// functions of the class `factory_name` from it.
+    /// functions of the class `factory_name` from it. A plugin without them that lists a native block of that
+    /// name offers it as a blockfactory::core::Block.
     bool open(const char* dll_name, const char* factory_name = nullptr);
     /// Adds a folder (or several, separated by ':') to be searched before SHLIBPP_PLUGIN_PATH.
     void extendSearchPath(const std::string& path);
@@ -47,14 +49,20 @@ class SharedLibraryFactory {
     int addRef() { return ++references_; }
     int removeRef() { return --references_; }
 
-    const SharedLibraryClassApi& getApi() const { return api_; }
+    /// A new object, and its end; used by SharedLibraryClassFactory.
+    void* createObject() const;
+    void destroyObject(void* object) const;
 
   private:
+    bool openNative(const std::string& class_name);
     bool fail(Status status, const std::string& error);
+
+    struct Native; // a class of a plugin that lists native blocks
 
     std::vector<std::string> search_path_;
     SharedLibrary library_;
     SharedLibraryClassApi api_;
+    std::unique_ptr<Native> native_;
     Status status_;
     int references_;
     std::string name_, class_name_, base_class_name_, error_;

@@ -117,14 +117,21 @@ inputs: {H: {shape: "[12 12]"}, g: {shape: 12}, A: {shape: "[38 12]"}, ubA: {sha
 blocks: {qp: {block: WholeBodyToolbox/QP, stop_when_fails: true}}
 connections: {H: qp.H, g: qp.g, A: qp.A, ubA: qp.ubA}
 )");
-    double *H = loop.input("H"), *g = loop.input("g"), *A = loop.input("A"), *ubA = loop.input("ubA");
+    // Its inputs point at the problems, as they would at the outputs of the blocks before it.
+    const int node = loop.diagram.find_node("qp");
+    const auto& declaration = loop.diagram.nodes[static_cast<std::size_t>(node)].block->declaration();
+    auto** pointers = const_cast<void**>(loop.simulation.context().frame(node).now);
+    const auto slot = [&](const char* name) -> void*& {
+        return pointers[declaration.find(name, bf::Role::input)];
+    };
+    void *&H = slot("H"), *&g = slot("g"), *&A = slot("A"), *&ubA = slot("ubA");
     std::size_t k = 0;
     for (auto _ : run) {
         const auto& p = problems[k++ % problems.size()];
-        std::copy_n(p.H.data(), p.H.size(), H);
-        std::copy_n(p.g.data(), p.g.size(), g);
-        std::copy_n(p.A.data(), p.A.size(), A);
-        std::copy_n(p.ubA.data(), p.ubA.size(), ubA);
+        H = const_cast<double*>(p.H.data());
+        g = const_cast<double*>(p.g.data());
+        A = const_cast<double*>(p.A.data());
+        ubA = const_cast<double*>(p.ubA.data());
         if (!loop.simulation.step()) return run.SkipWithError(loop.simulation.failure().c_str());
     }
 }

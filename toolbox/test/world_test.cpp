@@ -1,4 +1,5 @@
 #include "bf/engine/recorder.hpp"
+#include "bf/physics/world.hpp"
 #include "bf/recording/reader.hpp"
 #include "running.hpp"
 
@@ -306,6 +307,15 @@ TEST(World, StartsAgainAsTheFirstTime) {
         observe(run, second);
     }
     EXPECT_EQ(first, second);
+}
+
+TEST(World, LeavesPhysicsUsableAfterItsPluginWasClosed) {
+    physics::WorldOptions options;
+    options.urdf = BF_SHARE "/iCub/robots/iCubGazeboV2_5/model.urdf";
+    options.feet = {{"l_sole"}, {"r_sole"}};
+    const double mass = physics::World(options).mass();
+    EXPECT_EQ(refusal(by_ports), "");
+    EXPECT_EQ(physics::World(options).mass(), mass);
 }
 
 TEST(World, ContinuesASnapshotWithQpAndFiltersBitForBit) {

@@ -22,6 +22,8 @@ ROWS = [
     ("physics.step", "us", "physics.step/block", "physics.step/bare_mj_step", "<= 1.05 x"),
     ("loop.icub_100hz", "x", "loop.icub_100hz/diagram", "loop.icub/bare_physics", ">= 45 x"),
     ("loop.icub_1khz", "x", "loop.icub_1khz/diagram", "loop.icub/bare_physics", ">= 15 x"),
+    ("boundary.read_23", "ns", "boundary.read_23", "boundary.read_23/bare", "<= 60 ns"),
+    ("boundary.hosting", "ns", "boundary.hosting", "boundary.hosting/native", "<= 50 ns more"),
     ("recording.append_23", "ns", "record_23_vector/at_ease/iterations:200000", "copy_23_vector/iterations:1000000", ""),
 ]
 

@@ -232,8 +232,8 @@ TEST(BlockfactoryExists, TellsByItsExitStatus) {
                                 "/bin/blockfactory-exists 2>/dev/null ";
     EXPECT_EQ(std::system((program + "LegacyPlugin Accumulate").c_str()), 0);
     EXPECT_EQ(std::system((program + "NativePlugin Accumulate").c_str()), 0);
-    EXPECT_NE(std::system((program + "LegacyPlugin Nothing").c_str()), 0);
-    EXPECT_NE(std::system((program + "Nothing Accumulate").c_str()), 0);
+    EXPECT_NE(std::system((program + "LegacyPlugin NoSuchBlock").c_str()), 0);
+    EXPECT_NE(std::system((program + "NoSuchPlugin Accumulate").c_str()), 0);
 }
 
 } // namespace

@@ -304,7 +304,7 @@ TEST(AsLegacy, EveryBlockOfTheToolboxHasAFactory) {
 
 TEST(AsLegacy, TheOldSymbolsAreThoseOfTheList) {
     EXPECT_EQ(legacy_labels(file_of("NativePlugin")),
-              (std::vector<std::string>{"Accumulate", "Clocked", "Continuous"}));
+              (std::vector<std::string>{"Accumulate", "Clocked", "Continuous", "Nothing"}));
 }
 
 TEST(AsLegacy, SaysWhatTheOldInterfaceCannotDo) {

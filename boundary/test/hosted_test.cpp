@@ -46,7 +46,7 @@ TEST_F(Hosted, AnOldPluginIsLoadedLikeAnyOther) {
     for (const auto& known : registry.classes()) names.push_back(known->qualified_name());
     EXPECT_EQ(names, (std::vector<std::string>{"LegacyPlugin/Accumulate", "LegacyPlugin/AllParameters",
                                                "LegacyPlugin/CannotBeMade", "LegacyPlugin/Matrices",
-                                               "LegacyPlugin/Misbehaves"}));
+                                               "LegacyPlugin/Misbehaves", "LegacyPlugin/Nothing"}));
 }
 
 TEST_F(Hosted, ParametersAreArgumentsAndOpenSizesAreWired) {

@@ -7,3 +7,4 @@ SHLIBPP_DEFINE_SHARED_SUBCLASS(AllParameters, legacy_test::AllParameters, blockf
 SHLIBPP_DEFINE_SHARED_SUBCLASS(Matrices, legacy_test::Matrices, blockfactory::core::Block)
 SHLIBPP_DEFINE_SHARED_SUBCLASS(Misbehaves, legacy_test::Misbehaves, blockfactory::core::Block)
 SHLIBPP_DEFINE_SHARED_SUBCLASS(CannotBeMade, legacy_test::CannotBeMade, blockfactory::core::Block)
+SHLIBPP_DEFINE_SHARED_SUBCLASS(Nothing, legacy_test::Nothing, blockfactory::core::Block)

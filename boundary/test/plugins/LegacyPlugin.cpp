@@ -179,6 +179,14 @@ bool Misbehaves::output(const BlockInformation* blockInfo) {
 bool Misbehaves::updateDiscreteState(const BlockInformation*) { return outcome("updateDiscreteState"); }
 bool Misbehaves::terminate(const BlockInformation*) { return outcome("terminate"); }
 
+bool Nothing::configureSizeAndPorts(BlockInformation* blockInfo) {
+    return Block::configureSizeAndPorts(blockInfo) &&
+           blockInfo->setPortsInfo({{0, {1}, Port::DataType::DOUBLE}}, {{0, {1}, Port::DataType::DOUBLE}});
+}
+bool Nothing::output(const BlockInformation* blockInfo) {
+    return blockInfo->getOutputPortSignal(0)->set(0, blockInfo->getInputPortSignal(0)->get<double>(0));
+}
+
 CannotBeMade::CannotBeMade() { throw std::runtime_error("no device"); }
 
 } // namespace legacy_test

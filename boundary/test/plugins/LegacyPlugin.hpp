@@ -75,6 +75,13 @@ class Misbehaves : public core::Block {
     std::string misdeed_;
 };
 
+/// y = u, the cheapest block there is: what it costs is the engine's.
+class Nothing : public core::Block {
+  public:
+    bool configureSizeAndPorts(core::BlockInformation* blockInfo) override;
+    bool output(const core::BlockInformation* blockInfo) override;
+};
+
 /// Throws in its constructor.
 class CannotBeMade : public core::Block {
   public:

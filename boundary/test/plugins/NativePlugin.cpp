@@ -48,6 +48,20 @@ class Clocked final : public Block {
     }
 };
 
+/// y = u.
+class Nothing final : public Block {
+  public:
+    using Block::Block;
+    Input<double> u{this, "u1"};
+    Output<double> y{this, "y1"};
+
+    Status output(Now at, Out out) const noexcept override {
+        out[y] = at[u];
+        return ok;
+    }
+    Status update(Now, Next) const noexcept override { return ok; }
+};
+
 /// x' = u.
 class Continuous final : public Block {
   public:
@@ -63,6 +77,7 @@ extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(Library& lib
     library.group("test")
         .add<Accumulate>("Accumulate", "Test.")
         .add<Clocked>("Clocked", "Test.")
-        .add<Continuous>("Continuous", "Test.");
+        .add<Continuous>("Continuous", "Test.")
+        .add<Nothing>("Nothing", "Test.");
 }
-BF_LEGACY_BLOCKS(Accumulate, Clocked, Continuous)
+BF_LEGACY_BLOCKS(Accumulate, Clocked, Continuous, Nothing)

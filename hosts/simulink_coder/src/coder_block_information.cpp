@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 #include <vector>
 
 namespace blockfactory::coder {
@@ -18,6 +19,8 @@ struct Connected {
     Port::Info info{};
     std::shared_ptr<Signal> signal;
 };
+thread_local ModelParameters* collector = nullptr;
+
 using Ports = std::map<Port::Index, Connected>;
 
 /// The elements; Port::DynamicSize when a length is open.
@@ -115,8 +118,10 @@ bool CoderBlockInformation::storeRTWParameters(const Parameters& parameters) {
     if (parameters.getNumberOfParameters() == 0)
         return pImpl->fail("the generated code stores no parameters");
     pImpl->parameters = parameters;
+    if (collector && !pImpl->name.empty()) (*collector)[pImpl->name] = parameters;
     return true;
 }
+ModelParameters* CoderBlockInformation::collect(ModelParameters* to) { return std::exchange(collector, to); }
 bool CoderBlockInformation::setInputPort(const Port::Info& portInfo, void* signalAddress) {
     return pImpl->connect(pImpl->inputs, "input", portInfo, signalAddress);
 }

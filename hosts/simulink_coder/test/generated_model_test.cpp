@@ -45,6 +45,14 @@ TEST_F(GeneratedModel, RunsItsBlocksAndStates) {
     EXPECT_TRUE(model.step());
 }
 
+TEST_F(GeneratedModel, GivesTheParametersOfItsBlocksByName) {
+    ASSERT_TRUE(model.initialize());
+    ASSERT_EQ(model.parameters().size(), 2u);
+    double factor = 0;
+    EXPECT_TRUE(model.parameters().at("TestModel/Accumulate").getParameter("factor", factor));
+    EXPECT_EQ(factor, 2);
+}
+
 TEST_F(GeneratedModel, ReportsAFailedInitialisation) {
     TestModel_misdeed = "initialize returns false";
     EXPECT_FALSE(model.initialize());

@@ -3,13 +3,17 @@
 #define BLOCKFACTORY_CODER_CODERBLOCKINFORMATION_H
 
 #include <BlockFactory/Core/BlockInformation.h>
+#include <BlockFactory/Core/Parameters.h>
 
+#include <map>
 #include <memory>
 #include <string>
 
 namespace blockfactory {
 namespace coder {
 class CoderBlockInformation;
+/// Parameters of a model's blocks, by the blocks' unique names.
+using ModelParameters = std::map<std::string, blockfactory::core::Parameters>;
 } // namespace coder
 } // namespace blockfactory
 
@@ -25,6 +29,10 @@ class blockfactory::coder::CoderBlockInformation final : public blockfactory::co
     /// Errors: an index given before, a null address, not one or two lengths above 0, an unknown type.
     bool setInputPort(const blockfactory::core::Port::Info& portInfo, void* signalAddress);
     bool setOutputPort(const blockfactory::core::Port::Info& portInfo, void* signalAddress);
+
+    /// From here on, what this thread's objects store is copied to `to` as well; null: to nowhere. Returns
+    /// what was set before.
+    static ModelParameters* collect(ModelParameters* to);
 
     bool getUniqueName(std::string& blockUniqueName) const override;
     /// Every option is accepted and left as it is.

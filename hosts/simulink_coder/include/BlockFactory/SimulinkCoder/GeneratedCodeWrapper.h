@@ -6,9 +6,10 @@
 #error "Define MODEL as the name of the generated model; target_from_generated_code() of CMake does it."
 #endif
 
+#include <BlockFactory/SimulinkCoder/CoderBlockInformation.h>
+
 #include <memory>
 #include <string>
-#include <utility>
 
 namespace blockfactory {
 namespace coder {
@@ -26,7 +27,10 @@ template <typename T> class blockfactory::coder::GeneratedCodeWrapper {
     /// A new model; one that ran before is dropped.
     bool initialize() {
         m_model.reset(new T());
+        m_parameters.clear();
+        ModelParameters* const outer = CoderBlockInformation::collect(&m_parameters);
         m_model->initialize();
+        CoderBlockInformation::collect(outer);
         return isGood();
     }
     /// Refused after a failure: some blocks of the model did not run.
@@ -47,6 +51,9 @@ template <typename T> class blockfactory::coder::GeneratedCodeWrapper {
         return status ? status : "";
     }
 
+    /// What the model gave its plugins' blocks: parameters().at("model/block").getParameter("name", value).
+    const ModelParameters& parameters() const { return m_parameters; }
+
     const std::string& modelName() const { return m_modelName; }
     unsigned numSampleTimes() const { return m_numSampleTimes; }
     /// The generated object, for its root ports (M_U, M_Y); null before initialize.
@@ -57,6 +64,7 @@ template <typename T> class blockfactory::coder::GeneratedCodeWrapper {
     bool isGood() const { return m_model && m_model->getRTM() && !m_model->getRTM()->errorStatus; }
 
     std::unique_ptr<T> m_model;
+    ModelParameters m_parameters;
     std::string m_modelName;
     unsigned m_numSampleTimes;
 };

@@ -1,5 +1,5 @@
 include(GoogleTest)
-include(BlockFactoryPlugin)
+include(bf_plugin)
 
 # bf_library(NAME [SHARED] [PUBLIC target...] [PRIVATE target...])
 #

@@ -4,11 +4,12 @@
 # the folder is in BLOCKFACTORY_PLUGIN_PATH. This file serves the project itself and whoever installs it.
 function(bf_plugin name)
     cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
-    set(map ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/plugin.map)
     add_library(${name} MODULE ${arg_SOURCES})
     target_link_libraries(${name} PRIVATE BlockFactory::core ${arg_LINK})
-    target_link_options(${name} PRIVATE LINKER:--version-script=${map})
-    set_target_properties(${name} PROPERTIES PREFIX "" CXX_EXTENSIONS OFF LINK_DEPENDS ${map})
+    # Two plugins may hold different things of one name, and a plugin can be unloaded.
+    target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-gnu-unique>)
+    target_link_options(${name} PRIVATE LINKER:--exclude-libs,ALL)
+    set_target_properties(${name} PROPERTIES PREFIX "" CXX_EXTENSIONS OFF)
     if(BF_PLUGIN_DIRECTORY)
         set_target_properties(${name} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${BF_PLUGIN_DIRECTORY})
     endif()

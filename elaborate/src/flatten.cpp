@@ -42,8 +42,9 @@ class Flattener {
         e_.scopes.emplace_back(nullptr);
         Scope& root = e_.root();
         root.system = &e_.model.root;
-        for (const auto& [name, text, where] : e_.options.overrides) overrides_.push_back({name, text, where});
-        variables(root, e_.model.root.variables, "");
+        for (const auto& [name, text, where] : e_.options.overrides)
+            overrides_.push_back({name, text, where});
+        variables(root, e_.model.root.variables, "", nullptr);
         read_times();
         fill(root);
         report_unused();
@@ -90,7 +91,8 @@ class Flattener {
         for (const auto& given : overrides_) {
             if (given.is_used) continue;
             if (names.empty()) names = known_names();
-            e_.report.add(given.where, "", "nothing is called '" + given.name + "'" + did_you_mean(given.name, names),
+            e_.report.add(given.where, "",
+                          "nothing is called '" + given.name + "'" + did_you_mean(given.name, names),
                           "give the name of a variable, of a setting as block.setting, step or stop");
         }
     }
@@ -113,10 +115,22 @@ class Flattener {
         }
     }
 
-    /// Variables of a system in document order; each can be overridden by its path.
-    void variables(Scope& scope, const std::vector<model::Variable>& list, const std::string& prefix) {
-        for (const auto& variable : list)
-            scope.variables.set(variable.name, value_of(scope.variables, variable, prefix));
+    /// Variables of a system in document order, so that each sees those before it. Those of a subsystem in
+    /// another file can be replaced `with` values of the system around it; each can be overridden by its
+    /// path.
+    void variables(Scope& scope, const std::vector<model::Variable>& list, const std::string& prefix,
+                   const std::vector<model::Variable>* with) {
+        for (const auto& variable : list) {
+            const auto* workspace = static_cast<const matlab::Workspace*>(&scope.variables);
+            const auto* given = &variable;
+            if (with)
+                for (const auto& other : *with)
+                    if (other.name == variable.name) {
+                        given = &other;
+                        workspace = &scope.parent->variables;
+                    }
+            scope.variables.set(variable.name, value_of(*workspace, *given, prefix));
+        }
     }
 
     matlab::Value value_of(const matlab::Workspace& workspace, const model::Variable& variable,
@@ -169,8 +183,7 @@ class Flattener {
             scope.condition = static_cast<int>(e_.diagram.conditions.size());
             e_.diagram.conditions.push_back(std::move(condition));
         }
-        variables(scope, content->variables, path + ".");
-        if (block.reference) variables(scope, block.reference->with, path + ".");
+        variables(scope, content->variables, path + ".", block.reference ? &block.reference->with : nullptr);
         fill(scope);
     }
 
@@ -309,7 +322,8 @@ class Flattener {
                 if (decides) offer(d, index, parameter_size(slot, value));
                 if (value.type != Type::float64 && slot.type_symbol >= 0) offer(d, index, value.type);
             } catch (const ResolutionError& error) {
-                e_.report.add(setting->value.where, path, error.what());
+                e_.report.add(setting->value.where, path,
+                              "'" + setting->value.text + "' does not fit: " + error.what());
             }
         }
         for (std::size_t i = 0; i < d.slots.size(); ++i) {

@@ -1,6 +1,7 @@
 // Sizes and types spread along the wires, forwards and backwards, until nothing new is learned.
 #include "stages.hpp"
 
+#include <algorithm>
 #include <deque>
 #include <unordered_set>
 
@@ -46,6 +47,10 @@ class Spreading {
             const bool is_root_input = slot.role == Role::output && e_.node(n).type == "Inport";
             if (!slot.size_known && (is_unwired_input || is_root_input)) decide(n, i, Size{});
         });
+        // An algebraic loop of blocks that do not know their sizes is a loop first of all.
+        if (std::any_of(e_.diagram.nodes.begin(), e_.diagram.nodes.end(),
+                        [](const auto& node) { return !unresolved(node.block->declaration()).empty(); }))
+            sort(e_);
         for (std::size_t n = 0; n < queued_.size(); ++n) report_open(static_cast<int>(n));
         if (e_.report.is_empty())
             for (const auto& declared : e_.declared) check_declared(declared);

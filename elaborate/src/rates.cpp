@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numeric>
 
 namespace bf::elaboration {
@@ -64,7 +65,7 @@ class Rates {
     /// The base step: given, or the greatest common divisor of all periods and offsets.
     void find_step() {
         if (e_.diagram.step > 0) return;
-        double step = 0;
+        double step = 0, shortest = std::numeric_limits<double>::infinity();
         const auto divide = [](double a, double b) {
             while (b > 1e-9 * a) {
                 const double rest = std::abs(a - std::round(a / b) * b);
@@ -75,8 +76,11 @@ class Rates {
         };
         for (std::size_t n = 0; n < nodes_.size(); ++n)
             for (const auto& time : {e_.node_periods[n], e_.node_offsets[n]})
-                if (time && *time > 0)
+                if (time && *time > 0) {
                     step = step == 0 ? *time : divide(std::max(step, *time), std::min(step, *time));
+                    shortest = std::min(shortest, *time);
+                }
+        if (step > 0) step = shortest / std::round(shortest / step); // free of the rounding above
         if (step == 0)
             e_.report.add(e_.model.where, "", "neither the model nor any block names a sample time",
                           "give the model a 'step', e.g. step: 0.001");

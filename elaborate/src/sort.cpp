@@ -198,8 +198,8 @@ class Sorting {
         return slot < 0 ? vertex_path(v) : e_.diagram.end_path({a.node, slot});
     }
 
-    /// Reports one loop among the activities that wait for each other, and lets its first activity run, so
-    /// that the loops behind it are found too.
+    /// Reports one loop among the activities that wait for each other, and lets its members run, so
+    /// that other loops are found too.
     void break_loop() {
         std::map<int, std::pair<int, const Edge*>> before; // one that each waits for
         for (std::size_t v = 0; v < vertices_.size(); ++v)
@@ -213,8 +213,10 @@ class Sorting {
         int first = v;
         for (int w = before.at(v).first; w != v; w = before.at(w).first) first = std::min(first, w);
         std::vector<std::string> hops;
+        std::vector<int> members;
         int w = first;
         do {
+            members.push_back(w);
             const auto& [from, edge] = before.at(w);
             if (edge->from_slot >= 0)
                 hops.push_back(port_path(from, edge->from_slot) + " -> " + port_path(w, edge->to_slot));
@@ -228,8 +230,10 @@ class Sorting {
             "algebraic loop: " + text,
             "break it with a block whose output does not depend on its input in the same step, e.g. a "
             "UnitDelay on one of these wires");
-        open_[static_cast<std::size_t>(first)] = 0;
-        ready_[group(first)].insert(first);
+        for (const int member : members) {
+            open_[static_cast<std::size_t>(member)] = 0;
+            ready_[group(member)].insert(member);
+        }
     }
 
     Elaboration& e_;

@@ -3,6 +3,7 @@
 #include "stages.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace bf::elaboration {
 
@@ -163,6 +164,8 @@ class Wiring {
                 target = &(item->scope ? item->scope->inputs
                                        : node_drivers_[static_cast<std::size_t>(
                                              item->node)])[static_cast<std::size_t>(port)];
+            else if (item->node >= 0)
+                misspelled_.insert(item->node);
         }
         if (!target) return;
         if (target->from)
@@ -195,9 +198,10 @@ class Wiring {
                 return e_.diagram.inputs[port].end;
             }
         }
-        e_.report.add(driver->from->where, scope->path,
-                      "ports of subsystems are connected in a circle without any block",
-                      "connect one of them to the block that is to drive it");
+        if (!std::exchange(is_circle_reported_, true))
+            e_.report.add(driver->from->where, scope->path,
+                          "ports of subsystems are connected in a circle without any block",
+                          "connect one of them to the block that is to drive it");
         return failed();
     }
 
@@ -262,7 +266,7 @@ class Wiring {
             const auto from = resolve(&scope, &node_drivers_[static_cast<std::size_t>(index)][i]);
             if (from.node >= 0)
                 node.sources[i] = from;
-            else if (from.node == -1 && !slots[i].optional)
+            else if (from.node == -1 && !slots[i].optional && !misspelled_.contains(index))
                 e_.report.add(node.where, node.path, "input '" + slots[i].name + "' is not connected",
                               "connect a signal to it");
         }
@@ -415,7 +419,10 @@ class Wiring {
 
     Elaboration& e_;
     std::vector<std::vector<Driver>> node_drivers_; ///< per slot of each block
-    std::size_t ports_ = 0;                         ///< of all subsystems
+    std::unordered_set<int>
+        misspelled_; ///< blocks whose connection names no input of theirs: one is open then
+    bool is_circle_reported_ = false;
+    std::size_t ports_ = 0; ///< of all subsystems
     std::vector<Scope*> node_scopes_;
     std::unordered_map<int, bool> failed_;
 };

@@ -1,0 +1,299 @@
+#include "support.hpp"
+
+#include <gtest/gtest.h>
+
+namespace bf::test {
+namespace {
+
+/// What is wrong with a model that has these blocks and connections.
+std::string wrong(const std::string& blocks, const std::string& connections = {}) {
+    return errors_of("model: m\nstep: 0.1\nblocks:\n" + blocks +
+                     (connections.empty() ? "" : "connections:\n" + connections));
+}
+
+TEST(Errors, UnknownBlockIsNamedWithSimilarOnes) {
+    EXPECT_EQ(wrong("  a: {block: Gian}\n"),
+              "m.yaml:4:14: a: there is no block 'Gian'; did you mean 'Gain' or 'Sign'?");
+}
+
+TEST(Errors, UnknownSettingIsNamedWithSimilarOnes) {
+    EXPECT_EQ(wrong("  t: {block: Clock}\n  a: {block: UnitDelay, inital: 1}\n", "  t: a\n"),
+              "m.yaml:5:25: a: the block has no argument or parameter 'inital'; did you mean 'initial'?");
+}
+
+TEST(Errors, UnknownVariableIsNamedWithSimilarOnes) {
+    EXPECT_EQ(
+        errors_of(
+            "model: m\nstep: 0.1\nvariables: {gain: 2}\nblocks:\n  c: {block: Constant, value: 2*gai}\n"),
+        "m.yaml:5:33: c.value: '2*gai': unknown variable or function 'gai'; did you mean 'gain'?");
+}
+
+TEST(Errors, UnknownPortsAreNamedWithThoseThereAre) {
+    EXPECT_EQ(wrong("  t: {block: Clock}\n  s: {block: Sum}\n", "  t.z: s.u1\n  t: s.v2\n"),
+              "m.yaml:7:3: t: there is no output 'z'; did you mean 'y'?; outputs: y\n"
+              "m.yaml:8:6: s: there is no input 'v2'; did you mean 'u2' or 'u1'?; inputs: u1, u2");
+}
+
+TEST(Errors, AmbiguousPortIsRefused) {
+    EXPECT_EQ(
+        wrong("  t: {block: Clock}\n  s: {block: Sum}\n", "  t: s\n"),
+        "m.yaml:7:6: s: 's' does not say which input is meant: there are 2; write one of u1, u2 after a dot");
+}
+
+TEST(Errors, BlockWithoutOutputsCannotBeASource) {
+    EXPECT_EQ(
+        wrong("  t: {block: Clock}\n  e: {block: Terminator}\n  g: {block: Gain}\n", "  t: e\n  e: g\n"),
+        "m.yaml:9:3: e: 'e' has no output; remove the connection");
+}
+
+TEST(Errors, UnconnectedInputIsNamed) {
+    EXPECT_EQ(wrong("  t: {block: Clock}\n  s: {block: Sum}\n", "  t: s.u1\n"),
+              "m.yaml:5:3: s: input 'u2' is not connected; connect a signal to it");
+}
+
+TEST(Errors, UnconnectedSubsystemOutputAndEnableAreNamed) {
+    EXPECT_EQ(wrong("  s:\n    execution: enabled\n    outputs: [y]\n    blocks: {}\n"),
+              "m.yaml:4:3: s: the enabled subsystem's input 'enable' is not connected; connect a signal to "
+              "it; the subsystem runs while any element is above 0\n"
+              "m.yaml:6:15: s.y: the subsystem's output is not connected; connect a block's output to it");
+}
+
+TEST(Errors, ASecondDriverIsRefused) {
+    EXPECT_EQ(wrong("  t: {block: Clock}\n  g: {block: Gain}\n", "  t: [g, g.u]\n"),
+              "m.yaml:7:10: g: 'g.u' is driven twice: by 't' and by 't'; remove one of the connections");
+}
+
+TEST(Errors, SizesThatDifferAreNamedWithTheirPorts) {
+    EXPECT_EQ(wrong("  a: {block: Constant, value: [1, 2]}\n  b: {block: Constant, value: [1, 2, 3]}\n"
+                    "  s: {block: Sum}\n  d: {block: Dot}\n  x: {block: Cross}\n",
+                    "  a: [s.u1, d.u1, x.u1]\n  b: [s.u2, d.u2, x.u2]\n"),
+              "m.yaml:6:3: s: input 'u1' of size [2] and input 'u2' of size [3] cannot be combined element "
+              "by element; sizes must be equal or scalar\n"
+              "m.yaml:7:3: d: input 'u1' of size [2] and input 'u2' of size [3] must have as many elements\n"
+              "m.yaml:8:3: x: input 'u1' has length 3, but is wired to length 2 (a.y -> x.u1)");
+}
+
+TEST(Errors, InitialValueOfAnotherSizeIsRefused) {
+    EXPECT_EQ(wrong("  a: {block: Constant, value: [1, 2]}\n  d: {block: UnitDelay, initial: [1, 2, 3]}\n",
+                    "  a: d\n"),
+              "m.yaml:5:3: d: parameter 'initial' of size [3] and input 'u' of size [2] differ; give a "
+              "scalar or as many elements");
+}
+
+TEST(Errors, InitialOutputOfAnotherSizeIsRefused) {
+    EXPECT_EQ(wrong("  t: {block: Clock}\n  s:\n    execution: enabled\n    outputs: {y: {initial: [1, 2]}}\n"
+                    "    blocks: {c: {block: Constant, value: [1, 2, 3]}}\n    connections: {c: y}\n",
+                    "  t: s.enable\n"),
+              "m.yaml:7:15: s.y: 'initial' has 2 elements, but the output has 3; give one element or 3");
+}
+
+TEST(Errors, TypesThatDifferAreNamed) {
+    EXPECT_EQ(wrong("  a: {block: Constant, value: int8(1)}\n  b: {block: Constant, value: true}\n"
+                    "  s: {block: Sum}\n  n: {block: Trigonometry}\n",
+                    "  a: [s.u1, n]\n  b: s.u2\n"),
+              "m.yaml:6:3: s: input 'u2' must be of type int8 like the other quantities of its kind, but is "
+              "wired to type boolean; insert a Convert block (b.y -> s.u2)\n"
+              "m.yaml:7:3: n: output 'y' cannot be of type int8, for which this operation is not defined; "
+              "insert a Convert block");
+}
+
+TEST(Errors, DeclaredPortsAreHeldToTheirWord) {
+    EXPECT_EQ(
+        wrong("  a: {block: Constant, value: [1, 2]}\n  s:\n    inputs: {u: {shape: 3}}\n"
+              "    outputs: {y: {type: single}, z: {shape: 0}}\n    blocks: {g: {block: Gain}}\n"
+              "    connections: {u: g, g: [y, z]}\n",
+              "  a: s\n"),
+        "m.yaml:7:45: s.z: 'shape' is 0; give the length of a 1-D signal, or [rows columns] of a matrix");
+    EXPECT_EQ(
+        wrong("  a: {block: Constant, value: [1, 2]}\n  s:\n    inputs: {u: {shape: 3}}\n"
+              "    outputs: {y: {type: single}}\n    blocks: {g: {block: Gain}}\n"
+              "    connections: {u: g, g: y}\n",
+              "  a: s\n"),
+        "m.yaml:6:14: s.u: the port is declared as size [3], but a.y is of size [2]; change one of them");
+}
+
+TEST(Errors, UndeterminedSizeAsksForAConnection) {
+    EXPECT_EQ(wrong("  a: {block: Ground}\n"),
+              "m.yaml:4:3: a: the size of output 'y' cannot be found from the wiring; connect the block, or "
+              "give a parameter with the wanted size");
+}
+
+/// A quantity in radians and one in metres.
+class Angle final : public Block {
+  public:
+    using Block::Block;
+    Output<double> y{this, "y", {.unit = unit<"rad">}};
+    Status output(Now, Out out) const noexcept override {
+        out[y] = 0;
+        return ok;
+    }
+};
+class Ruler final : public Block {
+  public:
+    using Block::Block;
+    Input<double> u{this, "length", {.unit = unit<"m">}};
+};
+
+/// A robot that knows its frames, and a block that needs one.
+struct Robot {
+    static constexpr const char* resource = "robot";
+    struct Live {
+        static constexpr bool is_cache = true;
+    };
+    std::string frame;
+    std::shared_ptr<Live> open() const { return std::make_shared<Live>(); }
+};
+class RobotBlock final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> frame{this, "frame", {.initial = "hand"}};
+    Provides<Robot> robot{this, [this] {
+                              if (*frame == "broken") throw std::runtime_error("the robot's file is broken");
+                              return std::make_shared<const Robot>(Robot{*frame});
+                          }};
+};
+class FrameBlock final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> frame{this, "frame", {.initial = "hand"}};
+    Requires<Robot> robot{this};
+    Dim n{this, "n", [this] {
+              if (*frame != robot->frame) throw std::runtime_error("the robot has no frame '" + *frame + "'");
+              return 3;
+          }};
+    Output<Vector> y{this, "y", {.shape = {n}}};
+};
+
+std::string wrong_with_robots(const std::string& blocks) {
+    Library library("");
+    library.group("test")
+        .add<Angle>("Angle", "")
+        .add<Ruler>("Ruler", "")
+        .add<RobotBlock>("Robot", "")
+        .add<FrameBlock>("Frame", "");
+    return errors_of("model: m\nstep: 0.1\nblocks:\n" + blocks, {}, &library);
+}
+
+TEST(Errors, UnitsThatDifferAreNamed) {
+    EXPECT_EQ(wrong_with_robots("  a: {block: Angle}\n  b: {block: Ruler}\nconnections: {a: b}\n"),
+              "m.yaml:5:3: b: input 'length' is in m, but is wired to a.y in rad; convert the signal, e.g. "
+              "with a Gain");
+}
+
+TEST(Errors, MissingResourceSaysWhatToAdd) {
+    EXPECT_EQ(wrong_with_robots("  f: {block: Frame}\n"),
+              "m.yaml:4:3: f: needs a robot, and no enclosing subsystem has one; add a block that provides "
+              "it beside this block or in a subsystem around it");
+}
+
+TEST(Errors, TwoResourcesAtOneLevelAreRefused) {
+    EXPECT_EQ(
+        wrong_with_robots("  a: {block: Robot}\n  b: {block: Robot}\n  f: {block: Frame}\n"),
+        "m.yaml:6:3: f: finds more than one robot around it: a and b; keep one of them in this subsystem");
+}
+
+TEST(Errors, TheNearestResourceServes) {
+    EXPECT_EQ(
+        wrong_with_robots("  a: {block: Robot, frame: foot}\n  s:\n    blocks:\n      b: {block: Robot}\n"
+                          "      f: {block: Frame}\n"),
+        "");
+}
+
+TEST(Errors, UnknownFrameIsToldByTheResource) {
+    EXPECT_EQ(wrong_with_robots("  a: {block: Robot}\n  f: {block: Frame, frame: elbow}\n"),
+              "m.yaml:5:3: f: the robot has no frame 'elbow'");
+}
+
+TEST(Errors, ResourceThatCannotBeMadeIsReportedOnce) {
+    EXPECT_EQ(
+        wrong_with_robots("  a: {block: Robot, frame: broken}\n  f: {block: Frame}\n  g: {block: Frame}\n"),
+        "m.yaml:4:3: a: the robot's file is broken");
+}
+
+TEST(Errors, AllErrorsOfAModelAreReportedAtOnceInDocumentOrder) {
+    EXPECT_EQ(errors_of(R"m(
+model: m
+step: -1
+stop: [1, 2]
+variables:
+  a: 2*
+  b: nothing + 1
+blocks:
+  x: {block: Nothing}
+  y: {block: Gain, L: 1}
+  z: {block: Sum, signs: "+*"}
+  w: {block: Constant, value: missing(3)}
+connections:
+  x: [y, z.u9]
+  y: w
+)m"),
+              "m.yaml:3:7: 'step' is -1; give a positive number of seconds\n"
+              "m.yaml:4:7: 'stop' is [1 2]; give a number of seconds from 0 to Inf\n"
+              "m.yaml:6:8: a: '2*': expected a value, found the end of the text\n"
+              "m.yaml:7:6: b: 'nothing + 1': unknown variable or function 'nothing'\n"
+              "m.yaml:9:14: x: there is no block 'Nothing'; `bf describe` lists all blocks\n"
+              "m.yaml:10:20: y: the block has no argument or parameter 'L'; did you mean 'K'?\n"
+              "m.yaml:11:3: z: argument 'signs' is the text '+*', but must be made of '+' and '-', one per "
+              "input, or be the number of inputs\n"
+              "m.yaml:12:31: w.value: 'missing(3)': unknown variable or function 'missing'\n"
+              "m.yaml:14:10: z: there is no input 'u9'; did you mean 'u1' or 'u2'?; inputs: u1, u2\n"
+              "m.yaml:15:6: w: 'w' has no input; remove the connection");
+}
+
+TEST(Errors, SampleTimesMustFitTheBaseStep) {
+    EXPECT_EQ(errors_of("model: m\nstep: 0.01\nblocks:\n  t: {block: Clock, period: 0.015}\n"
+                        "  s: {block: Clock, period: 0.02, offset: 0.005}\n"),
+              "m.yaml:4:3: t: period 0.015 s is no multiple of the base period 0.01 s; change it, or give "
+              "the model a 'step' that divides it\n"
+              "m.yaml:5:3: s: offset 0.005 s is no multiple of the base period 0.01 s; change it, or give "
+              "the model a 'step' that divides it");
+    EXPECT_EQ(errors_of("model: m\nblocks:\n  t: {block: Clock}\n"),
+              "m.yaml:1:1: neither the model nor any block names a sample time; give the model a 'step', "
+              "e.g. step: 0.001");
+    EXPECT_EQ(errors_of("model: m\nstep: 0\nblocks:\n  t: {block: Clock}\n"),
+              "m.yaml:2:7: 'step' is 0; give a positive number of seconds");
+}
+
+TEST(Errors, CircleOfPortsWithoutABlockIsRefused) {
+    EXPECT_EQ(wrong("  s:\n    inputs: [u]\n    outputs: [y]\n    blocks: {}\n    connections: {u: y}\n  g: "
+                    "{block: Gain}\n",
+                    "  s: [s.u, g]\n"),
+              "m.yaml:8:19: s: ports of subsystems are connected in a circle without any block; connect one "
+              "of them to the block that is to drive it");
+}
+
+TEST(Errors, UnknownOverrideIsNamedWithSimilarOnes) {
+    EXPECT_EQ(errors_of("model: m\nstep: 0.1\nvariables: {Gain: {Kp: 2}}\nblocks:\n  g: {block: Constant}\n",
+                        {{"Gain.Kd", "1"}, {"g.valu", "2"}, {"stepp", "1"}, {"Gain.Kp", "2*"}}),
+              "Gain.Kp: '2*': expected a value, found the end of the text\n"
+              "g: the block has no argument or parameter 'valu'; did you mean 'value'?\n"
+              "nothing is called 'Gain.Kd'; did you mean 'Gain.Kp'?; give the name of a variable, of a "
+              "setting as block.setting, step or stop\n"
+              "nothing is called 'stepp'; did you mean 'step' or 'stop'?; give the name of a variable, of a "
+              "setting as block.setting, step or stop");
+}
+
+TEST(Errors, WrongParametersAreRefused) {
+    EXPECT_EQ(
+        wrong("  a: {block: Constant, value: []}\n  b: {block: Constant, value: '''text'''}\n"
+              "  t: {block: Clock}\n  c: {block: Counter}\n  d: {block: OnDelay, duration: [1, 2]}\n"
+              "  e: {block: Gain, multiplication: sideways}\n  h: {block: Delay, steps: 0}\n",
+              "  t: [c.u, e, h]\n"),
+        "m.yaml:4:31: a: parameter 'value' is empty; give at least one element\n"
+        "m.yaml:5:31: b: parameter 'value' must be a number, not the text ''text''\n"
+        "m.yaml:8:3: d: input 'u' is not connected; connect a signal to it\n"
+        "m.yaml:8:33: d: '[1, 2]' does not fit: parameter 'duration' has length 1, but is wired to length 2\n"
+        "m.yaml:9:3: e: argument 'multiplication' is 'sideways', but must be one of 'elementwise', 'K*u', "
+        "'u*K'\n"
+        "m.yaml:10:3: h: argument 'steps' is 0, but must be at least 1");
+}
+
+TEST(Errors, UnknownSignalToRecordIsNamedWithSimilarOnes) {
+    EXPECT_EQ(errors_of("model: m\nstep: 0.1\nblocks:\n  clock: {block: Clock}\nrecord: [clock.z, clokc]\n"),
+              "m.yaml:5:19: there is no signal 'clokc'; did you mean 'clock'?");
+    EXPECT_EQ(errors_of("model: m\nstep: 0.1\nblocks:\n  clock: {block: Clock}\nrecord: [clock.z, x.*]\n"),
+              "m.yaml:5:19: there is no signal 'x.*'; known are 'clock'");
+}
+
+} // namespace
+} // namespace bf::test

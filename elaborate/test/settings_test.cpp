@@ -1,0 +1,134 @@
+#include "support.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+
+namespace bf::test {
+namespace {
+
+using Values = std::vector<double>;
+
+Values value(const std::string& text, const std::string& variables = "", const Overrides& overrides = {}) {
+    return elaborate_text("model: m\nstep: 0.1\n" + variables +
+                              "blocks:\n  c: {block: Constant, value: " + text + "}\n",
+                          overrides)
+        .slot("c", "value")
+        .initial;
+}
+
+TEST(Settings, AreMatlabExpressions) {
+    EXPECT_EQ(value("2*3"), (Values{6}));
+    EXPECT_EQ(value("\"[1 2; 3 4]\""), (Values{1, 3, 2, 4}));
+    EXPECT_EQ(value("\"[[1, 2], [3, 4]]\""), (Values{1, 2, 3, 4}));
+    EXPECT_EQ(value("1:2:7"), (Values{1, 3, 5, 7}));
+    EXPECT_EQ(value("Gain.Kp*Gain.n(2)", "variables:\n  Gain: {Kp: 10, n: [1, 2*Gain.Kp]}\n"), (Values{200}));
+    EXPECT_EQ(value("b", "variables: {a: 2, b: a + 1}\n"), (Values{3}));
+}
+
+TEST(Settings, VariablesAreOverriddenByName) {
+    const std::string variables =
+        "variables:\n  a: 2\n  Gain: {Kp: a, deep: {x: 1}}\n  b: Gain.Kp + Gain.deep.x\n";
+    EXPECT_EQ(value("b", variables), (Values{3}));
+    EXPECT_EQ(value("b", variables, {{"a", "5"}}), (Values{6}));
+    EXPECT_EQ(value("b", variables, {{"Gain.Kp", "a^2"}}), (Values{5}));
+    EXPECT_EQ(value("b", variables, {{"Gain.deep.x", "10"}}), (Values{12}));
+    EXPECT_EQ(value("b", variables, {{"b", "[1 2]"}}), (Values{1, 2}));
+    EXPECT_EQ(value("b", variables, {{"a", "5"}, {"a", "7"}}), (Values{8}));
+}
+
+TEST(Settings, OfBlocksAndTimesAreOverriddenByName) {
+    EXPECT_EQ(value("1", "", {{"c.value", "[4 5]"}}), (Values{4, 5}));
+    const auto m = elaborate_text(R"m(
+model: m
+step: 0.1
+stop: 2
+blocks:
+  s:
+    variables: {k: 2}
+    outputs: [y]
+    blocks:
+      g: {block: Constant, value: k}
+      d: {block: Delay}
+    connections: {g: d, d: y}
+)m",
+                                  {{"s.k", "9"}, {"s.d.steps", "4"}, {"step", "0.2"}, {"stop", "Inf"}});
+    EXPECT_EQ(m.slot("s.g", "value").initial, (Values{9}));
+    EXPECT_EQ(m.size("s.d", "past"), "4x1");
+    EXPECT_EQ(m.diagram.step, 0.2);
+    EXPECT_TRUE(std::isinf(m.diagram.stop));
+}
+
+/// Shows what text arguments became.
+class Texts final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> one{this, "one", {.initial = ""}};
+    Argument<std::vector<std::string>> many{this, "many", {.initial = {}}};
+};
+
+TEST(Settings, TextsArePlainQuotedFromVariablesOrLists) {
+    Library library("");
+    library.group("test").add<Texts>("Texts", "");
+    const auto text = [&](const std::string& setting) {
+        const auto m = elaborate_text("model: m\nstep: 1\nvariables:\n  name: '''l_sole'''\n  Robot: {foot: "
+                                      "'r_sole', all: \"{'a', 'b'}\"}\n"
+                                      "blocks:\n  t: {block: Texts, " +
+                                          setting + "}\n",
+                                      {}, &library);
+        const auto& block = dynamic_cast<const Texts&>(*m.node("t").block);
+        std::string result = *block.one;
+        for (const auto& item : *block.many) result += "|" + item;
+        return result;
+    };
+    EXPECT_EQ(text("one: l_sole"), "l_sole");
+    EXPECT_EQ(text("one: 'l_sole'"), "l_sole");
+    EXPECT_EQ(text("one: \"l_sole\""), "l_sole");
+    EXPECT_EQ(text("one: Robot.foot"), "r_sole");
+    EXPECT_EQ(text("one: 'Robot.foot'"), "Robot.foot");
+    EXPECT_EQ(text("many: [a, b c]"), "|a|b c");
+    EXPECT_EQ(text("many: \"{'a', 'b'}\""), "|a|b");
+    EXPECT_EQ(text("many: Robot.all"), "|a|b");
+}
+
+TEST(Settings, WithOverridesVariablesOfASubsystemInAnotherFile) {
+    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "bf_with";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "inner.yaml") << "model: inner\noutputs: [y]\nvariables: {k: 1, n: 2*k}\nblocks:\n"
+                                            "  c: {block: Constant, value: \"[k n]\"}\nconnections: {c: y}\n";
+    std::ofstream(folder / "outer.yaml")
+        << "model: outer\nstep: 1\nvariables: {k: 5}\nblocks:\n"
+           "  a: {file: inner.yaml}\n  b: {file: inner.yaml, with: {k: 3*k}}\n";
+    const auto m = elaborate_model(formats::read_yaml(folder / "outer.yaml"));
+    EXPECT_EQ(m.slot("a.c", "value").initial, (Values{1, 2}));
+    EXPECT_EQ(m.slot("b.c", "value").initial, (Values{15, 30}));
+}
+
+TEST(Signals, AreFoundByPathAliasAndPattern) {
+    const auto m = elaborate_text(R"m(
+model: m
+step: 1
+inputs: [r]
+outputs: [y]
+blocks:
+  s:
+    inputs: [u]
+    outputs: [v]
+    blocks: {g: {block: Gain}, h: {block: Gain}}
+    connections: {u: [g, h], g: v}
+  end: {block: Terminator}
+connections: {r: s, s: [end, y]}
+record: [s, "*.g.y", s.*, end, r, y]
+)m");
+    std::vector<std::string> paths, ends;
+    for (const auto& signal : m.diagram.record) {
+        paths.push_back(signal.path);
+        ends.push_back(m.diagram.end_path(signal.end));
+    }
+    EXPECT_EQ(paths, (std::vector<std::string>{"s", "s.g.y", "s.g.y", "s.h.y", "s.v", "end", "r", "y"}));
+    EXPECT_EQ(ends, (std::vector<std::string>{"s.g.y", "s.g.y", "s.g.y", "s.h.y", "s.g.y", "s.g.y", "r.y",
+                                              "s.g.y"}));
+}
+
+} // namespace
+} // namespace bf::test

@@ -1,0 +1,124 @@
+#include "support.hpp"
+
+#include <gtest/gtest.h>
+
+namespace bf::test {
+namespace {
+
+TEST(Rates, ASlowBlockReadsTheSampleOfItsHitAndHoldsItsOutput) {
+    Session run(R"m(
+model: m
+step: 0.001
+blocks:
+  plant: {block: Counter}
+  on: {block: Constant, value: true}
+  controller: {block: Gain, K: 10, period: 0.01}
+  late: {block: Gain, K: 10, period: 0.01, offset: 0.003}
+connections:
+  on: plant.u
+  plant: [controller, late]
+)m");
+    Values fast, slow, late;
+    for (int k = 0; k < 25; ++k) {
+        fast.push_back(run.trace("plant", 1)[0]);
+        slow.push_back(run("controller"));
+        late.push_back(run("late"));
+    }
+    for (int k = 0; k < 25; ++k) {
+        const auto i = static_cast<std::size_t>(k);
+        EXPECT_EQ(fast[i], k + 1);
+        EXPECT_EQ(slow[i], 10 * (k / 10 * 10 + 1)) << k;
+        EXPECT_EQ(late[i], k < 3 ? 0 : 10 * ((k - 3) / 10 * 10 + 4)) << k;
+    }
+}
+
+TEST(Rates, ASlowStateChangesOnlyAtItsHits) {
+    Session run(R"m(
+model: m
+step: 1
+blocks:
+  t: {block: Clock}
+  slow: {block: UnitDelay, initial: -1, period: 3}
+connections: {t: slow}
+)m");
+    EXPECT_EQ(run.trace("slow", 8), (Values{-1, -1, -1, 0, 0, 0, 3, 3}));
+}
+
+TEST(Rates, PeriodOfABlockIsItsOwn) {
+    Session run(R"m(
+model: m
+step: 0.5
+blocks:
+  one: {block: Constant, value: 1}
+  i: {block: DiscreteIntegrator, period: 2}
+connections: {one: i}
+)m");
+    EXPECT_EQ(run.trace("i", 9), (Values{0, 0, 0, 0, 2, 2, 2, 2, 4}));
+}
+
+TEST(Rates, BlocksInheritTheFastestRateTheyRead) {
+    Session run(R"m(
+model: m
+blocks:
+  slow: {block: Clock, period: 0.4}
+  fast: {block: Clock, period: 0.2}
+  other: {block: Clock, period: 0.3}
+  a: {block: Gain}
+  b: {block: Sum}
+  c: {block: Sum}
+  one: {block: Constant}
+  d: {block: Sum}
+connections:
+  slow: [a, b.u1, c.u1, d.u1]
+  fast: b.u2
+  other: c.u2
+  one: d.u2
+)m");
+    EXPECT_EQ(run.diagram.step, 0.1);
+    const auto ticks = [&](const char* path) {
+        const auto& node = run.diagram.nodes[static_cast<std::size_t>(run.diagram.find_node(path))];
+        return run.diagram.rates[static_cast<std::size_t>(node.rate)].ticks;
+    };
+    EXPECT_EQ(ticks("a"), 4);
+    EXPECT_EQ(ticks("b"), 2);
+    EXPECT_EQ(ticks("c"), 1); // rates that do not nest meet in the base rate
+    EXPECT_EQ(ticks("d"), 4); // a constant does not count
+}
+
+TEST(Rates, APeriodOfASubsystemHoldsForWhatIsInside) {
+    Session run(R"m(
+model: m
+step: 1
+blocks:
+  s:
+    period: 2
+    offset: 1
+    outputs: [y, z]
+    blocks:
+      t: {block: Clock}
+      own: {block: Clock, period: 3}
+    connections: {t: y, own: z}
+)m");
+    EXPECT_EQ(run.trace("s.y", 4), (Values{0, 1, 1, 3}));
+    run.simulation->start();
+    EXPECT_EQ(run.trace("s.z", 5), (Values{0, 0, 0, 3, 3})); // the offset belongs to the subsystem's period
+}
+
+TEST(Rates, AnAtomicSubsystemComputesWhatItsBlocksWould) {
+    const std::string inside = R"m(
+    inputs: [u]
+    outputs: [y]
+    blocks:
+      x: {block: UnitDelay}
+      g: {block: Gain, K: 2}
+    connections: {u: x, x: g, g: y}
+  t: {block: Clock}
+connections: {t: s}
+)m";
+    const std::string head = "model: m\nstep: 1\nblocks:\n  s:";
+    EXPECT_EQ(Session(head + "\n    execution: atomic" + inside).trace("s", 4), (Values{0, 0, 2, 4}));
+    EXPECT_EQ(Session(head + inside).trace("s", 4), (Values{0, 0, 2, 4}));
+}
+
+} // namespace
+} // namespace bf::test

@@ -1,0 +1,304 @@
+// Each line of the pseudocode in simulation.hpp has a test named after it.
+#include "support.hpp"
+
+#include "bf/kernels/elementwise.hpp"
+#include "bf/model/builder.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace bf::test {
+namespace {
+
+/// What devices did, in order.
+std::vector<std::string>& events() {
+    static std::vector<std::string> list;
+    return list;
+}
+
+/// A device that tells when it is opened and closed, and fails when it is told to.
+class Device final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> id{this, "id", {.initial = "d"}};
+    Argument<int> fails_at{this, "fails_at", {.initial = -1}};
+    Argument<bool> is_absent{this, "is_absent", {.initial = false}};
+    Output<double> y{this, "y", {}};
+    DiscreteState<double> x{this, "x", {}};
+    void start(Now) const override {
+        if (*is_absent) throw std::runtime_error("device " + *id + " is absent; plug it in");
+        events().push_back("start " + *id);
+    }
+    Status output(Now at, Out out) const noexcept override {
+        if (at.step() == *fails_at) return Status::failure("broke at step {}", static_cast<int>(at.step()));
+        out[y] = at[x];
+        return ok;
+    }
+    Status update(Now at, Next next) const noexcept override {
+        next[x] = at[x] + 1;
+        return ok;
+    }
+    void stop(Now) const noexcept override { events().push_back("stop " + *id); }
+};
+
+const Library& devices() {
+    static const Library library = [] {
+        Library l("");
+        l.group("test").add<Device>("Device", "");
+        return l;
+    }();
+    return library;
+}
+
+const std::string counting = R"m(
+model: m
+step: 0.5
+blocks:
+  one: {block: Constant, value: 1}
+  add: {block: Sum}
+  x: {block: UnitDelay, initial: 10}
+connections:
+  one: add.u1
+  x: add.u2
+  add: x
+)m";
+
+TEST(Start, StatesHaveTheirInitialValues) { EXPECT_EQ(Session(counting).trace("x", 1), (Values{10})); }
+
+TEST(Start, BeginsAgainFromTheInitialValues) {
+    Session run(counting);
+    run.trace("x", 5);
+    run.simulation->start();
+    EXPECT_EQ(run.simulation->time(), 0);
+    EXPECT_EQ(run.trace("x", 2), (Values{10, 11}));
+}
+
+TEST(Start, OutputsOfARateWithOffsetAreZeroUntilTheirFirstHit) {
+    Session run("model: m\nstep: 0.1\nblocks:\n  c: {block: Clock, period: 0.2, offset: 0.1}\n");
+    EXPECT_EQ(run.trace("c", 4), (Values{0, 0.1, 0.1, 3 * 0.1}));
+    run.simulation->start();
+    EXPECT_EQ(run.trace("c", 1), (Values{0}));
+}
+
+TEST(Start, DevicesOpenInOrderAndStopLastFirst) {
+    events().clear();
+    Session run("model: m\nstep: 1\nblocks:\n  a: {block: Device, id: a}\n  b: {block: Device, id: b}\n",
+                &devices());
+    run.trace("a", 1);
+    run.simulation->stop();
+    EXPECT_EQ(events(), (std::vector<std::string>{"start a", "start b", "stop b", "stop a"}));
+    run.simulation->stop();
+    EXPECT_EQ(events().size(), 4u);
+}
+
+TEST(Start, ADeviceThatIsAbsentClosesThoseThatAreOpen) {
+    events().clear();
+    try {
+        Session run("model: m\nstep: 1\nblocks:\n  a: {block: Device, id: a}\n  b: {block: Device, id: b, "
+                    "is_absent: true}\n"
+                    "  c: {block: Device, id: c}\n",
+                    &devices());
+        FAIL();
+    } catch (const RunError& error) {
+        EXPECT_STREQ(error.what(), "b: device b is absent; plug it in");
+    }
+    EXPECT_EQ(events(), (std::vector<std::string>{"start a", "stop a"}));
+}
+
+TEST(Start, ConstantOutputsAreComputedOnce) {
+    Session run("model: m\nstep: 1\nblocks:\n  c: {block: Constant, value: 2}\n  g: {block: Gain, K: "
+                "3}\nconnections: {c: g}\n");
+    EXPECT_TRUE(run.diagram.plan.outputs.size() == 1 && run.diagram.plan.outputs[0].rate == constant_rate);
+    EXPECT_EQ(run("g"), 6);
+}
+
+TEST(Step, OutputsUseTheStatesBeforeTheStep) {
+    EXPECT_EQ(Session(counting).trace("add", 3), (Values{11, 12, 13}));
+}
+
+TEST(Step, UpdatesComeAfterAllOutputs) {
+    // A chain of delays passes each value on by one place per step, in whatever order the blocks stand.
+    Session run(R"m(
+model: m
+step: 1
+blocks:
+  c: {block: UnitDelay, initial: 3}
+  a: {block: UnitDelay, initial: 1}
+  b: {block: UnitDelay, initial: 2}
+  t: {block: Clock}
+connections: {t: a, a: b, b: c}
+)m");
+    EXPECT_EQ(run.trace("c", 5), (Values{3, 2, 1, 0, 1}));
+}
+
+TEST(Step, TimeIsTheNumberOfStepsTimesTheStep) {
+    Session run("model: m\nstep: 0.1\nblocks:\n  c: {block: Clock}\n");
+    const auto t = run.trace("c", 1000);
+    for (int k = 0; k < 1000; ++k) ASSERT_EQ(t[static_cast<std::size_t>(k)], k * 0.1);
+}
+
+/// Notes what a recording would hold.
+struct Notes final : Simulation::Observer {
+    void observe(const Simulation& s) noexcept override {
+        times.push_back(s.time());
+        const auto x = s.diagram().find_signal(state), y = s.diagram().find_signal(output);
+        states.push_back(read_value(s.context().data(x.node, x.slot), Type::float64, 0));
+        outputs.push_back(read_value(s.context().data(y.node, y.slot), Type::float64, 0));
+    }
+    std::string state, output;
+    Values times, states, outputs;
+};
+
+TEST(Step, ObserversSeeTimeOutputsAndTheStatesBeforeTheStep) {
+    Session run(counting);
+    Notes notes;
+    notes.state = "x.x";
+    notes.output = "add";
+    run.simulation->add_observer(notes);
+    run.trace("x", 3);
+    EXPECT_EQ(notes.times, (Values{0, 0.5, 1}));
+    EXPECT_EQ(notes.states, (Values{10, 11, 12}));
+    EXPECT_EQ(notes.outputs, (Values{11, 12, 13}));
+}
+
+TEST(Step, AFailingOutputEndsTheRunAndObserversKeepWhatTheySaw) {
+    events().clear();
+    Session run("model: m\nstep: 1\nblocks:\n  a: {block: Device, fails_at: 3}\n  b: {block: Device}\n",
+                &devices());
+    Notes notes;
+    notes.state = "a.x";
+    notes.output = "a.y";
+    run.simulation->add_observer(notes);
+    int steps = 0;
+    while (run.simulation->step()) ++steps;
+    EXPECT_EQ(steps, 3);
+    EXPECT_EQ(run.simulation->failure(), "a: broke at step 3");
+    EXPECT_EQ(notes.times, (Values{0, 1, 2}));
+    EXPECT_EQ(run("b"), 2); // nothing after the failed block ran
+    EXPECT_FALSE(run.simulation->step());
+    EXPECT_EQ(run.simulation->steps(), 3);
+    run.simulation->stop();
+    EXPECT_EQ(events().size(), 4u);
+}
+
+TEST(Step, AFailingAssertionCompletesItsStep) {
+    Session run(R"m(
+model: m
+step: 1
+blocks:
+  t: {block: Clock}
+  small: {block: CompareToConstant, operator: "<", constant: 2}
+  must: {block: Assertion}
+connections: {t: small, small: must}
+)m");
+    Notes notes;
+    notes.state = notes.output = "t";
+    run.simulation->add_observer(notes);
+    while (run.simulation->step()) {
+    }
+    EXPECT_EQ(notes.times, (Values{0, 1, 2}));
+    EXPECT_EQ(run.simulation->failure().substr(0, 6), "must: ");
+}
+
+TEST(Step, ANaNThatEntersAStateNamesItsBlock) {
+    Session run(R"m(
+model: m
+step: 1
+blocks:
+  t: {block: Clock}
+  one: {block: Constant, value: "[1 -1 1]"}
+  root: {block: Sqrt}
+  product: {block: Product}
+  fine: {block: UnitDelay}
+  state: {block: UnitDelay}
+connections:
+  t: [product.u1, fine]
+  one: product.u2
+  product: root
+  root: state
+)m");
+    EXPECT_TRUE(run.simulation->step());
+    EXPECT_FALSE(run.simulation->step());
+    EXPECT_EQ(run.simulation->failure(),
+              "state: a state became NaN: look at the block's inputs in this step for a "
+              "division by zero or a value out of range");
+}
+
+TEST(Parameters, ChangeBetweenStepsAndConstantsFollow) {
+    Session run(
+        "model: m\nstep: 1\nblocks:\n  c: {block: Constant, value: [1, 2]}\n  g: {block: Gain, K: 3}\n  "
+        "t: {block: Clock}\n"
+        "  h: {block: Gain, K: 1}\nconnections: {c: g, t: h}\n");
+    run.simulation->set_parameter("c.value", {5});
+    EXPECT_EQ(run.values("g"), (Values{15, 15}));
+    run.simulation->set_parameter("c.value", {1, 4});
+    EXPECT_EQ(run.values("g"), (Values{3, 12}));
+    run.trace("h", 2);
+    run.simulation->set_parameter("h.K", {10});
+    EXPECT_EQ(run.trace("h", 1), (Values{20}));
+}
+
+TEST(Parameters, WrongChangesAreRefused) {
+    Session run("model: m\nstep: 1\nblocks:\n  c: {block: Constant, value: [1, 2]}\n");
+    const auto refused = [&](const std::string& path, const Values& values) -> std::string {
+        try {
+            run.simulation->set_parameter(path, values);
+        } catch (const RunError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(
+        refused("c.valeu", {1}),
+        "there is no parameter 'c.valeu'; did you mean 'c.value'?; parameters are called block.parameter");
+    EXPECT_EQ(refused("c.value", {1, 2, 3}), "parameter 'c.value' has 2 elements, not 3");
+    EXPECT_EQ(refused("c.value", {}), "parameter 'c.value' has 2 elements, not 0");
+    EXPECT_EQ(run.values("c"), (Values{1, 2}));
+}
+
+TEST(Checks, ReportTheFinalValues) {
+    Session run(R"m(
+model: m
+step: 1
+blocks:
+  t: {block: Clock}
+  peak: {block: Check, kind: maximum, at_most: 3}
+connections: {t: peak}
+)m");
+    run.trace("t", 4);
+    const auto checks = run.simulation->checks();
+    ASSERT_EQ(checks.size(), 2u);
+    EXPECT_EQ(checks[0].name, "peak");
+    EXPECT_EQ(checks[0].value, 3);
+    EXPECT_EQ(checks[1].name, "peak.passed");
+    EXPECT_EQ(checks[1].value, 1);
+    EXPECT_TRUE(checks[1].is_boolean);
+}
+
+TEST(Checks, TheLongLoopGivesThePeersValue) {
+    model::Builder b{"loop"};
+    b.step(0.001);
+    b.add("one", "Constant", {{"value", 1}});
+    model::End last = {"d9"};
+    for (int i = 0; i < 500; ++i) {
+        const auto gain = b.add("g" + std::to_string(i), "Gain", {{"K", 0.999}});
+        const auto sum = b.add("s" + std::to_string(i), "Sum");
+        b.connect(last, gain);
+        b.connect(gain, sum["u1"]);
+        b.connect({"one"}, sum["u2"]);
+        last = sum;
+    }
+    for (int i = 0; i < 10; ++i) {
+        const auto delay = b.add("d" + std::to_string(i), "UnitDelay");
+        b.connect(last, delay);
+        last = delay;
+    }
+    Session run(b.build());
+    run.simulation->start();
+    const auto y = run.trace("s499", 100);
+    EXPECT_NEAR(y[14], 632.304575229, 1e-9);
+    EXPECT_NEAR(y[99], 993.278888040133, 1e-12 * 993);
+}
+
+} // namespace
+} // namespace bf::test

@@ -11,6 +11,7 @@ void add_describe(CLI::App& app);
 void add_plot(CLI::App& app);
 void add_film(CLI::App& app);
 void add_export(CLI::App& app);
+void add_generate(CLI::App& app);
 void add_doctor(CLI::App& app);
 
 } // namespace bf::tools

@@ -1,0 +1,42 @@
+// Diagram → C++ project.
+#pragma once
+
+#include "bf/elaborate/diagram.hpp"
+
+#include <filesystem>
+#include <map>
+#include <stdexcept>
+#include <string>
+
+namespace bf::codegen {
+
+/// A diagram that cannot be generated, or a folder that cannot be written. The text says which block or
+/// folder, why, and the remedy; nothing was written.
+struct GenerationError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+struct Options {
+    /// Statements per function and per file. Compile time grows faster than the length of a function, so that
+    /// large models are split.
+    int statements_per_function = 200;
+    int statements_per_file = 2000;
+};
+
+/// Texts by file name relative to the project's folder.
+using Files = std::map<std::string, std::string>;
+
+/// The project: one class with initialize(), step() and terminate(), its main program, the used kernels and a
+/// CMakeLists.txt. It computes what bf::Simulation computes, bit for bit, and needs a C++17 compiler only.
+/// Throws GenerationError naming every block that is more than rules (see the README).
+Files generate(const Diagram& diagram, const Options& options = {});
+
+/// Name of the generated class: UpperCamel of the diagram's name; and of its files: snake_case.
+std::string class_name(const Diagram& diagram);
+std::string file_name(const Diagram& diagram);
+
+/// Writes all files into the folder, which must not exist or be empty. Throws GenerationError before anything
+/// is written when it holds something or cannot be written.
+void write(const Files& files, const std::filesystem::path& folder);
+
+} // namespace bf::codegen

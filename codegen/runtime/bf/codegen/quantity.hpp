@@ -1,0 +1,92 @@
+// Tables of named quantities, and numbers in and out of them.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+namespace bf::generated {
+
+enum class Type : std::uint8_t { float64, float32, int8, uint8, int16, uint16, int32, uint32, boolean };
+
+/// In which structure of the model a quantity lies.
+enum class Where : std::uint8_t { inputs, parameters, signals, states };
+
+/// A parameter, a recorded signal or a reported state under the name that the diagram gives it.
+struct Quantity {
+    const char* name;
+    const char* unit;
+    const char* doc;
+    Type type;
+    Where where;
+    int rows, cols; ///< column by column
+    std::size_t offset;
+    int size() const noexcept { return rows * cols; }
+};
+
+/// Rows of a table.
+struct Quantities {
+    const Quantity* first;
+    int count;
+    const Quantity* begin() const noexcept { return first; }
+    const Quantity* end() const noexcept { return first + count; }
+    /// The row of that name, or null.
+    const Quantity* find(const char* name) const noexcept {
+        for (const Quantity& q : *this)
+            if (std::strcmp(q.name, name) == 0) return &q;
+        return nullptr;
+    }
+};
+
+/// Calls f with a null pointer of the element type.
+template <class F> auto with_type(Type type, F&& f) noexcept {
+    switch (type) {
+    case Type::float32: return f(static_cast<float*>(nullptr));
+    case Type::int8: return f(static_cast<std::int8_t*>(nullptr));
+    case Type::uint8: return f(static_cast<std::uint8_t*>(nullptr));
+    case Type::int16: return f(static_cast<std::int16_t*>(nullptr));
+    case Type::uint16: return f(static_cast<std::uint16_t*>(nullptr));
+    case Type::int32: return f(static_cast<std::int32_t*>(nullptr));
+    case Type::uint32: return f(static_cast<std::uint32_t*>(nullptr));
+    case Type::boolean: return f(static_cast<bool*>(nullptr));
+    case Type::float64: break;
+    }
+    return f(static_cast<double*>(nullptr));
+}
+
+/// Element i as a double, which holds every value of every type.
+inline double read(const void* from, Type type, int i) noexcept {
+    return with_type(type, [&](auto* t) {
+        using T = std::remove_pointer_t<decltype(t)>;
+        return static_cast<double>(static_cast<const T*>(from)[i]);
+    });
+}
+
+/// Element i = x, rounded to the nearest and held within the limits of an integer type.
+inline void write(void* to, Type type, int i, double x) noexcept {
+    with_type(type, [&](auto* t) {
+        using T = std::remove_pointer_t<decltype(t)>;
+        if constexpr (std::is_same_v<T, bool>) {
+            static_cast<T*>(to)[i] = x != 0;
+        } else if constexpr (std::is_integral_v<T>) {
+            constexpr double least = std::numeric_limits<T>::min(), most = std::numeric_limits<T>::max();
+            const double r = std::round(x);
+            static_cast<T*>(to)[i] = static_cast<T>(r < least ? least : r > most ? most : r);
+        } else {
+            static_cast<T*>(to)[i] = static_cast<T>(x);
+        }
+    });
+}
+
+/// Writes `count` values, or one value to all elements. Null, or what is wrong; nothing is written then.
+inline const char* write_all(void* to, const Quantity& q, const double* values, int count) noexcept {
+    if (count != q.size() && count != 1) return "wrong number of elements";
+    for (int i = 0; i < count; ++i)
+        if (std::isnan(values[i])) return "a value is not a number";
+    for (int i = 0; i < q.size(); ++i) write(to, q.type, i, values[count == 1 ? 0 : i]);
+    return nullptr;
+}
+
+} // namespace bf::generated

@@ -1,0 +1,112 @@
+// How generated code hands its data to kernels.
+#pragma once
+
+#include "bf/kernels/view.hpp"
+
+#include <type_traits>
+
+namespace bf::generated {
+
+/// R x C elements, column by column. One column is an ordinary array, one element an ordinary variable.
+template <class T, int R, int C> struct Matrix { T data[R * C]; };
+
+template <class T> using IfNumber = std::enable_if_t<std::is_arithmetic_v<T>>;
+
+/// What a kernel reads.
+template <class T, class = IfNumber<T>> constexpr kernels::FixedView<const T, 1> in(const T& x) noexcept {
+    return kernels::FixedView<const T, 1>{&x};
+}
+template <class T, int N> constexpr kernels::FixedView<const T, N> in(const T (&x)[N]) noexcept {
+    return kernels::FixedView<const T, N>{x};
+}
+template <class T, int R, int C>
+constexpr kernels::FixedView<const T, R, C> in(const Matrix<T, R, C>& x) noexcept {
+    return kernels::FixedView<const T, R, C>{x.data};
+}
+
+/// What a kernel writes.
+template <class T, class = IfNumber<T>> constexpr kernels::FixedView<T, 1> out(T& x) noexcept {
+    return kernels::FixedView<T, 1>{&x};
+}
+template <class T, int N> constexpr kernels::FixedView<T, N> out(T (&x)[N]) noexcept {
+    return kernels::FixedView<T, N>{x};
+}
+template <class T, int R, int C> constexpr kernels::FixedView<T, R, C> out(Matrix<T, R, C>& x) noexcept {
+    return kernels::FixedView<T, R, C>{x.data};
+}
+
+/// The same elements as R x C.
+template <int R, int C, class T, int M, int N>
+constexpr kernels::FixedView<T, R, C> reshaped(const kernels::FixedView<T, M, N>& x) noexcept {
+    static_assert(R * C == M * N);
+    return kernels::FixedView<T, R, C>{x.data};
+}
+/// An operand without elements.
+template <class T, int R, int C> constexpr kernels::FixedView<T, R, C> empty() noexcept {
+    return kernels::FixedView<T, R, C>{};
+}
+
+/// A fixed number of operands of a kernel that takes a list.
+template <class V, int N> struct List {
+    using value_type = typename V::value_type;
+    V views[N];
+    static constexpr int size() noexcept { return N; }
+    constexpr const V& operator[](int k) const noexcept { return views[k]; }
+};
+/// Operands of equal extents keep them as constants.
+template <class T, int R, int C, class... V>
+constexpr auto list(const kernels::FixedView<T, R, C>& first, const V&... others) noexcept {
+    using First = kernels::FixedView<T, R, C>;
+    using Item = std::conditional_t<(std::is_same_v<First, V> && ...), First, kernels::View<T>>;
+    return List<Item, 1 + int(sizeof...(V))>{{first, others...}};
+}
+
+/// Runs a kernel out of line: one copy for all calls with the same kernel, types and extents.
+template <class Kernel, class... Views> [[gnu::noinline]] auto call(Kernel kernel, Views... views) noexcept {
+    return kernel(views...);
+}
+
+template <class V> using Writable = typename V::value_type;
+
+/// to = from; one element expands.
+template <class To, class From> void assign(To& to, const From& from) noexcept {
+    const auto target = out(to);
+    const auto source = in(from);
+    for (int i = 0; i < target.size(); ++i)
+        target[i] = static_cast<Writable<decltype(target)>>(source[kernels::pick(i, source.size())]);
+}
+
+/// state = next, but false when an element is not a number.
+template <class T> bool commit(T& state, const T& next) noexcept {
+    const auto x = in(next);
+    bool is_number = true;
+    for (int i = 0; i < x.size(); ++i) is_number = is_number && !(x[i] != x[i]);
+    if (is_number) state = next;
+    return is_number;
+}
+template <class T, int N> bool commit(T (&state)[N], const T (&next)[N]) noexcept {
+    bool is_number = true;
+    for (int i = 0; i < N; ++i) is_number = is_number && !(next[i] != next[i]);
+    if (is_number)
+        for (int i = 0; i < N; ++i) state[i] = next[i];
+    return is_number;
+}
+
+/// Is some element above 0? What an enabled subsystem asks.
+template <class T> bool is_positive(const T& signal) noexcept {
+    const auto x = in(signal);
+    bool value = false;
+    for (int i = 0; i < x.size(); ++i) value = value || x[i] > 0;
+    return value;
+}
+
+template <class Kernel, class = void> struct FailureOf {
+    static constexpr const char* text = "the result is not defined for these inputs";
+};
+template <class Kernel> struct FailureOf<Kernel, std::void_t<decltype(Kernel::failure)>> {
+    static constexpr const char* text = Kernel::failure;
+};
+/// What is wrong when the kernel returns false.
+template <class Kernel> constexpr const char* failure_of(Kernel) noexcept { return FailureOf<Kernel>::text; }
+
+} // namespace bf::generated

@@ -1,0 +1,358 @@
+// Places of quantities and statements of a step.
+#include "generator.hpp"
+
+#include "texts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bf::codegen {
+
+namespace {
+
+std::string number(int i) { return std::to_string(i); }
+
+/// The slot of a node that an operand refers to.
+const Slot& slot_of(const Block& block, int slot) {
+    return block.declaration().slots[static_cast<std::size_t>(slot)];
+}
+
+std::string extents(const Size& size) { return number(size.rows) + ", " + number(size.cols); }
+
+} // namespace
+
+Generator::Generator(const Diagram& diagram, const Options& options)
+    : diagram_(diagram), options_(options), class_(class_name(diagram)), file_(file_name(diagram)) {}
+
+void Generator::check() const {
+    std::string problems;
+    const auto add = [&](const DiagramNode& n, const std::string& why) {
+        problems += "\n  " + n.path + " (" + n.type + "): " + why;
+    };
+    for (const auto& n : diagram_.nodes) {
+        const auto& d = n.block->declaration();
+        const auto& m = n.methods;
+        if (!d.derivative_rules.empty() || m.derivative ||
+            std::any_of(d.slots.begin(), d.slots.end(),
+                        [](const Slot& s) { return s.role == Role::continuous_state; }))
+            add(n,
+                "it has continuous states, and generated code has no solver for them; use its discrete form");
+        else if (!d.objects.empty() || !d.provisions.empty() || !d.requirements.empty())
+            add(n, "it uses an object outside the diagram, which generated code cannot make");
+        else if (m.output || m.update || m.reset || m.guards || m.event)
+            add(n, "it is computed by methods of its class instead of rules, which cannot be printed");
+        for (const auto* rules : {&d.output_rules, &d.update_rules})
+            for (const Call& call : *rules)
+                if (!find_kernel(call.kernel))
+                    add(n, "its kernel '" + std::string(call.kernel) + "' is none of the standard kernels");
+    }
+    if (problems.empty()) return;
+    throw GenerationError("no code can be generated for '" + diagram_.name + "':" + problems +
+                          "\nreplace these blocks, or generate the part of the model without them");
+}
+
+void Generator::place(const Node::End& end, const char* structure, std::vector<Field>& fields,
+                      const std::string& path) {
+    auto& taken = &fields == &inputs_       ? taken_inputs_
+                  : &fields == &parameters_ ? taken_parameters_
+                  : &fields == &signals_    ? taken_signals_
+                  : &fields == &states_     ? taken_states_
+                                            : taken_workspace_;
+    const Slot& slot = diagram_.slot(end);
+    if (slot.size.count() == 0) return;
+    const std::string member = unique_identifier(path, taken);
+    places_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {structure, member};
+    if (slot.role == Role::discrete_state)
+        next_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {"next_", member};
+    fields.push_back({end, member, path, &slot});
+}
+
+void Generator::place_all() {
+    places_.resize(diagram_.nodes.size());
+    next_.resize(diagram_.nodes.size());
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
+        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        places_[n].resize(slots.size());
+        next_[n].resize(slots.size());
+    }
+    for (const auto& input : diagram_.inputs) place(input.end, "inputs", inputs_, input.path);
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
+        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        for (std::size_t s = 0; s < slots.size(); ++s) {
+            const Node::End end{static_cast<int>(n), static_cast<int>(s)};
+            const std::string path = diagram_.end_path(end);
+            if (!places_[n][s].member.empty()) continue;
+            switch (slots[s].role) {
+            case Role::input:
+                if (diagram_.nodes[n].sources[s].node < 0) place(end, "signals", signals_, path);
+                break;
+            case Role::output: place(end, "signals", signals_, path); break;
+            case Role::parameter: place(end, "parameters", parameters_, path); break;
+            case Role::discrete_state: place(end, "states", states_, path); break;
+            case Role::workspace: place(end, "workspace_", workspace_, path); break;
+            case Role::continuous_state:
+            case Role::guard: break;
+            }
+        }
+    }
+    std::set<std::string> taken;
+    for (const auto& output : diagram_.outputs)
+        if (!place_of(output.end).member.empty())
+            outputs_.push_back(
+                {output.end, unique_identifier(output.path, taken), output.path, &diagram_.slot(output.end)});
+}
+
+const Place& Generator::place_of(const Node::End& end) const {
+    return places_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)];
+}
+
+std::string Generator::operand(int n, const Call::Reference& from, std::string& constants) {
+    const char* direction = from.is_written ? "out" : "in";
+    switch (from.source) {
+    case Call::Source::time: return "in(time_)";
+    case Call::Source::period:
+        constants +=
+            "static constexpr double period = " + literal(diagram_.period(node(n).rate), Type::float64) +
+            ";\n";
+        return "in(period)";
+    case Call::Source::constants: {
+        const auto& values = *from.constants;
+        if (values.empty()) return "empty<const double, 0, 1>()";
+        std::string list, name = "constants";
+        for (const double value : values) list += (list.empty() ? "" : ", ") + literal(value, Type::float64);
+        for (int i = 2; constants.find(" " + name + "[]") != std::string::npos; ++i)
+            name = "constants_" + number(i);
+        constants += "static constexpr double " + name + "[] = {" + list + "};\n";
+        return "in(" + name + ")";
+    }
+    case Call::Source::rate: // refused by check()
+    case Call::Source::slot:
+    case Call::Source::next: break;
+    }
+    const Slot& slot = slot_of(block(n), from.slot);
+    const auto s = static_cast<std::size_t>(from.slot);
+    if (slot.size.count() == 0)
+        return "empty<" + std::string(from.is_written ? "" : "const ") + cpp_name(slot.type) + ", " +
+               extents(slot.size) + ">()";
+    Node::End end{n, from.slot};
+    if (slot.role == Role::input && node(n).sources[s].node >= 0) end = node(n).sources[s];
+    const bool is_next = from.source == Call::Source::next;
+    const std::string text =
+        direction + ("(" + (is_next ? next_[static_cast<std::size_t>(n)][s] : place_of(end)).text()) + ")";
+    const Size& stored = diagram_.slot(end).size;
+    if (stored.rows == slot.size.rows && stored.cols == slot.size.cols) return text;
+    return "reshaped<" + extents(slot.size) + ">(" + text + ")";
+}
+
+/// A statement in lines of at most 110 columns, broken at the commas between operands.
+static std::string wrapped(const std::string& text, std::size_t indent) {
+    std::string result;
+    std::size_t line = indent;
+    for (std::size_t at = 0; at < text.size();) {
+        const auto comma = text.find(", ", at);
+        const auto end = comma == std::string::npos ? text.size() : comma + 2;
+        if (line + end - at > 108 && line > indent) {
+            result.back() = '\n';
+            result += "    ";
+            line = indent + 4;
+        }
+        result += text.substr(at, end - at);
+        line += end - at;
+        at = end;
+    }
+    return result;
+}
+
+std::string Generator::rule(int n, const Call& call) {
+    const Kernel& kernel = *find_kernel(call.kernel);
+    headers_.insert(kernel.header);
+    bool is_scalar = call.operands.size() <= 8;
+    std::string constants, operands;
+    for (std::size_t i = 0; i < call.operands.size(); ++i) {
+        const auto& from = call.operands[i];
+        if (from.slot >= 0) is_scalar = is_scalar && slot_of(block(n), from.slot).size.count() == 1;
+        if (from.constants) is_scalar = is_scalar && from.constants->size() <= 8;
+        const int k = static_cast<int>(i) - call.list_from;
+        if (call.list_from >= 0 && k == 0 && call.list_size > 0)
+            operands += (i ? ", " : "") + std::string("list(");
+        else if (i)
+            operands += ", ";
+        operands += operand(n, from, constants);
+        if (call.list_from >= 0 && k == call.list_size - 1) operands += ")";
+    }
+    std::string printed(call.kernel);
+    for (auto at = printed.find("bf::kernels::"); at != std::string::npos; at = printed.find("bf::kernels::"))
+        printed.erase(at, 4);
+    std::string text = is_scalar ? printed + "(" + operands + ")" : "call(" + printed + ", " + operands + ")";
+    if (kernel.can_fail)
+        text = "if (!" + text + ") return fail(" + literal(node(n).path) + ", failure_of(" + printed + "));";
+    else
+        text += ";";
+    const std::string title = "// " + comment(node(n).path) + " (" + comment(node(n).type) + ")\n";
+    if (constants.empty()) return title + wrapped(text, 4) + "\n";
+    std::string lines = constants + wrapped(text, 8) + "\n", block_text = title + "{\n";
+    for (std::size_t at = 0; at < lines.size();) {
+        const auto end = lines.find('\n', at);
+        block_text += "    " + lines.substr(at, end - at + 1);
+        at = end + 1;
+    }
+    return block_text + "}\n";
+}
+
+std::string Generator::condition_test(int c) const {
+    const auto& condition = diagram_.conditions[static_cast<std::size_t>(c)];
+    if (condition.enable.node < 0) return "";
+    const std::string i = number(c);
+    return "// enabled subsystem " + comment(condition.path) + "\nif (is_positive(" +
+           place_of(condition.enable).text() + ") != is_enabled_" + i + "_) is_enabled_" + i +
+           "_ ? disable_" + i + "() : enable_" + i + "();\n";
+}
+
+std::string Generator::write_values(const std::string& target, const Slot& slot,
+                                    const std::vector<double>& values) const {
+    const auto differ = [](double a, double b) { return a != b || std::signbit(a) != std::signbit(b); };
+    const bool is_uniform = std::adjacent_find(values.begin(), values.end(), differ) == values.end();
+    const auto text = [&](double value) { return literal(value, slot.type); };
+    if (is_uniform) {
+        const std::string value = text(values.empty() ? 0.0 : values.front());
+        if (slot.size.count() == 1 && slot.size.cols == 1) return target + " = " + value + ";\n";
+        return "assign(" + target + ", " + cpp_name(slot.type) + "(" + value + "));\n";
+    }
+    std::string list;
+    for (const double value : values) list += (list.empty() ? "" : ", ") + text(value);
+    return "{\n    static constexpr " + std::string(cpp_name(slot.type)) + " values[] = {" + list +
+           "};\n    assign(" + target + ", values);\n}\n";
+}
+
+std::string Generator::initial_output(const Condition::Outlet& outlet) const {
+    const std::string target = place_of(outlet.end).text();
+    if (outlet.initial_from.node >= 0)
+        return "assign(" + target + ", " + place_of(outlet.initial_from).text() + ");\n";
+    return write_values(target, diagram_.slot(outlet.end), outlet.initial);
+}
+
+std::vector<std::string> Generator::resets(int n, bool only_from_parameters) const {
+    std::vector<std::string> statements;
+    const auto& slots = block(n).declaration().slots;
+    for (std::size_t s = 0; s < slots.size(); ++s) {
+        const Slot& slot = slots[s];
+        if (slot.role != Role::discrete_state || slot.size.count() == 0) continue;
+        const std::string state = place_of({n, static_cast<int>(s)}).text();
+        if (slot.initial_from >= 0) {
+            statements.push_back("assign(" + state + ", " + place_of({n, slot.initial_from}).text() + ");\n");
+        } else if (!only_from_parameters) {
+            statements.push_back(write_values(state, slot, slot.initial));
+        } else {
+            continue;
+        }
+        if (!only_from_parameters)
+            statements.push_back("assign(" + next_[static_cast<std::size_t>(n)][s].text() + ", " + state +
+                                 ");\n");
+    }
+    return statements;
+}
+
+std::vector<Guarded> Generator::outputs(bool constant) {
+    std::vector<Guarded> all;
+    for (const auto& segment : diagram_.plan.outputs) {
+        if ((segment.rate == constant_rate) != constant) continue;
+        all.push_back({segment.rate, segment.condition, {}});
+        for (const auto& activity : segment.activities)
+            all.back().statements.push_back(
+                activity.node < 0
+                    ? condition_test(activity.condition)
+                    : rule(activity.node, block(activity.node)
+                                              .declaration()
+                                              .output_rules[static_cast<std::size_t>(activity.index)]));
+    }
+    return all;
+}
+
+std::vector<Guarded> Generator::updates() {
+    std::vector<Guarded> all;
+    for (const auto& segment : diagram_.plan.updates) {
+        all.push_back({segment.rate, segment.condition, {}});
+        for (const auto& activity : segment.activities)
+            all.back().statements.push_back(rule(
+                activity.node,
+                block(activity.node).declaration().update_rules[static_cast<std::size_t>(activity.index)]));
+    }
+    return all;
+}
+
+std::vector<Guarded> Generator::commits() const {
+    std::vector<Guarded> all;
+    for (const auto& segment : diagram_.plan.updates) {
+        all.push_back({segment.rate, segment.condition, {}});
+        int last = -1;
+        for (const auto& activity : segment.activities) {
+            if (activity.node == last) continue;
+            last = activity.node;
+            const auto& slots = block(last).declaration().slots;
+            for (std::size_t s = 0; s < slots.size(); ++s) {
+                if (slots[s].role != Role::discrete_state || slots[s].size.count() == 0) continue;
+                const std::string state = place_of({last, static_cast<int>(s)}).text();
+                const std::string next = next_[static_cast<std::size_t>(last)][s].text();
+                if (slots[s].type == Type::float64)
+                    all.back().statements.push_back("if (!commit(" + state + ", " + next +
+                                                    ")) return became_nan(" + literal(node(last).path) +
+                                                    ");\n");
+                else
+                    all.back().statements.push_back("assign(" + state + ", " + next + ");\n");
+            }
+        }
+    }
+    return all;
+}
+
+std::string Generator::guard(const Guarded& g) const {
+    std::string text;
+    const auto& rate = diagram_.rates[static_cast<std::size_t>(g.rate)];
+    if (!rate.is_constant && rate.ticks > 1) text = "is_hit_" + number(g.rate) + "_";
+    if (g.condition > 0) text += (text.empty() ? "" : " && ") + ("is_enabled_" + number(g.condition) + "_");
+    return text;
+}
+
+std::string Generator::functions(const std::string& family, const std::vector<Guarded>& all) {
+    std::string calls, body;
+    int statements = 0, pieces = 0;
+    const auto finish = [&] {
+        if (statements == 0) return;
+        const std::string name = family + "_" + number(++pieces);
+        declarations_.push_back("bool " + name + "() noexcept;");
+        pieces_.push_back("bool " + class_ + "::" + name + "() noexcept {\n" + body +
+                          "    return true;\n}\n");
+        piece_statements_.push_back(statements);
+        calls += (calls.empty() ? "" : " && ") + name + "()";
+        body.clear();
+        statements = 0;
+    };
+    for (const auto& g : all) {
+        const std::string condition = guard(g);
+        const std::string indent = condition.empty() ? "    " : "        ";
+        bool is_open = false;
+        const auto close = [&] {
+            if (is_open && !condition.empty()) body += "    }\n";
+            is_open = false;
+        };
+        for (const auto& statement : g.statements) {
+            if (statement.empty()) continue;
+            if (!is_open && !condition.empty()) body += "    if (" + condition + ") {\n";
+            is_open = true;
+            for (std::size_t at = 0; at < statement.size();) {
+                const auto end = statement.find('\n', at);
+                body += indent + statement.substr(at, end - at + 1);
+                at = end + 1;
+            }
+            if (++statements >= options_.statements_per_function) {
+                close();
+                finish();
+            }
+        }
+        close();
+    }
+    finish();
+    return calls.empty() ? "true" : calls;
+}
+
+} // namespace bf::codegen

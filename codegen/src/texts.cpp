@@ -1,0 +1,65 @@
+#include "texts.hpp"
+
+#include <cctype>
+#include <vector>
+
+namespace bf::codegen {
+
+namespace {
+
+struct Text {
+    std::string_view name, content;
+};
+constexpr Text texts[] = {
+#include "texts.inc"
+};
+
+bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+
+/// All structures with a call operator. A kernel without one of its own inherits it, and with it its result.
+std::map<std::string, Kernel, std::less<>> find_all_kernels() {
+    std::map<std::string, Kernel, std::less<>> kernels;
+    for (const auto& text : texts) {
+        const auto& source = text.content;
+        for (auto at = source.find("struct "); at != std::string_view::npos;
+             at = source.find("struct ", at + 1)) {
+            auto end = at + 7;
+            while (end < source.size() && is_word(source[end])) ++end;
+            const std::string name(source.substr(at + 7, end - at - 7));
+            const auto body = source.substr(end, source.find("\n};", end) - end);
+            if (body.find('{') == std::string_view::npos || kernels.contains(name)) continue;
+            kernels[name] = {std::string(text.name), body.find("bool operator()") != std::string_view::npos};
+        }
+    }
+    return kernels;
+}
+
+} // namespace
+
+const Kernel* find_kernel(std::string_view printed_name) {
+    static const auto kernels = find_all_kernels();
+    constexpr std::string_view space = "bf::kernels::";
+    if (!printed_name.starts_with(space)) return nullptr;
+    auto name = printed_name.substr(space.size());
+    std::size_t end = 0;
+    while (end < name.size() && is_word(name[end])) ++end;
+    const auto found = kernels.find(name.substr(0, end));
+    return found == kernels.end() ? nullptr : &found->second;
+}
+
+void add_header(const std::string& header, Files& files) {
+    if (files.contains("include/" + header)) return;
+    for (const auto& text : texts) {
+        if (text.name != header) continue;
+        files["include/" + header] = std::string(text.content);
+        constexpr std::string_view include = "#include \"";
+        for (auto at = text.content.find(include); at != std::string_view::npos;
+             at = text.content.find(include, at + 1)) {
+            const auto begin = at + include.size();
+            add_header(std::string(text.content.substr(begin, text.content.find('"', begin) - begin)), files);
+        }
+        return;
+    }
+}
+
+} // namespace bf::codegen

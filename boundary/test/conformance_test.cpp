@@ -31,7 +31,7 @@ Matrix row(std::initializer_list<double> x) {
     return Eigen::Map<const Matrix>(x.begin(), 1, static_cast<Eigen::Index>(x.size()));
 }
 const std::vector<Case> cases{
-    {"NativePlugin", "Accumulate", {}, {{"factor", {2}}, {"offset", {1, 2, 3}}}, {vector3, vector3}},
+    {"NativePlugin", "Accumulate", {}, {{"factor", {2}}, {"bias", {1, 2, 3}}}, {vector3, vector3}},
     {"NativePlugin", "Clocked", {{"mode", "double"}, {"negate", true}}, {}, {test::matrix_size(2, 3)}},
     {"WholeBodyToolbox", "MinimumJerkTrajectoryGenerator", {}, {}, {vector3}},
     {"WholeBodyToolbox", "MassMatrix", {}, {}, {test::matrix_size(4, 4), {}}},
@@ -233,7 +233,11 @@ TEST_P(Conformance, AsLegacyEqualsNative) {
                     << "output " << i << ", step " << k << ", round " << again;
         }
     }
-    EXPECT_TRUE(object.call("terminate", [](core::Block& b, HostInformation& i) { return b.terminate(&i); }));
+    const auto terminate = [](core::Block& b, HostInformation& i) { return b.terminate(&i); };
+    EXPECT_TRUE(object.call("terminate", terminate));
+    EXPECT_FALSE(object.call("terminate", terminate));
+    EXPECT_FALSE(object.call("output", [](core::Block& b, HostInformation& i) { return b.output(&i); }));
+    EXPECT_TRUE(object.call("initialize", [](core::Block& b, HostInformation& i) { return b.initialize(&i); }));
 }
 
 TEST_P(Conformance, HostedEqualsNative) {
@@ -272,13 +276,13 @@ INSTANTIATE_TEST_SUITE_P(Boundary, Conformance, testing::ValuesIn(cases),
 TEST(Conformance, OldAndNewBlockOfOneRuleAgree) {
     Registry registry;
     registry.add_search_path(BF_TEST_PLUGINS);
-    const Arguments arguments{{"factor", 2.0}, {"offset", row({1, 2, 3})}};
+    const Arguments arguments{{"factor", 2.0}, {"bias", row({1, 2, 3})}};
     RunBlock old(registry.find("LegacyPlugin/Accumulate"), arguments);
     old.wire("u1", vector3).wire("u2", vector3).start();
     old.context().start(0);
     RunBlock native(registry.find("NativePlugin/Accumulate"));
     native.wire("u1", vector3).wire("u2", vector3).start();
-    native.set("factor", std::vector<double>{2}).set("offset", std::vector<double>{1, 2, 3});
+    native.set("factor", std::vector<double>{2}).set("bias", std::vector<double>{1, 2, 3});
     for (int k = 0; k < steps; ++k) {
         for (auto* run : {&old, &native}) {
             run->set("u1", input(vector3, k, 0)).set("u2", input(vector3, k, 1));

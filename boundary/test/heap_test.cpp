@@ -31,7 +31,7 @@ TEST(BoundaryHeap, IsNotUsedByAHostedStep) {
     Registry registry;
     registry.add_search_path(BF_TEST_PLUGINS);
     test::RunBlock run(registry.find("LegacyPlugin/Accumulate"),
-                       {{"factor", 2.0}, {"offset", Matrix(Matrix::Ones(1, 3))}});
+                       {{"factor", 2.0}, {"bias", Matrix(Matrix::Ones(1, 3))}});
     run.wire("u1", test::vector_size(3)).wire("u2", test::vector_size(3)).start();
     run.context().start(0);
     const long before = heap_calls();
@@ -46,7 +46,7 @@ TEST(BoundaryHeap, IsNotUsedByAStepAsLegacy) {
     auto legacy = std::make_shared<const LegacyClass>(std::string(BF_TEST_PLUGINS) + "/NativePlugin.so",
                                                       "NativePlugin", "Accumulate");
     LegacyObject object(legacy,
-                        {{"factor", 2.0}, {"offset", Matrix(Matrix::Ones(1, 3))}, {"sample_time", 0.01}});
+                        {{"factor", 2.0}, {"bias", Matrix(Matrix::Ones(1, 3))}, {"sample_time", 0.01}});
     const core::Port::Info port{0, {3}, core::Port::DataType::DOUBLE};
     double memory[3][3] = {{1, 2, 3}, {4, 5, 6}, {}};
     object.information.run_on({port, {1, {3}, core::Port::DataType::DOUBLE}}, {port});

@@ -50,7 +50,7 @@ TEST_F(Hosted, AnOldPluginIsLoadedLikeAnyOther) {
 }
 
 TEST_F(Hosted, ParametersAreArgumentsAndOpenSizesAreWired) {
-    auto run = make("Accumulate", {{"factor", 2.0}, {"offset", Matrix(Matrix::Ones(1, 3))}});
+    auto run = make("Accumulate", {{"factor", 2.0}, {"bias", Matrix(Matrix::Ones(1, 3))}});
     run.wire("u1", test::vector_size(3)).wire("u2", test::vector_size(3)).start();
     EXPECT_EQ(run.size("y1"), test::vector_size(3));
     run.context().start(0);
@@ -109,15 +109,15 @@ TEST_F(Hosted, MissingAndWrongArgumentsAreNamed) {
     };
     EXPECT_TRUE(has(problem("Accumulate", {}),
                     "plugin 'LegacyPlugin', block 'Accumulate', parseParameters: the "
-                    "arguments 'factor', 'offset' are missing; give a value"));
+                    "arguments 'factor', 'bias' are missing; give a value"));
     const Arguments given{{"whole", 3.5}, {"flag", true}, {"real", 0.5}, {"text", "four"},
                           {"three", 1},   {"cells", "a"}, {"field", 1}};
     const auto text = problem("AllParameters", given);
     EXPECT_TRUE(has(text, "parameter 'whole' must be a whole number, not 3.5")) << text;
     EXPECT_TRUE(has(text, "parameter 'three' must have 3 elements, not 1")) << text;
     EXPECT_TRUE(has(problem("Misbehaves", {{"misdeed", 3}}), "parameter 'misdeed' must be a text, not 3"));
-    EXPECT_TRUE(has(problem("Accumulate", {{"factor", 1}, {"offset", Matrix(Matrix::Ones(2, 2))}}),
-                    "parameter 'offset' is a 2x2 matrix: 2D parameters are not supported"));
+    EXPECT_TRUE(has(problem("Accumulate", {{"factor", 1}, {"bias", Matrix(Matrix::Ones(2, 2))}}),
+                    "parameter 'bias' is a 2x2 matrix: 2D parameters are not supported"));
 }
 
 TEST_F(Hosted, EveryFailingStageIsReportedWithPluginBlockAndCall) {

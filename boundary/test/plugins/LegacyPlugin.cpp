@@ -11,7 +11,7 @@ const unsigned Accumulate::NumberOfParameters = Block::NumberOfParameters + 2;
 bool Accumulate::parseParameters(BlockInformation* blockInfo) {
     const std::vector<ParameterMetadata> metadata{
         {ParameterType::DOUBLE, 2, 1, 1, "factor"},
-        {ParameterType::DOUBLE, 3, 1, ParameterMetadata::DynamicSize, "offset"}};
+        {ParameterType::DOUBLE, 3, 1, ParameterMetadata::DynamicSize, "bias"}};
     for (const auto& md : metadata) {
         if (!blockInfo->addParameterMetadata(md)) {
             bfError << "Failed to store parameter metadata";
@@ -40,7 +40,7 @@ bool Accumulate::initialize(BlockInformation* blockInfo) {
         return false;
     }
     const bool ok =
-        m_parameters.getParameter("factor", factor_) && m_parameters.getParameter("offset", offset_);
+        m_parameters.getParameter("factor", factor_) && m_parameters.getParameter("bias", offset_);
     if (!ok) return false;
     if (static_cast<int>(offset_.size()) != blockInfo->getInputPortWidth(0) ||
         blockInfo->getInputPortWidth(0) != blockInfo->getInputPortWidth(1)) {

@@ -13,7 +13,7 @@ class Accumulate final : public Block {
     using Block::Block;
     Dim n{this, "n"};
     Parameter<double> factor{this, "factor", {.initial = {1}}};
-    Parameter<Vector> offset{this, "offset", {.shape = {n}}};
+    Parameter<Vector> offset{this, "bias", {.shape = {n}}};
     Input<Vector> u1{this, "u1", {.shape = {n}}};
     Input<Vector> u2{this, "u2", {.shape = {n}}};
     Output<Vector> y{this, "y1", {.shape = {n}}};

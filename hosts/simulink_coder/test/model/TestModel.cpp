@@ -125,7 +125,7 @@ void TestModelModelClass::initialize() {
             valueVector.push_back(0.125);
             params.storeParameter<double>(
                 valueVector, blockfactory::core::ParameterMetadata(blockfactory::core::ParameterType::DOUBLE,
-                                                                   3, 1, 3, "offset"));
+                                                                   3, 1, 3, "bias"));
         }
         params.storeParameter<std::string>(
             "Accumulate", blockfactory::core::ParameterMetadata(blockfactory::core::ParameterType::STRING, 0,

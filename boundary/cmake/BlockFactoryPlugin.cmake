@@ -25,7 +25,8 @@ function(add_blockfactory_plugin name)
     get_property(headers GLOBAL PROPERTY ${name}_HEADERS)
     add_library(${name} SHARED ${sources} ${headers} ${arg_EXTRA_SOURCES})
     target_link_libraries(${name} PUBLIC BlockFactory::Core)
-    set_target_properties(${name} PROPERTIES OUTPUT_NAME ${name})
+    # An installed plugin finds BlockFactory beside itself or where it was built against.
+    set_target_properties(${name} PROPERTIES OUTPUT_NAME ${name} INSTALL_RPATH "$ORIGIN/.." INSTALL_RPATH_USE_LINK_PATH TRUE)
 endfunction()
 
 # install_blockfactory_plugin(<p>)

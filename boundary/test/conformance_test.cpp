@@ -237,7 +237,8 @@ TEST_P(Conformance, AsLegacyEqualsNative) {
     EXPECT_TRUE(object.call("terminate", terminate));
     EXPECT_FALSE(object.call("terminate", terminate));
     EXPECT_FALSE(object.call("output", [](core::Block& b, HostInformation& i) { return b.output(&i); }));
-    EXPECT_TRUE(object.call("initialize", [](core::Block& b, HostInformation& i) { return b.initialize(&i); }));
+    EXPECT_TRUE(
+        object.call("initialize", [](core::Block& b, HostInformation& i) { return b.initialize(&i); }));
 }
 
 TEST_P(Conformance, HostedEqualsNative) {

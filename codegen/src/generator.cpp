@@ -184,13 +184,14 @@ std::string Generator::rule(int n, const Call& call) {
     for (auto at = printed.find("bf::kernels::"); at != std::string::npos; at = printed.find("bf::kernels::"))
         printed.erase(at, 4);
     std::string text = is_scalar ? printed + "(" + operands + ")" : "call(" + printed + ", " + operands + ")";
+    text = wrapped(text, constants.empty() ? 4 : 8);
     if (kernel.can_fail)
         text = "if (!" + text + ") return fail(" + literal(node(n).path) + ", failure_of(" + printed + "));";
     else
         text += ";";
     const std::string title = "// " + comment(node(n).path) + " (" + comment(node(n).type) + ")\n";
-    if (constants.empty()) return title + wrapped(text, 4) + "\n";
-    std::string lines = constants + wrapped(text, 8) + "\n", block_text = title + "{\n";
+    if (constants.empty()) return title + text + "\n";
+    std::string lines = constants + text + "\n", block_text = title + "{\n";
     for (std::size_t at = 0; at < lines.size();) {
         const auto end = lines.find('\n', at);
         block_text += "    " + lines.substr(at, end - at + 1);
@@ -320,7 +321,7 @@ std::string Generator::functions(const std::string& family, const std::vector<Gu
         if (statements == 0) return;
         const std::string name = family + "_" + number(++pieces);
         declarations_.push_back("bool " + name + "() noexcept;");
-        pieces_.push_back("bool " + class_ + "::" + name + "() noexcept {\n" + body +
+        pieces_.push_back("[[gnu::flatten]] bool " + class_ + "::" + name + "() noexcept {\n" + body +
                           "    return true;\n}\n");
         piece_statements_.push_back(statements);
         calls += (calls.empty() ? "" : " && ") + name + "()";

@@ -348,5 +348,89 @@ TEST(GeneratedCode, EqualsTheEngineForEveryStructure) {
     EXPECT_EQ(batch.expected("becomes_nan").failure.substr(0, 29), "memory: a state became NaN: l");
 }
 
+// ---- the program of a project, and refusals
+
+template <class F> std::string refusal(F&& f) {
+    try {
+        f();
+    } catch (const GenerationError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+/// A folder of this test alone, removed at its end.
+struct Folder {
+    fs::path path = fs::temp_directory_path() / ("bf_codegen_folder_" + std::to_string(getpid()));
+    Folder() { fs::remove_all(path); }
+    ~Folder() { fs::remove_all(path); }
+};
+
+TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
+    model::Builder m("two gains");
+    m.step(0.1).stop(0.2);
+    m.add("one", "Constant", {{"value", "[1 2]"}});
+    m.add("K", "Gain", {{"K", 3}});
+    m.connect(model::End{"one"}, model::End{"K"});
+    m.record({"K.y"});
+    Registry registry;
+    registry.add(standard_library());
+    const Diagram diagram = elaborate(m.build(), registry);
+    const Folder folder;
+    write(generate(diagram), folder.path);
+    const std::string at = "cd " + folder.path.string() + " && ";
+    ASSERT_EQ(std::system(
+                  (at + BF_CXX + " -std=c++17 -Wall -Wextra -Werror -I. -Iinclude *.cpp -o program").c_str()),
+              0);
+    const auto run = [&](const std::string& parameters) {
+        Batch::write_text(folder.path / "p.txt", parameters);
+        const int code =
+            std::system((at + "./program --parameters p.txt --csv out.csv 2> errors.txt").c_str());
+        return code == 0 ? Batch::read_text(folder.path / "out.csv")
+                         : Batch::read_text(folder.path / "errors.txt");
+    };
+    EXPECT_EQ(run(""), "time,\"K.y(1)\",\"K.y(2)\"\n0,3,6\n0.10000000000000001,3,6\n");
+    EXPECT_EQ(run("# a comment\none.value = 4, 5 # constants follow\nK.K = -0.5\n"),
+              "time,\"K.y(1)\",\"K.y(2)\"\n0,-2,-2.5\n0.10000000000000001,-2,-2.5\n");
+    EXPECT_EQ(run("one.value = 1 2 3\nK.k = 1\nK.K = nan\nK.K 1\nK.K = 1x\n"),
+              "p.txt:1: parameter 'one.value': wrong number of elements (it has 2, the line gives 3)\n"
+              "p.txt:2: there is no parameter 'K.k'; --list names all\n"
+              "p.txt:3: parameter 'K.K': a value is not a number (it has 1, the line gives 1)\n"
+              "p.txt:4: write name = values, not 'K.K 1'\n"
+              "p.txt:5: '1x' is no list of numbers\n");
+}
+
+TEST(Generate, RefusesBlocksThatAreMoreThanRules) {
+    model::Builder m("sizes");
+    m.step(0.1);
+    m.add("one", "Constant", {{"value", 1}});
+    m.add("n", "Width");
+    m.connect(model::End{"one"}, model::End{"n"});
+    const Elaborated elaborated(m.build());
+    EXPECT_EQ(
+        refusal([&] { generate(elaborated.diagram); }),
+        "no code can be generated for 'sizes':\n  n (Width): it is computed by methods of its class instead "
+        "of rules, "
+        "which cannot be printed\nreplace these blocks, or generate the part of the model without them");
+}
+
+TEST(Generate, WritesIntoEmptyFoldersOnly) {
+    const Folder folder;
+    write({{"a/b.txt", "text"}}, folder.path);
+    EXPECT_EQ(Batch::read_text(folder.path / "a" / "b.txt"), "text");
+    EXPECT_EQ(refusal([&] {
+                  write({{"c.txt", "text"}}, folder.path);
+              }),
+              "cannot generate into " + folder.path.string() +
+                  ": the folder is not empty; empty it or name another one");
+    EXPECT_FALSE(fs::exists(folder.path / "c.txt"));
+    EXPECT_EQ(refusal([&] {
+                  write({{"c.txt", "text"}}, folder.path / "a" / "b.txt");
+              }),
+              "cannot generate into " + (folder.path / "a" / "b.txt").string() +
+                  ": it is a file; name a folder");
+    EXPECT_NE(refusal([&] { write({{"c.txt", "text"}}, "/proc/no/folder"); }), "");
+}
+
 } // namespace
 } // namespace bf::codegen::test

@@ -17,5 +17,6 @@ void add_nonlinear(Library& library);
 void add_checks(Library& library);
 void add_discrete(Library& library);
 void add_integrators(Library& library);
+void add_continuous(Library& library);
 
 } // namespace bf::blocks

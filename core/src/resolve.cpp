@@ -18,6 +18,7 @@ bool unify_extent(Declaration& d, const Slot& slot, const Extent& extent, int ac
         return false;
     }
     auto& dim = d.dims[static_cast<std::size_t>(extent.dim)];
+    if (dim.rule && dim.value < 0) dim.value = dim.rule(); // the rule goes before the wiring
     if (dim.value == wanted) return false;
     if (dim.value >= 0 || wanted < 0)
         throw ResolutionError(label(slot) + " needs " + dim.name + " = " + std::to_string(wanted) + ", but " +

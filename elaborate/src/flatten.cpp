@@ -74,6 +74,20 @@ class Flattener {
         e_.diagram.stop = time(
             "stop", e_.model.stop, std::numeric_limits<double>::infinity(), [](double x) { return x >= 0; },
             "give a number of seconds from 0 to Inf");
+        read_solver();
+    }
+
+    void read_solver() {
+        model::Expression method = e_.model.solver.value_or(model::Expression{.text = "rk4"});
+        override_of("solver", method);
+        if (const auto known = solver_method(method.text)) {
+            e_.diagram.solver = *known;
+            return;
+        }
+        std::string names;
+        for (const auto& [name, known] : solver_methods)
+            names += (names.empty() ? "" : ", ") + std::string(name);
+        e_.report.add(method.where, "", "there is no solver '" + method.text + "'", "solvers: " + names);
     }
 
     bool override_of(const std::string& name, model::Expression& expression) {

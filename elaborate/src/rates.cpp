@@ -18,17 +18,21 @@ class Rates {
     void run() {
         find_step();
         if (!e_.report.is_empty()) return;
-        base_ = rate_of({1, 0, false});
+        base_ = rate_of({1, 0, false, false});
+        if (std::any_of(nodes_.begin(), nodes_.end(), is_continuous))
+            continuous_ = rate_of({1, 0, false, true});
         for (std::size_t n = 0; n < nodes_.size(); ++n)
-            if (e_.node_periods[n] && *e_.node_periods[n] > 0) {
+            if (is_continuous(nodes_[n])) {
+                nodes_[n].rate = continuous_;
+            } else if (e_.node_periods[n] && *e_.node_periods[n] > 0) {
                 if (never_changes(nodes_[n]) && has_no_inputs(nodes_[n]))
                     nodes_[n].rate = constant_rate;
                 else
                     nodes_[n].rate =
                         given(static_cast<int>(n), *e_.node_periods[n], e_.node_offsets[n].value_or(0));
             } else if (has_no_inputs(nodes_[n])) {
-                nodes_[n].rate =
-                    never_changes(nodes_[n]) && nodes_[n].type != "Inport" ? constant_rate : base_;
+                nodes_[n].rate = never_changes(nodes_[n]) && nodes_[n].type != "Inport" ? constant_rate
+                                                                                        : fastest(nodes_[n]);
             }
         inherit();
         for (auto& condition : e_.diagram.conditions)
@@ -60,6 +64,19 @@ class Rates {
                 if (operand.source == Call::Source::time || operand.source == Call::Source::period)
                     return false;
         return true;
+    }
+
+    static bool is_continuous(const DiagramNode& node) {
+        const auto& slots = node.block->declaration().slots;
+        return std::any_of(slots.begin(), slots.end(),
+                           [](const Slot& s) { return s.role == Role::continuous_state; });
+    }
+
+    /// The fastest rate a block can have: blocks with discrete states do not run inside a step.
+    int fastest(const DiagramNode& node) const {
+        const auto& d = node.block->declaration();
+        const bool is_discrete = node.methods.update || !d.update_rules.empty();
+        return continuous_ > 0 && !is_discrete ? continuous_ : base_;
     }
 
     /// The base step: given, or the greatest common divisor of all periods and offsets.
@@ -157,14 +174,15 @@ class Rates {
             }
             rate = rate < 0 ? source : faster(rate, source);
         }
-        if (rate == constant_rate && (!never_changes(node) || node.condition > 0)) return base_;
-        return rate;
+        if (rate == constant_rate && (!never_changes(node) || node.condition > 0)) return fastest(node);
+        return rate == continuous_ ? fastest(node) : rate;
     }
 
     /// Rates whose hits do not nest have no common faster one among them: the base rate serves both.
     int faster(int a, int b) const {
         if (a == b || b == constant_rate) return a;
         if (a == constant_rate) return b;
+        if (a == continuous_ || b == continuous_) return continuous_;
         const auto& x = e_.diagram.rates[static_cast<std::size_t>(a)];
         const auto& y = e_.diagram.rates[static_cast<std::size_t>(b)];
         if (y.ticks % x.ticks == 0 && (y.offset - x.offset) % x.ticks == 0) return a;
@@ -196,7 +214,7 @@ class Rates {
 
     Elaboration& e_;
     std::vector<DiagramNode>& nodes_;
-    int base_ = 0;
+    int base_ = 0, continuous_ = -1;
 };
 
 } // namespace

@@ -18,7 +18,12 @@ class Sorting {
         make_vertices();
         make_edges();
         order();
-        make_updates();
+        collect(e_.diagram.plan.updates, [](const Declaration& d, const Block::Methods& m) {
+            return static_cast<int>(d.update_rules.size()) + m.update;
+        });
+        collect(e_.diagram.plan.derivatives, [](const Declaration& d, const Block::Methods& m) {
+            return static_cast<int>(d.derivative_rules.size()) + m.derivative;
+        });
     }
 
   private:
@@ -171,17 +176,16 @@ class Sorting {
         }
     }
 
-    void make_updates() {
-        auto& segments = e_.diagram.plan.updates;
+    /// Activities that read only x⁻ and outputs need no order: document order, by rate and condition.
+    template <class Count> void collect(std::vector<Segment>& segments, Count activities) {
         std::map<std::pair<int, int>, std::size_t> known;
         for (std::size_t n = 0; n < nodes_.size(); ++n) {
             const auto& node = nodes_[n];
-            const int updates =
-                static_cast<int>(node.block->declaration().update_rules.size()) + node.methods.update;
-            if (updates == 0 || node.rate == constant_rate) continue;
+            const int found = activities(node.block->declaration(), node.methods);
+            if (found == 0 || node.rate == constant_rate) continue;
             const auto [place, is_new] = known.try_emplace({node.rate, node.condition}, segments.size());
             if (is_new) segments.push_back({node.rate, node.condition, {}});
-            for (int i = 0; i < updates; ++i)
+            for (int i = 0; i < found; ++i)
                 segments[place->second].activities.push_back({static_cast<int>(n), i, 0});
         }
     }

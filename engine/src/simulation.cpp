@@ -46,13 +46,12 @@ struct Simulation::ConditionState {
 
 Simulation::Simulation(const Diagram& diagram)
     : diagram_(diagram), context_(diagram.context_nodes(), static_cast<int>(diagram.rates.size())),
-      hit_(diagram.rates.size()), until_hit_(diagram.rates.size()) {
+      solver_(diagram.solver, context_.continuous_state().size()), hit_(diagram.rates.size()),
+      until_hit_(diagram.rates.size()) {
     for (const auto& node : diagram.nodes)
-        if (node.methods.derivative || node.methods.guards || node.methods.event ||
-            !node.block->declaration().derivative_rules.empty())
-            throw RunError(node.path +
-                           ": has continuous states or events, but the simulation takes fixed steps; use a "
-                           "discrete block, e.g. a DiscreteIntegrator");
+        if (node.methods.guards || node.methods.event)
+            throw RunError(node.path + ": has zero crossings, but the simulation takes fixed steps; use a "
+                                       "discrete block, e.g. a Relay");
     for (std::size_t c = 0; c < diagram_.conditions.size(); ++c) {
         const auto& condition = diagram_.conditions[c];
         auto state = std::make_unique<ConditionState>(ConditionState{this, static_cast<int>(c)});
@@ -93,6 +92,8 @@ void Simulation::bind() {
         updates_.push_back(bound(segment, Phase::update));
         commits_.push_back(commits_of(segment));
     }
+    for (const auto& segment : diagram_.plan.derivatives)
+        derivatives_.push_back(bound(segment, Phase::derivative));
 }
 
 Simulation::CommitSegment Simulation::commits_of(const Segment& segment) {
@@ -205,7 +206,9 @@ void Simulation::start() {
     failed_node_ = -1;
     for (std::size_t r = 0; r < diagram_.rates.size(); ++r) {
         until_hit_[r] = diagram_.rates[r].offset;
-        context_.clock(static_cast<int>(r)) = {0, diagram_.period(static_cast<int>(r)), -1};
+        const bool is_continuous = diagram_.rates[r].is_continuous;
+        context_.clock(static_cast<int>(r)) = {0, is_continuous ? 0 : diagram_.period(static_cast<int>(r)),
+                                               -1};
     }
     for (std::size_t c = 1; c < conditions_.size(); ++c) conditions_[c]->is_true = false;
     clear_outputs();
@@ -249,6 +252,7 @@ Status Simulation::step() noexcept {
     for (Observer* observer : observers_) observer->observe(*this);
     for (const auto& segment : updates_)
         if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
+    if (!derivatives_.empty() && !integrate(t)) return status_;
     for (const auto& segment : commits_)
         if (is_due(segment.rate, segment.condition) && !commit(segment)) return status_;
     ++steps_;
@@ -349,6 +353,47 @@ void Simulation::restore(const std::vector<std::byte>& snapshot) {
     for (auto& condition : conditions_) condition->is_true = *from++ != std::byte{0};
     status_ = ok;
     failed_node_ = -1;
+}
+
+} // namespace bf
+
+namespace bf {
+
+bool Simulation::evaluate_derivatives(double t, bool is_inside_step) noexcept {
+    if (is_inside_step) {
+        for (std::size_t r = 1; r < hit_.size(); ++r)
+            if (diagram_.rates[r].is_continuous) context_.clock(static_cast<int>(r)).time = t;
+        for (const auto& segment : outputs_)
+            if (diagram_.rates[static_cast<std::size_t>(segment.rate)].is_continuous &&
+                is_active(segment.condition) && !run(segment))
+                return false;
+    }
+    for (const auto& segment : derivatives_)
+        if (is_active(segment.condition) && !run(segment)) return false;
+    return true;
+}
+
+bool Simulation::integrate(double t) noexcept {
+    const auto x = context_.continuous_state();
+    // The outputs at t were computed in this step already.
+    const bool is_done = solver_.step(t, diagram_.step, x, context_.continuous_rate(),
+                                      [this, t](double at) { return evaluate_derivatives(at, at != t); });
+    if (!is_done) return false;
+    if (std::none_of(x.begin(), x.end(), [](double value) { return std::isnan(value); })) return true;
+    status_ = Status::failure("a continuous state became NaN: look for a division by zero or a value out of "
+                              "range, or give a smaller step");
+    for (const auto& segment : derivatives_)
+        for (const int node : segment.nodes) {
+            const auto& slots = diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().slots;
+            for (std::size_t i = 0; i < slots.size(); ++i) {
+                if (slots[i].role != Role::continuous_state) continue;
+                const auto* values = static_cast<const double*>(context_.data(node, static_cast<int>(i)));
+                if (std::any_of(values, values + slots[i].size.count(),
+                                [](double value) { return std::isnan(value); }))
+                    failed_node_ = node;
+            }
+        }
+    return false;
 }
 
 } // namespace bf

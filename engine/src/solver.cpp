@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 namespace bf {
 
@@ -44,18 +43,6 @@ const Tableau& tableau(SolverMethod method) {
 }
 
 } // namespace
-
-std::optional<SolverMethod> solver_method(std::string_view name) {
-    constexpr std::array<std::pair<std::string_view, SolverMethod>, 5> names{
-        {{"euler", SolverMethod::euler},
-         {"heun", SolverMethod::heun},
-         {"bogacki_shampine", SolverMethod::bogacki_shampine},
-         {"rk4", SolverMethod::rk4},
-         {"dormand_prince", SolverMethod::dormand_prince}}};
-    for (const auto& [known, method] : names)
-        if (name == known) return method;
-    return std::nullopt;
-}
 
 int order(SolverMethod method) { return tableau(method).order; }
 

@@ -86,6 +86,11 @@ Builder& Builder::step(Value period) {
     return *this;
 }
 
+Builder& Builder::solver(std::string method) {
+    model_->solver = Expression{.text = std::move(method)};
+    return *this;
+}
+
 Builder& Builder::stop(Value duration) {
     model_->stop = Expression{.text = std::move(duration.text)};
     return *this;

@@ -19,6 +19,7 @@ struct CheckOptions {
 
 std::string rate_text(const Diagram& d, int rate) {
     if (rate == constant_rate) return "constant";
+    if (d.rates[static_cast<std::size_t>(rate)].is_continuous) return "continuous";
     const auto& r = d.rates[static_cast<std::size_t>(rate)];
     std::string text = number(d.period(rate)) + " s";
     if (r.offset) text += " +" + number(static_cast<double>(r.offset) * d.step) + " s";

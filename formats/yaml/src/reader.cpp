@@ -438,6 +438,8 @@ Model Reader::read_model(const Node& node) {
             model.step = read_expression(key, value, "");
         else if (key.text == "stop")
             model.stop = read_expression(key, value, "");
+        else if (key.text == "solver")
+            model.solver = read_expression(key, value, "");
         else if (key.text == "record" && value.is_scalar() && value.text == "all")
             model.record_all = true;
         else if (key.text == "record")

@@ -289,6 +289,7 @@ std::string write_yaml(const Model& model) {
     if (map.wanted("plugins", !model.plugins.empty())) map.add("plugins", list(model.plugins, &Plugin::name));
     map.add("step", model.step);
     map.add("stop", model.stop);
+    map.add("solver", model.solver);
     add_system(map, model.root, false);
     if (model.record_all)
         map.add("record", Content{.text = "all"});

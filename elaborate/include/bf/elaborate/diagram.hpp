@@ -3,6 +3,7 @@
 
 #include "bf/core/context.hpp"
 #include "bf/core/registry.hpp"
+#include "bf/elaborate/solver_method.hpp"
 #include "bf/model/model.hpp"
 
 #include <cstdint>
@@ -18,6 +19,7 @@ namespace bf {
 struct SampleRate {
     std::int64_t ticks = 1, offset = 0;
     bool is_constant = false;
+    bool is_continuous = false; ///< hit in every step, and inside it by the solver
     bool operator==(const SampleRate&) const = default;
 };
 inline constexpr int constant_rate = 0;
@@ -70,8 +72,9 @@ struct Segment {
 
 /// What is called, in which order, at which rate.
 struct Plan {
-    std::vector<Segment> outputs; ///< in sorted order
-    std::vector<Segment> updates; ///< in document order: they read only x⁻ and outputs
+    std::vector<Segment> outputs;     ///< in sorted order
+    std::vector<Segment> updates;     ///< in document order: they read only x⁻ and outputs
+    std::vector<Segment> derivatives; ///< of continuous states
 };
 
 /// A recorded or plotted signal.
@@ -91,6 +94,7 @@ struct Diagram {
     double stop = 0; ///< duration [s]; infinite when the model names none
     std::vector<DiagramNode> nodes;
     std::vector<SampleRate> rates;
+    SolverMethod solver = SolverMethod::rk4; ///< of continuous states
     std::vector<Condition> conditions;
     std::vector<SignalName> inputs, outputs; ///< of the root; the end of an input is the port's own memory
     std::vector<SignalName> record;
@@ -98,6 +102,7 @@ struct Diagram {
     std::vector<SignalName> aliases; ///< outputs of subsystems by their path
     Plan plan;
 
+    /// Seconds between two hits of a rate.
     double period(int rate) const {
         return static_cast<double>(rates[static_cast<std::size_t>(rate)].ticks) * step;
     }

@@ -10,8 +10,8 @@ namespace bf {
 
 /// What a run changes in a model before it is elaborated.
 struct ElaborateOptions {
-    /// An expression for a variable of the model ("Gain.Kp"), a setting of a block ("controller.pd.K"), "step"
-    /// or "stop"; `where` it is written, for messages. The last one of a name counts.
+    /// An expression for a variable of the model ("Gain.Kp"), a setting of a block ("controller.pd.K"),
+    /// "step" or "stop"; `where` it is written, for messages. The last one of a name counts.
     struct Override {
         std::string name, text;
         model::Location where = {};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/elaborate/diagram.hpp"
+#include "bf/engine/solver.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -35,7 +36,11 @@ struct CheckResult {
 ///                it resets the states under it where the model says so, on becoming false it resets outputs
 ///                and makes the conditions inside it false.  What is not computed keeps its value
 ///             3. observers see t, outputs and x⁻ (this is what a recording holds)
-///             4. updates of the same blocks: x⁺ := update(t, x⁻, u, y)
+///             4. updates of the same blocks: x⁺ := update(t, x⁻, u, y).  Continuous states go from t to t +
+///             step
+///                by the diagram's solver, which evaluates outputs and derivatives of the continuous rate
+///                inside the step while all other outputs keep their value (afterwards the memory of
+///                those outputs holds the last evaluation, until the next step)
 ///             5. x⁻ := x⁺ for all of them at once, a NaN being a failure;  k := k + 1
 ///     stop:   blocks stop, last started first (actuators are put back)
 ///
@@ -44,7 +49,7 @@ struct CheckResult {
 class Simulation {
   public:
     /// Allocates everything a run needs. The diagram must outlive the simulation. Throws RunError for a block
-    /// with continuous states, zero crossings or events, which fixed steps do not serve.
+    /// with zero crossings, which fixed steps do not serve.
     explicit Simulation(const Diagram& diagram);
     ~Simulation();
     Simulation(const Simulation&) = delete;
@@ -109,6 +114,8 @@ class Simulation {
     void bind();
     CommitSegment commits_of(const Segment& segment);
     bool run(const BoundSegment& segment) noexcept;
+    bool evaluate_derivatives(double t, bool is_inside_step) noexcept;
+    bool integrate(double t) noexcept;
     bool commit(const CommitSegment& segment) noexcept;
     int node_of_state(const double* next) noexcept; ///< whose next state holds that element
     bool is_due(int rate, int condition) const { return is_hit(rate) && is_active(condition); }
@@ -118,7 +125,8 @@ class Simulation {
 
     const Diagram& diagram_;
     Context context_;
-    std::vector<BoundSegment> constants_, outputs_, updates_;
+    std::vector<BoundSegment> constants_, outputs_, updates_, derivatives_;
+    FixedStepSolver solver_;
     std::vector<CommitSegment> commits_;
     std::vector<std::unique_ptr<ConditionState>> conditions_;
     std::vector<std::uint8_t> hit_;

@@ -1,21 +1,14 @@
 // Integration of continuous states over one step.
 #pragma once
 
+#include "bf/elaborate/solver_method.hpp"
+
 #include <functional>
-#include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 namespace bf {
 
-/// Explicit Runge-Kutta methods with a fixed step. Sources: Hairer, Nørsett, Wanner, Solving Ordinary
-/// Differential Equations I, 2nd ed., §II.1 (Euler, Heun, the classical method) and §II.5 (Dormand-Prince);
-/// Bogacki, Shampine, A 3(2) pair of Runge-Kutta formulas, 1989.
-enum class SolverMethod { euler, heun, bogacki_shampine, rk4, dormand_prince };
-
-/// The method of that name: euler, heun, bogacki_shampine, rk4, dormand_prince.
-std::optional<SolverMethod> solver_method(std::string_view name);
 /// Order of the global error: h^order.
 int order(SolverMethod method);
 

@@ -73,6 +73,7 @@ class Builder : public SystemBuilder {
 
     Builder& step(Value period);
     Builder& stop(Value duration);
+    Builder& solver(std::string method);
     Builder& record(std::initializer_list<std::string> signal_paths);
     Builder& plot(std::string title, std::initializer_list<std::string> signal_paths);
     Builder& plugin(std::string name);

@@ -192,8 +192,9 @@ struct Model {
     std::string name;
     std::string doc = {};
     System root = {};
-    std::optional<Expression> step = {}; ///< base period, s
-    std::optional<Expression> stop = {}; ///< duration, s
+    std::optional<Expression> step = {};   ///< base period, s
+    std::optional<Expression> stop = {};   ///< duration, s
+    std::optional<Expression> solver = {}; ///< of continuous states: a method's name
     std::vector<Plugin> plugins = {};
     bool record_all = false;
     std::vector<Signal> record = {};

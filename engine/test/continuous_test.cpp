@@ -1,0 +1,182 @@
+// Continuous states beside discrete ones, against closed forms.
+#include "support.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+
+using namespace bf;
+using namespace bf::test;
+
+namespace {
+
+std::string oscillator(const std::string& solver) {
+    return "model: oscillator\nstep: 0.01\nsolver: " + solver +
+           "\nvariables: {w: 2*pi}\nblocks:\n  v: {block: Integrator}\n  x: {block: Integrator, initial: 1}\n"
+           "  k: {block: Gain, K: -w^2}\n  d: {block: UnitDelay, period: 0.1}\n"
+           "connections: {x: [k, d], k: v, v: x}\n";
+}
+
+/// A signal at each step, as observers see it: inside a step the solver uses the memory of outputs.
+class Trace final : public Simulation::Observer {
+  public:
+    Trace(Session& session, const std::string& path) : end_(session.diagram.find_signal(path)) {
+        session.simulation->add_observer(*this);
+    }
+    void observe(const Simulation& simulation) noexcept override {
+        values.push_back(*static_cast<const double*>(simulation.context().data(end_.node, end_.slot)));
+    }
+    Values values;
+
+  private:
+    Node::End end_;
+};
+
+Values observed(Session& run, const std::string& path, int steps) {
+    Trace trace(run, path);
+    run.trace(path, steps);
+    return trace.values;
+}
+
+double largest_error(const std::string& solver) {
+    Session run(oscillator(solver));
+    const Values x = observed(run, "x", 200);
+    double largest = 0;
+    for (std::size_t k = 0; k < x.size(); ++k)
+        largest = std::max(largest,
+                           std::abs(x[k] - std::cos(2 * std::numbers::pi * 0.01 * static_cast<double>(k))));
+    return largest;
+}
+
+class Crossing final : public Block {
+  public:
+    using Block::Block;
+    Input<double> u{this, "u", {}};
+    Guard zero{this, "zero", {}};
+    Status guards(Now at, Guards to) const noexcept override {
+        to[zero] = at[u];
+        return ok;
+    }
+};
+
+} // namespace
+
+TEST(Continuous, SolversConvergeInTheOrderOfTheirNames) {
+    double before = 1;
+    for (const auto* solver : {"euler", "heun", "bogacki_shampine", "rk4", "dormand_prince"}) {
+        const double error = largest_error(solver);
+        EXPECT_LT(error, before) << solver;
+        before = error;
+    }
+    EXPECT_LT(before, 1e-8);
+}
+
+TEST(Continuous, OutputsInsideAStepAreThoseOfTheMinorTime) {
+    // dx/dt = t, whose integral t^2/2 every method of order 2 meets exactly.
+    Session run("model: m\nstep: 0.5\nsolver: heun\nblocks:\n  t: {block: Clock}\n  x: {block: Integrator}\n"
+                "connections: {t: x}\n");
+    EXPECT_EQ(observed(run, "x", 4), (Values{0, 0.125, 0.5, 1.125}));
+}
+
+TEST(Continuous, DiscreteBlocksHoldTheirOutputInsideAStep) {
+    // x' = the staircase 0, 0, 0, 0, 1, 1, 2, 2 that the delayed sampler makes of time in steps of 0.5.
+    Session run("model: m\nstep: 0.5\nsolver: euler\nblocks:\n  t: {block: Clock}\n  d: {block: UnitDelay, "
+                "period: 1}\n"
+                "  x: {block: Integrator}\nconnections: {t: d, d: x}\n");
+    EXPECT_EQ(observed(run, "x", 8), (Values{0, 0, 0, 0, 0, 0.5, 1, 2}));
+}
+
+TEST(Continuous, TransferFunctionsFollowTheirStepResponse) {
+    // 4/(s^2 + 0.8 s + 4): y = 1 - exp(-d t) (cos w t + d/w sin w t), d = 0.4, w = sqrt(4 - d^2).
+    Session run("model: m\nstep: 0.01\nblocks:\n  u: {block: Constant, value: 1}\n"
+                "  H: {block: TransferFunction, numerator: [4], denominator: [1, 0.8, 4]}\n"
+                "  S: {block: StateSpace, A: [[0, 1], [-4, -0.8]], B: \"[0; 4]\", C: [1, 0]}\n"
+                "connections: {u: [H, S]}\n");
+    Trace S(run, "S");
+    const Values H = observed(run, "H", 300);
+    for (std::size_t k = 0; k < H.size(); ++k) {
+        const double t = 0.01 * static_cast<double>(k), d = 0.4, w = std::sqrt(4 - d * d);
+        const double exact = 1 - std::exp(-d * t) * (std::cos(w * t) + d / w * std::sin(w * t));
+        ASSERT_NEAR(H[k], exact, 1e-8) << t;
+        ASSERT_NEAR(S.values[k], exact, 1e-8) << t;
+    }
+}
+
+TEST(Continuous, ProperTransferFunctionsPassTheInputDirectly) {
+    Session run(
+        "model: m\nstep: 0.1\nblocks:\n  u: {block: Constant, value: 2}\n"
+        "  H: {block: TransferFunction, numerator: [3, 0], denominator: [1, 0]}\nconnections: {u: H}\n");
+    EXPECT_EQ(observed(run, "H", 3), (Values{6, 6, 6}));
+}
+
+TEST(Continuous, LimitedIntegratorsLeaveTheLimitAtOnce) {
+    Session run(
+        "model: m\nstep: 0.1\nsolver: euler\nblocks:\n  u: {block: Step, time: 1, before: 1, after: -1}\n"
+        "  x: {block: LimitedIntegrator, upper: 0.45}\nconnections: {u: x}\n");
+    const Values x = observed(run, "x", 13);
+    EXPECT_DOUBLE_EQ(x[9], 0.45);
+    EXPECT_LT(x[12], 0.45);
+}
+
+TEST(Continuous, TrackingKeepsAPidFromWindingUp) {
+    // Plant 1/(s + 1), control signal within 1: the reference 2 is out of reach; at t = 5 it falls to 0.5.
+    const auto plant = [](const std::string& tracking_time) {
+        Session run("model: m\nstep: 0.01\nblocks:\n  r: {block: Step, time: 5, before: 2, after: 0.5}\n"
+                    "  e: {block: Sum, signs: +-}\n"
+                    "  c: {block: PID, P: 2, I: 2, lower: -1, upper: 1, tracking_time: " +
+                    tracking_time +
+                    "}\n  plant: {block: TransferFunction, numerator: [1], denominator: [1, 1]}\n"
+                    "connections: {r: e.u1, plant: e.u2, e: c, c: plant}\n");
+        return observed(run, "plant", 1100);
+    };
+    const Values tracked = plant("0.2"), wound_up = plant("1e9");
+    EXPECT_NEAR(tracked[499], 1, 0.01);
+    EXPECT_NEAR(tracked[1099], 0.5, 0.01);
+    // The integral of the error, some 10, keeps the other one at its limit for seconds.
+    EXPECT_LT(tracked[700], 0.7);
+    EXPECT_GT(wound_up[700], 0.95);
+}
+
+TEST(Continuous, AStateThatBecomesNanEndsTheRunByName) {
+    Session run("model: m\nstep: 1\nblocks:\n  a: {block: Clock}\n  g: {block: Gain, K: NaN}\n"
+                "  x: {block: Integrator}\nconnections: {a: g, g: x}\n");
+    EXPECT_FALSE(run.simulation->step());
+    EXPECT_EQ(
+        run.simulation->failure(),
+        "x: a continuous state became NaN: look for a division by zero or a value out of range, or give a "
+        "smaller step");
+}
+
+TEST(Continuous, SnapshotsGoOnBitForBit) {
+    Session run(oscillator("rk4"));
+    run.trace("x", 37);
+    const auto snapshot = run.simulation->snapshot();
+    const Values first = run.trace("x", 50);
+    run.simulation->restore(snapshot);
+    EXPECT_EQ(run.trace("x", 50), first);
+}
+
+TEST(Continuous, UnknownSolversAreRefusedWithTheKnownOnes) {
+    try {
+        Session run(oscillator("ode45"));
+        FAIL();
+    } catch (const model::Errors& errors) {
+        EXPECT_STREQ(errors.what(), "m.yaml:3:9: there is no solver 'ode45'; solvers: euler, heun, "
+                                    "bogacki_shampine, rk4, dormand_prince");
+    }
+}
+
+TEST(Continuous, ZeroCrossingsAreRefused) {
+    Library library("");
+    library.group("test").add<Crossing>("Crossing", "");
+    try {
+        Session run(
+            "model: m\nstep: 1\nblocks: {c: {block: Clock}, i: {block: Crossing}}\nconnections: {c: i}\n",
+            &library);
+        FAIL();
+    } catch (const RunError& error) {
+        EXPECT_STREQ(error.what(), "i: has zero crossings, but the simulation takes fixed steps; use a "
+                                   "discrete block, e.g. a Relay");
+    }
+}

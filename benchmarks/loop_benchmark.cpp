@@ -59,14 +59,17 @@ void bare_physics(benchmark::State& state) {
     const int world = loaded.diagram.find_node("world");
     auto task = world_only.context().task(world, bf::Phase::update, 0);
     const auto& objects = loaded.diagram.nodes[static_cast<std::size_t>(world)].block->declaration().objects;
-    const auto provided = std::find_if(objects.begin(), objects.end(), [](const auto& o) { return o.provision == 0; });
-    auto& robot = *static_cast<bf::toolbox::RobotConnection*>(world_only.context().frame(world).objects[provided - objects.begin()]);
+    const auto provided =
+        std::find_if(objects.begin(), objects.end(), [](const auto& o) { return o.provision == 0; });
+    auto& robot = *static_cast<bf::toolbox::RobotConnection*>(
+        world_only.context().frame(world).objects[provided - objects.begin()]);
     // The torque measured at step k + 1 is the one that acted in step k.
     const auto steps = torques.values.size() / Torques::n;
     for (auto _ : state) {
         world_only.context().start(world);
         for (std::size_t k = 1; k < steps; ++k) {
-            robot.write(bf::toolbox::ControlMode::torque, Eigen::Map<const Eigen::VectorXd>(&torques.values[k * Torques::n], Torques::n));
+            robot.write(bf::toolbox::ControlMode::torque,
+                        Eigen::Map<const Eigen::VectorXd>(&torques.values[k * Torques::n], Torques::n));
             if (!task()) throw std::runtime_error(robot.error());
         }
     }

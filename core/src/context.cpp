@@ -117,7 +117,8 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
         const std::size_t count = d.slots.size();
         void **now = table, **next = table + count, **rate = table + 2 * count, **object = table + 3 * count;
         table += 3 * count + d.objects.size();
-        frames_[n] = {now, next, rate, size, object, &clocks_[static_cast<std::size_t>(nodes_[n].clock)], connected};
+        frames_[n] = {now,      next, rate, size, object, &clocks_[static_cast<std::size_t>(nodes_[n].clock)],
+                      connected};
         for (std::size_t i = 0; i < count; ++i, ++k) {
             const Slot& slot = d.slots[i];
             size[i] = slot.size;
@@ -297,7 +298,8 @@ Status Context::reset(int node) {
         }
         const auto element = static_cast<std::size_t>(bytes(slot.type));
         for (int e = 0; e < slot.size.count(); ++e)
-            std::memcpy(static_cast<std::byte*>(frame.now[i]) + static_cast<std::size_t>(e) * element, values, element);
+            std::memcpy(static_cast<std::byte*>(frame.now[i]) + static_cast<std::size_t>(e) * element, values,
+                        element);
     }
     copy_all([&](std::size_t i) { return frame.now[i]; }, [&](std::size_t i) { return frame.next[i]; });
     if (!n.methods.reset) return ok;

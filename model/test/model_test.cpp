@@ -166,27 +166,30 @@ TEST(Check, SaysWhatIsWrongWithNames) {
     model.root.inputs.push_back({.name = "u"});
     model.root.inputs.push_back({.name = "enable"});
     model.root.execution = Execution::enabled;
-    EXPECT_EQ(texts(check(model)),
-              (Texts{"'a.b' is no name for a block; a name has 1 to 200 bytes, no '.' or '*', no control character "
-                     "and no blank at its ends",
-                     "'u' names both a block and a port of the subsystem; rename one of them, so that connections "
-                     "are clear",
-                     "an enabled subsystem has its input 'enable' already; remove it from `inputs`",
-                     "'2nd' is no name for a variable; use a letter followed by letters, digits and '_'",
-                     "a second variable 'x'; rename one of them",
-                     "nothing: the block is neither of a library, nor a subsystem, nor in a file; give it exactly "
-                     "one of `block`, `blocks` and `file`",
-                     "shifted: `offset` without `period`; an offset shifts a sample time: give both"}));
+    EXPECT_EQ(
+        texts(check(model)),
+        (Texts{"'a.b' is no name for a block; a name has 1 to 200 bytes, no '.' or '*', no control character "
+               "and no blank at its ends",
+               "'u' names both a block and a port of the subsystem; rename one of them, so that connections "
+               "are clear",
+               "an enabled subsystem has its input 'enable' already; remove it from `inputs`",
+               "'2nd' is no name for a variable; use a letter followed by letters, digits and '_'",
+               "a second variable 'x'; rename one of them",
+               "nothing: the block is neither of a library, nor a subsystem, nor in a file; give it exactly "
+               "one of `block`, `blocks` and `file`",
+               "shifted: `offset` without `period`; an offset shifts a sample time: give both"}));
 }
 
 TEST(Check, FindsSignalsThatDoNotExist) {
     Model model = loop();
-    model.record = {{.path = "controler.tau"}, {.path = "controller.dp"}, {.path = "plant.y.z"}, {.path = "c*.x"}};
-    EXPECT_EQ(texts(check(model)),
-              (Texts{"there is no signal 'controler.tau'; did you mean 'controller'?",
-                     "there is no signal 'controller.dp'; did you mean 'pd'?",
-                     "there is no signal 'plant.y.z'; after the name of a library's block comes the name of one of "
-                     "its outputs"}));
+    model.record = {
+        {.path = "controler.tau"}, {.path = "controller.dp"}, {.path = "plant.y.z"}, {.path = "c*.x"}};
+    EXPECT_EQ(
+        texts(check(model)),
+        (Texts{"there is no signal 'controler.tau'; did you mean 'controller'?",
+               "there is no signal 'controller.dp'; did you mean 'pd'?",
+               "there is no signal 'plant.y.z'; after the name of a library's block comes the name of one of "
+               "its outputs"}));
 }
 
 TEST(Check, RefusesTooDeepNestingWithoutDescending) {

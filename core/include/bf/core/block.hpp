@@ -165,7 +165,9 @@ template <class T> Object outside_object(std::shared_ptr<T> pointer) {
     Object object{pointer, {}, {}, {}, true};
     if constexpr (requires { T::is_cache; }) {
         object.is_outside = false;
-    } else if constexpr (requires(T t, double* to, const double* from) { t.state_size(), t.save(to), t.restore(from); }) {
+    } else if constexpr (requires(T t, double* to, const double* from) {
+                             t.state_size(), t.save(to), t.restore(from);
+                         }) {
         T* raw = pointer.get();
         if constexpr (requires { raw->can_save(); })
             if (!raw->can_save()) return object;

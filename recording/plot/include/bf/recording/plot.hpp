@@ -15,7 +15,7 @@ struct Curve {
     std::vector<double> value; ///< as many as `time`
     bool reference = false; ///< dashed, in a darker shade of the curve it belongs to: the first reference of
                             ///< a panel to its first other curve, and so on
-    bool steps = false; ///< holds each value until the next: modes, flags, counters
+    bool steps = false;     ///< holds each value until the next: modes, flags, counters
 };
 
 struct Panel {

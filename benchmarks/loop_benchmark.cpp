@@ -63,6 +63,7 @@ void bare_physics(benchmark::State& state) {
         std::find_if(objects.begin(), objects.end(), [](const auto& o) { return o.provision == 0; });
     auto& robot = *static_cast<bf::toolbox::RobotConnection*>(
         world_only.context().frame(world).objects[provided - objects.begin()]);
+    world_only.start();
     // The torque measured at step k + 1 is the one that acted in step k.
     const auto steps = torques.values.size() / Torques::n;
     for (auto _ : state) {

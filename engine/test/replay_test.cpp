@@ -142,7 +142,9 @@ TEST(Chance, ModelsAreRefusedWithReasonsOrRunAlikeTwice) {
             const auto snapshot = one.simulation->snapshot();
             const auto expected = follow(*one.simulation, 5);
             one.simulation->restore(snapshot);
-            if (one.simulation->steps() == 5) ASSERT_EQ(follow(*one.simulation, 5), expected) << seed;
+            if (one.simulation->steps() == 5) {
+                ASSERT_EQ(follow(*one.simulation, 5), expected) << seed;
+            }
             ++accepted;
         } catch (const model::Errors& errors) {
             ASSERT_FALSE(errors.diagnostics().empty());

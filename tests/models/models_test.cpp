@@ -70,7 +70,7 @@ TEST_P(ModelOfFolder, FollowsItsExpectedTrajectory) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Folders, ModelOfFolder, testing::ValuesIn(folders()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& folder) { return folder.param; });
 
 } // namespace
 } // namespace bf

@@ -9,6 +9,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <unistd.h>
 
 namespace bf::dynamics::test {
 namespace {
@@ -240,7 +241,8 @@ constexpr const char* slider = R"(<?xml version="1.0"?>
 } // namespace
 
 TEST(Algorithms, AgreeWithTheClosedFormOfATurningAndSlidingArm) {
-    const auto path = std::filesystem::temp_directory_path() / "bf_dynamics_slider.urdf";
+    const auto path =
+        std::filesystem::temp_directory_path() / ("bf_dynamics_slider_" + std::to_string(getpid()) + ".urdf");
     std::ofstream(path) << slider;
     const Model model = Model::load(path);
     ASSERT_EQ(model.joint_names(), (std::vector<std::string>{"swing", "slide"}));

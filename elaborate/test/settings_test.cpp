@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace bf::test {
 namespace {
@@ -92,7 +93,8 @@ TEST(Settings, TextsArePlainQuotedFromVariablesOrLists) {
 }
 
 TEST(Settings, WithOverridesVariablesOfASubsystemInAnotherFile) {
-    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "bf_with";
+    const std::filesystem::path folder =
+        std::filesystem::path(testing::TempDir()) / ("bf_with_" + std::to_string(getpid()));
     std::filesystem::create_directories(folder);
     std::ofstream(folder / "inner.yaml") << "model: inner\noutputs: [y]\nvariables: {k: 1, n: 2*k}\nblocks:\n"
                                             "  c: {block: Constant, value: \"[k n]\"}\nconnections: {c: y}\n";

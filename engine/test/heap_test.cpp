@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 namespace {
@@ -53,7 +54,8 @@ blocks:
 connections: {on: s.enable, v: a.u1, x: [a.u2, slow], a: x, sine: s.u}
 record: all
 )m");
-    const auto file = std::filesystem::path(testing::TempDir()) / "heap.mcap";
+    const auto file =
+        std::filesystem::path(testing::TempDir()) / ("heap_" + std::to_string(getpid()) + ".mcap");
     Recorder recorder(run.diagram, run.diagram.record, file, "");
     run.simulation->add_observer(recorder);
     ASSERT_TRUE(run.simulation->step());

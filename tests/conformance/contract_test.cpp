@@ -5,6 +5,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <map>
+#include <unistd.h>
 
 namespace bf::conformance {
 namespace {
@@ -63,7 +64,8 @@ TEST_P(EveryStandardBlock, KeepsTheContract) {
         if (block_class.name != GetParam()) continue;
         std::vector<Arguments> tried;
         if (block_class.name == "SignalFromFile") {
-            const std::string file = testing::TempDir() + "contract_signal.csv";
+            const std::string file =
+                testing::TempDir() + "contract_signal_" + std::to_string(getpid()) + ".csv";
             std::ofstream(file) << "0,1,2\n0.02,3,4\n";
             tried.push_back({{"file", file}});
         } else {

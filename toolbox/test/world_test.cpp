@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <unistd.h>
 
 namespace bf::toolbox::test {
 namespace {
@@ -267,7 +268,7 @@ TEST(World, ATorqueThatIsNotFiniteEndsTheRunAndTheRecordingIsReadable) {
         "model: m\nstep: 0.001\ninputs: {tau: {shape: 23}}\nblocks:\n" + robot + world() +
         "  motors: {block: WholeBodyToolbox/SetReferences}\nconnections: {tau: motors}\nrecord: "
         "[world.s]\n";
-    const std::string file = testing::TempDir() + "toolbox_world.mcap";
+    const std::string file = testing::TempDir() + "toolbox_world_" + std::to_string(getpid()) + ".mcap";
     {
         Running run(text);
         Recorder recorder(run.diagram(), run.diagram().record, file, text);

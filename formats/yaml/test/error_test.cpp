@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace bf::formats {
 namespace {
@@ -150,7 +151,8 @@ TEST(Errors, OfConnectionsAndSignalsAreLocated) {
 /// A folder of model files that is gone after the test.
 class Files : public testing::Test {
   protected:
-    Files() : folder_(std::filesystem::path(testing::TempDir()) / "bf_yaml_files") {
+    Files()
+        : folder_(std::filesystem::path(testing::TempDir()) / ("bf_yaml_files_" + std::to_string(getpid()))) {
         std::filesystem::remove_all(folder_);
         std::filesystem::create_directories(folder_);
     }

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
 namespace bf::formats {
@@ -40,7 +41,8 @@ json schema() { return json::parse(std::ifstream(schema_file)); }
 
 /// Per document, whether Python's jsonschema accepts it.
 std::vector<bool> validate(const json& documents) {
-    const std::filesystem::path work = std::filesystem::path(testing::TempDir()) / "bf_yaml_schema";
+    const std::filesystem::path work =
+        std::filesystem::path(testing::TempDir()) / ("bf_yaml_schema_" + std::to_string(getpid()));
     std::filesystem::create_directories(work);
     std::ofstream(work / "documents.json") << documents;
     std::ofstream(work / "validate.py") << R"(

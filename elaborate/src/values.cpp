@@ -112,17 +112,12 @@ std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const mode
     const std::string text = trimmed(expression.text);
     if (expression.quotes == model::Quotes::single || expression.quotes == model::Quotes::literal)
         return Value(expression.text);
-    // A variable (or a field of one) that holds text goes before its own name.
+    // A variable (or a field of one) that holds text goes before its own name; braces make a cell array.
     const std::string head = text.substr(0, text.find_first_of(".({[ "));
-    if (!head.empty() && scope.variables.contains(head)) {
+    const bool is_cell = !text.empty() && text.front() == '{';
+    if (is_cell || (!head.empty() && scope.variables.contains(head))) {
         const auto value = e.evaluate(expression, scope.variables, path + "." + setting.name);
-        if (!value) return std::nullopt;
-        return to_value(*value);
-    }
-    if (!text.empty() && text.front() == '{') {
-        const auto value = e.evaluate(expression, scope.variables, path + "." + setting.name);
-        if (!value) return std::nullopt;
-        return to_value(*value);
+        return value ? to_value(*value) : std::nullopt;
     }
     if (!is_list) return Value(text);
     std::vector<std::string> items;

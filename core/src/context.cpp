@@ -182,15 +182,13 @@ Context::~Context() = default;
 namespace {
 
 const std::vector<Call>& rules(const Declaration& d, Phase phase) {
-    static const std::vector<Call> none;
     switch (phase) {
-    case Phase::output: return d.output_rules;
+    case Phase::output: break;
     case Phase::update: return d.update_rules;
     case Phase::derivative: return d.derivative_rules;
-    case Phase::guards:
-    case Phase::event: break;
+    case Phase::guards: return d.guard_rules;
     }
-    return none;
+    return d.output_rules;
 }
 
 bool overrides(const Block::Methods& methods, Phase phase) {
@@ -199,7 +197,6 @@ bool overrides(const Block::Methods& methods, Phase phase) {
     case Phase::update: return methods.update;
     case Phase::derivative: return methods.derivative;
     case Phase::guards: return methods.guards;
-    case Phase::event: return methods.event;
     }
     return false;
 }
@@ -235,16 +232,11 @@ Task Context::task(int node, Phase phase, int i) {
                     const auto& m = *static_cast<const MethodCall*>(p);
                     return m.block->derivative(Now(*m.frame), Rate(*m.frame));
                 };
-            case Phase::guards:
-                return [](const void* p, int) {
-                    const auto& m = *static_cast<const MethodCall*>(p);
-                    return m.block->guards(Now(*m.frame), Guards(*m.frame));
-                };
-            case Phase::event: break;
+            case Phase::guards: break;
             }
             return [](const void* p, int) {
                 const auto& m = *static_cast<const MethodCall*>(p);
-                return m.block->event(Now(*m.frame), After(*m.frame));
+                return m.block->guards(Now(*m.frame), Guards(*m.frame));
             };
         }();
         return {run, calls_.back().get(), 0};
@@ -305,6 +297,18 @@ Status Context::reset(int node) {
     if (!n.methods.reset) return ok;
     const Status status = n.block->reset(Now(frame), After(frame));
     copy_all([&](std::size_t i) { return frame.next[i]; }, [&](std::size_t i) { return frame.now[i]; });
+    return status;
+}
+
+Status Context::event(int node) {
+    const Node& n = nodes_[static_cast<std::size_t>(node)];
+    const Frame& frame = frames_[static_cast<std::size_t>(node)];
+    const auto& slots = n.block->declaration().slots;
+    for (std::size_t i = 0; i < slots.size(); ++i)
+        if (frame.next[i]) std::memcpy(frame.next[i], frame.now[i], slot_bytes(slots[i]));
+    const Status status = n.block->event(Now(frame), After(frame));
+    for (std::size_t i = 0; i < slots.size(); ++i)
+        if (frame.next[i]) std::memcpy(frame.now[i], frame.next[i], slot_bytes(slots[i]));
     return status;
 }
 

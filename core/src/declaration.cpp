@@ -100,5 +100,6 @@ namespace bf::detail {
 std::vector<Call>& output_rules(Block& owner) { return owner.declaration().output_rules; }
 std::vector<Call>& update_rules(Block& owner) { return owner.declaration().update_rules; }
 std::vector<Call>& derivative_rules(Block& owner) { return owner.declaration().derivative_rules; }
+std::vector<Call>& guard_rules(Block& owner) { return owner.declaration().guard_rules; }
 
 } // namespace bf::detail

@@ -45,7 +45,7 @@ bool known_size(const Declaration& d, const Slot& slot, Size& size) {
 
 /// Throws when the element types that wiring decided are not among those that a rule can work on.
 void check_types(const Declaration& d) {
-    for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules})
+    for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
         for (const Call& call : *rules) {
             std::size_t version = 0;
             bool known = true;

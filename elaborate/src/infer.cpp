@@ -215,7 +215,7 @@ class Spreading {
                                   "give one element or " + std::to_string(count));
             }
         }
-        for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules})
+        for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
             for (const Call& call : *rules)
                 if (call.symbols == 1 && !call.run[static_cast<std::size_t>(d.types[0].type)])
                     e_.report.add(e_.node(n).where, e_.node(n).path,

@@ -47,7 +47,10 @@ template <class T = Any> using Parameter = Key<T, Role::parameter>;
 template <class T = Any> using DiscreteState = Key<T, Role::discrete_state>;
 template <class T = Vector> using ContinuousState = Key<T, Role::continuous_state>;
 template <class T = Vector> using Workspace = Key<T, Role::workspace>;
-using Guard = Key<double, Role::guard>;
+/// A zero-crossing function, or a row of them with the shape of a signal. `guards` writes its value; in
+/// `event` it reads +1 where it rose through zero, -1 where it fell, 0 elsewhere.
+template <class T> using GuardOf = Key<T, Role::guard>;
+using Guard = GuardOf<double>;
 
 /// A row of ports of one kind: u1, u2, ... or the given names.
 template <class T, Role role> class KeyList {

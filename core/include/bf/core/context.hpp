@@ -35,7 +35,7 @@ struct Task {
 
 /// What a block does in one phase. A block made of rules has one activity per rule, any other block one per
 /// method.
-enum class Phase : std::uint8_t { output, update, derivative, guards, event };
+enum class Phase : std::uint8_t { output, update, derivative, guards };
 
 /// Owns signals, parameters, states, workspaces and opened resources of all nodes. Construction allocates
 /// everything that a run will need.
@@ -54,6 +54,8 @@ class Context {
 
     /// Declared initial values of states, then the block's own `reset`; x⁻ and x⁺ agree afterwards.
     Status reset(int node);
+    /// The block's answer to its guards: x := x⁺ for all its states, which begin as x⁻.
+    Status event(int node);
     /// x := next x for the discrete states of one node.
     void commit(int node);
     void start(int node);

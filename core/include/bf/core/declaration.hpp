@@ -65,7 +65,7 @@ struct Shape {
 };
 
 /// What a quantity is to its block. `workspace` is memory for a rule whose content means nothing between two
-/// calls; `guard` is a zero-crossing function: a scalar written by `guards`.
+/// calls; `guard` is a zero-crossing function, written by `guards` or a GuardRule.
 enum class Role : std::uint8_t {
     input,
     output,
@@ -168,7 +168,7 @@ struct Declaration {
     std::vector<ObjectDeclaration> objects;
     std::vector<ProvisionDeclaration> provisions;
     std::vector<RequirementDeclaration> requirements;
-    std::vector<Call> output_rules, update_rules, derivative_rules;
+    std::vector<Call> output_rules, update_rules, derivative_rules, guard_rules;
     std::vector<std::string> problems; ///< arguments that were refused; empty in a usable block
 
     /// Index of the slot of that name (and role), or -1.

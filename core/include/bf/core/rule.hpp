@@ -86,7 +86,7 @@ template <class K> struct OperandTraits;
 template <class T, Role role> struct OperandTraits<Key<T, role>> {
     using Quantity = T;
     static constexpr bool is_list = false;
-    static constexpr bool is_target = role == Role::output || role == Role::workspace;
+    static constexpr bool is_target = role == Role::output || role == Role::workspace || role == Role::guard;
     static void add(Call& call, const Key<T, role>& key, bool written) {
         if (key.is_present()) call.operands.push_back({Call::Source::slot, key.index(), written, nullptr});
     }
@@ -248,6 +248,7 @@ template <class Kernel, class... Keys> Call make_call(Kernel, const Keys&... key
 std::vector<Call>& output_rules(Block& owner);
 std::vector<Call>& update_rules(Block& owner);
 std::vector<Call>& derivative_rules(Block& owner);
+std::vector<Call>& guard_rules(Block& owner);
 
 } // namespace detail
 
@@ -273,6 +274,15 @@ class DerivativeRule {
   public:
     template <class Kernel, class... Keys> DerivativeRule(Block* owner, Kernel kernel, const Keys&... keys) {
         detail::derivative_rules(*owner).push_back(detail::make_call(kernel, keys...));
+    }
+};
+
+/// Declares zero-crossing functions = kernel(operands): GuardRule rule{this, kernels::Subtract{}, zero, u,
+/// limit}. They are looked at in continuous time only, with the outputs of that instant.
+class GuardRule {
+  public:
+    template <class Kernel, class... Keys> GuardRule(Block* owner, Kernel kernel, const Keys&... keys) {
+        detail::guard_rules(*owner).push_back(detail::make_call(kernel, keys...));
     }
 };
 

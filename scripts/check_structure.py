@@ -22,6 +22,7 @@ LIBRARIES = {
     "ProxQP": ("proxsuite/",),
     "CLI11": ("CLI/",),
     "nlohmann-json": ("nlohmann/",),
+    "Boost": ("boost/",),
     "iDynTree": ("iDynTree/",),
     "GoogleTest": ("gtest/", "gmock/"),
     "Google Benchmark": ("benchmark/",),

@@ -1,0 +1,393 @@
+// A loop against the clock: pacing, deadlines, what the machine must grant, and what happened.
+//
+// C++17 and POSIX alone, and no other header of BlockFactory: generated projects carry a copy of this file.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <pthread.h>
+#include <sched.h>
+#include <string>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <thread>
+#include <time.h>
+#include <unistd.h>
+#include <vector>
+
+namespace bf::realtime {
+
+using Nanoseconds = std::int64_t;
+
+inline Nanoseconds now(clockid_t clock = CLOCK_MONOTONIC) noexcept {
+    timespec t;
+    ::clock_gettime(clock, &t);
+    return Nanoseconds{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+}
+
+inline void sleep_until(Nanoseconds at) noexcept {
+    const timespec t{static_cast<time_t>(at / 1'000'000'000), static_cast<long>(at % 1'000'000'000)};
+    while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+    }
+}
+
+// ---- what the machine grants ----
+
+struct ThreadOptions {
+    int priority = 0;                ///< 1 ... 99: SCHED_FIFO; 0: the ordinary scheduler
+    int cpu = -1;                    ///< the only processor the thread runs on; -1: any
+    bool locks_memory = true;        ///< of the process, present and future: no page is ever fetched
+    std::size_t stack = 256u * 1024; ///< bytes of the thread's stack touched in advance
+};
+
+/// Makes the calling thread fit for real time. What the machine refuses comes back as texts, each with its
+/// remedy; the rest is in effect. Threads that are started later inherit priority and processor.
+inline std::vector<std::string> prepare_thread(const ThreadOptions& options) {
+    std::vector<std::string> refused;
+    if (options.cpu >= 0) {
+        cpu_set_t set;
+        CPU_ZERO(&set);
+        if (options.cpu < CPU_SETSIZE) CPU_SET(static_cast<unsigned>(options.cpu), &set);
+        if (const int error = ::pthread_setaffinity_np(::pthread_self(), sizeof set, &set))
+            refused.push_back("processor " + std::to_string(options.cpu) + " was refused (" +
+                              std::strerror(error) +
+                              "): name one of those that 'nproc' counts, from 0, and "
+                              "that the process may use ('taskset -p $$')");
+    }
+    if (options.priority > 0) {
+        sched_param parameter{};
+        parameter.sched_priority = options.priority;
+        if (const int error = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameter))
+            refused.push_back("real-time priority " + std::to_string(options.priority) + " was refused (" +
+                              std::strerror(error) + "): give the user the right with a line '" +
+                              std::string("NAME - rtprio 98") +
+                              "' in /etc/security/limits.conf and log in again, or the program with 'sudo "
+                              "setcap cap_sys_nice,cap_ipc_lock+ep PROGRAM'");
+    }
+    if (options.locks_memory) {
+        // Under a finite limit, locking the future too would make a later allocation fail.
+        rlimit limit{};
+        ::getrlimit(RLIMIT_MEMLOCK, &limit);
+        const bool is_free = ::geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY;
+        if (::mlockall(is_free ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT) != 0)
+            refused.push_back(std::string("locking the memory was refused (") + std::strerror(errno) +
+                              "): give the user the right with a line 'NAME - memlock unlimited' in "
+                              "/etc/security/limits.conf and log in again, or the program with 'sudo setcap "
+                              "cap_sys_nice,cap_ipc_lock+ep PROGRAM'");
+    }
+    if (options.stack > 0) {
+        const long page = ::sysconf(_SC_PAGESIZE);
+        auto* const top = static_cast<volatile char*>(__builtin_alloca(options.stack));
+        for (std::size_t i = 0; i < options.stack; i += static_cast<std::size_t>(page)) top[i] = 0;
+    }
+    return refused;
+}
+
+// ---- what happened ----
+
+/// Counts durations in buckets of a width of 1/32 of their value: any percentile from fixed memory.
+class Histogram {
+  public:
+    void add(Nanoseconds value) noexcept {
+        value = std::max<Nanoseconds>(value, 0);
+        ++counts_[bucket(static_cast<std::uint64_t>(value))];
+        ++count_;
+        max_ = std::max(max_, value);
+    }
+    std::int64_t count() const noexcept { return count_; }
+    Nanoseconds max() const noexcept { return max_; }
+    /// The least value that the share `p` (0 ... 1) of all values does not exceed; at most 1/32 too large.
+    Nanoseconds percentile(double p) const noexcept {
+        const double wanted = p * static_cast<double>(count_);
+        double seen = 0;
+        for (std::size_t i = 0; i < counts_.size(); ++i) {
+            seen += static_cast<double>(counts_[i]);
+            if (seen >= wanted && seen > 0) return std::min(last_in(i), max_);
+        }
+        return max_;
+    }
+
+  private:
+    static std::size_t bucket(std::uint64_t value) noexcept {
+        if (value < 32) return static_cast<std::size_t>(value);
+        const int shift = 58 - __builtin_clzll(value); // value >> shift lies in [32, 63]
+        return static_cast<std::size_t>(shift) * 32 + static_cast<std::size_t>(value >> shift);
+    }
+    static Nanoseconds last_in(std::size_t bucket) noexcept {
+        if (bucket < 64) return static_cast<Nanoseconds>(bucket);
+        const auto shift = bucket / 32 - 1;
+        return static_cast<Nanoseconds>(((bucket % 32 + 33) << shift) - 1);
+    }
+    std::array<std::uint64_t, 1888> counts_{};
+    std::int64_t count_ = 0;
+    Nanoseconds max_ = 0;
+};
+
+/// Counts how far periods were from the one asked for, in steps of 1, 2, 5, 10 ... us to both sides.
+class PeriodHistogram {
+  public:
+    /// Deviations in [from, to) ns; the outermost rows are open.
+    struct Row {
+        Nanoseconds from, to;
+        std::int64_t count;
+    };
+    void add(Nanoseconds deviation) noexcept {
+        const Nanoseconds size = deviation < 0 ? -deviation : deviation;
+        int i = 0;
+        for (Nanoseconds edge = 1000; i < edges && size >= edge; edge = edge_of(++i)) {
+        }
+        ++counts_[static_cast<std::size_t>(deviation < 0 ? edges - i : edges + 1 + i)];
+    }
+    /// The rows that hold anything, and those between them.
+    std::vector<Row> rows() const {
+        std::vector<Row> rows;
+        const auto holds = [](std::int64_t n) { return n > 0; };
+        const auto first = std::find_if(counts_.begin(), counts_.end(), holds);
+        const auto last = std::find_if(counts_.rbegin(), counts_.rend(), holds).base();
+        for (auto it = first; it < last; ++it) {
+            const int i = static_cast<int>(it - counts_.begin()) - edges - 1; // -1: just below the period
+            rows.push_back({i < 0    ? -edge_of(-i - 1)
+                            : i == 0 ? 0
+                                     : edge_of(i - 1),
+                            i < -1    ? -edge_of(-i - 2)
+                            : i == -1 ? 0
+                                      : edge_of(i),
+                            *it});
+        }
+        return rows;
+    }
+
+  private:
+    static constexpr int edges = 19; // 1 us ... 1 s
+    static Nanoseconds edge_of(int i) noexcept {
+        static constexpr int leading[] = {1, 2, 5};
+        Nanoseconds edge = 1000 * leading[i % 3];
+        for (; i >= 3; i -= 3) edge *= 10;
+        return edge;
+    }
+    std::array<std::int64_t, 2 * edges + 2> counts_{};
+};
+
+/// Why a step ended after its deadline.
+enum class Cause {
+    computation,  ///< the step used the processor for longer than a period
+    interruption, ///< the step would have had time enough, but waited or lost the processor
+    wakeup,       ///< the thread was woken too late
+    backlog       ///< an earlier miss left no time (catch-up)
+};
+inline const char* text(Cause cause) {
+    static constexpr const char* texts[] = {"own computation too long",
+                                            "interrupted or waiting inside the step", "woken too late",
+                                            "behind after an earlier miss"};
+    return texts[static_cast<int>(cause)];
+}
+
+/// What happened in a run. Times in ns.
+struct Statistics {
+    struct Miss {
+        std::int64_t step;
+        Cause cause;
+        Nanoseconds late, latency, computation;
+    };
+    Nanoseconds period = 0;
+    std::int64_t steps = 0;
+    std::int64_t skipped = 0;             ///< releases that were left out
+    std::int64_t degraded = 0;            ///< steps without the work that may wait
+    std::array<std::int64_t, 4> misses{}; ///< by cause
+    std::vector<Miss> first_misses;       ///< the first 100
+    Histogram latency;                    ///< from a release to the beginning of its step
+    Histogram computation;                ///< from the beginning to the end of a step
+    Histogram jitter;                     ///< |time between two beginnings - their releases' distance|
+    PeriodHistogram periods;
+
+    Statistics() { first_misses.reserve(100); }
+    std::int64_t missed() const { return misses[0] + misses[1] + misses[2] + misses[3]; }
+};
+
+/// A table for people, lines indented by two blanks.
+inline std::string report(const Statistics& s) {
+    char line[200];
+    std::string text;
+    const auto add = [&](const char* format, auto... values) {
+        std::snprintf(line, sizeof line, format, values...);
+        text += line;
+    };
+    const auto us = [](Nanoseconds t) { return static_cast<double>(t) / 1000; };
+    const auto row = [&](const char* name, const Histogram& h) {
+        add("  %-18s %10.1f %10.1f %10.1f %10.1f\n", name, us(h.percentile(0.5)), us(h.percentile(0.99)),
+            us(h.percentile(0.9999)), us(h.max()));
+    };
+    add("  period of %g us, %lld steps\n", us(s.period), static_cast<long long>(s.steps));
+    add("  %-18s %10s %10s %10s %10s\n", "us", "p50", "p99", "p99.99", "worst");
+    row("wake-up latency", s.latency);
+    row("step", s.computation);
+    row("period's deviation", s.jitter);
+    std::int64_t most = 1;
+    const auto rows = s.periods.rows();
+    for (const auto& r : rows) most = std::max(most, r.count);
+    if (!rows.empty()) text += "  deviation of the period, us\n";
+    for (const auto& r : rows) {
+        const std::string bar(static_cast<std::size_t>(40 * r.count / most), '#');
+        add("  %+10g to %+8g %12lld %s\n", us(r.from), us(r.to), static_cast<long long>(r.count),
+            bar.c_str());
+    }
+    add("  deadlines missed: %lld of %lld\n", static_cast<long long>(s.missed()),
+        static_cast<long long>(s.steps));
+    for (std::size_t i = 0; i < s.misses.size(); ++i)
+        if (s.misses[i] > 0)
+            add("    %lld: %s\n", static_cast<long long>(s.misses[i]), realtime::text(static_cast<Cause>(i)));
+    for (std::size_t i = 0; i < std::min<std::size_t>(s.first_misses.size(), 5); ++i) {
+        const auto& m = s.first_misses[i];
+        add("    step %lld: %.1f us late (woken after %.1f us, step took %.1f us): %s\n",
+            static_cast<long long>(m.step), us(m.late), us(m.latency), us(m.computation),
+            realtime::text(m.cause));
+    }
+    if (s.skipped > 0) add("  periods skipped: %lld\n", static_cast<long long>(s.skipped));
+    if (s.degraded > 0) add("  steps degraded: %lld\n", static_cast<long long>(s.degraded));
+    return text;
+}
+
+// ---- the loop ----
+
+/// What follows when a step ends after its deadline, which is the next release.
+enum class Overrun {
+    skip,     ///< releases that have passed are left out; the next step begins at a release to come
+    catch_up, ///< steps follow one another without pause until none is behind
+    stop,     ///< the run ends
+    degrade   ///< as skip, and `is_degraded` until 100 steps in a row were in time
+};
+
+/// Paces a loop: step k is released at begin + k period, an absolute time, so that errors do not add up.
+///
+///     Pacer pacer(1'000'000, Overrun::skip);
+///     for (pacer.start(); pacer.wait(); pacer.end_step()) model.step();
+///
+/// Nothing allocates or locks between start and the end.
+class Pacer {
+  public:
+    Pacer(Nanoseconds period, Overrun overrun) : overrun_(overrun) { statistics_.period = period; }
+
+    /// The first release is one period from now.
+    void start() noexcept {
+        release_ = now() + statistics_.period;
+        end_ = now();
+        processor_time_ = now(CLOCK_THREAD_CPUTIME_ID);
+    }
+
+    /// Returns at the next release, or at once when it has passed. False: a deadline was missed and the
+    /// policy is to stop.
+    bool wait() noexcept {
+        if (is_stopped_) return false;
+        if (end_ < release_) sleep_until(release_);
+        const Nanoseconds begin = now();
+        if (statistics_.steps > 0) {
+            const Nanoseconds deviation = (begin - begin_) - (release_ - last_release_);
+            statistics_.jitter.add(deviation < 0 ? -deviation : deviation);
+            statistics_.periods.add(begin - begin_ - statistics_.period);
+        }
+        begin_ = begin;
+        statistics_.latency.add(begin - release_);
+        if (is_degraded()) ++statistics_.degraded;
+        return true;
+    }
+
+    /// The step that `wait` began is over.
+    void end_step() noexcept {
+        const Nanoseconds previous_end = end_, period = statistics_.period;
+        end_ = now();
+        const Nanoseconds processor_time = now(CLOCK_THREAD_CPUTIME_ID);
+        statistics_.computation.add(end_ - begin_);
+        last_release_ = release_;
+        release_ += period;
+        if (end_ > release_)
+            miss(std::max(last_release_, previous_end), processor_time - processor_time_);
+        else if (in_time_ < recovery)
+            ++in_time_;
+        processor_time_ = processor_time;
+        ++statistics_.steps;
+    }
+
+    /// Work that may wait (recording, telemetry) is to be left out of this step.
+    bool is_degraded() const noexcept { return overrun_ == Overrun::degrade && in_time_ < recovery; }
+    const Statistics& statistics() const noexcept { return statistics_; }
+    Nanoseconds release() const noexcept { return release_; } ///< of the step to come or under way
+    Nanoseconds begin() const noexcept { return begin_; }     ///< of the last step
+    Nanoseconds end() const noexcept { return end_; }         ///< of the last step that is over
+
+  private:
+    static constexpr int recovery = 100;
+
+    /// `ready`: when the step could have begun.
+    void miss(Nanoseconds ready, Nanoseconds used) noexcept {
+        const Nanoseconds period = statistics_.period, computation = end_ - begin_, late = end_ - release_;
+        const Cause cause = used > period           ? Cause::computation
+                            : computation > period  ? Cause::interruption
+                            : end_ - ready > period ? Cause::wakeup
+                                                    : Cause::backlog;
+        ++statistics_.misses[static_cast<std::size_t>(cause)];
+        if (statistics_.first_misses.size() < statistics_.first_misses.capacity())
+            statistics_.first_misses.push_back(
+                {statistics_.steps, cause, late, begin_ - last_release_, computation});
+        in_time_ = 0;
+        is_stopped_ = overrun_ == Overrun::stop;
+        if (overrun_ != Overrun::skip && overrun_ != Overrun::degrade) return;
+        const Nanoseconds passed = late / period + 1;
+        statistics_.skipped += passed;
+        release_ += passed * period;
+    }
+
+    Statistics statistics_;
+    const Overrun overrun_;
+    Nanoseconds release_ = 0, last_release_ = 0, begin_ = 0, end_ = 0, processor_time_ = 0;
+    int in_time_ = recovery;
+    bool is_stopped_ = false;
+};
+
+/// Calls a function, once and from a thread of its own, when the loop has not been heard of for too long: a
+/// step hangs. Make it in the loop's thread, whose priority it exceeds by one.
+class Watchdog {
+  public:
+    Watchdog(Nanoseconds limit, std::function<void()> on_stall)
+        : limit_(limit), on_stall_(std::move(on_stall)), heard_(now()), thread_([this] { watch(); }) {}
+    ~Watchdog() {
+        is_over_.store(true);
+        thread_.join();
+    }
+    Watchdog(const Watchdog&) = delete;
+    Watchdog& operator=(const Watchdog&) = delete;
+
+    void kick() noexcept { heard_.store(now(), std::memory_order_relaxed); }
+
+  private:
+    void watch() {
+        sched_param parameter{};
+        int policy = SCHED_OTHER;
+        ::pthread_getschedparam(::pthread_self(), &policy, &parameter);
+        if (policy == SCHED_FIFO && parameter.sched_priority < ::sched_get_priority_max(SCHED_FIFO)) {
+            ++parameter.sched_priority;
+            ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameter);
+        }
+        const Nanoseconds pause =
+            std::min<Nanoseconds>(std::max<Nanoseconds>(limit_ / 10, 100'000), 20'000'000);
+        while (!is_over_.load()) {
+            sleep_until(now() + pause);
+            if (now() - heard_.load(std::memory_order_relaxed) <= limit_) continue;
+            on_stall_();
+            return;
+        }
+    }
+
+    const Nanoseconds limit_;
+    const std::function<void()> on_stall_;
+    std::atomic<Nanoseconds> heard_;
+    std::atomic<bool> is_over_{false};
+    std::thread thread_;
+};
+
+} // namespace bf::realtime

@@ -70,15 +70,16 @@ SharedLibraryFactory::SharedLibraryFactory(const char* dll_name, const char* fac
 SharedLibraryFactory::~SharedLibraryFactory() = default;
 
 bool SharedLibraryFactory::openNative(const std::string& class_name) {
-    void* fill = library_.getSymbol(bf::plugin_symbol);
+    void* entry = library_.getSymbol(bf::plugin_symbol);
     Dl_info found;
-    if (!fill || !dladdr(fill, &found) || !found.dli_fname) return false;
-    auto library = std::make_shared<bf::Library>(fs::path(found.dli_fname).stem().string());
-    try {
-        reinterpret_cast<void (*)(bf::Library&)>(fill)(*library);
-    } catch (const std::exception&) {
-        return false; // the entry of this library, which a plugin of the old kind has none of
-    }
+    if (!entry || !dladdr(entry, &found) || !found.dli_fname) return false;
+    // A plugin of the old kind has no entry of its own; what is found then is the one of this library.
+    static const char inside = 0;
+    Dl_info here;
+    if (dladdr(&inside, &here) && here.dli_fbase == found.dli_fbase) return false;
+    const fs::path file(found.dli_fname);
+    auto library = std::make_shared<bf::Library>(file.stem().string(), file);
+    bf::fill_from_plugin(*library, library_.handle());
     for (const auto& listed : library->classes()) {
         if (listed.name != class_name) continue;
         native_ = std::make_unique<Native>(Native{library});
@@ -149,7 +150,11 @@ bool SharedLibraryFactory::open(const char* dll_name, const char* factory_name) 
     // A function that happens to be called like the class must not be called as a factory.
     auto* hook = reinterpret_cast<int (*)(void*, int)>(library_.getSymbol(name_.c_str()));
     if (!hook || !library_.getSymbol((name_ + "_getAbi").c_str())) {
-        if (openNative(name_)) return true;
+        try {
+            if (openNative(name_)) return true;
+        } catch (const std::exception& problem) {
+            return fail(Status::FactoryNotFunctional, problem.what());
+        }
         return fail(Status::FactoryNotFound,
                     where + " has no class '" + name_ +
                         "': no such symbol of SHLIBPP_DEFINE_SHARED_SUBCLASS is exported");

@@ -37,6 +37,13 @@ std::string plugin_name(const fs::path& file) {
     return name;
 }
 
+std::string layout_text(std::uint64_t layout) {
+    if (!layout) return "0 (none is given)";
+    std::ostringstream text;
+    text << (layout >> 32) << '.' << std::hex << static_cast<std::uint32_t>(layout);
+    return text.str();
+}
+
 std::string list(const std::vector<fs::path>& paths) {
     std::string text;
     for (const auto& path : paths) text += (text.empty() ? "" : ", ") + path.string();
@@ -118,23 +125,36 @@ void Registry::load_plugin(const std::string& name) {
                           " cannot be loaded: " + (reason ? reason : "unknown reason") +
                           "; install what it misses or build it against this version");
     }
-    using Fill = void (*)(Library&);
-    const auto fill = reinterpret_cast<Fill>(dlsym(handle, plugin_symbol));
-    if (!fill) {
-        dlclose(handle);
-        throw PluginError(
-            "plugin " + file.string() + " has no symbol " + plugin_symbol +
-            ": it is no BlockFactory plugin or was built for another interface version; rebuild it");
-    }
     plugins_.push_back({name, file, handle});
     try {
         Library library(plugin_name(file), fs::absolute(file));
-        fill(library);
+        fill_from_plugin(library, handle);
         add(library);
     } catch (...) {
         plugins_.back() = {"", "", handle}; // not loaded, but its code may be in use
         throw;
     }
+}
+
+void fill_from_plugin(Library& library, void* handle) {
+    const std::string plugin = "plugin " + library.file().string();
+    void* entry = dlsym(handle, plugin_symbol);
+    if (!entry)
+        throw PluginError(
+            plugin + " has no symbol " + plugin_symbol +
+            ": it is no BlockFactory plugin or was built for another interface version; rebuild it");
+    // A look-up goes on in the libraries that the plugin was linked to, which carry a layout of their own.
+    void* carried = dlsym(handle, "bf_plugin_layout");
+    Dl_info entry_place{}, carried_place{};
+    if (!carried || !dladdr(entry, &entry_place) || !dladdr(carried, &carried_place) ||
+        entry_place.dli_fbase != carried_place.dli_fbase)
+        carried = nullptr;
+    const std::uint64_t layout = carried ? reinterpret_cast<std::uint64_t (*)()>(carried)() : 0;
+    if (layout != plugin_layout)
+        throw PluginError(plugin + " was built for interface layout " + layout_text(layout) +
+                          ", this program has " + layout_text(plugin_layout) +
+                          "; build the plugin again with the headers of this installation");
+    reinterpret_cast<void (*)(Library&)>(entry)(library);
 }
 
 std::vector<std::string> Registry::available_plugins() const {

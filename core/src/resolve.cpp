@@ -1,5 +1,7 @@
 #include "bf/core/resolve.hpp"
 
+#include <algorithm>
+
 namespace bf {
 
 namespace {
@@ -107,6 +109,41 @@ bool offer(Declaration& d, int index, Type type) {
     const bool news = !symbol.known;
     symbol = {type, true};
     return news;
+}
+
+namespace {
+
+Size size_of(const Slot& slot, const Value& value) {
+    if (value.rows == 1 && value.cols == 1) return {1, 1, slot.shape.is_matrix};
+    const bool is_vector = value.rows == 1 || value.cols == 1;
+    if (slot.shape.is_matrix || slot.as_written || !is_vector) return {value.rows, value.cols, true};
+    return {value.rows * value.cols, 1, false};
+}
+
+/// Where an input shares the parameter's shape, one element expands to what is wired.
+bool has_own_shape(const Declaration& d, const Slot& slot) {
+    if (slot.shape.symbol < 0) return false;
+    return std::none_of(d.slots.begin(), d.slots.end(), [&](const Slot& s) {
+        return s.role == Role::input && s.shape.symbol == slot.shape.symbol;
+    });
+}
+
+} // namespace
+
+void give(Declaration& d, int index, const Value& value) {
+    Slot& slot = d.slots[static_cast<std::size_t>(index)];
+    slot.initial = value.data;
+    if (has_own_shape(d, slot) || value.data.size() > 1) offer(d, index, size_of(slot, value));
+    if (value.type != Type::float64 && slot.type_symbol >= 0) offer(d, index, value.type);
+}
+
+void give_defaults(Declaration& d) {
+    for (std::size_t i = 0; i < d.slots.size(); ++i) {
+        const Slot& slot = d.slots[i];
+        if (slot.role != Role::parameter || !has_own_shape(d, slot)) continue;
+        if (!d.shapes[static_cast<std::size_t>(slot.shape.symbol)].known)
+            offer(d, static_cast<int>(i), Size{std::max(static_cast<int>(slot.initial.size()), 1), 1, false});
+    }
 }
 
 bool propagate(Block& block) {

@@ -96,6 +96,19 @@ TEST(Registry, RefusesALibraryWithoutTheEntryOfThisVersion) {
                   "interface version; rebuild it");
 }
 
+TEST(Registry, RefusesAPluginOfAnotherLayoutBeforeItTouchesAnything) {
+    Registry registry;
+    const auto other = error_of([&] { registry.load_plugin(folder + "/OtherLayout.so"); });
+    EXPECT_TRUE(other.starts_with(
+        "plugin " + folder + "/OtherLayout.so was built for interface layout 7.abc, this program has 1."))
+        << other;
+    EXPECT_TRUE(other.ends_with("; build the plugin again with the headers of this installation")) << other;
+    const auto none = error_of([&] { registry.load_plugin(folder + "/NoLayout.so"); });
+    EXPECT_NE(none.find("NoLayout.so was built for interface layout 0 (none is given), this program has 1."),
+              std::string::npos)
+        << none;
+}
+
 TEST(Registry, RefusesAFileThatIsNoLibrary) {
     Registry registry;
     const auto text = error_of([&] { registry.load_plugin(folder + "/IsNoLibrary.so"); });

@@ -16,24 +16,6 @@ std::vector<std::string> setting_names(const Declaration& d) {
     return names;
 }
 
-/// The size a value gives to a parameter: vectors are 1-D unless the parameter keeps them as written or is
-/// declared a matrix.
-Size parameter_size(const Slot& slot, const Value& value) {
-    if (value.rows == 1 && value.cols == 1) return {1, 1, slot.shape.is_matrix};
-    const bool is_vector = value.rows == 1 || value.cols == 1;
-    if (slot.shape.is_matrix || slot.as_written || !is_vector) return {value.rows, value.cols, true};
-    return {value.rows * value.cols, 1, false};
-}
-
-/// Does the parameter alone decide its size? Where an input shares its shape, one element expands to what is
-/// wired.
-bool has_own_shape(const Declaration& d, const Slot& slot) {
-    if (slot.shape.symbol < 0) return false;
-    return std::none_of(d.slots.begin(), d.slots.end(), [&](const Slot& s) {
-        return s.role == Role::input && s.shape.symbol == slot.shape.symbol;
-    });
-}
-
 class Flattener {
   public:
     explicit Flattener(Elaboration& elaboration) : e_(elaboration) {}
@@ -325,30 +307,19 @@ class Flattener {
                               "parameter '" + slot.name + "' must be a number, not " + value.describe());
                 continue;
             }
-            slot.initial = value.data;
             if (value.data.empty()) {
                 e_.report.add(setting->value.where, path, "parameter '" + slot.name + "' is empty",
                               "give at least one element");
                 continue;
             }
-            const bool decides = has_own_shape(d, slot) || value.data.size() > 1;
             try {
-                if (decides) offer(d, index, parameter_size(slot, value));
-                if (value.type != Type::float64 && slot.type_symbol >= 0) offer(d, index, value.type);
+                give(d, index, value);
             } catch (const ResolutionError& error) {
                 e_.report.add(setting->value.where, path,
                               "'" + setting->value.text + "' does not fit: " + error.what());
             }
         }
-        for (std::size_t i = 0; i < d.slots.size(); ++i) {
-            Slot& slot = d.slots[i];
-            if (slot.role != Role::parameter || !has_own_shape(d, slot)) continue;
-            const bool given = std::any_of(parameters.begin(), parameters.end(),
-                                           [&](const auto& p) { return p.first->name == slot.name; });
-            const int count = static_cast<int>(slot.initial.size());
-            if (!given && !d.shapes[static_cast<std::size_t>(slot.shape.symbol)].known)
-                offer(d, static_cast<int>(i), Size{std::max(count, 1), 1, false});
-        }
+        give_defaults(d);
     }
 
     Elaboration& e_;

@@ -19,6 +19,8 @@ class SharedLibrary {
     /// The address of a symbol, or null.
     void* getSymbol(const char* symbolName);
     bool isValid() const { return handle_ != nullptr; }
+    /// Of dlopen; null when nothing is open.
+    void* handle() const { return handle_; }
     /// Why the last call failed.
     std::string error() const { return error_; }
 

@@ -64,6 +64,40 @@ class Library {
 ///   extern "C" void bf_plugin_v1(bf::Library& library) { library.group("math").add<Gain>("Gain", "..."); }
 inline constexpr const char* plugin_symbol = "bf_plugin_v1";
 
+/// What a plugin and the program that loads it must agree on, since they share these objects: a number in the
+/// upper half that changes with their meaning, and the sizes of the types with Eigen's alignment in the
+/// lower.
+inline constexpr std::uint64_t plugin_layout = [] {
+    constexpr std::uint64_t number = 1;
+    std::uint32_t hash = 2166136261u; // FNV-1a
+    for (const std::size_t size : {sizeof(Block),
+                                   sizeof(Block::Methods),
+                                   sizeof(BlockClass),
+                                   sizeof(Library),
+                                   sizeof(Declaration),
+                                   sizeof(ArgumentDeclaration),
+                                   sizeof(Slot),
+                                   sizeof(Call),
+                                   sizeof(Call::Reference),
+                                   sizeof(ObjectDeclaration),
+                                   sizeof(ProvisionDeclaration),
+                                   sizeof(RequirementDeclaration),
+                                   sizeof(Object),
+                                   sizeof(Value),
+                                   sizeof(Arguments),
+                                   sizeof(Frame),
+                                   sizeof(Clock),
+                                   sizeof(Size),
+                                   sizeof(Status),
+                                   static_cast<std::size_t>(EIGEN_MAX_ALIGN_BYTES)})
+        hash = (hash ^ static_cast<std::uint32_t>(size)) * 16777619u;
+    return number << 32 | hash;
+}();
+
+/// Has the opened plugin `handle` list its blocks in `library`. Throws PluginError when it has no entry or
+/// was built with another layout.
+void fill_from_plugin(Library& library, void* handle);
+
 /// A plugin or block that cannot be had: which paths were searched, which file, which symbol, the remedy.
 struct PluginError : std::runtime_error {
     using std::runtime_error::runtime_error;
@@ -99,6 +133,16 @@ class Registry {
     std::vector<std::filesystem::path> search_path_;
     std::vector<Loaded> plugins_; // keeps code alive as long as the registry
 };
+
+} // namespace bf
+
+/// Every plugin carries the layout that it was built with; `fill_from_plugin` compares it before anything
+/// else.
+extern "C" [[gnu::used, gnu::visibility("default")]] inline std::uint64_t bf_plugin_layout() noexcept {
+    return bf::plugin_layout;
+}
+
+namespace bf {
 
 /// The entries of `known` most like `text`, for "did you mean" in messages; at most three.
 std::vector<std::string> similar(const std::string& text, const std::vector<std::string>& known);

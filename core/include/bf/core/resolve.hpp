@@ -17,6 +17,14 @@ struct ResolutionError : std::runtime_error {
 bool offer(Declaration& declaration, int index, const Size& size);
 bool offer(Declaration& declaration, int index, Type type);
 
+/// The number, not empty, given for parameter `index`: its initial value, its type where that is open, and
+/// its size, unless it is one element that stands for as many as an input has. Vectors are 1-D except where
+/// the parameter is a matrix or keeps them as written. Throws ResolutionError.
+void give(Declaration& declaration, int index, const Value& value);
+
+/// Parameters that alone decide their size and were not given have the size of their default.
+void give_defaults(Declaration& declaration);
+
 /// Spreads what is known through the block's symbols and its `infer`, until nothing new is learned. Returns
 /// whether any slot's size or type became known. Throws ResolutionError.
 bool propagate(Block& block);

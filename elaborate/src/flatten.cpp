@@ -40,8 +40,8 @@ class Flattener {
     };
 
     void read_times() {
-        const auto time = [&](const char* name, const std::optional<model::Expression>& given,
-                              double otherwise, auto&& is_right, const char* rule) {
+        const auto model_number = [&](const char* name, const std::optional<model::Expression>& given,
+                                      double otherwise, auto&& is_right, const char* rule) {
             model::Expression expression = given.value_or(model::Expression{});
             if (!override_of(name, expression) && !given) return otherwise;
             const auto value = e_.evaluate(expression, e_.root().variables, name);
@@ -50,20 +50,31 @@ class Flattener {
             e_.report.add(expression.where, "", "'" + std::string(name) + "' is " + value->describe(), rule);
             return otherwise;
         };
-        e_.diagram.step = time(
+        e_.diagram.step = model_number(
             "step", e_.model.step, 0, [](double x) { return x > 0 && std::isfinite(x); },
             "give a positive number of seconds");
-        e_.diagram.stop = time(
+        e_.diagram.stop = model_number(
             "stop", e_.model.stop, std::numeric_limits<double>::infinity(), [](double x) { return x >= 0; },
             "give a number of seconds from 0 to Inf");
         read_solver();
+        auto& solver = e_.diagram.solver;
+        const auto positive = [](double x) { return x > 0; };
+        solver.relative_tolerance = model_number("relative_tolerance", e_.model.relative_tolerance, 1e-6,
+                                                 positive, "give a positive number");
+        solver.absolute_tolerance = model_number("absolute_tolerance", e_.model.absolute_tolerance, 1e-9,
+                                                 positive, "give a positive number");
+        // A fiftieth of the run, so that no step leaps over what happens in it.
+        const double stop = e_.diagram.stop;
+        solver.max_step = model_number("max_step", e_.model.max_step,
+                                       stop > 0 ? stop / 50 : std::numeric_limits<double>::infinity(),
+                                       positive, "give a positive number of seconds, or Inf");
     }
 
     void read_solver() {
         model::Expression method = e_.model.solver.value_or(model::Expression{.text = "rk4"});
         override_of("solver", method);
         if (const auto known = solver_method(method.text)) {
-            e_.diagram.solver = *known;
+            e_.diagram.solver.method = *known;
             return;
         }
         std::string names;
@@ -94,7 +105,8 @@ class Flattener {
     }
 
     std::vector<std::string> known_names() const {
-        std::vector<std::string> names{"step", "stop"};
+        std::vector<std::string> names{
+            "step", "stop", "solver", "relative_tolerance", "absolute_tolerance", "max_step"};
         for (const auto& scope : e_.scopes)
             add_names(scope.system->variables, scope.path.empty() ? "" : scope.path + ".", names);
         for (const auto& node : e_.diagram.nodes)

@@ -54,7 +54,7 @@ class Rates {
     static bool never_changes(const DiagramNode& node) {
         const auto& d = node.block->declaration();
         const auto& m = node.methods;
-        if (m.output || m.update || m.derivative || m.guards || m.event || !d.update_rules.empty() ||
+        if (m.output || m.update || m.derivative || m.event || !d.update_rules.empty() ||
             !d.derivative_rules.empty() || !d.objects.empty())
             return false;
         for (const auto& slot : d.slots)
@@ -72,10 +72,11 @@ class Rates {
                            [](const Slot& s) { return s.role == Role::continuous_state; });
     }
 
-    /// The fastest rate a block can have: blocks with discrete states do not run inside a step.
+    /// The fastest rate a block can have: blocks with discrete states run inside a step only if events change
+    /// them there.
     int fastest(const DiagramNode& node) const {
         const auto& d = node.block->declaration();
-        const bool is_discrete = node.methods.update || !d.update_rules.empty();
+        const bool is_discrete = (node.methods.update || !d.update_rules.empty()) && !node.methods.event;
         return continuous_ > 0 && !is_discrete ? continuous_ : base_;
     }
 

@@ -24,6 +24,12 @@ class Sorting {
         collect(e_.diagram.plan.derivatives, [](const Declaration& d, const Block::Methods& m) {
             return static_cast<int>(d.derivative_rules.size()) + m.derivative;
         });
+        collect(e_.diagram.plan.guards, [](const Declaration& d, const Block::Methods& m) {
+            return static_cast<int>(d.guard_rules.size()) + m.guards;
+        });
+        std::erase_if(e_.diagram.plan.guards, [&](const Segment& segment) {
+            return !e_.diagram.rates[static_cast<std::size_t>(segment.rate)].is_continuous;
+        });
     }
 
   private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace bf {
 
@@ -30,6 +31,7 @@ struct Simulation::ConditionState {
         if (condition.resets_states)
             for (const int node : condition.nodes)
                 if (const Status status = simulation->context_.reset(node); !status) return status;
+        simulation->must_restart_ = true;
         return ok;
     }
 
@@ -46,12 +48,7 @@ struct Simulation::ConditionState {
 
 Simulation::Simulation(const Diagram& diagram)
     : diagram_(diagram), context_(diagram.context_nodes(), static_cast<int>(diagram.rates.size())),
-      solver_(diagram.solver, context_.continuous_state().size()), hit_(diagram.rates.size()),
-      until_hit_(diagram.rates.size()) {
-    for (const auto& node : diagram.nodes)
-        if (node.methods.guards || node.methods.event)
-            throw RunError(node.path + ": has zero crossings, but the simulation takes fixed steps; use a "
-                                       "discrete block, e.g. a Relay");
+      hit_(diagram.rates.size()), hit_at_event_(diagram.rates.size()), until_hit_(diagram.rates.size()) {
     for (std::size_t c = 0; c < diagram_.conditions.size(); ++c) {
         const auto& condition = diagram_.conditions[c];
         auto state = std::make_unique<ConditionState>(ConditionState{this, static_cast<int>(c)});
@@ -94,6 +91,11 @@ void Simulation::bind() {
     }
     for (const auto& segment : diagram_.plan.derivatives)
         derivatives_.push_back(bound(segment, Phase::derivative));
+    for (const auto& segment : diagram_.plan.guards) guards_.push_back(bound(segment, Phase::guards));
+    bind_guards();
+    if (context_.continuous_state().empty()) return;
+    find_held();
+    solver_ = make_solver(diagram_.solver, diagram_.step, continuous_system());
 }
 
 Simulation::CommitSegment Simulation::commits_of(const Segment& segment) {
@@ -211,6 +213,9 @@ void Simulation::start() {
                                                -1};
     }
     for (std::size_t c = 1; c < conditions_.size(); ++c) conditions_[c]->is_true = false;
+    std::fill(guard_before_.begin(), guard_before_.end(), std::numeric_limits<double>::quiet_NaN());
+    must_restart_ = true;
+    is_at_event_ = false;
     clear_outputs();
     const int nodes = static_cast<int>(diagram_.nodes.size());
     for (int n = 0; n < nodes; ++n)
@@ -249,10 +254,11 @@ Status Simulation::step() noexcept {
     }
     for (const auto& segment : outputs_)
         if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
+    if (!guards_.empty() && !find_crossings()) return status_;
     for (Observer* observer : observers_) observer->observe(*this);
     for (const auto& segment : updates_)
         if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
-    if (!derivatives_.empty() && !integrate(t)) return status_;
+    if (solver_ && !integrate(t)) return status_;
     for (const auto& segment : commits_)
         if (is_due(segment.rate, segment.condition) && !commit(segment)) return status_;
     ++steps_;
@@ -317,6 +323,7 @@ void Simulation::set_parameter(const std::string& path, const std::vector<double
         throw RunError("parameter '" + path + "' has " + std::to_string(s.size.count()) + " elements, not " +
                        std::to_string(values.size()));
     write_values(context_.data(node, slot), s.type, s.size.count(), values);
+    must_restart_ = true;
     run_constants();
 }
 
@@ -324,76 +331,60 @@ std::vector<std::byte> Simulation::snapshot() const {
     if (const int node = context_.refuses_snapshot(); node >= 0)
         throw RunError(diagram_.nodes[static_cast<std::size_t>(node)].path +
                        ": its state lives outside and cannot be saved");
-    const std::size_t own = sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) + conditions_.size();
-    std::vector<std::byte> bytes(own + context_.snapshot_size());
-    std::byte* to = bytes.data();
-    context_.save(to);
-    to += context_.snapshot_size();
-    std::memcpy(to, &steps_, sizeof(steps_));
-    to += sizeof(steps_);
-    std::memcpy(to, until_hit_.data(), until_hit_.size() * sizeof(std::int64_t));
-    to += until_hit_.size() * sizeof(std::int64_t);
-    for (const auto& condition : conditions_) *to++ = static_cast<std::byte>(condition->is_true);
+    std::vector<std::byte> bytes(context_.snapshot_size());
+    context_.save(bytes.data());
+    const auto put = [&](const void* from, std::size_t size) {
+        const auto* begin = static_cast<const std::byte*>(from);
+        bytes.insert(bytes.end(), begin, begin + size);
+    };
+    put(&steps_, sizeof(steps_));
+    put(until_hit_.data(), until_hit_.size() * sizeof(std::int64_t));
+    for (const auto& condition : conditions_) put(&condition->is_true, sizeof(bool));
+    put(guard_before_.data(), guard_before_.size() * sizeof(double));
+    for (const auto& held : held_) put(held.last.data(), held.last.size());
+    if (solver_) {
+        std::vector<double> history = must_restart_ ? std::vector<double>() : solver_->history();
+        history.insert(history.begin(), static_cast<double>(history.size()));
+        put(history.data(), history.size() * sizeof(double));
+        if (history.size() == 1) solver_->set_history(time(), {}); // both go on from here alike
+    }
     return bytes;
 }
 
 void Simulation::restore(const std::vector<std::byte>& snapshot) {
-    const std::size_t own = sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) + conditions_.size();
-    if (snapshot.size() != own + context_.snapshot_size())
-        throw RunError("the snapshot has " + std::to_string(snapshot.size()) +
-                       " bytes, but this diagram's have " + std::to_string(own + context_.snapshot_size()) +
-                       "; it belongs to another model");
+    std::size_t fixed = context_.snapshot_size() + sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) +
+                        conditions_.size() * sizeof(bool) + guard_before_.size() * sizeof(double);
+    for (const auto& held : held_) fixed += held.last.size();
     const std::byte* from = snapshot.data();
+    double history_size = 0;
+    if (solver_ && snapshot.size() >= fixed + sizeof(double))
+        std::memcpy(&history_size, from + fixed, sizeof(double));
+    const std::size_t history_bytes =
+        solver_ ? sizeof(double) * (1 + static_cast<std::size_t>(std::clamp(history_size, 0.0, 1e12))) : 0;
+    if (snapshot.size() != fixed + history_bytes)
+        throw RunError("the snapshot has " + std::to_string(snapshot.size()) +
+                       " bytes, but this diagram's have " + std::to_string(fixed + history_bytes) +
+                       "; it belongs to another model");
     context_.restore(from);
     from += context_.snapshot_size();
-    std::memcpy(&steps_, from, sizeof(steps_));
-    from += sizeof(steps_);
-    std::memcpy(until_hit_.data(), from, until_hit_.size() * sizeof(std::int64_t));
-    from += until_hit_.size() * sizeof(std::int64_t);
-    for (auto& condition : conditions_) condition->is_true = *from++ != std::byte{0};
+    const auto get = [&](void* to, std::size_t size) {
+        std::memcpy(to, from, size);
+        from += size;
+    };
+    get(&steps_, sizeof(steps_));
+    get(until_hit_.data(), until_hit_.size() * sizeof(std::int64_t));
+    for (auto& condition : conditions_) get(&condition->is_true, sizeof(bool));
+    get(guard_before_.data(), guard_before_.size() * sizeof(double));
+    for (auto& held : held_) get(held.last.data(), held.last.size());
+    if (solver_) {
+        std::vector<double> history(history_bytes / sizeof(double));
+        get(history.data(), history_bytes);
+        solver_->set_history(time(), std::span(history).subspan(1));
+        must_restart_ = history.size() == 1;
+    }
+    is_at_event_ = false;
     status_ = ok;
     failed_node_ = -1;
-}
-
-} // namespace bf
-
-namespace bf {
-
-bool Simulation::evaluate_derivatives(double t, bool is_inside_step) noexcept {
-    if (is_inside_step) {
-        for (std::size_t r = 1; r < hit_.size(); ++r)
-            if (diagram_.rates[r].is_continuous) context_.clock(static_cast<int>(r)).time = t;
-        for (const auto& segment : outputs_)
-            if (diagram_.rates[static_cast<std::size_t>(segment.rate)].is_continuous &&
-                is_active(segment.condition) && !run(segment))
-                return false;
-    }
-    for (const auto& segment : derivatives_)
-        if (is_active(segment.condition) && !run(segment)) return false;
-    return true;
-}
-
-bool Simulation::integrate(double t) noexcept {
-    const auto x = context_.continuous_state();
-    // The outputs at t were computed in this step already.
-    const bool is_done = solver_.step(t, diagram_.step, x, context_.continuous_rate(),
-                                      [this, t](double at) { return evaluate_derivatives(at, at != t); });
-    if (!is_done) return false;
-    if (std::none_of(x.begin(), x.end(), [](double value) { return std::isnan(value); })) return true;
-    status_ = Status::failure("a continuous state became NaN: look for a division by zero or a value out of "
-                              "range, or give a smaller step");
-    for (const auto& segment : derivatives_)
-        for (const int node : segment.nodes) {
-            const auto& slots = diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().slots;
-            for (std::size_t i = 0; i < slots.size(); ++i) {
-                if (slots[i].role != Role::continuous_state) continue;
-                const auto* values = static_cast<const double*>(context_.data(node, static_cast<int>(i)));
-                if (std::any_of(values, values + slots[i].size.count(),
-                                [](double value) { return std::isnan(value); }))
-                    failed_node_ = node;
-            }
-        }
-    return false;
 }
 
 } // namespace bf

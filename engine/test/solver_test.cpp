@@ -7,19 +7,53 @@ using namespace bf;
 
 namespace {
 
-/// Error of x' = -x + sin t over [0, 1] against its closed form, with n steps.
-double error(SolverMethod method, int n) {
-    double x = 1, rate = 0;
-    FixedStepSolver solver(method, 1);
-    const double h = 1.0 / n;
-    for (int k = 0; k < n; ++k)
-        EXPECT_TRUE(solver.step(k * h, h, {&x, 1}, {&rate, 1}, [&](double t) {
-            rate = -x + std::sin(t);
-            return true;
-        }));
+/// x' = f(t, x) for one state, with one guard.
+class Scalar {
+  public:
+    using Function = std::function<double(double t, double x)>;
+    explicit Scalar(Function derivative, Function guard = {})
+        : f_(std::move(derivative)), g_(std::move(guard)) {}
+
+    std::unique_ptr<Solver> solver(const SolverSettings& settings, double step) {
+        const std::size_t guards = g_ ? 1 : 0;
+        return make_solver(settings, step,
+                           {.x = {&x, 1},
+                            .rate = {&rate_, 1},
+                            .guards = {&guard_, guards},
+                            .derivatives =
+                                [this](double t) {
+                                    rate_ = f_(t, x);
+                                    return ++calls != stop_after;
+                                },
+                            .evaluate_guards =
+                                [this](double t, bool) {
+                                    if (g_) guard_ = g_(t, x);
+                                    return true;
+                                }});
+    }
+
+    double x = 0;
+    int calls = 0, stop_after = -1;
+
+  private:
+    Function f_, g_;
+    double rate_ = 0, guard_ = 0;
+};
+
+/// Error of x' = -x + sin t over [0, 1] against its closed form, in n advances.
+double error(const SolverSettings& settings, int n) {
+    Scalar system([](double t, double x) { return -x + std::sin(t); });
+    system.x = 1;
+    const auto solver = system.solver(settings, 1.0 / n);
+    solver->restart(0);
+    double t = 0;
+    for (int k = 0; k < n; ++k) EXPECT_EQ(solver->advance(t, (k + 1) * (1.0 / n)), Solver::Outcome::reached);
     const double exact = 1.5 * std::exp(-1.0) + 0.5 * (std::sin(1.0) - std::cos(1.0));
-    return std::abs(x - exact);
+    return std::abs(system.x - exact);
 }
+
+const std::vector<SolverMethod> adaptive{SolverMethod::dormand_prince45, SolverMethod::cvode_bdf,
+                                         SolverMethod::cvode_adams};
 
 } // namespace
 
@@ -27,7 +61,7 @@ TEST(FixedStepSolver, EachMethodHasItsOrder) {
     for (const auto* name : {"euler", "heun", "bogacki_shampine", "rk4", "dormand_prince"}) {
         const auto method = solver_method(name);
         ASSERT_TRUE(method) << name;
-        const double observed = std::log2(error(*method, 10) / error(*method, 20));
+        const double observed = std::log2(error({*method}, 10) / error({*method}, 20));
         EXPECT_NEAR(observed, order(*method), 0.25) << name;
     }
 }
@@ -36,22 +70,87 @@ TEST(FixedStepSolver, IsExactForPolynomialsUpToItsOrder) {
     for (const auto* name : {"euler", "heun", "bogacki_shampine", "rk4", "dormand_prince"}) {
         const auto method = *solver_method(name);
         const int p = order(method);
-        double x = 0, rate = 0;
-        FixedStepSolver solver(method, 1);
-        solver.step(0, 2, {&x, 1}, {&rate, 1}, [&](double t) {
-            rate = p * std::pow(t, p - 1);
-            return true;
-        });
-        EXPECT_NEAR(x, std::pow(2, p), 1e-12) << name;
+        Scalar system([p](double t, double) { return p * std::pow(t, p - 1); });
+        double t = 0;
+        system.solver({method}, 2)->advance(t, 2);
+        EXPECT_NEAR(system.x, std::pow(2, p), 1e-12) << name;
     }
 }
 
 TEST(FixedStepSolver, KeepsTheStateWhenTheModelFails) {
-    double x = 3, rate = 1;
-    FixedStepSolver solver(SolverMethod::rk4, 1);
-    int calls = 0;
-    EXPECT_FALSE(solver.step(0, 1, {&x, 1}, {&rate, 1}, [&](double) { return ++calls < 3; }));
-    EXPECT_EQ(x, 3);
+    Scalar system([](double, double) { return 1.0; });
+    system.x = 3;
+    system.stop_after = 3;
+    double t = 0;
+    EXPECT_EQ(system.solver({SolverMethod::rk4}, 1)->advance(t, 1), Solver::Outcome::failed);
+    EXPECT_EQ(system.x, 3);
+}
+
+TEST(AdaptiveSolver, ErrorsFollowTheTolerance) {
+    for (const auto method : adaptive)
+        for (const double tolerance : {1e-4, 1e-7, 1e-10}) {
+            const SolverSettings settings{method, tolerance, tolerance};
+            EXPECT_LT(error(settings, 1), 50 * tolerance);
+            EXPECT_LT(error(settings, 100), 50 * tolerance) << "interpolated";
+        }
+}
+
+TEST(AdaptiveSolver, DenseOutputCostsNoEvaluations) {
+    for (const auto method : adaptive) {
+        const auto evaluations = [&](int outputs) {
+            Scalar system([](double t, double x) { return -x + std::sin(t); });
+            const auto solver = system.solver({method}, 1);
+            solver->restart(0);
+            double t = 0;
+            for (int k = 1; k <= outputs; ++k) solver->advance(t, 10.0 * k / outputs);
+            return system.calls;
+        };
+        EXPECT_EQ(evaluations(10), evaluations(1000));
+    }
+}
+
+TEST(AdaptiveSolver, FindsTheFirstCrossingAndStandsJustBehindIt) {
+    for (const auto method : adaptive) {
+        // x = sin t falls through 0.5 at pi - pi/6, after it has risen through it at pi/6.
+        Scalar system([](double t, double) { return std::cos(t); }, [](double, double x) { return x - 0.5; });
+        const auto solver = system.solver({method, 1e-10, 1e-12}, 10);
+        solver->restart(0);
+        double t = 0;
+        ASSERT_EQ(solver->advance(t, 10), Solver::Outcome::crossed);
+        EXPECT_NEAR(t, std::acos(-1) / 6, 1e-8);
+        EXPECT_EQ(solver->crossings()[0], 1);
+        EXPECT_GE(system.x - 0.5, -1e-15);
+        EXPECT_NEAR(system.x, 0.5, 1e-9);
+        solver->restart(t);
+        ASSERT_EQ(solver->advance(t, 10), Solver::Outcome::crossed);
+        EXPECT_NEAR(t, std::acos(-1) * 5 / 6, 1e-8);
+        EXPECT_EQ(solver->crossings()[0], -1);
+    }
+}
+
+TEST(AdaptiveSolver, GivesUpWhereTheStateGrowsWithoutBound) {
+    for (const auto method : adaptive) {
+        Scalar system([](double, double x) { return x * x; }); // x = 1/(1 - t)
+        system.x = 1;
+        const auto solver = system.solver({method}, 2);
+        solver->restart(0);
+        double t = 0;
+        EXPECT_EQ(solver->advance(t, 2), Solver::Outcome::failed);
+        EXPECT_NE(solver->failure().text().find("tolerances"), std::string::npos) << solver->failure().text();
+        EXPECT_EQ(solver->worst_state(), 0);
+    }
+}
+
+TEST(AdaptiveSolver, StopsWithTheModelWithoutAReasonOfItsOwn) {
+    for (const auto method : adaptive) {
+        Scalar system([](double, double) { return 1.0; });
+        system.stop_after = 3;
+        const auto solver = system.solver({method}, 1);
+        solver->restart(0);
+        double t = 0;
+        EXPECT_EQ(solver->advance(t, 100), Solver::Outcome::failed);
+        EXPECT_TRUE(solver->failure());
+    }
 }
 
 TEST(FixedStepSolver, UnknownNamesGiveNothing) { EXPECT_FALSE(solver_method("ode45")); }

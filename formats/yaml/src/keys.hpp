@@ -12,9 +12,25 @@ namespace bf::formats::keys {
 using Keys = std::vector<std::string>;
 
 inline const Keys system = {"execution", "states", "inputs", "outputs", "variables", "blocks", "connections"};
-inline const Keys model = {"model",       "doc",    "plugins", "step",    "stop",      "solver",
-                           "execution",   "states", "inputs",  "outputs", "variables", "blocks",
-                           "connections", "record", "plots",   "layout"};
+inline const Keys model = {"model",
+                           "doc",
+                           "plugins",
+                           "step",
+                           "stop",
+                           "solver",
+                           "relative_tolerance",
+                           "absolute_tolerance",
+                           "max_step",
+                           "execution",
+                           "states",
+                           "inputs",
+                           "outputs",
+                           "variables",
+                           "blocks",
+                           "connections",
+                           "record",
+                           "plots",
+                           "layout"};
 inline const Keys subsystem = {"doc",    "period",  "offset",    "execution", "states",
                                "inputs", "outputs", "variables", "blocks",    "connections"};
 inline const Keys library_block = {"block", "doc", "period", "offset"}; ///< and the block's settings

@@ -440,6 +440,12 @@ Model Reader::read_model(const Node& node) {
             model.stop = read_expression(key, value, "");
         else if (key.text == "solver")
             model.solver = read_expression(key, value, "");
+        else if (key.text == "relative_tolerance")
+            model.relative_tolerance = read_expression(key, value, "");
+        else if (key.text == "absolute_tolerance")
+            model.absolute_tolerance = read_expression(key, value, "");
+        else if (key.text == "max_step")
+            model.max_step = read_expression(key, value, "");
         else if (key.text == "record" && value.is_scalar() && value.text == "all")
             model.record_all = true;
         else if (key.text == "record")

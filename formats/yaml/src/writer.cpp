@@ -290,6 +290,9 @@ std::string write_yaml(const Model& model) {
     map.add("step", model.step);
     map.add("stop", model.stop);
     map.add("solver", model.solver);
+    map.add("relative_tolerance", model.relative_tolerance);
+    map.add("absolute_tolerance", model.absolute_tolerance);
+    map.add("max_step", model.max_step);
     add_system(map, model.root, false);
     if (model.record_all)
         map.add("record", Content{.text = "all"});

@@ -75,6 +75,7 @@ struct Plan {
     std::vector<Segment> outputs;     ///< in sorted order
     std::vector<Segment> updates;     ///< in document order: they read only x⁻ and outputs
     std::vector<Segment> derivatives; ///< of continuous states
+    std::vector<Segment> guards;      ///< zero-crossing functions of blocks of the continuous rate
 };
 
 /// A recorded or plotted signal.
@@ -94,7 +95,7 @@ struct Diagram {
     double stop = 0; ///< duration [s]; infinite when the model names none
     std::vector<DiagramNode> nodes;
     std::vector<SampleRate> rates;
-    SolverMethod solver = SolverMethod::rk4; ///< of continuous states
+    SolverSettings solver; ///< of continuous states
     std::vector<Condition> conditions;
     std::vector<SignalName> inputs, outputs; ///< of the root; the end of an input is the port's own memory
     std::vector<SignalName> record;

@@ -42,14 +42,21 @@ struct CheckResult {
 ///                inside the step while all other outputs keep their value (afterwards the memory of
 ///                those outputs holds the last evaluation, until the next step)
 ///             5. x⁻ := x⁺ for all of them at once, a NaN being a failure;  k := k + 1
+///     event:  a zero-crossing function of a block of the continuous rate changed its sign: at the located
+///     instant
+///             (adaptive solvers), or in the first step after it (fixed steps, and jumps at a sample hit:
+///             after 2.)
+///                observers see t, outputs and x⁻;  x⁺ := event(t, x⁻) of all blocks that crossed, in
+///                document order, none seeing another's x⁺ through signals;  outputs of the continuous rate
+///                are computed again; this repeats while that makes other functions cross;  inside a step
+///                observers see t, outputs and x⁺
 ///     stop:   blocks stop, last started first (actuators are put back)
 ///
 /// A step that fails ends the run: nothing after the failed block runs, observers keep what they saw.
 /// Inside `step` nothing is allocated and nothing locked.
 class Simulation {
   public:
-    /// Allocates everything a run needs. The diagram must outlive the simulation. Throws RunError for a block
-    /// with zero crossings, which fixed steps do not serve.
+    /// Allocates everything a run needs. The diagram must outlive the simulation.
     explicit Simulation(const Diagram& diagram);
     ~Simulation();
     Simulation(const Simulation&) = delete;
@@ -61,7 +68,8 @@ class Simulation {
     Status step() noexcept;
     void stop() noexcept;
 
-    double time() const { return static_cast<double>(steps_) * diagram_.step; }
+    /// Of the step, or of the event while observers see one [s].
+    double time() const { return is_at_event_ ? event_time_ : static_cast<double>(steps_) * diagram_.step; }
     std::int64_t steps() const { return steps_; }
     /// "controller.qp: message" of the step that failed; empty when none did.
     std::string failure() const;
@@ -107,6 +115,15 @@ class Simulation {
         std::size_t bytes;
         bool is_double; ///< and so looked at for NaN
     };
+    /// The zero-crossing functions in one slot.
+    struct GuardBinding {
+        int node, condition;
+        double* values;
+        std::size_t first, count; ///< place among all guards
+        bool has_event;
+        double last = -1; ///< when it crossed [s]
+        int close = 0;    ///< how often in a row it crossed at once again
+    };
     struct CommitSegment {
         int rate, condition;
         std::vector<Commit> commits;
@@ -114,8 +131,26 @@ class Simulation {
     void bind();
     CommitSegment commits_of(const Segment& segment);
     bool run(const BoundSegment& segment) noexcept;
-    bool evaluate_derivatives(double t, bool is_inside_step) noexcept;
+    /// A signal or state that continuous blocks read and the solver does not change.
+    struct Held {
+        const std::byte* now;
+        std::vector<std::byte> last;
+    };
+    ContinuousSystem continuous_system();
+    void bind_guards();
+    void find_held();
+    bool held_changed() noexcept;
+    bool evaluate_outputs(double t) noexcept;
+    bool evaluate_derivatives() noexcept;
+    bool evaluate_guards() noexcept;
     bool integrate(double t) noexcept;
+    bool crossed(const GuardBinding& guard) const noexcept;
+    int accumulating(double t, int events) noexcept;
+    bool find_crossings() noexcept;
+    bool answer_crossings(double t, bool is_inside_step) noexcept;
+    void observe_event(double t) noexcept;
+    bool fail(Status status, int node) noexcept;
+    int node_of_continuous_state(std::size_t element) const noexcept;
     bool commit(const CommitSegment& segment) noexcept;
     int node_of_state(const double* next) noexcept; ///< whose next state holds that element
     bool is_due(int rate, int condition) const { return is_hit(rate) && is_active(condition); }
@@ -125,11 +160,18 @@ class Simulation {
 
     const Diagram& diagram_;
     Context context_;
-    std::vector<BoundSegment> constants_, outputs_, updates_, derivatives_;
-    FixedStepSolver solver_;
+    std::vector<BoundSegment> constants_, outputs_, updates_, derivatives_, guards_;
+    std::vector<GuardBinding> guard_bindings_;
+    std::vector<double> guard_values_, guard_before_; ///< of all guards; NaN where they do not run
+    std::vector<std::int8_t> crossed_;
+    std::vector<Held> held_;
+    std::unique_ptr<Solver> solver_; ///< null without continuous states
+    bool must_restart_ = true;       ///< the continuous state has changed by a jump
+    bool is_at_event_ = false;
+    double event_time_ = 0;
     std::vector<CommitSegment> commits_;
     std::vector<std::unique_ptr<ConditionState>> conditions_;
-    std::vector<std::uint8_t> hit_;
+    std::vector<std::uint8_t> hit_, hit_at_event_;
     std::vector<std::int64_t> until_hit_; ///< steps to the next hit, per rate
     std::vector<Observer*> observers_;
     std::int64_t steps_ = 0;

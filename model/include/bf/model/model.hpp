@@ -195,6 +195,8 @@ struct Model {
     std::optional<Expression> step = {};   ///< base period, s
     std::optional<Expression> stop = {};   ///< duration, s
     std::optional<Expression> solver = {}; ///< of continuous states: a method's name
+    std::optional<Expression> relative_tolerance = {}, absolute_tolerance = {}; ///< of adaptive solvers
+    std::optional<Expression> max_step = {};                                    ///< of adaptive solvers, s
     std::vector<Plugin> plugins = {};
     bool record_all = false;
     std::vector<Signal> record = {};

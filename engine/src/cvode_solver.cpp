@@ -1,0 +1,146 @@
+#include "solvers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cvode/cvode.h>
+#include <limits>
+#include <new>
+#include <nvector/nvector_serial.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunlinsol/sunlinsol_spgmr.h>
+#include <sunmatrix/sunmatrix_dense.h>
+
+namespace bf {
+
+namespace {
+
+template <class T, auto free> struct Freed {
+    void operator()(T* p) const { free(p); }
+};
+template <class Handle, auto free>
+using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Freed<std::remove_pointer_t<Handle>, free>>;
+
+void free_context(_SUNContext* context) { SUNContext_Free(&context); }
+void free_memory(void* memory) { CVodeFree(&memory); }
+struct FreeMemory {
+    void operator()(void* memory) const { free_memory(memory); }
+};
+
+/// CVODE of SUNDIALS. Linear systems: dense up to `largest_dense` states, then GMRES without a matrix.
+class Cvode final : public Solver {
+  public:
+    static constexpr std::size_t largest_dense = 300;
+
+    Cvode(const SolverSettings& settings, ContinuousSystem system)
+        : Solver(std::move(system)), settings_(settings) {
+        SUNContext context = nullptr;
+        if (SUNContext_Create(nullptr, &context) != 0) throw std::bad_alloc();
+        context_.reset(context);
+        const auto n = static_cast<sunindextype>(system_.x.size());
+        x_.reset(N_VNew_Serial(n, context));
+        errors_.reset(N_VNew_Serial(n, context));
+        weights_.reset(N_VNew_Serial(n, context));
+        memory_.reset(CVodeCreate(settings.method == SolverMethod::cvode_bdf ? CV_BDF : CV_ADAMS, context));
+        std::copy(system_.x.begin(), system_.x.end(), N_VGetArrayPointer(x_.get()));
+        CVodeSetErrHandlerFn(
+            memory_.get(), [](int, const char*, const char*, char*, void*) {}, nullptr);
+        CVodeInit(memory_.get(), derivative, 0, x_.get());
+        CVodeSetUserData(memory_.get(), this);
+        CVodeSStolerances(memory_.get(), settings.relative_tolerance, settings.absolute_tolerance);
+        CVodeSetMaxNumSteps(memory_.get(), 1000000);
+        if (settings.max_step < std::numeric_limits<double>::infinity())
+            CVodeSetMaxStep(memory_.get(), settings.max_step);
+        if (system_.x.size() <= largest_dense) {
+            matrix_.reset(SUNDenseMatrix(n, n, context));
+            linear_.reset(SUNLinSol_Dense(x_.get(), matrix_.get(), context));
+        } else {
+            linear_.reset(SUNLinSol_SPGMR(x_.get(), SUN_PREC_NONE, 0, context));
+        }
+        CVodeSetLinearSolver(memory_.get(), linear_.get(), matrix_.get());
+        if (!system_.guards.empty()) {
+            CVodeRootInit(memory_.get(), static_cast<int>(system_.guards.size()), guards);
+            CVodeSetNoInactiveRootWarn(memory_.get());
+            roots_.resize(system_.guards.size());
+        }
+    }
+
+    void restart(double t) override {
+        std::copy(system_.x.begin(), system_.x.end(), N_VGetArrayPointer(x_.get()));
+        CVodeReInit(memory_.get(), t, x_.get());
+    }
+    /// CVODE cannot hand out its past.
+    void set_history(double t, std::span<const double>) override { restart(t); }
+
+    Outcome advance(double& t, double end) override {
+        if (system_.has_samples) CVodeSetStopTime(memory_.get(), end);
+        double reached = t;
+        const int flag = CVode(memory_.get(), end, x_.get(), &reached, CV_NORMAL);
+        if (flag < 0) return failed(flag);
+        std::copy_n(N_VGetArrayPointer(x_.get()), system_.x.size(), system_.x.begin());
+        if (flag == CV_ROOT_RETURN) {
+            t = reached;
+            CVodeGetRootInfo(memory_.get(), roots_.data());
+            std::transform(roots_.begin(), roots_.end(), crossings_.begin(),
+                           [](int direction) { return static_cast<std::int8_t>(direction); });
+            return Outcome::crossed;
+        }
+        t = end;
+        return Outcome::reached;
+    }
+
+  private:
+    static int derivative(double t, N_Vector x, N_Vector rate, void* self) {
+        auto& system = static_cast<Cvode*>(self)->system_;
+        std::copy_n(N_VGetArrayPointer(x), system.x.size(), system.x.begin());
+        if (!system.derivatives(t)) return -1;
+        std::copy(system.rate.begin(), system.rate.end(), N_VGetArrayPointer(rate));
+        return 0;
+    }
+    static int guards(double t, N_Vector x, double* values, void* self) {
+        auto& system = static_cast<Cvode*>(self)->system_;
+        std::copy_n(N_VGetArrayPointer(x), system.x.size(), system.x.begin());
+        if (!system.evaluate_guards(t, false)) return -1;
+        std::copy(system.guards.begin(), system.guards.end(), values);
+        return 0;
+    }
+
+    Outcome failed(int flag) {
+        if (flag == CV_RHSFUNC_FAIL || flag == CV_RTFUNC_FAIL) return Outcome::failed; // a block said why
+        failure_ = flag == CV_TOO_MUCH_WORK
+                       ? Status::failure(
+                             "CVODE did not reach the end of the base step in a million steps: use larger "
+                             "tolerances, or cvode_bdf if the plant is stiff")
+                       : Status::failure(
+                             "CVODE gave up (flag {}): look for a state that grows without bound or a jump "
+                             "without a zero crossing, or use larger tolerances",
+                             flag);
+        if (CVodeGetEstLocalErrors(memory_.get(), errors_.get()) == CV_SUCCESS &&
+            CVodeGetErrWeights(memory_.get(), weights_.get()) == CV_SUCCESS) {
+            const double *error = N_VGetArrayPointer(errors_.get()),
+                         *weight = N_VGetArrayPointer(weights_.get());
+            double worst = -1;
+            for (std::size_t i = 0; i < system_.x.size(); ++i)
+                if (const double e = std::abs(error[i] * weight[i]); !(e <= worst)) {
+                    worst = e;
+                    worst_state_ = static_cast<int>(i);
+                }
+        }
+        return Outcome::failed;
+    }
+
+    const SolverSettings settings_;
+    Owned<SUNContext, free_context> context_;
+    Owned<N_Vector, N_VDestroy> x_, errors_, weights_;
+    Owned<SUNMatrix, SUNMatDestroy> matrix_;
+    Owned<SUNLinearSolver, SUNLinSolFree> linear_;
+    std::unique_ptr<void, FreeMemory> memory_;
+    std::vector<int> roots_;
+};
+
+} // namespace
+
+std::unique_ptr<Solver> make_cvode(const SolverSettings& settings, ContinuousSystem system) {
+    return std::make_unique<Cvode>(settings, std::move(system));
+}
+
+} // namespace bf

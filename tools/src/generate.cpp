@@ -19,7 +19,7 @@ void add_generate(CLI::App& app) {
     command->add_option("-o,--output", options->folder, "folder of the project; must be empty or not exist")
         ->type_name("DIR")
         ->required();
-    command->footer("Example: bf generate examples/pid/pid.yaml -o pid_code");
+    command->footer("Example: bf generate examples/two_rates/model.yaml -o two_rates_code");
     command->callback([options] {
         const LoadedModel loaded = load_model(options->model);
         codegen::write(codegen::generate(loaded.diagram), options->folder);

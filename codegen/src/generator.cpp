@@ -19,33 +19,39 @@ const Slot& slot_of(const Block& block, int slot) {
 
 std::string extents(const Size& size) { return number(size.rows) + ", " + number(size.cols); }
 
+/// Can every activity of the block be printed as a call of a kernel?
+bool is_printable(const DiagramNode& node) {
+    const auto& d = node.block->declaration();
+    const auto& m = node.methods;
+    if (m.output || m.update || m.derivative || m.reset || !d.objects.empty()) return false;
+    for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules})
+        for (const Call& call : *rules)
+            if (!find_kernel(call.kernel)) return false;
+    return true;
+}
+
 } // namespace
 
+bool has_hosted_blocks(const Diagram& diagram) {
+    return !std::all_of(diagram.nodes.begin(), diagram.nodes.end(), is_printable);
+}
+
 Generator::Generator(const Diagram& diagram, const Options& options)
-    : diagram_(diagram), options_(options), class_(class_name(diagram)), file_(file_name(diagram)) {}
+    : diagram_(diagram), options_(options), class_(class_name(diagram)), file_(file_name(diagram)) {
+    for (const auto& n : diagram.nodes) hosted_.push_back(is_printable(n) ? -1 : hosted_count_++);
+}
 
 void Generator::check() const {
     std::string problems;
     const auto add = [&](const DiagramNode& n, const std::string& why) {
         problems += "\n  " + n.path + " (" + n.type + "): " + why;
     };
-    for (const auto& n : diagram_.nodes) {
-        const auto& d = n.block->declaration();
-        const auto& m = n.methods;
-        if (!d.derivative_rules.empty() || m.derivative ||
-            std::any_of(d.slots.begin(), d.slots.end(),
-                        [](const Slot& s) { return s.role == Role::continuous_state; }))
-            add(n,
-                "it has continuous states, and generated code has no solver for them; use its discrete form");
-        else if (!d.objects.empty() || !d.provisions.empty() || !d.requirements.empty())
-            add(n, "it uses an object outside the diagram, which generated code cannot make");
-        else if (m.output || m.update || m.reset || m.guards || m.event)
-            add(n, "it is computed by methods of its class instead of rules, which cannot be printed");
-        for (const auto* rules : {&d.output_rules, &d.update_rules})
-            for (const Call& call : *rules)
-                if (!find_kernel(call.kernel))
-                    add(n, "its kernel '" + std::string(call.kernel) + "' is none of the standard kernels");
-    }
+    for (const auto& n : diagram_.nodes)
+        if (n.methods.event && diagram_.rates[static_cast<std::size_t>(n.rate)].is_continuous)
+            add(n, "it answers zero crossings, which generated code does not look for");
+    if (is_adaptive(diagram_.solver.method) && !diagram_.plan.derivatives.empty())
+        problems += "\n  the solver '" + solver_name() +
+                    "' chooses its own steps; give the model one with fixed steps, e.g. solver: rk4";
     if (problems.empty()) return;
     throw GenerationError("no code can be generated for '" + diagram_.name + "':" + problems +
                           "\nreplace these blocks, or generate the part of the model without them");
@@ -57,6 +63,7 @@ void Generator::place(const Node::End& end, const char* structure, std::vector<F
                   : &fields == &parameters_ ? taken_parameters_
                   : &fields == &signals_    ? taken_signals_
                   : &fields == &states_     ? taken_states_
+                  : &fields == &continuous_ ? taken_continuous_
                                             : taken_workspace_;
     const Slot& slot = diagram_.slot(end);
     if (slot.size.count() == 0) return;
@@ -89,8 +96,10 @@ void Generator::place_all() {
             case Role::output: place(end, "signals", signals_, path); break;
             case Role::parameter: place(end, "parameters", parameters_, path); break;
             case Role::discrete_state: place(end, "states", states_, path); break;
-            case Role::workspace: place(end, "workspace_", workspace_, path); break;
-            case Role::continuous_state:
+            case Role::continuous_state: place(end, "continuous", continuous_, path); break;
+            case Role::workspace:
+                if (!is_hosted(end.node)) place(end, "workspace_", workspace_, path);
+                break;
             case Role::guard: break;
             }
         }
@@ -110,11 +119,13 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
     const char* direction = from.is_written ? "out" : "in";
     switch (from.source) {
     case Call::Source::time: return "in(time_)";
-    case Call::Source::period:
-        constants +=
-            "static constexpr double period = " + literal(diagram_.period(node(n).rate), Type::float64) +
-            ";\n";
+    case Call::Source::period: {
+        const int rate = node(n).rate;
+        const bool is_continuous = diagram_.rates[static_cast<std::size_t>(rate)].is_continuous;
+        constants += "static constexpr double period = " +
+                     literal(is_continuous ? 0 : diagram_.period(rate), Type::float64) + ";\n";
         return "in(period)";
+    }
     case Call::Source::constants: {
         const auto& values = *from.constants;
         if (values.empty()) return "empty<const double, 0, 1>()";
@@ -125,7 +136,7 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
         constants += "static constexpr double " + name + "[] = {" + list + "};\n";
         return "in(" + name + ")";
     }
-    case Call::Source::rate: // refused by check()
+    case Call::Source::rate:
     case Call::Source::slot:
     case Call::Source::next: break;
     }
@@ -136,9 +147,9 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
                extents(slot.size) + ">()";
     Node::End end{n, from.slot};
     if (slot.role == Role::input && node(n).sources[s].node >= 0) end = node(n).sources[s];
-    const bool is_next = from.source == Call::Source::next;
-    const std::string text =
-        direction + ("(" + (is_next ? next_[static_cast<std::size_t>(n)][s] : place_of(end)).text()) + ")";
+    Place place = from.source == Call::Source::next ? next_[static_cast<std::size_t>(n)][s] : place_of(end);
+    if (from.source == Call::Source::rate) place.structure = "rates_";
+    const std::string text = direction + ("(" + place.text()) + ")";
     const Size& stored = diagram_.slot(end).size;
     if (stored.rows == slot.size.rows && stored.cols == slot.size.cols) return text;
     return "reshaped<" + extents(slot.size) + ">(" + text + ")";
@@ -161,6 +172,20 @@ static std::string wrapped(const std::string& text, std::size_t indent) {
         at = end;
     }
     return result;
+}
+
+std::string Generator::statement(int n, Phase phase, int index) {
+    if (is_hosted(n)) {
+        const int task = static_cast<int>(tasks_.size());
+        tasks_.push_back({n, phase, index});
+        return "// " + comment(node(n).path) + "\nif (!hosted_->run(" + number(task) + ")) return fail(" +
+               literal(node(n).path) + ", hosted_->failure());\n";
+    }
+    const auto& d = block(n).declaration();
+    const auto& rules = phase == Phase::output   ? d.output_rules
+                        : phase == Phase::update ? d.update_rules
+                                                 : d.derivative_rules;
+    return rule(n, rules[static_cast<std::size_t>(index)]);
 }
 
 std::string Generator::rule(int n, const Call& call) {
@@ -205,8 +230,8 @@ std::string Generator::condition_test(int c) const {
     if (condition.enable.node < 0) return "";
     const std::string i = number(c);
     return "// enabled subsystem " + comment(condition.path) + "\nif (is_positive(" +
-           place_of(condition.enable).text() + ") != is_enabled_" + i + "_) is_enabled_" + i +
-           "_ ? disable_" + i + "() : enable_" + i + "();\n";
+           place_of(condition.enable).text() + ") != is_enabled_" + i + "_ && !(is_enabled_" + i +
+           "_ ? disable_" + i + "() : enable_" + i + "())) return false;\n";
 }
 
 std::string Generator::write_values(const std::string& target, const Slot& slot,
@@ -234,10 +259,14 @@ std::string Generator::initial_output(const Condition::Outlet& outlet) const {
 
 std::vector<std::string> Generator::resets(int n, bool only_from_parameters) const {
     std::vector<std::string> statements;
+    if (is_hosted(n) && !only_from_parameters)
+        return {"if (!hosted_->reset(" + number(hosted_[static_cast<std::size_t>(n)]) + ")) return fail(" +
+                literal(node(n).path) + ", hosted_->failure());\n"};
     const auto& slots = block(n).declaration().slots;
     for (std::size_t s = 0; s < slots.size(); ++s) {
         const Slot& slot = slots[s];
-        if (slot.role != Role::discrete_state || slot.size.count() == 0) continue;
+        const bool is_discrete = slot.role == Role::discrete_state;
+        if ((!is_discrete && slot.role != Role::continuous_state) || slot.size.count() == 0) continue;
         const std::string state = place_of({n, static_cast<int>(s)}).text();
         if (slot.initial_from >= 0) {
             statements.push_back("assign(" + state + ", " + place_of({n, slot.initial_from}).text() + ");\n");
@@ -246,7 +275,7 @@ std::vector<std::string> Generator::resets(int n, bool only_from_parameters) con
         } else {
             continue;
         }
-        if (!only_from_parameters)
+        if (!only_from_parameters && is_discrete)
             statements.push_back("assign(" + next_[static_cast<std::size_t>(n)][s].text() + ", " + state +
                                  ");\n");
     }
@@ -259,12 +288,9 @@ std::vector<Guarded> Generator::outputs(bool constant) {
         if ((segment.rate == constant_rate) != constant) continue;
         all.push_back({segment.rate, segment.condition, {}});
         for (const auto& activity : segment.activities)
-            all.back().statements.push_back(
-                activity.node < 0
-                    ? condition_test(activity.condition)
-                    : rule(activity.node, block(activity.node)
-                                              .declaration()
-                                              .output_rules[static_cast<std::size_t>(activity.index)]));
+            all.back().statements.push_back(activity.node < 0
+                                                ? condition_test(activity.condition)
+                                                : statement(activity.node, Phase::output, activity.index));
     }
     return all;
 }
@@ -274,9 +300,17 @@ std::vector<Guarded> Generator::updates() {
     for (const auto& segment : diagram_.plan.updates) {
         all.push_back({segment.rate, segment.condition, {}});
         for (const auto& activity : segment.activities)
-            all.back().statements.push_back(rule(
-                activity.node,
-                block(activity.node).declaration().update_rules[static_cast<std::size_t>(activity.index)]));
+            all.back().statements.push_back(statement(activity.node, Phase::update, activity.index));
+    }
+    return all;
+}
+
+std::vector<Guarded> Generator::derivatives() {
+    std::vector<Guarded> all;
+    for (const auto& segment : diagram_.plan.derivatives) {
+        all.push_back({segment.rate, segment.condition, {}});
+        for (const auto& activity : segment.activities)
+            all.back().statements.push_back(statement(activity.node, Phase::derivative, activity.index));
     }
     return all;
 }
@@ -316,10 +350,10 @@ std::string Generator::guard(const Guarded& g) const {
 
 std::string Generator::functions(const std::string& family, const std::vector<Guarded>& all) {
     std::string calls, body;
-    int statements = 0, pieces = 0;
+    int statements = 0;
     const auto finish = [&] {
         if (statements == 0) return;
-        const std::string name = family + "_" + number(++pieces);
+        const std::string name = family + "_" + number(++piece_numbers_[family]);
         declarations_.push_back("bool " + name + "() noexcept;");
         pieces_.push_back("[[gnu::flatten]] bool " + class_ + "::" + name + "() noexcept {\n" + body +
                           "    return true;\n}\n");

@@ -5,6 +5,7 @@
 
 #include "names.hpp"
 
+#include <map>
 #include <set>
 #include <vector>
 
@@ -40,12 +41,18 @@ class Generator {
     const DiagramNode& node(int n) const { return diagram_.nodes[static_cast<std::size_t>(n)]; }
 
     void check() const;
+    bool has_continuous_states() const { return !continuous_.empty(); }
+    /// Made by the factory from its plugin at the start of the program, because it is more than rules that
+    /// can be printed.
+    bool is_hosted(int n) const { return hosted_[static_cast<std::size_t>(n)] >= 0; }
+    bool has_hosted() const { return hosted_count_ > 0; }
     void place_all();
     void place(const Node::End& end, const char* structure, std::vector<Field>& fields,
                const std::string& path);
     const Place& place_of(const Node::End& end) const;
 
-    /// One statement per rule, with its constants before it.
+    /// One statement per activity of a node, with its constants before it.
+    std::string statement(int n, Phase phase, int index);
     std::string rule(int n, const Call& call);
     std::string operand(int n, const Call::Reference& from, std::string& constants);
     std::string condition_test(int c) const;
@@ -57,6 +64,7 @@ class Generator {
 
     std::vector<Guarded> outputs(bool constant);
     std::vector<Guarded> updates();
+    std::vector<Guarded> derivatives();
     std::vector<Guarded> commits() const;
 
     /// Spreads guarded statements over functions `family_1`, ... and returns the calls of all.
@@ -66,8 +74,19 @@ class Generator {
     std::string structure(const char* name, const char* doc, const std::vector<Field>& fields,
                           bool has_values) const;
     std::string header() const;
-    std::string main_source(const std::string& constants, const std::string& outputs,
-                            const std::string& updates);
+    /// Calls of the functions that make up each phase, joined by &&.
+    struct Calls {
+        std::string constants, outputs, updates, commits;
+        std::string inner_outputs, derivatives; ///< evaluated by the solver inside a step
+    };
+    std::string main_source(const Calls& calls);
+    std::string integration(const Calls& calls) const;
+    int continuous_size() const;
+    std::string solver_name() const;
+    bool uses_standard_library() const; ///< are some hosted blocks standard ones?
+    std::string cmake_lists(const std::vector<std::string>& sources) const;
+    std::string hosted_source() const;
+    std::string hosted_slot(int n, int s) const;
     std::string tables() const;
     std::string table_row(const std::string& name, const Node::End& end) const;
     std::string readme() const;
@@ -77,13 +96,24 @@ class Generator {
     std::string class_, file_;
     std::vector<std::vector<Place>> places_; ///< by node and slot
     std::vector<std::vector<Place>> next_;   ///< of discrete states
-    std::vector<Field> inputs_, parameters_, signals_, states_, workspace_;
+    std::vector<Field> inputs_, parameters_, signals_, states_, continuous_, workspace_;
     std::vector<Field> outputs_; ///< copies; end = what is copied
-    std::set<std::string> taken_inputs_, taken_parameters_, taken_signals_, taken_states_, taken_workspace_;
+    std::set<std::string> taken_inputs_, taken_parameters_, taken_signals_, taken_states_, taken_continuous_,
+        taken_workspace_;
     std::set<std::string> headers_;
     std::vector<std::string> declarations_; ///< of the functions that pieces became
     std::vector<std::string> pieces_;       ///< their definitions
     std::vector<int> piece_statements_;
+    std::map<std::string, int> piece_numbers_; ///< by family
+    std::vector<int> hosted_;                  ///< by node: number among the hosted blocks, or -1
+    int hosted_count_ = 0;
+    /// What the program asks hosted blocks to do, in the order of `HostedBlocks::run`.
+    struct HostedTask {
+        int node;
+        Phase phase;
+        int index;
+    };
+    std::vector<HostedTask> tasks_;
 };
 
 } // namespace bf::codegen

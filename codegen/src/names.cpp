@@ -164,8 +164,8 @@ std::string upper_camel(std::string_view name) {
             result += starts_word ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
         starts_word = !is_plain(c);
     }
-    static const std::set<std::string, std::less<>> own{"Inputs",  "Outputs", "Parameters",
-                                                        "Signals", "States",  "Workspace"};
+    static const std::set<std::string, std::less<>> own{"Inputs", "Outputs",          "Parameters", "Signals",
+                                                        "States", "ContinuousStates", "Workspace"};
     if (result.empty() || std::isdigit(static_cast<unsigned char>(result[0]))) result = "Model" + result;
     if (own.contains(result) || reserved().contains(result)) result += "Model";
     return result;
@@ -224,6 +224,12 @@ const char* cpp_name(Type type) {
     constexpr const char* names[] = {"double",       "float",         "std::int8_t",
                                      "std::uint8_t", "std::int16_t",  "std::uint16_t",
                                      "std::int32_t", "std::uint32_t", "bool"};
+    return names[static_cast<std::size_t>(type)];
+}
+
+const char* enumerator(Type type) {
+    constexpr const char* names[] = {"float64", "float32", "int8",   "uint8",  "int16",
+                                     "uint16",  "int32",   "uint32", "boolean"};
     return names[static_cast<std::size_t>(type)];
 }
 

@@ -24,5 +24,7 @@ std::string literal(std::string_view text);
 std::string literal(double value, Type type);
 /// double, float, std::int8_t, ...
 const char* cpp_name(Type type);
+/// float64, float32, int8, ...: the enumerators of bf::Type and bf::generated::Type.
+const char* enumerator(Type type);
 
 } // namespace bf::codegen

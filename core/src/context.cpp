@@ -179,6 +179,14 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
 
 Context::~Context() = default;
 
+void Context::use_memory(int node, int slot, const Memory& memory) {
+    const Frame& frame = frames_[static_cast<std::size_t>(node)];
+    const_cast<void**>(frame.now)[slot] = memory.now;
+    if (memory.next) const_cast<void**>(frame.next)[slot] = memory.next;
+    if (memory.rate) const_cast<void**>(frame.rate)[slot] = memory.rate;
+    const_cast<std::uint8_t*>(frame.connected)[slot] = memory.connects;
+}
+
 namespace {
 
 const std::vector<Call>& rules(const Declaration& d, Phase phase) {

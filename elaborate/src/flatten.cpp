@@ -234,6 +234,7 @@ class Flattener {
             return;
         }
         node.path = path;
+        node.arguments = std::move(arguments);
         node.type = type->qualified_name();
         node.methods = type->methods;
         node.condition = scope.condition;

@@ -40,6 +40,8 @@ struct Simulation::ConditionState {
         auto& conditions = simulation->diagram_.conditions;
         for (const auto& outlet : conditions[static_cast<std::size_t>(index)].outlets)
             if (outlet.resets) simulation->write_initial(outlet);
+        for (const int node : conditions[static_cast<std::size_t>(index)].nodes)
+            simulation->clear_rates(node);
         for (std::size_t c = 1; c < conditions.size(); ++c)
             if (conditions[c].parent == index && simulation->conditions_[c]->is_true)
                 simulation->conditions_[c]->become_false();
@@ -196,6 +198,14 @@ void Simulation::clear_outputs() {
     }
 }
 
+void Simulation::clear_rates(int node) noexcept {
+    const auto& slots = diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().slots;
+    for (std::size_t i = 0; i < slots.size(); ++i)
+        if (slots[i].role == Role::continuous_state)
+            std::memset(context_.frame(node).rate[i], 0,
+                        static_cast<std::size_t>(slots[i].size.count()) * sizeof(double));
+}
+
 void Simulation::run_constants() {
     for (const auto& segment : constants_)
         if (!run(segment)) throw RunError(failure());
@@ -217,6 +227,7 @@ void Simulation::start() {
     must_restart_ = true;
     is_at_event_ = false;
     clear_outputs();
+    std::fill(context_.continuous_rate().begin(), context_.continuous_rate().end(), 0.0);
     const int nodes = static_cast<int>(diagram_.nodes.size());
     for (int n = 0; n < nodes; ++n)
         if (const Status status = context_.reset(n); !status) {

@@ -127,6 +127,24 @@ TEST(Continuous, TrackingKeepsAPidFromWindingUp) {
     EXPECT_GT(wound_up[700], 0.95);
 }
 
+TEST(Continuous, StatesOfADisabledSubsystemStayWhereTheyAre) {
+    Session run(R"m(
+model: m
+step: 0.25
+blocks:
+  on: {block: Pulse, delay: 0.5, period: 0.25}
+  s:
+    execution: enabled
+    outputs: [y]
+    blocks:
+      one: {block: Constant, value: 1}
+      x: {block: Integrator}
+    connections: {one: x, x: y}
+connections: {on: s.enable}
+)m");
+    EXPECT_EQ(observed(run, "s.y", 9), (Values{0, 0, 0, 0.25, 0.5, 0.5, 0.5, 0.75, 1}));
+}
+
 TEST(Continuous, AStateThatBecomesNanEndsTheRunByName) {
     Session run("model: m\nstep: 1\nblocks:\n  a: {block: Clock}\n  g: {block: Gain, K: NaN}\n"
                 "  x: {block: Integrator}\nconnections: {a: g, g: x}\n");

@@ -22,7 +22,9 @@ void add_generate(CLI::App& app) {
     command->footer("Example: bf generate examples/two_rates/model.yaml -o two_rates_code");
     command->callback([options] {
         const LoadedModel loaded = load_model(options->model);
-        codegen::write(codegen::generate(loaded.diagram), options->folder);
+        codegen::Options how;
+        how.folder = std::filesystem::absolute(options->model.file).parent_path().string();
+        codegen::write(codegen::generate(loaded.diagram, how), options->folder);
         std::printf("%s in %s; build it with: cmake -S %s -B %s/build && cmake --build %s/build\n",
                     codegen::class_name(loaded.diagram).c_str(), options->folder.c_str(),
                     options->folder.c_str(), options->folder.c_str(), options->folder.c_str());

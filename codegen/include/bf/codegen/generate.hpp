@@ -21,15 +21,22 @@ struct Options {
     /// large models are split.
     int statements_per_function = 200;
     int statements_per_file = 2000;
+    /// Folder of the model: relative file names in arguments of blocks are meant from there.
+    std::string folder = ".";
 };
 
 /// Texts by file name relative to the project's folder.
 using Files = std::map<std::string, std::string>;
 
 /// The project: one class with initialize(), step() and terminate(), its main program, the used kernels and a
-/// CMakeLists.txt. It computes what bf::Simulation computes, bit for bit, and needs a C++17 compiler only.
-/// Throws GenerationError naming every block that is more than rules (see the README).
+/// CMakeLists.txt. It computes what bf::Simulation computes, bit for bit. A diagram of blocks that are rules
+/// needs a C++17 compiler only. Throws GenerationError naming every block that cannot be generated, with the
+/// reason.
 Files generate(const Diagram& diagram, const Options& options = {});
+
+/// Does the program make some blocks through the factory, because they are more than rules that can be
+/// printed? It then needs the installed BlockFactory and their plugins.
+bool has_hosted_blocks(const Diagram& diagram);
 
 /// Name of the generated class: UpperCamel of the diagram's name; and of its files: snake_case.
 std::string class_name(const Diagram& diagram);

@@ -12,7 +12,7 @@ namespace bf::generated {
 enum class Type : std::uint8_t { float64, float32, int8, uint8, int16, uint16, int32, uint32, boolean };
 
 /// In which structure of the model a quantity lies.
-enum class Where : std::uint8_t { inputs, parameters, signals, states };
+enum class Where : std::uint8_t { inputs, parameters, signals, states, continuous };
 
 /// A parameter, a recorded signal or a reported state under the name that the diagram gives it.
 struct Quantity {

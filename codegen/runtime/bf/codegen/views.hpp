@@ -92,6 +92,20 @@ template <class T, int N> bool commit(T (&state)[N], const T (&next)[N]) noexcep
     return is_number;
 }
 
+/// A structure of double members as one array.
+template <class Structure> double* elements(Structure& x) noexcept {
+    static_assert(std::is_standard_layout_v<Structure> && alignof(Structure) == alignof(double));
+    return reinterpret_cast<double*>(&x);
+}
+
+/// Is some element not a number?
+template <class T> bool has_nan(const T& state) noexcept {
+    const auto x = in(state);
+    bool found = false;
+    for (int i = 0; i < x.size(); ++i) found = found || x[i] != x[i];
+    return found;
+}
+
 /// Is some element above 0? What an enabled subsystem asks.
 template <class T> bool is_positive(const T& signal) noexcept {
     const auto x = in(signal);

@@ -47,6 +47,15 @@ class Context {
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
 
+    /// Memory outside the context for one slot: `next` for its next state, `rate` for its derivative. An
+    /// input with memory outside counts as connected where `connects`. To be said before a task of the node
+    /// is bound.
+    struct Memory {
+        void *now = nullptr, *next = nullptr, *rate = nullptr;
+        bool connects = false;
+    };
+    void use_memory(int node, int slot, const Memory& memory);
+
     /// Number of activities of a node in a phase (rules plus the overridden method).
     int activities(int node, Phase phase) const;
     /// Binds activity i of a node in a phase. Valid as long as the context.

@@ -47,6 +47,7 @@ struct Condition {
 struct DiagramNode {
     std::string path; ///< "controller.pd"
     std::string type; ///< "Gain"
+    Arguments arguments; ///< that the block was made with
     std::unique_ptr<Block> block;
     Block::Methods methods;
     std::vector<Node::End> sources;   ///< one per slot

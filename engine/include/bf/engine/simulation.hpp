@@ -156,6 +156,7 @@ class Simulation {
     bool is_due(int rate, int condition) const { return is_hit(rate) && is_active(condition); }
     void write_initial(const Condition::Outlet& outlet);
     void clear_outputs();
+    void clear_rates(int node) noexcept; ///< continuous states that do not run keep their value
     void run_constants();
 
     const Diagram& diagram_;

@@ -1,0 +1,26 @@
+// Blocks that a generated program makes through the factory, as the class of the model sees them.
+#pragma once
+
+namespace bf::generated {
+
+class Hosted {
+  public:
+    virtual ~Hosted() = default;
+    /// Initial states of all blocks; then they start: devices open. What was started is stopped when one
+    /// fails.
+    virtual bool start() noexcept = 0;
+    /// Blocks stop, last started first.
+    virtual void stop() noexcept = 0;
+    /// A method or rule of a block.
+    virtual bool run(int task) noexcept = 0;
+    /// Initial states of one block.
+    virtual bool reset(int block) noexcept = 0;
+    /// The rate is hit at that time, or the solver goes to it inside a step.
+    virtual void hit(int rate, double time) noexcept = 0;
+    virtual void go_to(int rate, double time) noexcept = 0;
+    /// Why the last call failed, and which block when the call did not name it.
+    virtual const char* failure() const noexcept = 0;
+    virtual const char* failed_block() const noexcept = 0;
+};
+
+} // namespace bf::generated

@@ -1,0 +1,184 @@
+// The blocks behind Hosted: made from plugins, working on the memory of the generated class.
+#pragma once
+
+#include "bf/codegen/hosted.hpp"
+
+#include "bf/core/context.hpp"
+#include "bf/core/registry.hpp"
+#include "bf/core/resolve.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace bf::generated {
+
+inline Value value(bf::Type type, int rows, int cols, std::vector<double> data) {
+    Value v;
+    v.type = type;
+    v.rows = rows;
+    v.cols = cols;
+    v.data = std::move(data);
+    return v;
+}
+
+/// A quantity of a block and the memory where it lies; `next` and `rate` of states.
+struct HostedSlot {
+    const char* name;
+    Role role;
+    bf::Type type;
+    Size size;
+    Context::Memory memory;
+};
+
+class HostedBlocks final : public Hosted {
+  public:
+    /// Relative file names in the blocks' arguments are meant from `folder`.
+    HostedBlocks(std::string folder, std::vector<double> periods)
+        : folder_(std::move(folder)), periods_(std::move(periods)) {}
+    ~HostedBlocks() override { stop(); }
+
+    Registry& registry() { return registry_; }
+
+    /// Makes a block; `subfolder` is that of its model file. Throws std::runtime_error naming the block.
+    void add(const char* path, const char* type, int rate, Arguments arguments, const char* subfolder,
+             std::vector<HostedSlot> slots, std::vector<Node::End> providers) {
+        attempt(path, [&] {
+            arguments.folder = (std::filesystem::path(folder_) / subfolder).lexically_normal().string();
+            const BlockClass& found = registry_.find(type);
+            Item item{path, found.make(arguments), std::move(slots), false};
+            auto& d = item.block->declaration();
+            if (!d.problems.empty()) throw std::runtime_error(d.problems.front());
+            if (providers.size() != d.requirements.size()) throw std::runtime_error(is_another_version());
+            nodes_.push_back({item.block.get(), found.methods, {}, std::move(providers), rate});
+            nodes_.back().sources.resize(d.slots.size());
+            items_.push_back(std::move(item));
+        });
+    }
+
+    struct TaskOf {
+        int block;
+        Phase phase;
+        int index;
+    };
+    /// After the last block: resources, sizes, memory, and the tasks that run() knows by their place in the
+    /// list.
+    void finish(const std::vector<TaskOf>& tasks) {
+        for (std::size_t k = 0; k < items_.size(); ++k) resolve(k);
+        context_ = std::make_unique<Context>(nodes_, static_cast<int>(periods_.size()));
+        for (std::size_t k = 0; k < items_.size(); ++k)
+            for (const auto& slot : items_[k].slots)
+                if (slot.memory.now)
+                    context_->use_memory(static_cast<int>(k), find(items_[k], slot), slot.memory);
+        for (const auto& task : tasks) {
+            if (task.index >= context_->activities(task.block, task.phase))
+                throw std::runtime_error(items_[static_cast<std::size_t>(task.block)].path + ": " +
+                                         is_another_version());
+            tasks_.push_back(context_->task(task.block, task.phase, task.index));
+        }
+    }
+
+    bool start() noexcept override {
+        stop();
+        for (std::size_t r = 0; r < periods_.size(); ++r)
+            context_->clock(static_cast<int>(r)) = {0, periods_[r], -1};
+        for (int k = 0; k < count(); ++k)
+            if (!reset(k)) return fail(k, failure_);
+        for (; started_ < count(); ++started_) try {
+                context_->start(started_);
+            } catch (const std::exception& error) {
+                const int failed = started_;
+                stop();
+                return fail(failed, error.what());
+            }
+        return true;
+    }
+    void stop() noexcept override {
+        for (; started_ > 0; --started_) context_->stop(started_ - 1);
+    }
+    bool run(int task) noexcept override { return good(tasks_[static_cast<std::size_t>(task)]()); }
+    bool reset(int block) noexcept override { return good(context_->reset(block)); }
+    void hit(int rate, double time) noexcept override {
+        Clock& clock = context_->clock(rate);
+        clock.time = time;
+        ++clock.step;
+    }
+    void go_to(int rate, double time) noexcept override { context_->clock(rate).time = time; }
+    const char* failure() const noexcept override { return failure_.c_str(); }
+    const char* failed_block() const noexcept override { return failed_block_.c_str(); }
+
+  private:
+    struct Item {
+        std::string path;
+        std::unique_ptr<Block> block;
+        std::vector<HostedSlot> slots;
+        bool is_resolved = false;
+    };
+    int count() const { return static_cast<int>(items_.size()); }
+
+    static const char* is_another_version() {
+        return "the plugin's block is not the one that this code was generated with; generate it again";
+    }
+    template <class F> static void attempt(const std::string& path, F&& f) {
+        try {
+            f();
+        } catch (const std::exception& error) {
+            throw std::runtime_error(path + ": " + error.what());
+        }
+    }
+    static int find(const Item& item, const HostedSlot& slot) {
+        const int index = item.block->declaration().find(slot.name, slot.role);
+        if (index < 0)
+            throw std::runtime_error(item.path + ": has no '" + slot.name + "'; " + is_another_version());
+        return index;
+    }
+    /// Binds what the block requires, then makes what it provides, then settles its sizes.
+    void resolve(std::size_t k) {
+        Item& item = items_[k];
+        if (item.is_resolved) return;
+        item.is_resolved = true;
+        auto& d = item.block->declaration();
+        for (std::size_t r = 0; r < d.requirements.size(); ++r) {
+            const Node::End& from = nodes_[k].providers[r];
+            resolve(static_cast<std::size_t>(from.node));
+            const auto& provisions =
+                items_[static_cast<std::size_t>(from.node)].block->declaration().provisions;
+            if (from.slot >= static_cast<int>(provisions.size()))
+                throw std::runtime_error(item.path + ": " + is_another_version());
+            d.requirements[r].bind(provisions[static_cast<std::size_t>(from.slot)].made);
+        }
+        attempt(item.path, [&] {
+            for (auto& provision : d.provisions) provision.made = provision.make();
+            for (const auto& slot : item.slots) {
+                offer(d, find(item, slot), slot.size);
+                offer(d, find(item, slot), slot.type);
+            }
+            propagate(*item.block);
+            if (!unresolved(d).empty()) throw std::runtime_error(is_another_version());
+        });
+    }
+    bool good(Status status) noexcept {
+        if (status) return true;
+        failure_ = status.text();
+        return false;
+    }
+    bool fail(int block, std::string text) noexcept {
+        failed_block_ = items_[static_cast<std::size_t>(block)].path;
+        failure_ = std::move(text);
+        return false;
+    }
+
+    std::string folder_;
+    std::vector<double> periods_;
+    Registry registry_;
+    std::vector<Item> items_; // their code is in the registry's plugins
+    std::vector<Node> nodes_;
+    std::unique_ptr<Context> context_;
+    std::vector<Task> tasks_;
+    int started_ = 0;
+    std::string failure_, failed_block_;
+};
+
+} // namespace bf::generated

@@ -1,0 +1,372 @@
+#include "cases.hpp"
+
+#include "bf/formats/yaml.hpp"
+#include "bf/model/builder.hpp"
+#include "standard_variants.hpp"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+namespace bf::codegen::test {
+namespace {
+
+using conformance::Settings;
+
+/// A system that the builder does not reach: ports with declared shapes and types.
+struct InputPort {
+    std::string name, shape, type;
+};
+
+void declare(model::Model& model, const std::vector<InputPort>& ports) {
+    for (const auto& port : ports)
+        for (auto& input : model.root.inputs)
+            if (input.name == port.name) {
+                if (!port.shape.empty()) input.shape = model::Expression{.text = port.shape};
+                input.type = port.type;
+            }
+}
+
+std::string expression(const Value& value) {
+    if (value.kind == Value::Kind::text) return "'" + value.text + "'";
+    std::string text = "[";
+    for (int i = 0; i < value.rows; ++i)
+        for (int j = 0; j < value.cols; ++j)
+            text += (j   ? " "
+                     : i ? "; "
+                         : "") +
+                    std::to_string(value.data[static_cast<std::size_t>(i + j * value.rows)]);
+    return text + "]";
+}
+
+/// How the inputs of one block are wired.
+struct Wiring {
+    std::vector<std::string> shapes; ///< per input
+    Type type;                       ///< of all inputs
+};
+
+/// Adds block `name` with an input port of its own for every input.
+void add_block(model::Builder& m, std::vector<InputPort>& ports, const std::string& name,
+               const BlockClass& type, const std::vector<std::string>& inputs, const Wiring& wiring) {
+    m.add(name, type.qualified_name());
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const std::string port = name + "_" + inputs[i];
+        ports.push_back({port, wiring.shapes[i], bf::name(wiring.type)});
+        m.connect(m.input(port), model::End{name, inputs[i]});
+    }
+}
+
+model::Model finish(model::Builder& m, const std::vector<InputPort>& ports, const Settings& settings) {
+    model::Model model = m.build();
+    declare(model, ports);
+    for (auto& block : model.root.blocks)
+        for (const auto& [name, value] : settings)
+            block.settings.push_back({.name = name, .value = {.text = expression(value)}});
+    return model;
+}
+
+} // namespace
+
+std::vector<Case> block_cases() {
+    std::vector<Case> cases;
+    const Library library = standard_library();
+    const std::vector<std::string> shapes{"", "3", "[3 3]", "4", "[4 4]"};
+    int number = 0;
+    for (const auto& type : library.classes()) {
+        if (type.methods.guards || type.methods.event) continue; // refused
+        if (type.name == "SignalFromFile") continue;             // needs a file
+        std::vector<Settings> tried{{}};
+        const auto [first, last] = conformance::variants().equal_range(type.name);
+        for (auto v = first; v != last; ++v) tried.push_back(v->second);
+        for (const auto& settings : tried) {
+            Arguments arguments;
+            for (const auto& [name, value] : settings) arguments.emplace_back(name, value);
+            const auto block = type.make(arguments);
+            std::vector<std::string> inputs;
+            for (const auto& slot : block->declaration().slots)
+                if (slot.role == Role::input) inputs.push_back(slot.name);
+            std::vector<Wiring> accepted;
+            const auto attempt = [&](const Wiring& wiring) {
+                try {
+                    model::Builder m("attempt");
+                    m.step(0.01);
+                    std::vector<InputPort> ports;
+                    add_block(m, ports, "b", type, inputs, wiring);
+                    const Elaborated one(finish(m, ports, settings));
+                    accepted.push_back(wiring);
+                    return true;
+                } catch (const std::exception&) {
+                    return false;
+                }
+            };
+            std::vector<std::vector<std::string>> combinations{{}};
+            for (std::size_t i = 0; i < inputs.size(); ++i) {
+                std::vector<std::vector<std::string>> longer;
+                for (const auto& start : combinations)
+                    for (const auto& shape : shapes) {
+                        if (inputs.size() > 2 && i > 0 && !(shape == start[0] || shape.empty())) continue;
+                        longer.push_back(start);
+                        longer.back().push_back(shape);
+                    }
+                combinations = std::move(longer);
+            }
+            for (const auto& combination : combinations) {
+                const bool is_first = accepted.empty();
+                for (int t = 0; t < type_count; ++t)
+                    if (attempt({combination, static_cast<Type>(t)}) && !is_first) break;
+                if (inputs.empty()) break;
+                if (accepted.size() > 9) break;
+            }
+            if (type.name == "Ground") continue; // its reader decides its size
+            if (accepted.empty() && settings.empty() && first != last) continue; // needs some setting
+            if (accepted.empty()) throw std::runtime_error(type.name + " accepts nothing that was tried");
+            model::Builder m("case_" + std::to_string(++number) + "_" + type.name);
+            m.step(0.01);
+            std::vector<InputPort> ports;
+            for (std::size_t i = 0; i < accepted.size(); ++i)
+                add_block(m, ports, "b" + std::to_string(i), type, inputs, accepted[i]);
+            cases.push_back({Elaborated(finish(m, ports, settings))});
+        }
+    }
+    return cases;
+}
+
+namespace {
+
+// ---- structure of models
+
+/// The chain of 1,010 blocks of the peer benchmark: gains and sums in series, closed through delays.
+model::Model chain(int pairs, int delays) {
+    model::Builder m("chain_" + std::to_string(pairs));
+    m.step(0.001).stop(0.1);
+    m.add("one", "Constant", {{"value", 1}});
+    for (int i = 0; i < delays; ++i) m.add("delay" + std::to_string(i), "UnitDelay");
+    std::string last = "delay" + std::to_string(delays - 1);
+    for (int i = 0; i < pairs; ++i) {
+        const std::string gain = "gain" + std::to_string(i), sum = "sum" + std::to_string(i);
+        m.add(gain, "Gain", {{"K", 0.999}});
+        m.add(sum, "Sum");
+        m.connect(model::End{last}, model::End{gain});
+        m.connect(model::End{gain}, model::End{sum, "u1"});
+        m.connect(model::End{"one"}, model::End{sum, "u2"});
+        last = sum;
+    }
+    for (int i = 0; i < delays; ++i) {
+        const std::string delay = "delay" + std::to_string(i);
+        m.connect(model::End{last}, model::End{delay});
+        last = delay;
+    }
+    m.record({"sum" + std::to_string(pairs - 1)});
+    return m.build();
+}
+
+/// Blocks at rates 1, 2 and 3, one of them late, that read each other.
+model::Model multirate() {
+    model::Builder m("multirate");
+    m.step(0.01);
+    for (const auto& [name, period] :
+         {std::pair{"fast", ""}, {"slow", "0.02"}, {"slower", "0.03"}, {"late", "0.02"}}) {
+        auto s = m.atomic_subsystem(name, period);
+        s.input("u");
+        s.output("y");
+        s.add("filter", "DiscreteIntegrator", {{"gain", 0.3}});
+        s.add("time", "Clock");
+        s.add("sum", "Sum", {{"signs", "'++-'"}});
+        s.connect(model::End{"", "u"}, {model::End{"filter", "u"}, model::End{"sum", "u1"}});
+        s.connect(model::End{"filter"}, model::End{"sum", "u2"});
+        s.connect(model::End{"time"}, model::End{"sum", "u3"});
+        s.connect(model::End{"sum"}, model::End{"", "y"});
+    }
+    m.connect(m.input("u"), model::End{"fast"});
+    m.connect(model::End{"fast"}, {model::End{"slow"}, model::End{"late"}});
+    m.connect(model::End{"slow"}, model::End{"slower"});
+    m.add("join", "Sum", {{"signs", "'+++'"}});
+    m.connect(model::End{"slower"}, model::End{"join", "u1"});
+    m.connect(model::End{"late"}, model::End{"join", "u2"});
+    m.connect(model::End{"fast"}, model::End{"join", "u3"});
+    m.connect(model::End{"join"}, m.output("y"));
+    model::Model model = m.build();
+    for (auto& block : model.root.blocks)
+        if (block.name == "late") block.offset = model::Expression{.text = "0.01"};
+    return model;
+}
+
+/// Enabled subsystems, one inside another, with states and outputs held or reset.
+model::Model enabled(bool resets) {
+    model::Builder m(resets ? "enabled_reset" : "enabled_held");
+    m.step(0.01);
+    const auto states = resets ? model::States::reset : model::States::held;
+    m.input("u");
+    m.add("on", "CompareToConstant", {{"operator", "'>'"}, {"constant", -0.5}});
+    m.add("inner_on", "CompareToConstant", {{"operator", "'>'"}, {"constant", 0}});
+    m.connect(model::End{"", "u"}, {model::End{"on", "u"}, model::End{"inner_on", "u"}});
+    auto outer = m.enabled_subsystem("outer", states);
+    outer.input("u");
+    outer.input("inner_on");
+    outer.output("y");
+    outer.output("z");
+    outer.add("count", "DiscreteIntegrator", {{"initial", 3}});
+    outer.connect(model::End{"", "u"}, model::End{"count", "u"});
+    outer.connect(model::End{"count"}, model::End{"", "y"});
+    auto inner = outer.enabled_subsystem("inner", states);
+    inner.input("u");
+    inner.output("y");
+    inner.add("hold", "UnitDelay", {{"initial", "[1 2 3]"}});
+    inner.add("spread", "Gain", {{"K", "[1 2 3]"}});
+    inner.connect(model::End{"", "u"}, model::End{"spread"});
+    inner.connect(model::End{"spread"}, model::End{"hold"});
+    inner.connect(model::End{"hold"}, model::End{"", "y"});
+    outer.connect(model::End{"", "u"}, model::End{"inner", "u"});
+    outer.connect(model::End{"", "inner_on"}, model::End{"inner", "enable"});
+    outer.connect(model::End{"inner"}, model::End{"", "z"});
+    m.connect(model::End{"", "u"}, model::End{"outer", "u"});
+    m.connect(model::End{"inner_on"}, model::End{"outer", "inner_on"});
+    m.connect(model::End{"on"}, model::End{"outer", "enable"});
+    m.connect(model::End{"outer", "y"}, m.output("y"));
+    m.connect(model::End{"outer", "z"}, m.output("z"));
+    model::Model model = m.build();
+    auto* system = model.root.find_block("outer")->system.get();
+    for (auto* s : {system, system->find_block("inner")->system.get()})
+        for (auto& port : s->outputs) {
+            port.when_disabled = resets ? model::WhenDisabled::reset : model::WhenDisabled::held;
+            port.initial = model::Expression{.text = port.name == "z" || s != system ? "[7 -8 9]" : "5"};
+        }
+    return model;
+}
+
+/// Names that are no identifiers, keywords, or the same identifier.
+model::Model odd_names() {
+    model::Builder m("class");
+    m.step(0.01);
+    for (const char* name : {"static", "a b", "a_b", "line break", "back\\slash\\", "\"quote\"", "3rd",
+                             "日本", "// ?\?/", "M_PI"}) {
+        m.add(name, "Gain", {{"K", 2}});
+        m.connect(m.input(std::string("in ") + name), model::End{name});
+    }
+    m.connect(model::End{"static"}, m.output("double"));
+    m.connect(model::End{"a b"}, m.output("errno"));
+    auto s = m.subsystem("a");
+    s.input("u");
+    s.add("b", "UnitDelay");
+    s.connect(model::End{"", "u"}, model::End{"b"});
+    m.connect(model::End{"a_b"}, model::End{"a", "u"});
+    return m.build();
+}
+
+/// An oscillator beside a discrete block, a filter that runs only at times, and time itself integrated.
+model::Model continuous(const std::string& name, const std::string& solver, const std::string& states) {
+    return formats::read_yaml_text("model: " + name + "\nstep: 0.02\nsolver: " + solver + R"m(
+blocks:
+  v: {block: Integrator}
+  x: {block: Integrator, initial: 1}
+  k: {block: Gain, K: -30}
+  spread: {block: Gain, K: "[1 2 3]"}
+  xs: {block: Integrator, initial: "[1 2 3]"}
+  t: {block: Clock}
+  s: {block: Integrator}
+  d: {block: UnitDelay, period: 0.04}
+  slow: {block: Gain, K: 2, period: 0.06}
+  on: {block: Pulse, cycle: 0.1, period: 0.02}
+  filter:
+    execution: enabled
+    states: )m" + states + R"m(
+    inputs: [u]
+    outputs: {y: {initial: 4, when_disabled: )m" +
+                                       states + R"m(}}
+    blocks:
+      p: {block: StateSpace, A: "[-1 2; 0 -3]", B: "[0; 1]", C: "[1 1]", initial: 0.5}
+      sum: {block: Sum}
+      n: {block: UnitDelay}
+    connections:
+      u: p
+      p: [sum.u1, n]
+      n: sum.u2
+      sum: y
+connections: {x: [k, d, spread], spread: xs, k: v, v: x, t: [s, slow], s: filter.u, on: filter.enable}
+)m",
+                                   "m.yaml");
+}
+
+/// Blocks that are made through the factory beside blocks that are printed.
+model::Model hosted(const std::string& states) {
+    return formats::read_yaml_text("model: hosted_" + states + R"m(
+step: 0.02
+solver: rk4
+blocks:
+  r: {block: Step, time: 0.3, before: 2, after: 0.5}
+  e: {block: Sum, signs: "+-"}
+  c: {block: PID, P: 2, I: 2, D: 0.1, lower: -1, upper: 1, tracking_time: 0.2}
+  plant: {block: TransferFunction, numerator: [1, 2], denominator: [1, 1, 3]}
+  wave: {block: Sine, frequency: 8}
+  on: {block: CompareToConstant, operator: ">", constant: 0}
+  size: {block: Width}
+  part:
+    execution: enabled
+    states: )m" + states + R"m(
+    inputs: [u]
+    outputs: {y: {initial: 4, when_disabled: )m" +
+                                       states + R"m(}}
+    blocks:
+      limited: {block: LimitedIntegrator, upper: 0.2, initial: 0.1}
+      filter: {block: Gain, K: 3}
+    connections: {u: limited, limited: filter, filter: y}
+connections: {r: e.u1, plant: [e.u2, part.u], e: c, c: [plant, size], wave: on, on: part.enable}
+)m",
+                                   "m.yaml");
+}
+
+/// A continuous state that becomes NaN in the third step.
+model::Model continuous_nan() {
+    return formats::read_yaml_text(R"m(model: continuous_nan
+step: 1
+blocks:
+  late: {block: Step, time: 2, before: 1, after: 0}
+  inverse: {block: Product, operations: "/"}
+  zero: {block: Gain, K: 0}
+  x: {block: Integrator}
+  y: {block: Integrator}
+connections: {late: [inverse, y], inverse: zero, zero: x}
+)m",
+                                   "m.yaml");
+}
+
+/// A state that becomes NaN in the fourth step.
+model::Model nan_model() {
+    model::Builder m("becomes_nan");
+    m.step(0.01);
+    m.add("late", "Step", {{"time", 0.03}, {"before", 1}, {"after", 0}});
+    m.add("zero", "Constant", {{"value", 0}});
+    m.add("inverse", "Product", {{"operations", "'/'"}});
+    m.add("times_zero", "Product");
+    m.add("memory", "UnitDelay");
+    m.connect(model::End{"late"}, model::End{"inverse"});
+    m.connect(model::End{"inverse"}, model::End{"times_zero", "u1"});
+    m.connect(model::End{"zero"}, model::End{"times_zero", "u2"});
+    m.connect(model::End{"times_zero"}, model::End{"memory"});
+    return m.build();
+}
+
+} // namespace
+
+std::vector<Case> structure_cases() {
+    std::vector<Case> cases;
+    cases.push_back({Elaborated(chain(500, 10)), 100});
+    cases.push_back(
+        {Elaborated(chain(30, 2)), 20, {.statements_per_function = 7, .statements_per_file = 20}});
+    cases.push_back({Elaborated(multirate()), 25});
+    cases.push_back({Elaborated(enabled(false)), 60});
+    cases.push_back({Elaborated(enabled(true)), 60});
+    for (const auto& [name, method] : solver_methods) {
+        if (is_adaptive(method)) continue;
+        for (const std::string states : {"held", "reset"})
+            cases.push_back(
+                {Elaborated(continuous(std::string(name) + "_" + states, std::string(name), states)), 40});
+    }
+    for (const std::string states : {"held", "reset"}) cases.push_back({Elaborated(hosted(states)), 60});
+    cases.push_back({Elaborated(continuous_nan()), 5});
+    cases.push_back({Elaborated(odd_names()), 5});
+    cases.push_back({Elaborated(nan_model()), 6});
+    return cases;
+}
+
+} // namespace bf::codegen::test

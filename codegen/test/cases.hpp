@@ -1,0 +1,45 @@
+// Models whose generated code is compared with the engine.
+#pragma once
+
+#include "bf/blocks/standard.hpp"
+#include "bf/codegen/generate.hpp"
+#include "bf/elaborate/elaborate.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace bf::codegen::test {
+
+/// A model, elaborated, with the registry that its blocks come from.
+struct Elaborated {
+    std::unique_ptr<Registry> registry = std::make_unique<Registry>();
+    Diagram diagram;
+
+    explicit Elaborated(const model::Model& model) {
+        registry->add(standard_library());
+        diagram = elaborate(model, *registry);
+        // Everything that can be seen is recorded: outputs and states.
+        diagram.record = diagram.signals();
+        for (std::size_t n = 0; n < diagram.nodes.size(); ++n) {
+            const auto& slots = diagram.nodes[n].block->declaration().slots;
+            for (std::size_t s = 0; s < slots.size(); ++s)
+                if (slots[s].role == Role::discrete_state || slots[s].role == Role::continuous_state)
+                    diagram.record.push_back({diagram.nodes[n].path + "." + slots[s].name + " (state)",
+                                              {static_cast<int>(n), static_cast<int>(s)}});
+        }
+    }
+};
+
+/// One model. Its diagram's name is an identifier of its own.
+struct Case {
+    Elaborated elaborated;
+    int steps = 6;
+    Options options = {};
+};
+
+/// Every standard block in all wirings that it accepts, one model per block and settings.
+std::vector<Case> block_cases();
+/// Rates, conditions, solvers, names, failures, long models.
+std::vector<Case> structure_cases();
+
+} // namespace bf::codegen::test

@@ -1,0 +1,73 @@
+// models OUTPUT PARTS: writes the generated code of all cases as part_0.cpp, ..., and the program driver.cpp
+// that runs them in its working folder.
+#include "cases.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <sstream>
+
+namespace fs = std::filesystem;
+using namespace bf::codegen;
+
+namespace {
+
+/// Files that do not change keep their time, so that nothing is compiled again for them.
+void write_text(const fs::path& file, const std::string& text) {
+    std::ostringstream known;
+    known << std::ifstream(file, std::ios::binary).rdbuf();
+    if (known.str() == text) return;
+    fs::create_directories(file.parent_path());
+    std::ofstream stream(file, std::ios::binary);
+    stream << text;
+    if (!stream.flush()) throw std::runtime_error("cannot write " + file.string());
+}
+
+struct Part {
+    std::size_t size = 0, hash = 0;
+    std::string includes, calls;
+};
+
+} // namespace
+
+int main(int, char** arguments) try {
+    const fs::path folder = arguments[1];
+    std::vector<Part> parts(static_cast<std::size_t>(std::stoi(arguments[2]))), hosted(1);
+    for (auto* make : {test::block_cases, test::structure_cases})
+        for (const auto& one : make()) {
+            const auto& diagram = one.elaborated.diagram;
+            const std::string name = file_name(diagram);
+            const Files files = generate(diagram, one.options);
+            auto& among = files.contains(name + "_hosted.cpp") ? hosted : parts;
+            Part& part = *std::min_element(among.begin(), among.end(),
+                                           [](const Part& a, const Part& b) { return a.size < b.size; });
+            for (const auto& [file, text] : files) {
+                write_text(folder / (file.starts_with("include/") ? fs::path(file) : fs::path(name) / file),
+                           text);
+                part.hash = part.hash * 31 + std::hash<std::string>{}(text);
+                if (!file.ends_with(".cpp") || file == "main.cpp") continue;
+                part.includes += "#include \"" + name + "/" + file + "\"\n";
+                part.size += text.size() + 4000;
+            }
+            part.calls += "    run<" + class_name(diagram) + ">(\"" + name + "\", " +
+                          std::to_string(one.steps) + ");\n";
+        }
+    const auto write = [&](const std::vector<Part>& all, const std::string& stem, const std::string& driver) {
+        std::string declarations, calls;
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            const std::string unit = stem + std::to_string(i), head = "void run_" + unit + "()";
+            write_text(folder / (unit + ".cpp"), "// " + std::to_string(all[i].hash) + "\n" +
+                                                     all[i].includes + "#include \"case_driver.hpp\"\n\n" +
+                                                     head + " {\n" + all[i].calls + "}\n");
+            declarations += head + ";\n";
+            calls += "    run_" + unit + "();\n";
+        }
+        write_text(folder / (driver + ".cpp"), declarations + "\nint main() {\n" + calls + "}\n");
+    };
+    write(parts, "part_", "driver");
+    write(hosted, "hosted_", "hosted_driver");
+} catch (const std::exception& error) {
+    std::cerr << error.what() << "\n";
+    return 1;
+}

@@ -1,0 +1,72 @@
+// Settings that change what a standard block declares, for tests that go through all of them.
+#pragma once
+
+#include "bf/core/value.hpp"
+
+#include <initializer_list>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bf::conformance {
+
+using Settings = std::vector<std::pair<std::string, Value>>;
+
+inline Value row(std::initializer_list<double> values) {
+    return Value(Matrix(
+        Eigen::Map<const Vector>(values.begin(), static_cast<Eigen::Index>(values.size())).transpose()));
+}
+
+/// By block: settings beside the defaults that change which ports or rules it has.
+inline const std::multimap<std::string, Settings>& variants() {
+    static const std::multimap<std::string, Settings> all = [] {
+        std::multimap<std::string, Settings> v{
+            {"Gain", {{"multiplication", "K*u"}}},
+            {"Gain", {{"K", 0.1}}},
+            {"Constant", {{"value", row({1.5, -2, 0.1})}}},
+            {"Sine", {{"frequency", row({200, 300})}, {"phase", 0.3}}},
+            {"Step", {{"time", 0.02}}},
+            {"Ramp", {{"slope", row({0.1, -0.3})}, {"start", 0.01}}},
+            {"Pulse", {{"cycle", 0.03}, {"amplitude", 2.5}}},
+            {"Chirp", {{"f0", 3}, {"f1", 40}, {"target", 1}}},
+            {"Sum", {{"signs", "+-+"}}},
+            {"Sum", {{"signs", "-"}}},
+            {"Product", {{"operations", "*/"}}},
+            {"Product", {{"operations", "/"}}},
+            {"Product", {{"operations", "/"}, {"multiplication", "matrix"}}},
+            {"Product", {{"operations", "/*"}, {"multiplication", "matrix"}}},
+            {"Product", {{"operations", "*/*"}, {"multiplication", "matrix"}}},
+            {"Minimum", {{"inputs", 1}}},
+            {"Norm", {{"kind", "1"}}},
+            {"Norm", {{"kind", "inf"}}},
+            {"Reshape", {{"size", row({3, 3})}}},
+            {"ConcatenateMatrices", {{"direction", "vertical"}}},
+            {"PseudoInverse", {{"method", "truncated"}}},
+            {"LinearSolve", {{"method", "cholesky"}}},
+            {"LinearSolve", {{"method", "least_squares"}}},
+            {"LinearSolve", {{"side", "right"}}},
+            {"RotationAboutAxis", {{"axis", "x"}}},
+            {"Demux", {{"sizes", row({1, 2})}}},
+            {"Selector", {{"indices", row({3, 1})}, {"columns", 2}}},
+            {"StateSpace",
+             {{"A", Matrix{{-1.0, 2.0}, {0.0, -3.0}}}, {"B", Matrix{{0.0}, {1.0}}}, {"C", row({1, 1})}}},
+            {"Convert", {{"type", "uint8"}, {"saturate", true}}},
+            {"Convert", {{"type", "int16"}, {"rounding", "nearest"}}},
+            {"Logic", {{"operator", "NOT"}}},
+            {"Logic", {{"operator", "XOR"}, {"inputs", 1}}},
+            {"Switch", {{"criterion", ">"}}},
+            {"Switch", {{"criterion", "~="}}},
+            {"StateMachine", {{"transitions", row({1, 1, 1, 0})}}},
+            {"DiscreteIntegrator", {{"method", "backward"}, {"reset", "level"}}},
+            {"DiscreteIntegrator", {{"method", "trapezoidal"}, {"initial_source", "external"}}},
+            {"DiscreteIntegrator", {{"reset", "rising"}, {"initial_source", "external"}}},
+        };
+        for (const char* kind : {"final", "maximum", "minimum", "rms", "mean"})
+            v.insert({"Check", {{"kind", kind}}});
+        return v;
+    }();
+    return all;
+}
+
+} // namespace bf::conformance

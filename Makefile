@@ -2,7 +2,7 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test bench lint format build deps lock clean
+.PHONY: demo test bench peers lint format build deps lock clean
 
 demo: build
 	examples/icub_balancing/demo.sh $(BUILD)/bin/bf $(BUILD)
@@ -13,6 +13,10 @@ test: build
 # Prints the table and writes $(BUILD)/bench.json.
 bench: build
 	.deps/venv/bin/python benchmarks/report.py $(BUILD)/bin/bf_benchmarks $(BUILD)/bench.json
+
+# The same models in other tools, each installed in $(BUILD)/peers; writes $(BUILD)/peers.json.
+peers: build
+	python3 benchmarks/peers/run.py --bf $(BUILD)/bin/bf --folder $(BUILD)/peers
 
 build: deps
 	@test -f $(BUILD)/build.ninja || cmake -S . -B $(BUILD) -G Ninja $(CMAKE_FLAGS)

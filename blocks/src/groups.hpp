@@ -12,6 +12,7 @@ void add_matrices(Library& library);
 void add_linear_algebra(Library& library);
 void add_geometry(Library& library);
 void add_signals(Library& library);
+void add_control(Library& library);
 void add_logic(Library& library);
 void add_nonlinear(Library& library);
 void add_checks(Library& library);

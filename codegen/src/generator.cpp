@@ -52,6 +52,11 @@ void Generator::check() const {
     if (is_adaptive(diagram_.solver.method) && !diagram_.plan.derivatives.empty())
         problems += "\n  the solver '" + solver_name() +
                     "' chooses its own steps; give the model one with fixed steps, e.g. solver: rk4";
+    for (const auto& condition : diagram_.conditions)
+        if (condition.trigger.node >= 0 || condition.reset.node >= 0)
+            problems += "\n  " + condition.path + ": it is triggered or reset, which generated code does not do";
+    for (const auto& loop : diagram_.plan.loops)
+        problems += "\n  " + loop.path + ": it stands in a loop, which generated code does not run";
     if (problems.empty()) return;
     throw GenerationError("no code can be generated for '" + diagram_.name + "':" + problems +
                           "\nreplace these blocks, or generate the part of the model without them");

@@ -57,6 +57,7 @@ class Flattener {
             "stop", e_.model.stop, std::numeric_limits<double>::infinity(), [](double x) { return x >= 0; },
             "give a number of seconds from 0 to Inf");
         read_solver();
+        e_.diagram.solves_algebraic_loops = e_.model.algebraic_loops == model::AlgebraicLoops::solve;
         auto& solver = e_.diagram.solver;
         const auto positive = [](double x) { return x > 0; };
         solver.relative_tolerance = model_number("relative_tolerance", e_.model.relative_tolerance, 1e-6,
@@ -162,7 +163,11 @@ class Flattener {
     void fill(Scope& scope) {
         for (const auto& block : scope.system->blocks) {
             const std::string path = scope.path.empty() ? block.name : scope.path + "." + block.name;
-            if (block.is_library_block())
+            if (block.when && !is_wanted(scope, *block.when, path))
+                scope.left_out.insert(block.name);
+            else if (add_bus(scope, block, path))
+                continue;
+            else if (block.is_library_block())
                 add_node(scope, block, path);
             else
                 add_scope(scope, block, path);
@@ -178,21 +183,117 @@ class Flattener {
         scope.self = &block;
         scope.parent = &parent;
         scope.path = path;
-        scope.condition = parent.condition;
-        scope.period = parent.period;
-        scope.offset = parent.offset;
+        inherit(scope, parent);
         sample_time(parent, block, path, scope.period, scope.offset);
         parent.items[block.name] = {-1, &scope};
-        if (content->execution == model::Execution::enabled) {
-            Condition condition;
-            condition.path = path;
-            condition.parent = parent.condition;
-            condition.resets_states = content->states == model::States::reset;
-            scope.condition = static_cast<int>(e_.diagram.conditions.size());
-            e_.diagram.conditions.push_back(std::move(condition));
-        }
-        variables(scope, content->variables, path + ".", block.reference ? &block.reference->with : nullptr);
+        const auto* with = block.reference ? &block.reference->with : nullptr;
+        if (content->execution == model::Execution::for_each) return add_parts(scope, with);
+        add_condition(scope);
+        add_loop(scope);
+        variables(scope, content->variables, path + ".", with);
         fill(scope);
+    }
+
+    static void inherit(Scope& scope, const Scope& parent) {
+        scope.condition = parent.condition;
+        scope.loop = parent.loop;
+        scope.period = parent.period;
+        scope.offset = parent.offset;
+    }
+
+    void add_condition(Scope& scope) {
+        const auto& system = *scope.system;
+        const auto e = system.execution;
+        using enum model::Execution;
+        if (e != enabled && e != triggered && e != enabled_and_triggered && !system.reset) return;
+        Condition condition;
+        condition.path = scope.path;
+        condition.parent = scope.condition;
+        condition.loop = scope.loop;
+        condition.trigger_edge = system.trigger;
+        condition.reset_edge = system.reset.value_or(model::Edge::rising);
+        condition.resets_states = system.states == model::States::reset;
+        scope.condition = static_cast<int>(e_.diagram.conditions.size());
+        e_.diagram.conditions.push_back(std::move(condition));
+    }
+
+    void add_loop(Scope& scope) {
+        const auto& system = *scope.system;
+        const bool is_for = system.execution == model::Execution::for_loop;
+        if (!is_for && system.execution != model::Execution::while_loop) return;
+        Loop loop;
+        loop.kind = is_for ? Loop::Kind::for_loop : Loop::Kind::while_loop;
+        loop.path = scope.path;
+        loop.parent = scope.loop;
+        loop.condition = scope.condition;
+        loop.resets_states = system.states == model::States::reset;
+        if (is_for && system.iterations)
+            loop.iterations = count_of(*scope.parent, *system.iterations, scope.path).value_or(1);
+        scope.loop = static_cast<int>(e_.diagram.plan.loops.size());
+        e_.diagram.plan.loops.push_back(std::move(loop));
+    }
+
+    /// The iterations of a for_each subsystem: copies called path(1), path(2), ..., which know their
+    /// `iteration`.
+    void add_parts(Scope& front, const std::vector<model::Variable>* with) {
+        if (!front.system->iterations) return; // reported by the check of the model
+        const auto count = count_of(*front.parent, *front.system->iterations, front.path);
+        for (int i = 1; count && i <= *count; ++i) {
+            Scope& part = e_.scopes.emplace_back(&front.variables);
+            part.system = front.system;
+            part.self = front.self;
+            part.parent = &front;
+            part.path = front.path + "(" + std::to_string(i) + ")";
+            inherit(part, front);
+            front.parts.push_back(&part);
+            part.variables.set("iteration", matlab::Value(static_cast<double>(i)));
+            variables(part, part.system->variables, part.path + ".", with);
+            fill(part);
+        }
+    }
+
+    std::optional<int> count_of(const Scope& scope, const model::Expression& expression,
+                                const std::string& path) {
+        const auto n = e_.evaluate_scalar(expression, scope.variables, path, "iterations");
+        if (!n) return std::nullopt;
+        if (*n >= 1 && *n <= 100000 && *n == std::floor(*n)) return static_cast<int>(*n);
+        e_.report.add(expression.where, path, "'iterations' is " + matlab::number_text(*n),
+                      "give a whole number from 1 to 100000");
+        return std::nullopt;
+    }
+
+    bool is_wanted(const Scope& scope, const model::Expression& when, const std::string& path) {
+        const auto value = e_.evaluate_scalar(when, scope.variables, path, "when");
+        return !value || *value != 0;
+    }
+
+    /// BusCreator, BusSelector and BusAssignment group wires: they become no block of the diagram.
+    bool add_bus(Scope& scope, const model::Block& block, const std::string& path) {
+        using Kind = Bus::Kind;
+        static const std::unordered_map<std::string_view, std::pair<Kind, const char*>> kinds{
+            {"BusCreator", {Kind::creator, "signals"}},
+            {"BusSelector", {Kind::selector, "signals"}},
+            {"BusAssignment", {Kind::assignment, "signals"}}};
+        const auto found = kinds.find(block.type);
+        if (found == kinds.end()) return false;
+        const auto [kind, argument] = found->second;
+        Bus bus{kind, path, &scope, {}, {}, block.where};
+        for (const auto& setting : block.settings) {
+            if (setting.name != argument) {
+                e_.report.add(setting.where, path,
+                              "the block has no argument or parameter '" + setting.name + "'",
+                              "it has 'signals', a list of names");
+                continue;
+            }
+            if (const auto names = text_setting(e_, scope, setting, true, path)) bus.names = names->texts;
+        }
+        if (bus.names.empty())
+            e_.report.add(block.where, path, "a " + block.type + " needs 'signals'",
+                          "give a list of names, e.g. signals: [position, velocity]");
+        bus.drivers.resize(bus.names.size() + 1);
+        scope.items[block.name] = {-1, nullptr, static_cast<int>(e_.buses.size())};
+        e_.buses.push_back(std::move(bus));
+        return true;
     }
 
     void add_node(Scope& scope, const model::Block& block, const std::string& path) {
@@ -238,6 +339,7 @@ class Flattener {
         node.type = type->qualified_name();
         node.methods = type->methods;
         node.condition = scope.condition;
+        node.loop = scope.loop;
         node.where = block.where;
         auto& d = node.block->declaration();
         for (const auto& problem : d.problems) e_.report.add(block.where, path, problem);

@@ -21,8 +21,17 @@ class Rates {
         base_ = rate_of({1, 0, false, false});
         if (std::any_of(nodes_.begin(), nodes_.end(), is_continuous))
             continuous_ = rate_of({1, 0, false, true});
+        for (std::size_t c = 1; c < conditions_.size(); ++c)
+            if (conditions_[c].trigger.node >= 0) {
+                conditions_[c].triggered_rate = static_cast<int>(e_.diagram.rates.size());
+                e_.diagram.rates.push_back({0, 0, false, false, static_cast<int>(c)});
+            }
         for (std::size_t n = 0; n < nodes_.size(); ++n)
-            if (is_continuous(nodes_[n])) {
+            if (const int rate = triggered_rate(nodes_[n].condition); rate >= 0) {
+                nodes_[n].rate = never_changes(nodes_[n]) && has_no_inputs(nodes_[n]) ? constant_rate : rate;
+                refuse_continuous(nodes_[n], "a triggered subsystem");
+            } else if (is_continuous(nodes_[n])) {
+                if (nodes_[n].loop >= 0) refuse_continuous(nodes_[n], "a loop");
                 nodes_[n].rate = continuous_;
             } else if (e_.node_periods[n] && *e_.node_periods[n] > 0) {
                 if (never_changes(nodes_[n]) && has_no_inputs(nodes_[n]))
@@ -31,12 +40,22 @@ class Rates {
                     nodes_[n].rate =
                         given(static_cast<int>(n), *e_.node_periods[n], e_.node_offsets[n].value_or(0));
             } else if (has_no_inputs(nodes_[n])) {
-                nodes_[n].rate = never_changes(nodes_[n]) && nodes_[n].type != "Inport" ? constant_rate
-                                                                                        : fastest(nodes_[n]);
+                nodes_[n].rate = never_changes(nodes_[n]) ? constant_rate : fastest(nodes_[n]);
             }
         inherit();
-        for (auto& condition : e_.diagram.conditions)
-            if (condition.enable.node >= 0) condition.rate = fastest_inside(condition);
+        // Inner conditions come after those around them, and decide with what rate those are looked at.
+        for (std::size_t c = conditions_.size(); c-- > 1;) {
+            auto& condition = conditions_[c];
+            if (condition.trigger.node < 0) {
+                condition.rate = fastest_of(condition.nodes, static_cast<int>(c));
+                continue;
+            }
+            const int around = triggered_rate(condition.parent), seen = looked_at(condition);
+            condition.rate = around >= 0                                    ? around
+                             : seen <= constant_rate || seen == continuous_ ? base_
+                                                                            : seen;
+        }
+        for (auto& loop : e_.diagram.plan.loops) loop.rate = fastest_of(loop.nodes, loop.condition);
         // Inner conditions come after those around them: an output may inherit from theirs.
         for (auto condition = e_.diagram.conditions.rbegin(); condition != e_.diagram.conditions.rend();
              ++condition)
@@ -45,6 +64,39 @@ class Rates {
     }
 
   private:
+    /// The rate of the innermost triggered subsystem around, or -1.
+    int triggered_rate(int condition) const {
+        for (; condition > 0; condition = conditions_[static_cast<std::size_t>(condition)].parent)
+            if (const int rate = conditions_[static_cast<std::size_t>(condition)].triggered_rate; rate >= 0)
+                return rate;
+        return -1;
+    }
+
+    /// The fastest of the signals that control a condition; -1 while one is unknown.
+    int looked_at(const Condition& condition) const {
+        int rate = constant_rate;
+        for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) {
+            if (signal.node < 0) continue;
+            const int its = outside(nodes_[static_cast<std::size_t>(signal.node)].rate);
+            if (its < 0) return -1;
+            rate = faster(rate, its);
+        }
+        return rate;
+    }
+
+    /// The rate at which others see signals of a rate: triggered ones change when their trigger is looked at.
+    int outside(int rate) const {
+        if (rate < 0) return rate;
+        const int trigger = e_.diagram.rates[static_cast<std::size_t>(rate)].trigger;
+        return trigger == 0 ? rate : looked_at(conditions_[static_cast<std::size_t>(trigger)]);
+    }
+
+    void refuse_continuous(const DiagramNode& node, const std::string& place) {
+        if (is_continuous(node))
+            e_.report.add(node.where, node.path, "has a continuous state, but stands in " + place,
+                          "use its discrete counterpart");
+    }
+
     static bool has_no_inputs(const DiagramNode& node) {
         return std::none_of(node.sources.begin(), node.sources.end(),
                             [](const auto& s) { return s.node >= 0; });
@@ -54,6 +106,8 @@ class Rates {
     static bool never_changes(const DiagramNode& node) {
         const auto& d = node.block->declaration();
         const auto& m = node.methods;
+        if (node.type == "Inport" || node.type == "Iteration")
+            return false; // written by whoever runs the diagram
         if (m.output || m.update || m.derivative || m.event || !d.update_rules.empty() ||
             !d.derivative_rules.empty() || !d.objects.empty())
             return false;
@@ -137,6 +191,13 @@ class Rates {
             for (const auto& from : nodes_[n].sources)
                 if (from.node >= 0)
                     consumers[static_cast<std::size_t>(from.node)].push_back(static_cast<int>(n));
+        // Who reads a triggered output learns its rate from the trigger.
+        for (const auto& condition : conditions_)
+            for (const auto& signal : {condition.enable, condition.trigger, condition.reset})
+                if (condition.trigger.node >= 0 && signal.node >= 0)
+                    for (const auto& outlet : condition.outlets)
+                        for (const int to : consumers[static_cast<std::size_t>(outlet.end.node)])
+                            consumers[static_cast<std::size_t>(signal.node)].push_back(to);
         std::vector<int> queue;
         const auto settle = [&](int n, int rate) {
             nodes_[static_cast<std::size_t>(n)].rate = rate;
@@ -168,7 +229,7 @@ class Rates {
         int rate = -1;
         for (const auto& from : node.sources) {
             if (from.node < 0) continue;
-            const int source = nodes_[static_cast<std::size_t>(from.node)].rate;
+            const int source = outside(nodes_[static_cast<std::size_t>(from.node)].rate);
             if (source < 0) {
                 if (all_known) return -1;
                 continue;
@@ -207,14 +268,29 @@ class Rates {
                 }
     }
 
-    int fastest_inside(const Condition& condition) const {
+    /// Of the blocks inside a condition, or inside a loop under one.
+    int fastest_of(const std::vector<int>& nodes, int condition) const {
         int rate = constant_rate;
-        for (const int n : condition.nodes) rate = faster(rate, nodes_[static_cast<std::size_t>(n)].rate);
+        for (const int n : nodes)
+            rate = faster(rate, seen_from(condition, nodes_[static_cast<std::size_t>(n)].rate));
         return rate == constant_rate ? base_ : rate;
+    }
+
+    /// A rate as one sees it under a condition: of a triggered subsystem further inside, when its trigger is
+    /// looked at.
+    int seen_from(int condition, int rate) const {
+        while (const int trigger = e_.diagram.rates[static_cast<std::size_t>(rate)].trigger) {
+            for (int around = condition; around > 0;
+                 around = conditions_[static_cast<std::size_t>(around)].parent)
+                if (around == trigger) return rate;
+            rate = conditions_[static_cast<std::size_t>(trigger)].rate;
+        }
+        return rate;
     }
 
     Elaboration& e_;
     std::vector<DiagramNode>& nodes_;
+    std::vector<Condition>& conditions_ = e_.diagram.conditions;
     int base_ = 0, continuous_ = -1;
 };
 

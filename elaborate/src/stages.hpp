@@ -38,7 +38,7 @@ struct Scope {
     Scope* parent = nullptr;
     std::string path;
     matlab::Workspace variables;
-    int condition = 0;
+    int condition = 0, loop = -1;
     std::optional<double> period, offset;
     std::vector<int> nodes; ///< blocks that stand directly in it
 
@@ -46,8 +46,10 @@ struct Scope {
     struct Item {
         int node = -1;
         Scope* scope = nullptr;
+        int bus = -1; ///< a block that only groups signals
     };
     std::unordered_map<std::string_view, Item> items;
+    std::unordered_set<std::string_view> left_out; ///< blocks whose `when` is false
     /// Where a connection comes from: an output of a block, of a subsystem, or an input of the surrounding
     /// one.
     struct Driver {
@@ -55,11 +57,25 @@ struct Scope {
         Item item;                             ///< neither node nor scope: the surrounding subsystem
         int port = -1; ///< slot of the node or index of the port; -1: there is none, which is reported
     };
-    std::vector<Driver> inputs;  ///< one per port, then `enable`; they stand in the parent
-    std::vector<Driver> outputs; ///< one per port
-    std::vector<int> outlets;    ///< node that holds each output, in a conditional subsystem
+    std::vector<Driver> inputs;     ///< one per port, then the control ports; they stand in the parent
+    std::vector<Driver> outputs;    ///< one per port
+    std::vector<Node::End> outlets; ///< what holds each output of a conditional or for_each subsystem
+    std::vector<Scope*> parts;      ///< of a for_each subsystem: its iterations, which have the blocks
 
     explicit Scope(const matlab::Workspace* enclosing) : variables(enclosing) {}
+};
+
+/// A block that groups signals, or takes them apart: it is gone after wiring.
+struct Bus {
+    enum class Kind : std::uint8_t { creator, selector, assignment };
+    Kind kind;
+    std::string path;
+    Scope* scope;
+    std::vector<std::string>
+        names; ///< of a creator's or assignment's signals; of a selector the paths it takes out
+    std::vector<Scope::Driver>
+        drivers; ///< of the inputs: those of `names`, and after them `bus` where there is one
+    model::Location where;
 };
 
 /// The state that the stages hand on.
@@ -70,7 +86,8 @@ struct Elaboration {
     Report report;
     matlab::Interpreter interpreter;
     Diagram diagram;
-    std::deque<Scope> scopes;                                      ///< stable addresses
+    std::deque<Scope> scopes; ///< stable addresses
+    std::vector<Bus> buses;
     std::vector<std::optional<double>> node_periods, node_offsets; ///< s, where given
 
     /// What the document says about the signal at a subsystem's port.

@@ -1,5 +1,6 @@
 // Connections become sources of inputs; resources are found; signals get their names.
 #include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/routing.hpp"
 #include "stages.hpp"
 
 #include <algorithm>
@@ -17,6 +18,47 @@ class Outlet final : public Block {
     Input<> u{this, "u", {.shape = s, .unit = any_unit}};
     Output<> y{this, "y", {.shape = s, .unit = any_unit}};
     OutputRule rule{this, kernels::Copy{}, y, u};
+};
+
+/// The part of an input that one iteration of a for_each subsystem sees: an equal share of the elements, or
+/// of the columns of a matrix.
+class Part final : public Block {
+    int index_, count_;
+
+  public:
+    Part(int index, int count) : index_(index), count_(count) {}
+    void infer(Inference& now) const override {
+        const Size* size = now.size(u);
+        if (!size) return;
+        const int whole = size->is_matrix ? size->cols : size->rows;
+        if (whole % count_ != 0)
+            now.refuse("has " + std::to_string(whole) + (size->is_matrix ? " columns" : " elements") +
+                       ", which cannot be shared among " + std::to_string(count_) + " iterations");
+        const int share = whole / count_;
+        now.set(y, size->is_matrix ? Size{size->rows, share, true} : Size{share, 1, false});
+    }
+    Input<> u{this, "u", {.unit = any_unit}};
+    Output<> y{this, "y", {.unit = any_unit}};
+    Constants which{{static_cast<double>(index_)}};
+    OutputRule rule{this, kernels::PartOf{}, y, u, which};
+};
+
+/// Joins what the iterations of a for_each subsystem put out: elements one after another, or the columns of
+/// matrices.
+class Join final : public Block {
+    int count_;
+
+  public:
+    explicit Join(int count) : count_(count) {}
+    void infer(Inference& now) const override {
+        if (const Size* size = now.size(u[0]))
+            now.set(y, size->is_matrix ? Size{size->rows, size->cols * u.size(), true}
+                                       : Size{size->rows * u.size(), 1, false});
+    }
+    AnyShape part{this};
+    InputList<> u{this, "u", count_, {.shape = part, .unit = any_unit}};
+    Output<> y{this, "y", {.unit = any_unit}};
+    OutputRule rule{this, kernels::Concatenate{}, y, u};
 };
 
 /// A root input: whoever runs the diagram writes its output.
@@ -44,19 +86,24 @@ class Wiring {
         for (int n = 0; n < blocks; ++n)
             node_drivers_[static_cast<std::size_t>(n)].resize(e_.declaration(n).slots.size());
         for (auto& scope : e_.scopes) {
-            scope.inputs.resize(scope.system->inputs.size() + 1);
+            scope.inputs.resize(scope.system->inputs.size() + model::control_ports(*scope.system).size());
             scope.outputs.resize(scope.system->outputs.size());
             ports_ += scope.inputs.size() + scope.outputs.size();
         }
+        for (const auto& bus : e_.buses) ports_ += bus.drivers.size();
         for (auto& scope : e_.scopes)
-            for (const auto& connection : scope.system->connections)
-                for (const auto& to : connection.to) drive(scope, connection.from, to);
+            if (scope.parts.empty())
+                for (const auto& connection : scope.system->connections)
+                    for (const auto& to : connection.to) drive(scope, connection.from, to);
         add_root_inputs();
         for (auto& scope : e_.scopes) add_outlets(scope);
+        for (auto& scope : e_.scopes) add_parts(scope);
         for (auto& scope : e_.scopes)
             for (const int n : scope.nodes)
                 if (n < blocks) connect_inputs(scope, n);
-        for (auto& scope : e_.scopes) connect_condition(scope);
+        for (auto& scope : e_.scopes) connect_controls(scope);
+        for (auto& scope : e_.scopes) connect_parts(scope);
+        for (int n = 0; n < blocks; ++n) mark_iteration(n);
         for (auto& scope : e_.scopes) name_ports(scope);
         for (int n = 0; n < blocks; ++n) bind_resources(n);
         check_units();
@@ -75,8 +122,11 @@ class Wiring {
         return scope.path.empty() ? name : scope.path + "." + name;
     }
 
+    /// Does the subsystem hold its outputs while it does not run?
     static bool is_conditional(const Scope& scope) {
-        return scope.self && scope.system->execution == model::Execution::enabled;
+        using enum model::Execution;
+        const auto e = scope.system->execution;
+        return scope.self && (e == enabled || e == triggered || e == enabled_and_triggered);
     }
 
     std::vector<NamedPort> slots(int node, Role role) {
@@ -90,7 +140,8 @@ class Wiring {
         std::vector<NamedPort> ports;
         for (const auto& port : scope.system->inputs)
             ports.push_back({port.name, static_cast<int>(ports.size())});
-        if (is_conditional(scope)) ports.push_back({model::enable_port, static_cast<int>(ports.size())});
+        for (const auto control : model::control_ports(*scope.system))
+            ports.push_back({control, static_cast<int>(ports.size())});
         return ports;
     }
     static std::vector<NamedPort> outputs(const Scope& scope) {
@@ -98,6 +149,26 @@ class Wiring {
         for (const auto& port : scope.system->outputs)
             ports.push_back({port.name, static_cast<int>(ports.size())});
         return ports;
+    }
+
+    /// What a bus block shows to the one side: the names of its signals, or the bus itself as the last input.
+    static std::vector<NamedPort> bus_ports(const Bus& bus, Role role) {
+        std::vector<NamedPort> ports;
+        const bool has_names = (role == Role::input) == (bus.kind != Bus::Kind::selector);
+        if (has_names)
+            for (const auto& name : bus.names)
+                ports.push_back({role == Role::input ? std::string_view(name) : last_name(name),
+                                 static_cast<int>(ports.size())});
+        if (!has_names || (role == Role::input && bus.kind == Bus::Kind::assignment))
+            ports.push_back({"bus", static_cast<int>(bus.names.size())});
+        return ports;
+    }
+    static std::string_view last_name(std::string_view path) { return path.substr(path.rfind('.') + 1); }
+
+    std::vector<NamedPort> ports_of(const Scope::Item& item, Role role) {
+        if (item.bus >= 0) return bus_ports(e_.buses[static_cast<std::size_t>(item.bus)], role);
+        if (item.scope) return role == Role::input ? inputs(*item.scope) : outputs(*item.scope);
+        return slots(item.node, role);
     }
 
     /// Index of the port that an endpoint means: its name, or the only one there is; -1 after a report.
@@ -130,6 +201,7 @@ class Wiring {
     const Scope::Item* item_of(const Scope& scope, const model::Endpoint& end) {
         const auto found = scope.items.find(end.block);
         if (found != scope.items.end()) return &found->second;
+        if (scope.left_out.contains(end.block)) return nullptr; // and so are its connections
         if (!scope.system->find_block(end.block)) { // one that could not be made was reported before
             std::vector<std::string> names;
             for (const auto& block : scope.system->blocks) names.push_back(block.name);
@@ -145,25 +217,25 @@ class Wiring {
             driver.port = port_of(scope, from, inputs(scope), "input of the subsystem");
         } else if (const auto* item = item_of(scope, from)) {
             driver.item = *item;
-            driver.port = port_of(
-                scope, from, item->scope ? outputs(*item->scope) : slots(item->node, Role::output), "output");
+            driver.port = port_of(scope, from, ports_of(*item, Role::output), "output");
         }
         return driver;
     }
 
     void drive(Scope& scope, const model::Endpoint& from, const model::Endpoint& to) {
+        if (scope.left_out.contains(from.block)) return;
         const Driver source = driver(scope, from);
         Driver* target = nullptr;
         if (to.block.empty()) {
             const int port = port_of(scope, to, outputs(scope), "output of the subsystem");
             if (port >= 0) target = &scope.outputs[static_cast<std::size_t>(port)];
         } else if (const auto* item = item_of(scope, to)) {
-            const int port = port_of(
-                scope, to, item->scope ? inputs(*item->scope) : slots(item->node, Role::input), "input");
+            const int port = port_of(scope, to, ports_of(*item, Role::input), "input");
             if (port >= 0)
-                target = &(item->scope ? item->scope->inputs
-                                       : node_drivers_[static_cast<std::size_t>(
-                                             item->node)])[static_cast<std::size_t>(port)];
+                target = &(item->scope      ? item->scope->inputs
+                           : item->bus >= 0 ? e_.buses[static_cast<std::size_t>(item->bus)].drivers
+                                            : node_drivers_[static_cast<std::size_t>(
+                                                  item->node)])[static_cast<std::size_t>(port)];
             else if (item->node >= 0)
                 misspelled_.insert(item->node);
         }
@@ -180,15 +252,35 @@ class Wiring {
     /// Marks a wire whose error is reported already; {} stands for no wire.
     static Node::End failed() { return {-2, -1}; }
 
-    /// Follows a wire that stands in `scope` through the ports of subsystems to the block that drives it.
-    Node::End resolve(const Scope* scope, const Driver* driver) {
+    /// Follows a wire that stands in `scope` through the ports of subsystems and through buses to the block
+    /// that drives it. `element`: which signal of a bus is meant, "" for a wire that is no bus.
+    Node::End resolve(const Scope* scope, const Driver* driver, bool may_be_bus = false) {
+        std::string element;
         for (std::size_t hops = 0; hops <= ports_; ++hops) {
             if (!driver->from) return {};
             if (driver->port < 0) return failed();
-            if (driver->item.node >= 0) return {driver->item.node, driver->port};
             const auto port = static_cast<std::size_t>(driver->port);
-            if (const Scope* inner = driver->item.scope) {
-                if (!inner->outlets.empty()) return {inner->outlets[port], 1};
+            if (driver->item.bus >= 0) {
+                const Bus& bus = e_.buses[static_cast<std::size_t>(driver->item.bus)];
+                if (may_be_bus && element.empty() && bus.kind != Bus::Kind::selector) return failed();
+                driver = through(bus, *scope, *driver, element);
+                if (!driver) return failed();
+                scope = bus.scope;
+                continue;
+            }
+            const Scope* inner = driver->item.scope;
+            const bool ends =
+                driver->item.node >= 0 || (inner && !inner->outlets.empty()) || (!inner && !scope->parent);
+            if (ends && !element.empty()) {
+                e_.report.add(driver->from->where, scope->path,
+                              "'" + driver->from->text() + "' is no bus, so it has no signal '" + element +
+                                  "'",
+                              "connect a BusCreator");
+                return failed();
+            }
+            if (driver->item.node >= 0) return {driver->item.node, driver->port};
+            if (inner) {
+                if (!inner->outlets.empty()) return inner->outlets[port];
                 scope = inner;
                 driver = &inner->outputs[port];
             } else if (scope->parent) {
@@ -205,9 +297,37 @@ class Wiring {
         return failed();
     }
 
+    /// The input of a bus block that its output comes from; null after a report. Takes the bus block's own
+    /// name off the element, or puts a selector's in front.
+    const Driver* through(const Bus& bus, const Scope& scope, const Driver& wire, std::string& element) {
+        const auto port = static_cast<std::size_t>(wire.port);
+        if (bus.kind == Bus::Kind::selector) {
+            element = element.empty() ? bus.names[port] : bus.names[port] + "." + element;
+            return &bus.drivers.back();
+        }
+        std::string names;
+        for (const auto& name : bus.names) names += (names.empty() ? "" : ", ") + name;
+        if (element.empty()) {
+            e_.report.add(wire.from->where, scope.path, "'" + wire.from->text() + "' is a bus of " + names,
+                          "take a signal out of it with a BusSelector");
+            return nullptr;
+        }
+        const auto dot = element.find('.');
+        const std::string first = element.substr(0, dot);
+        const auto found = std::find(bus.names.begin(), bus.names.end(), first);
+        if (found != bus.names.end()) {
+            element = dot == std::string::npos ? "" : element.substr(dot + 1);
+            return &bus.drivers[static_cast<std::size_t>(found - bus.names.begin())];
+        }
+        if (bus.kind == Bus::Kind::assignment) return &bus.drivers.back();
+        e_.report.add(bus.where, bus.path,
+                      "the bus has no signal '" + first + "'" + did_you_mean(first, bus.names),
+                      "its signals: " + names);
+        return nullptr;
+    }
+
     Node::End output_of(const Scope& scope, std::size_t port) {
-        return scope.outlets.empty() ? resolve(&scope, &scope.outputs[port])
-                                     : Node::End{scope.outlets[port], 1};
+        return scope.outlets.empty() ? resolve(&scope, &scope.outputs[port], true) : scope.outlets[port];
     }
 
     int add_internal(std::unique_ptr<Block> block, const model::Port& port, const char* type,
@@ -218,6 +338,7 @@ class Wiring {
         node.path = inside(scope, port.name);
         node.type = type;
         node.condition = scope.condition;
+        node.loop = scope.loop;
         node.where = port.where ? port.where : scope.self ? scope.self->where : e_.model.where;
         e_.node_periods.push_back(scope.period);
         e_.node_offsets.push_back(scope.offset);
@@ -238,13 +359,72 @@ class Wiring {
         if (!is_conditional(scope)) return;
         for (const auto& port : scope.system->outputs) {
             const int node = add_internal(std::make_unique<Outlet>(), port, "Outport", scope);
-            scope.outlets.push_back(node);
+            scope.outlets.push_back({node, 1});
             scope.nodes.push_back(node);
             Condition::Outlet outlet{{node, 1}, {}, {}, port.when_disabled == model::WhenDisabled::reset};
             if (port.initial) read_initial(scope, port, outlet);
             e_.diagram.conditions[static_cast<std::size_t>(scope.condition)].outlets.push_back(
                 std::move(outlet));
         }
+    }
+
+    /// The blocks that share out the inputs of a for_each subsystem, and join its outputs.
+    void add_parts(Scope& front) {
+        const int count = static_cast<int>(front.parts.size());
+        if (count == 0) return;
+        static const model::Endpoint through_front;
+        for (int i = 0; i < count; ++i) {
+            Scope& part = *front.parts[static_cast<std::size_t>(i)];
+            for (std::size_t p = 0; p < front.system->inputs.size(); ++p) {
+                const auto& port = front.system->inputs[p];
+                part.inputs[p] = {&through_front, {}, static_cast<int>(p)};
+                if (!port.each || !front.inputs[p].from) continue;
+                const int node = add_internal(std::make_unique<Part>(i, count), port, "Part", part);
+                part.inputs[p] = {&through_front, {node}, 1};
+                parts_.push_back({node, &front, p});
+            }
+        }
+        for (const auto& port : front.system->outputs) {
+            const int node = add_internal(std::make_unique<Join>(count), port, "Join", front);
+            front.outlets.push_back({node, count});
+        }
+    }
+
+    void connect_parts(Scope& front) {
+        for (const auto& [node, its_front, port] : parts_)
+            if (its_front == &front)
+                if (const auto from = resolve(front.parent, &front.inputs[port]); from.node >= 0)
+                    e_.node(node).sources[0] = from;
+        for (std::size_t i = 0; i < front.parts.size(); ++i)
+            for (std::size_t p = 0; p < front.outlets.size(); ++p)
+                if (const auto from = resolve(front.parts[i], &front.parts[i]->outputs[p]); from.node >= 0)
+                    e_.node(front.outlets[p].node).sources[i] = from;
+    }
+
+    /// Blocks that a loop looks at: Iteration has its number, While decides whether there is another.
+    void mark_iteration(int n) {
+        const DiagramNode& node = e_.node(n);
+        const bool is_index = node.type == "Iteration", is_while = node.type == "While";
+        if (!is_index && !is_while) return;
+        auto* loop = node.loop < 0 ? nullptr : &e_.diagram.plan.loops[static_cast<std::size_t>(node.loop)];
+        if (!loop || (is_while && loop->kind != Loop::Kind::while_loop)) {
+            e_.report.add(node.where, node.path,
+                          is_index ? "Iteration stands in no loop" : "While stands in no while subsystem",
+                          is_index ? "put it into a subsystem with `execution: for` or `while`"
+                                   : "put it into a subsystem with `execution: while`");
+            return;
+        }
+        const auto& d = node.block->declaration();
+        if (is_index) {
+            loop->indices.push_back({n, d.find("y", Role::output)});
+            return;
+        }
+        if (loop->again.node >= 0)
+            e_.report.add(node.where, node.path, "the subsystem has a second While", "keep one of them");
+        loop->again = node.sources[static_cast<std::size_t>(d.find("condition", Role::input))];
+        loop->initial = node.sources[static_cast<std::size_t>(d.find("initial", Role::input))];
+        loop->iterations = static_cast<int>(
+            d.slots[static_cast<std::size_t>(d.find("most", Role::parameter))].initial.at(0));
     }
 
     void read_initial(const Scope& scope, const model::Port& port, Condition::Outlet& outlet) {
@@ -272,21 +452,39 @@ class Wiring {
         }
     }
 
-    void connect_condition(const Scope& scope) {
-        if (is_conditional(scope)) {
-            auto& condition = e_.diagram.conditions[static_cast<std::size_t>(scope.condition)];
-            condition.enable = resolve(scope.parent, &scope.inputs.back());
-            if (condition.enable.node == -1)
+    void connect_controls(const Scope& scope) {
+        const auto controls = model::control_ports(*scope.system);
+        auto& condition = e_.diagram.conditions[static_cast<std::size_t>(scope.condition)];
+        for (std::size_t i = 0; scope.self && scope.parts.empty() && i < controls.size(); ++i) {
+            const auto end = resolve(scope.parent, &scope.inputs[scope.system->inputs.size() + i]);
+            if (end.node == -1)
                 e_.report.add(scope.self->where, scope.path,
-                              "the enabled subsystem's input 'enable' is not connected",
-                              "connect a signal to it; the subsystem runs while any element is above 0");
+                              "the subsystem's input '" + std::string(controls[i]) + "' is not connected",
+                              "connect a signal to it; " + meaning(controls[i]));
+            if (controls[i] == model::iterations_port)
+                e_.diagram.plan.loops[static_cast<std::size_t>(scope.loop)].count = end;
+            else
+                (controls[i] == model::enable_port    ? condition.enable
+                 : controls[i] == model::trigger_port ? condition.trigger
+                                                      : condition.reset) = end;
+        }
+        if (is_conditional(scope))
             for (std::size_t i = 0; i < scope.outlets.size(); ++i)
                 if (const auto from = resolve(&scope, &scope.outputs[i]); from.node >= 0)
-                    e_.node(scope.outlets[i]).sources[0] = from;
-        }
+                    e_.node(scope.outlets[i].node).sources[0] = from;
         for (int c = scope.condition; c > 0; c = e_.diagram.conditions[static_cast<std::size_t>(c)].parent)
             for (const int node : scope.nodes)
                 e_.diagram.conditions[static_cast<std::size_t>(c)].nodes.push_back(node);
+        for (int l = scope.loop; l >= 0; l = e_.diagram.plan.loops[static_cast<std::size_t>(l)].parent)
+            for (const int node : scope.nodes)
+                e_.diagram.plan.loops[static_cast<std::size_t>(l)].nodes.push_back(node);
+    }
+
+    static std::string meaning(std::string_view control) {
+        if (control == model::enable_port) return "the subsystem runs while any element is above 0";
+        if (control == model::trigger_port) return "the subsystem runs when any element has an edge";
+        if (control == model::reset_port) return "an edge puts states back to their initial values";
+        return "it says how often the subsystem runs in a step, or give `iterations: N`";
     }
 
     /// Gives outputs of subsystems their names, and keeps what ports declare for the inference.
@@ -298,13 +496,13 @@ class Wiring {
         };
         if (scope.parent)
             for (std::size_t i = 0; i < scope.system->inputs.size(); ++i)
-                declare(scope.system->inputs[i], resolve(scope.parent, &scope.inputs[i]));
+                declare(scope.system->inputs[i], resolve(scope.parent, &scope.inputs[i], true));
         for (std::size_t i = 0; i < scope.outputs.size(); ++i) {
             const auto& port = scope.system->outputs[i];
-            if (!scope.outputs[i].from)
+            if (!scope.outputs[i].from && scope.parts.empty())
                 e_.report.add(port.where, inside(scope, port.name), "the subsystem's output is not connected",
                               "connect a block's output to it");
-            const auto end = output_of(scope, i);
+            const auto end = output_of(scope, i); // -2 for a bus, which has no memory of its own
             declare(port, end);
             if (end.node < 0) continue;
             e_.diagram.aliases.push_back({inside(scope, port.name), end});
@@ -422,7 +620,13 @@ class Wiring {
     std::unordered_set<int>
         misspelled_; ///< blocks whose connection names no input of theirs: one is open then
     bool is_circle_reported_ = false;
-    std::size_t ports_ = 0; ///< of all subsystems
+    std::size_t ports_ = 0; ///< of all subsystems and buses
+    struct PartOfInput {
+        int node;
+        Scope* front;
+        std::size_t port;
+    };
+    std::vector<PartOfInput> parts_;
     std::vector<Scope*> node_scopes_;
     std::unordered_map<int, bool> failed_;
 };

@@ -53,7 +53,7 @@ TEST(Errors, UnconnectedInputIsNamed) {
 
 TEST(Errors, UnconnectedSubsystemOutputAndEnableAreNamed) {
     EXPECT_EQ(wrong("  s:\n    execution: enabled\n    outputs: [y]\n    blocks: {}\n"),
-              "m.yaml:4:3: s: the enabled subsystem's input 'enable' is not connected; connect a signal to "
+              "m.yaml:4:3: s: the subsystem's input 'enable' is not connected; connect a signal to "
               "it; the subsystem runs while any element is above 0\n"
               "m.yaml:6:15: s.y: the subsystem's output is not connected; connect a block's output to it");
 }

@@ -9,8 +9,14 @@
 namespace bf {
 
 namespace {
+/// While it lives, evaluations are those of the solver.
+struct Minor {
+    bool& flag;
+    explicit Minor(bool& f) : flag(f) { flag = true; }
+    ~Minor() { flag = false; }
+};
 constexpr int most_events = 1000; ///< in one base step, or at one instant
-}
+} // namespace
 
 void Simulation::bind_guards() {
     for (const auto& segment : guards_) {
@@ -60,7 +66,8 @@ void Simulation::find_held() {
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].role == Role::discrete_state) hold(static_cast<int>(n), static_cast<int>(i));
     }
-    for (const auto& condition : diagram_.conditions) hold_source(condition.enable);
+    for (const auto& condition : diagram_.conditions)
+        for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) hold_source(signal);
 }
 
 bool Simulation::held_changed() noexcept {
@@ -79,6 +86,7 @@ ContinuousSystem Simulation::continuous_system() {
             .guards = guard_values_,
             .derivatives =
                 [this](double t) {
+                    const Minor minor(is_minor_);
                     // The first stage of a fixed step stands where the outputs of the step were computed.
                     const bool is_current = !is_adaptive(diagram_.solver.method) &&
                                             t == static_cast<double>(steps_) * diagram_.step;

@@ -1,11 +1,10 @@
 #include "solvers.hpp"
+#include "sundials.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cvode/cvode.h>
 #include <limits>
-#include <new>
-#include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunlinsol/sunlinsol_spgmr.h>
 #include <sunmatrix/sunmatrix_dense.h>
@@ -14,16 +13,8 @@ namespace bf {
 
 namespace {
 
-template <class T, auto free> struct Freed {
-    void operator()(T* p) const { free(p); }
-};
-template <class Handle, auto free>
-using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Freed<std::remove_pointer_t<Handle>, free>>;
-
-void free_context(_SUNContext* context) { SUNContext_Free(&context); }
-void free_memory(void* memory) { CVodeFree(&memory); }
 struct FreeMemory {
-    void operator()(void* memory) const { free_memory(memory); }
+    void operator()(void* memory) const { CVodeFree(&memory); }
 };
 
 /// CVODE of SUNDIALS. Linear systems: dense up to `largest_dense` states, then GMRES without a matrix.
@@ -33,9 +24,7 @@ class Cvode final : public Solver {
 
     Cvode(const SolverSettings& settings, ContinuousSystem system)
         : Solver(std::move(system)), settings_(settings) {
-        SUNContext context = nullptr;
-        if (SUNContext_Create(nullptr, &context) != 0) throw std::bad_alloc();
-        context_.reset(context);
+        SUNContext context = context_.get();
         const auto n = static_cast<sunindextype>(system_.x.size());
         x_.reset(N_VNew_Serial(n, context));
         errors_.reset(N_VNew_Serial(n, context));
@@ -129,7 +118,7 @@ class Cvode final : public Solver {
     }
 
     const SolverSettings settings_;
-    Owned<SUNContext, free_context> context_;
+    Owned<SUNContext, free_context> context_ = make_context();
     Owned<N_Vector, N_VDestroy> x_, errors_, weights_;
     Owned<SUNMatrix, SUNMatDestroy> matrix_;
     Owned<SUNLinearSolver, SUNLinSolFree> linear_;

@@ -1,4 +1,4 @@
-#include "bf/engine/simulation.hpp"
+#include "states.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,93 +7,40 @@
 
 namespace bf {
 
-/// A conditional subsystem while it runs.
-struct Simulation::ConditionState {
-    Simulation* simulation;
-    int index;
-    const void* enable = nullptr;
-    Type type = Type::boolean;
-    int count = 0;
-    bool is_true = false;
-
-    /// Looks at the enabling signal; called at its place in the order.
-    Status test() {
-        bool enabled = false;
-        for (int i = 0; i < count; ++i) enabled = enabled || read_value(enable, type, i) > 0;
-        if (enabled && !is_true) return become_true();
-        if (!enabled && is_true) become_false();
-        return ok;
-    }
-
-    Status become_true() {
-        is_true = true;
-        const auto& condition = simulation->diagram_.conditions[static_cast<std::size_t>(index)];
-        if (condition.resets_states)
-            for (const int node : condition.nodes)
-                if (const Status status = simulation->context_.reset(node); !status) return status;
-        simulation->must_restart_ = true;
-        return ok;
-    }
-
-    void become_false() {
-        is_true = false;
-        auto& conditions = simulation->diagram_.conditions;
-        for (const auto& outlet : conditions[static_cast<std::size_t>(index)].outlets)
-            if (outlet.resets) simulation->write_initial(outlet);
-        for (const int node : conditions[static_cast<std::size_t>(index)].nodes)
-            simulation->clear_rates(node);
-        for (std::size_t c = 1; c < conditions.size(); ++c)
-            if (conditions[c].parent == index && simulation->conditions_[c]->is_true)
-                simulation->conditions_[c]->become_false();
-    }
-};
-
 Simulation::Simulation(const Diagram& diagram)
     : diagram_(diagram), context_(diagram.context_nodes(), static_cast<int>(diagram.rates.size())),
       hit_(diagram.rates.size()), hit_at_event_(diagram.rates.size()), until_hit_(diagram.rates.size()) {
-    for (std::size_t c = 0; c < diagram_.conditions.size(); ++c) {
-        const auto& condition = diagram_.conditions[c];
-        auto state = std::make_unique<ConditionState>(ConditionState{this, static_cast<int>(c)});
-        if (condition.enable.node >= 0) {
-            const Slot& slot = diagram_.slot(condition.enable);
-            state->enable = context_.data(condition.enable.node, condition.enable.slot);
-            state->type = slot.type;
-            state->count = slot.size.count();
-        }
-        conditions_.push_back(std::move(state));
-    }
-    conditions_[0]->is_true = true;
+    bind_conditions();
     bind();
 }
 
 Simulation::~Simulation() { stop(); }
 
+Simulation::BoundSegment Simulation::bound(const Segment& segment, Phase phase) {
+    BoundSegment result{segment.rate, segment.condition, {}, {}};
+    for (const auto& activity : segment.activities) {
+        result.tasks.push_back(activity.node >= 0   ? context_.task(activity.node, phase, activity.index)
+                               : activity.loop >= 0 ? loop_task(activity.loop)
+                                                    : condition_task(activity.condition));
+        result.nodes.push_back(activity.node);
+    }
+    return result;
+}
+
+std::vector<Simulation::BoundSegment> Simulation::bound(const std::vector<Segment>& segments, Phase phase) {
+    std::vector<BoundSegment> result;
+    for (const auto& segment : segments) result.push_back(bound(segment, phase));
+    return result;
+}
+
 void Simulation::bind() {
-    const auto bound = [&](const Segment& segment, Phase phase) {
-        BoundSegment result{segment.rate, segment.condition, {}, {}};
-        for (const auto& activity : segment.activities) {
-            if (activity.node >= 0) {
-                result.tasks.push_back(context_.task(activity.node, phase, activity.index));
-            } else {
-                const auto test = [](const void* p, int) {
-                    return const_cast<ConditionState*>(static_cast<const ConditionState*>(p))->test();
-                };
-                result.tasks.push_back(
-                    {test, conditions_[static_cast<std::size_t>(activity.condition)].get(), 0});
-            }
-            result.nodes.push_back(activity.node);
-        }
-        return result;
-    };
+    bind_loops();
     for (const auto& segment : diagram_.plan.outputs)
         (segment.rate == constant_rate ? constants_ : outputs_).push_back(bound(segment, Phase::output));
-    for (const auto& segment : diagram_.plan.updates) {
-        updates_.push_back(bound(segment, Phase::update));
-        commits_.push_back(commits_of(segment));
-    }
-    for (const auto& segment : diagram_.plan.derivatives)
-        derivatives_.push_back(bound(segment, Phase::derivative));
-    for (const auto& segment : diagram_.plan.guards) guards_.push_back(bound(segment, Phase::guards));
+    updates_ = bound(diagram_.plan.updates, Phase::update);
+    for (const auto& segment : diagram_.plan.updates) commits_.push_back(commits_of(segment));
+    derivatives_ = bound(diagram_.plan.derivatives, Phase::derivative);
+    guards_ = bound(diagram_.plan.guards, Phase::guards);
     bind_guards();
     if (context_.continuous_state().empty()) return;
     find_held();
@@ -125,17 +72,14 @@ Simulation::CommitSegment Simulation::commits_of(const Segment& segment) {
     return result;
 }
 
-bool Simulation::is_active(int condition) const {
-    return conditions_[static_cast<std::size_t>(condition)]->is_true;
-}
-
 bool Simulation::run(const BoundSegment& segment) noexcept {
     const Task* const begin = segment.tasks.data();
     const Task* const end = begin + segment.tasks.size();
     for (const Task* task = begin; task != end; ++task)
         if (const Status status = (*task)(); !status) [[unlikely]] {
             status_ = status;
-            failed_node_ = segment.nodes[static_cast<std::size_t>(task - begin)];
+            if (const int node = segment.nodes[static_cast<std::size_t>(task - begin)]; node >= 0)
+                failed_node_ = node;
             return false;
         }
     return true;
@@ -222,7 +166,7 @@ void Simulation::start() {
         context_.clock(static_cast<int>(r)) = {0, is_continuous ? 0 : diagram_.period(static_cast<int>(r)),
                                                -1};
     }
-    for (std::size_t c = 1; c < conditions_.size(); ++c) conditions_[c]->is_true = false;
+    reset_conditions();
     std::fill(guard_before_.begin(), guard_before_.end(), std::numeric_limits<double>::quiet_NaN());
     must_restart_ = true;
     is_at_event_ = false;
@@ -256,6 +200,10 @@ Status Simulation::step() noexcept {
     if (!status_) return status_;
     const double t = time();
     for (std::size_t r = 1; r < hit_.size(); ++r) {
+        if (diagram_.rates[r].trigger > 0) {
+            clear_trigger(r);
+            continue;
+        }
         hit_[r] = until_hit_[r]-- == 0;
         if (!hit_[r]) continue;
         until_hit_[r] = diagram_.rates[r].ticks - 1;
@@ -350,7 +298,8 @@ std::vector<std::byte> Simulation::snapshot() const {
     };
     put(&steps_, sizeof(steps_));
     put(until_hit_.data(), until_hit_.size() * sizeof(std::int64_t));
-    for (const auto& condition : conditions_) put(&condition->is_true, sizeof(bool));
+    const auto conditions = save_conditions();
+    put(conditions.data(), conditions.size() * sizeof(double));
     put(guard_before_.data(), guard_before_.size() * sizeof(double));
     for (const auto& held : held_) put(held.last.data(), held.last.size());
     if (solver_) {
@@ -364,7 +313,7 @@ std::vector<std::byte> Simulation::snapshot() const {
 
 void Simulation::restore(const std::vector<std::byte>& snapshot) {
     std::size_t fixed = context_.snapshot_size() + sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) +
-                        conditions_.size() * sizeof(bool) + guard_before_.size() * sizeof(double);
+                        save_conditions().size() * sizeof(double) + guard_before_.size() * sizeof(double);
     for (const auto& held : held_) fixed += held.last.size();
     const std::byte* from = snapshot.data();
     double history_size = 0;
@@ -384,7 +333,9 @@ void Simulation::restore(const std::vector<std::byte>& snapshot) {
     };
     get(&steps_, sizeof(steps_));
     get(until_hit_.data(), until_hit_.size() * sizeof(std::int64_t));
-    for (auto& condition : conditions_) get(&condition->is_true, sizeof(bool));
+    std::vector<double> conditions = save_conditions();
+    get(conditions.data(), conditions.size() * sizeof(double));
+    restore_conditions(conditions);
     get(guard_before_.data(), guard_before_.size() * sizeof(double));
     for (auto& held : held_) get(held.last.data(), held.last.size());
     if (solver_) {

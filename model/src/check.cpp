@@ -84,16 +84,21 @@ void Checker::check_ports(const System& system, const std::string& path) {
             if (blocks_.contains(port.name))
                 report(port.where, path, "'" + port.name + "' names both a block and a port of the subsystem",
                        "rename one of them, so that connections are clear");
-    if (const Port* port = system.find_input(enable_port); port && system.execution == Execution::enabled)
-        report(port->where, path, "an enabled subsystem has its input 'enable' already",
-               "remove it from `inputs`");
+    for (const std::string_view control : control_ports(system))
+        if (const Port* port = system.find_input(control))
+            report(port->where, path, "the subsystem has its input '" + port->name + "' already",
+                   "remove it from `inputs`");
+    if (system.execution == Execution::for_each && !system.iterations)
+        report({}, path, "a for_each subsystem needs `iterations`", "give the number of parts");
+    if (system.execution == Execution::for_each && system.reset)
+        report({}, path, "a for_each subsystem has no `reset`", "put a subsystem with `reset` into it");
 }
 
 bool Checker::check_end(const System& system, const Endpoint& end, bool source, const std::string& path) {
     const std::string name = end.text(), kind = source ? "output" : "input";
     if (end.block.empty()) {
-        const bool is_enable = source && system.execution == Execution::enabled && end.port == enable_port;
-        if (is_enable || (source ? system.find_input(end.port) : system.find_output(end.port))) return true;
+        const bool is_control = source && std::ranges::count(control_ports(system), end.port) > 0;
+        if (is_control || (source ? system.find_input(end.port) : system.find_output(end.port))) return true;
         if (source ? system.find_output(end.port) : system.find_input(end.port)) {
             report(end.where, path,
                    "'" + name + "' is an " + kind + " of this subsystem, which inside it is no " +
@@ -115,7 +120,8 @@ bool Checker::check_end(const System& system, const Endpoint& end, bool source, 
     const System* content = block->second->content();
     if (!content) return true; // ports of a library block are its declaration's matter
     std::vector<std::string> ports = names_of(source ? content->outputs : content->inputs);
-    if (!source && content->execution == Execution::enabled) ports.emplace_back(enable_port);
+    if (!source)
+        for (const std::string_view control : control_ports(*content)) ports.emplace_back(control);
     if (end.port.empty() ? ports.size() == 1 : std::ranges::count(ports, end.port) > 0) return true;
     if (!end.port.empty())
         report(end.where, path, "subsystem '" + end.block + "' has no " + kind + " '" + end.port + "'",
@@ -131,13 +137,17 @@ bool Checker::check_end(const System& system, const Endpoint& end, bool source, 
 
 void Checker::check_connections(const System& system, const std::string& path) {
     std::unordered_map<std::string, const Endpoint*> fed;
+    const auto is_variant = [&](const Endpoint& end) {
+        const auto block = blocks_.find(end.block);
+        return block != blocks_.end() && block->second->when;
+    };
     for (const Connection& connection : system.connections) {
         check_end(system, connection.from, true, path);
         if (connection.to.empty())
             report(connection.where, path, "'" + connection.from.text() + "' is connected to nothing",
                    "name a destination, or remove the connection");
         for (const Endpoint& end : connection.to) {
-            if (!check_end(system, end, false, path)) continue;
+            if (!check_end(system, end, false, path) || is_variant(connection.from)) continue;
             const auto [first, is_new] = fed.try_emplace(end.text(), &end);
             if (is_new) continue;
             const std::string place = first->second->where.text();

@@ -3,6 +3,16 @@
 #include <algorithm>
 
 namespace bf::model {
+
+std::vector<std::string_view> control_ports(const System& system) {
+    std::vector<std::string_view> ports;
+    const Execution e = system.execution;
+    if (e == Execution::enabled || e == Execution::enabled_and_triggered) ports.push_back(enable_port);
+    if (e == Execution::triggered || e == Execution::enabled_and_triggered) ports.push_back(trigger_port);
+    if (system.reset && e != Execution::for_each) ports.push_back(reset_port);
+    if (e == Execution::for_loop && !system.iterations) ports.push_back(iterations_port);
+    return ports;
+}
 namespace {
 
 template <typename Items> auto* find_named(Items& items, std::string_view name) {

@@ -172,7 +172,7 @@ TEST(Check, SaysWhatIsWrongWithNames) {
                "and no blank at its ends",
                "'u' names both a block and a port of the subsystem; rename one of them, so that connections "
                "are clear",
-               "an enabled subsystem has its input 'enable' already; remove it from `inputs`",
+               "the subsystem has its input 'enable' already; remove it from `inputs`",
                "'2nd' is no name for a variable; use a letter followed by letters, digits and '_'",
                "a second variable 'x'; rename one of them",
                "nothing: the block is neither of a library, nor a subsystem, nor in a file; give it exactly "

@@ -19,8 +19,9 @@ struct CheckOptions {
 
 std::string rate_text(const Diagram& d, int rate) {
     if (rate == constant_rate) return "constant";
-    if (d.rates[static_cast<std::size_t>(rate)].is_continuous) return "continuous";
     const auto& r = d.rates[static_cast<std::size_t>(rate)];
+    if (r.is_continuous) return "continuous";
+    if (r.trigger > 0) return "by " + d.conditions[static_cast<std::size_t>(r.trigger)].path;
     std::string text = number(d.period(rate)) + " s";
     if (r.offset) text += " +" + number(static_cast<double>(r.offset) * d.step) + " s";
     return text;
@@ -42,6 +43,42 @@ std::string outputs_text(const Block& block) {
     return text;
 }
 
+/// One line of the order: a block, or a test or loop, which has no type.
+struct Row {
+    int number = 0; ///< of the rate
+    std::string rate, path, type, outputs;
+};
+
+bool is_shorter(const std::string& a, const std::string& b) { return a.size() < b.size(); }
+
+void add_rows(const Diagram& d, const std::vector<Segment>& segments, const std::string& indent,
+              std::vector<Row>& rows) {
+    for (const auto& segment : segments)
+        for (const auto& activity : segment.activities) {
+            if (activity.node >= 0) {
+                const auto& node = d.nodes[static_cast<std::size_t>(activity.node)];
+                rows.push_back({node.rate, rate_text(d, node.rate), indent + node.path, node.type,
+                                outputs_text(*node.block)});
+            } else if (activity.loop >= 0) {
+                const auto& loop = d.plan.loops[static_cast<std::size_t>(activity.loop)];
+                const bool is_algebraic = loop.kind == Loop::Kind::algebraic;
+                rows.push_back({loop.rate, "",
+                                indent + (is_algebraic ? "solve the loop through " : "repeat ") + loop.path,
+                                "", ""});
+                add_rows(d, loop.outputs, indent + "  ", rows);
+            } else {
+                const auto& condition = d.conditions[static_cast<std::size_t>(activity.condition)];
+                rows.push_back(
+                    {condition.rate, "",
+                     indent + (condition.trigger.node >= 0
+                                   ? "test whether " + condition.path + " is triggered"
+                               : condition.enable.node >= 0 ? "test whether " + condition.path + " is enabled"
+                                                            : "test whether " + condition.path + " is reset"),
+                     "", ""});
+            }
+        }
+}
+
 void print(const Diagram& d) {
     const char* const plain = *colour(0) ? "\033[0m" : "";
     std::printf("%s: %zu blocks, base period %s s, ", d.name.c_str(), d.nodes.size(), number(d.step).c_str());
@@ -50,34 +87,27 @@ void print(const Diagram& d) {
     for (int r = 1; r < static_cast<int>(d.rates.size()); ++r)
         std::printf("  %s%s%s\n", colour(r), rate_text(d, r).c_str(), plain);
 
-    std::size_t rate_width = 0, path_width = 0, type_width = 0;
-    for (const auto& segment : d.plan.outputs)
-        for (const auto& activity : segment.activities) {
-            if (activity.node < 0) continue;
-            const auto& node = d.nodes[static_cast<std::size_t>(activity.node)];
-            rate_width = std::max(rate_width, rate_text(d, node.rate).size());
-            path_width = std::max(path_width, node.path.size());
-            type_width = std::max(type_width, node.type.size());
-        }
+    std::vector<Row> rows;
+    add_rows(d, d.plan.outputs, "", rows);
+    Row width;
+    for (const auto& row : rows) {
+        if (row.type.empty()) continue;
+        width.rate = std::max(width.rate, row.rate, is_shorter);
+        width.path = std::max(width.path, row.path, is_shorter);
+        width.type = std::max(width.type, row.type, is_shorter);
+    }
     std::printf("\norder of outputs\n");
     int line = 0;
-    for (const auto& segment : d.plan.outputs)
-        for (const auto& activity : segment.activities) {
-            if (activity.node < 0) {
-                const auto& condition = d.conditions[static_cast<std::size_t>(activity.condition)];
-                std::printf("%5d  test whether %s is enabled\n", ++line, condition.path.c_str());
-                continue;
-            }
-            const auto& node = d.nodes[static_cast<std::size_t>(activity.node)];
-            const auto pad = [](const std::string& text, std::size_t width) {
-                return text + std::string(width - text.size() + 2, ' ');
-            };
-            std::string columns =
-                pad(node.path, path_width) + pad(node.type, type_width) + outputs_text(*node.block);
-            columns.erase(columns.find_last_not_of(' ') + 1);
-            std::printf("%5d  %s%s%s%s\n", ++line, colour(node.rate),
-                        pad(rate_text(d, node.rate), rate_width).c_str(), plain, columns.c_str());
-        }
+    for (const auto& row : rows) {
+        const auto pad = [](const std::string& text, const std::string& longest) {
+            return text + std::string(longest.size() - text.size() + 2, ' ');
+        };
+        std::string columns =
+            row.type.empty() ? row.path : pad(row.path, width.path) + pad(row.type, width.type) + row.outputs;
+        columns.erase(columns.find_last_not_of(' ') + 1);
+        std::printf("%5d  %s%s%s%s\n", ++line, colour(row.number),
+                    row.type.empty() ? "" : pad(row.rate, width.rate).c_str(), plain, columns.c_str());
+    }
 }
 
 nlohmann::ordered_json to_json(const Diagram& d) {
@@ -101,10 +131,10 @@ nlohmann::ordered_json to_json(const Diagram& d) {
                                            {"unit", std::string(slot.unit.text)}});
         json["blocks"].push_back(std::move(block));
     }
-    for (const auto& segment : d.plan.outputs)
-        for (const auto& activity : segment.activities)
-            if (activity.node >= 0)
-                json["order"].push_back(d.nodes[static_cast<std::size_t>(activity.node)].path);
+    std::vector<Row> rows;
+    add_rows(d, d.plan.outputs, "", rows);
+    for (const auto& row : rows)
+        if (!row.type.empty()) json["order"].push_back(row.path.substr(row.path.find_first_not_of(' ')));
     return json;
 }
 

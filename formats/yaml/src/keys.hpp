@@ -11,35 +11,30 @@ namespace bf::formats::keys {
 
 using Keys = std::vector<std::string>;
 
-inline const Keys system = {"execution", "states", "inputs", "outputs", "variables", "blocks", "connections"};
-inline const Keys model = {"model",
-                           "doc",
-                           "plugins",
-                           "step",
-                           "stop",
-                           "solver",
-                           "relative_tolerance",
-                           "absolute_tolerance",
-                           "max_step",
-                           "execution",
-                           "states",
-                           "inputs",
-                           "outputs",
-                           "variables",
-                           "blocks",
-                           "connections",
-                           "record",
-                           "plots",
-                           "layout"};
-inline const Keys subsystem = {"doc",    "period",  "offset",    "execution", "states",
-                               "inputs", "outputs", "variables", "blocks",    "connections"};
-inline const Keys library_block = {"block", "doc", "period", "offset"}; ///< and the block's settings
-inline const Keys reference = {"file", "with", "doc", "period", "offset"};
-inline const Keys input = {"shape", "type", "unit", "doc"};
+inline Keys joined(Keys keys, const Keys& more, const Keys& last = {}) {
+    keys.insert(keys.end(), more.begin(), more.end());
+    keys.insert(keys.end(), last.begin(), last.end());
+    return keys;
+}
+
+inline const Keys system = {"execution", "states",  "trigger",   "reset",  "iterations",
+                            "inputs",    "outputs", "variables", "blocks", "connections"};
+inline const Keys model = joined({"model", "doc", "plugins", "step", "stop", "solver", "relative_tolerance",
+                                  "absolute_tolerance", "max_step", "algebraic_loops"},
+                                 system, {"record", "plots", "layout"});
+inline const Keys subsystem = joined({"doc", "when", "period", "offset"}, system);
+inline const Keys library_block = {"block", "doc", "when", "period", "offset"}; ///< and the block's settings
+inline const Keys reference = {"file", "with", "doc", "when", "period", "offset"};
+inline const Keys input = {"shape", "type", "unit", "doc", "each"};
 inline const Keys output = {"shape", "type", "unit", "doc", "when_disabled", "initial"};
 
-inline const Keys executions = {"virtual", "atomic", "enabled"}; ///< in the order of model::Execution
-inline const Keys held_or_reset = {"held", "reset"};             ///< in the order of States and WhenDisabled
+inline const Keys executions = {"virtual", "atomic", "enabled", "triggered", "enabled_and_triggered",
+                                "for",     "while",  "for_each"}; ///< in the order of model::Execution
+inline const Keys triggers = {"rising", "falling", "either", "function_call"}; ///< in the order of Edge
+inline const Keys resets = {"rising", "falling", "either", "level"};           ///< in the order of Edge
+inline const Keys algebraic_loops = {"error", "solve"}; ///< in the order of AlgebraicLoops
+inline const Keys no_or_yes = {"false", "true"};
+inline const Keys held_or_reset = {"held", "reset"}; ///< in the order of States and WhenDisabled
 
 inline bool contains(const Keys& keys, std::string_view key) {
     return std::ranges::find(keys, key) != keys.end();

@@ -236,6 +236,8 @@ void Reader::read_port(Port& port, const Node& map, const std::string& path, con
             port.doc = read_text(key, value, path);
         else if (name == "initial")
             port.initial = read_expression(key, value, path);
+        else if (name == "each")
+            port.each = read_choice(key, value, path, keys::no_or_yes) == 1;
         else
             port.when_disabled =
                 static_cast<WhenDisabled>(read_choice(key, value, path, keys::held_or_reset));
@@ -323,6 +325,12 @@ bool Reader::read_system_key(System& system, const Node& key, const Node& value,
         system.execution = static_cast<Execution>(read_choice(key, value, path, keys::executions));
     else if (name == "states")
         system.states = static_cast<States>(read_choice(key, value, path, keys::held_or_reset));
+    else if (name == "trigger")
+        system.trigger = static_cast<Edge>(read_choice(key, value, path, keys::triggers));
+    else if (name == "reset")
+        system.reset = static_cast<Edge>(read_choice(key, value, path, keys::resets));
+    else if (name == "iterations")
+        system.iterations = read_expression(key, value, path);
     else if (name == "inputs")
         system.inputs = read_ports(key, value, path, keys::input);
     else if (name == "outputs")
@@ -373,6 +381,8 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
             return report_unknown(key, path, is_file ? "a block in a file" : "a subsystem", known);
         if (key.text == "doc")
             block.doc = read_text(key, value, path);
+        else if (key.text == "when")
+            block.when = read_expression(key, value, path);
         else if (key.text == "period")
             block.period = read_expression(key, value, path);
         else if (key.text == "offset")
@@ -446,6 +456,9 @@ Model Reader::read_model(const Node& node) {
             model.absolute_tolerance = read_expression(key, value, "");
         else if (key.text == "max_step")
             model.max_step = read_expression(key, value, "");
+        else if (key.text == "algebraic_loops")
+            model.algebraic_loops =
+                static_cast<AlgebraicLoops>(read_choice(key, value, "", keys::algebraic_loops));
         else if (key.text == "record" && value.is_scalar() && value.text == "all")
             model.record_all = true;
         else if (key.text == "record")

@@ -218,6 +218,7 @@ Content port(const Port& port) {
     if (port.when_disabled != WhenDisabled::held)
         map.add("when_disabled", choice(keys::held_or_reset, port.when_disabled));
     map.add("initial", port.initial);
+    if (port.each) map.add("each", Content{.text = "true"});
     return map.build(true);
 }
 
@@ -250,6 +251,10 @@ void add_system(MapBuilder& map, const System& system, bool needs_blocks) {
         map.add("execution", choice(keys::executions, system.execution));
     if (map.wanted("states", system.states != States::held))
         map.add("states", choice(keys::held_or_reset, system.states));
+    if (map.wanted("trigger", system.trigger != Edge::rising))
+        map.add("trigger", choice(keys::triggers, system.trigger));
+    if (system.reset) map.add("reset", choice(keys::resets, *system.reset));
+    map.add("iterations", system.iterations);
     if (map.wanted("inputs", !system.inputs.empty())) map.add("inputs", ports(system.inputs));
     if (map.wanted("outputs", !system.outputs.empty())) map.add("outputs", ports(system.outputs));
     if (map.wanted("variables", !system.variables.empty()))
@@ -273,6 +278,7 @@ Content block(const Block& block) {
             map.add("with", variables(block.reference->with, true));
     }
     map.add_text("doc", block.doc);
+    map.add("when", block.when);
     map.add("period", block.period);
     map.add("offset", block.offset);
     for (const Setting& setting : block.settings) map.add(setting.name, expression(setting.value));
@@ -293,6 +299,8 @@ std::string write_yaml(const Model& model) {
     map.add("relative_tolerance", model.relative_tolerance);
     map.add("absolute_tolerance", model.absolute_tolerance);
     map.add("max_step", model.max_step);
+    if (map.wanted("algebraic_loops", model.algebraic_loops != AlgebraicLoops::error))
+        map.add("algebraic_loops", choice(keys::algebraic_loops, model.algebraic_loops));
     add_system(map, model.root, false);
     if (model.record_all)
         map.add("record", Content{.text = "all"});

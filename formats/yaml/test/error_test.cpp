@@ -126,7 +126,8 @@ TEST(Errors, ExplainValuesThatYamlReadsOtherwise) {
 
 TEST(Errors, NameTheChoicesOfAKey) {
     EXPECT_EQ(errors_of("model: m\nexecution: enable\nstates: []\n"),
-              "m.yaml:2:12: 'execution' is 'enable'; it is one of: virtual, atomic, enabled\n"
+              "m.yaml:2:12: 'execution' is 'enable'; it is one of: virtual, atomic, enabled, triggered, "
+              "enabled_and_triggered, for, while, for_each\n"
               "m.yaml:3:9: 'states' is ''; it is one of: held, reset");
     EXPECT_EQ(errors_of("model: m\noutputs: {y: {when_disabled: on, shap: 3}}\n"),
               "m.yaml:2:30: 'when_disabled' is 'on'; it is one of: held, reset\n"

@@ -135,6 +135,9 @@ TEST(Schema, HasTheReadersKeysAndNoOthers) {
 TEST(Schema, EveryListedKeyIsRead) {
     auto value_of = [](const std::string& key) -> std::string {
         if (key == "execution") return "atomic";
+        if (key == "trigger" || key == "reset") return "falling";
+        if (key == "each") return "true";
+        if (key == "algebraic_loops") return "solve";
         if (key == "states" || key == "when_disabled") return "reset";
         if (key == "variables" || key == "blocks" || key == "connections" || key == "plots" || key == "with")
             return "{}";

@@ -20,17 +20,23 @@ struct SampleRate {
     std::int64_t ticks = 1, offset = 0;
     bool is_constant = false;
     bool is_continuous = false; ///< hit in every step, and inside it by the solver
+    int trigger = 0;            ///< not 0: hit whenever that condition fires, without a period
     bool operator==(const SampleRate&) const = default;
 };
 inline constexpr int constant_rate = 0;
 
 /// When the blocks of a conditional subsystem run. Condition 0 is always true.
 struct Condition {
-    std::string path;           ///< of the subsystem
-    int parent = -1;            ///< the condition around it
-    Node::End enable;           ///< runs while any element is above 0
-    int rate = 1;               ///< at which `enable` is looked at
-    bool resets_states = false; ///< on becoming true
+    std::string path;  ///< of the subsystem
+    int parent = -1;   ///< the condition around it
+    Node::End enable;  ///< given: runs while any element is above 0
+    Node::End trigger; ///< given: runs once when any element has such an edge
+    Node::End reset;   ///< given: such an edge puts the states inside back to their initial values
+    model::Edge trigger_edge = model::Edge::rising, reset_edge = model::Edge::rising;
+    int rate = 1;               ///< at which these signals are looked at
+    int triggered_rate = -1;    ///< of the blocks inside, where `trigger` is given
+    int loop = -1;              ///< the loop around it
+    bool resets_states = false; ///< on enabling
     std::vector<int> nodes;     ///< blocks directly or indirectly inside
     /// An output of the subsystem: has its initial value before the first enabling, and after disabling where
     /// it is reset.
@@ -54,14 +60,16 @@ struct DiagramNode {
     std::vector<Node::End> providers; ///< one per requirement
     int rate = -1;
     int condition = 0;
+    int loop = -1; ///< the loop that it stands in
     model::Location where;
 };
 
-/// Something to run: activity `index` of a node in a phase, or the test of a condition (node -1).
+/// Something to run: activity `index` of a node in a phase, a whole loop, or the test of a condition.
 struct Activity {
     int node = -1;
     int index = 0;
-    int condition = 0; ///< tested when node is -1
+    int condition = 0; ///< tested when there is neither node nor loop
+    int loop = -1;
 };
 
 /// Activities that run together: all of one rate and under one condition.
@@ -71,12 +79,30 @@ struct Segment {
     std::vector<Activity> activities;
 };
 
+/// Activities that run several times at one place in the order: an iterating subsystem, or an algebraic loop.
+struct Loop {
+    enum class Kind : std::uint8_t { for_loop, while_loop, algebraic };
+    Kind kind = Kind::for_loop;
+    std::string path; ///< of the subsystem, or of the first block of an algebraic loop
+    int parent = -1;  ///< the loop around it
+    int condition = 0, rate = 1;
+    bool resets_states = false;      ///< before the first iteration of each step
+    int iterations = 0;              ///< of a for loop without `count`; the most of a while loop
+    Node::End count;                 ///< of a for loop: how often, looked at before the first iteration
+    Node::End initial, again;        ///< of a while loop: is there a first iteration, is there another one
+    std::vector<Node::End> indices;  ///< outputs that hold the number of the iteration, from 1
+    std::vector<Node::End> unknowns; ///< of an algebraic loop: outputs that are read before they are written
+    std::vector<int> nodes;          ///< blocks directly or indirectly inside
+    std::vector<Segment> outputs, updates; ///< of one iteration
+};
+
 /// What is called, in which order, at which rate.
 struct Plan {
     std::vector<Segment> outputs;     ///< in sorted order
     std::vector<Segment> updates;     ///< in document order: they read only x⁻ and outputs
     std::vector<Segment> derivatives; ///< of continuous states
     std::vector<Segment> guards;      ///< zero-crossing functions of blocks of the continuous rate
+    std::vector<Loop> loops;
 };
 
 /// A recorded or plotted signal.
@@ -96,7 +122,8 @@ struct Diagram {
     double stop = 0; ///< duration [s]; infinite when the model names none
     std::vector<DiagramNode> nodes;
     std::vector<SampleRate> rates;
-    SolverSettings solver; ///< of continuous states
+    SolverSettings solver;               ///< of continuous states
+    bool solves_algebraic_loops = false; ///< else they are errors
     std::vector<Condition> conditions;
     std::vector<SignalName> inputs, outputs; ///< of the root; the end of an input is the port's own memory
     std::vector<SignalName> record;

@@ -32,9 +32,11 @@ struct CheckResult {
 ///             constant outputs computed once;  outputs of conditional subsystems := initial outputs
 ///     step:   1. which rates are hit: (k - offset) divisible by ticks
 ///             2. outputs, in sorted order, of all blocks whose rate is hit and whose conditions are true:
-///                y := output(t, x⁻, u).  A condition is tested before the blocks under it; on becoming true
-///                it resets the states under it where the model says so, on becoming false it resets outputs
-///                and makes the conditions inside it false.  What is not computed keeps its value
+///                y := output(t, x⁻, u).  A condition is tested before the blocks under it; on being enabled
+///                it resets the states under it where the model says so, on being disabled it resets outputs
+///                and disables the conditions inside it; a trigger makes it true in this step only.  What is
+///                not computed keeps its value.  A loop runs as a whole at its place in the order, its
+///                outputs and then its updates in each iteration; an algebraic loop until its equations hold
 ///             3. observers see t, outputs and x⁻ (this is what a recording holds)
 ///             4. updates of the same blocks: x⁺ := update(t, x⁻, u, y).  Continuous states go from t to t +
 ///             step
@@ -103,6 +105,7 @@ class Simulation {
 
   private:
     struct ConditionState;
+    struct LoopState;
     struct BoundSegment {
         int rate, condition;
         std::vector<Task> tasks;
@@ -129,6 +132,16 @@ class Simulation {
         std::vector<Commit> commits;
     };
     void bind();
+    BoundSegment bound(const Segment& segment, Phase phase);
+    std::vector<BoundSegment> bound(const std::vector<Segment>& segments, Phase phase);
+    void bind_conditions();
+    void bind_loops();
+    Task condition_task(int condition);
+    Task loop_task(int loop);
+    void reset_conditions();
+    void clear_trigger(std::size_t rate) noexcept;
+    std::vector<double> save_conditions() const;
+    void restore_conditions(const std::vector<double>& saved);
     CommitSegment commits_of(const Segment& segment);
     bool run(const BoundSegment& segment) noexcept;
     /// A signal or state that continuous blocks read and the solver does not change.
@@ -172,6 +185,8 @@ class Simulation {
     double event_time_ = 0;
     std::vector<CommitSegment> commits_;
     std::vector<std::unique_ptr<ConditionState>> conditions_;
+    std::vector<std::unique_ptr<LoopState>> loops_;
+    bool is_minor_ = false; ///< inside a step of the solver: conditions stay as they are
     std::vector<std::uint8_t> hit_, hit_at_event_;
     std::vector<std::int64_t> until_hit_; ///< steps to the next hit, per rate
     std::vector<Observer*> observers_;

@@ -18,6 +18,17 @@ struct Concatenate {
     }
 };
 
+/// y = part k = 0, 1, ... of the elements of u, all parts being as large as y.
+struct PartOf {
+    static constexpr const char* name = "bf::kernels::PartOf{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class U, class K>
+    constexpr void operator()(const Y& y, const U& u, const K& k) const noexcept {
+        const int first = static_cast<int>(k[0]) * y.size();
+        for (int i = 0; i < y.size(); ++i) y[i] = u[first + i];
+    }
+};
+
 /// y = matrices of equal width, one above the other.
 struct ConcatenateVertically {
     static constexpr const char* name = "bf::kernels::ConcatenateVertically{}";

@@ -63,7 +63,8 @@ struct Port {
     std::string unit = {};
     std::string doc = {};
     WhenDisabled when_disabled = WhenDisabled::held; ///< outputs of enabled subsystems
-    std::optional<Expression> initial = {};          ///< outputs: value before the first enabling
+    bool each = false; ///< inputs of `for_each` subsystems: every iteration sees its own part
+    std::optional<Expression> initial = {}; ///< outputs: value before the first enabling
     Comments comments = {};
     Location where = {};
 };
@@ -124,7 +125,9 @@ struct Block {
     std::string doc = {};
     std::optional<Expression> period = {}; ///< sample time in s; makes a subsystem atomic
     std::optional<Expression> offset = {}; ///< of the sample times, in s
-    std::vector<Key> keys = {};            ///< order and comments of the keys in the document
+    std::optional<Expression> when =
+        {};                     ///< a variant: where it is false, the block and its connections are left out
+    std::vector<Key> keys = {}; ///< order and comments of the keys in the document
     Comments comments = {};
     Location where = {};
     Location type_where = {};
@@ -139,18 +142,31 @@ struct Block {
 };
 
 enum class Execution {
-    plain,   ///< written `virtual`: a drawing aid only; its blocks are sorted among those around it
-    atomic,  ///< runs as one block
-    enabled, ///< atomic, and runs while its extra input `enable` is above 0
+    plain,     ///< written `virtual`: a drawing aid only; its blocks are sorted among those around it
+    atomic,    ///< runs as one block
+    enabled,   ///< atomic, and runs while its extra input `enable` is above 0
+    triggered, ///< runs once when its extra input `trigger` has an edge
+    enabled_and_triggered, ///< runs once at an edge of `trigger` while `enable` is above 0
+    for_loop,              ///< written `for`: runs `iterations` times in a step
+    while_loop,            ///< written `while`: runs again in the same step while its block `While` says so
+    for_each               ///< once for each part of its inputs, with states of its own for each
 };
 
-enum class States { held, reset }; ///< on enabling
+enum class States { held, reset }; ///< on enabling; of loops: at the beginning of each step
+
+/// Which change of a control signal counts: from <= 0 to > 0, back, or both; `level`: every look that finds
+/// it above 0.
+enum class Edge { rising, falling, either, level };
 
 /// Blocks and their connections, with inputs and outputs to the outside.
 struct System {
     Execution execution = Execution::plain;
     States states = States::held;
-    std::vector<Port> inputs; ///< without `enable`, which an enabled subsystem has besides
+    Edge trigger = Edge::rising; ///< of triggered subsystems; `level` is written `function_call`
+    std::optional<Edge> reset =
+        {}; ///< given: an extra input `reset` puts states back to their initial values
+    std::optional<Expression> iterations = {}; ///< of `for` (else an extra input) and `for_each`
+    std::vector<Port> inputs;                  ///< without the control ports, which it may have besides
     std::vector<Port> outputs;
     std::vector<Variable> variables; ///< seen by this system and all inside it; each may use those before it
     std::vector<Block> blocks;
@@ -162,8 +178,10 @@ struct System {
     const Port* find_output(std::string_view port) const;
 };
 
-/// Name of the control input of an enabled subsystem.
-inline constexpr std::string_view enable_port = "enable";
+/// Names of the extra inputs that control when a subsystem runs, after its own inputs.
+inline constexpr std::string_view enable_port = "enable", trigger_port = "trigger", reset_port = "reset",
+                                  iterations_port = "iterations";
+std::vector<std::string_view> control_ports(const System& system);
 
 /// A path to signals: `plant.y`, `controller.pd.tau`, `plant` (its only output), `controller.*`.
 struct Signal {
@@ -187,6 +205,8 @@ struct Plugin {
     Location where = {};
 };
 
+enum class AlgebraicLoops { error, solve };
+
 /// A whole document.
 struct Model {
     std::string name;
@@ -197,6 +217,7 @@ struct Model {
     std::optional<Expression> solver = {}; ///< of continuous states: a method's name
     std::optional<Expression> relative_tolerance = {}, absolute_tolerance = {}; ///< of adaptive solvers
     std::optional<Expression> max_step = {};                                    ///< of adaptive solvers, s
+    AlgebraicLoops algebraic_loops = AlgebraicLoops::error;
     std::vector<Plugin> plugins = {};
     bool record_all = false;
     std::vector<Signal> record = {};

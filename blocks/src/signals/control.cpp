@@ -1,0 +1,117 @@
+// Blocks that control when subsystems run.
+#include "../groups.hpp"
+#include "../shapes.hpp"
+#include "bf/kernels/elementwise.hpp"
+
+#include <cmath>
+
+namespace bf::blocks {
+
+namespace {
+
+/// The output of the subsystem that ran last.
+class Merge final : public Block {
+  public:
+    using Block::Block;
+    Argument<int> inputs{
+        this, "inputs", {.initial = 2, .doc = "number of conditional subsystems that it merges"}};
+    AnyShape s{this};
+    InputList<> u{this, "u", at_least_one(*this, "inputs", *inputs), {.shape = s, .unit = any_unit}};
+    Output<> y{
+        this, "y", {.shape = s, .unit = any_unit, .doc = "of the subsystem that ran last; 0 before any ran"}};
+    std::vector<OutputRule> rules = [this] {
+        std::vector<OutputRule> made;
+        for (const auto& input : u) made.emplace_back(this, kernels::Copy{}, y, input);
+        return made;
+    }();
+};
+
+/// The number of the iteration of the loop around it.
+class Iteration final : public Block {
+  public:
+    using Block::Block;
+    Output<double> y{this, "y", {.doc = "1 in the first iteration of a step"}};
+};
+
+/// Decides whether the while subsystem around it runs again.
+class While final : public Block {
+  public:
+    using Block::Block;
+    Input<> condition{
+        this, "condition", {.unit = any_unit, .doc = "above 0: another iteration", .feedthrough = false}};
+    Input<Other> initial{this,
+                         "initial",
+                         {.initial = {1},
+                          .unit = any_unit,
+                          .doc = "from outside, above 0: there is a first iteration",
+                          .feedthrough = false,
+                          .optional = true}};
+    Parameter<double> most{this, "most", {.initial = {1000}, .doc = "iterations after which the step fails"}};
+};
+
+/// Exactly one output is true: that of the first true condition, else the last one.
+class If final : public Block {
+  public:
+    using Block::Block;
+    Argument<int> conditions{
+        this, "conditions", {.initial = 1, .doc = "number of conditions: if, then each elseif"}};
+    InputList<bool> u{this, "u", at_least_one(*this, "conditions", *conditions), {.doc = "condition"}};
+    OutputList<bool> y{this, "y", u.size() + 1, {.doc = "enables the action; the last one is else"}};
+    Status output(Now at, Out to) const noexcept override {
+        bool is_found = false;
+        for (int i = 0; i < u.size(); ++i) {
+            to[y[i]] = !is_found && at[u[i]];
+            is_found = is_found || at[u[i]];
+        }
+        to[y[u.size()]] = !is_found;
+        return ok;
+    }
+};
+
+/// Exactly one output is true: that of the case which the selector equals, else the last one.
+class SwitchCase final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::vector<int>> cases{this, "cases", {.initial = {1}, .doc = "whole number of each case"}};
+    Input<double> u{this, "u", {.unit = any_unit, .doc = "selector, cut to a whole number"}};
+    OutputList<bool> y{this,
+                       "y",
+                       static_cast<int>(cases->size()) + 1,
+                       {.doc = "enables the action; the last one is the default"}};
+    Status output(Now at, Out to) const noexcept override {
+        bool is_found = false;
+        for (std::size_t i = 0; i < cases->size(); ++i) {
+            const bool is_case = !is_found && static_cast<double>((*cases)[i]) == std::trunc(at[u]);
+            to[y[static_cast<int>(i)]] = is_case;
+            is_found = is_found || is_case;
+        }
+        to[y[static_cast<int>(cases->size())]] = !is_found;
+        return ok;
+    }
+};
+
+/// Calls function-call subsystems once in each of its periods.
+class FunctionCallGenerator final : public Block {
+  public:
+    using Block::Block;
+    Output<bool> y{this, "y", {.doc = "drives `trigger` of a subsystem with `trigger: function_call`"}};
+    Status output(Now, Out to) const noexcept override {
+        to[y] = true;
+        return ok;
+    }
+};
+
+} // namespace
+
+void add_control(Library& library) {
+    library.group("control")
+        .add<Merge>("Merge", "The output of the conditional subsystem that ran last.")
+        .add<Iteration>("Iteration", "The number of the iteration of the loop around it.")
+        .add<While>("While", "Decides whether the while subsystem around it runs again.")
+        .add<If>("If", "Enables one of several subsystems: the first whose condition is true.")
+        .add<SwitchCase>("SwitchCase", "Enables one of several subsystems by a number.")
+        .add<FunctionCallGenerator>("FunctionCallGenerator",
+                                    "Calls subsystems with `trigger: function_call`.");
+}
+
+} // namespace bf::blocks

@@ -1,0 +1,82 @@
+// Parts of the order that run several times in a step.
+#include "states.hpp"
+
+#include <cmath>
+
+namespace bf {
+
+void Simulation::bind_loops() {
+    const auto& loops = diagram_.plan.loops;
+    for (const auto& loop : loops)
+        loops_.push_back(std::make_unique<LoopState>(LoopState{this, &loop, {}, {}, {}, {}, nullptr}));
+    for (std::size_t l = 0; l < loops.size(); ++l) {
+        auto& state = *loops_[l];
+        state.outputs = bound(loops[l].outputs, Phase::output);
+        state.updates = bound(loops[l].updates, Phase::update);
+        for (const auto& segment : loops[l].updates) state.commits.push_back(commits_of(segment));
+        for (const auto& end : loops[l].indices)
+            state.indices.push_back(static_cast<double*>(context_.data(end.node, end.slot)));
+        if (loops[l].kind != Loop::Kind::algebraic) continue;
+        std::vector<std::span<double>> unknowns;
+        for (const auto& end : loops[l].unknowns)
+            unknowns.emplace_back(static_cast<double*>(context_.data(end.node, end.slot)),
+                                  static_cast<std::size_t>(diagram_.slot(end).size.count()));
+        state.solver =
+            std::make_unique<AlgebraicSolver>(std::move(unknowns), [&state] { return state.iterate(); });
+    }
+}
+
+Task Simulation::loop_task(int loop) {
+    return {
+        [](const void* p, int) { return const_cast<LoopState*>(static_cast<const LoopState*>(p))->run(); },
+        loops_[static_cast<std::size_t>(loop)].get(), 0};
+}
+
+/// The body once: outputs, then updates. Where it fails, status_ says why.
+bool Simulation::LoopState::iterate() {
+    Simulation& s = *simulation;
+    for (const auto& segment : outputs)
+        if (s.is_due(segment.rate, segment.condition) && !s.run(segment)) return false;
+    for (const auto& segment : updates)
+        if (s.is_due(segment.rate, segment.condition) && !s.run(segment)) return false;
+    for (const auto& segment : commits)
+        if (s.is_due(segment.rate, segment.condition) && !s.commit(segment)) return false;
+    return true;
+}
+
+Status Simulation::LoopState::run() {
+    Simulation& s = *simulation;
+    const auto is_on = [&](const Node::End& end) {
+        return read_value(s.context_.data(end.node, end.slot), s.diagram_.slot(end).type, 0) > 0;
+    };
+    if (loop->kind == Loop::Kind::algebraic) {
+        if (solver->solve()) return ok;
+        s.failed_node_ = loop->nodes.front();
+        return s.status_ ? solver->failure() : s.status_;
+    }
+    if (loop->resets_states)
+        for (const int node : loop->nodes)
+            if (const Status status = s.context_.reset(node); !status) {
+                s.failed_node_ = node;
+                return status;
+            }
+    const bool is_while = loop->kind == Loop::Kind::while_loop;
+    if (is_while && loop->initial.node >= 0 && !is_on(loop->initial)) return ok;
+    double most = loop->iterations;
+    if (loop->count.node >= 0)
+        most = std::floor(read_value(s.context_.data(loop->count.node, loop->count.slot),
+                                     s.diagram_.slot(loop->count).type, 0));
+    for (double i = 1; i <= most; ++i) {
+        for (double* index : indices) *index = i;
+        if (!iterate()) return s.status_;
+        if (is_while && !is_on(loop->again)) return ok;
+    }
+    if (!is_while) return ok;
+    s.failed_node_ = loop->nodes.front();
+    return Status::failure(
+        "the while loop around it did not end within {} iterations: look at the condition of its "
+        "While, or let it allow more",
+        loop->iterations);
+}
+
+} // namespace bf

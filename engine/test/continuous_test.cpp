@@ -131,6 +131,7 @@ TEST(Continuous, StatesOfADisabledSubsystemStayWhereTheyAre) {
     Session run(R"m(
 model: m
 step: 0.25
+solver: euler
 blocks:
   on: {block: Pulse, delay: 0.5, period: 0.25}
   s:

@@ -12,17 +12,18 @@ CHAIN, CARTPOLE = CASES["chain"], CASES["cartpole"]
 
 
 def cart_pole(x, force, math):
-    """Time derivative of x = [position, angle from upright, velocity, angular velocity] of a cart with a point-mass pole."""
-    c = CARTPOLE
+    """Time derivative of x = [position, angle from upright, velocity, angular velocity] of a cart with a point-mass pole;
+    `math` has the sine and cosine of the peer's numbers."""
+    M, m, l, g = (CARTPOLE[name] for name in ("cart", "pole", "length", "gravity"))
     sin, cos = math.sin(x[1]), math.cos(x[1])
-    acceleration = (force + c["pole"] * sin * (c["length"] * x[3] ** 2 - c["gravity"] * cos)) / (c["cart"] + c["pole"] * sin**2)
-    return [x[2], x[3], acceleration, (c["gravity"] * sin - acceleration * cos) / c["length"]]
+    acceleration = (force + m * sin * (l * x[3] ** 2 - g * cos)) / (M + m * sin**2)
+    return [x[2], x[3], acceleration, (g * sin - acceleration * cos) / l]
 
 
 def measure(chain, cart_pole):
     """Runs the case of the command line. `chain(width)` and `cart_pole()` make a model, ready for its first step, and
-    return (advance, check, compile_s): `advance(n)` makes n more steps, `check()` gives the last sum's first element or
-    the angle. All times are CPU times, which other processes disturb least; the fastest of the repetitions counts."""
+    return (advance, check, compile_s): `advance(n)` makes n steps, `check()` gives the last sum's first element or the
+    angle. All times are CPU times, which other processes disturb least; the fastest of the repetitions counts."""
     case, steps, repeats = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     if case == "cartpole":
         advance, check, compile_s = cart_pole()

@@ -23,7 +23,7 @@ CASES = ("chain", "chain23", "cartpole")
 BLOCKS = 2 * CHAIN["pairs"] + CHAIN["delays"]
 REPEATS = 5
 # Last sum of the chain on its plateau, and the pole's angle at check_time by an eighth-order method of SciPy.
-EXPECTED = {"chain": 993.278888040133, "chain23": 993.278888040133, "cartpole": -0.0241515243944}
+EXPECTED = {"chain": 993.278888040133, "chain23": 993.278888040133, "cartpole": -0.0241515243943}
 
 
 class Skipped(Exception):
@@ -33,7 +33,8 @@ class Skipped(Exception):
 def call(command, **options):
     """Standard output of a command; what it says of an error is the reason to skip."""
     try:
-        result = subprocess.run([str(part) for part in command], capture_output=True, text=True, stdin=subprocess.DEVNULL, **options)
+        result = subprocess.run([str(part) for part in command], capture_output=True, text=True, stdin=subprocess.DEVNULL,
+                                **options)
     except OSError as error:
         raise Skipped(f"{error.filename}: {error.strerror}") from None
     if result.returncode != 0:
@@ -82,12 +83,18 @@ class BlockFactory:
         return json.loads(output)["checks"]["check"]
 
     def measure(self, case):
-        step = CARTPOLE["step"] if case == "cartpole" else 1 / 1024
-        command, compile_s = self.program(case, self.write(case, step, *(self.cart_pole() if case == "cartpole" else self.chain(case))))
-        until = lambda steps: [*command, "--stop", repr(steps * step)]
-        check = self.check(call(until(1 + round(CARTPOLE["check_time"] / step) if case == "cartpole" else CHAIN["check_steps"])))
+        if case == "cartpole":
+            step, check_steps, parts = CARTPOLE["step"], 1 + round(CARTPOLE["check_time"] / CARTPOLE["step"]), self.cart_pole()
+        else:
+            step, check_steps, parts = 1 / 1024, CHAIN["check_steps"], self.chain(case)
+        command, compile_s = self.program(case, self.write(case, step, *parts))
+
+        def run_of(steps):
+            return [*command, "--stop", repr(steps * step)]
+
+        check = self.check(call(run_of(check_steps)))
         steps = self.steps[case]
-        step_ns, startup = difference_of_runs(until(steps + 1), until(1), steps)
+        step_ns, startup = difference_of_runs(run_of(steps + 1), run_of(1), steps)
         return {"step_ns": step_ns, "startup_s": startup, "compile_s": compile_s, "check": check}
 
     def write(self, case, step, blocks, connections):
@@ -216,7 +223,8 @@ class Xcos:
         script = self.folder / f"{case}.sce"
         script.write_text(f'CASE = "{case}";\n' + "".join(f"{name} = {value};\n" for name, value in numbers.items()) +
                           (HERE / "xcos.sce").read_text())
-        libraries = sorted({str(file.parent) for part in ("lib", "usr/lib") for file in (self.folder / "root" / part).rglob("*.so*")})
+        unpacked = [self.folder / "root/lib", self.folder / "root/usr/lib"]
+        libraries = sorted({str(file.parent) for folder in unpacked for file in folder.rglob("*.so*")})
         output = call([self.root / "usr/bin/scilab-cli-bin", "-nb", "-quit", "-f", script],
                       env={**os.environ, "SCI": str(self.root / "usr/share/scilab"), "LD_LIBRARY_PATH": ":".join(libraries)})
         try:
@@ -343,8 +351,8 @@ def main():
                 continue
             per_block = f"{row['step_ns'] / BLOCKS:.3g}" if case != "cartpole" else ""
             agreement = "same" if abs(row["check"] - EXPECTED[case]) < 1e-8 else f"WRONG: {row['check']}"
-            print(f"| {peer.name} | {case} | {row['step_ns']:.4g} | {per_block} | {row['startup_s']:.2f} | {row['compile_s']:.1f} | "
-                  f"{agreement} |", flush=True)
+            print(f"| {peer.name} | {case} | {row['step_ns']:.4g} | {per_block} | {row['startup_s']:.2f} | "
+                  f"{row['compile_s']:.1f} | {agreement} |", flush=True)
             measured[peer.name].append(row)
     others = json.loads(results.read_text()) if results.exists() else []
     rows = [row for row in others if row["peer"] not in measured] + sum(measured.values(), [])

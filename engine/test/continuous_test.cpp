@@ -131,7 +131,6 @@ TEST(Continuous, StatesOfADisabledSubsystemStayWhereTheyAre) {
     Session run(R"m(
 model: m
 step: 0.25
-solver: euler
 blocks:
   on: {block: Pulse, delay: 0.5, period: 0.25}
   s:
@@ -143,7 +142,8 @@ blocks:
     connections: {one: x, x: y}
 connections: {on: s.enable}
 )m");
-    EXPECT_EQ(observed(run, "s.y", 9), (Values{0, 0, 0, 0.25, 0.5, 0.5, 0.5, 0.75, 1}));
+    const Values y = observed(run, "s.y", 9), expected{0, 0, 0, 0.25, 0.5, 0.5, 0.5, 0.75, 1};
+    for (std::size_t k = 0; k < y.size(); ++k) EXPECT_NEAR(y[k], expected[k], 1e-12) << k;
 }
 
 TEST(Continuous, AStateThatBecomesNanEndsTheRunByName) {

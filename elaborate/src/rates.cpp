@@ -1,15 +1,38 @@
 // Sample times: given, inherited from sources, or constant.
+#include "bf/kernels/elementwise.hpp"
 #include "stages.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <numeric>
 
 namespace bf::elaboration {
 
 namespace {
+
+class HoldTransition final : public Block {
+  public:
+    using Block::Block;
+    AnyShape s{this};
+    Input<> u{this, "u", {.shape = s, .unit = any_unit}};
+    Output<> y{this, "y", {.shape = s, .unit = any_unit}};
+    OutputRule rule{this, kernels::Copy{}, y, u};
+};
+
+class DelayTransition final : public Block {
+  public:
+    using Block::Block;
+    AnyShape s{this};
+    Input<> u{this, "u", {.shape = s, .unit = any_unit, .feedthrough = false}};
+    Output<> y{this, "y", {.shape = s, .unit = any_unit}};
+    DiscreteState<> x{this, "x", {.shape = s}};
+    OutputRule output_rule{this, kernels::Copy{}, y, x};
+    UpdateRule update_rule{this, kernels::Copy{}, next(x), u};
+};
 
 class Rates {
   public:
@@ -61,6 +84,7 @@ class Rates {
              ++condition)
             for (auto& outlet : condition->outlets)
                 if (outlet.initial.empty()) inherit_initial(outlet);
+        if (e_.model.rate_transitions != model::RateTransitions::allowed) check_transitions();
     }
 
   private:
@@ -250,6 +274,68 @@ class Rates {
         if (y.ticks % x.ticks == 0 && (y.offset - x.offset) % x.ticks == 0) return a;
         if (x.ticks % y.ticks == 0 && (x.offset - y.offset) % y.ticks == 0) return b;
         return base_;
+    }
+
+    /// Is it a rate with a period?
+    bool is_periodic(int rate) const {
+        const auto& r = e_.diagram.rates[static_cast<std::size_t>(rate)];
+        return rate != constant_rate && !r.is_continuous && r.trigger == 0;
+    }
+
+    /// Wires between two periodic rates: errors, or a block in between that all readers of that rate share.
+    void check_transitions() {
+        static constexpr std::array transitions{"RateTransition", "ZeroOrderHold", "UnitDelay", "Delay",
+                                                "Memory"};
+        const bool inserts = e_.model.rate_transitions == model::RateTransitions::inserted;
+        std::map<std::array<int, 3>, int> made; // source, slot, rate of the reader
+        const std::size_t count = nodes_.size();
+        for (std::size_t n = 0; n < count; ++n) {
+            const bool is_transition =
+                std::find(transitions.begin(), transitions.end(), nodes_[n].type) != transitions.end();
+            for (std::size_t i = 0; i < nodes_[n].sources.size() && !is_transition; ++i) {
+                const auto from = nodes_[n].sources[i];
+                if (from.node < 0) continue;
+                const int a = nodes_[static_cast<std::size_t>(from.node)].rate, b = nodes_[n].rate;
+                if (a == b || !is_periodic(a) || !is_periodic(b)) continue;
+                if (inserts) {
+                    const auto [place, is_new] = made.try_emplace({from.node, from.slot, b}, 0);
+                    if (is_new) place->second = add_transition(from, b);
+                    nodes_[n].sources[i] = {place->second, 1};
+                    continue;
+                }
+                const Slot& slot = nodes_[n].block->declaration().slots[i];
+                e_.report.add(nodes_[n].where, nodes_[n].path,
+                              "input '" + slot.name + "' at " + matlab::number_text(e_.diagram.period(b)) +
+                                  " s reads " + e_.diagram.end_path(from) + " at " +
+                                  matlab::number_text(e_.diagram.period(a)) + " s",
+                              "put a RateTransition in between, or say `rate_transitions: inserted`");
+            }
+        }
+    }
+
+    /// To a slower rate the sample of its hit is held; to a faster one the last sample but one, so that the
+    /// slow block has its whole period to compute.
+    int add_transition(const Node::End& from, int rate) {
+        const int source_rate = nodes_[static_cast<std::size_t>(from.node)].rate;
+        const bool to_faster = e_.diagram.period(source_rate) > e_.diagram.period(rate);
+        const auto& source = nodes_[static_cast<std::size_t>(from.node)];
+        DiagramNode node;
+        if (to_faster)
+            node.block = std::make_unique<DelayTransition>();
+        else
+            node.block = std::make_unique<HoldTransition>();
+        const Slot& slot = e_.diagram.slot(from);
+        offer(node.block->declaration(), 0, slot.size);
+        offer(node.block->declaration(), 0, slot.type);
+        propagate(*node.block);
+        node.path = e_.diagram.end_path(from) + (to_faster ? " delayed" : " held");
+        node.type = "RateTransition";
+        node.sources.resize(node.block->declaration().slots.size());
+        node.sources[0] = from;
+        node.rate = to_faster ? source_rate : rate;
+        node.where = source.where;
+        nodes_.push_back(std::move(node));
+        return static_cast<int>(nodes_.size()) - 1;
     }
 
     /// Without an initial value of its own an output takes that of the constant, InitialCondition or

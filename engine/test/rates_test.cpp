@@ -120,5 +120,33 @@ connections: {t: s}
     EXPECT_EQ(Session(head + inside).trace("s", 4), (Values{0, 0, 2, 4}));
 }
 
+std::string two_rates(const std::string& transitions) {
+    return "model: m\nstep: 1\nrate_transitions: " + transitions +
+           "\nblocks:\n  t: {block: Clock}\n  slow: {block: Gain, period: 2}\n  fast: {block: Gain, K: 10, "
+           "period: 1}\n"
+           "connections: {t: slow, slow: fast}\n";
+}
+
+TEST(RateTransitions, AreFreeUnlessTheModelChecksThem) {
+    Session run(two_rates("allowed"));
+    EXPECT_EQ(run.trace("fast", 5), (Values{0, 0, 20, 20, 40}));
+    try {
+        Session checked(two_rates("checked"));
+        FAIL();
+    } catch (const model::Errors& errors) {
+        EXPECT_STREQ(
+            errors.what(),
+            "m.yaml:6:3: slow: input 'u' at 2 s reads t.y at 1 s; put a RateTransition in between, or say "
+            "`rate_transitions: inserted`\n"
+            "m.yaml:7:3: fast: input 'u' at 1 s reads slow.y at 2 s; put a RateTransition in between, or say "
+            "`rate_transitions: inserted`");
+    }
+}
+
+TEST(RateTransitions, InsertedOnesDelayToTheFasterRateOnly) {
+    Session run(two_rates("inserted"));
+    EXPECT_EQ(run.trace("fast", 7), (Values{0, 0, 0, 0, 20, 20, 40}));
+}
+
 } // namespace
 } // namespace bf::test

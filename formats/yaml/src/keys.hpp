@@ -20,7 +20,7 @@ inline Keys joined(Keys keys, const Keys& more, const Keys& last = {}) {
 inline const Keys system = {"execution", "states",  "trigger",   "reset",  "iterations",
                             "inputs",    "outputs", "variables", "blocks", "connections"};
 inline const Keys model = joined({"model", "doc", "plugins", "step", "stop", "solver", "relative_tolerance",
-                                  "absolute_tolerance", "max_step", "algebraic_loops"},
+                                  "absolute_tolerance", "max_step", "algebraic_loops", "rate_transitions"},
                                  system, {"record", "plots", "layout"});
 inline const Keys subsystem = joined({"doc", "when", "period", "offset"}, system);
 inline const Keys library_block = {"block", "doc", "when", "period", "offset"}; ///< and the block's settings
@@ -32,7 +32,8 @@ inline const Keys executions = {"virtual", "atomic", "enabled", "triggered", "en
                                 "for",     "while",  "for_each"}; ///< in the order of model::Execution
 inline const Keys triggers = {"rising", "falling", "either", "function_call"}; ///< in the order of Edge
 inline const Keys resets = {"rising", "falling", "either", "level"};           ///< in the order of Edge
-inline const Keys algebraic_loops = {"error", "solve"}; ///< in the order of AlgebraicLoops
+inline const Keys rate_transitions = {"allowed", "checked", "inserted"}; ///< in the order of RateTransitions
+inline const Keys algebraic_loops = {"error", "solve"};                  ///< in the order of AlgebraicLoops
 inline const Keys no_or_yes = {"false", "true"};
 inline const Keys held_or_reset = {"held", "reset"}; ///< in the order of States and WhenDisabled
 

@@ -459,6 +459,9 @@ Model Reader::read_model(const Node& node) {
         else if (key.text == "algebraic_loops")
             model.algebraic_loops =
                 static_cast<AlgebraicLoops>(read_choice(key, value, "", keys::algebraic_loops));
+        else if (key.text == "rate_transitions")
+            model.rate_transitions =
+                static_cast<RateTransitions>(read_choice(key, value, "", keys::rate_transitions));
         else if (key.text == "record" && value.is_scalar() && value.text == "all")
             model.record_all = true;
         else if (key.text == "record")

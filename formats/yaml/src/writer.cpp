@@ -299,6 +299,8 @@ std::string write_yaml(const Model& model) {
     map.add("relative_tolerance", model.relative_tolerance);
     map.add("absolute_tolerance", model.absolute_tolerance);
     map.add("max_step", model.max_step);
+    if (map.wanted("rate_transitions", model.rate_transitions != RateTransitions::allowed))
+        map.add("rate_transitions", choice(keys::rate_transitions, model.rate_transitions));
     if (map.wanted("algebraic_loops", model.algebraic_loops != AlgebraicLoops::error))
         map.add("algebraic_loops", choice(keys::algebraic_loops, model.algebraic_loops));
     add_system(map, model.root, false);

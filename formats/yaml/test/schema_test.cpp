@@ -138,6 +138,7 @@ TEST(Schema, EveryListedKeyIsRead) {
         if (key == "trigger" || key == "reset") return "falling";
         if (key == "each") return "true";
         if (key == "algebraic_loops") return "solve";
+        if (key == "rate_transitions") return "checked";
         if (key == "states" || key == "when_disabled") return "reset";
         if (key == "variables" || key == "blocks" || key == "connections" || key == "plots" || key == "with")
             return "{}";

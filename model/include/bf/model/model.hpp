@@ -206,6 +206,7 @@ struct Plugin {
 };
 
 enum class AlgebraicLoops { error, solve };
+enum class RateTransitions { allowed, checked, inserted };
 
 /// A whole document.
 struct Model {
@@ -218,6 +219,7 @@ struct Model {
     std::optional<Expression> relative_tolerance = {}, absolute_tolerance = {}; ///< of adaptive solvers
     std::optional<Expression> max_step = {};                                    ///< of adaptive solvers, s
     AlgebraicLoops algebraic_loops = AlgebraicLoops::error;
+    RateTransitions rate_transitions = RateTransitions::allowed;
     std::vector<Plugin> plugins = {};
     bool record_all = false;
     std::vector<Signal> record = {};

@@ -16,6 +16,7 @@ ROWS = [
     ("engine.scalar_block", "ns", "engine.scalar_block", "engine.scalar_block/hand_virtual", "<= 5 ns"),
     ("engine.vector23_block", "ns", "engine.vector23_block", "engine.vector23_block/hand_loop", "<= 16 ns"),
     ("engine.cartpole", "x", "engine.cartpole/diagram", "engine.cartpole/hand_loop", ">= 1000 x"),
+    ("engine.cvode_1000_states", "ms", "engine.cvode_1000_states/diagram", "engine.cvode_1000_states/bare", "<= 1.15 x"),
     ("elaborate.1000_blocks", "ms", "elaborate.1000_blocks", "elaborate.blocks/10000", "< 100 ms"),
     ("toolbox.whole_body_step", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/bare_pinocchio", "<= 1.15 x"),
     ("toolbox.whole_body_step_idyntree", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/idyntree", ""),

@@ -1,7 +1,9 @@
 // Blocks that are one kernel and need no argument.
 #pragma once
 
-#include "shapes.hpp"
+#include "guards.hpp"
+
+#include <optional>
 
 namespace bf::blocks {
 
@@ -13,6 +15,19 @@ template <class Kernel> class Unary final : public Block {
     Input<> u{this, "u", any(shape)};
     Output<> y{this, "y", any(shape)};
     OutputRule rule{this, Kernel{}, y, u};
+};
+
+/// y = kernel(u), element by element, with a kink or jump at u = 0.
+template <class Kernel> class UnaryWithKink final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    OutputRule rule{this, Kernel{}, y, u};
+    Crossing at_zero{this, "at_zero", u, Constants({0})};
+
+    void infer(Inference& inference) const override { at_zero.infer(*this, inference); }
 };
 
 /// y = kernel(u1, u2), element by element; a scalar expands.
@@ -36,7 +51,8 @@ template <class Kernel> class Reduction final : public Block {
     OutputRule rule{this, Kernel{}, y, u};
 };
 
-/// y = extreme of the inputs, element by element; of a single input over its elements.
+/// y = extreme of the inputs, element by element; of a single input over its elements. Two inputs have a kink
+/// where they cross; of more than two it is not looked for.
 template <class OfElements, class OfList> class Extreme final : public Block {
   public:
     explicit Extreme(const Arguments& arguments) : Block(arguments) {
@@ -44,13 +60,16 @@ template <class OfElements, class OfList> class Extreme final : public Block {
             OutputRule(this, OfElements{}, y, u[0]);
         else
             OutputRule(this, OfList{}, y, u);
+        if (u.size() == 2) crossing.emplace(this, "crossing", u[0], u[1]);
     }
     Argument<int> inputs{this, "inputs", {.initial = 2, .doc = "number of inputs"}};
     InputList<> u{this, "u", at_least_one(*this, "inputs", *inputs), any()};
     Output<> y{this, "y", any()};
+    std::optional<Crossing> crossing;
 
     void infer(Inference& inference) const override {
         if (u.size() == 1) return inference.set(y, Size{});
+        if (crossing) crossing->infer(*this, inference);
         broadcast(*this, inference, slots(u), y.index());
     }
 };

@@ -64,4 +64,20 @@ const Size* square(const Block& block, Inference& inference, int slot) {
     return s;
 }
 
+void check_feedthrough(const Block& block, Inference& inference, const Matrix& D, int u, int y) {
+    const Size *in = inference.size(u), *out = inference.size(y);
+    if (!in || !out || D.isZero(0) || (D.rows() == out->count() && D.cols() == in->count())) return;
+    inference.refuse("argument 'D' is " + std::to_string(D.rows()) + "x" + std::to_string(D.cols()) +
+                     ", but " + label(block.declaration(), u) + " and " + label(block.declaration(), y) +
+                     " ask for " + std::to_string(out->count()) + "x" + std::to_string(in->count()));
+}
+
+void check_initial(const Block& block, Inference& inference, int initial, int signal) {
+    const Size *first = inference.size(initial), *s = inference.size(signal);
+    if (first && !first->is_scalar() && !s) return inference.set(signal, *first);
+    if (first && s && !first->is_scalar() && first->count() != s->count())
+        inference.refuse(label(block.declaration(), initial) + " and " + label(block.declaration(), signal) +
+                         " differ; give a scalar or as many elements");
+}
+
 } // namespace bf::blocks

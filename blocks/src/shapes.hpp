@@ -47,4 +47,11 @@ void multiply(const Block& block, Inference& inference, int a, int b, int result
 /// Refuses unless the slot's size, once known, is a square matrix. Returns the size or null.
 const Size* square(const Block& block, Inference& inference, int slot);
 
+/// Refuses a feedthrough matrix given as argument unless it is 0 or has a row per output, a column per input.
+void check_feedthrough(const Block& block, Inference& inference, const Matrix& D, int u, int y);
+
+/// Tells the size of a signal from its initial value, and refuses one that is neither a scalar nor of that
+/// size.
+void check_initial(const Block& block, Inference& inference, int initial, int signal);
+
 } // namespace bf::blocks

@@ -60,7 +60,9 @@ TEST(Selector, RefusesAnElementThatIsNotThere) {
 
 TEST(Convert, RoundsAndSaturates) {
     const auto convert = [](double u, const char* rounding, bool saturate) {
-        auto c = make("Convert", {{"type", "int8"}, {"rounding", rounding}, {"saturate", saturate}});
+        auto c =
+            make("Convert",
+                 {{"type", "int8"}, {"rounding", rounding}, {"on_overflow", saturate ? "saturate" : "wrap"}});
         c.wire("u", scalar_size(), Type::float64).start().set("u", Values{u});
         EXPECT_TRUE(c.output());
         EXPECT_EQ(c.type("y"), Type::int8);
@@ -70,6 +72,7 @@ TEST(Convert, RoundsAndSaturates) {
     EXPECT_EQ(convert(-2.5, "zero", false), -2);
     EXPECT_EQ(convert(-2.5, "nearest", false), -2);
     EXPECT_EQ(convert(-2.5, "away", false), -3);
+    EXPECT_EQ(convert(-2.5, "convergent", false), -2);
     EXPECT_EQ(convert(2.1, "ceil", false), 3);
     EXPECT_EQ(convert(300, "floor", true), 127);
     EXPECT_EQ(convert(300, "floor", false), 44);

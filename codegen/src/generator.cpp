@@ -30,6 +30,12 @@ bool is_printable(const DiagramNode& node) {
     return true;
 }
 
+/// Does the block declare a zero-crossing function? Its arguments may leave it without.
+bool has_guards(const DiagramNode& node) {
+    const auto& slots = node.block->declaration().slots;
+    return std::any_of(slots.begin(), slots.end(), [](const Slot& s) { return s.role == Role::guard; });
+}
+
 } // namespace
 
 bool has_hosted_blocks(const Diagram& diagram) {
@@ -47,14 +53,16 @@ void Generator::check() const {
         problems += "\n  " + n.path + " (" + n.type + "): " + why;
     };
     for (const auto& n : diagram_.nodes)
-        if (n.methods.event && diagram_.rates[static_cast<std::size_t>(n.rate)].is_continuous)
+        if (n.methods.event && diagram_.rates[static_cast<std::size_t>(n.rate)].is_continuous &&
+            has_guards(n))
             add(n, "it answers zero crossings, which generated code does not look for");
     if (is_adaptive(diagram_.solver.method) && !diagram_.plan.derivatives.empty())
         problems += "\n  the solver '" + solver_name() +
                     "' chooses its own steps; give the model one with fixed steps, e.g. solver: rk4";
     for (const auto& condition : diagram_.conditions)
         if (condition.trigger.node >= 0 || condition.reset.node >= 0)
-            problems += "\n  " + condition.path + ": it is triggered or reset, which generated code does not do";
+            problems +=
+                "\n  " + condition.path + ": it is triggered or reset, which generated code does not do";
     for (const auto& loop : diagram_.plan.loops)
         problems += "\n  " + loop.path + ": it stands in a loop, which generated code does not run";
     if (problems.empty()) return;

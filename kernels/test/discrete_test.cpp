@@ -144,9 +144,6 @@ TEST(Discrete, KeepsSamples) {
     Eigen::Matrix<double, 3, 1> past(1, 2, 3);
     Shift{}(view(past), view(past), *V{0});
     EXPECT_EQ(past, Eigen::Vector3d(0, 1, 2));
-    const V held{5}, u{std::nan("")};
-    EXPECT_EQ(elements(Latch{}, 1, Vector<bool>{false}, held, u), (D{5}));
-    EXPECT_EQ(elements(Latch{}, 1, Vector<bool>{true}, held, V{2}), (D{2}));
     EXPECT_EQ(elements(Difference{}, 2, V{0.5}, V{1, 2}, V{2, 5}), (D{2, 6}));
 }
 

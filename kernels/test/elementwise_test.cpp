@@ -4,6 +4,7 @@
 #include "bf/kernels/functions.hpp"
 #include "bf/kernels/logic.hpp"
 #include "bf/kernels/nonlinear.hpp"
+#include "bf/kernels/overflow.hpp"
 #include "bf/kernels/reduce.hpp"
 #include "bf/kernels/routing.hpp"
 #include "bf/kernels/sources.hpp"
@@ -126,25 +127,77 @@ TEST(Functions, FulfilTheirIdentities) {
     EXPECT_EQ(elements(Fix{}, 2, V{-1.5, 2.5}), (D{-1, 2}));
 }
 
+template <class T>
+std::vector<T> convert(const Vector<double>& u, Rounding rounding, Overflow overflow = Overflow::wrap) {
+    const Vector<double> options{double(rounding), double(overflow)};
+    return elements<T>(Convert{}, static_cast<int>(u.elements.size()), options, u);
+}
+
 TEST(Convert, RoundsAsAsked) {
     using I = std::vector<std::int32_t>;
-    const V u{-2.5, -0.4, 0.49999999999999994, 1.5};
-    EXPECT_EQ(elements<std::int32_t>(Convert<Rounding::zero>{}, 4, u), (I{-2, 0, 0, 1}));
-    EXPECT_EQ(elements<std::int32_t>(Convert<Rounding::floor>{}, 4, u), (I{-3, -1, 0, 1}));
-    EXPECT_EQ(elements<std::int32_t>(Convert<Rounding::ceil>{}, 4, u), (I{-2, 0, 1, 2}));
-    EXPECT_EQ(elements<std::int32_t>(Convert<Rounding::nearest>{}, 4, u), (I{-2, 0, 0, 2}));
-    EXPECT_EQ(elements<std::int32_t>(Convert<Rounding::away>{}, 4, u), (I{-3, 0, 0, 2}));
+    const V u{-2.5, -0.4, 0.49999999999999994, 1.5, 2.5};
+    EXPECT_EQ(convert<std::int32_t>(u, Rounding::zero), (I{-2, 0, 0, 1, 2}));
+    EXPECT_EQ(convert<std::int32_t>(u, Rounding::floor), (I{-3, -1, 0, 1, 2}));
+    EXPECT_EQ(convert<std::int32_t>(u, Rounding::ceil), (I{-2, 0, 1, 2, 3}));
+    EXPECT_EQ(convert<std::int32_t>(u, Rounding::nearest), (I{-2, 0, 0, 2, 3}));
+    EXPECT_EQ(convert<std::int32_t>(u, Rounding::away), (I{-3, 0, 0, 2, 3}));
+    for (const double x : {-3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 0.49999999999999994, 7.2, -7.8})
+        EXPECT_EQ(rounded(x, Rounding::convergent), std::nearbyint(x)) << x; // the default of IEEE 754
 }
 
 TEST(Convert, WrapsOrSaturates) {
     using I = std::vector<std::int8_t>;
     const V u{300, -300, nan, inf, 127.9};
-    using Saturating = Convert<Rounding::floor, Overflow::saturate>;
-    EXPECT_EQ(elements<std::int8_t>(Convert<>{}, 5, u), (I{44, -44, 0, 0, 127}));
-    EXPECT_EQ(elements<std::int8_t>(Saturating{}, 5, u), (I{127, -128, 0, 127, 127}));
+    EXPECT_EQ(convert<std::int8_t>(u, Rounding::floor), (I{44, -44, 0, 0, 127}));
+    EXPECT_EQ(convert<std::int8_t>(u, Rounding::floor, Overflow::saturate), (I{127, -128, 0, 127, 127}));
     EXPECT_EQ((converted<std::uint8_t>(std::int32_t(-1))), 255);
     EXPECT_EQ((converted<std::uint8_t>(std::int32_t(-1), Rounding::floor, Overflow::saturate)), 0);
     EXPECT_EQ((converted<bool>(0.1)), true);
+}
+
+TEST(Convert, TellsWhatDoesNotFit) {
+    const auto fits_in = [](auto type, double x) {
+        decltype(type) y{};
+        return Convert{}(View<decltype(type)>{&y, 1}, *V{double(Rounding::floor), double(Overflow::error)},
+                         *V{x});
+    };
+    for (const double x : {-128.0, 127.9}) EXPECT_TRUE(fits_in(std::int8_t{}, x)) << x;
+    for (const double x : {-128.1, 128.0, nan, inf}) EXPECT_FALSE(fits_in(std::int8_t{}, x)) << x;
+    EXPECT_TRUE(fits_in(float{}, 3e38));
+    for (const double x : {1e39, -inf, nan}) EXPECT_FALSE(fits_in(float{}, x)) << x;
+}
+
+TEST(Bounded, HoldsIntegersAtTheirLimitsAndTellsOfIt) {
+    using I = std::vector<std::int8_t>;
+    using I8 = Vector<std::int8_t>;
+    const I8 a{100, -100, 5}, b{100, -100, -7};
+    const View<const std::int8_t> list[] = {*a, *b};
+    std::int8_t y[3];
+    const View<std::int8_t> out{y, 3};
+    const ListView<const std::int8_t> u(list);
+    EXPECT_TRUE(BoundedSum{}(out, *V{0}, *V{1, 1}, u));
+    EXPECT_EQ(I(y, y + 3), (I{127, -128, -2}));
+    EXPECT_FALSE(BoundedSum{}(out, *V{1}, *V{1, 1}, u));
+    EXPECT_TRUE(BoundedSum{}(out, *V{1}, *V{1, -1}, u));
+    EXPECT_EQ(I(y, y + 3), (I{0, 0, 12}));
+    EXPECT_TRUE(BoundedProduct{}(out, *V{0}, *V{1, 1}, u));
+    EXPECT_EQ(I(y, y + 3), (I{127, 127, -35}));
+    EXPECT_FALSE(BoundedGain{}(out, *V{1}, *I8{2}, *a));
+    EXPECT_TRUE(BoundedGain{}(out, *V{1}, *I8{-1}, *a));
+    const I8 least{-128}, minus{-1};
+    const View<const std::int8_t> quotient[] = {*least, *minus};
+    EXPECT_FALSE(
+        BoundedProduct{}(View<std::int8_t>{y, 1}, *V{1}, *V{1, -1}, ListView<const std::int8_t>(quotient)));
+    EXPECT_EQ(y[0], 127);
+}
+
+TEST(Bounded, TellsOfRealsThatAreNotFinite) {
+    double y = 0;
+    const V big{1e308}, zero{0};
+    const View<const double> list[] = {*big, *big}, quotient[] = {*big, *zero};
+    EXPECT_FALSE(BoundedSum{}(View<double>{&y, 1}, *V{1}, *V{1, 1}, ListView<const double>(list)));
+    EXPECT_TRUE(BoundedSum{}(View<double>{&y, 1}, *V{1}, *V{1, -1}, ListView<const double>(list)));
+    EXPECT_FALSE(BoundedProduct{}(View<double>{&y, 1}, *V{1}, *V{1, -1}, ListView<const double>(quotient)));
 }
 
 TEST(Logic, ComparesMixedTypesByValue) {
@@ -203,11 +256,31 @@ TEST(Nonlinear, RelayKeepsItsModeBetweenThePoints) {
     EXPECT_EQ(flags(next), (B{0, 1, 0, 1}));
 }
 
-TEST(Nonlinear, SwitchesByTheirCriterion) {
-    const V on{1, 2}, off{-1}, at{0.5, 0.4}, threshold{0.5};
-    EXPECT_EQ(elements(SwitchGreaterEqual{}, 2, threshold, on, at, off), (D{1, -1}));
-    EXPECT_EQ(elements(SwitchGreater{}, 2, threshold, on, at, off), (D{-1, -1}));
-    EXPECT_EQ(elements(SwitchNotZero{}, 2, threshold, on, Vector<bool>{true}, off), (D{1, 2}));
+TEST(Nonlinear, ChoosesElementByElement) {
+    const V on{1, 2}, off{-1};
+    EXPECT_EQ(elements(Choose{}, 2, on, Vector<bool>{true, false}, off), (D{1, -1}));
+    EXPECT_EQ(elements(Choose{}, 2, on, Vector<bool>{true}, off), (D{1, 2}));
+}
+
+TEST(Nonlinear, BacklashMovesOnlyAgainstItsStops) {
+    EXPECT_EQ(elements(Backlash{}, 4, V{1}, V{0, 0, 0, 2}, V{0.4, 0.8, -3, 2}), (D{0, 0.8 - 0.5, -2.5, 2}));
+}
+
+TEST(Nonlinear, FrictionIsOddAndJumpsAtRest) {
+    EXPECT_EQ(elements(Friction{}, 3, V{2}, V{0.5}, V{4, 0, -4}), (D{4, 0, -4}));
+}
+
+TEST(Nonlinear, WrapsToZeroAboveTheThreshold) {
+    EXPECT_EQ(elements(WrapToZero{}, 3, V{5}, V{5, 5.1, -9}), (D{5, 0, -9}));
+}
+
+TEST(Nonlinear, HitCrossingSeesReachingAndPassing) {
+    const V before{-1, -1, 1, 0, -1, 2}, now{1, 0, 0, 1, -0.5, 2};
+    const V offset{0}, started{1};
+    EXPECT_EQ(elements(HitCrossing{}, 6, V{0}, offset, started, before, now), (D{1, 1, 1, 0, 0, 0}));
+    EXPECT_EQ(elements(HitCrossing{}, 6, V{1}, offset, started, before, now), (D{1, 1, 0, 0, 0, 0}));
+    EXPECT_EQ(elements(HitCrossing{}, 6, V{-1}, offset, started, before, now), (D{0, 0, 1, 0, 0, 0}));
+    EXPECT_EQ(elements(HitCrossing{}, 6, V{0}, offset, V{0}, before, now), (D(6, 0)));
 }
 
 TEST(Nonlinear, MultiportSwitchFallsBackToItsLastInput) {

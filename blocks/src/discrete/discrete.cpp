@@ -4,21 +4,13 @@
 #include "bf/kernels/logic.hpp"
 #include "bf/kernels/nonlinear.hpp"
 
+#include "../elementwise.hpp"
 #include "../groups.hpp"
-#include "../shapes.hpp"
+#include "../reset.hpp"
 
 namespace bf::blocks {
 
 namespace {
-
-/// Tells the common shape of a signal and refuses an initial value that is neither a scalar nor of that size.
-void check_initial(const Block& block, Inference& inference, int initial, int signal) {
-    const Size *first = inference.size(initial), *s = inference.size(signal);
-    if (first && !first->is_scalar() && !s) return inference.set(signal, *first);
-    if (first && s && !first->is_scalar() && first->count() != s->count())
-        inference.refuse(label(block.declaration(), initial) + " and " + label(block.declaration(), signal) +
-                         " differ; give a scalar or as many elements");
-}
 
 /// y[k] = u[k-1].
 class UnitDelay final : public Block {
@@ -45,24 +37,112 @@ class UnitDelay final : public Block {
 /// y[k] = u[k-n].
 class Delay final : public Block {
   public:
-    using Block::Block;
+    explicit Delay(const Arguments& arguments) : Block(arguments) {
+        const Constants last({double(length)});
+        if (!reset_input.is_present()) {
+            OutputRule(this, kernels::LookUpRow{}, y, past, last);
+            UpdateRule(this, kernels::Shift{}, next(past), past, u);
+            return;
+        }
+        reset_input.declare_edge<OutputRule>(this, restarts);
+        OutputRule(this, kernels::LookUpRow{}, y, past, last);
+        OutputRule(this, kernels::Choose{}, y, initial, restarts, y);
+        reset_input.declare_edge<UpdateRule>(this, restarts);
+        UpdateRule(this, kernels::Choose{}, kept, initial, restarts, past);
+        UpdateRule(this, kernels::Shift{}, next(past), kept, u);
+        reset_input.declare_memory(this);
+    }
     Argument<int> steps{this, "steps", {.initial = 2, .doc = "length of the delay"}};
     const int length = at_least_one(*this, "steps", *steps);
     AnyShape shape{this};
     Parameter<> initial{
         this, "initial", {.shape = scalar, .initial = {0}, .unit = any_unit, .doc = "y in the first steps"}};
     Input<> u{this, "u", any(shape)};
+    ResetInput reset_input{this};
     Output<> y{this, "y", any(shape)};
     DiscreteState<> past{this,
                          "past",
                          {.unit = any_unit,
                           .doc = "inputs of the steps before, newest in row 1, one column per element",
                           .initial_from = initial.index()}};
-    OutputRule rule{this, kernels::LookUpRow{}, y, past, Constants({double(length)})};
-    UpdateRule rule_past{this, kernels::Shift{}, next(past), past, u};
+    Workspace<Any> kept{this, "kept", {.present = reset_input.is_present()}};
+    Workspace<bool> restarts{this, "restarts", {.present = reset_input.is_present()}};
 
     void infer(Inference& inference) const override {
-        if (const Size* s = inference.size(u)) inference.set(past, Size{length, s->count(), true});
+        const Size* s = inference.size(u);
+        if (!s) return;
+        inference.set(past, Size{length, s->count(), true});
+        if (kept.is_present()) inference.set(kept, Size{length, s->count(), true});
+    }
+};
+
+/// y = the last samples of u, one row per step.
+class TappedDelay final : public Block {
+  public:
+    explicit TappedDelay(const Arguments& arguments) : Block(arguments) {
+        if (*include_current)
+            OutputRule(this, kernels::Shift{}, y, past, u);
+        else
+            OutputRule(this, kernels::Copy{}, y, past);
+        UpdateRule(this, kernels::Shift{}, next(past), past, u);
+    }
+    Argument<int> steps{this, "steps", {.initial = 4, .doc = "number of samples kept"}};
+    Argument<bool> include_current{
+        this, "include_current", {.initial = false, .doc = "y begins with u[k] instead of u[k-1]"}};
+    const int length = at_least_one(*this, "steps", *steps);
+    Parameter<> initial{
+        this, "initial", {.shape = scalar, .initial = {0}, .unit = any_unit, .doc = "y in the first steps"}};
+    Input<> u{this, "u", any("a vector gives one column per element")};
+    Output<> y{this, "y", any("newest sample first")};
+    DiscreteState<> past{this,
+                         "past",
+                         {.unit = any_unit,
+                          .doc = "inputs of the steps before, newest in row 1, one column per element",
+                          .initial_from = initial.index()}};
+
+    void infer(Inference& inference) const override {
+        const Size* s = inference.size(u);
+        if (!s) return;
+        const int rows = length + (*include_current ? 1 : 0);
+        inference.set(past, Size{length, s->count(), true});
+        inference.set(y, s->is_scalar() ? Size{rows, 1, false} : Size{rows, s->count(), true});
+    }
+};
+
+/// y = u, or the sample of the hit before.
+class RateTransition final : public Block {
+  public:
+    explicit RateTransition(const Arguments& arguments) : Block(arguments) {
+        if (is_delay) {
+            OutputRule(this, kernels::Copy{}, y, x);
+            UpdateRule(this, kernels::Copy{}, next(x), u);
+        } else {
+            OutputRule(this, kernels::Copy{}, y, u);
+        }
+    }
+    Argument<std::string> mode{this,
+                               "mode",
+                               {.initial = "hold",
+                                .doc =
+                                    "hold: y = u at the hits of the period, for a slower reader; delay: u of "
+                                    "the hit before, for a faster reader that must not wait for u",
+                                .choices = {"hold", "delay"}}};
+    const bool is_delay = *mode == "delay";
+    AnyShape shape{this};
+    Parameter<> initial{
+        this, "initial", {.initial = {0}, .unit = any_unit, .doc = "first y", .present = is_delay}};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    DiscreteState<> x{this,
+                      "x",
+                      {.shape = shape,
+                       .unit = any_unit,
+                       .doc = "input of the hit before",
+                       .present = is_delay,
+                       .initial_from = initial.index()}};
+
+    void infer(Inference& inference) const override {
+        if (is_delay) check_initial(*this, inference, initial.index(), u.index());
     }
 };
 
@@ -122,6 +202,27 @@ class RateLimit final : public Block {
     }
 };
 
+/// y follows u at a rate that two signals limit.
+class RateLimitDynamic final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Parameter<> initial{
+        this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y before the first step"}};
+    Input<> u{this, "u", any(shape)};
+    Input<> rising{this, "rising", any(shape, "fastest rise, unit of u per second")};
+    Input<> falling{this, "falling", any(shape, "fastest fall, negative, unit of u per second")};
+    Output<> y{this, "y", any(shape)};
+    DiscreteState<> x{this,
+                      "x",
+                      {.shape = shape,
+                       .unit = any_unit,
+                       .doc = "output of the step before",
+                       .initial_from = initial.index()}};
+    OutputRule rule{this, kernels::RateLimit{}, y, rising, falling, at_period, x, u};
+    UpdateRule rule_x{this, kernels::Copy{}, next(x), y};
+};
+
 /// y = the first u of the run, whatever follows.
 class FirstSample final : public Block {
   public:
@@ -131,7 +232,7 @@ class FirstSample final : public Block {
     Output<> y{this, "y", any(shape)};
     DiscreteState<> held{this, "held", any(shape, "the first sample")};
     DiscreteState<bool> waiting{this, "waiting", {.initial = {1}, .doc = "true before the first step"}};
-    OutputRule rule{this, kernels::Latch{}, y, waiting, held, u};
+    OutputRule rule{this, kernels::Choose{}, y, u, waiting, held};
     UpdateRule rule_held{this, kernels::Copy{}, next(held), y};
     UpdateRule rule_waiting{this, kernels::Copy{}, next(waiting), Constants({0})};
 };
@@ -145,7 +246,7 @@ class InitialCondition final : public Block {
     Input<> u{this, "u", any(shape)};
     Output<> y{this, "y", any(shape)};
     DiscreteState<bool> waiting{this, "waiting", {.initial = {1}, .doc = "true before the first step"}};
-    OutputRule rule{this, kernels::Latch{}, y, waiting, u, value};
+    OutputRule rule{this, kernels::Choose{}, y, value, waiting, u};
     UpdateRule rule_waiting{this, kernels::Copy{}, next(waiting), Constants({0})};
 
     void infer(Inference& inference) const override {
@@ -169,7 +270,9 @@ class SampleHold final : public Block {
                              .unit = any_unit,
                              .doc = "output of the step before",
                              .initial_from = initial.index()}};
-    OutputRule rule{this, kernels::Latch{}, y, trigger, held, u};
+    Workspace<bool> open{this, "open", {}};
+    OutputRule rule_open{this, kernels::NotEqual{}, open, trigger, Constants({0})};
+    OutputRule rule{this, kernels::Choose{}, y, u, open, held};
     UpdateRule rule_held{this, kernels::Copy{}, next(held), y};
 
     void infer(Inference& inference) const override {
@@ -200,7 +303,11 @@ class Counter final : public Block {
     Input<Other> reset_signal{this, "reset", {.shape = scalar, .doc = "true: back to 0", .optional = true}};
     Output<double> y{this, "y", {.doc = "steps counted, this one included"}};
     DiscreteState<double> x{this, "x", {.doc = "steps counted before"}};
-    OutputRule rule{this, kernels::Count{}, y, x, u, reset_signal};
+    Workspace<bool> counts{this, "counts", {}};
+    Workspace<bool> restarts{this, "restarts", {}};
+    OutputRule rule_counts{this, kernels::NotEqual{}, counts, u, Constants({0})};
+    OutputRule rule_restarts{this, kernels::NotEqual{}, restarts, reset_signal, Constants({0})};
+    OutputRule rule{this, kernels::Count{}, y, x, counts, restarts};
     UpdateRule rule_x{this, kernels::Copy{}, next(x), y};
 };
 
@@ -210,11 +317,22 @@ void add_discrete(Library& library) {
     library.group("discrete")
         .add<UnitDelay>("UnitDelay", "Delays by one step. y[k] = u[k-1], y[0] = initial; breaks loops.")
         .add<UnitDelay>("Memory", "Input of the step before. y[k] = u[k-1], y[0] = initial; breaks loops.")
-        .add<Delay>("Delay", "Delays by several steps. y[k] = u[k - steps], initial before; breaks loops.")
+        .add<Delay>("Delay",
+                    "Delays by several steps. y[k] = u[k - steps], initial before and after a reset; "
+                    "breaks loops.")
+        .add<TappedDelay>("TappedDelay", "Keeps the last samples. y = [u[k-1] u[k-2] …], initial before.")
+        .add<Unary<kernels::Copy>>("ZeroOrderHold", "Samples a signal at its own period and holds it. y = u.")
+        .add<RateTransition>("RateTransition",
+                             "Carries a signal between two rates, at its own period. y = u, or "
+                             "with mode delay u of the hit before.")
         .add<DiscreteDerivative>("DiscreteDerivative", "Difference quotient. y[k] = K (u[k] - u[k-1]) / T.")
         .add<RateLimit>("RateLimit",
                         "Limits the rate of change. y moves from its last value toward u by at most "
                         "rising T up and falling T down.")
+        .add<RateLimitDynamic>("RateLimitDynamic",
+                               "Limits the rate of change by two signals. y moves from its "
+                               "last value toward u by at most rising T up and falling T "
+                               "down.")
         .add<FirstSample>("FirstSample", "Holds the first sample of its input. y[k] = u[0].")
         .add<InitialCondition>("InitialCondition", "Replaces the first sample. y[0] = value, then y = u.")
         .add<SampleHold>("SampleHold",

@@ -4,7 +4,7 @@
 #include "bf/kernels/nonlinear.hpp"
 
 #include "../groups.hpp"
-#include "../shapes.hpp"
+#include "../reset.hpp"
 
 #include <limits>
 
@@ -24,7 +24,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 class DiscreteIntegrator final : public Block {
   public:
     explicit DiscreteIntegrator(const Arguments& arguments) : Block(arguments) {
-        if (has_reset) declare_reset();
+        if (has_reset) reset_input.declare_edge<OutputRule>(this, edge);
         if (is_external) {
             if (has_reset) {
                 OutputRule(this, kernels::Not{}, is_first, started);
@@ -44,6 +44,7 @@ class DiscreteIntegrator final : public Block {
             UpdateRule(this, kernels::Copy{}, next(x), y);
         else
             UpdateRule(this, kernels::AccumulateHalf{}, next(x), gain, at_period, lower, upper, y, u);
+        if (has_reset) reset_input.declare_memory(this);
     }
 
     Argument<std::string> method{this,
@@ -51,19 +52,12 @@ class DiscreteIntegrator final : public Block {
                                  {.initial = "forward",
                                   .doc = "rule of integration",
                                   .choices = {"forward", "backward", "trapezoidal"}}};
-    Argument<std::string> reset_kind{this,
-                                     "reset",
-                                     {.initial = "none",
-                                      .doc =
-                                          "when the reset input puts y back to its initial value: on an edge "
-                                          "through 0, or (level) while not 0 and in the step after that",
-                                      .choices = {"none", "rising", "falling", "either", "level"}}};
     Argument<std::string> initial_source{this,
                                          "initial_source",
                                          {.initial = "internal",
                                           .doc = "initial value from the parameter or from an input",
                                           .choices = {"internal", "external"}}};
-    const bool has_reset = *reset_kind != "none", is_external = *initial_source == "external";
+    const bool is_external = *initial_source == "external";
 
     AnyShape shape{this};
     Parameter<> gain{this, "gain", {.initial = {1}, .unit = any_unit, .doc = "factor K"}};
@@ -74,15 +68,14 @@ class DiscreteIntegrator final : public Block {
         "initial",
         {.initial = {0}, .unit = any_unit, .doc = "y in the first step", .present = !is_external}};
     Input<Any> u{this, "u", any(shape, "signal to integrate")};
-    Input<Other> reset_signal{this, "reset", {.shape = scalar, .doc = "reset", .present = has_reset}};
+    ResetInput reset_input{this};
+    const bool has_reset = reset_input.is_present();
     Input<Any> initial_input{this, "x0", {.unit = any_unit, .doc = "initial value", .present = is_external}};
     Output<Any> y{this, "y", any(shape, "integral")};
     DiscreteState<Any> x{
         this,
         "x",
         {.shape = shape, .unit = any_unit, .doc = "integral so far", .initial_from = initial.index()}};
-    DiscreteState<Other> previous{
-        this, "previous", {.shape = scalar, .doc = "reset input of the step before", .present = has_reset}};
     DiscreteState<bool> started{
         this, "started", {.doc = "false before the first step", .present = is_external}};
     const bool may_restart = has_reset || is_external;
@@ -105,24 +98,13 @@ class DiscreteIntegrator final : public Block {
     }
 
   private:
-    void declare_reset() {
-        if (*reset_kind == "rising")
-            OutputRule(this, kernels::RisingEdge{}, edge, previous, reset_signal);
-        else if (*reset_kind == "falling")
-            OutputRule(this, kernels::FallingEdge{}, edge, previous, reset_signal);
-        else if (*reset_kind == "either")
-            OutputRule(this, kernels::EitherEdge{}, edge, previous, reset_signal);
-        else
-            OutputRule(this, kernels::LevelReset{}, edge, previous, reset_signal);
-        UpdateRule(this, kernels::Copy{}, next(previous), reset_signal);
-    }
     /// `sum` is the unlimited choice between going on and starting again from `x0`.
     template <class Initial> void declare_outputs(const Initial& x0) {
         if (!may_restart) {
             accumulate(y);
         } else {
             accumulate(sum);
-            OutputRule(this, kernels::Latch{}, y, restarts, sum, x0);
+            OutputRule(this, kernels::Choose{}, y, x0, restarts, sum);
             OutputRule(this, kernels::Saturate{}, y, lower, upper, y);
         }
     }

@@ -4,7 +4,7 @@
 #include "bf/kernels/nonlinear.hpp"
 
 #include "../groups.hpp"
-#include "../shapes.hpp"
+#include "../guards.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -82,8 +82,12 @@ class Relational final : public Block {
     Input<> u1{this, "u1", any()};
     Input<> u2{this, "u2", any()};
     Output<Booleans> y{this, "y"};
+    Crossing crossing{this, "crossing", u1, u2};
 
-    void infer(Inference& inference) const override { broadcast(*this, inference, slots(u1, u2), y.index()); }
+    void infer(Inference& inference) const override {
+        crossing.infer(*this, inference);
+        broadcast(*this, inference, slots(u1, u2), y.index());
+    }
 };
 
 /// y = (u op constant), element by element.
@@ -98,10 +102,28 @@ class CompareToConstant final : public Block {
         this, "constant", {.initial = {0}, .unit = any_unit, .doc = "what u is compared to; scalars expand"}};
     Input<> u{this, "u", any()};
     Output<Booleans> y{this, "y"};
+    Crossing crossing{this, "crossing", u, constant};
 
     void infer(Inference& inference) const override {
+        crossing.infer(*this, inference);
         broadcast(*this, inference, slots(u, constant), y.index());
     }
+};
+
+/// y = (u op 0), element by element.
+class CompareToZero final : public Block {
+  public:
+    explicit CompareToZero(const Arguments& arguments) : Block(arguments) {
+        declare_relation(this, *operation, y, u, Constants({0}));
+    }
+    Argument<std::string> operation{
+        this, "operator", {.initial = "<=", .doc = "u operator 0", .choices = relations()}};
+    AnyShape shape{this};
+    Input<> u{this, "u", any(shape)};
+    Output<Booleans> y{this, "y", {.shape = shape}};
+    Crossing crossing{this, "crossing", u, Constants({0})};
+
+    void infer(Inference& inference) const override { crossing.infer(*this, inference); }
 };
 
 /// y = u1 where the criterion holds for the control, else u3.
@@ -109,11 +131,12 @@ class Switch final : public Block {
   public:
     explicit Switch(const Arguments& arguments) : Block(arguments) {
         if (*criterion == ">=")
-            OutputRule(this, kernels::SwitchGreaterEqual{}, y, threshold, u1, control, u3);
+            OutputRule(this, kernels::GreaterEqual{}, holds, control, threshold);
         else if (*criterion == ">")
-            OutputRule(this, kernels::SwitchGreater{}, y, threshold, u1, control, u3);
+            OutputRule(this, kernels::Greater{}, holds, control, threshold);
         else
-            OutputRule(this, kernels::SwitchNotZero{}, y, threshold, u1, control, u3);
+            OutputRule(this, kernels::NotEqual{}, holds, control, Constants({0}));
+        OutputRule(this, kernels::Choose{}, y, u1, holds, u3);
     }
     Argument<std::string> criterion{
         this,
@@ -125,8 +148,12 @@ class Switch final : public Block {
     Input<Other> control{this, "u2", any("control")};
     Input<Any> u3{this, "u3", any("taken elsewhere")};
     Output<Any> y{this, "y", any()};
+    Workspace<Booleans> holds{this, "holds", {}};
+    Crossing crossing{this, "crossing", control, threshold};
 
     void infer(Inference& inference) const override {
+        crossing.infer(*this, inference);
+        broadcast(*this, inference, slots(control, threshold), holds.index());
         broadcast(*this, inference, slots(u1, control, u3, threshold), y.index());
     }
 };
@@ -141,7 +168,9 @@ class MultiportSwitch final : public Block {
     Input<Other> control{this, "control", any("index of the input wanted")};
     InputList<Any> u{this, "u", at_least_one(*this, "inputs", *inputs), any()};
     Output<Any> y{this, "y", any()};
-    OutputRule rule{this, kernels::MultiportSwitch{}, y, Constants(cases()), control, u};
+    Workspace<double> wanted{this, "wanted", {}};
+    OutputRule rule_wanted{this, kernels::Copy{}, wanted, control};
+    OutputRule rule{this, kernels::MultiportSwitch{}, y, Constants(cases()), wanted, u};
 
     void infer(Inference& inference) const override {
         if (const Size* s = inference.size(control); s && !s->is_scalar())
@@ -171,33 +200,15 @@ class LookUpRow final : public Block {
         this, "table", {.initial = {1}, .unit = any_unit, .doc = "one case per row", .as_written = true}};
     Input<Other> row{this, "row", {.doc = "row wanted, counted from 1; the fraction is cut off"}};
     Output<Any> y{this, "y", any()};
-    OutputRule rule{this, kernels::LookUpRow{}, y, table, row};
+    Workspace<double> wanted{this, "wanted", {}};
+    OutputRule rule_wanted{this, kernels::Copy{}, wanted, row};
+    OutputRule rule{this, kernels::LookUpRow{}, y, table, wanted};
 
     void infer(Inference& inference) const override {
         if (const Size* s = inference.size(row); s && !s->is_scalar())
             inference.refuse(label(declaration(), row.index()) + " must be a scalar");
         if (const Size* s = inference.size(table)) inference.set(y, Size{s->cols, 1, false});
     }
-};
-
-/// y = u op mask on the bits of integers.
-class Bitwise final : public Block {
-  public:
-    explicit Bitwise(const Arguments& arguments) : Block(arguments) {
-        if (*operation == "AND")
-            OutputRule(this, kernels::BitAnd{}, y, u, mask);
-        else if (*operation == "OR")
-            OutputRule(this, kernels::BitOr{}, y, u, mask);
-        else
-            OutputRule(this, kernels::BitXor{}, y, u, mask);
-    }
-    Argument<std::string> operation{
-        this, "operator", {.initial = "AND", .doc = "how bits are joined", .choices = {"AND", "OR", "XOR"}}};
-    AnyShape shape{this};
-    Parameter<> mask{
-        this, "mask", {.shape = scalar, .initial = {1}, .doc = "bits joined with every element"}};
-    Input<> u{this, "u", any(shape)};
-    Output<> y{this, "y", any(shape)};
 };
 
 } // namespace
@@ -210,6 +221,7 @@ void add_logic(Library& library) {
         .add<Relational>("Relational", "Compares two signals. y = (u1 operator u2), element by element.")
         .add<CompareToConstant>("CompareToConstant",
                                 "Compares with a constant. y = (u operator constant), element by element.")
+        .add<CompareToZero>("CompareToZero", "Compares with zero. y = (u operator 0), element by element.")
         .add<Switch>("Switch",
                      "Chooses between two signals. y = u1 where u2 > or >= threshold, or u2 ~= 0, else u3; "
                      "a scalar control switches all elements.")
@@ -218,8 +230,7 @@ void add_logic(Library& library) {
                               "control without its fraction; the last one if none does.")
         .add<LookUpRow>("LookUpRow",
                         "Chooses a row of a table. y_j = table(row, j), 1-D; a row outside the table stops "
-                        "the run.")
-        .add<Bitwise>("Bitwise", "Joins the bits of integers with a mask. y = u operator mask.");
+                        "the run.");
 }
 
 } // namespace bf::blocks

@@ -2,10 +2,12 @@
 #include "bf/blocks/kernels.hpp"
 #include "bf/kernels/functions.hpp"
 #include "bf/kernels/linear_algebra.hpp"
+#include "bf/kernels/overflow.hpp"
 #include "bf/kernels/reduce.hpp"
 
 #include "../elementwise.hpp"
 #include "../groups.hpp"
+#include "../overflow.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -14,11 +16,18 @@ namespace bf::blocks {
 
 namespace {
 
+constexpr const char* only_elementwise =
+    "argument 'on_overflow' is for element-by-element operation; matrix products wrap";
+
 /// y = K ∘ u, K u or u K; see `multiplication`.
 class Gain final : public Block {
   public:
     explicit Gain(const Arguments& arguments) : Block(arguments) {
-        if (*multiplication == "elementwise")
+        const bool is_elementwise = *multiplication == "elementwise";
+        if (!is_elementwise && !on_overflow.wraps()) problem(only_elementwise);
+        if (is_elementwise && !on_overflow.wraps())
+            OutputRule(this, kernels::BoundedGain{}, y, on_overflow.stops(), K, u);
+        else if (is_elementwise)
             OutputRule(this, kernels::Gain{}, y, K, u);
         else if (*multiplication == "K*u")
             OutputRule(this, kernels::ScalarOrMatrixProduct{}, y, K, u);
@@ -30,6 +39,7 @@ class Gain final : public Block {
                                          {.initial = "elementwise",
                                           .doc = "element by element, or a matrix product",
                                           .choices = {"elementwise", "K*u", "u*K"}}};
+    OnOverflow on_overflow{this};
     Parameter<> K{this, "K", {.initial = {1}, .unit = any_unit, .doc = "factor", .as_written = true}};
     Input<> u{this, "u", any()};
     Output<> y{this, "y", any()};
@@ -80,7 +90,11 @@ std::vector<double> parse_operations(Block& block, const char* argument, const V
 class Sum final : public Block {
   public:
     explicit Sum(const Arguments& arguments) : Block(arguments) {
-        if (u.size() > 1) {
+        if (u.size() == 1 && !on_overflow.wraps())
+            problem("argument 'on_overflow' is for two and more inputs; a sum over elements wraps");
+        if (u.size() > 1 && !on_overflow.wraps()) {
+            OutputRule(this, kernels::BoundedSum{}, y, on_overflow.stops(), Constants(values), u);
+        } else if (u.size() > 1) {
             OutputRule(this, kernels::Sum{}, y, Constants(values), u);
         } else if (values[0] > 0) {
             OutputRule(this, kernels::SumOfElements{}, y, u[0]);
@@ -93,6 +107,7 @@ class Sum final : public Block {
         this,
         "signs",
         {.initial = Value("++"), .doc = "a + or - per input, | as a spacer, or the number of inputs to add"}};
+    OnOverflow on_overflow{this};
     std::vector<double> values = parse_operations(*this, "signs", *signs, '+', '-');
     InputList<> u{this, "u", static_cast<int>(values.size()), any()};
     Output<> y{this, "y", any()};
@@ -108,8 +123,12 @@ class Sum final : public Block {
 class Product final : public Block {
   public:
     explicit Product(const Arguments& arguments) : Block(arguments) {
-        if (*multiplication == "matrix")
+        const bool is_matrix = *multiplication == "matrix";
+        if ((is_matrix || u.size() == 1) && !on_overflow.wraps()) problem(only_elementwise);
+        if (is_matrix)
             declare_matrix_rules();
+        else if (u.size() > 1 && !on_overflow.wraps())
+            OutputRule(this, kernels::BoundedProduct{}, y, on_overflow.stops(), Constants(exponents), u);
         else if (u.size() > 1)
             OutputRule(this, kernels::ElementProduct{}, y, Constants(exponents), u);
         else if (exponents[0] > 0)
@@ -128,6 +147,7 @@ class Product final : public Block {
                                          {.initial = "elementwise",
                                           .doc = "element by element, or matrices from left to right",
                                           .choices = {"elementwise", "matrix"}}};
+    OnOverflow on_overflow{this};
     std::vector<double> exponents = parse_operations(*this, "operations", *operations, '*', '/');
     InputList<> u{this, "u", static_cast<int>(exponents.size()), any()};
     Output<> y{this, "y", any()};
@@ -298,8 +318,9 @@ void add_arithmetic(Library& library) {
             "Multiplies and divides. Element by element y = u1^±1 u2^±1 … by `operations`, a single "
             "input collapsing over its elements; or as matrices from left to right, / being the "
             "inverse by LU: /* is inv(u1) u2, a single / inv(u). A singular matrix stops the run.")
-        .add<Unary<kernels::Abs>>("Abs", "Absolute value. y = |u|, element by element.")
-        .add<Unary<kernels::Sign>>("Sign", "Sign. y = 1, 0 or -1 by the sign of u, element by element.")
+        .add<UnaryWithKink<kernels::Abs>>("Abs", "Absolute value. y = |u|, element by element.")
+        .add<UnaryWithKink<kernels::Sign>>("Sign",
+                                           "Sign. y = 1, 0 or -1 by the sign of u, element by element.")
         .add<Unary<kernels::Square>>("Square", "Square. y = u², element by element.")
         .add<Unary<kernels::Negate>>("Negate", "Changes the sign. y = -u, element by element.")
         .add<Extreme<kernels::MinimumOfElements, kernels::MinimumOfList>>(
@@ -312,7 +333,6 @@ void add_arithmetic(Library& library) {
         .add<Binary<kernels::Mod>>(
             "Mod", "Remainder with the sign of u2. y = u1 - floor(u1/u2) u2; u1 where u2 = 0.")
         .add<Binary<kernels::Rem>>("Rem", "Remainder with the sign of u1. y = u1 - trunc(u1/u2) u2.")
-        .add<Reduction<kernels::SumOfElements>>("SumOfElements", "Sum of all elements. y = Σ u_i.")
         .add<Reduction<kernels::ProductOfElements>>("ProductOfElements",
                                                     "Product of all elements. y = Π u_i.")
         .add<Dot>("Dot", "Scalar product. y = Σ u1_i u2_i; a scalar expands.")

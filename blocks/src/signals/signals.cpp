@@ -1,5 +1,4 @@
-// Routing: joining, splitting and picking elements; types; sinks.
-#include "bf/kernels/convert.hpp"
+// Routing: joining, splitting and picking elements; sinks.
 #include "bf/kernels/elementwise.hpp"
 #include "bf/kernels/routing.hpp"
 
@@ -127,67 +126,49 @@ class Selector final : public Block {
     }
 };
 
-/// y = base with the elements `indices` replaced by u.
+/// y = base with the elements `indices`, or rows and columns, replaced by u.
 class Assign final : public Block {
   public:
     explicit Assign(const Arguments& arguments) : Block(arguments) {
-        if (std::any_of(indices->begin(), indices->end(), [](int i) { return i < 1; }))
-            problem("argument 'indices' counts from 1");
+        const auto is_wrong = [](const std::vector<int>& list) {
+            return std::any_of(list.begin(), list.end(), [](int i) { return i < 1; });
+        };
+        if (is_wrong(*indices) || is_wrong(*columns))
+            problem("arguments 'indices' and 'columns' count from 1");
+        if (columns->empty())
+            OutputRule(this, kernels::Assign{}, y, Constants(numbers(*indices)), base, u);
+        else
+            OutputRule(this, kernels::AssignMatrix{}, y, Constants(numbers(*indices)),
+                       Constants(numbers(*columns)), base, u);
     }
     Argument<std::vector<int>> indices{
-        this, "indices", {.initial = {1}, .doc = "elements that u replaces, counted from 1"}};
+        this,
+        "indices",
+        {.initial = {1}, .doc = "elements, or rows when columns are given, that u replaces; from 1"}};
+    Argument<std::vector<int>> columns{
+        this,
+        "columns",
+        {.initial = {}, .doc = "columns, from 1; empty: elements are counted column by column"}};
     AnyShape shape{this};
-    Input<> base{this, "base", any(shape, "vector of which elements are replaced")};
+    Input<> base{this, "base", any(shape, "signal of which elements are replaced")};
     Input<> u{this, "u", any("new elements; a scalar expands")};
     Output<> y{this, "y", any(shape)};
-    OutputRule rule{this, kernels::Assign{}, y, Constants(numbers(*indices)), base, u};
 
     void infer(Inference& inference) const override {
         const Size *whole = inference.size(base), *part = inference.size(u);
-        for (const int i : *indices)
-            if (whole && i > whole->count())
-                inference.refuse(label(declaration(), base.index()) + " has no element " + std::to_string(i));
-        if (part && !part->is_scalar() && part->count() != static_cast<int>(indices->size()))
-            inference.refuse(label(declaration(), u.index()) + " must have as many elements as 'indices', " +
-                             std::to_string(indices->size()));
-    }
-};
-
-/// y = u in another element type.
-class Convert final : public Block {
-  public:
-    explicit Convert(const Arguments& arguments) : Block(arguments) {
-        if (*rounding == "floor") declare<kernels::Rounding::floor>();
-        if (*rounding == "nearest") declare<kernels::Rounding::nearest>();
-        if (*rounding == "ceil") declare<kernels::Rounding::ceil>();
-        if (*rounding == "zero") declare<kernels::Rounding::zero>();
-        if (*rounding == "away") declare<kernels::Rounding::away>();
-    }
-    Argument<std::string> type{
-        this,
-        "type",
-        {.initial = "double",
-         .doc = "element type of y",
-         .choices = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "boolean"}}};
-    Argument<std::string> rounding{this,
-                                   "rounding",
-                                   {.initial = "floor",
-                                    .doc = "for real to integer; nearest takes halves up, away from zero",
-                                    .choices = {"floor", "nearest", "ceil", "zero", "away"}}};
-    Argument<bool> saturate{
-        this, "saturate", {.initial = false, .doc = "hold at the limits of an integer type, else wrap"}};
-    AnyShape shape{this};
-    Input<Any> u{this, "u", any(shape)};
-    Output<Other> y{this, "y", any(shape)};
-
-    void infer(Inference& inference) const override { inference.set(y, *type_from_name(*type)); }
-
-  private:
-    template <kernels::Rounding how> void declare() {
-        if (*saturate)
-            OutputRule(this, kernels::Convert<how, kernels::Overflow::saturate>{}, y, u);
-        else
-            OutputRule(this, kernels::Convert<how>{}, y, u);
+        const auto check = [&](const std::vector<int>& list, int most, const char* what) {
+            for (const int i : list)
+                if (i > most)
+                    inference.refuse(label(declaration(), base.index()) + " has no " + what + " " +
+                                     std::to_string(i));
+        };
+        const bool is_matrix = !columns->empty();
+        if (whole) check(*indices, is_matrix ? whole->rows : whole->count(), is_matrix ? "row" : "element");
+        if (whole && is_matrix) check(*columns, whole->cols, "column");
+        const std::size_t wanted = indices->size() * (is_matrix ? columns->size() : 1);
+        if (part && !part->is_scalar() && static_cast<std::size_t>(part->count()) != wanted)
+            inference.refuse(label(declaration(), u.index()) +
+                             " must have as many elements as it replaces, " + std::to_string(wanted));
     }
 };
 
@@ -236,10 +217,9 @@ void add_signals(Library& library) {
         .add<Selector>("Selector",
                        "Picks elements. y_i = u(indices_i), or y_ij = u(indices_i, columns_j), counted "
                        "from 1 in any order; refuses indices that u does not have.")
-        .add<Assign>("Assign", "Replaces elements of a vector. y = base, then y(indices_i) = u_i.")
-        .add<Convert>("Convert",
-                      "Changes the element type. Real to integer rounds, then wraps or saturates; NaN "
-                      "becomes 0; anything to boolean is u ≠ 0.")
+        .add<Assign>("Assign",
+                     "Replaces elements. y = base, then y(indices_i) = u_i, or y(indices_i, columns_j) "
+                     "= u_ij.")
         .add<Width>("Width", "Number of elements of a signal. y = rows × columns of u.")
         .add<Terminator>("Terminator", "Ends a line that nothing else uses.")
         .add<Display>("Display",

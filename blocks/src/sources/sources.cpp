@@ -1,5 +1,6 @@
 // Signals from nowhere: constants, functions of time, files.
 #include "bf/kernels/sources.hpp"
+#include "bf/kernels/continuous.hpp"
 
 #include "../groups.hpp"
 #include "../shapes.hpp"
@@ -58,8 +59,11 @@ class Step final : public Block {
     Parameter<Real> after{this, "after", {.initial = {1}, .unit = any_unit, .doc = "value from the step on"}};
     Output<Real> y{this, "y", any()};
     OutputRule rule{this, kernels::Step{}, y, time, before, after, at_time};
+    GuardOf<Real> at_step{this, "at_step", any("zero at the time of the step")};
+    GuardRule guard{this, kernels::Margin{}, at_step, at_time, time};
 
     void infer(Inference& inference) const override {
+        broadcast(*this, inference, slots(time), at_step.index());
         broadcast(*this, inference, slots(time, before, after), y.index());
     }
 };
@@ -110,8 +114,11 @@ class Pulse final : public Block {
     Parameter<Real> delay{this, "delay", {.initial = {0}, .unit = unit<"s">, .doc = "first rise"}};
     Output<Real> y{this, "y", any()};
     OutputRule rule{this, kernels::Pulse{}, y, amplitude, cycle, width, delay, at_time};
+    GuardOf<Real> at_edge{this, "at_edge", any("1 while high, else -1")};
+    GuardRule guard{this, kernels::PulseSign{}, at_edge, cycle, width, delay, at_time};
 
     void infer(Inference& inference) const override {
+        broadcast(*this, inference, slots(cycle, width, delay), at_edge.index());
         broadcast(*this, inference, slots(amplitude, cycle, width, delay), y.index());
     }
 };

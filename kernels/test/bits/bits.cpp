@@ -1,11 +1,16 @@
 // Calls every kernel with compile-time and with run-time extents and prints the bits of all operands. Built
 // by several compilers and at several levels, the program must print the same text; it returns 1 when the two
 // kinds of extents differ.
+#include "bf/kernels/continuous.hpp"
 #include "bf/kernels/convert.hpp"
 #include "bf/kernels/discrete.hpp"
 #include "bf/kernels/geometry.hpp"
 #include "bf/kernels/logic.hpp"
+#include "bf/kernels/lookup.hpp"
 #include "bf/kernels/nonlinear.hpp"
+#include "bf/kernels/overflow.hpp"
+#include "bf/kernels/pid.hpp"
+#include "bf/kernels/random.hpp"
 #include "bf/kernels/routing.hpp"
 #include "bf/kernels/sources.hpp"
 #include "bf/kernels/svd.hpp"
@@ -155,9 +160,7 @@ template <class T> void numbers() {
     unary<T>(Not{});
     for (auto ok : {0, 1}) {
         const One<T> control = values<T>(ok);
-        run(SwitchGreaterEqual{}, A5<T>(), values<T>(1), random<A5<T>>(), control, random<A5<T>>());
-        run(SwitchGreater{}, A5<T>(), values<T>(1), random<A5<T>>(), control, random<One<T>>());
-        run(SwitchNotZero{}, A5<T>(), values<T>(1), random<A5<T>>(), control, random<A5<T>>());
+        run(Choose{}, A5<T>(), random<A5<T>>(), control, random<One<T>>());
         run(MultiportSwitch{}, A5<T>(), values<int>(0, 1, 2), control, random<List<T, 3, 5>>());
     }
     const auto a = drawn<A5<T>>();
@@ -173,7 +176,7 @@ template <class T> void numbers() {
     run(FallingEdge{}, A5<bool>(), random<A5<T>>(), a);
     run(EitherEdge{}, A5<bool>(), random<A5<T>>(), a);
     run(LevelReset{}, A5<bool>(), random<A5<T>>(), a);
-    run(Latch{}, A5<T>(), values<bool>(1), random<A5<T>>(), a);
+    run(FirstRow{}, A5<T>(), random<Array<T, 3, 5>>());
     const auto m = drawn<Array<T, 3, 4>>();
     run(SumOfColumns{}, Array<T, 4>(), m);
     run(SumOfRows{}, Array<T, 3>(), m);
@@ -192,6 +195,29 @@ template <class T> void numbers() {
     run(Assign{}, A5<T>(), values<int>(5, 1), a, random<Array<T, 2>>());
     run(AssignMatrix{}, Array<T, 3, 4>(), values<int>(3, 1), values<int>(4), m, random<One<T>>());
     run(Shift{}, Array<T, 3, 5>(), random<Array<T, 3, 5>>(), a);
+    run(WrapToZero{}, A5<T>(), values<T>(1), a);
+    run(Inside{}, A5<bool>(), values<int>(1, 0), values<T>(0), values<T>(1), a);
+    run(TruthTable{}, Array<T, 2>(), random<Array<double, 8>>(), values<T>(1, 0));
+    run(Changed{}, A5<bool>(), random<A5<T>>(), a);
+    run(Increased{}, A5<bool>(), random<A5<T>>(), a);
+    run(Decreased{}, A5<bool>(), random<A5<T>>(), a);
+    run(CumulativeSum{}, A5<T>(), a);
+    run(Margin{}, A5<double>(), a, values<T>(1));
+    run(PositiveSign{}, A5<double>(), a);
+    run(ElementOf{}, One<T>(), a, values<std::uint32_t>(3));
+    run(CountAlong{}, One<std::uint32_t>(), a, values<std::uint32_t>(4));
+    run(Sort{}, A5<T>(), A5<double>(), values<double>(1), a);
+    run(FindFirst{}, One<T>(), a);
+    run(Place{}, A5<double>(), values<double>(1), a);
+    run(BoundedSum{}, A5<T>(), values<double>(1), values<int>(-1, 1, -1), random<List<T, 3, 5>>());
+    run(BoundedProduct{}, A5<T>(), values<double>(1), values<int>(1, -1, 1), random<List<T, 3, 5>>());
+    run(BoundedGain{}, A5<T>(), values<double>(0), random<A5<T>>(), a);
+    for (const int how : {0, 1, 2})
+        run(Lookup{}, A5<T>(), values<double>(how, how - 1, 3, 2, -1, 0, 1.5, 0, 1), random<Array<T, 6>>(),
+            random<List<T, 2, 5>>(), Array<std::int32_t, 2>());
+    run(ElementAt{}, A5<T>(), values<double>(1, 0), m, random<List<double, 2, 5>>());
+    run(Prelookup{}, A5<std::uint32_t>(), A5<double>(), values<double>(0), values<double>(-1, 0, 1.5), a,
+        One<std::int32_t>());
     run(Step{}, A5<T>(), values<double>(1), random<A5<T>>(), a, values<double>(1.5));
     run(Pulse{}, A5<T>(), a, values<double>(2), values<double>(50), values<double>(0.5), values<double>(4.6));
 }
@@ -199,11 +225,57 @@ template <class T> void numbers() {
 template <class T> void integers() {
     binary<T, T>(BitAnd{}, BitOr{}, BitXor{});
     unary<T>(BitNot{});
-    run(Convert<Rounding::zero>{}, A5<T>(), random<A5<double>>());
-    run(Convert<Rounding::nearest>{}, A5<T>(), random<A5<double>>());
-    run(Convert<Rounding::floor>{}, A5<T>(), values<double>(1e12 + 7, -1e12 - 7, 300, -300, 0.5));
-    run(Convert<Rounding::ceil, Overflow::saturate>{}, A5<T>(), values<double>(1e12, -1e12, 300, -300, 0.5));
-    run(Convert<Rounding::away, Overflow::saturate>{}, A5<std::int8_t>(), random<A5<T>>());
+    list<T, T>(BitAndOfList{}, BitOrOfList{}, BitXorOfList{}, BitNandOfList{}, BitNorOfList{});
+    for (const double places : {3, -2, 40})
+        run(ShiftBits{}, A5<T>(), values<double>(places), random<A5<T>>());
+    for (const int rounding : {0, 1, 2, 3, 4, 5})
+        for (const int overflow : {0, 1, 2}) {
+            const auto options = values<double>(rounding, overflow);
+            run(Convert{}, A5<T>(), options, random<A5<double>>());
+            run(Convert{}, A5<T>(), options, values<double>(1e12 + 7, -1e12 - 7, 300, -300, 0.5));
+        }
+}
+
+/// Places 0 and 1 with fractions, as Prelookup gives them.
+List<double, 2, 5> places() {
+    List<double, 2, 5> list;
+    for (int i = 0; i < 5; ++i) {
+        list.data[i] = i % 2;
+        list.data[5 + i] = 0.2 * i;
+    }
+    return list;
+}
+
+void states() {
+    for (const int kind : {0, 1, 2})
+        run(Pid{}, A5<double>(), A5<double>(), A5<double>(), values<double>(kind, kind == 1, 0.5, 1),
+            random<A5<double>>(), random<A5<double>>(), random<A5<double>>(), values<double>(20),
+            random<A5<double>>(), random<A5<double>>(), values<double>(0.5), values<double>(-1),
+            values<double>(1), values<double>(0.01), random<A5<double>>(), random<A5<double>>(),
+            random<A5<double>>(), random<A5<double>>(), random<A5<double>>());
+    const auto x = random<Array<double, 3, 5>>();
+    const auto e = random<A5<double>>();
+    const auto b = values<double>(0.5, 1, -1, 2), a = values<double>(1, 0.3, 0.2, 0.1);
+    run(LimitedRate{}, A5<double>(), values<double>(-1), values<double>(1), e, e);
+    run(PulseSign{}, A5<double>(), values<double>(2), values<double>(50), e, values<double>(4.6));
+    run(LimitReached{}, A5<double>(), values<double>(-1), values<double>(1), e);
+    run(Lag{}, A5<double>(), values<double>(0.3), e, e);
+    run(CompanionOutput{}, A5<double>(), b, a, x, e);
+    run(CompanionRate{}, Array<double, 3, 5>(), a, x, e);
+    run(DifferenceQuotient{}, A5<double>(), values<bool>(1), values<double>(0.1), e, values<double>(0.4), e);
+    const auto times = values<double>(4, 2.5, 3);
+    for (const double delay : {0.5, 1.7, 9.0})
+        run(DelayedSample{}, A5<double>(), values<double>(7), values<double>(delay), times, x,
+            values<std::uint32_t>(4), values<double>(5));
+    run(KeepSample{}, Array<double, 3>(), Array<double, 3, 5>(), One<std::uint32_t>(), times, x,
+        values<std::uint32_t>(4), values<double>(5), e);
+    run(Advance{}, A5<double>(), values<double>(0.01), random<A5<double>>(), random<A5<double>>());
+    run(NextDraw{}, Array<std::uint32_t, 2>(), values<std::uint32_t>(0xFFFFFFFFu, 3));
+    run(CountUp{}, One<std::uint32_t>(), values<std::uint32_t>(3), values<std::uint32_t>(3));
+    const auto bit = random<One<bool>>();
+    run(SetReset{}, One<bool>(), One<bool>(), bit, bit, bit);
+    run(DFlipFlop{}, One<bool>(), One<bool>(), bit, bit, bit, bit);
+    run(JKFlipFlop{}, One<bool>(), One<bool>(), bit, bit, bit, bit, bit);
 }
 
 template <class T> void reals() {
@@ -277,7 +349,27 @@ template <class T> void reals() {
     run(PoseComposition{}, A44<T>(), h, random<A44<T>>());
     run(PoseInverse{}, A44<T>(), h);
 
+    run(StopMargins{}, A5<double>(), A5<double>(), values<T>(0.5), random<A5<T>>(), u);
+    run(QuantizeEdge{}, A5<double>(), values<T>(0.5), u);
+    run(Polynomial{}, A5<T>(), random<Array<T, 4>>(), u);
+    run(Backlash{}, A5<T>(), values<T>(0.5), random<A5<T>>(), u);
+    run(Friction{}, A5<T>(), values<T>(0.5), values<T>(2), u);
+    run(HitCrossing{}, A5<bool>(), values<double>(0), values<T>(0.1), values<bool>(1), random<A5<T>>(), u);
+    const auto points = values<double>(-2, -1, 0.5, 1, 1.5);
+    run(SplineSlopes{}, A5<double>(), points, u, A5<double>());
+    run(AkimaSlopes{}, A5<double>(), points, u);
+    run(Hermite{}, A5<T>(), values<double>(0), points, u, random<A5<double>>(), random<A5<T>>(),
+        One<std::int32_t>());
+    run(InterpolateAt{}, A5<T>(), values<double>(3), random<Array<T, 3>>(), places());
+
     const auto time = values<double>(1.7);
+    for (const int waveform : {0, 1, 2, 3})
+        run(Wave{}, A5<T>(), values<double>(waveform), u, random<A5<T>>(), time);
+    run(WithinCycle{}, One<T>(), values<double>(0.5, 1, 1.25), time);
+    const auto drawn_before = values<std::uint32_t>(7, 1);
+    run(RandomUniform{}, A5<T>(), values<T>(-1), values<T>(3), values<std::uint32_t>(5), drawn_before);
+    run(RandomNormal{}, A5<T>(), values<T>(0), values<T>(2), values<double>(0.1), values<std::uint32_t>(5),
+        drawn_before);
     run(Ramp{}, A5<T>(), values<T>(0.3), values<T>(1), values<T>(2), time);
     run(SineWave{}, A5<T>(), u, random<A5<T>>(), random<A5<T>>(), values<T>(0.5), time);
     run(Chirp{}, A5<T>(), values<T>(0.1), values<T>(2), values<T>(10), time);
@@ -297,6 +389,7 @@ int main() {
     integers<std::uint32_t>();
     reals<double>();
     reals<float>();
+    states();
     unary<bool>(Copy{}, Not{});
     list<bool, bool>(And{}, Xor{});
     return same ? 0 : 1;

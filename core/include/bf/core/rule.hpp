@@ -189,12 +189,20 @@ template <class Kernel, class T> constexpr bool accepted() {
 using ElementTypes = std::tuple<double, float, std::int8_t, std::uint8_t, std::int16_t, std::uint16_t,
                                 std::int32_t, std::uint32_t, bool>;
 
-template <int symbols, class Kernel, class Written, class KeysTag, std::size_t... i>
-std::vector<Call::Run> instances(Written written, KeysTag keys, std::index_sequence<i...>) {
+/// Does an operand leave that element type to the wiring?
+template <int symbol, class... Keys>
+inline constexpr bool has_symbol = ((type_symbol<typename OperandTraits<Keys>::Quantity> == symbol) || ...);
+
+template <int symbols, class Kernel, class Written, class... Keys, std::size_t... i>
+std::vector<Call::Run> instances(Written written, std::type_identity<std::tuple<Keys...>> keys,
+                                 std::index_sequence<i...>) {
     std::vector<Call::Run> run;
+    // A type that no operand has makes no difference: the kernel is compiled for one of them only.
+    constexpr bool has_first = has_symbol<0, Keys...>;
     const auto add = [&]<class T0, class T1>(std::type_identity<T0>, std::type_identity<T1>) {
-        if constexpr (symbols == 0 || accepted<Kernel, T0>())
-            run.push_back(instance<Kernel, T0, T1>(written, keys));
+        using First = std::conditional_t<has_first, T0, double>;
+        if constexpr (symbols == 0 || accepted<Kernel, std::conditional_t<has_first, T0, T1>>())
+            run.push_back(instance<Kernel, First, T1>(written, keys));
         else
             run.push_back(nullptr);
     };

@@ -5,11 +5,12 @@
 
 namespace bf::kernels {
 
-/// How a real number becomes an integer: `nearest` takes halves up, `away` takes them away from zero.
-enum class Rounding { zero, nearest, floor, ceil, away };
+/// How a real number becomes an integer: of two equally near ones `nearest` takes the upper, `away` that away
+/// from zero, `convergent` the even one.
+enum class Rounding { zero, nearest, floor, ceil, away, convergent };
 
 /// What happens to a value that the integer type cannot hold.
-enum class Overflow { wrap, saturate };
+enum class Overflow { wrap, saturate, error };
 
 /// x rounded to an integer value of its own type.
 template <class T> constexpr T rounded(T x, Rounding rounding) noexcept {
@@ -18,10 +19,13 @@ template <class T> constexpr T rounded(T x, Rounding rounding) noexcept {
     case Rounding::floor: return std::floor(x);
     case Rounding::ceil: return std::ceil(x);
     case Rounding::away: return std::round(x);
+    case Rounding::convergent:
     case Rounding::nearest: break;
     }
-    const T below = std::floor(x);
-    return x - below >= T(0.5) ? below + T(1) : below;
+    const T below = std::floor(x), part = x - below;
+    if (rounding == Rounding::convergent && part == T(0.5))
+        return std::fmod(below, T(2)) == T(0) ? below : below + T(1);
+    return part >= T(0.5) ? below + T(1) : below;
 }
 
 /// x as a To. Real to integer rounds, then wraps (modulo 2^bits) or saturates; NaN becomes 0, and so does ±∞
@@ -54,28 +58,39 @@ constexpr To converted(From x, Rounding rounding = Rounding::floor,
     }
 }
 
-/// y_i = u_i in the element type of y; see `converted`.
-template <Rounding R = Rounding::floor, Overflow O = Overflow::wrap> struct Convert {
-    static constexpr const char* name =
-        O == Overflow::wrap
-            ? (R == Rounding::zero      ? "bf::kernels::Convert<bf::kernels::Rounding::zero>{}"
-               : R == Rounding::nearest ? "bf::kernels::Convert<bf::kernels::Rounding::nearest>{}"
-               : R == Rounding::floor   ? "bf::kernels::Convert<bf::kernels::Rounding::floor>{}"
-               : R == Rounding::ceil    ? "bf::kernels::Convert<bf::kernels::Rounding::ceil>{}"
-                                        : "bf::kernels::Convert<bf::kernels::Rounding::away>{}")
-            : (R == Rounding::zero      ? "bf::kernels::Convert<bf::kernels::Rounding::zero, "
-                                          "bf::kernels::Overflow::saturate>{}"
-               : R == Rounding::nearest ? "bf::kernels::Convert<bf::kernels::Rounding::nearest, "
-                                          "bf::kernels::Overflow::saturate>{}"
-               : R == Rounding::floor   ? "bf::kernels::Convert<bf::kernels::Rounding::floor, "
-                                          "bf::kernels::Overflow::saturate>{}"
-               : R == Rounding::ceil    ? "bf::kernels::Convert<bf::kernels::Rounding::ceil, "
-                                          "bf::kernels::Overflow::saturate>{}"
-                                        : "bf::kernels::Convert<bf::kernels::Rounding::away, "
-                                          "bf::kernels::Overflow::saturate>{}");
+/// Does x, once rounded, have a value of its own in To? Never so for NaN and ±∞.
+template <class To> constexpr bool fits(double x, Rounding rounding) noexcept {
+    using Limits = std::numeric_limits<To>;
+    if (x - x != 0) return false;
+    if constexpr (is_real<To>)
+        return std::fabs(x) <= static_cast<double>(Limits::max());
+    else if constexpr (std::is_same_v<To, bool>)
+        return true;
+    else
+        return rounded(x, rounding) >= static_cast<double>(Limits::min()) &&
+               rounded(x, rounding) <= static_cast<double>(Limits::max());
+}
+
+/// y_i = u_i in the element type of y, see `converted`; options = [rounding overflow], the enumerations as
+/// numbers. u is double, which holds every element type exactly. False for Overflow::error and an element
+/// that does not fit.
+struct Convert {
+    static constexpr const char* name = "bf::kernels::Convert{}";
+    static constexpr char failure[] =
+        "a value does not fit the type it is converted to: bound it with a Saturate "
+        "block, or choose on_overflow: saturate";
     template <class T> static constexpr bool accepts = is_any<T>;
-    template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
-        for (int i = 0; i < y.size(); ++i) y[i] = converted<Element<Y>>(u[pick(i, u.size())], R, O);
+    template <class Y, class O, class U>
+    constexpr bool operator()(const Y& y, const O& options, const U& u) const noexcept {
+        const auto rounding = static_cast<Rounding>(static_cast<int>(options[0]));
+        const auto overflow = static_cast<Overflow>(static_cast<int>(options[1]));
+        bool all_fit = true;
+        for (int i = 0; i < y.size(); ++i) {
+            const double x = u[pick(i, u.size())];
+            if (overflow == Overflow::error) all_fit = all_fit && fits<Element<Y>>(x, rounding);
+            y[i] = converted<Element<Y>>(x, rounding, overflow);
+        }
+        return all_fit;
     }
 };
 

@@ -88,16 +88,6 @@ struct Difference {
     }
 };
 
-/// y = u if `first`, else held: keeps the first sample of a run, whatever follows.
-struct Latch {
-    static constexpr const char* name = "bf::kernels::Latch{}";
-    template <class T> static constexpr bool accepts = is_any<T>;
-    template <class Y, class F, class X, class U>
-    constexpr void operator()(const Y& y, const F& first, const X& held, const U& u) const noexcept {
-        for (int i = 0; i < y.size(); ++i) y[i] = first[0] != 0 ? u[pick(i, u.size())] : held[i];
-    }
-};
-
 /// Filter of order N = max(sizes of b, a) - 1 in direct form II transposed, on every element of u:
 ///
 ///          b₀ + b₁ z⁻¹ + …
@@ -115,6 +105,15 @@ struct FilterOutput {
             const Element<Y> delayed = s.rows > 0 ? s(0, j) : Element<Y>(0);
             y[j] = (b[0] * u[j] + delayed) / a[0];
         }
+    }
+};
+
+/// y_j = s_0j, the output of a filter with b₀ = 0 and a₀ = 1; 0 if it has no state.
+struct FirstRow {
+    static constexpr const char* name = "bf::kernels::FirstRow{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class S> constexpr void operator()(const Y& y, const S& s) const noexcept {
+        for (int j = 0; j < y.size(); ++j) y[j] = s.rows > 0 ? s(0, j) : Element<Y>(0);
     }
 };
 

@@ -195,4 +195,19 @@ struct Hypot : Binary<Hypot> {
     template <class T> static T apply(T a, T b) noexcept { return std::hypot(opaque(a), opaque(b)); }
 };
 
+/// y = c_0 uⁿ + … + c_n by Horner's rule.
+struct Polynomial {
+    static constexpr const char* name = "bf::kernels::Polynomial{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class C, class U>
+    constexpr void operator()(const Y& y, const C& coefficients, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) {
+            const Element<Y> x = u[pick(i, u.size())];
+            Element<Y> value = 0;
+            for (int k = 0; k < coefficients.size(); ++k) value = value * x + coefficients[k];
+            y[i] = value;
+        }
+    }
+};
+
 } // namespace bf::kernels

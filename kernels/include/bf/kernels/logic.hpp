@@ -196,4 +196,162 @@ struct BitNot {
     }
 };
 
+/// Bits of all operands joined by F from left to right, or of a single one over its elements, then inverted
+/// if F::inverted. y is none of the operands.
+template <class F> struct BitwiseList {
+    template <class T> static constexpr bool accepts = is_integer<T>;
+    template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
+        using T = Element<Y>;
+        const bool over_elements = u.size() == 1;
+        for (int i = 0; i < y.size(); ++i) {
+            T bits = u[0][over_elements ? 0 : pick(i, u[0].size())];
+            for (int k = 1; k < (over_elements ? u[0].size() : u.size()); ++k)
+                bits = static_cast<T>(F::join(bits, over_elements ? u[0][k] : u[k][pick(i, u[k].size())]));
+            y[i] = F::inverted ? static_cast<T>(~bits) : bits;
+        }
+    }
+};
+
+/// y = bits that all operands have.
+struct BitAndOfList : BitwiseList<BitAndOfList> {
+    static constexpr const char* name = "bf::kernels::BitAndOfList{}";
+    static constexpr bool inverted = false;
+    template <class T> static constexpr auto join(T a, T b) noexcept { return a & b; }
+};
+
+/// y = bits that an operand has.
+struct BitOrOfList : BitwiseList<BitOrOfList> {
+    static constexpr const char* name = "bf::kernels::BitOrOfList{}";
+    static constexpr bool inverted = false;
+    template <class T> static constexpr auto join(T a, T b) noexcept { return a | b; }
+};
+
+/// y = bits that an odd number of operands has.
+struct BitXorOfList : BitwiseList<BitXorOfList> {
+    static constexpr const char* name = "bf::kernels::BitXorOfList{}";
+    static constexpr bool inverted = false;
+    template <class T> static constexpr auto join(T a, T b) noexcept { return a ^ b; }
+};
+
+/// y = bits that not all operands have.
+struct BitNandOfList : BitwiseList<BitNandOfList> {
+    static constexpr const char* name = "bf::kernels::BitNandOfList{}";
+    static constexpr bool inverted = true;
+    template <class T> static constexpr auto join(T a, T b) noexcept { return a & b; }
+};
+
+/// y = bits that no operand has.
+struct BitNorOfList : BitwiseList<BitNorOfList> {
+    static constexpr const char* name = "bf::kernels::BitNorOfList{}";
+    static constexpr bool inverted = true;
+    template <class T> static constexpr auto join(T a, T b) noexcept { return a | b; }
+};
+
+/// y = u shifted by `places` bits, up if positive: zeros come in from below, and from above the sign's bit.
+struct ShiftBits {
+    static constexpr const char* name = "bf::kernels::ShiftBits{}";
+    template <class T> static constexpr bool accepts = is_integer<T>;
+    template <class Y, class P, class U>
+    constexpr void operator()(const Y& y, const P& places, const U& u) const noexcept {
+        using T = Element<Y>;
+        const int n = static_cast<int>(clamp<double>(static_cast<double>(places[0]), -32, 32));
+        for (int i = 0; i < y.size(); ++i) {
+            const std::int64_t x = u[pick(i, u.size())]; // 64 bits hold every shift of 32 by 32
+            y[i] = static_cast<T>(n < 0 ? x >> -n : x * (std::int64_t(1) << (n < 32 ? n : 32)));
+        }
+    }
+};
+
+/// y = lower < u < upper, ends included where closed_lower or closed_upper ≠ 0.
+struct Inside {
+    static constexpr const char* name = "bf::kernels::Inside{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class Y, class C, class L, class H, class U>
+    constexpr void operator()(const Y& y, const C& closed, const L& lower, const H& upper,
+                              const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) {
+            const auto x = u[pick(i, u.size())];
+            const auto low = lower[pick(i, lower.size())], high = upper[pick(i, upper.size())];
+            y[i] = (x > low || (closed[0] != 0 && x == low)) && (x < high || (closed[1] != 0 && x == high));
+        }
+    }
+};
+
+/// y = row of a truth table: the inputs are the digits of its number, the first one the highest.
+struct TruthTable {
+    static constexpr const char* name = "bf::kernels::TruthTable{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class M, class U>
+    constexpr void operator()(const Y& y, const M& table, const U& u) const noexcept {
+        int row = 0;
+        for (int i = 0; i < u.size(); ++i) row = 2 * row + (u[i] != 0);
+        const int rows = 1 << u.size();
+        for (int j = 0; j < y.size(); ++j) y[j] = static_cast<Element<Y>>(table[row + j * rows]);
+    }
+};
+
+/// y = u ≠ previous.
+struct Changed {
+    static constexpr const char* name = "bf::kernels::Changed{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class X, class U>
+    constexpr void operator()(const Y& y, const X& previous, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = u[i] != previous[i];
+    }
+};
+
+/// y = u > previous.
+struct Increased {
+    static constexpr const char* name = "bf::kernels::Increased{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class X, class U>
+    constexpr void operator()(const Y& y, const X& previous, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = u[i] > previous[i];
+    }
+};
+
+/// y = u < previous.
+struct Decreased {
+    static constexpr const char* name = "bf::kernels::Decreased{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class X, class U>
+    constexpr void operator()(const Y& y, const X& previous, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = u[i] < previous[i];
+    }
+};
+
+/// Set-reset flip-flop: q = 1 by set, 0 by reset, as before by neither; both give 0 in q and nq.
+struct SetReset {
+    static constexpr const char* name = "bf::kernels::SetReset{}";
+    template <class Q, class N, class X, class S, class R>
+    constexpr void operator()(const Q& q, const N& nq, const X& before, const S& set,
+                              const R& reset) const noexcept {
+        q[0] = !reset[0] && (set[0] || before[0]);
+        nq[0] = !set[0] && (reset[0] || !before[0]);
+    }
+};
+
+/// D flip-flop: q = d where the clock rises, else as before.
+struct DFlipFlop {
+    static constexpr const char* name = "bf::kernels::DFlipFlop{}";
+    template <class Q, class N, class X, class C, class D, class K>
+    constexpr void operator()(const Q& q, const N& nq, const X& before, const C& clock_before, const D& d,
+                              const K& clock) const noexcept {
+        q[0] = clock[0] && !clock_before[0] ? d[0] : before[0];
+        nq[0] = !q[0];
+    }
+};
+
+/// J-K flip-flop: where the clock falls, j sets, k resets, both toggle; else as before.
+struct JKFlipFlop {
+    static constexpr const char* name = "bf::kernels::JKFlipFlop{}";
+    template <class Q, class N, class X, class C, class J, class K, class L>
+    constexpr void operator()(const Q& q, const N& nq, const X& before, const C& clock_before, const J& j,
+                              const K& k, const L& clock) const noexcept {
+        const bool old = before[0];
+        q[0] = !clock[0] && clock_before[0] ? (old ? !k[0] : j[0]) : old;
+        nq[0] = !q[0];
+    }
+};
+
 } // namespace bf::kernels

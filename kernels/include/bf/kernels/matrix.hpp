@@ -63,7 +63,8 @@ struct StateSpace {
     constexpr void operator()(const Y& y, const M& m, const N& n, const X& x, const U& u) const noexcept {
         using T = Element<Y>;
         detail::product<T>(y.data, m.data, x.data, m.rows, m.cols, 1);
-        for (int k = 0; k < n.cols; ++k) detail::add_scaled<T>(y.data, n.data + k * n.rows, u[k], n.rows);
+        for (int k = 0; k < u.size(); ++k)
+            detail::add_scaled<T>(y.data, n.data + k * y.size(), u[k], y.size());
     }
 };
 

@@ -81,37 +81,17 @@ struct RelayMode {
     }
 };
 
-/// y = F::apply(control, threshold) ? on : off; all inputs are given. A scalar control switches all elements.
-template <class F> struct SwitchBy {
+/// y = choice ? on : off; both are given. A scalar choice switches all elements.
+struct Choose {
+    static constexpr const char* name = "bf::kernels::Choose{}";
     template <class T> static constexpr bool accepts = is_any<T>;
-    template <class Y, class H, class A, class C, class B>
-    constexpr void operator()(const Y& y, const H& threshold, const A& on, const C& control,
-                              const B& off) const noexcept {
+    template <class Y, class A, class C, class B>
+    constexpr void operator()(const Y& y, const A& on, const C& choice, const B& off) const noexcept {
         using T = Element<Y>;
-        for (int i = 0; i < y.size(); ++i) {
-            const bool choice = F::apply(static_cast<double>(control[pick(i, control.size())]),
-                                         static_cast<double>(threshold[pick(i, threshold.size())]));
-            y[i] = choice ? static_cast<T>(on[pick(i, on.size())]) : static_cast<T>(off[pick(i, off.size())]);
-        }
+        for (int i = 0; i < y.size(); ++i)
+            y[i] = choice[pick(i, choice.size())] != 0 ? static_cast<T>(on[pick(i, on.size())])
+                                                       : static_cast<T>(off[pick(i, off.size())]);
     }
-};
-
-/// y = control ≥ threshold ? on : off.
-struct SwitchGreaterEqual : SwitchBy<SwitchGreaterEqual> {
-    static constexpr const char* name = "bf::kernels::SwitchGreaterEqual{}";
-    static constexpr bool apply(double control, double threshold) noexcept { return control >= threshold; }
-};
-
-/// y = control > threshold ? on : off.
-struct SwitchGreater : SwitchBy<SwitchGreater> {
-    static constexpr const char* name = "bf::kernels::SwitchGreater{}";
-    static constexpr bool apply(double control, double threshold) noexcept { return control > threshold; }
-};
-
-/// y = control ≠ 0 ? on : off; the threshold is not looked at.
-struct SwitchNotZero : SwitchBy<SwitchNotZero> {
-    static constexpr const char* name = "bf::kernels::SwitchNotZero{}";
-    static constexpr bool apply(double control, double) noexcept { return control != 0; }
 };
 
 /// y = u_k for the k whose index equals the scalar control without its fraction; the last operand if none
@@ -125,6 +105,65 @@ struct MultiportSwitch {
         int k = 0;
         while (k < u.size() - 1 && static_cast<double>(indices[k]) != wanted) ++k;
         for (int i = 0; i < y.size(); ++i) y[i] = static_cast<Element<Y>>(u[k][pick(i, u[k].size())]);
+    }
+};
+
+/// y follows u through a play: previous output, moved only as far as |u - y| ≤ width/2 asks.
+struct Backlash {
+    static constexpr const char* name = "bf::kernels::Backlash{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class W, class X, class U>
+    constexpr void operator()(const Y& y, const W& width, const X& previous, const U& u) const noexcept {
+        using T = Element<Y>;
+        for (int i = 0; i < y.size(); ++i) {
+            const T half = width[pick(i, width.size())] / T(2), x = u[pick(i, u.size())];
+            y[i] = clamp<T>(previous[pick(i, previous.size())], x - half, x + half);
+        }
+    }
+};
+
+/// y = sign(u) (viscous |u| + coulomb): friction that jumps at u = 0.
+struct Friction {
+    static constexpr const char* name = "bf::kernels::Friction{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class C, class V, class U>
+    constexpr void operator()(const Y& y, const C& coulomb, const V& viscous, const U& u) const noexcept {
+        using T = Element<Y>;
+        for (int i = 0; i < y.size(); ++i) {
+            const T x = u[pick(i, u.size())], jump = coulomb[pick(i, coulomb.size())];
+            y[i] = viscous[pick(i, viscous.size())] * x + (x > T(0) ? jump : x < T(0) ? -jump : T(0));
+        }
+    }
+};
+
+/// y = u up to the threshold, 0 above it.
+struct WrapToZero {
+    static constexpr const char* name = "bf::kernels::WrapToZero{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class Y, class H, class U>
+    constexpr void operator()(const Y& y, const H& threshold, const U& u) const noexcept {
+        using T = Element<Y>;
+        for (int i = 0; i < y.size(); ++i) {
+            const T x = u[pick(i, u.size())];
+            y[i] = x > threshold[pick(i, threshold.size())] ? T(0) : x;
+        }
+    }
+};
+
+/// y = u reached or passed the level since the step before, whose u is given: from below if direction > 0,
+/// from above if direction < 0, either way for 0. Never in the first step (started = 0).
+struct HitCrossing {
+    static constexpr const char* name = "bf::kernels::HitCrossing{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class D, class L, class S, class X, class U>
+    constexpr void operator()(const Y& y, const D& direction, const L& levels, const S& started,
+                              const X& previous, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) {
+            const auto level = levels[pick(i, levels.size())];
+            const auto before = previous[pick(i, previous.size())], now = u[pick(i, u.size())];
+            const bool rises = before < level && now >= level, falls = before > level && now <= level;
+            y[i] = started[0] != 0 && ((rises && direction[0] >= 0) || (falls && direction[0] <= 0));
+        }
     }
 };
 

@@ -137,4 +137,47 @@ struct NormInf {
     }
 };
 
+/// y_k = Σ_{i ≤ k} u_i over all elements.
+struct CumulativeSum {
+    static constexpr const char* name = "bf::kernels::CumulativeSum{}";
+    template <class T> static constexpr bool accepts = is_number<T>;
+    template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
+        Element<Y> sum = 0;
+        for (int i = 0; i < y.size(); ++i) y[i] = sum = add(sum, static_cast<Element<Y>>(u[i]));
+    }
+};
+
+/// y = u sorted, the smallest first or with descends ≠ 0 the largest; index = place of y_i in u, from 1.
+/// Equal elements keep their order, NaN counts as the largest.
+struct Sort {
+    static constexpr const char* name = "bf::kernels::Sort{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class I, class D, class U>
+    constexpr void operator()(const Y& y, const I& index, const D& descends, const U& u) const noexcept {
+        const auto before = [](Element<Y> a, Element<Y> b) { return a < b || (b != b && a == a); };
+        const bool down = descends[0] != 0;
+        for (int k = 0; k < y.size(); ++k) { // insertion sort
+            const Element<Y> x = u[k];
+            int i = k;
+            for (; i > 0 && (down ? before(y[i - 1], x) : before(x, y[i - 1])); --i) {
+                y[i] = y[i - 1];
+                index[i] = index[i - 1];
+            }
+            y[i] = x;
+            index[i] = static_cast<Element<I>>(k + 1);
+        }
+    }
+};
+
+/// y = place of the first element that is not 0, from 1; 0 if there is none.
+struct FindFirst {
+    static constexpr const char* name = "bf::kernels::FindFirst{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
+        int i = 0;
+        while (i < u.size() && u[i] == 0) ++i;
+        y[0] = static_cast<Element<Y>>(i < u.size() ? i + 1 : 0);
+    }
+};
+
 } // namespace bf::kernels

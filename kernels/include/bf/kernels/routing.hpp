@@ -76,6 +76,17 @@ template <class I> constexpr int place(I index, int size) noexcept {
 }
 } // namespace detail
 
+/// y = index + shift in double, without the fraction: an index as Select takes it.
+struct Place {
+    static constexpr const char* name = "bf::kernels::Place{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class S, class I>
+    constexpr void operator()(const Y& y, const S& shift, const I& index) const noexcept {
+        for (int i = 0; i < y.size(); ++i)
+            y[i] = std::trunc(static_cast<double>(index[pick(i, index.size())])) + shift[0];
+    }
+};
+
 /// y_i = u(index_i).
 struct Select {
     static constexpr const char* name = "bf::kernels::Select{}";

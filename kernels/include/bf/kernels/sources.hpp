@@ -103,4 +103,70 @@ struct Interpolate {
     }
 };
 
+enum class Waveform { sine, square, sawtooth, triangle };
+
+/// Periodic wave between -amplitude and amplitude. With p = frequency t [turns] less its whole part: sin 2πp;
+/// 1 in the first half, then -1; 2p - 1; 4p - 1 up to p = 1/2, then 3 - 4p. waveform is the enumeration as a
+/// number, frequency in Hz.
+struct Wave {
+    static constexpr const char* name = "bf::kernels::Wave{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class W, class A, class F, class T>
+    void operator()(const Y& y, const W& waveform, const A& amplitude, const F& frequency,
+                    const T& t) const noexcept {
+        const auto shape = static_cast<Waveform>(static_cast<int>(waveform[0]));
+        for (int i = 0; i < y.size(); ++i) {
+            const double turns = frequency[pick(i, frequency.size())] * t[0], p = turns - std::floor(turns);
+            const double value = shape == Waveform::sine ? Sin::apply<double>(2 * 3.14159265358979323846 * p)
+                                 : shape == Waveform::square   ? (p < 0.5 ? 1.0 : -1.0)
+                                 : shape == Waveform::sawtooth ? 2 * p - 1
+                                 : p < 0.5                     ? 4 * p - 1
+                                                               : 3 - 4 * p;
+            y[i] = static_cast<Element<Y>>(amplitude[pick(i, amplitude.size())] * value);
+        }
+    }
+};
+
+/// t brought into one cycle: first + mod(t - first, last - first), of the points' first and last time.
+struct WithinCycle {
+    static constexpr const char* name = "bf::kernels::WithinCycle{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class Y, class X, class T>
+    constexpr void operator()(const Y& y, const X& points, const T& t) const noexcept {
+        const double first = points[0], length = points[points.size() - 1] - first;
+        y[0] = first + modulo<double>(t[0] - first, length);
+    }
+};
+
+/// y = u + 1, or 0 instead of what exceeds the limit.
+struct CountUp {
+    static constexpr const char* name = "bf::kernels::CountUp{}";
+    template <class Y, class L, class U>
+    constexpr void operator()(const Y& y, const L& limit, const U& u) const noexcept {
+        y[0] = u[0] >= limit[0] ? Element<Y>(0) : u[0] + 1;
+    }
+};
+
+/// y = u_k, k counted from 0; the last element beyond the end.
+struct ElementOf {
+    static constexpr const char* name = "bf::kernels::ElementOf{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class U, class K>
+    constexpr void operator()(const Y& y, const U& u, const K& k) const noexcept {
+        const auto last = static_cast<Element<K>>(u.size() - 1);
+        y[0] = u[static_cast<int>(k[0] < last ? k[0] : last)];
+    }
+};
+
+/// y = k + 1, or 0 after the last element of u.
+struct CountAlong {
+    static constexpr const char* name = "bf::kernels::CountAlong{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class Y, class U, class K>
+    constexpr void operator()(const Y& y, const U& u, const K& k) const noexcept {
+        const auto last = static_cast<Element<K>>(u.size() - 1);
+        y[0] = k[0] >= last ? Element<Y>(0) : static_cast<Element<Y>>(k[0] + 1);
+    }
+};
+
 } // namespace bf::kernels

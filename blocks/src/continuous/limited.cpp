@@ -1,0 +1,186 @@
+// Integrators with limits and resets: events change their states.
+#include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/nonlinear.hpp"
+
+#include "../groups.hpp"
+#include "../reset.hpp"
+
+#include <limits>
+
+namespace bf::blocks {
+
+namespace {
+
+using Numbers = Array<double>;
+using GuardRow = GuardOf<Numbers>;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+About limit(const AnyShape& shape, std::initializer_list<double> value, const char* doc) {
+    return {.shape = shape, .initial = value, .unit = any_unit, .doc = doc};
+}
+
+/// dz/dt = u between limits, with reset. z = x + base, so that an external initial value can be taken over:
+/// base is that value, known in the first step or at a reset, and x begins at 0.
+class LimitedIntegrator final : public Block {
+  public:
+    explicit LimitedIntegrator(const Arguments& arguments) : Block(arguments) {
+        if (is_external) {
+            OutputRule(this, kernels::Choose{}, now_base, base, started, x0);
+            OutputRule(this, kernels::Add{}, z, x, now_base);
+            UpdateRule(this, kernels::Choose{}, next(base), base, started, x0);
+            UpdateRule(this, kernels::Copy{}, next(started), Constants({1}));
+        } else {
+            OutputRule(this, kernels::Copy{}, z, x);
+        }
+        OutputRule(this, kernels::Saturate{}, y, lower, upper, z);
+        if (*saturation_port) OutputRule(this, kernels::LimitReached{}, saturation, lower, upper, y);
+        if (*state_port) {
+            if (is_external)
+                OutputRule(this, kernels::Add{}, state, x, base);
+            else
+                OutputRule(this, kernels::Copy{}, state, x);
+        }
+        if (reset_input.is_present()) reset_input.declare_guard(this, restarts);
+    }
+    Argument<std::string> initial_source{this,
+                                         "initial_source",
+                                         {.initial = "internal",
+                                          .doc = "initial value from the parameter or from an input",
+                                          .choices = {"internal", "external"}}};
+    Argument<bool> saturation_port{
+        this, "saturation_port", {.initial = false, .doc = "an output that tells where y is at a limit"}};
+    Argument<bool> state_port{
+        this,
+        "state_port",
+        {.initial = false,
+         .doc = "an output of the state before a reset, from which the reset may be made without a loop"}};
+    const bool is_external = *initial_source == "external";
+    AnyShape shape{this};
+    Parameter<Numbers> initial{
+        this,
+        "initial",
+        {.initial = {0}, .unit = any_unit, .doc = "y at the start", .present = !is_external}};
+    Parameter<Numbers> lower{this, "lower", limit(shape, {-infinity}, "smallest y")};
+    Parameter<Numbers> upper{this, "upper", limit(shape, {infinity}, "largest y")};
+    Input<Numbers> u{
+        this, "u", {.shape = shape, .unit = any_unit, .doc = "signal to integrate", .feedthrough = false}};
+    ContinuousReset reset_input{this};
+    Input<Numbers> x0{
+        this, "x0", {.shape = shape, .unit = any_unit, .doc = "initial value", .present = is_external}};
+    Output<Numbers> y{this, "y", any(shape, "integral, within the limits")};
+    Output<Numbers> saturation{this,
+                               "saturation",
+                               {.shape = shape,
+                                .doc = "1 at the upper limit, -1 at the lower one, else 0",
+                                .present = *saturation_port}};
+    Output<Numbers> state{
+        this,
+        "state",
+        {.shape = shape, .unit = any_unit, .doc = "integral before a reset", .present = *state_port}};
+    ContinuousState<Numbers> x{this,
+                               "x",
+                               {.shape = shape,
+                                .unit = any_unit,
+                                .doc = "integral, less the external initial value",
+                                .initial_from = initial.index()}};
+    DiscreteState<Numbers> base{
+        this,
+        "base",
+        {.shape = shape, .unit = any_unit, .doc = "external initial value", .present = is_external}};
+    DiscreteState<bool> started{
+        this, "started", {.doc = "false before the first step", .present = is_external}};
+    Workspace<Numbers> now_base{this, "now_base", {.shape = shape, .present = is_external}};
+    Workspace<Numbers> z{this, "z", {.shape = shape}};
+    GuardRow above{this, "above", {.shape = shape, .doc = "distance above the upper limit"}};
+    GuardRow below{this, "below", {.shape = shape, .doc = "distance above the lower limit"}};
+    Guard restarts{this, "restarts", {.doc = "sign of the reset input", .present = reset_input.is_present()}};
+    DerivativeRule derivative_rule{this, kernels::LimitedRate{}, bf::derivative(x), lower, upper, y, u};
+    GuardRule guard_above{this, kernels::Subtract{}, above, z, upper};
+    GuardRule guard_below{this, kernels::Subtract{}, below, z, lower};
+
+    Status event(Now at, After after) const noexcept override {
+        const bool begins = reset_input.is_due(at, restarts);
+        for (Eigen::Index i = 0; i < at[x].size(); ++i) {
+            if (begins) {
+                after[x](i) = is_external ? 0.0 : at[initial](at[initial].size() == 1 ? 0 : i);
+            } else if (at[above](i) > 0 || at[below](i) < 0) {
+                const double from = !is_external ? 0.0 : at[started] ? at[base](i) : at[x0](i);
+                after[x](i) = (at[above](i) > 0 ? at[upper](i) : at[lower](i)) - from;
+            }
+        }
+        if (!begins || !is_external) return ok;
+        after[base] = at[x0];
+        after[started] = true;
+        return ok;
+    }
+    void infer(Inference& inference) const override {
+        if (!is_external) check_initial(*this, inference, initial.index(), u.index());
+    }
+};
+
+/// dx/dt = v, dv/dt = u, both between limits; at a limit of x the velocity ends.
+class SecondOrderIntegrator final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Parameter<Numbers> initial_x{
+        this, "initial_x", {.initial = {0}, .unit = any_unit, .doc = "x at the start"}};
+    Parameter<Numbers> initial_v{
+        this, "initial_v", {.initial = {0}, .unit = any_unit, .doc = "v at the start"}};
+    Parameter<Numbers> lower_x{this, "lower_x", limit(shape, {-infinity}, "smallest x")};
+    Parameter<Numbers> upper_x{this, "upper_x", limit(shape, {infinity}, "largest x")};
+    Parameter<Numbers> lower_v{this, "lower_v", limit(shape, {-infinity}, "smallest v")};
+    Parameter<Numbers> upper_v{this, "upper_v", limit(shape, {infinity}, "largest v")};
+    Input<Numbers> u{this, "u", any(shape, "second derivative of x")};
+    Output<Numbers> y{this, "x", any(shape, "position")};
+    Output<Numbers> v{this, "v", any(shape, "velocity")};
+    ContinuousState<Numbers> q{
+        this, "q", {.shape = shape, .unit = any_unit, .doc = "position", .initial_from = initial_x.index()}};
+    ContinuousState<Numbers> q_dot{
+        this,
+        "q_dot",
+        {.shape = shape, .unit = any_unit, .doc = "velocity", .initial_from = initial_v.index()}};
+    Workspace<Numbers> rate{this, "rate", {.shape = shape}};
+    Workspace<Numbers> free_v{this, "free_v", {.shape = shape}};
+    GuardRow above{this, "above", {.shape = shape, .doc = "distance above the upper limit of x"}};
+    GuardRow below{this, "below", {.shape = shape, .doc = "distance above the lower limit of x"}};
+    OutputRule rule_x{this, kernels::Saturate{}, y, lower_x, upper_x, q};
+    OutputRule rule_limits{this, kernels::Saturate{}, free_v, lower_v, upper_v, q_dot};
+    OutputRule rule_v{this, kernels::LimitedRate{}, v, lower_x, upper_x, y, free_v};
+    DerivativeRule rule_q{this, kernels::Copy{}, bf::derivative(q), v};
+    DerivativeRule rule_rate{this, kernels::LimitedRate{}, rate, lower_v, upper_v, v, u};
+    DerivativeRule rule_q_dot{this, kernels::LimitedRate{}, bf::derivative(q_dot), lower_x, upper_x, y, rate};
+    GuardRule guard_above{this, kernels::Subtract{}, above, q, upper_x};
+    GuardRule guard_below{this, kernels::Subtract{}, below, q, lower_x};
+
+    Status event(Now at, After after) const noexcept override {
+        for (Eigen::Index i = 0; i < at[q].size(); ++i) {
+            if (at[above](i) <= 0 && at[below](i) >= 0) continue;
+            after[q](i) = at[above](i) > 0 ? at[upper_x](i) : at[lower_x](i);
+            after[q_dot](i) = 0;
+        }
+        return ok;
+    }
+    void infer(Inference& inference) const override {
+        for (const int initial : {initial_x.index(), initial_v.index()})
+            check_initial(*this, inference, initial, u.index());
+    }
+};
+
+} // namespace
+
+void add_limited_integrators(Library& library) {
+    library.group("continuous")
+        .add<LimitedIntegrator>(
+            "LimitedIntegrator",
+            "Integral of u over time between limits, with reset and external initial value. "
+            "At a limit it moves only inwards; a reset puts it back to its initial value at "
+            "that instant.")
+        .add<SecondOrderIntegrator>(
+            "SecondOrderIntegrator",
+            "Integrates twice: dx/dt = v, dv/dt = u, within limits. At a limit of x the "
+            "velocity becomes 0, and only an inward u moves it again.");
+}
+
+} // namespace bf::blocks

@@ -1,0 +1,205 @@
+#pragma once
+
+#include "bf/kernels/scalar.hpp"
+#include "bf/kernels/view.hpp"
+
+/// Outputs and derivatives of continuous states, element by element, and zero-crossing functions.
+namespace bf::kernels {
+
+/// Derivative u of a state that shows as y between lower and upper: 0 where u would lead further out.
+struct LimitedRate {
+    static constexpr const char* name = "bf::kernels::LimitedRate{}";
+    template <class R, class L, class H, class Y, class U>
+    constexpr void operator()(const R& rate, const L& lower, const H& upper, const Y& y,
+                              const U& u) const noexcept {
+        for (int i = 0; i < rate.size(); ++i) {
+            const double slope = u[pick(i, u.size())], at = y[pick(i, y.size())];
+            const bool is_held = (at >= upper[pick(i, upper.size())] && slope > 0) ||
+                                 (at <= lower[pick(i, lower.size())] && slope < 0);
+            rate[i] = is_held ? 0 : slope;
+        }
+    }
+};
+
+/// y = 1 at the upper limit, -1 at the lower one, 0 between them.
+struct LimitReached {
+    static constexpr const char* name = "bf::kernels::LimitReached{}";
+    template <class Y, class L, class H, class X>
+    constexpr void operator()(const Y& y, const L& lower, const H& upper, const X& x) const noexcept {
+        for (int i = 0; i < y.size(); ++i)
+            y[i] = x[i] >= upper[pick(i, upper.size())] ? 1 : x[i] <= lower[pick(i, lower.size())] ? -1 : 0;
+    }
+};
+
+/// y = (u - x) / τ: the derivative of a lag x of u, and of u itself after that lag.
+struct Lag {
+    static constexpr const char* name = "bf::kernels::Lag{}";
+    template <class Y, class T, class X, class U>
+    constexpr void operator()(const Y& y, const T& tau, const X& x, const U& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i)
+            y[i] = (u[pick(i, u.size())] - x[pick(i, x.size())]) / tau[pick(i, tau.size())];
+    }
+};
+
+/// Controllable canonical form of Σ b_i sⁿ⁻ⁱ / Σ a_i sⁿ⁻ⁱ with a_0 = 1, one column of x per element of u:
+/// y = Σ (b_i - a_i b_0) x_i + b_0 u. Source: Ogata, Modern Control Engineering, 5th ed., §9.2.
+struct CompanionOutput {
+    static constexpr const char* name = "bf::kernels::CompanionOutput{}";
+    template <class Y, class B, class A, class X, class U>
+    constexpr void operator()(const Y& y, const B& b, const A& a, const X& x, const U& u) const noexcept {
+        for (int j = 0; j < y.size(); ++j) {
+            double sum = b[0] * u[pick(j, u.size())];
+            for (int i = 0; i < x.rows; ++i) sum += (b[i + 1] - a[i + 1] * b[0]) * x(i, j);
+            y[j] = sum;
+        }
+    }
+};
+
+/// Its derivative: x_1' = u - Σ a_i x_i, x_i' = x_{i-1}.
+struct CompanionRate {
+    static constexpr const char* name = "bf::kernels::CompanionRate{}";
+    template <class R, class A, class X, class U>
+    constexpr void operator()(const R& rate, const A& a, const X& x, const U& u) const noexcept {
+        for (int j = 0; j < x.cols && x.rows > 0; ++j) {
+            double first = u[pick(j, u.size())];
+            for (int i = 0; i < x.rows; ++i) first -= a[i + 1] * x(i, j);
+            for (int i = x.rows - 1; i > 0; --i) rate(i, j) = x(i - 1, j);
+            rate(0, j) = first;
+        }
+    }
+};
+
+/// y = (u - u_before) / (t - t_before), or 0 before there was a step (started = 0).
+struct DifferenceQuotient {
+    static constexpr const char* name = "bf::kernels::DifferenceQuotient{}";
+    template <class Y, class S, class P, class X, class T, class U>
+    constexpr void operator()(const Y& y, const S& started, const P& t_before, const X& u_before, const T& t,
+                              const U& u) const noexcept {
+        const double length = t[0] - t_before[0];
+        for (int i = 0; i < y.size(); ++i)
+            y[i] = started[0] && length > 0 ? (u[i] - u_before[i]) / length : 0.0;
+    }
+};
+
+/// y = u(t - delay) from the samples of the past, between two samples on their line, after the newest one on
+/// that of the last two; `initial` before the first sample. times and values (one row per sample) are rings,
+/// of which `count` entries were written so far. False when the delay reaches beyond what the ring still
+/// holds.
+struct DelayedSample {
+    static constexpr const char* name = "bf::kernels::DelayedSample{}";
+    static constexpr char failure[] = "the delay is longer than the buffer holds: give 'buffer' more samples";
+    template <class Y, class I, class D, class R, class V, class N, class T>
+    constexpr bool operator()(const Y& y, const I& initial, const D& delay, const R& times, const V& values,
+                              const N& count, const T& t) const noexcept {
+        const unsigned capacity = static_cast<unsigned>(times.size());
+        const unsigned held = count[0] < capacity ? count[0] : capacity, oldest = count[0] - held;
+        const auto slot = [&](unsigned i) { return static_cast<int>((oldest + i) % capacity); };
+        bool known = true;
+        for (int j = 0; j < y.size(); ++j) {
+            const double late = delay[pick(j, delay.size())], at = t[0] - (late > 0 ? late : 0.0);
+            if (held == 0 || at < times[slot(0)]) {
+                known = known && (held == 0 || oldest == 0);
+                y[j] = initial[pick(j, initial.size())];
+                continue;
+            }
+            unsigned low = 0, high = held; // times(low) <= at < times(high)
+            while (high - low > 1) {
+                const unsigned middle = low + (high - low) / 2;
+                if (times[slot(middle)] <= at)
+                    low = middle;
+                else
+                    high = middle;
+            }
+            if (low + 1 == held && held > 1) --low; // the line of the last two
+            const int a = slot(low), b = slot(held > 1 ? low + 1 : low);
+            const double part = a == b ? 0.0 : (at - times[a]) / (times[b] - times[a]);
+            y[j] = part == 1.0 ? values(b, j) : values(a, j) + part * (values(b, j) - values(a, j));
+        }
+        return known;
+    }
+};
+
+/// Next rings and count after the sample (t, u). A sample of the same time as the newest replaces it.
+struct KeepSample {
+    static constexpr const char* name = "bf::kernels::KeepSample{}";
+    template <class R, class V, class N, class R0, class V0, class N0, class T, class U>
+    constexpr void operator()(const R& times, const V& values, const N& count, const R0& old_times,
+                              const V0& old_values, const N0& old_count, const T& t,
+                              const U& u) const noexcept {
+        for (int i = 0; i < times.size(); ++i) times[i] = old_times[i];
+        for (int i = 0; i < values.size(); ++i) values[i] = old_values[i];
+        const unsigned capacity = static_cast<unsigned>(times.size());
+        const bool replaces =
+            old_count[0] > 0 && old_times[static_cast<int>((old_count[0] - 1) % capacity)] >= t[0];
+        const unsigned sample = replaces ? old_count[0] - 1 : old_count[0];
+        const int row = static_cast<int>(sample % capacity);
+        times[row] = t[0];
+        for (int j = 0; j < values.cols; ++j) values(row, j) = u[j];
+        count[0] = sample + 1;
+    }
+};
+
+/// g = u - level: crosses zero where u passes the level.
+struct Margin {
+    static constexpr const char* name = "bf::kernels::Margin{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class G, class U, class L>
+    constexpr void operator()(const G& g, const U& u, const L& level) const noexcept {
+        for (int i = 0; i < g.size(); ++i)
+            g[i] =
+                static_cast<double>(u[pick(i, u.size())]) - static_cast<double>(level[pick(i, level.size())]);
+    }
+};
+
+/// g = 1 where u > 0, else -1: crosses zero also where u jumps from 0.
+struct PositiveSign {
+    static constexpr const char* name = "bf::kernels::PositiveSign{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class G, class U> constexpr void operator()(const G& g, const U& u) const noexcept {
+        for (int i = 0; i < g.size(); ++i) g[i] = u[pick(i, u.size())] > 0 ? 1 : -1;
+    }
+};
+
+/// Crosses zero where u meets a stop of a play: u - x ∓ width/2, x being the output of the step before.
+struct StopMargins {
+    static constexpr const char* name = "bf::kernels::StopMargins{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class L, class H, class W, class X, class U>
+    constexpr void operator()(const L& lower, const H& upper, const W& width, const X& x,
+                              const U& u) const noexcept {
+        for (int i = 0; i < lower.size(); ++i) {
+            const double half = static_cast<double>(width[pick(i, width.size())]) / 2;
+            const double offset = static_cast<double>(u[i]) - static_cast<double>(x[i]);
+            lower[i] = offset + half;
+            upper[i] = offset - half;
+        }
+    }
+};
+
+/// g = 1 while a pulse is high, else -1; see Pulse.
+struct PulseSign {
+    static constexpr const char* name = "bf::kernels::PulseSign{}";
+    template <class G, class P, class W, class D, class T>
+    constexpr void operator()(const G& g, const P& period, const W& width, const D& delay,
+                              const T& t) const noexcept {
+        for (int i = 0; i < g.size(); ++i) {
+            const double since = t[0] - delay[pick(i, delay.size())], p = period[pick(i, period.size())];
+            const bool high = since >= 0 && std::fmod(since, p) < p * (width[pick(i, width.size())] / 100.0);
+            g[i] = high ? 1 : -1;
+        }
+    }
+};
+
+/// g crosses zero where round(u / q) changes: cos(π u / q).
+struct QuantizeEdge {
+    static constexpr const char* name = "bf::kernels::QuantizeEdge{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class G, class Q, class U>
+    void operator()(const G& g, const Q& interval, const U& u) const noexcept {
+        for (int i = 0; i < g.size(); ++i)
+            g[i] = std::cos(opaque(3.14159265358979323846 * static_cast<double>(u[pick(i, u.size())]) /
+                                   static_cast<double>(interval[pick(i, interval.size())])));
+    }
+};
+
+} // namespace bf::kernels

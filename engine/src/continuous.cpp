@@ -36,6 +36,18 @@ void Simulation::bind_guards() {
             }
         }
     }
+    // Continuous signals that enable or reset subsystems are watched as they are.
+    for (const auto& condition : diagram_.conditions)
+        for (const auto& signal : {condition.enable, condition.reset}) {
+            if (signal.node < 0 || diagram_.slot(signal).type != Type::float64) continue;
+            const int rate = diagram_.nodes[static_cast<std::size_t>(signal.node)].rate;
+            if (!diagram_.rates[static_cast<std::size_t>(rate)].is_continuous) continue;
+            const auto count = static_cast<std::size_t>(diagram_.slot(signal).size.count());
+            guard_bindings_.push_back({-1, condition.parent,
+                                       static_cast<double*>(context_.data(signal.node, signal.slot)),
+                                       guard_values_.size(), count, false});
+            guard_values_.resize(guard_values_.size() + count);
+        }
     guard_before_.resize(guard_values_.size());
     crossed_.resize(guard_values_.size());
 }
@@ -166,6 +178,7 @@ bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
         observe_event(t);
         for (std::size_t g = 0; g < guard_bindings_.size();) {
             const auto& guard = guard_bindings_[g];
+            if (guard.node < 0) break; // the control signals come last
             bool is_crossed = false;
             for (; g < guard_bindings_.size() && guard_bindings_[g].node == guard.node; ++g)
                 for (std::size_t i = 0; i < guard_bindings_[g].count; ++i) {

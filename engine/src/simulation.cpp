@@ -213,7 +213,7 @@ Status Simulation::step() noexcept {
     }
     for (const auto& segment : outputs_)
         if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
-    if (!guards_.empty() && !find_crossings()) return status_;
+    if (!guard_bindings_.empty() && !find_crossings()) return status_;
     for (Observer* observer : observers_) observer->observe(*this);
     for (const auto& segment : updates_)
         if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;

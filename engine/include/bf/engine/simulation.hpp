@@ -118,7 +118,7 @@ class Simulation {
         std::size_t bytes;
         bool is_double; ///< and so looked at for NaN
     };
-    /// The zero-crossing functions in one slot.
+    /// The zero-crossing functions in one slot of a node, or (node -1) a signal that controls a subsystem.
     struct GuardBinding {
         int node, condition;
         double* values;

@@ -16,10 +16,6 @@ using GuardRow = GuardOf<Numbers>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-About limit(const AnyShape& shape, std::initializer_list<double> value, const char* doc) {
-    return {.shape = shape, .initial = value, .unit = any_unit, .doc = doc};
-}
-
 /// dz/dt = u between limits, with reset. z = x + base, so that an external initial value can be taken over:
 /// base is that value, known in the first step or at a reset, and x begins at 0.
 class LimitedIntegrator final : public Block {
@@ -61,8 +57,10 @@ class LimitedIntegrator final : public Block {
         this,
         "initial",
         {.initial = {0}, .unit = any_unit, .doc = "y at the start", .present = !is_external}};
-    Parameter<Numbers> lower{this, "lower", limit(shape, {-infinity}, "smallest y")};
-    Parameter<Numbers> upper{this, "upper", limit(shape, {infinity}, "largest y")};
+    Parameter<Numbers> lower{
+        this, "lower", {.shape = shape, .initial = {-infinity}, .unit = any_unit, .doc = "smallest y"}};
+    Parameter<Numbers> upper{
+        this, "upper", {.shape = shape, .initial = {infinity}, .unit = any_unit, .doc = "largest y"}};
     Input<Numbers> u{
         this, "u", {.shape = shape, .unit = any_unit, .doc = "signal to integrate", .feedthrough = false}};
     ContinuousReset reset_input{this};
@@ -128,10 +126,14 @@ class SecondOrderIntegrator final : public Block {
         this, "initial_x", {.initial = {0}, .unit = any_unit, .doc = "x at the start"}};
     Parameter<Numbers> initial_v{
         this, "initial_v", {.initial = {0}, .unit = any_unit, .doc = "v at the start"}};
-    Parameter<Numbers> lower_x{this, "lower_x", limit(shape, {-infinity}, "smallest x")};
-    Parameter<Numbers> upper_x{this, "upper_x", limit(shape, {infinity}, "largest x")};
-    Parameter<Numbers> lower_v{this, "lower_v", limit(shape, {-infinity}, "smallest v")};
-    Parameter<Numbers> upper_v{this, "upper_v", limit(shape, {infinity}, "largest v")};
+    Parameter<Numbers> lower_x{
+        this, "lower_x", {.shape = shape, .initial = {-infinity}, .unit = any_unit, .doc = "smallest x"}};
+    Parameter<Numbers> upper_x{
+        this, "upper_x", {.shape = shape, .initial = {infinity}, .unit = any_unit, .doc = "largest x"}};
+    Parameter<Numbers> lower_v{
+        this, "lower_v", {.shape = shape, .initial = {-infinity}, .unit = any_unit, .doc = "smallest v"}};
+    Parameter<Numbers> upper_v{
+        this, "upper_v", {.shape = shape, .initial = {infinity}, .unit = any_unit, .doc = "largest v"}};
     Input<Numbers> u{this, "u", any(shape, "second derivative of x")};
     Output<Numbers> y{this, "x", any(shape, "position")};
     Output<Numbers> v{this, "v", any(shape, "velocity")};

@@ -25,9 +25,9 @@ class PidQuantities {
           has_tracking(
               owner, "tracking",
               {.initial = false, .doc = "an input `tracked` that y is to follow, e.g. in manual mode"}),
-          P(owner, "P", gain(shape, {1}, "proportional gain")),
-          I(owner, "I", gain(shape, {0}, "integral gain, 1/s")),
-          D(owner, "D", gain(shape, {0}, "derivative gain, s")),
+          P(owner, "P", {.shape = shape, .initial = {1}, .unit = any_unit, .doc = "proportional gain"}),
+          I(owner, "I", {.shape = shape, .initial = {0}, .unit = any_unit, .doc = "integral gain, 1/s"}),
+          D(owner, "D", {.shape = shape, .initial = {0}, .unit = any_unit, .doc = "derivative gain, s"}),
           N(owner, "N",
             {.shape = shape,
              .initial = {100},
@@ -42,9 +42,12 @@ class PidQuantities {
                          .initial = {1},
                          .unit = unit<"s">,
                          .doc = "T_t of back-calculation and tracking"}),
-          lower(owner, "lower", gain(shape, {-infinity}, "smallest y")),
-          upper(owner, "upper", gain(shape, {infinity}, "largest y")),
-          initial(owner, "initial", gain(shape, {0}, "integral part at the start")),
+          lower(owner, "lower",
+                {.shape = shape, .initial = {-infinity}, .unit = any_unit, .doc = "smallest y"}),
+          upper(owner, "upper",
+                {.shape = shape, .initial = {infinity}, .unit = any_unit, .doc = "largest y"}),
+          initial(owner, "initial",
+                  {.shape = shape, .initial = {0}, .unit = any_unit, .doc = "integral part at the start"}),
           r(owner, has_setpoint ? "r" : "e", any(shape, has_setpoint ? "setpoint" : "control error")),
           m(owner, "m", {.shape = shape, .unit = any_unit, .doc = "measurement", .present = has_setpoint}),
           tracked(
@@ -80,9 +83,6 @@ class PidQuantities {
 
   private:
     static constexpr double infinity = std::numeric_limits<double>::infinity();
-    static About gain(const AnyShape& shape, std::initializer_list<double> initial, const char* doc) {
-        return {.shape = shape, .initial = initial, .unit = any_unit, .doc = doc};
-    }
 };
 
 } // namespace bf::blocks

@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
@@ -17,9 +19,9 @@
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int pairs = 500, delays = 10, blocks = 2 * pairs + delays;
+constexpr int all_pairs = 500, all_delays = 10, blocks = 2 * all_pairs + all_delays;
 
-bf::codegen::Files chain(int width) {
+bf::codegen::Files chain(int width, int pairs, int delays) {
     const std::string n = std::to_string(width);
     bf::model::Builder m("chain");
     using bf::model::End;
@@ -50,8 +52,13 @@ bf::codegen::Files chain(int width) {
 
 /// A generated project, compiled with the options of its CMakeLists.txt.
 struct Project {
-    fs::path folder = fs::temp_directory_path() / ("bf_codegen_benchmark_" + std::to_string(getpid()));
-    explicit Project(int width) { bf::codegen::write(chain(width), folder); }
+    fs::path folder;
+    explicit Project(int width, int pairs = all_pairs, int delays = all_delays) {
+        static int made = 0;
+        folder = fs::temp_directory_path() /
+                 ("bf_codegen_benchmark_" + std::to_string(getpid()) + "_" + std::to_string(++made));
+        bf::codegen::write(chain(width, pairs, delays), folder);
+    }
     ~Project() { fs::remove_all(folder); }
     void execute(const std::string& command) const {
         if (std::system(("cd " + folder.string() + " && " + command).c_str()) != 0)
@@ -63,8 +70,14 @@ struct Project {
 };
 
 void step(benchmark::State& state, int width) {
-    const Project project(width);
-    project.compile("-O3 -fno-tree-slp-vectorize");
+    // Compiled once for all repetitions.
+    static std::map<int, std::unique_ptr<Project>> projects;
+    auto& known = projects[width];
+    if (!known) {
+        known = std::make_unique<Project>(width);
+        known->compile("-O3 -fno-tree-slp-vectorize");
+    }
+    const Project& project = *known;
     for (auto _ : state) {
         project.execute("./chain --time > time.txt");
         double nanoseconds = 0;
@@ -73,9 +86,30 @@ void step(benchmark::State& state, int width) {
     }
 }
 
-void compile(benchmark::State& state) {
-    const Project project(1);
+/// What is left of the time when the model is next to nothing: the compiler and the headers.
+void compile(benchmark::State& state, int pairs, int delays) {
+    const Project project(1, pairs, delays);
     for (auto _ : state) project.compile("-O2");
+}
+void compile_all(benchmark::State& state) { compile(state, all_pairs, all_delays); }
+void compile_three(benchmark::State& state) { compile(state, 1, 1); }
+
+/// The same numbers written by hand, every signal stored.
+void hand_loop(benchmark::State& state) {
+    double gain[all_pairs], sum[all_pairs] = {}, delay[all_delays] = {};
+    for (auto _ : state) {
+        double last = delay[all_delays - 1];
+        for (int i = 0; i < all_pairs; ++i) {
+            gain[i] = 0.999 * last;
+            sum[i] = last = gain[i] + 1;
+        }
+        for (int i = all_delays - 1; i > 0; --i) delay[i] = delay[i - 1];
+        delay[0] = last;
+        benchmark::DoNotOptimize(gain);
+        benchmark::DoNotOptimize(sum);
+        benchmark::DoNotOptimize(delay);
+    }
+    state.SetItemsProcessed(state.iterations() * blocks);
 }
 
 void scalar_block(benchmark::State& state) { step(state, 1); }
@@ -93,8 +127,16 @@ BENCHMARK(vector23_block)
     ->UseManualTime()
     ->Iterations(5)
     ->Unit(benchmark::kNanosecond);
-BENCHMARK(compile)
+BENCHMARK(hand_loop)->Name("codegen.scalar_block/hand_loop");
+BENCHMARK(compile_all)
     ->Name("codegen.compile_1000_blocks")
     ->UseRealTime()
     ->Iterations(1)
+    ->Repetitions(2)
+    ->Unit(benchmark::kSecond);
+BENCHMARK(compile_three)
+    ->Name("codegen.compile_1000_blocks/three_blocks")
+    ->UseRealTime()
+    ->Iterations(1)
+    ->Repetitions(2)
     ->Unit(benchmark::kSecond);

@@ -5,6 +5,7 @@ Usage: report.py PROGRAM OUTPUT [FILTER]. Figures are medians of CPU time over i
 value / reference of the same run.
 """
 import json
+import re
 import subprocess
 import sys
 
@@ -18,6 +19,9 @@ ROWS = [
     ("engine.cartpole", "x", "engine.cartpole/diagram", "engine.cartpole/hand_loop", ">= 1000 x"),
     ("engine.cvode_1000_states", "ms", "engine.cvode_1000_states/diagram", "engine.cvode_1000_states/bare", "<= 1.15 x"),
     ("elaborate.1000_blocks", "ms", "elaborate.1000_blocks", "elaborate.blocks/10000", "< 100 ms"),
+    ("codegen.scalar_block", "ns", "codegen.scalar_block", "codegen.scalar_block/hand_loop", "<= 1 ns"),
+    ("codegen.vector23_block", "ns", "codegen.vector23_block", "engine.vector23_block", "<= 10 ns"),
+    ("codegen.compile_1000_blocks", "s", "codegen.compile_1000_blocks", "codegen.compile_1000_blocks/three_blocks", "< 15 s"),
     ("toolbox.whole_body_step", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/bare_pinocchio", "<= 1.15 x"),
     ("toolbox.whole_body_step_idyntree", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/idyntree", ""),
     ("toolbox.qp_12x38", "us", "toolbox.qp_12x38/block", "toolbox.qp_12x38/bare_daqp", "<= 1.2 x"),
@@ -26,7 +30,7 @@ ROWS = [
     ("loop.icub_1khz", "x", "loop.icub_1khz/diagram", "loop.icub/bare_physics", ">= 15 x"),
     ("boundary.read_23", "ns", "boundary.read_23", "boundary.read_23/bare", "<= 60 ns"),
     ("boundary.hosting", "ns", "boundary.hosting", "boundary.hosting/native", "<= 50 ns more"),
-    ("recording.append_23", "ns", "record_23_vector/at_ease/iterations:200000", "copy_23_vector/iterations:1000000", ""),
+    ("recording.append_23", "ns", "record_23_vector/at_ease", "copy_23_vector", ""),
 ]
 
 
@@ -40,10 +44,12 @@ def measure(program, pattern):
     times = {}
     for entry in result["benchmarks"]:
         if entry.get("aggregate_name") == "median":
-            seconds = entry["cpu_time"] / SECOND[entry["time_unit"]]
+            # A measurement that names its own clock is not about the CPU time of this program.
+            own_clock = re.search("/(manual|real)_time", entry["run_name"])
+            seconds = entry["real_time" if own_clock else "cpu_time"] / SECOND[entry["time_unit"]]
             if "items_per_second" in entry and entry["items_per_second"]:
                 seconds = 1 / entry["items_per_second"]
-            times[entry["run_name"]] = seconds
+            times[re.sub("/(iterations:[0-9]+|manual_time|real_time)", "", entry["run_name"])] = seconds
     return times
 
 

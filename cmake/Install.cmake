@@ -3,7 +3,8 @@
 #   lib/libbf_core.so    the block API, one copy for the program and every plugin
 #   lib/blockfactory/    plugins, which `bf` finds beside itself
 #   lib/cmake/           find_package(BlockFactory)
-#   include/bf/          headers of core and kernels
+#   lib/libbf_blocks.a   the standard blocks, for generated programs that make some of them at their start
+#   include/bf/          headers of core, kernels and the standard library
 #
 # A prefix may be moved, but stays on its machine: libraries from wheels and robot models are used where
 # scripts/deps put them.
@@ -12,6 +13,7 @@ set(package lib/cmake/BlockFactory)
 
 set_target_properties(bf_core PROPERTIES EXPORT_NAME core)
 set_target_properties(bf_kernels PROPERTIES EXPORT_NAME kernels)
+set_target_properties(bf_blocks PROPERTIES EXPORT_NAME blocks)
 set(wheels ${BF_SITE}/cmeel.prefix/lib ${BF_SITE}/mujoco)
 set_target_properties(bf PROPERTIES INSTALL_RPATH "$ORIGIN/../lib;${wheels}")
 set_target_properties(WholeBodyToolbox PROPERTIES INSTALL_RPATH "$ORIGIN/..;${wheels}")
@@ -22,10 +24,11 @@ target_compile_options(bf_core INTERFACE $<INSTALL_INTERFACE:-ffp-contract=off>)
 target_compile_definitions(bf_core INTERFACE
     $<INSTALL_INTERFACE:EIGEN_MAX_ALIGN_BYTES=16> $<INSTALL_INTERFACE:EIGEN_MALLOC_ALREADY_ALIGNED=1>)
 
-install(TARGETS bf_core bf_kernels bf EXPORT BlockFactory
-    RUNTIME DESTINATION bin LIBRARY DESTINATION lib INCLUDES DESTINATION include)
+install(TARGETS bf_core bf_kernels bf_blocks bf EXPORT BlockFactory
+    RUNTIME DESTINATION bin LIBRARY DESTINATION lib ARCHIVE DESTINATION lib INCLUDES DESTINATION include)
 install(TARGETS WholeBodyToolbox LIBRARY DESTINATION lib/blockfactory)
 install(DIRECTORY core/include/ kernels/include/ DESTINATION include)
+install(FILES blocks/include/bf/blocks/standard.hpp DESTINATION include/bf/blocks)
 install(FILES formats/yaml/model.schema.json DESTINATION share/blockfactory)
 
 install(EXPORT BlockFactory NAMESPACE BlockFactory:: FILE BlockFactoryExports.cmake DESTINATION ${package})

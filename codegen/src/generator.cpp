@@ -65,6 +65,14 @@ void Generator::check() const {
                 "\n  " + condition.path + ": it is triggered or reset, which generated code does not do";
     for (const auto& loop : diagram_.plan.loops)
         problems += "\n  " + loop.path + ": it stands in a loop, which generated code does not run";
+    if (options_.embedded)
+        for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
+            if (is_hosted(static_cast<int>(n)))
+                add(diagram_.nodes[n],
+                    "its class makes it at the start of the program, which needs a heap and exceptions");
+    if (options_.single && !options_.embedded)
+        problems +=
+            "\n  single precision is for embedded code: it does not equal the simulation; add --embedded";
     if (problems.empty()) return;
     throw GenerationError("no code can be generated for '" + diagram_.name + "':" + problems +
                           "\nreplace these blocks, or generate the part of the model without them");
@@ -135,18 +143,19 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
     case Call::Source::period: {
         const int rate = node(n).rate;
         const bool is_continuous = diagram_.rates[static_cast<std::size_t>(rate)].is_continuous;
-        constants += "static constexpr double period = " +
-                     literal(is_continuous ? 0 : diagram_.period(rate), Type::float64) + ";\n";
+        constants += std::string("static constexpr ") + cpp_name(real()) +
+                     " period = " + literal(is_continuous ? 0 : diagram_.period(rate), real()) + ";\n";
         return "in(period)";
     }
     case Call::Source::constants: {
         const auto& values = *from.constants;
         if (values.empty()) return "empty<const double, 0, 1>()";
         std::string list, name = "constants";
-        for (const double value : values) list += (list.empty() ? "" : ", ") + literal(value, Type::float64);
+        for (const double value : values) list += (list.empty() ? "" : ", ") + literal(value, real());
         for (int i = 2; constants.find(" " + name + "[]") != std::string::npos; ++i)
             name = "constants_" + number(i);
-        constants += "static constexpr double " + name + "[] = {" + list + "};\n";
+        constants +=
+            "static constexpr " + std::string(cpp_name(real())) + " " + name + "[] = {" + list + "};\n";
         return "in(" + name + ")";
     }
     case Call::Source::rate:
@@ -156,7 +165,7 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
     const Slot& slot = slot_of(block(n), from.slot);
     const auto s = static_cast<std::size_t>(from.slot);
     if (slot.size.count() == 0)
-        return "empty<" + std::string(from.is_written ? "" : "const ") + cpp_name(slot.type) + ", " +
+        return "empty<" + std::string(from.is_written ? "" : "const ") + cpp_name(type_of(slot)) + ", " +
                extents(slot.size) + ">()";
     Node::End end{n, from.slot};
     if (slot.role == Role::input && node(n).sources[s].node >= 0) end = node(n).sources[s];
@@ -242,7 +251,8 @@ std::string Generator::condition_test(int c) const {
     const auto& condition = diagram_.conditions[static_cast<std::size_t>(c)];
     if (condition.enable.node < 0) return "";
     const std::string i = number(c);
-    return "// enabled subsystem " + comment(condition.path) + "\nif (is_positive(" +
+    return "// enabled subsystem " + comment(condition.path) + "\nif (" +
+           (has_continuous_states() ? "!is_minor_ && " : "") + "is_positive(" +
            place_of(condition.enable).text() + ") != is_enabled_" + i + "_ && !(is_enabled_" + i +
            "_ ? disable_" + i + "() : enable_" + i + "())) return false;\n";
 }
@@ -251,15 +261,15 @@ std::string Generator::write_values(const std::string& target, const Slot& slot,
                                     const std::vector<double>& values) const {
     const auto differ = [](double a, double b) { return a != b || std::signbit(a) != std::signbit(b); };
     const bool is_uniform = std::adjacent_find(values.begin(), values.end(), differ) == values.end();
-    const auto text = [&](double value) { return literal(value, slot.type); };
+    const auto text = [&](double value) { return literal(value, type_of(slot)); };
     if (is_uniform) {
         const std::string value = text(values.empty() ? 0.0 : values.front());
         if (slot.size.count() == 1 && slot.size.cols == 1) return target + " = " + value + ";\n";
-        return "assign(" + target + ", " + cpp_name(slot.type) + "(" + value + "));\n";
+        return "assign(" + target + ", " + cpp_name(type_of(slot)) + "(" + value + "));\n";
     }
     std::string list;
     for (const double value : values) list += (list.empty() ? "" : ", ") + text(value);
-    return "{\n    static constexpr " + std::string(cpp_name(slot.type)) + " values[] = {" + list +
+    return "{\n    static constexpr " + std::string(cpp_name(type_of(slot))) + " values[] = {" + list +
            "};\n    assign(" + target + ", values);\n}\n";
 }
 

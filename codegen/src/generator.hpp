@@ -35,6 +35,7 @@ class Generator {
   public:
     Generator(const Diagram& diagram, const Options& options);
     Files run();
+    MemoryReport memory() const; ///< after run()
 
   private:
     const Block& block(int node) const { return *diagram_.nodes[static_cast<std::size_t>(node)].block; }
@@ -45,6 +46,8 @@ class Generator {
     /// Made by the factory from its plugin at the start of the program, because it is more than rules that
     /// can be printed.
     bool is_hosted(int n) const { return hosted_[static_cast<std::size_t>(n)] >= 0; }
+    Type real() const { return options_.single ? Type::float32 : Type::float64; }
+    Type type_of(const Slot& slot) const { return slot.type == Type::float64 ? real() : slot.type; }
     bool has_hosted() const { return hosted_count_ > 0; }
     void place_all();
     void place(const Node::End& end, const char* structure, std::vector<Field>& fields,
@@ -81,7 +84,8 @@ class Generator {
     };
     std::string main_source(const Calls& calls);
     std::string integration(const Calls& calls) const;
-    int continuous_size() const;
+    int continuous_size() const; ///< elements
+    int stages_of_solver() const;
     std::string solver_name() const;
     bool uses_standard_library() const; ///< are some hosted blocks standard ones?
     std::string cmake_lists(const std::vector<std::string>& sources) const;
@@ -90,6 +94,9 @@ class Generator {
     std::string tables() const;
     std::string table_row(const std::string& name, const Node::End& end) const;
     std::string readme() const;
+    void add_interfaces(Files& files) const; ///< for C and Python
+    std::string c_structure(const char* name, const char* doc, const std::vector<Field>& fields) const;
+    std::string python_structure(const char* name, const char* doc, const std::vector<Field>& fields) const;
 
     const Diagram& diagram_;
     Options options_;

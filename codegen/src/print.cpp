@@ -1,6 +1,7 @@
 // The files of a project.
 #include "generator.hpp"
 
+#include "bf/kernels/runge_kutta.hpp"
 #include "texts.hpp"
 
 #include <algorithm>
@@ -28,9 +29,9 @@ std::string unit_text(const Slot& slot) {
 }
 
 /// "double y[3]" and, with values, " = {1.0, 2.0, 3.0}".
-std::string declarator(const Field& field, bool has_values) {
+std::string declarator(const Field& field, Type element, bool has_values) {
     const Slot& slot = *field.slot;
-    const std::string type = cpp_name(slot.type);
+    const std::string type = cpp_name(element);
     const bool is_scalar = slot.size.count() == 1 && slot.size.cols == 1;
     std::string text = slot.size.cols != 1 ? "bf::generated::Matrix<" + type + ", " + number(slot.size.rows) +
                                                  ", " + number(slot.size.cols) + "> " + field.member
@@ -39,7 +40,7 @@ std::string declarator(const Field& field, bool has_values) {
     if (!has_values || slot.initial_from >= 0)
         return text + (has_values ? is_scalar ? " = {}" : " = {}" : "");
     const auto value = [&](std::size_t i) {
-        return literal(slot.initial[slot.initial.size() == 1 ? 0 : i], slot.type);
+        return literal(slot.initial[slot.initial.size() == 1 ? 0 : i], element);
     };
     if (slot.initial.empty()) return text + " = {}";
     if (is_scalar) return text + " = " + value(0);
@@ -72,7 +73,7 @@ std::string Generator::structure(const char* name, const char* doc, const std::v
         std::string about = comment(field.path);
         if (const std::string unit = unit_text(*field.slot); !unit.empty()) about += " [" + unit + "]";
         if (!field.slot->doc.empty()) about += ": " + comment(field.slot->doc);
-        text += "        " + declarator(field, has_values) + "; ///< " + about + "\n";
+        text += "        " + declarator(field, type_of(*field.slot), has_values) + "; ///< " + about + "\n";
     }
     return text + "    };\n";
 }
@@ -110,7 +111,8 @@ std::string Generator::header() const {
         "class " +
         class_ +
         " {\n  public:\n"
-        "    static constexpr double period = " +
+        "    using Real = " +
+        cpp_name(real()) + "; ///< of time and quantities\n    static constexpr double period = " +
         literal(d.step, Type::float64) +
         "; ///< of step() [s]\n"
         "    static constexpr double stop_time = " +
@@ -170,7 +172,7 @@ std::string Generator::header() const {
         text +=
             structure("Workspace", "Memory of kernels; means nothing between two steps.", workspace_, false);
     if (has_continuous_states())
-        functions += "    bool evaluate(double at) noexcept;\n    bool integrate() noexcept;\n";
+        functions += "    bool evaluate(Real at) noexcept;\n    bool integrate() noexcept;\n";
     if (has_hosted())
         functions += "    std::unique_ptr<bf::generated::Hosted> make_hosted_blocks();\n    bool "
                      "start_hosted_blocks() noexcept;\n";
@@ -181,14 +183,15 @@ std::string Generator::header() const {
         "    States next_; // states after this step\n"
         "    Parameters previous_; // restored when a change is refused\n" +
         (workspace_.empty() ? "" : "    Workspace workspace_{};\n") +
-        (has_continuous_states() ? "    ContinuousStates rates_; // derivatives\n    double start_[" +
+        (has_continuous_states() ? "    ContinuousStates rates_; // derivatives\n    Real start_[" +
                                        number(continuous_size()) + "], slopes_[" + number(continuous_size()) +
                                        " * bf::kernels::" + solver_name() + ".stages]; // of the solver\n"
                                  : "") +
         (has_hosted() ? "    std::unique_ptr<bf::generated::Hosted> hosted_;\n    std::string problem_; // "
                         "why they could not be made\n"
                       : "") +
-        "    std::int64_t steps_ = 0;\n    double time_ = 0; // of this step [s]\n"
+        "    std::int64_t steps_ = 0;\n    Real time_ = 0; // of this step [s]\n" +
+        (has_continuous_states() ? "    bool is_minor_ = false; // inside a step of the solver\n" : "") +
         "    const char* failed_block_ = nullptr;\n    const char* failure_ = nullptr;\n};\n";
     return text;
 }
@@ -209,7 +212,7 @@ std::string Generator::main_source(const Calls& calls) {
         text += "    ::new (static_cast<void*>(&continuous)) ContinuousStates();\n    ::new "
                 "(static_cast<void*>(&rates_)) ContinuousStates{};\n"
                 "    for (int i = 0; i < " +
-                number(continuous_size()) + "; ++i) elements(rates_)[i] = 0;\n";
+                number(continuous_size()) + "; ++i) elements<Real>(rates_)[i] = 0;\n";
     text += "    outputs = Outputs();\n    steps_ = 0;\n    time_ = 0;\n    failed_block_ = failure_ = "
             "nullptr;\n";
     text += each_rate([](const std::string& r, const SampleRate& rate) {
@@ -236,8 +239,8 @@ std::string Generator::main_source(const Calls& calls) {
                                  4);
     text += "    return true;\n}\n\n";
 
-    text +=
-        "bool " + class_ + "::output() noexcept {\n    if (failure_) return false;\n    time_ = time();\n";
+    text += "bool " + class_ +
+            "::output() noexcept {\n    if (failure_) return false;\n    time_ = Real(time());\n";
     text += each_rate([&](const std::string& r, const SampleRate& rate) {
         const std::string hit = has_hosted() ? "hosted_->hit(" + r + ", time_);\n" : "";
         if (rate.ticks == 1) return hit.empty() ? "" : "    " + hit;
@@ -281,7 +284,8 @@ std::string Generator::main_source(const Calls& calls) {
             const auto& slots = block(n).declaration().slots;
             for (std::size_t s = 0; s < slots.size(); ++s)
                 if (slots[s].role == Role::continuous_state && slots[s].size.count() > 0)
-                    text += "    assign(rates_." + place_of({n, static_cast<int>(s)}).member + ", 0.0);\n";
+                    text +=
+                        "    assign(rates_." + place_of({n, static_cast<int>(s)}).member + ", Real(0));\n";
         }
         for (std::size_t inner = 1; inner < d.conditions.size(); ++inner)
             if (d.conditions[inner].parent == static_cast<int>(c)) {
@@ -308,6 +312,16 @@ std::string Generator::solver_name() const {
     return {};
 }
 
+int Generator::stages_of_solver() const {
+    switch (diagram_.solver.method) {
+    case SolverMethod::euler: return kernels::euler.stages;
+    case SolverMethod::heun: return kernels::heun.stages;
+    case SolverMethod::bogacki_shampine: return kernels::bogacki_shampine.stages;
+    case SolverMethod::rk4: return kernels::rk4.stages;
+    default: return kernels::dormand_prince.stages;
+    }
+}
+
 int Generator::continuous_size() const {
     int size = 0;
     for (const auto& field : continuous_) size += field.slot->size.count();
@@ -323,14 +337,16 @@ std::string Generator::integration(const Calls& calls) const {
     for (const auto& field : continuous_)
         nan += "has_nan(continuous." + field.member + ") ? " + literal(node(field.end.node).path) + " : ";
     return "// Signals of continuous blocks inside the step, then derivatives.\nbool " + class_ +
-           "::evaluate(double at) noexcept {\n    time_ = at;\n" + go_to + "    return " +
-           calls.inner_outputs + ";\n}\n\nbool " + class_ +
-           "::integrate() noexcept {\n    const double begin = time_; // where the signals were computed "
+           "::evaluate(Real at) noexcept {\n    time_ = at;\n" + go_to +
+           "    is_minor_ = true; // conditions keep what they are\n    const bool good = " +
+           calls.inner_outputs + ";\n    is_minor_ = false;\n    return good;\n}\n\nbool " + class_ +
+           "::integrate() noexcept {\n    const Real begin = time_; // where the signals were computed "
            "already\n"
-           "    const auto derivative = [&](double at) { return (at == begin || evaluate(at)) && " +
+           "    const auto derivative = [&](Real at) { return (at == begin || evaluate(at)) && " +
            calls.derivatives + "; };\n    if (!kernels::runge_kutta_step(kernels::" + solver_name() +
-           ", begin, period, " + number(continuous_size()) +
-           ", elements(continuous), elements(rates_), start_,\n                                   slopes_, "
+           ", begin, Real(period), " + number(continuous_size()) +
+           ", elements<Real>(continuous), elements<Real>(rates_), start_,\n                                  "
+           " slopes_, "
            "derivative))\n        return false;\n    const char* const block = " +
            nan +
            "nullptr;\n    return !block || fail(block, \"a continuous state became NaN: look for a division "
@@ -345,7 +361,7 @@ std::string Generator::table_row(const std::string& name, const Node::End& end) 
     std::string structure = place.structure == "continuous" ? "continuousStates" : place.structure;
     structure[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(structure[0])));
     return "    {" + literal(name) + ", " + literal(unit_text(slot)) + ", " + literal(slot.doc) +
-           ", Type::" + enumerator(slot.type) + ", Where::" + place.structure + ", " +
+           ", Type::" + enumerator(type_of(slot)) + ", Where::" + place.structure + ", " +
            number(slot.size.rows) + ", " + number(slot.size.cols) + ", offsetof(" + class_ +
            "::" + structure + ", " + place.member + ")},\n";
 }
@@ -443,28 +459,37 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
     for (const auto& source : sources) list += " " + source;
     if (uses_standard_library()) libraries += " BlockFactory::blocks";
     const std::string model = file_ + "_model";
-    return "cmake_minimum_required(VERSION 3.16)\nproject(" + file_ + "_project LANGUAGES CXX)\n\n" +
-           (has_hosted() ? "set(CMAKE_CXX_STANDARD 20) # of BlockFactory; the model itself needs 17\n"
-                         : "set(CMAKE_CXX_STANDARD 17)\n") +
-           "set(CMAKE_CXX_STANDARD_REQUIRED ON)\nset(CMAKE_CXX_EXTENSIONS OFF)\n"
-           "if(NOT CMAKE_BUILD_TYPE)\n    set(CMAKE_BUILD_TYPE Release)\nendif()\n"
-           "# Joining scalar blocks into short vectors costs more than it saves.\n"
-           "set(CMAKE_CXX_FLAGS_RELEASE \"-O3 -fno-tree-slp-vectorize -DNDEBUG\")\n# Results equal the "
-           "simulation's bit for bit only without fused operations.\n"
-           "add_compile_options(-ffp-contract=off)\n\n" +
-           (has_hosted()
-                ? "# Blocks of plugins are made when the program starts, from BLOCKFACTORY_PLUGIN_PATH or "
-                  "the installation.\nfind_package(BlockFactory REQUIRED)\n\n"
-                : "") +
-           "add_library(" + model + " STATIC" + list + ")\ntarget_include_directories(" + model +
-           " PUBLIC . include)\n" +
-           (has_hosted() ? "target_link_libraries(" + model + " PUBLIC " + libraries +
-                               ")\ntarget_compile_definitions(" + model +
-                               " PRIVATE "
-                               "BF_PLUGIN_FOLDER=\"$<TARGET_FILE_DIR:BlockFactory::core>/blockfactory\")\n"
-                         : "") +
-           "\nadd_executable(run_" + file_ + " main.cpp)\ntarget_link_libraries(run_" + file_ + " PRIVATE " +
-           model + ")\n";
+    std::string text =
+        "cmake_minimum_required(VERSION 3.16)\nproject(" + file_ + "_project LANGUAGES CXX)\n\n" +
+        (has_hosted() ? "set(CMAKE_CXX_STANDARD 20) # of BlockFactory; the model itself needs 17\n"
+                      : "set(CMAKE_CXX_STANDARD 17)\n") +
+        "set(CMAKE_CXX_STANDARD_REQUIRED ON)\nset(CMAKE_CXX_EXTENSIONS OFF)\n"
+        "if(NOT CMAKE_BUILD_TYPE)\n    set(CMAKE_BUILD_TYPE Release)\nendif()\n"
+        "# Joining scalar blocks into short vectors costs more than it saves.\n"
+        "set(CMAKE_CXX_FLAGS_RELEASE \"-O3 -fno-tree-slp-vectorize -DNDEBUG\")\n# Results equal the "
+        "simulation's bit for bit only without fused operations.\n"
+        "add_compile_options(-ffp-contract=off)\n\n";
+    if (options_.embedded)
+        return text + "# No heap, no exceptions, no streams.\nadd_library(" + model + " STATIC" + list +
+               ")\ntarget_include_directories(" + model + " PUBLIC . include)\ntarget_compile_options(" +
+               model +
+               " PRIVATE -fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections "
+               "-fdata-sections "
+               "-fstack-usage)\n";
+    if (has_hosted())
+        text += "# Blocks of plugins are made when the program starts, from BLOCKFACTORY_PLUGIN_PATH or the "
+                "installation.\nfind_package(BlockFactory REQUIRED)\n\n";
+    text += "set(CMAKE_POSITION_INDEPENDENT_CODE ON)\nadd_library(" + model + " STATIC" + list +
+            ")\ntarget_include_directories(" + model + " PUBLIC . include)\n";
+    if (has_hosted())
+        text += "target_link_libraries(" + model + " PUBLIC " + libraries + ")\ntarget_compile_definitions(" +
+                model + " PRIVATE BF_PLUGIN_FOLDER=\"$<TARGET_FILE_DIR:BlockFactory::core>/blockfactory\")\n";
+    return text + "\nadd_executable(run_" + file_ + " main.cpp)\ntarget_link_libraries(run_" + file_ +
+           " PRIVATE " + model + ")\n\n# The model for C and Python: " + file_ +
+           ".py stands beside the library.\nadd_library(" + file_ + "_c SHARED " + file_ +
+           "_c.cpp)\ntarget_link_libraries(" + file_ + "_c PRIVATE " + model + ")\nset_target_properties(" +
+           file_ + "_c PROPERTIES OUTPUT_NAME " + file_ + ")\nconfigure_file(" + file_ + ".py " + file_ +
+           ".py COPYONLY)\n";
 }
 
 Files Generator::run() {
@@ -531,19 +556,52 @@ Files Generator::run() {
         sources.push_back(file_ + "_hosted.cpp");
         files[sources.back()] = hosted_source();
     }
-    files["main.cpp"] = "// Runs the model for its stop time; --help tells how.\n#include \"" + file_ +
-                        ".hpp\"\n\n#include \"bf/codegen/run.hpp\"\n\nint main(int argc, char** argv) { "
-                        "return bf::generated::run<" +
-                        class_ + ">(argc, argv); }\n";
-    std::string list;
-    for (const auto& source : sources) list += " " + source;
+    if (!options_.embedded) {
+        files["main.cpp"] = "// Runs the model for its stop time; --help tells how.\n#include \"" + file_ +
+                            ".hpp\"\n\n#include \"bf/codegen/run.hpp\"\n\nint main(int argc, char** argv) { "
+                            "return bf::generated::run<" +
+                            class_ + ">(argc, argv); }\n";
+        std::string list;
+        for (const auto& source : sources) list += " " + source;
+        add_interfaces(files);
+        for (const char* support : {"parameter_file", "run"})
+            add_header(std::string("bf/codegen/") + support + ".hpp", files);
+    }
     files["CMakeLists.txt"] = cmake_lists(sources);
     files["README.md"] = readme();
     for (const auto& header : headers) add_header(header, files);
-    for (const char* support : {"views", "quantity", "parameter_file", "run"})
+    for (const char* support : {"views", "quantity"})
         add_header(std::string("bf/codegen/") + support + ".hpp", files);
     if (has_hosted()) add_header("bf/codegen/hosted_blocks.hpp", files);
     return files;
+}
+
+MemoryReport Generator::memory() const {
+    const auto bytes_of = [&](const std::vector<Field>& fields) {
+        std::size_t size = 0, largest = 1;
+        for (const auto& field : fields) {
+            const auto element = static_cast<std::size_t>(bytes(type_of(*field.slot)));
+            size = (size + element - 1) / element * element;
+            size += element * static_cast<std::size_t>(field.slot->size.count());
+            largest = std::max(largest, element);
+        }
+        return (size + largest - 1) / largest * largest;
+    };
+    const auto real_bytes = static_cast<std::size_t>(bytes(real()));
+    const auto stages = static_cast<std::size_t>(stages_of_solver());
+    return {.inputs = bytes_of(inputs_),
+            .outputs = bytes_of(outputs_),
+            .parameters = 2 * bytes_of(parameters_), // the last ones are kept to go back to
+            .signals = bytes_of(signals_),
+            .states = 2 * bytes_of(states_) +
+                      static_cast<std::size_t>(continuous_size()) * real_bytes * (3 + stages),
+            .workspace = bytes_of(workspace_)};
+}
+
+MemoryReport memory_report(const Diagram& diagram, const Options& options) {
+    Generator generator(diagram, options);
+    generator.run();
+    return generator.memory();
 }
 
 Files generate(const Diagram& diagram, const Options& options) { return Generator(diagram, options).run(); }

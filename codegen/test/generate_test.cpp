@@ -1,14 +1,17 @@
 #include "cases.hpp"
 
+#include "bf/codegen/quantity.hpp"
 #include "bf/engine/simulation.hpp"
 #include "bf/model/builder.hpp"
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
+#include <set>
 #include <sstream>
 #include <unistd.h>
 
@@ -164,9 +167,18 @@ std::map<std::string, Recording> compare_all(const std::vector<Case>& cases) {
 TEST(GeneratedCode, EqualsTheEngineForEveryStandardBlock) {
     const auto cases = block_cases();
     std::size_t wirings = 0;
+    std::set<std::string> missing;
+    const Library library = standard_library();
+    for (const auto& type : library.classes()) missing.insert(type.name);
     for (const auto& one : cases)
-        for (const auto& node : one.elaborated.diagram.nodes) wirings += node.path.starts_with("b");
+        for (const auto& node : one.elaborated.diagram.nodes) {
+            wirings += node.path.starts_with("b");
+            missing.erase(node.type);
+        }
     EXPECT_GT(wirings, 400u);
+    // One reads a file, the others stand in loops, which are refused.
+    for (const char* known : {"SignalFromFile", "Iteration", "While", "Ground"}) missing.erase(known);
+    EXPECT_EQ(missing, std::set<std::string>());
     compare_all(cases);
 }
 
@@ -232,8 +244,7 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
               0);
     const auto run = [&](const std::string& parameters) {
         write_text(folder.path / "p.txt", parameters);
-        const int code =
-            std::system((at + "./program --parameters p.txt --csv out.csv 2> errors.txt").c_str());
+        const int code = std::system((at + "./program --params p.txt --csv out.csv 2> errors.txt").c_str());
         return code == 0 ? read_text(folder.path / "out.csv") : read_text(folder.path / "errors.txt");
     };
     EXPECT_EQ(run(""), "time,\"K.y(1)\",\"K.y(2)\"\n0,3,6\n0.10000000000000001,3,6\n");
@@ -245,6 +256,35 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
               "p.txt:3: parameter 'K.K': a value is not a number (it has 1, the line gives 1)\n"
               "p.txt:4: write name = values, not 'K.K 1'\n"
               "p.txt:5: '1x' is no list of numbers\n");
+
+    EXPECT_EQ(std::system((at + "./program --realtime > report.txt 2> errors.txt").c_str()), 0);
+    EXPECT_NE(read_text(folder.path / "report.txt").find("period of 100000 us, 2 steps"), std::string::npos);
+    EXPECT_EQ(std::system(
+                  (at + "timeout --preserve-status -s TERM 0.3 ./program --realtime --stop 100 > report.txt "
+                        "2> errors.txt")
+                      .c_str()),
+              0);
+    EXPECT_NE(std::system((at + "./program --overrun never 2> errors.txt").c_str()), 0);
+}
+
+TEST(GeneratedProgram, ParametersFitTheirTypeOrAreRefused) {
+    using namespace bf::generated;
+    const auto attempt = [](generated::Type type, double value) {
+        std::uint64_t memory = 0;
+        const Quantity quantity{"p", "", "", type, Where::parameters, 1, 1, 0};
+        const char* wrong = write_all(&memory, quantity, &value, 1);
+        return std::string(wrong ? wrong : "");
+    };
+    const std::string misfit = "a value does not fit the integer or boolean type";
+    EXPECT_EQ(attempt(generated::Type::int8, -128), "");
+    EXPECT_EQ(attempt(generated::Type::int8, 128), misfit);
+    EXPECT_EQ(attempt(generated::Type::uint32, 4294967295.0), "");
+    EXPECT_EQ(attempt(generated::Type::uint32, -1), misfit);
+    EXPECT_EQ(attempt(generated::Type::int32, 0.5), misfit);
+    EXPECT_EQ(attempt(generated::Type::boolean, 2), misfit);
+    EXPECT_EQ(attempt(generated::Type::boolean, 1), "");
+    EXPECT_EQ(attempt(generated::Type::float64, 0.0 / 0.0), "a value is not a number");
+    EXPECT_EQ(attempt(generated::Type::float32, HUGE_VAL), "");
 }
 
 TEST(Generate, RefusesByNameWhatNeedsMoreThanFixedSteps) {

@@ -11,6 +11,7 @@ void add_generate(CLI::App& app) {
     struct GenerateOptions {
         ModelOptions model;
         std::string folder;
+        codegen::Options how;
     };
     auto* command =
         app.add_subcommand("generate", "write a C++ project that computes what the model computes");
@@ -19,15 +20,29 @@ void add_generate(CLI::App& app) {
     command->add_option("-o,--output", options->folder, "folder of the project; must be empty or not exist")
         ->type_name("DIR")
         ->required();
+    command->add_flag("--embedded", options->how.embedded,
+                      "a library for microcontrollers: no heap, exceptions or streams");
+    command->add_flag("--single", options->how.single, "embedded: float instead of double")
+        ->needs("--embedded");
     command->footer("Example: bf generate examples/two_rates/model.yaml -o two_rates_code");
     command->callback([options] {
         const LoadedModel loaded = load_model(options->model);
-        codegen::Options how;
-        how.folder = std::filesystem::absolute(options->model.file).parent_path().string();
-        codegen::write(codegen::generate(loaded.diagram, how), options->folder);
+        options->how.folder = std::filesystem::absolute(options->model.file).parent_path().string();
+        const auto& diagram = loaded.diagram;
+        const auto memory = codegen::memory_report(diagram, options->how);
+        codegen::write(codegen::generate(diagram, options->how), options->folder);
+        const char* folder = options->folder.c_str();
         std::printf("%s in %s; build it with: cmake -S %s -B %s/build && cmake --build %s/build\n",
-                    codegen::class_name(loaded.diagram).c_str(), options->folder.c_str(),
-                    options->folder.c_str(), options->folder.c_str(), options->folder.c_str());
+                    codegen::class_name(diagram).c_str(), folder, folder, folder, folder);
+        std::printf("memory [bytes]: inputs %zu, outputs %zu, parameters %zu, signals %zu, states %zu, "
+                    "workspace %zu\n",
+                    memory.inputs, memory.outputs, memory.parameters, memory.signals, memory.states,
+                    memory.workspace);
+        if (codegen::has_hosted_blocks(diagram))
+            std::printf(
+                "some blocks are made at the start of the program: give CMake the installation of "
+                "BlockFactory "
+                "(-DCMAKE_PREFIX_PATH=PREFIX) and the program their plugins (BLOCKFACTORY_PLUGIN_PATH)\n");
     });
 }
 

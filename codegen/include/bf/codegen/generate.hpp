@@ -21,6 +21,10 @@ struct Options {
     /// large models are split.
     int statements_per_function = 200;
     int statements_per_file = 2000;
+    /// For microcontrollers: a library without heap, exceptions and streams instead of a program.
+    bool embedded = false;
+    /// Embedded: float instead of double. The results then differ from the simulation's.
+    bool single = false;
     /// Folder of the model: relative file names in arguments of blocks are meant from there.
     std::string folder = ".";
 };
@@ -33,6 +37,14 @@ using Files = std::map<std::string, std::string>;
 /// needs a C++17 compiler only. Throws GenerationError naming every block that cannot be generated, with the
 /// reason.
 Files generate(const Diagram& diagram, const Options& options = {});
+
+/// Bytes of the structures of the generated class, without the functions and tables in its program memory.
+struct MemoryReport {
+    std::size_t inputs = 0, outputs = 0, parameters = 0, signals = 0;
+    std::size_t states = 0; ///< with the next ones, and what the solver needs
+    std::size_t workspace = 0;
+};
+MemoryReport memory_report(const Diagram& diagram, const Options& options = {});
 
 /// Does the program make some blocks through the factory, because they are more than rules that can be
 /// printed? It then needs the installed BlockFactory and their plugins.

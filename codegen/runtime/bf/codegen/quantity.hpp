@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 namespace bf::generated {
 
@@ -80,11 +81,25 @@ inline void write(void* to, Type type, int i, double x) noexcept {
     });
 }
 
+/// Is x a value of that type? Floating-point types take every number, also infinite ones.
+inline bool fits(Type type, double x) noexcept {
+    return with_type(type, [&](auto* t) {
+        using T = std::remove_pointer_t<decltype(t)>;
+        if constexpr (std::is_integral_v<T>)
+            return x == std::round(x) && x >= static_cast<double>(std::numeric_limits<T>::min()) &&
+                   x <= static_cast<double>(std::numeric_limits<T>::max());
+        else
+            return x == x;
+    });
+}
+
 /// Writes `count` values, or one value to all elements. Null, or what is wrong; nothing is written then.
 inline const char* write_all(void* to, const Quantity& q, const double* values, int count) noexcept {
     if (count != q.size() && count != 1) return "wrong number of elements";
-    for (int i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i) {
         if (std::isnan(values[i])) return "a value is not a number";
+        if (!fits(q.type, values[i])) return "a value does not fit the integer or boolean type";
+    }
     for (int i = 0; i < q.size(); ++i) write(to, q.type, i, values[count == 1 ? 0 : i]);
     return nullptr;
 }

@@ -2,13 +2,18 @@
 #pragma once
 
 #include "bf/codegen/parameter_file.hpp"
+#include "bf/realtime/pacer.hpp"
 
 #include <chrono>
 #include <cinttypes>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
+#include <type_traits>
 
 namespace bf::generated {
 
@@ -56,23 +61,54 @@ class CsvFile {
 };
 
 inline int usage(const char* program, int code) {
-    std::fprintf(code == 0 ? stdout : stderr,
-                 "usage: %s [--stop SECONDS] [--parameters FILE] [--csv FILE] [--list] [--time]\n"
-                 "  --stop        duration [s]\n"
-                 "  --parameters  read `name = values` lines before the first step\n"
-                 "  --csv         write the recorded signals\n"
-                 "  --list        print all parameters and end\n"
-                 "  --time        print the time per step\n",
-                 program);
+    std::fprintf(
+        code == 0 ? stdout : stderr,
+        "usage: %s [OPTION]...\n"
+        "  --stop SECONDS   duration\n"
+        "  --params FILE    read `name = values` lines before the first step\n"
+        "  --csv FILE       write the recorded signals\n"
+        "  --folder FOLDER  where relative file names of blocks are meant from\n"
+        "  --realtime       begin each step at its time of the clock\n"
+        "  --overrun WHAT   after a late step: skip (periods), catch_up, stop, degrade (record nothing)\n"
+        "  --priority N     real-time priority 1 ... 99\n"
+        "  --cpu N          run on that processor only\n"
+        "  --list           print all parameters and end\n"
+        "  --time           print the time per step\n",
+        program);
     return code;
 }
+
+/// Set by SIGINT and SIGTERM: the step under way is the last one.
+inline volatile std::sig_atomic_t is_asked_to_stop = 0;
+
+namespace detail {
+template <class Model, class = void> struct HasFolder : std::false_type {};
+template <class Model> struct HasFolder<Model, std::void_t<decltype(Model::folder)>> : std::true_type {};
+
+inline bool whole_number(const char* text, int least, int most, int& value) {
+    char* end = nullptr;
+    const long number = std::strtol(text, &end, 10);
+    value = static_cast<int>(number);
+    return end != text && *end == '\0' && number >= least && number <= most;
+}
+
+inline std::optional<realtime::Overrun> overrun_of(const std::string& name) {
+    if (name == "skip") return realtime::Overrun::skip;
+    if (name == "catch_up") return realtime::Overrun::catch_up;
+    if (name == "stop") return realtime::Overrun::stop;
+    if (name == "degrade") return realtime::Overrun::degrade;
+    return std::nullopt;
+}
+} // namespace detail
 
 /// Steps the model until its stop time; returns the exit code of the program.
 template <class Model> int run(int argc, char** argv) {
     const auto model = std::make_unique<Model>();
     double stop = Model::stop_time;
-    std::string csv_name, parameters;
-    bool shows_time = false;
+    std::string csv_name, parameters, folder;
+    bool shows_time = false, is_paced = false;
+    realtime::ThreadOptions thread;
+    auto overrun = realtime::Overrun::skip;
     for (int i = 1; i < argc; ++i) {
         const std::string option = argv[i];
         const bool has_value = i + 1 < argc;
@@ -85,21 +121,40 @@ template <class Model> int run(int argc, char** argv) {
             }
             return 0;
         }
-        if (option == "--time")
+        if (option == "--time") {
             shows_time = true;
-        else if (option == "--csv" && has_value)
+        } else if (option == "--realtime") {
+            is_paced = true;
+        } else if (option == "--csv" && has_value) {
             csv_name = argv[++i];
-        else if (option == "--parameters" && has_value)
+        } else if (option == "--params" && has_value) {
             parameters = argv[++i];
-        else if (option == "--stop" && has_value) {
+        } else if (option == "--folder" && has_value) {
+            folder = argv[++i];
+        } else if (option == "--overrun" && has_value) {
+            const auto known = detail::overrun_of(argv[++i]);
+            if (!known) return usage(argv[0], 2);
+            overrun = *known;
+        } else if (option == "--priority" && has_value) {
+            if (!detail::whole_number(argv[++i], 1, 99, thread.priority)) return usage(argv[0], 2);
+        } else if (option == "--cpu" && has_value) {
+            if (!detail::whole_number(argv[++i], 0, 4095, thread.cpu)) return usage(argv[0], 2);
+        } else if (option == "--stop" && has_value) {
             char* end = nullptr;
             stop = std::strtod(argv[++i], &end);
-            if (*end != '\0' || !(stop >= 0)) return usage(argv[0], 2);
-        } else
+            if (end == argv[i] || *end != '\0' || !(stop >= 0)) return usage(argv[0], 2);
+        } else {
             return usage(argv[0], 2);
+        }
     }
-    if (!std::isfinite(stop)) {
+    if (!std::isfinite(stop) && !is_paced) {
         std::fprintf(stderr, "the model names no stop time: give --stop SECONDS\n");
+        return 2;
+    }
+    if constexpr (detail::HasFolder<Model>::value) {
+        if (!folder.empty()) model->folder = folder.c_str();
+    } else if (!folder.empty()) {
+        std::fprintf(stderr, "no block of this model reads a file: leave --folder out\n");
         return 2;
     }
     if (!parameters.empty())
@@ -112,27 +167,46 @@ template <class Model> int run(int argc, char** argv) {
         std::fprintf(stderr, "cannot write %s\n", csv_name.c_str());
         return 1;
     }
-    const auto steps = static_cast<std::int64_t>(std::llround(stop / Model::period));
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { is_asked_to_stop = 1; });
+    const double count = std::round(stop / Model::period);
+    const std::int64_t steps =
+        count < 9e18 ? static_cast<std::int64_t>(count) : std::numeric_limits<std::int64_t>::max();
     bool good = model->initialize();
+    std::optional<realtime::Pacer> pacer;
+    if (is_paced) {
+        pacer.emplace(static_cast<realtime::Nanoseconds>(std::llround(Model::period * 1e9)), overrun);
+        for (const std::string& refused : realtime::prepare_thread(thread))
+            std::fprintf(stderr, "warning: %s\n", refused.c_str());
+        pacer->start();
+    }
     const auto begin = std::chrono::steady_clock::now();
-    for (std::int64_t k = 0; good && k < steps; ++k) {
+    std::int64_t done = 0;
+    for (; good && done < steps && !is_asked_to_stop; ++done) {
+        if (pacer && !pacer->wait()) break;
         good = model->output();
-        if (good && csv.is_open()) csv.row(*model);
+        if (good && csv.is_open() && !(pacer && pacer->is_degraded())) csv.row(*model);
         good = good && model->update();
+        if (pacer) pacer->end_step();
     }
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     model->terminate();
     for (const Quantity& q : Model::check_table())
         std::printf("%s = %.17g\n", q.name, read(model->data(q), q.type, 0));
-    if (shows_time && steps > 0) std::printf("%.3f ns per step\n", wall * 1e9 / static_cast<double>(steps));
-    if (!good)
-        std::fprintf(stderr, "stopped at t = %g s: %s: %s\n", model->time(), model->failed_block(),
-                     model->failure());
+    if (shows_time && done > 0) std::printf("%.3f ns per step\n", wall * 1e9 / static_cast<double>(done));
+    if (pacer) std::fputs(realtime::report(pacer->statistics()).c_str(), stdout);
+    if (!good) {
+        const std::string block = model->failed_block();
+        std::fprintf(stderr, "stopped at t = %g s: %s%s%s\n", model->time(), block.c_str(),
+                     block.empty() ? "" : ": ", model->failure());
+    }
     if (!csv.close()) {
         std::fprintf(stderr, "%s could not be written completely\n", csv_name.c_str());
         return 1;
     }
-    return good ? 0 : 1;
+    const bool is_late = pacer && good && done < steps && !is_asked_to_stop;
+    if (is_late)
+        std::fprintf(stderr, "stopped at t = %g s: a step ended after its deadline\n", model->time());
+    return good && !is_late ? 0 : 1;
 }
 
 } // namespace bf::generated

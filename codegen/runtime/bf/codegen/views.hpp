@@ -92,10 +92,10 @@ template <class T, int N> bool commit(T (&state)[N], const T (&next)[N]) noexcep
     return is_number;
 }
 
-/// A structure of double members as one array.
-template <class Structure> double* elements(Structure& x) noexcept {
-    static_assert(std::is_standard_layout_v<Structure> && alignof(Structure) == alignof(double));
-    return reinterpret_cast<double*>(&x);
+/// A structure whose members are all of type T as one array.
+template <class T, class Structure> T* elements(Structure& x) noexcept {
+    static_assert(std::is_standard_layout_v<Structure> && alignof(Structure) == alignof(T));
+    return reinterpret_cast<T*>(&x);
 }
 
 /// Is some element not a number?

@@ -1,0 +1,250 @@
+// The model for other languages: a C interface and a Python module over it.
+#include "generator.hpp"
+
+namespace bf::codegen {
+
+namespace {
+
+std::string number(int i) { return std::to_string(i); }
+
+std::string about(const Field& field) {
+    const Slot& slot = *field.slot;
+    std::string text = comment(field.path);
+    if (slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1")
+        text += " [" + comment(slot.unit.text) + "]";
+    if (slot.size.cols != 1) text += ", " + number(slot.size.rows) + " x " + number(slot.size.cols);
+    return text;
+}
+
+bool is_scalar(const Slot& slot) { return slot.size.count() == 1 && slot.size.cols == 1; }
+
+std::string c_name(Type type) {
+    const std::string name = cpp_name(type);
+    return name.starts_with("std::") ? name.substr(5) : name;
+}
+
+const char* ctypes_name(Type type) {
+    constexpr const char* names[] = {"c_double", "c_float", "c_int8",   "c_uint8", "c_int16",
+                                     "c_uint16", "c_int32", "c_uint32", "c_bool"};
+    return names[static_cast<std::size_t>(type)];
+}
+
+/// Replaces @prefix@ and @Class@.
+std::string filled(std::string text, const std::string& prefix, const std::string& class_name) {
+    for (const auto& [mark, value] : {std::pair{std::string("@prefix@"), prefix}, {"@Class@", class_name}})
+        for (auto at = text.find(mark); at != std::string::npos; at = text.find(mark, at + value.size()))
+            text.replace(at, mark.size(), value);
+    return text;
+}
+
+constexpr const char* c_functions = R"~(/* A new model; null without memory. */
+@prefix@_model* @prefix@_create(void);
+void @prefix@_destroy(@prefix@_model* model);
+
+/* Initial states; needed before the first step, and to begin anew. False: see @prefix@_failure. */
+bool @prefix@_initialize(@prefix@_model* model);
+/* One period. False when the step failed; it then fails until @prefix@_initialize. */
+bool @prefix@_step(@prefix@_model* model);
+void @prefix@_terminate(@prefix@_model* model);
+
+double @prefix@_period(void);                         /* of a step [s] */
+double @prefix@_time(const @prefix@_model* model); /* of the next step [s] */
+/* Which block failed, and why; null when none did. */
+const char* @prefix@_failed_block(const @prefix@_model* model);
+const char* @prefix@_failure(const @prefix@_model* model);
+
+/* Changes a parameter between two steps: all elements, column by column, or one that expands. Null, or what is wrong;
+   nothing changes then. */
+const char* @prefix@_set_parameter(@prefix@_model* model, const char* name, const double* values, int count);
+/* Reads at most `capacity` elements of a parameter or recorded signal; gives how many it has, -1 when there is none of
+   that name. */
+int @prefix@_get(const @prefix@_model* model, const char* name, double* values, int capacity);
+)~";
+
+constexpr const char* c_source = R"~(
+struct @prefix@_model : @Class@ {};
+
+extern "C" {
+
+@prefix@_model* @prefix@_create(void) { return new (std::nothrow) @prefix@_model(); }
+void @prefix@_destroy(@prefix@_model* model) { delete model; }
+bool @prefix@_initialize(@prefix@_model* model) { return model->initialize(); }
+bool @prefix@_step(@prefix@_model* model) { return model->step(); }
+void @prefix@_terminate(@prefix@_model* model) { model->terminate(); }
+double @prefix@_period(void) { return @Class@::period; }
+double @prefix@_time(const @prefix@_model* model) { return model->time(); }
+const char* @prefix@_failed_block(const @prefix@_model* model) { return model->failed_block(); }
+const char* @prefix@_failure(const @prefix@_model* model) { return model->failure(); }
+const char* @prefix@_set_parameter(@prefix@_model* model, const char* name, const double* values, int count) {
+    return model->set_parameter(name, values, count);
+}
+int @prefix@_get(const @prefix@_model* model, const char* name, double* values, int capacity) {
+    const bf::generated::Quantity* quantity = @Class@::parameter_table().find(name);
+    if (!quantity) quantity = @Class@::recorded_table().find(name);
+    if (!quantity) return -1;
+    for (int i = 0; i < quantity->size() && i < capacity; ++i)
+        values[i] = bf::generated::read(model->data(*quantity), quantity->type, i);
+    return quantity->size();
+}
+)~";
+
+constexpr const char* python_head = R"~(import ctypes
+import keyword
+import os
+import pathlib
+
+_library = ctypes.CDLL(
+    os.environ.get("@Class@_LIBRARY", str(pathlib.Path(__file__).resolve().with_name("lib@prefix@.so")))
+)
+
+
+def _fields(*fields):
+    return [(name + "_" if keyword.iskeyword(name) else name, kind) for name, kind in fields]
+)~";
+
+constexpr const char* python_class = R"~(
+
+def _function(name, result, *arguments):
+    function = getattr(_library, "@prefix@_" + name)
+    function.restype, function.argtypes = result, arguments
+    return function
+
+
+_model, _text, _doubles = ctypes.c_void_p, ctypes.c_char_p, ctypes.POINTER(ctypes.c_double)
+_create = _function("create", _model)
+_destroy = _function("destroy", None, _model)
+_initialize = _function("initialize", ctypes.c_bool, _model)
+_step = _function("step", ctypes.c_bool, _model)
+_terminate = _function("terminate", None, _model)
+_time = _function("time", ctypes.c_double, _model)
+_failed_block = _function("failed_block", _text, _model)
+_failure = _function("failure", _text, _model)
+_set_parameter = _function("set_parameter", _text, _model, _text, _doubles, ctypes.c_int)
+_get = _function("get", ctypes.c_int, _model, _text, _doubles, ctypes.c_int)
+
+
+class @Class@:
+    """One running model. RuntimeError names the block that fails."""
+
+    period = _function("period", ctypes.c_double)()
+
+    def __init__(self):
+        self._model = _create()
+        if not self._model:
+            raise MemoryError("@Class@")
+@structures@        self.initialize()
+
+    def __del__(self):
+        if getattr(self, "_model", None):
+            _terminate(self._model)
+            _destroy(self._model)
+
+    def _check(self, good):
+        if not good:
+            raise RuntimeError(f"{_failed_block(self._model).decode()}: {_failure(self._model).decode()}")
+
+    def initialize(self):
+        """Begins anew."""
+        self._check(_initialize(self._model))
+
+    def step(self):
+        """One period."""
+        self._check(_step(self._model))
+
+    @property
+    def time(self):
+        """Of the next step [s]."""
+        return _time(self._model)
+
+    def set_parameter(self, name, values):
+        """All elements, column by column, or one that expands. ValueError says what is wrong; nothing changes then."""
+        values = [values] if isinstance(values, (int, float)) else list(values)
+        array = (ctypes.c_double * len(values))(*values)
+        wrong = _set_parameter(self._model, name.encode(), array, len(values))
+        if wrong:
+            raise ValueError(f"{name}: {wrong.decode()}")
+
+    def get(self, name):
+        """A parameter or recorded signal, as a list."""
+        size = _get(self._model, name.encode(), None, 0)
+        if size < 0:
+            raise KeyError(name)
+        values = (ctypes.c_double * size)()
+        _get(self._model, name.encode(), values, size)
+        return list(values)
+)~";
+
+} // namespace
+
+std::string Generator::c_structure(const char* name, const char* doc,
+                                   const std::vector<Field>& fields) const {
+    std::string text = std::string("/* ") + doc + " */\ntypedef struct {\n";
+    for (const auto& field : fields) {
+        std::string note = about(field);
+        for (auto at = note.find("*/"); at != std::string::npos; at = note.find("*/"))
+            note.replace(at, 2, "* /");
+        text += "    " + c_name(type_of(*field.slot)) + " " + field.member +
+                (is_scalar(*field.slot) ? "" : "[" + number(field.slot->size.count()) + "]") + "; /* " +
+                note + " */\n";
+    }
+    return text + "} " + file_ + "_" + name + ";\n\n";
+}
+
+std::string Generator::python_structure(const char* name, const char* doc,
+                                        const std::vector<Field>& fields) const {
+    std::string text = std::string("\n\nclass ") + name + "(ctypes.Structure):\n    \"\"\"" + doc +
+                       "\"\"\"\n\n    _fields_ = _fields(\n";
+    for (const auto& field : fields)
+        text += "        (\"" + field.member + "\", ctypes." + ctypes_name(type_of(*field.slot)) +
+                (is_scalar(*field.slot) ? "" : " * " + number(field.slot->size.count())) + "),  # " +
+                about(field) + "\n";
+    return text + "    )\n";
+}
+
+void Generator::add_interfaces(Files& files) const {
+    constexpr const char* inputs_doc = "Written by the caller before each step; matrices column by column.";
+    constexpr const char* outputs_doc = "Valid after each step; matrices column by column.";
+    std::string header =
+        "/* " + comment(diagram_.name) +
+        ": C interface of the generated model. */\n#pragma once\n\n#include <stdbool.h>\n#include "
+        "<stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n"
+        "typedef struct @prefix@_model @prefix@_model;\n\n";
+    std::string source = "// " + comment(diagram_.name) +
+                         ": C interface.\n#include \"@prefix@_c.h\"\n\n#include "
+                         "\"@prefix@.hpp\"\n\n#include <new>\n" +
+                         std::string(c_source);
+    std::string python =
+        "\"\"\"" + comment(diagram_.name) +
+        ", a model generated by BlockFactory: write inputs, call step(), read outputs.\"\"\"\n" + python_head;
+    std::string accessors, structures;
+    if (!inputs_.empty()) {
+        header += c_structure("inputs", inputs_doc, inputs_);
+        accessors += "/* Valid as long as the model. */\n@prefix@_inputs* "
+                     "@prefix@_get_inputs(@prefix@_model* model);\n";
+        source += "static_assert(sizeof(@prefix@_inputs) == sizeof(@Class@::Inputs), \"one layout\");\n"
+                  "@prefix@_inputs* @prefix@_get_inputs(@prefix@_model* model) {\n    return "
+                  "reinterpret_cast<@prefix@_inputs*>(&model->inputs);\n}\n";
+        python += python_structure("Inputs", inputs_doc, inputs_);
+        structures += "        self.inputs = _function(\"get_inputs\", ctypes.POINTER(Inputs), "
+                      "_model)(self._model).contents\n";
+    }
+    if (!outputs_.empty()) {
+        header += c_structure("outputs", outputs_doc, outputs_);
+        accessors += "const @prefix@_outputs* @prefix@_get_outputs(const @prefix@_model* model);\n";
+        source += "static_assert(sizeof(@prefix@_outputs) == sizeof(@Class@::Outputs), \"one layout\");\n"
+                  "const @prefix@_outputs* @prefix@_get_outputs(const @prefix@_model* model) {\n    return "
+                  "reinterpret_cast<const @prefix@_outputs*>(&model->outputs);\n}\n";
+        python += python_structure("Outputs", outputs_doc, outputs_);
+        structures += "        self.outputs = _function(\"get_outputs\", ctypes.POINTER(Outputs), "
+                      "_model)(self._model).contents\n";
+    }
+    header += accessors + "\n" + c_functions + "\n#ifdef __cplusplus\n}\n#endif\n";
+    source += "\n} // extern \"C\"\n";
+    std::string model = python_class;
+    model.replace(model.find("@structures@"), 12, structures);
+    files[file_ + "_c.h"] = filled(header, file_, class_);
+    files[file_ + "_c.cpp"] = filled(source, file_, class_);
+    files[file_ + ".py"] = filled(python + model, file_, class_);
+}
+
+} // namespace bf::codegen

@@ -10,6 +10,7 @@ import subprocess
 import sys
 
 SECOND = {"ns": 1e9, "us": 1e6, "ms": 1e3, "s": 1.0}
+RT = "realtime.overhead_p9999"
 SIMULATED = 4.0  # s, of the closed-loop measurements
 
 # name, unit, our measurement, its reference, target. Unit x: simulated seconds per second.
@@ -30,6 +31,8 @@ ROWS = [
     ("loop.icub_1khz", "x", "loop.icub_1khz/diagram", "loop.icub/bare_physics", ">= 15 x"),
     ("boundary.read_23", "ns", "boundary.read_23", "boundary.read_23/bare", "<= 60 ns"),
     ("boundary.hosting", "ns", "boundary.hosting", "boundary.hosting/native", "<= 50 ns more"),
+    (RT, "us", RT, RT + "/bare_clock_nanosleep", "<= 20 us more"),
+    (RT + "_cyclictest", "us", RT, RT + "/cyclictest", "<= 20 us more"),
     ("recording.append_23", "ns", "record_23_vector/at_ease", "copy_23_vector", ""),
 ]
 
@@ -49,7 +52,7 @@ def measure(program, pattern):
             seconds = entry["real_time" if own_clock else "cpu_time"] / SECOND[entry["time_unit"]]
             if "items_per_second" in entry and entry["items_per_second"]:
                 seconds = 1 / entry["items_per_second"]
-            times[re.sub("/(iterations:[0-9]+|manual_time|real_time)", "", entry["run_name"])] = seconds
+            times[re.sub("/(iterations:[0-9]+|repeats:[0-9]+|manual_time|real_time)", "", entry["run_name"])] = seconds
     return times
 
 

@@ -44,24 +44,32 @@ recording::Metadata panels(const Diagram& diagram) {
 
 } // namespace
 
+int rate_of(const Diagram& diagram, const Node::End& end) {
+    return std::max(diagram.nodes[static_cast<std::size_t>(end.node)].rate, constant_rate);
+}
+
+recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end) {
+    const Slot& slot = diagram.slot(end);
+    recording::ChannelInfo info;
+    info.type = element_type(slot.type);
+    info.rows = static_cast<std::uint32_t>(slot.size.rows);
+    info.cols = static_cast<std::uint32_t>(slot.size.cols);
+    info.is_matrix = slot.size.is_matrix;
+    if (slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1") info.unit = slot.unit.text;
+    info.doc = slot.doc;
+    info.period = diagram.period(rate_of(diagram, end));
+    return info;
+}
+
 Recorder::Recorder(const Diagram& diagram, const std::vector<SignalName>& signals,
-                   const std::filesystem::path& file, const std::string& model_text)
-    : writer_(file, {{"model", diagram.name}, {"step", digits(diagram.step)}}) {
+                   const std::filesystem::path& file, const std::string& model_text,
+                   const recording::WriterOptions& options)
+    : writer_(file, {{"model", diagram.name}, {"step", digits(diagram.step)}}, options) {
     std::unordered_set<std::string> seen;
     for (const auto& signal : signals) {
         if (!seen.insert(signal.path).second) continue;
-        const Slot& slot = diagram.slot(signal.end);
-        const int rate =
-            std::max(diagram.nodes[static_cast<std::size_t>(signal.end.node)].rate, constant_rate);
-        recording::ChannelInfo info;
-        info.type = element_type(slot.type);
-        info.rows = static_cast<std::uint32_t>(slot.size.rows);
-        info.cols = static_cast<std::uint32_t>(slot.size.cols);
-        info.is_matrix = slot.size.is_matrix;
-        if (slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1") info.unit = slot.unit.text;
-        info.doc = slot.doc;
-        info.period = diagram.period(rate);
-        channels_.push_back({writer_.add_channel(signal.path, info), signal.end, rate});
+        channels_.push_back({writer_.add_channel(signal.path, channel_info(diagram, signal.end)), signal.end,
+                             rate_of(diagram, signal.end)});
     }
     writer_.add_metadata("plots", panels(diagram));
     if (!model_text.empty()) writer_.add_attachment("model", "application/yaml", model_text);

@@ -255,37 +255,6 @@ std::vector<CheckResult> Simulation::checks() const {
     return results;
 }
 
-namespace {
-
-std::vector<std::string> parameter_names(const Diagram& diagram) {
-    std::vector<std::string> names;
-    for (const auto& node : diagram.nodes)
-        for (const auto& slot : node.block->declaration().slots)
-            if (slot.role == Role::parameter) names.push_back(node.path + "." + slot.name);
-    return names;
-}
-
-} // namespace
-
-void Simulation::set_parameter(const std::string& path, const std::vector<double>& values) {
-    const auto dot = path.rfind('.');
-    const int node = dot == std::string::npos ? -1 : diagram_.find_node(path.substr(0, dot));
-    const int slot = node < 0 ? -1
-                              : diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().find(
-                                    path.substr(dot + 1), Role::parameter);
-    if (slot < 0)
-        throw RunError("there is no parameter '" + path + "'" +
-                       did_you_mean(path, parameter_names(diagram_)) +
-                       "; parameters are called block.parameter");
-    const Slot& s = diagram_.slot({node, slot});
-    if (values.size() != 1 && static_cast<int>(values.size()) != s.size.count())
-        throw RunError("parameter '" + path + "' has " + std::to_string(s.size.count()) + " elements, not " +
-                       std::to_string(values.size()));
-    write_values(context_.data(node, slot), s.type, s.size.count(), values);
-    must_restart_ = true;
-    run_constants();
-}
-
 std::vector<std::byte> Simulation::snapshot() const {
     if (const int node = context_.refuses_snapshot(); node >= 0)
         throw RunError(diagram_.nodes[static_cast<std::size_t>(node)].path +

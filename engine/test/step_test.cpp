@@ -253,7 +253,42 @@ TEST(Parameters, WrongChangesAreRefused) {
         "there is no parameter 'c.valeu'; did you mean 'c.value'?; parameters are called block.parameter");
     EXPECT_EQ(refused("c.value", {1, 2, 3}), "parameter 'c.value' has 2 elements, not 3");
     EXPECT_EQ(refused("c.value", {}), "parameter 'c.value' has 2 elements, not 0");
+    EXPECT_EQ(refused("c.value", {1, NAN}), "parameter 'c.value' takes numbers that are not NaN");
     EXPECT_EQ(run.values("c"), (Values{1, 2}));
+}
+
+TEST(Parameters, AreHeldToTheirType) {
+    Session run("model: m\nstep: 1\nblocks:\n  i: {block: Constant, value: int8(1)}\n  b: {block: Constant, "
+                "value: true}\n  s: {block: Constant, value: single(1)}\n");
+    const auto refused = [&](const std::string& path, double value) -> std::string {
+        try {
+            run.simulation->set_parameter(path, {value});
+        } catch (const RunError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(refused("i.value", -128), "");
+    EXPECT_EQ(refused("i.value", 128), "parameter 'i.value' takes whole numbers from -128 to 127");
+    EXPECT_EQ(refused("i.value", 0.5), "parameter 'i.value' takes whole numbers from -128 to 127");
+    EXPECT_EQ(refused("b.value", 2), "parameter 'b.value' takes whole numbers from 0 to 1");
+    EXPECT_EQ(refused("s.value", 1e40), "parameter 's.value' takes numbers of single precision");
+    EXPECT_EQ(run("i"), -128);
+}
+
+TEST(Parameters, ChangeAllOrNone) {
+    Session run("model: m\nstep: 1\nblocks:\n  a: {block: Constant, value: 1}\n  b: {block: Constant, value: "
+                "[1, 2]}\n");
+    EXPECT_THROW(run.simulation->prepare({{"a.value", {5}}, {"b.value", {1, 2, 3}}}), RunError);
+    EXPECT_THROW(run.simulation->prepare({{"a.value", {5}}, {"a.value", {6}}}), RunError);
+    EXPECT_EQ(run("a"), 1);
+    auto change = run.simulation->prepare({{"a.value", {5}}, {"b.value", {6}}});
+    EXPECT_EQ(run("a"), 1) << "not before it is applied";
+    EXPECT_TRUE(run.simulation->apply(change));
+    EXPECT_EQ(run("a"), 5);
+    EXPECT_EQ(run.values("b"), (Values{6, 6}));
+    EXPECT_TRUE(run.simulation->apply(change)) << "the old values again";
+    EXPECT_EQ(run("a"), 1);
 }
 
 TEST(Checks, ReportTheFinalValues) {

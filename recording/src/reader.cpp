@@ -1,5 +1,6 @@
 #include "bf/recording/reader.hpp"
 
+#include "bf/recording/message.hpp"
 #include "format.hpp"
 
 #include <cerrno>
@@ -189,7 +190,7 @@ class Parser {
         cursor.get<std::uint32_t>(); // sequence
         const auto time = cursor.get<std::int64_t>();
         cursor.get<std::uint64_t>(); // publish time: the same
-        cursor.take(payload_header_bytes);
+        cursor.take(message_prefix_bytes);
         ++counted_;
         const auto position = positions_.find(id);
         if (position == positions_.end()) return report("a message belongs to no channel");

@@ -1,5 +1,6 @@
 #include "bf/recording/writer.hpp"
 
+#include "bf/recording/message.hpp"
 #include "file.hpp"
 #include "ring.hpp"
 
@@ -17,7 +18,7 @@
 namespace bf::recording {
 namespace {
 
-constexpr std::size_t record_prefix_bytes = record_header_bytes + message_header_bytes + payload_header_bytes;
+constexpr std::size_t record_prefix_bytes = record_header_bytes + message_header_bytes + message_prefix_bytes;
 
 /// What `append` needs about one channel: the bytes in front of the payload, and the payload's size.
 struct Slot {
@@ -41,32 +42,6 @@ struct Span {
     std::uint64_t start() const noexcept { return std::min(first, last); } // 0 when empty
 };
 
-const char* ros_type(ElementType type) {
-    static constexpr const char* names[] = {"float64", "float32", "int8",   "uint8", "int16",
-                                            "uint16",  "int32",   "uint32", "bool"};
-    return names[static_cast<std::size_t>(type)];
-}
-
-/// "Double", "Double23", "Double3x4": one message type per element type and shape.
-std::string message_name(const ChannelInfo& info) {
-    std::string name = name_of(info.type);
-    name[0] = static_cast<char>(name[0] - 'a' + 'A');
-    if (info.is_matrix) return name + std::to_string(info.rows) + "x" + std::to_string(info.cols);
-    return info.rows == 1 ? name : name + std::to_string(info.rows);
-}
-
-std::string message_text(const ChannelInfo& info) {
-    const bool scalar = info.elements() == 1 && !info.is_matrix;
-    return std::string("float64 time\n") + ros_type(info.type) +
-           (scalar ? "" : "[" + std::to_string(info.elements()) + "]") + " value\n";
-}
-
-std::string topic_of(std::string_view name) {
-    std::string topic = name.front() == '/' ? "" : "/";
-    for (const char c : name) topic += c == '.' ? '/' : c;
-    return topic;
-}
-
 std::string shortest(double value) {
     std::array<char, 32> text;
     return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
@@ -79,11 +54,9 @@ Slot make_slot(std::uint16_t id, std::size_t payload_bytes) {
     record.put(std::uint32_t{0}); // sequence, log time, publish time: filled by append
     record.put(std::uint64_t{0});
     record.put(std::uint64_t{0});
-    record.put(cdr_le);
-    record.put(0.0); // time in seconds
-    record.end_record(payload_bytes);
+    record.end_record(message_prefix_bytes + payload_bytes);
     Slot slot{{}, payload_bytes};
-    std::copy(record.bytes().begin(), record.bytes().end(), slot.prefix.begin());
+    std::copy(record.bytes().begin(), record.bytes().end(), slot.prefix.begin()); // the rest: append
     return slot;
 }
 
@@ -149,13 +122,13 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
         reject("another signal has the topic '" + topic + "'; rename one of them");
 
     const auto [schema, is_new] =
-        schema_ids.try_emplace(message_name(info), static_cast<std::uint16_t>(schema_ids.size() + 1));
+        schema_ids.try_emplace(message_type(info), static_cast<std::uint16_t>(schema_ids.size() + 1));
     if (is_new) {
         schemas.begin_record(Opcode::Schema);
         schemas.put(schema->second);
-        schemas.put_text("bf_msgs/msg/" + schema->first);
+        schemas.put_text(schema->first);
         schemas.put_text("ros2msg");
-        schemas.put_text(message_text(info));
+        schemas.put_text(message_definition(info));
         schemas.end_record();
     }
     const auto id = static_cast<std::uint16_t>(slots.size());
@@ -485,7 +458,7 @@ void Writer::append(ChannelId channel, std::int64_t time_ns, const void* data) n
     std::memcpy(record + record_header_bytes + 2, &sequence, 4);
     std::memcpy(record + record_header_bytes + 6, &time_ns, 8);
     std::memcpy(record + record_header_bytes + 14, &time_ns, 8);
-    std::memcpy(record + record_prefix_bytes - 8, &seconds, 8);
+    write_message_prefix(record + record_prefix_bytes - message_prefix_bytes, seconds);
     std::memcpy(record + record_prefix_bytes, data, slot.payload_bytes);
     s.ring->publish();
 }

@@ -1,11 +1,15 @@
 // bf doctor: what this machine has.
+#include "bf/realtime/pacer.hpp"
 #include "session.hpp"
 #include "verbs.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
 #include <thread>
@@ -32,6 +36,46 @@ std::string limit_text(int resource) {
     return limit.rlim_cur == RLIM_INFINITY ? "unlimited" : std::to_string(limit.rlim_cur);
 }
 
+/// The first line of a file of the system; empty when there is none.
+std::string system_line(const char* file) {
+    std::string line;
+    std::getline(std::ifstream(file), line);
+    return line;
+}
+
+/// What a loop in real time needs of the machine, each with what to do where it is missing.
+nlohmann::ordered_json examine_real_time(const utsname& system) {
+    nlohmann::ordered_json list;
+    const auto add = [&](const char* name, bool is_good, const std::string& found,
+                         const std::string& remedy) {
+        list.push_back({{"name", name}, {"good", is_good}, {"found", found}});
+        if (!is_good) list.back()["remedy"] = remedy;
+    };
+    const bool is_rt = std::string(system.version).find("PREEMPT_RT") != std::string::npos;
+    add("kernel", is_rt, is_rt ? "PREEMPT_RT" : "without PREEMPT_RT",
+        "wake-ups may be late by milliseconds: install the package linux-image-rt-amd64 of Debian, or a "
+        "kernel "
+        "with PREEMPT_RT");
+    const auto granted = [&](const char* name, realtime::ThreadOptions options, int limit) {
+        std::vector<std::string> refused; // in a thread of its own, which takes the priority with it
+        std::thread([&] { refused = realtime::prepare_thread(options); }).join();
+        add(name, refused.empty(),
+            (refused.empty() ? "granted; limit " : "refused; limit ") + limit_text(limit),
+            refused.empty() ? "" : refused[0]);
+    };
+    granted("priority", {.priority = 50, .cpu = -1, .locks_memory = false, .stack = 0}, RLIMIT_RTPRIO);
+    granted("memory", {.priority = 0, .cpu = -1, .locks_memory = true, .stack = 0}, RLIMIT_MEMLOCK);
+    munlockall();
+    const auto governor = system_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
+    add("governor", governor.empty() || governor == "performance",
+        governor.empty() ? "the kernel does not scale the frequency" : governor,
+        "processors that slow down lengthen the steps: 'sudo cpupower frequency-set -g performance'");
+    const auto isolated = system_line("/sys/devices/system/cpu/isolated");
+    add("processors", !isolated.empty(), isolated.empty() ? "none isolated" : "isolated: " + isolated,
+        "others may run beside the loop: boot with isolcpus=N and run with --cpu N");
+    return list;
+}
+
 nlohmann::ordered_json examine() {
     utsname system{};
     uname(&system);
@@ -40,9 +84,9 @@ nlohmann::ordered_json examine() {
     json["version"] = BF_VERSION;
     json["system"] = std::string(system.sysname) + " " + system.release + " " + system.machine;
     json["processors"] = std::thread::hardware_concurrency();
-    json["real_time"]["priority_limit"] = limit_text(RLIMIT_RTPRIO);
-    json["real_time"]["locked_memory_limit"] = limit_text(RLIMIT_MEMLOCK);
-    json["real_time"]["preempt_rt"] = std::string(system.version).find("PREEMPT_RT") != std::string::npos;
+    json["real_time"] = examine_real_time(system);
+    std::istringstream libraries(BF_LIBRARIES);
+    for (std::string name, version; libraries >> name >> version;) json["libraries"][name] = version;
     for (const auto& [program, use] : {std::pair("gnuplot", "bf plot"), std::pair("ffmpeg", "bf film")})
         json["programs"][program] = {{"found", has_program(program)}, {"used_by", use}};
     for (const auto& folder : registry->search_path())
@@ -72,10 +116,14 @@ void print(const nlohmann::ordered_json& json) {
     };
     std::printf("BlockFactory %s on %s, %d processors\n\n", text(json["version"]).c_str(),
                 text(json["system"]).c_str(), json["processors"].get<int>());
-    const auto& real_time = json["real_time"];
-    line("real time", real_time["preempt_rt"],
-         "PREEMPT_RT kernel; priority limit " + text(real_time["priority_limit"]) + ", locked memory limit " +
-             text(real_time["locked_memory_limit"]));
+    for (const auto& entry : json["real_time"]) {
+        line("real time", entry["good"], text(entry["name"]) + ": " + text(entry["found"]));
+        if (entry.contains("remedy")) std::printf("%-17s %s\n", "", text(entry["remedy"]).c_str());
+    }
+    std::string libraries;
+    for (const auto& [name, version] : json["libraries"].items())
+        libraries += (libraries.empty() ? "" : ", ") + name + " " + text(version);
+    std::printf("%-12s      %s\n", "libraries", libraries.c_str());
     for (const auto& [name, entry] : json["programs"].items())
         line("program", entry["found"], name + ", used by " + text(entry["used_by"]));
     for (const auto& folder : json["plugin_folders"])

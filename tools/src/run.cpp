@@ -2,6 +2,7 @@
 #include "run.hpp"
 
 #include "bf/engine/recorder.hpp"
+#include "run_realtime.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
@@ -20,6 +21,7 @@ nlohmann::ordered_json RunResult::to_json() const {
     json["wall_s"] = wall;
     json["real_time_factor"] = wall > 0 ? simulated / wall : 0;
     json["steps"] = steps;
+    if (!realtime.is_null()) json["realtime"] = realtime;
     auto& list = json["checks"] = nlohmann::ordered_json::object();
     for (const auto& check : checks) {
         if (check.is_boolean)
@@ -109,6 +111,7 @@ class Progress {
 
 struct RunOptions {
     ModelOptions model;
+    RealtimeOptions realtime;
     std::string stop, record, summary;
     bool is_quiet = false, as_json = false;
 };
@@ -126,6 +129,7 @@ void print(const RunResult& result) {
     for (const auto& check : result.checks)
         std::printf("  %-*s  %s\n", static_cast<int>(width), check.name.c_str(),
                     check.is_boolean ? (check.value != 0 ? "yes" : "NO") : number(check.value).c_str());
+    std::fputs(result.report.c_str(), stdout);
 }
 
 void execute(const RunOptions& options) {
@@ -134,7 +138,7 @@ void execute(const RunOptions& options) {
     const LoadedModel loaded = load_model(model);
     const Diagram& diagram = loaded.diagram;
     const bool is_endless = !std::isfinite(diagram.stop);
-    if (is_endless && options.stop.empty())
+    if (is_endless && options.stop.empty() && !std::isfinite(options.realtime.duration))
         throw CommandError(diagram.name +
                            " does not say how long it runs: give --stop SECONDS (--stop Inf runs until "
                            "Ctrl-C), or write 'stop: SECONDS' in the model");
@@ -144,20 +148,33 @@ void execute(const RunOptions& options) {
     Simulation simulation(diagram);
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
-        recorder.emplace(diagram, recorded_signals(diagram), options.record, loaded.text);
-        simulation.add_observer(*recorder);
+        recorder.emplace(diagram, recorded_signals(diagram), options.record, loaded.text,
+                         recording::WriterOptions{.drop_when_full = options.realtime.is_asked});
+        if (!options.realtime.is_asked) simulation.add_observer(*recorder);
     }
 
     RunResult result;
     {
         const InterruptGuard guard;
-        const Progress progress(simulation);
         StatusLine line;
-        result = run(simulation, diagram.stop, [&](double wall) {
-            if (!options.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
-            return !InterruptGuard::signal() && !(recorder && recorder->failed());
-        });
-        if (!options.is_quiet) line.finish(progress.text(result.wall));
+        const auto goes_on = [&] { return !InterruptGuard::signal() && !(recorder && recorder->failed()); };
+        if (options.realtime.is_asked) {
+            std::string last;
+            result = run_realtime(simulation, options.realtime, recorder ? &*recorder : nullptr,
+                                  diagram.signals(), [&](const std::string& progress) {
+                                      last = progress;
+                                      if (!options.is_quiet && line.is_due()) line.show(progress);
+                                      return goes_on();
+                                  });
+            if (!options.is_quiet) line.finish(last);
+        } else {
+            const Progress progress(simulation);
+            result = run(simulation, diagram.stop, [&](double wall) {
+                if (!options.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
+                return goes_on();
+            });
+            if (!options.is_quiet) line.finish(progress.text(result.wall));
+        }
         result.is_interrupted = InterruptGuard::signal() != 0 && result.failure.empty();
     }
     if (recorder) {
@@ -201,12 +218,14 @@ void add_run(CLI::App& app) {
         ->add_option("--summary", options->summary,
                      "write times, steps and the model's checks to this JSON file")
         ->type_name("FILE");
+    options->realtime.add_to(*command);
     command->add_flag("--json", options->as_json, "print the summary as JSON");
     command->add_flag("--quiet,--headless", options->is_quiet, "show nothing while it runs");
     command->footer(
         "Examples:\n"
         "  bf run examples/icub_balancing/balancing.yaml\n"
         "  bf run examples/icub_balancing/balancing.yaml --set scenario=2 --stop 8 --record run.mcap\n"
+        "  bf run docs/start/motor.yaml --realtime --serve\n"
         "Ctrl-C ends a run as its stop time does: recording and summary are complete, the exit code is 130.\n"
         "The exit code does not depend on the model's checks; look at them in the summary.");
     command->callback([options] { execute(*options); });

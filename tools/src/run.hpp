@@ -18,9 +18,11 @@ struct RunResult {
     std::vector<CheckResult> checks; ///< of the model's own check blocks
     std::string failure;             ///< why the run ended early; empty when it went to its end
     bool is_interrupted = false;
+    std::string report;              ///< of a run in real time, for people
+    nlohmann::ordered_json realtime; ///< the same for programs
 
     /// {"model", "outcome": "finished" | "failed" | "interrupted", "simulated_s", "wall_s",
-    /// "real_time_factor", "steps", "checks": {name: value}, "failure"}
+    /// "real_time_factor", "steps", "realtime", "checks": {name: value}, "failure"}
     nlohmann::ordered_json to_json() const;
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/elaborate/diagram.hpp"
+#include "bf/engine/parameter_change.hpp"
 #include "bf/engine/solver.hpp"
 
 #include <cstdint>
@@ -78,9 +79,15 @@ class Simulation {
     /// Final values of the states that blocks report, by the name of their block.
     std::vector<CheckResult> checks() const;
 
-    /// Changes a parameter between two steps: all elements (column by column), or one that expands. What
-    /// depends on it alone is computed again. Throws RunError for an unknown name or a wrong number of
-    /// elements.
+    /// Every parameter, "block.parameter", in document order.
+    std::vector<SignalName> parameters() const;
+    /// Checks new values. Throws RunError for an unknown name, a wrong number of elements, NaN, or a number
+    /// that the parameter's type cannot hold. Any thread may prepare while another one steps.
+    ParameterChange prepare(const std::vector<ParameterValue>& values);
+    /// Applies them between two steps, all or none, and computes again what depends on them alone. When that
+    /// fails, all has its old value. Allocates nothing.
+    Status apply(ParameterChange& change) noexcept;
+    /// Both at once, for one parameter. Throws RunError.
     void set_parameter(const std::string& path, const std::vector<double>& values);
 
     /// Called after the outputs of each step (3. above); must not allocate if the run must not.

@@ -203,6 +203,7 @@ struct Statistics {
     std::vector<Miss> first_misses;       ///< the first 100
     Histogram latency;                    ///< from a release to the beginning of its step
     Histogram computation;                ///< from the beginning to the end of a step
+    Histogram response;                   ///< from a release to the end of its step; above the period: missed
     Histogram jitter;                     ///< |time between two beginnings - their releases' distance|
     PeriodHistogram periods;
 
@@ -227,6 +228,7 @@ inline std::string report(const Statistics& s) {
     add("  %-18s %10s %10s %10s %10s\n", "us", "p50", "p99", "p99.99", "worst");
     row("wake-up latency", s.latency);
     row("step", s.computation);
+    row("both", s.response);
     row("period's deviation", s.jitter);
     std::int64_t most = 1;
     const auto rows = s.periods.rows();
@@ -303,6 +305,7 @@ class Pacer {
         end_ = now();
         const Nanoseconds processor_time = now(CLOCK_THREAD_CPUTIME_ID);
         statistics_.computation.add(end_ - begin_);
+        statistics_.response.add(end_ - release_);
         last_release_ = release_;
         release_ += period;
         if (end_ > release_)

@@ -1,0 +1,112 @@
+// Parameters of a running simulation.
+#include "bf/engine/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bf {
+
+namespace {
+
+/// What of a parameter's new value its type cannot hold; empty: nothing.
+std::string unfit(Type type, double value) {
+    const auto outside = [&](double least, double greatest) {
+        return value == std::floor(value) && least <= value && value <= greatest
+                   ? std::string()
+                   : std::string("whole numbers from ") + std::to_string(static_cast<long long>(least)) +
+                         " to " + std::to_string(static_cast<long long>(greatest));
+    };
+    const auto range = [&](auto number) {
+        using Limits = std::numeric_limits<decltype(number)>;
+        return outside(static_cast<double>(Limits::min()), static_cast<double>(Limits::max()));
+    };
+    if (std::isnan(value)) return "numbers that are not NaN";
+    switch (type) {
+    case Type::float64: return {};
+    case Type::float32:
+        return std::isfinite(value) && std::abs(value) > std::numeric_limits<float>::max()
+                   ? "numbers of single precision"
+                   : "";
+    case Type::int8: return range(std::int8_t{});
+    case Type::uint8: return range(std::uint8_t{});
+    case Type::int16: return range(std::int16_t{});
+    case Type::uint16: return range(std::uint16_t{});
+    case Type::int32: return range(std::int32_t{});
+    case Type::uint32: return range(std::uint32_t{});
+    case Type::boolean: return outside(0, 1);
+    }
+    return {};
+}
+
+} // namespace
+
+std::vector<SignalName> Simulation::parameters() const {
+    std::vector<SignalName> parameters;
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
+        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        for (std::size_t i = 0; i < slots.size(); ++i)
+            if (slots[i].role == Role::parameter)
+                parameters.push_back({diagram_.nodes[n].path + "." + slots[i].name,
+                                      {static_cast<int>(n), static_cast<int>(i)}});
+    }
+    return parameters;
+}
+
+ParameterChange Simulation::prepare(const std::vector<ParameterValue>& changes) {
+    ParameterChange result;
+    for (const auto& [path, values] : changes) {
+        const auto dot = path.rfind('.');
+        const int node = dot == std::string::npos ? -1 : diagram_.find_node(path.substr(0, dot));
+        const int slot = node < 0 ? -1
+                                  : diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().find(
+                                        path.substr(dot + 1), Role::parameter);
+        if (slot < 0) {
+            std::vector<std::string> names;
+            for (const auto& parameter : parameters()) names.push_back(parameter.path);
+            throw RunError("there is no parameter '" + path + "'" + did_you_mean(path, names) +
+                           "; parameters are called block.parameter");
+        }
+        const Slot& s = diagram_.slot({node, slot});
+        if (values.size() != 1 && static_cast<int>(values.size()) != s.size.count())
+            throw RunError("parameter '" + path + "' has " + std::to_string(s.size.count()) +
+                           " elements, not " + std::to_string(values.size()));
+        for (const double value : values)
+            if (const auto allowed = unfit(s.type, value); !allowed.empty())
+                throw RunError("parameter '" + path + "' takes " + allowed);
+        auto* const at = static_cast<std::byte*>(context_.data(node, slot));
+        if (std::any_of(result.parts.begin(), result.parts.end(),
+                        [&](const auto& part) { return part.at == at; }))
+            throw RunError("parameter '" + path + "' is given twice; give it once");
+        result.parts.push_back({at, std::vector<std::byte>(static_cast<std::size_t>(s.size.count()) *
+                                                           static_cast<std::size_t>(bytes(s.type)))});
+        write_values(result.parts.back().bytes.data(), s.type, s.size.count(), values);
+    }
+    return result;
+}
+
+Status Simulation::apply(ParameterChange& change) noexcept {
+    const auto swap = [&] {
+        for (auto& part : change.parts) std::swap_ranges(part.bytes.begin(), part.bytes.end(), part.at);
+        for (const auto& segment : constants_)
+            if (!run(segment)) return false;
+        return true;
+    };
+    must_restart_ = true;
+    const Status before = status_;
+    const int node_before = failed_node_;
+    if (swap()) return ok;
+    const Status failed = status_;
+    swap(); // these values were good before
+    status_ = before;
+    failed_node_ = node_before;
+    return failed;
+}
+
+void Simulation::set_parameter(const std::string& path, const std::vector<double>& values) {
+    ParameterChange change = prepare({{path, values}});
+    if (const Status status = apply(change); !status)
+        throw RunError("parameter '" + path + "': " + status.text());
+}
+
+} // namespace bf

@@ -1,0 +1,89 @@
+// Runs a simulation against the clock.
+#pragma once
+
+#include "bf/engine/simulation.hpp"
+#include "bf/realtime/pacer.hpp"
+
+#include <atomic>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bf::realtime {
+
+/// Brings changes of parameters from one other thread to the loop, one at a time. Neither waits.
+class ParameterMailbox {
+  public:
+    /// Gives the loop a change; false while the last one is still on its way.
+    bool post(ParameterChange change);
+    /// What became of the last one, once.
+    std::optional<Status> take_result();
+    /// The loop, between two steps.
+    void apply(Simulation& simulation) noexcept;
+
+  private:
+    enum class State { empty, posted, applied };
+    std::atomic<State> state_{State::empty};
+    ParameterChange change_;
+    Status status_;
+};
+
+struct RunnerOptions {
+    double factor = 1; ///< seconds of the model per second
+    Overrun overrun = Overrun::skip;
+    ThreadOptions thread;
+    bool is_strict = false;                                    ///< what the machine refuses is an error
+    double duration = std::numeric_limits<double>::infinity(); ///< s on the clock
+    double watchdog = 0;                                       ///< s without an end of a step; 0: none
+    std::function<void(std::int64_t step)> on_stall = nullptr; ///< in a thread of its own; the step hangs
+};
+
+/// A thread of its own in which a simulation starts, is stepped at its releases, and stops. The caller's
+/// thread only watches, so that whatever it does (print, draw, wait for a disk) cannot disturb the period.
+class Runner {
+  public:
+    /// The simulation must outlive the runner and is not to be stepped by others, nor afterwards.
+    Runner(Simulation& simulation, RunnerOptions options);
+    ~Runner();
+    Runner(const Runner&) = delete;
+    Runner& operator=(const Runner&) = delete;
+
+    /// Sees each step, except those that are degraded.
+    void add_observer(Simulation::Observer& observer);
+    ParameterMailbox& parameters() { return parameters_; }
+
+    struct Progress {
+        std::int64_t steps, missed;
+    };
+    /// Runs up to `stop` s of the model. `monitor` is called in this thread about fifty times a second; false
+    /// ends the run after the step under way. Throws RunError when the simulation does not start, or when
+    /// `is_strict` and the machine refuses something.
+    void run(double stop, const std::function<bool(const Progress&)>& monitor);
+
+    const Statistics& statistics() const { return pacer_.statistics(); }
+    /// What the machine refused, with remedies; known once a step was made.
+    const std::vector<std::string>& refused() const { return refused_; }
+    /// Why the run ended early, e.g. at a missed deadline; empty when it did not.
+    std::string failure() const;
+    /// From the first release to the end of the last step, s.
+    double wall() const { return wall_; }
+
+  private:
+    class Gate;
+    void loop(std::int64_t steps);
+
+    Simulation& simulation_;
+    const RunnerOptions options_;
+    Pacer pacer_;
+    ParameterMailbox parameters_;
+    std::unique_ptr<Gate> gate_;
+    std::vector<std::string> refused_;
+    double wall_ = 0;
+    std::atomic<bool> ends_{false}, is_over_{false};
+    std::atomic<std::int64_t> steps_{0}, missed_{0};
+};
+
+} // namespace bf::realtime

@@ -1,0 +1,202 @@
+"""A viewer of a running model, by the Foxglove WebSocket protocol, with a WebSocket library that is not ours.
+
+Run as: check_server.py PORT, against the model in server_test.cpp. Exits 0 when all answers are as they must be.
+"""
+import asyncio
+import itertools
+import json
+import struct
+import sys
+
+import websockets
+from mcap.records import Schema
+from mcap_ros2.decoder import DecoderFactory
+
+URL = f"ws://127.0.0.1:{sys.argv[1]}"
+PROTOCOL = "foxglove.websocket.v1"
+numbers = itertools.count(1)
+
+
+class Viewer:
+    """One connection; keeps what arrives besides what is waited for."""
+
+    async def __aenter__(self):
+        self.socket = await websockets.connect(URL, subprotocols=[PROTOCOL], max_size=None)
+        assert self.socket.subprotocol == PROTOCOL
+        self.info = await self.wait("serverInfo")
+        self.channels = {c["topic"]: c for c in (await self.wait("advertise"))["channels"]}
+        return self
+
+    async def __aexit__(self, *_):
+        await self.socket.close()
+
+    async def say(self, op, **fields):
+        await self.socket.send(json.dumps({"op": op, **fields}))
+
+    async def wait(self, op):
+        """The next message of that kind; messages of others are passed over."""
+        while True:
+            message = await asyncio.wait_for(self.socket.recv(), 20)
+            if op is bytes and isinstance(message, bytes):
+                return message
+            if isinstance(message, str) and json.loads(message)["op"] == op:
+                return json.loads(message)
+
+    async def error(self):
+        status = await self.wait("status")
+        assert status["level"] == 2, status
+        return status["message"]
+
+    async def subscribe(self, topic):
+        """Yields (time in ns, time in s, value) of each sample."""
+        channel, number = self.channels[topic], next(numbers)
+        assert channel["encoding"] == "cdr" and channel["schemaEncoding"] == "ros2msg"
+        schema = Schema(id=1, name=channel["schemaName"], encoding="ros2msg", data=channel["schema"].encode())
+        decode = DecoderFactory().decoder_for("cdr", schema)
+        await self.say("subscribe", subscriptions=[{"id": number, "channelId": channel["id"]}])
+        while True:
+            data = await self.wait(bytes)
+            opcode, subscription, time = struct.unpack_from("<BIQ", data)
+            assert opcode == 1
+            if subscription == number:
+                message = decode(data[13:])
+                yield time, message.time, message.value
+
+    async def get(self, *names):
+        await self.say("getParameters", parameterNames=names, id="get")
+        answer = await self.wait("parameterValues")
+        assert answer["id"] == "get"
+        return {p["name"]: p["value"] for p in answer["parameters"]}
+
+    async def set(self, **values):
+        await self.say("setParameters", id="set",
+                       parameters=[{"name": n.replace("__", "."), "value": v} for n, v in values.items()])
+        return {p["name"]: p["value"] for p in (await self.wait("parameterValues"))["parameters"]}
+
+
+async def signals():
+    async with Viewer() as viewer:
+        assert viewer.info["name"] == "served", viewer.info
+        assert {"parameters", "parametersSubscribe"} <= set(viewer.info["capabilities"])
+        assert viewer.channels["/vector/y"]["schemaName"] == "bf_msgs/msg/Double2"
+        times = []
+        async for stamp, time, value in viewer.subscribe("/clock/y"):
+            assert abs(stamp - 1e9 * time) < 1 and abs(value - time) < 1e-12
+            times.append(round(time / 0.001))
+            if len(times) == 200:
+                break
+        assert times == list(range(times[0], times[0] + 200)), "no step is left out"
+        async for _, _, value in viewer.subscribe("/vector/y"):
+            assert list(value) == [1, 2], "a constant comes to those who ask late, too"
+            break
+        slow = []
+        async for stamp, _, _ in viewer.subscribe("/slow/y"):
+            slow.append(stamp)
+            if len(slow) == 3:
+                break
+        assert slow[2] - slow[1] == slow[1] - slow[0] == 10_000_000, "at its own rate"
+
+
+async def parameters():
+    async with Viewer() as viewer, Viewer() as other:
+        everything = await viewer.get()
+        assert everything["gain.K"] == 3 and everything["vector.value"] == [1, 2], everything
+        assert everything["flag.value"] is True
+        assert await viewer.get("gain.K", "nothing") == {"gain.K": 3}
+        await other.say("subscribeParameterUpdates", parameterNames=["gain.K"])
+        await other.get("gain.K")  # answered in order, so the subscription is there
+        assert await viewer.set(gain__K=5, vector__value=[7, 8], flag__value=False) == {
+            "gain.K": 5, "vector.value": [7, 8], "flag.value": False}
+        update = await other.wait("parameterValues")
+        assert update["parameters"] == [{"name": "gain.K", "value": 5, "type": "float64"}] and "id" not in update
+        async for _, time, value in viewer.subscribe("/gain/y"):
+            assert value == 5 * time
+            break
+        async for _, _, value in viewer.subscribe("/vector/y"):
+            assert list(value) == [7, 8], "constants follow their parameters"
+            break
+        assert await viewer.set(vector__value=9) == {"vector.value": [9, 9]}, "one element expands"
+
+        async def refused(reason, **values):
+            before = await viewer.get()
+            await viewer.say("setParameters", id="set",
+                             parameters=[{"name": n.replace("__", "."), "value": v} for n, v in values.items()])
+            message = await viewer.error()
+            assert reason in message and message.endswith("; nothing was changed"), message
+            assert (await viewer.wait("parameterValues"))["id"] == "set"
+            assert await viewer.get() == before
+
+        await refused("no parameter 'gain.k'; did you mean 'gain.K'", gain__k=1)
+        await refused("parameter 'vector.value' has 2 elements, not 3", gain__K=1, vector__value=[1, 2, 3])
+        await refused("takes a number or an array of numbers, not \"fast\"", gain__K="fast")
+        await refused("takes a number or an array of numbers, not null", gain__K=None)
+        await refused("takes a number or an array of numbers", vector__value=[1, [2]])
+        await refused("has 2 elements, not 0", vector__value=[])
+        await refused("takes whole numbers from 0 to 1", flag__value=2)
+        await refused("takes whole numbers from -128 to 127", small__value=128)
+
+
+async def nonsense():
+    async with Viewer() as viewer:
+        for text, answer in [
+            ("{", "no JSON object"), ("[1]", "no JSON object"), ("NaN", "no JSON object"),
+            ('{"op": "setParameters", "parameters": [{"name": "gain.K", "value": NaN}]}', "no JSON object"),
+            ("{}", "'op' is missing"), ('{"op": 3}', "'op' is of the wrong type"),
+            ('{"op": "dance"}', "no operation 'dance'"), ('{"op": "subscribe"}', "'subscriptions' is missing"),
+            ('{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 999}]}', "no channel 999"),
+            ('{"op": "subscribe", "subscriptions": [7]}', "is missing"),
+            ('{"op": "unsubscribe", "subscriptionIds": [5]}', "no subscription 5"),
+            ('{"op": "setParameters", "parameters": 3}', "'parameters' is of the wrong type"),
+            ('{"op": "setParameters", "parameters": [{"value": 3}]}', "'name' is missing"),
+        ]:
+            await viewer.socket.send(text)
+            assert answer in await viewer.error(), text
+        await viewer.socket.send(b"\x01bytes")
+        assert "takes no data" in await viewer.error()
+        assert (await viewer.get("small.value")) == {"small.value": 1}, "the connection lives"
+        await viewer.socket.send("[" * 100_000)
+        assert "no JSON object" in await viewer.error()
+        try:
+            await viewer.socket.send("x" * (2 << 20))
+            await viewer.wait("status")
+            raise AssertionError("a message of 2 MB was taken")
+        except websockets.ConnectionClosed:
+            pass
+
+
+async def strangers():
+    async def refused(status, **options):
+        try:
+            await websockets.connect(URL, **options)
+        except websockets.InvalidStatus as error:
+            assert error.response.status_code == status, error
+        else:
+            raise AssertionError(f"{options} was let in")
+
+    await refused(403, subprotocols=[PROTOCOL], origin="https://evil.example")
+    await refused(403, subprotocols=[PROTOCOL], origin="null")
+    await refused(400, subprotocols=["chat"])
+    await refused(400)
+    async with websockets.connect(URL, subprotocols=["foxglove.sdk.v1"], origin="http://localhost:8080"):
+        pass
+    reader, writer = await asyncio.open_connection("127.0.0.1", int(sys.argv[1]))
+    writer.write(b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n")
+    assert b"403" in await reader.readline()
+    reader, writer = await asyncio.open_connection("127.0.0.1", int(sys.argv[1]))
+    writer.write(b"\x00\xff" * 10_000)
+    try:
+        assert await reader.read() == b""
+    except ConnectionResetError:
+        pass
+    async with Viewer() as viewer:
+        assert await viewer.get("small.value") == {"small.value": 1}, "the server lives"
+
+
+async def main():
+    await signals()
+    await parameters()
+    await nonsense()
+    await strangers()
+
+
+asyncio.run(asyncio.wait_for(main(), 60))

@@ -1,0 +1,156 @@
+#include "run_realtime.hpp"
+
+#include "bf/realtime/server.hpp"
+#include "session.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+
+namespace bf::tools {
+
+namespace {
+
+using namespace realtime;
+
+const std::map<std::string, Overrun> policies{{"skip", Overrun::skip},
+                                              {"catch-up", Overrun::catch_up},
+                                              {"stop", Overrun::stop},
+                                              {"degrade", Overrun::degrade}};
+
+double us(Nanoseconds t) { return static_cast<double>(t) / 1000; }
+
+nlohmann::ordered_json json_of(const Histogram& h) {
+    return {{"p50", us(h.percentile(0.5))},
+            {"p99", us(h.percentile(0.99))},
+            {"p99_99", us(h.percentile(0.9999))},
+            {"worst", us(h.max())}};
+}
+
+nlohmann::ordered_json json_of(const Statistics& s) {
+    static constexpr const char* causes[] = {"computation", "interruption", "wakeup", "backlog"};
+    nlohmann::ordered_json json{{"period_us", us(s.period)},
+                                {"steps", s.steps},
+                                {"wake_up_us", json_of(s.latency)},
+                                {"step_us", json_of(s.computation)},
+                                {"response_us", json_of(s.response)},
+                                {"deviation_us", json_of(s.jitter)}};
+    auto& periods = json["deviation_of_the_period"] = nlohmann::ordered_json::array();
+    for (const auto& row : s.periods.rows())
+        periods.push_back({{"from_us", us(row.from)}, {"to_us", us(row.to)}, {"count", row.count}});
+    json["missed"] = s.missed();
+    for (std::size_t i = 0; i < s.misses.size(); ++i) json["missed_by_cause"][causes[i]] = s.misses[i];
+    auto& first = json["first_misses"] = nlohmann::ordered_json::array();
+    for (const auto& miss : s.first_misses)
+        first.push_back({{"step", miss.step},
+                         {"cause", causes[static_cast<int>(miss.cause)]},
+                         {"late_us", us(miss.late)},
+                         {"wake_up_us", us(miss.latency)},
+                         {"step_us", us(miss.computation)}});
+    json["skipped"] = s.skipped;
+    json["degraded"] = s.degraded;
+    return json;
+}
+
+} // namespace
+
+void RealtimeOptions::add_to(CLI::App& app) {
+    auto* asked =
+        app.add_flag("--realtime", is_asked, "step against the clock; see docs/how-to/real-time.md");
+    const auto option = [&](const char* name, auto& value, const char* text, const char* type) {
+        return app.add_option(name, value, text)->needs(asked)->type_name(type);
+    };
+    option("--realtime-factor", factor, "seconds of the model per second", "X")
+        ->check(CLI::Range(1e-6, 1e6).description(""));
+    option("--duration", duration, "end after this many seconds on the clock", "S")
+        ->check(CLI::NonNegativeNumber.description(""));
+    option("--overrun", overrun,
+           "what a missed deadline leads to: skip, catch-up, stop or degrade (skip by default)", "POLICY")
+        ->check(CLI::IsMember(policies).description(""));
+    option("--priority", priority, "of SCHED_FIFO, 1 to 99; 0: the ordinary scheduler (50 by default)", "P")
+        ->check(CLI::Range(0, 99).description(""));
+    option("--cpu", cpu, "run the loop on this processor alone", "N")
+        ->check(CLI::NonNegativeNumber.description(""));
+    option("--watchdog", watchdog, "end the program when a step takes longer, s; 0: never (1 by default)",
+           "S")
+        ->check(CLI::NonNegativeNumber.description(""));
+    app.add_flag("--strict", is_strict, "fail when the machine refuses priority, processor or locked memory")
+        ->needs(asked);
+    option("--serve", port,
+           "serve live signals and parameters to viewers on this computer (Foxglove); port 8765 by default",
+           "[PORT]")
+        ->expected(0, 1)
+        ->default_str("8765");
+}
+
+RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, Recorder* recorder,
+                       const std::vector<SignalName>& signals,
+                       const std::function<bool(const std::string& progress)>& go_on) {
+    const Diagram& diagram = simulation.diagram();
+    RunnerOptions how;
+    how.factor = options.factor;
+    how.overrun = policies.at(options.overrun);
+    how.thread.priority = options.priority;
+    how.thread.cpu = options.cpu;
+    how.is_strict = options.is_strict;
+    how.duration = options.duration;
+    // A step of a slow model may take as long as its period.
+    how.watchdog = options.watchdog > 0 ? std::max(options.watchdog, 10 * diagram.step / options.factor) : 0;
+    how.on_stall = [&](std::int64_t step) {
+        std::fprintf(stderr,
+                     "bf: %s: step %lld at t = %s s has not ended for %s s, so the program ends without "
+                     "stopping the blocks; look for a block that waits or never ends, or raise --watchdog\n",
+                     diagram.name.c_str(), static_cast<long long>(step),
+                     number(static_cast<double>(step) * diagram.step).c_str(), number(how.watchdog).c_str());
+        std::_Exit(1);
+    };
+    Runner runner(simulation, how);
+    if (recorder) runner.add_observer(*recorder);
+    std::optional<Server> server;
+    if (options.port) {
+        server.emplace(simulation, signals, runner.parameters(), ServerOptions{.port = *options.port});
+        runner.add_observer(*server);
+        std::fprintf(stderr, "  live at ws://127.0.0.1:%d\n", server->port());
+    }
+    bool has_warned = false;
+    const auto warn = [&] {
+        if (std::exchange(has_warned, true) || runner.refused().empty()) return;
+        std::fprintf(stderr, "bf: warning: the period is not guaranteed on this machine (see bf doctor)\n");
+        for (const auto& refusal : runner.refused()) std::fprintf(stderr, "  %s\n", refusal.c_str());
+    };
+    runner.run(diagram.stop, [&](const Runner::Progress& progress) {
+        if (progress.steps > 0) warn();
+        return go_on("  t = " + number(static_cast<double>(progress.steps) * diagram.step) + " s, " +
+                     std::to_string(progress.steps) + " steps, " + std::to_string(progress.missed) +
+                     " deadlines missed");
+    });
+    warn();
+
+    RunResult result;
+    result.model = diagram.name;
+    result.wall = runner.wall();
+    result.simulated = simulation.time();
+    result.steps = simulation.steps();
+    result.failure = runner.failure();
+    result.checks = simulation.checks();
+    result.report = report(runner.statistics());
+    result.realtime = json_of(runner.statistics());
+    result.realtime["overrun"] = options.overrun;
+    result.realtime["refused"] = runner.refused();
+    const auto lost = [&](const char* name, std::uint64_t count, const char* text) {
+        result.realtime[name] = count;
+        if (count > 0) result.report += "  " + std::to_string(count) + " " + text + "\n";
+    };
+    if (recorder)
+        lost("lost_samples_recorded", recorder->dropped(), "samples not recorded: the disk was too slow");
+    if (server) {
+        const auto counts = server->counts();
+        lost("lost_samples_served", counts.lost_samples, "samples not served: the server was too slow");
+        lost("lost_messages_served", counts.lost_messages, "messages not served: a viewer was too slow");
+        lost("parameter_changes", counts.changes, "changes of parameters");
+    }
+    return result;
+}
+
+} // namespace bf::tools

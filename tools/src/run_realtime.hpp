@@ -1,0 +1,30 @@
+// bf run --realtime: the simulation stepped by the clock.
+#pragma once
+
+#include "bf/engine/recorder.hpp"
+#include "run.hpp"
+
+#include <CLI/CLI.hpp>
+#include <limits>
+#include <optional>
+
+namespace bf::tools {
+
+struct RealtimeOptions {
+    bool is_asked = false, is_strict = false;
+    double factor = 1, watchdog = 1;
+    double duration = std::numeric_limits<double>::infinity(); ///< s
+    int cpu = -1, priority = 50;
+    std::string overrun = "skip";
+    std::optional<std::uint16_t> port;
+
+    void add_to(CLI::App& app);
+};
+
+/// As `run`, in real time. `signals` are served to viewers. `go_on`, given what happened so far as a text, is
+/// asked about fifty times a second.
+RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, Recorder* recorder,
+                       const std::vector<SignalName>& signals,
+                       const std::function<bool(const std::string& progress)>& go_on);
+
+} // namespace bf::tools

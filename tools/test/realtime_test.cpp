@@ -1,0 +1,130 @@
+// bf run --realtime, as a process.
+#include "command.hpp"
+
+namespace bf::tools {
+
+namespace {
+
+class Realtime : public Command {
+  protected:
+    void SetUp() override {
+        Command::SetUp();
+        write("sine.yaml", sine_model);
+    }
+    /// Sends a signal after half a second of an endless run.
+    Outcome interrupted(const std::string& signal) const {
+        return shell("'" BF_PROGRAM
+                     "' run sine.yaml --realtime --priority 0 --stop Inf --record r.mcap --summary "
+                     "s.json & sleep 0.5; kill -" +
+                     signal + " $!; wait $!");
+    }
+};
+
+TEST_F(Realtime, ReportsWhatHappened) {
+    const auto run = bf("run sine.yaml --realtime --realtime-factor 5 --priority 0 --quiet --record r.mcap "
+                        "--summary s.json");
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_CONTAINS(run.out, "period of 2000 us, 100 steps");
+    EXPECT_CONTAINS(run.out, "wake-up latency");
+    EXPECT_CONTAINS(run.out, "deadlines missed: ");
+    const auto json = this->json("s.json");
+    EXPECT_EQ(json["outcome"], "finished");
+    EXPECT_GE(json["wall_s"].get<double>(), 0.99 * 0.2);
+    const auto& realtime = json["realtime"];
+    EXPECT_EQ(realtime["steps"], 100);
+    EXPECT_EQ(realtime["period_us"], 2000);
+    EXPECT_EQ(realtime["lost_samples_recorded"], 0);
+    std::int64_t periods = 0, missed = 0;
+    for (const auto& row : realtime["deviation_of_the_period"]) periods += row["count"].get<int>();
+    EXPECT_EQ(periods, 99);
+    for (const auto& [cause, count] : realtime["missed_by_cause"].items()) missed += count.get<int>();
+    EXPECT_EQ(missed, realtime["missed"]);
+    for (const char* figure : {"wake_up_us", "step_us", "response_us", "deviation_us"})
+        EXPECT_LE(realtime[figure]["p50"], realtime[figure]["worst"]) << figure;
+}
+
+TEST_F(Realtime, RecordsWhatASimulationRecords) {
+    bf("run sine.yaml --quiet --record simulated.mcap");
+    bf("run sine.yaml --quiet --realtime --realtime-factor 10 --priority 0 --record real.mcap");
+    bf("export simulated.mcap -o simulated.csv");
+    bf("export real.mcap -o real.csv");
+    EXPECT_EQ(lines("real.csv"), 101);
+    EXPECT_EQ(read("real.csv"), read("simulated.csv"));
+}
+
+TEST_F(Realtime, SignalsEndARunAsItsStopTimeDoes) {
+    for (const auto& [signal, code] : {std::pair("INT", 130), std::pair("TERM", 143)}) {
+        const auto run = interrupted(signal);
+        EXPECT_EQ(run.code, code) << run.err;
+        EXPECT_CONTAINS(run.err, "interrupted");
+        const auto json = this->json("s.json");
+        EXPECT_EQ(json["outcome"], "interrupted");
+        bf("export r.mcap -o r.csv");
+        EXPECT_EQ(lines("r.csv"), json["steps"].get<int>() + 1) << "every step is recorded";
+    }
+}
+
+TEST_F(Realtime, DurationIsOnTheClock) {
+    const auto run = bf("run sine.yaml --realtime --priority 0 --stop Inf --duration 0.2 --json");
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_LE(nlohmann::json::parse(run.out)["steps"], 20);
+}
+
+TEST_F(Realtime, WhatTheMachineRefusesIsOneWarningOrAnError) {
+    const auto lenient =
+        bf("run sine.yaml --realtime --realtime-factor 10 --priority 0 --cpu 100000 --quiet");
+    EXPECT_EQ(lenient.code, 0);
+    EXPECT_CONTAINS(lenient.err,
+                    "bf: warning: the period is not guaranteed on this machine (see bf doctor)\n  ");
+    EXPECT_CONTAINS(lenient.err, "processor 100000 was refused (Invalid argument): name one of those that");
+    const auto strict =
+        bf("run sine.yaml --realtime --strict --priority 0 --cpu 100000 --quiet --record r.mcap");
+    EXPECT_EQ(strict.code, 1);
+    EXPECT_CONTAINS(strict.err, "bf: this machine refuses real time\n  processor 100000 was refused");
+}
+
+TEST_F(Realtime, AMissedDeadlineEndsTheRunWherePolicySaysSo) {
+    // No machine makes a step in a nanosecond.
+    write("fast.yaml", "model: fast\nstep: 1e-9\nstop: 1\nblocks:\n  t: {block: Clock}\n");
+    const auto run = bf("run fast.yaml --realtime --priority 0 --overrun stop --quiet --summary s.json");
+    EXPECT_EQ(run.code, 1);
+    EXPECT_CONTAINS(run.err, "fast stopped at t = 1e-09 s: step 0 missed its deadline by ");
+    EXPECT_CONTAINS(run.err, "; choose another --overrun than stop, or give the step more time");
+    EXPECT_EQ(json("s.json")["outcome"], "failed");
+    const auto always =
+        bf("run fast.yaml --realtime --priority 0 --overrun catch-up --quiet --duration 0.1 --json");
+    EXPECT_EQ(always.code, 0) << always.err;
+    const auto realtime = nlohmann::json::parse(always.out)["realtime"];
+    EXPECT_EQ(realtime["missed"], realtime["steps"]);
+}
+
+TEST_F(Realtime, APortThatIsTakenIsNamedBeforeTheRun) {
+    const auto run =
+        shell("'" BF_PROGRAM "' run sine.yaml --realtime --priority 0 --stop Inf --serve 0 --quiet 2>one & "
+              "one=$!; sleep 0.5; port=$(grep -o '[0-9]*$' one); '" BF_PROGRAM
+              "' run sine.yaml --realtime --priority 0 --serve $port; code=$?; kill $one; wait $one; exit "
+              "$code");
+    EXPECT_EQ(run.code, 1);
+    EXPECT_CONTAINS(run.err, "Address already in use; give another port, or 0 for any free one");
+}
+
+TEST_F(Realtime, WrongOptionsAreRefused) {
+    const auto refused = [&](const std::string& options, const std::string& text) {
+        const auto run = bf("run sine.yaml " + options);
+        EXPECT_EQ(run.code, 2) << options;
+        EXPECT_CONTAINS(run.err, text);
+    };
+    refused("--serve", "--serve requires --realtime");
+    refused("--cpu 0", "--cpu requires --realtime");
+    refused("--realtime --overrun hope", "--overrun");
+    refused("--realtime --priority 100", "--priority");
+    refused("--realtime --realtime-factor 0", "--realtime-factor");
+    refused("--realtime --duration -1", "--duration");
+    refused("--realtime --serve 70000", "--serve");
+    const auto endless = bf("run sine.yaml --realtime --set stop=Inf");
+    EXPECT_EQ(endless.code, 1) << "a model without a stop time needs one";
+}
+
+} // namespace
+
+} // namespace bf::tools

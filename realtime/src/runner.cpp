@@ -90,18 +90,20 @@ void Runner::loop(std::int64_t steps) {
             ::munlockall();
         }
     } const at_end{simulation_};
+    std::optional<Watchdog> watchdog;
+    const int priority = options_.thread.priority > 0 ? std::min(options_.thread.priority + 1, 99) : 0;
+    if (options_.watchdog > 0)
+        watchdog.emplace(static_cast<Nanoseconds>(options_.watchdog * 1e9), priority, [this] {
+            if (options_.on_stall) options_.on_stall(steps_.load());
+        });
     refused_ = prepare_thread(options_.thread);
     if (options_.is_strict && !refused_.empty()) {
         std::string text = "this machine refuses real time";
         for (const auto& refusal : refused_) text += "\n  " + refusal;
         throw RunError(text);
     }
-    std::optional<Watchdog> watchdog;
-    if (options_.watchdog > 0)
-        watchdog.emplace(static_cast<Nanoseconds>(options_.watchdog * 1e9), [this] {
-            if (options_.on_stall) options_.on_stall(steps_.load());
-        });
     pacer_.start();
+    if (watchdog) watchdog->kick();
     const Nanoseconds begin = pacer_.release();
     const double last = static_cast<double>(begin) + options_.duration * 1e9; // may be infinite
     while (simulation_.steps() < steps && static_cast<double>(pacer_.release()) < last &&

@@ -28,7 +28,7 @@ namespace websocket = beast::websocket;
 using tcp = asio::ip::tcp;
 using Json = nlohmann::json;
 
-constexpr std::size_t most_sessions = 64;
+constexpr std::size_t most_sessions = 64, most_requests = 1000;
 constexpr auto tick = std::chrono::milliseconds(5);
 
 std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
@@ -68,6 +68,15 @@ template <class T> T field(const Json& json, const char* name) {
     }
 }
 
+/// The numbers by which clients call channels and subscriptions.
+std::uint32_t number_field(const Json& json, const char* name) {
+    const auto number = field<Json>(json, name);
+    if (!number.is_number_unsigned() || number > UINT32_MAX)
+        throw ClientError("the field '" + std::string(name) +
+                          "' is no whole number of 32 bits: " + to_text(number));
+    return number.get<std::uint32_t>();
+}
+
 } // namespace
 
 // ---- the server: one thread, in which everything below runs ----
@@ -102,7 +111,6 @@ struct Server::State {
     void run_tick();
     void deliver();
     void exchange_parameters();
-    Json parameter_json(const std::string& name) const;
     Json parameters_json(const std::vector<std::string>& names) const;
 
     Simulation& simulation;
@@ -190,10 +198,10 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
             const auto op = field<std::string>(json, "op");
             if (op == "subscribe")
                 for (const auto& entry : field<std::vector<Json>>(json, "subscriptions"))
-                    subscribe(field<std::uint32_t>(entry, "id"), field<std::uint32_t>(entry, "channelId"));
+                    subscribe(number_field(entry, "id"), number_field(entry, "channelId"));
             else if (op == "unsubscribe")
-                for (const auto id : field<std::vector<std::uint32_t>>(json, "subscriptionIds"))
-                    unsubscribe(id);
+                for (const auto& id : field<std::vector<Json>>(json, "subscriptionIds"))
+                    unsubscribe(number_field({{"subscriptionIds", id}}, "subscriptionIds"));
             else if (op == "getParameters")
                 send(values_message(field<std::vector<std::string>>(json, "parameterNames"), id_of(json)));
             else if (op == "setParameters")
@@ -259,6 +267,7 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
                     add(value);
                 request.values.push_back({name, std::move(values)});
             }
+            if (state.requests.size() >= most_requests) throw ClientError("too many changes are waiting");
             request.change = state.simulation.prepare(request.values);
             state.requests.push_back(std::move(request));
         } catch (const std::runtime_error& error) {

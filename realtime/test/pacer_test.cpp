@@ -187,7 +187,10 @@ TEST(PreparedThread, IsLeftAloneByDefault) {
 TEST(Watchdog, BarksOnceWhenAStepHangs) {
     std::atomic<int> calls{0};
     {
-        Watchdog watchdog(50'000'000, [&] { ++calls; });
+        Watchdog watchdog(50'000'000, 0, [&] { ++calls; });
+        sleep(5);
+        EXPECT_EQ(calls, 0) << "not before the first kick";
+        watchdog.kick();
         while (calls == 0) sleep(0.1);
         sleep(10);
     }
@@ -196,7 +199,7 @@ TEST(Watchdog, BarksOnceWhenAStepHangs) {
 
 TEST(Watchdog, IsQuietWhileItHears) {
     std::atomic<int> calls{0};
-    Watchdog watchdog(10'000'000'000, [&] { ++calls; });
+    Watchdog watchdog(10'000'000'000, 0, [&] { ++calls; });
     for (int i = 0; i < 10; ++i) {
         watchdog.kick();
         sleep(0.1);

@@ -121,11 +121,11 @@ connections: {sine: [error.u1, large.u1], plant: error.u2, error: control, contr
              std::initializer_list<Simulation::Observer*>{&recorder, &server, &watched})
             runner.add_observer(*observer);
         std::thread crowd([&] {
-            if (is_crowded)
-                EXPECT_EQ(std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/realtime/test/crowd.py " +
-                                       std::to_string(server.port()) + " 2.8")
-                                          .c_str()),
-                          0);
+            if (!is_crowded) return;
+            EXPECT_EQ(std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/realtime/test/crowd.py " +
+                                   std::to_string(server.port()) + " 2.8")
+                                      .c_str()),
+                      0);
         });
         runner.run(steps * 0.001, [](const auto&) { return true; });
         crowd.join();

@@ -72,8 +72,8 @@ int main(int argc, char** argv) {
     app.footer(
         "bf VERB --help tells more. Exit codes: 0 success, 1 failure, 2 wrong usage, 130 interrupted.\n"
         "Example: bf run examples/icub_balancing/balancing.yaml --stop 5");
-    for (const auto add :
-         {add_run, add_check, add_describe, add_plot, add_film, add_export, add_generate, add_doctor})
+    for (const auto add : {add_run, add_check, add_describe, add_plot, add_film, add_export, add_generate,
+                           add_deploy, add_doctor})
         add(app);
     const int code = run(app, argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) {

@@ -52,7 +52,8 @@ std::unique_ptr<Registry> make_registry() {
     auto registry = std::make_unique<Registry>();
     registry->add(standard_library());
     registry->add_search_path(BF_PLUGIN_DIRECTORY);
-    const fs::path program = fs::read_symlink("/proc/self/exe");
+    std::error_code no_proc; // in a bare root
+    const fs::path program = fs::read_symlink("/proc/self/exe", no_proc);
     const fs::path installed = program.parent_path().parent_path() / "lib" / "blockfactory";
     if (installed != fs::path(BF_PLUGIN_DIRECTORY)) registry->add_search_path(installed);
     return registry;

@@ -12,6 +12,7 @@ void add_plot(CLI::App& app);
 void add_film(CLI::App& app);
 void add_export(CLI::App& app);
 void add_generate(CLI::App& app);
+void add_deploy(CLI::App& app);
 void add_doctor(CLI::App& app);
 
 } // namespace bf::tools

@@ -21,7 +21,7 @@ TEST_F(Reference, PagesEqualWhatTheCommandPrints) {
 
 TEST_F(Reference, PagesHoldEveryVerbAndEveryBlock) {
     ASSERT_EQ(shell("'" BF_SOURCE_DIRECTORY "/scripts/update-reference' '" BF_PROGRAM "' .").code, 0);
-    for (const std::string verb : {"run", "check", "describe", "plot", "film", "export", "doctor"})
+    for (const std::string verb : {"run", "check", "describe", "plot", "film", "export", "deploy", "doctor"})
         EXPECT_CONTAINS(read("command.md"), "\n## bf " + verb + "\n");
     const auto blocks = nlohmann::json::parse(bf("describe --json standard").out);
     EXPECT_GT(blocks.size(), 50u);

@@ -17,7 +17,8 @@ TEST_F(Verbs, PrintVersionAndHelp) {
     EXPECT_EQ(bf("--version").out, "bf 0.1.0\n");
     const auto help = bf("--help");
     EXPECT_EQ(help.code, 0);
-    for (const std::string verb : {"run", "check", "describe", "plot", "film", "export", "doctor"}) {
+    for (const std::string verb :
+         {"run", "check", "describe", "plot", "film", "export", "deploy", "doctor"}) {
         EXPECT_CONTAINS(help.out, "\n  " + verb);
         const auto own = bf(verb + " --help");
         EXPECT_EQ(own.code, 0);

@@ -352,12 +352,14 @@ class Pacer {
     bool is_stopped_ = false;
 };
 
-/// Calls a function, once and from a thread of its own, when the loop has not been heard of for too long: a
-/// step hangs. Make it in the loop's thread, whose priority it exceeds by one.
+/// Calls a function, once and from a thread of its own, when the loop has not been heard of for too long
+/// after the first `kick`: a step hangs. Make it before `prepare_thread`, so that it does not share the
+/// loop's processor.
 class Watchdog {
   public:
-    Watchdog(Nanoseconds limit, std::function<void()> on_stall)
-        : limit_(limit), on_stall_(std::move(on_stall)), heard_(now()), thread_([this] { watch(); }) {}
+    /// `priority` of SCHED_FIFO, where granted; above the loop's, which may never end.
+    Watchdog(Nanoseconds limit, int priority, std::function<void()> on_stall)
+        : limit_(limit), priority_(priority), on_stall_(std::move(on_stall)), thread_([this] { watch(); }) {}
     ~Watchdog() {
         is_over_.store(true);
         thread_.join();
@@ -369,26 +371,22 @@ class Watchdog {
 
   private:
     void watch() {
-        sched_param parameter{};
-        int policy = SCHED_OTHER;
-        ::pthread_getschedparam(::pthread_self(), &policy, &parameter);
-        if (policy == SCHED_FIFO && parameter.sched_priority < ::sched_get_priority_max(SCHED_FIFO)) {
-            ++parameter.sched_priority;
-            ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameter);
-        }
+        prepare_thread({priority_, -1, false, 0});
         const Nanoseconds pause =
             std::min<Nanoseconds>(std::max<Nanoseconds>(limit_ / 10, 100'000), 20'000'000);
         while (!is_over_.load()) {
             sleep_until(now() + pause);
-            if (now() - heard_.load(std::memory_order_relaxed) <= limit_) continue;
+            const Nanoseconds heard = heard_.load(std::memory_order_relaxed);
+            if (heard == 0 || now() - heard <= limit_) continue;
             on_stall_();
             return;
         }
     }
 
     const Nanoseconds limit_;
+    const int priority_;
     const std::function<void()> on_stall_;
-    std::atomic<Nanoseconds> heard_;
+    std::atomic<Nanoseconds> heard_{0};
     std::atomic<bool> is_over_{false};
     std::thread thread_;
 };

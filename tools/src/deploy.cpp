@@ -1,0 +1,245 @@
+// bf deploy: one folder that runs a model on a bare computer.
+#include "bf/codegen/generate.hpp"
+#include "bf/toolbox/robot.hpp"
+#include "session.hpp"
+#include "terminal.hpp"
+#include "verbs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <link.h>
+#include <set>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+namespace bf::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DeployOptions {
+    ModelOptions model;
+    std::string folder, target;
+};
+
+/// For a shell.
+std::string quoted(const std::string& text) {
+    std::string result = "'";
+    for (const char c : text) result += c == '\'' ? "'\\''" : std::string(1, c);
+    return result + "'";
+}
+
+std::string machine() {
+    utsname system{};
+    uname(&system);
+    return system.machine;
+}
+
+/// A folder that appears whole or not at all.
+class OutputFolder {
+  public:
+    explicit OutputFolder(const std::string& folder) : folder_(fs::absolute(folder).lexically_normal()) {
+        if (!folder_.has_filename()) folder_ = folder_.parent_path();
+        std::error_code error;
+        if (fs::exists(folder_) && (!fs::is_directory(folder_) || !fs::is_empty(folder_)))
+            throw CommandError("cannot deploy to " + folder + ": it is not empty; give a new folder");
+        temporary_ = folder_.parent_path() / ("." + folder_.filename().string() + ".part");
+        fs::remove_all(temporary_, error);
+        fs::create_directories(temporary_, error);
+        if (error) throw CommandError("cannot deploy to " + folder + ": " + error.message());
+    }
+    ~OutputFolder() {
+        std::error_code ignored;
+        fs::remove_all(temporary_, ignored);
+    }
+    OutputFolder(const OutputFolder&) = delete;
+    OutputFolder& operator=(const OutputFolder&) = delete;
+
+    const fs::path& path() const { return temporary_; }
+    void commit() {
+        fs::remove(folder_); // an empty one
+        fs::rename(temporary_, folder_);
+    }
+    void copy(const fs::path& from, const fs::path& to) const {
+        fs::create_directories((temporary_ / to).parent_path());
+        fs::copy_file(from, temporary_ / to, fs::copy_options::skip_existing);
+    }
+    void write(const fs::path& name, const std::string& text, bool is_program = false) const {
+        fs::create_directories((temporary_ / name).parent_path());
+        std::ofstream stream(temporary_ / name, std::ios::binary);
+        stream << text;
+        stream.close();
+        if (!stream) throw CommandError("cannot write " + (temporary_ / name).string());
+        if (is_program) fs::permissions(temporary_ / name, fs::perms(0755));
+    }
+
+  private:
+    fs::path folder_, temporary_;
+};
+
+/// Every shared library of this process by the name under which it was asked for: those of the program, and
+/// of the plugins that the model has loaded.
+std::vector<fs::path> loaded_libraries() {
+    std::vector<fs::path> libraries;
+    dl_iterate_phdr(
+        [](dl_phdr_info* info, std::size_t, void* list) {
+            if (info->dlpi_name && info->dlpi_name[0] == '/')
+                static_cast<std::vector<fs::path>*>(list)->emplace_back(info->dlpi_name);
+            return 0;
+        },
+        &libraries);
+    return libraries;
+}
+
+bool is_inside(const fs::path& file, const fs::path& folder) {
+    const auto relative = file.lexically_relative(folder);
+    return !relative.empty() && *relative.begin() != "..";
+}
+
+/// Where a file of the model's goes, so that it is found there under the name by which it was found here.
+fs::path place_of(const fs::path& file, const fs::path& model_folder) {
+    const auto at = fs::weakly_canonical(file), robots = fs::weakly_canonical(BF_ROBOT_MODELS);
+    if (is_inside(at, model_folder)) return "model" / at.lexically_relative(model_folder);
+    if (is_inside(at, robots)) return "share" / at.lexically_relative(robots);
+    throw CommandError("cannot deploy " + file.string() + ": it is neither in the model's folder " +
+                       model_folder.string() + " nor an installed robot; put it beside the model");
+}
+
+std::string service(const std::string& name, const std::string& arguments) {
+    return "# sudo cp -r . /opt/" + name + " && sudo systemctl enable --now /opt/" + name + "/" + name +
+           ".service\n"
+           "[Unit]\nDescription=BlockFactory model " +
+           name +
+           "\n\n[Service]\n"
+           "# Not started again by itself: a robot whose controller failed needs a look.\n"
+           "Restart=no\nExecStart=/opt/" +
+           name + "/run" + arguments +
+           "\n"
+           "# The step under way ends, blocks stop, actuators are released.\n"
+           "KillSignal=SIGTERM\nTimeoutStopSec=10\nSuccessExitStatus=143\n"
+           "LimitRTPRIO=98\nLimitMEMLOCK=infinity\n\n[Install]\nWantedBy=multi-user.target\n";
+}
+
+/// This program with everything that it and the model need, and the system's own libraries: nothing but a
+/// kernel and a shell is asked of the other computer.
+void pack_program(const LoadedModel& loaded, const ModelOptions& options, const std::string& name,
+                  const OutputFolder& folder) {
+    const fs::path model = fs::weakly_canonical(options.file), model_folder = model.parent_path();
+    std::set<fs::path> files{model};
+    for (const auto& node : loaded.diagram.nodes) {
+        if (node.where.file) files.insert(*node.where.file);
+        for (const auto& provision : node.block->declaration().provisions)
+            if (provision.type == toolbox::RobotConfiguration::resource && provision.made)
+                files.insert(static_cast<const toolbox::RobotConfiguration*>(provision.made.get())->urdf);
+    }
+    for (const auto& file : files) folder.copy(file, place_of(file, model_folder));
+
+    folder.copy(fs::read_symlink("/proc/self/exe"), "bin/bf");
+    const auto& plugin_folders = loaded.registry->search_path();
+    std::string loader;
+    for (const auto& library : loaded_libraries()) {
+        const bool is_plugin =
+            std::any_of(plugin_folders.begin(), plugin_folders.end(), [&](const fs::path& f) {
+                return fs::weakly_canonical(library.parent_path()) == fs::weakly_canonical(f);
+            });
+        folder.copy(library, (is_plugin ? "lib/blockfactory" : "lib") / library.filename());
+        if (library.filename().string().starts_with("ld-linux")) loader = library.filename();
+    }
+    if (loader.empty()) throw CommandError("this program does not use the dynamic loader of glibc");
+
+    std::string arguments;
+    for (std::size_t i = 0; i < options.params.size(); ++i) {
+        const std::string to = "model/parameters" + std::to_string(i + 1) + ".yaml";
+        folder.copy(options.params[i], to);
+        arguments += " --params \"$here/" + to + "\"";
+    }
+    for (const auto& set : options.sets) arguments += " --set " + quoted(set);
+    folder.write("run",
+                 "#!/bin/sh\n# Runs " + name +
+                     " in real time; './run --help' tells more. Any other verb: ./bf VERB ...\n"
+                     "here=$(cd \"${0%/*}\" && pwd) || exit 1\nexec \"$here/bf\" run \"$here\"/" +
+                     quoted(place_of(model, model_folder)) + " --realtime" + arguments + " \"$@\"\n",
+                 true);
+    folder.write("bf",
+                 "#!/bin/sh\nhere=$(cd \"${0%/*}\" && pwd) || exit 1\n"
+                 "export BLOCKFACTORY_PLUGIN_PATH=\"$here/lib/blockfactory\"\n"
+                 "export YARP_DATA_DIRS=\"$here/share:$here/share/iCub\"\nexec \"$here/lib/" +
+                     loader + "\" --library-path \"$here/lib\" \"$here/bin/bf\" \"$@\"\n",
+                 true);
+    folder.write(name + ".service", service(name, " --quiet --stop Inf"));
+}
+
+/// The generated program, cross-compiled and linked statically.
+void pack_generated(const LoadedModel& loaded, const std::string& name, const std::string& target,
+                    const OutputFolder& folder) {
+    const std::string compiler = target + "-linux-gnu-g++";
+    const auto project = folder.path() / "source", build = folder.path() / ".build";
+    codegen::write(codegen::generate(loaded.diagram), project);
+    const auto log = folder.path() / ".log";
+    const std::string command = "{ cmake -S " + quoted(project) + " -B " + quoted(build) +
+                                " -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=" + target +
+                                " -DCMAKE_CXX_COMPILER=" + compiler +
+                                " -DCMAKE_EXE_LINKER_FLAGS=-static && cmake --build " + quoted(build) +
+                                "; } >" + quoted(log) + " 2>&1";
+    const Waiting waiting("compiling for " + target);
+    if (std::system(command.c_str()) != 0)
+        throw CommandError("the generated program cannot be compiled for " + target + ":\n" + read_file(log) +
+                           "install cmake and Debian's package g++-" +
+                           (target == "x86_64" ? "x86-64" : target) + "-linux-gnu");
+    folder.copy(build / ("run_" + codegen::file_name(loaded.diagram)), "bin/" + name);
+    fs::remove_all(build);
+    fs::remove(log);
+    folder.write("run",
+                 "#!/bin/sh\n# './run --help' tells more.\nhere=$(cd \"${0%/*}\" && pwd) || exit 1\nexec "
+                 "\"$here/bin/" +
+                     name + "\" \"$@\"\n",
+                 true);
+    folder.write(name + ".service", service(name, ""));
+}
+
+void execute(const DeployOptions& options) {
+    const LoadedModel loaded = load_model(options.model);
+    OutputFolder folder(options.folder);
+    const std::string name = codegen::file_name(loaded.diagram);
+    try {
+        if (options.target == machine())
+            pack_program(loaded, options.model, name, folder);
+        else
+            pack_generated(loaded, name, options.target, folder);
+        folder.commit();
+    } catch (const fs::filesystem_error& error) {
+        throw CommandError(std::string("cannot deploy: ") + error.what());
+    }
+    std::uintmax_t bytes = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(options.folder))
+        if (entry.is_regular_file()) bytes += entry.file_size();
+    std::printf("%s (%s MB) for %s; copy it to the robot and start it with: ./run\n", options.folder.c_str(),
+                number(std::round(static_cast<double>(bytes) / 1e5) / 10).c_str(), options.target.c_str());
+}
+
+} // namespace
+
+void add_deploy(CLI::App& app) {
+    auto* command = app.add_subcommand("deploy", "pack a folder that runs a model on a bare computer");
+    auto options = std::make_shared<DeployOptions>();
+    options->target = machine();
+    options->model.add_to(*command);
+    command->add_option("-o,--output", options->folder, "folder of the package; must be empty or not exist")
+        ->type_name("DIR")
+        ->required();
+    command
+        ->add_option("--target", options->target,
+                     "x86_64 or aarch64; another machine than this one gets the generated program (this "
+                     "machine by default)")
+        ->type_name("MACHINE")
+        ->check(CLI::IsMember(std::set<std::string>{"x86_64", "aarch64"}).description(""));
+    command->footer("Examples:\n"
+                    "  bf deploy examples/icub_balancing/balancing.yaml -o balancing\n"
+                    "  bf deploy docs/start/motor.yaml --target aarch64 -o motor");
+    command->callback([options] { execute(*options); });
+}
+
+} // namespace bf::tools

@@ -1,0 +1,98 @@
+// bf deploy: the package alone runs the model.
+#include "command.hpp"
+
+#include <unistd.h>
+
+namespace bf::tools {
+
+namespace {
+
+class Deploy : public Command {
+  protected:
+    void SetUp() override {
+        Command::SetUp();
+        write("sine.yaml", sine_model);
+    }
+};
+
+TEST_F(Deploy, APackageRunsInARootThatHoldsNothingElseThanAShell) {
+    const auto deploy = bf("deploy sine.yaml -o root/sine --set Gain.Kp=0.5");
+    ASSERT_EQ(deploy.code, 0) << deploy.err;
+    EXPECT_CONTAINS(deploy.out, "root/sine (");
+    EXPECT_EQ(bf("run sine.yaml --quiet --set Gain.Kp=0.5 --record here.mcap").code, 0);
+    EXPECT_CONTAINS(read("root/sine/sine.service"), "ExecStart=/opt/sine/run --quiet --stop Inf\n");
+    EXPECT_FALSE(exists("root/.sine.part"));
+    const auto beside = bf("--version"); // from where it was made, and from elsewhere
+    EXPECT_EQ(shell("cd / && '" + (folder / "root/sine/bf").string() + "' --version").out, beside.out);
+    if (geteuid() != 0) GTEST_SKIP() << "only root may change the root";
+    ASSERT_EQ(shell("cd root && mkdir bin lib64 && cp -L /bin/sh bin && cp -L /lib64/ld-linux-x86-64.so.2 "
+                    "lib64 && cp -L "
+                    "\"$(ldd /bin/sh | grep -o '/[^ ]*libc.so.6')\" lib64")
+                  .code,
+              0);
+    const auto run =
+        shell("env -i LD_LIBRARY_PATH=/lib64 $(command -v chroot) root /sine/run --quiet --priority 0 "
+              "--realtime-factor 10 --record /there.mcap");
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_CONTAINS(run.out, "deadlines missed: ");
+    bf("export here.mcap -o here.csv");
+    bf("export root/there.mcap -o there.csv");
+    EXPECT_EQ(lines("there.csv"), 101);
+    EXPECT_EQ(read("there.csv"), read("here.csv"));
+}
+
+TEST_F(Deploy, APackageBringsItsRobotAndPlugin) {
+    write("robot.yaml",
+          "model: robot\nplugins: [WholeBodyToolbox]\nstep: 0.01\nstop: 0.05\nblocks:\n  robot: {block: "
+          "WholeBodyToolbox/Configuration, robot: iCubGazeboV2_5, joints: [torso_pitch]}\n  s: {block: "
+          "Constant, value: 0.1}\n  frame: {block: WholeBodyToolbox/RelativeTransform, frame1: l_sole, "
+          "frame2: r_sole}\nconnections: {s: frame.s}\n");
+    const auto deploy = bf("deploy robot.yaml -o package");
+    ASSERT_EQ(deploy.code, 0) << deploy.err;
+    EXPECT_TRUE(exists("package/lib/blockfactory/WholeBodyToolbox.so"));
+    EXPECT_TRUE(exists("package/share/iCub/robots/iCubGazeboV2_5/model.urdf"));
+    const auto run = shell("package/run --quiet --priority 0");
+    EXPECT_EQ(run.code, 0) << run.err;
+}
+
+TEST_F(Deploy, TheGeneratedProgramRunsOnAnotherProcessor) {
+    if (shell("command -v aarch64-linux-gnu-g++ qemu-aarch64 cmake").code != 0)
+        GTEST_SKIP() << "needs g++-aarch64-linux-gnu and qemu-user";
+    const auto deploy = bf("deploy sine.yaml --target aarch64 -o package");
+    ASSERT_EQ(deploy.code, 0) << deploy.err;
+    EXPECT_EQ(read("package/bin/sine").substr(18, 1), "\xb7") << "ELF machine 183";
+    const auto run = shell("qemu-aarch64 package/bin/sine");
+    EXPECT_EQ(run.code, 0) << run.err;
+    const auto here = nlohmann::json::parse(bf("run sine.yaml --quiet --json").out);
+    const auto equals = run.out.find(" = ");
+    ASSERT_NE(equals, std::string::npos) << run.out;
+    EXPECT_NEAR(std::stod(run.out.substr(equals + 3)), here["checks"]["largest"], 1e-12);
+}
+
+TEST_F(Deploy, WrongInputLeavesNothingBehind) {
+    const auto refused = [&](const std::string& arguments, const std::string& text, int code = 1) {
+        const auto result = bf("deploy " + arguments);
+        EXPECT_EQ(result.code, code) << arguments;
+        EXPECT_CONTAINS(result.err, text);
+    };
+    refused("sine.yaml -o .", "cannot deploy to .: it is not empty; give a new folder");
+    refused("sine.yaml -o sine.yaml", "cannot deploy to sine.yaml: it is not empty");
+    refused("nowhere.yaml -o package", "there is no model file nowhere.yaml");
+    refused("sine.yaml -o package --target vax", "--target", 2);
+    refused("sine.yaml", "--output is required", 2);
+    refused("sine.yaml -o /proc/nowhere/package", "cannot deploy to /proc/nowhere/package: ");
+    std::filesystem::create_directory(folder / "other");
+    write("other/arm.urdf",
+          "<robot name=\"arm\"><link name=\"base\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "
+          "ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link></robot>");
+    std::filesystem::create_directory(folder / "models");
+    write("models/arm.yaml",
+          "model: arm\nplugins: [WholeBodyToolbox]\nstep: 1\nstop: 1\nblocks:\n  robot: {block: "
+          "WholeBodyToolbox/Configuration, robot: ../other/arm.urdf}\n");
+    refused("models/arm.yaml -o package", "put it beside the model");
+    EXPECT_EQ(files(), "models other sine.yaml");
+}
+
+} // namespace
+
+} // namespace bf::tools

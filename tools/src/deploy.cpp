@@ -108,7 +108,7 @@ fs::path place_of(const fs::path& file, const fs::path& model_folder) {
                        model_folder.string() + " nor an installed robot; put it beside the model");
 }
 
-std::string service(const std::string& name, const std::string& arguments) {
+std::string service(const std::string& name) {
     return "# sudo cp -r . /opt/" + name + " && sudo systemctl enable --now /opt/" + name + "/" + name +
            ".service\n"
            "[Unit]\nDescription=BlockFactory model " +
@@ -116,8 +116,8 @@ std::string service(const std::string& name, const std::string& arguments) {
            "\n\n[Service]\n"
            "# Not started again by itself: a robot whose controller failed needs a look.\n"
            "Restart=no\nExecStart=/opt/" +
-           name + "/run" + arguments +
-           "\n"
+           name +
+           "/run --quiet --stop Inf\n"
            "# The step under way ends, blocks stop, actuators are released.\n"
            "KillSignal=SIGTERM\nTimeoutStopSec=10\nSuccessExitStatus=143\n"
            "LimitRTPRIO=98\nLimitMEMLOCK=infinity\n\n[Install]\nWantedBy=multi-user.target\n";
@@ -169,7 +169,7 @@ void pack_program(const LoadedModel& loaded, const ModelOptions& options, const 
                  "export YARP_DATA_DIRS=\"$here/share:$here/share/iCub\"\nexec \"$here/lib/" +
                      loader + "\" --library-path \"$here/lib\" \"$here/bin/bf\" \"$@\"\n",
                  true);
-    folder.write(name + ".service", service(name, " --quiet --stop Inf"));
+    folder.write(name + ".service", service(name));
 }
 
 /// The generated program, cross-compiled and linked statically.
@@ -197,7 +197,6 @@ void pack_generated(const LoadedModel& loaded, const std::string& name, const st
                  "\"$here/bin/" +
                      name + "\" \"$@\"\n",
                  true);
-    folder.write(name + ".service", service(name, ""));
 }
 
 void execute(const DeployOptions& options) {

@@ -106,8 +106,11 @@ void Runner::loop(std::int64_t steps) {
     if (watchdog) watchdog->kick();
     const Nanoseconds begin = pacer_.release();
     const double last = static_cast<double>(begin) + options_.duration * 1e9; // may be infinite
-    while (simulation_.steps() < steps && static_cast<double>(pacer_.release()) < last &&
-           !ends_.load(std::memory_order_relaxed) && pacer_.wait()) {
+    const auto is_due = [&] { // a loop that is behind looks at the clock, not at its releases
+        return static_cast<double>(std::max(pacer_.release(), pacer_.end())) < last;
+    };
+    while (simulation_.steps() < steps && is_due() && !ends_.load(std::memory_order_relaxed) &&
+           pacer_.wait()) {
         parameters_.apply(simulation_);
         gate_->is_open = !pacer_.is_degraded();
         const Status status = simulation_.step();

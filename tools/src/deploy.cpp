@@ -195,7 +195,7 @@ void pack_generated(const LoadedModel& loaded, const std::string& name, const st
     folder.write("run",
                  "#!/bin/sh\n# './run --help' tells more.\nhere=$(cd \"${0%/*}\" && pwd) || exit 1\nexec "
                  "\"$here/bin/" +
-                     name + "\" \"$@\"\n",
+                     name + "\" --realtime \"$@\"\n",
                  true);
 }
 

@@ -299,7 +299,7 @@ blocks:
   r: {block: Step, time: 0.3, before: 2, after: 0.5}
   e: {block: Sum, signs: "+-"}
   c: {block: PID, P: 2, I: 2, D: 0.1, lower: -1, upper: 1, tracking_time: 0.2}
-  plant: {block: TransferFunction, numerator: [1, 2], denominator: [1, 1, 3]}
+  plant: {block: StateSpace, A: "[-1 -3; 1 0]", B: "[1; 0]", C: "[1 2]"}
   wave: {block: Sine, frequency: 8}
   on: {block: CompareToConstant, operator: ">", constant: 0}
   size: {block: Width}
@@ -310,7 +310,7 @@ blocks:
     outputs: {y: {initial: 4, when_disabled: )m" +
                                        states + R"m(}}
     blocks:
-      limited: {block: LimitedIntegrator, upper: 0.2, initial: 0.1}
+      limited: {block: TransferFunction, denominator: [1, 0.5]}
       filter: {block: Gain, K: 3}
     connections: {u: limited, limited: filter, filter: y}
 connections: {r: e.u1, plant: [e.u2, part.u], e: c, c: [plant, size], wave: on, on: part.enable}

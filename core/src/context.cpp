@@ -387,6 +387,20 @@ int Context::refuses_snapshot() const {
     return -1;
 }
 
+std::vector<int> Context::devices() const {
+    std::vector<int> nodes;
+    for (std::size_t n = 0; n < nodes_.size(); ++n) {
+        const void* const* objects = frames_[n].objects;
+        const std::size_t count = nodes_[n].block->declaration().objects.size();
+        if (std::any_of(objects_.begin(), objects_.end(), [&](const Object& object) {
+                return object.is_outside && !object.state_size && object.pointer &&
+                       std::find(objects, objects + count, object.pointer.get()) != objects + count;
+            }))
+            nodes.push_back(static_cast<int>(n));
+    }
+    return nodes;
+}
+
 std::size_t Context::signal_bytes() const { return signals_->size; }
 std::size_t Context::parameter_bytes() const { return parameters_->size; }
 std::size_t Context::state_bytes() const { return discrete_->size + continuous_->size; }

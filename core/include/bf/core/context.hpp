@@ -86,6 +86,9 @@ class Context {
     void restore(const std::byte* from);
     /// The first node with outside state that cannot be saved, or -1.
     int refuses_snapshot() const;
+    /// All nodes that own such a state or use one through a resource: what they compute depends on more than
+    /// the diagram.
+    std::vector<int> devices() const;
 
     std::size_t signal_bytes() const, parameter_bytes() const, state_bytes() const;
 

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -71,6 +72,14 @@ class Simulation {
     Status step() noexcept;
     void stop() noexcept;
 
+    /// Steps until an event: `event` is asked in every step when its outputs are there (3. above), and the
+    /// step in which it says yes is completed. False when `limit` s come first or a step fails. Must not
+    /// throw.
+    bool run_until(const std::function<bool(const Simulation&)>& event,
+                   double limit = std::numeric_limits<double>::infinity());
+    /// Steps on to that time [s]; false when a step fails.
+    bool run_until(double time);
+
     /// Of the step, or of the event while observers see one [s].
     double time() const { return is_at_event_ ? event_time_ : static_cast<double>(steps_) * diagram_.step; }
     std::int64_t steps() const { return steps_; }
@@ -105,6 +114,11 @@ class Simulation {
     std::vector<std::byte> snapshot() const; ///< throws RunError naming a block that refuses
     /// Goes on from there, in this or another started simulation of the same diagram, also after a failure.
     void restore(const std::vector<std::byte>& snapshot);
+
+    /// Every bound task with its phase, node (-1: the test of a condition, a loop) and rate, in the order of
+    /// a step. A profiler may put another task around it.
+    using TaskVisitor = std::function<void(Task& task, Phase phase, int node, int rate)>;
+    void visit_tasks(const TaskVisitor& visit);
 
     const Diagram& diagram() const { return diagram_; }
     Context& context() { return context_; }

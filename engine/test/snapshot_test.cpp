@@ -1,0 +1,133 @@
+// Snapshots as files.
+#include "bf/engine/snapshot.hpp"
+#include "support.hpp"
+
+#include <gtest/gtest.h>
+
+namespace bf::test {
+namespace {
+
+const std::string multirate = R"m(
+model: m
+step: 0.1
+blocks:
+  sine: {block: Sine, frequency: "[3 5]"}
+  gain: {block: Gain, K: 2}
+  slow: {block: DiscreteIntegrator, period: 0.3, offset: 0.1}
+  fast: {block: DiscreteIntegrator}
+  plant: {block: Integrator}
+  on: {block: Pulse, delay: 0.2}
+  s:
+    execution: enabled
+    states: reset
+    inputs: [u]
+    outputs: [y]
+    blocks:
+      i: {block: DiscreteIntegrator}
+    connections: {u: i, i: y}
+connections: {sine: [gain, s.u], gain: [slow, fast, plant], on: s.enable}
+)m";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+}
+
+Values everything(Session& run, int steps) {
+    Values all;
+    for (int k = 0; k < steps; ++k)
+        for (const char* signal : {"slow", "fast", "plant", "s.i", "gain"}) {
+            if (std::string(signal) == "slow" && !run.simulation->step())
+                throw std::runtime_error(run.simulation->failure());
+            for (const double x : run.values(signal)) all.push_back(x);
+        }
+    return all;
+}
+
+std::string refusal(const std::string& text, const std::vector<std::byte>& snapshot) {
+    Session run(text);
+    try {
+        restore_snapshot(*run.simulation, snapshot, "s.bin");
+    } catch (const RunError& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+TEST(SnapshotFile, GoesOnBitForBitInAnotherSimulation) {
+    for (const int instant : {0, 1, 7, 23}) {
+        Session one(multirate), other(multirate);
+        one.simulation->run_until(0.1 * instant);
+        const auto file = make_snapshot(*one.simulation);
+        everything(other, 5);
+        restore_snapshot(*other.simulation, file, "s.bin");
+        EXPECT_EQ(other.simulation->steps(), instant);
+        EXPECT_EQ(everything(one, 40), everything(other, 40)) << instant;
+    }
+}
+
+TEST(SnapshotFile, KeepsParametersThatTheRunHadChanged) {
+    Session one(multirate), other(multirate);
+    one.simulation->set_parameter("gain.K", {5});
+    one.simulation->run_until(1);
+    restore_snapshot(*other.simulation, make_snapshot(*one.simulation), "s.bin");
+    EXPECT_EQ(everything(one, 10), everything(other, 10));
+}
+
+TEST(SnapshotFile, TakesParametersThatTheModelHasChanged) {
+    Session one(multirate), other(replaced(multirate, "K: 2", "K: 4"));
+    one.simulation->run_until(1);
+    restore_snapshot(*other.simulation, make_snapshot(*one.simulation), "s.bin");
+    one.simulation->set_parameter("gain.K", {4});
+    EXPECT_EQ(everything(one, 10), everything(other, 10));
+}
+
+TEST(SnapshotFile, OfAnotherModelIsRefusedByName) {
+    Session one(multirate);
+    const auto file = make_snapshot(*one.simulation);
+    EXPECT_EQ(refusal("model: other\nstep: 1\nblocks:\n  c: {block: Clock}\n", file),
+              "the snapshot 's.bin' belongs to the model 'm', not to 'other'");
+    for (const auto& [from, to] : {std::pair{"period: 0.3", "period: 0.2"},
+                                   {"[3 5]", "[3 5 6]"},
+                                   {"fast:", "quick:"},
+                                   {"gain: [slow", "sine: [slow"}}) {
+        std::string text = replaced(multirate, from, to);
+        if (std::string(from) == "fast:") text = replaced(text, "fast, ", "quick, ");
+        if (std::string(to) == "sine: [slow")
+            text = replaced(replaced(text, "sine: [gain", "on: [gain"), ", on: s", ", gain: s");
+        EXPECT_NE(refusal(text, file).find("belongs to another version of 'm'"), std::string::npos)
+            << to << ": " << refusal(text, file);
+    }
+    EXPECT_EQ(refusal(multirate, file), "accepted");
+}
+
+TEST(SnapshotFile, CutOrDamagedAnywhereIsRefused) {
+    Session one(multirate);
+    const auto file = make_snapshot(*one.simulation);
+    for (std::size_t size = 0; size < file.size(); ++size) {
+        const std::vector<std::byte> cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(size));
+        ASSERT_THROW(restore_snapshot(*one.simulation, cut, "s.bin"), RunError) << size;
+    }
+    for (std::size_t at = 0; at < file.size(); ++at) {
+        auto damaged = file;
+        damaged[at] ^= std::byte{0x10};
+        ASSERT_THROW(restore_snapshot(*one.simulation, damaged, "s.bin"), RunError) << at;
+    }
+    auto longer = file;
+    longer.push_back(std::byte{0});
+    EXPECT_THROW(restore_snapshot(*one.simulation, longer, "s.bin"), RunError);
+    EXPECT_EQ(refusal(multirate, {}), "the snapshot 's.bin' is no snapshot: it does not begin as one; bf run "
+                                      "--snapshot writes them");
+}
+
+TEST(SnapshotFile, NamesVersionAndByteOrderThatItCannotRead) {
+    Session one(multirate);
+    auto file = make_snapshot(*one.simulation);
+    std::swap(file[12], file[15]);
+    EXPECT_NE(refusal(multirate, file).find("another byte order"), std::string::npos);
+    std::swap(file[12], file[15]);
+    file[16] = std::byte{9};
+    EXPECT_NE(refusal(multirate, file).find("has version 9"), std::string::npos);
+}
+
+} // namespace
+} // namespace bf::test

@@ -47,7 +47,7 @@ connections: {reference: error.u1, plant: error.u2, error: control, control: pla
         std::filesystem::temp_directory_path() / ("bf_rt_" + std::to_string(getpid()) + ".mcap");
     for (auto _ : state) {
         bf::Simulation simulation(diagram);
-        bf::Recorder recorder(diagram, diagram.signals(), file, "", {.drop_when_full = true});
+        bf::Recorder recorder(simulation, diagram.signals(), file, {}, {.drop_when_full = true});
         RunnerOptions options;
         options.thread = thread_options;
         Runner runner(simulation, options);

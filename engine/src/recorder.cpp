@@ -1,5 +1,7 @@
 #include "bf/engine/recorder.hpp"
 
+#include "bf/engine/snapshot.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -42,6 +44,29 @@ recording::Metadata panels(const Diagram& diagram) {
     return text;
 }
 
+/// What reaches the diagram from outside.
+std::vector<SignalName> outside_signals(const Simulation& simulation) {
+    const Diagram& diagram = simulation.diagram();
+    std::vector<SignalName> signals = diagram.inputs;
+    for (const int node : simulation.context().devices()) {
+        const auto& slots = diagram.nodes[static_cast<std::size_t>(node)].block->declaration().slots;
+        for (std::size_t i = 0; i < slots.size(); ++i)
+            if (const Node::End end{node, static_cast<int>(i)}; slots[i].role == Role::output)
+                signals.push_back({diagram.end_path(end), end});
+    }
+    return signals;
+}
+
+recording::Metadata numbered(const std::vector<std::pair<std::string, std::string>>& overrides) {
+    recording::Metadata texts;
+    for (std::size_t i = 0; i < overrides.size(); ++i) {
+        std::string number = std::to_string(i);
+        number.insert(0, number.size() < 3 ? 3 - number.size() : 0, '0');
+        texts[number + " " + overrides[i].first] = overrides[i].second;
+    }
+    return texts;
+}
+
 } // namespace
 
 int rate_of(const Diagram& diagram, const Node::End& end) {
@@ -61,10 +86,21 @@ recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end
     return info;
 }
 
-Recorder::Recorder(const Diagram& diagram, const std::vector<SignalName>& signals,
-                   const std::filesystem::path& file, const std::string& model_text,
+Recorder::Recorder(const Simulation& simulation, std::vector<SignalName> signals,
+                   const std::filesystem::path& file, const ModelSource& source,
                    const recording::WriterOptions& options)
-    : writer_(file, {{"model", diagram.name}, {"step", digits(diagram.step)}}, options) {
+    : writer_(file, {{"model", simulation.diagram().name}, {"step", digits(simulation.diagram().step)}},
+              options) {
+    const Diagram& diagram = simulation.diagram();
+    const auto outside = outside_signals(simulation);
+    const auto recorded = [&](const Node::End& end) {
+        return std::any_of(signals.begin(), signals.end(), [&](const SignalName& signal) {
+            return signal.end.node == end.node && signal.end.slot == end.slot;
+        });
+    };
+    for (const auto& signal : outside)
+        if (!recorded(signal.end)) signals.push_back(signal);
+
     std::unordered_set<std::string> seen;
     for (const auto& signal : signals) {
         if (!seen.insert(signal.path).second) continue;
@@ -72,15 +108,39 @@ Recorder::Recorder(const Diagram& diagram, const std::vector<SignalName>& signal
                              rate_of(diagram, signal.end)});
     }
     writer_.add_metadata("plots", panels(diagram));
-    if (!model_text.empty()) writer_.add_attachment("model", "application/yaml", model_text);
+    if (!source.texts.empty()) {
+        writer_.add_metadata("run", {{"file", source.file.string()}});
+        writer_.add_metadata("overrides", numbered(source.overrides));
+    }
+    for (const auto& [path, text] : source.texts)
+        writer_.add_attachment(path == source.file
+                                   ? "model"
+                                   : "model/" +
+                                         path.lexically_relative(source.file.parent_path()).generic_string(),
+                               "application/yaml", text);
     writer_.begin();
 }
 
 void Recorder::observe(const Simulation& simulation) noexcept {
     const auto time = static_cast<std::int64_t>(std::llround(simulation.time() * 1e9));
+    const bool are_constants_due = are_constants_due_.exchange(false);
     for (const auto& channel : channels_)
-        if (channel.rate == constant_rate ? simulation.steps() == 0 : simulation.is_hit(channel.rate))
+        if (channel.rate == constant_rate ? are_constants_due : simulation.is_hit(channel.rate))
             writer_.append(channel.id, time, simulation.context().data(channel.end.node, channel.end.slot));
+}
+
+void Recorder::checkpoint(const Simulation& simulation) {
+    writer_.add_attachment("checkpoint/" + std::to_string(simulation.steps()), "application/octet-stream",
+                           make_snapshot(simulation));
+}
+
+void Recorder::parameter_changed(std::int64_t step, const std::string& path,
+                                 const std::vector<double>& values) {
+    std::string text;
+    for (const double value : values) text += (text.empty() ? "" : " ") + digits(value);
+    writer_.add_metadata("parameter change " + std::to_string(changes_++),
+                         {{"step", std::to_string(step)}, {"name", path}, {"values", text}});
+    are_constants_due_ = true;
 }
 
 } // namespace bf

@@ -56,7 +56,7 @@ record: all
 )m");
     const auto file =
         std::filesystem::path(testing::TempDir()) / ("heap_" + std::to_string(getpid()) + ".mcap");
-    Recorder recorder(run.diagram, run.diagram.record, file, "");
+    Recorder recorder(*run.simulation, run.diagram.record, file);
     run.simulation->add_observer(recorder);
     ASSERT_TRUE(run.simulation->step());
     const long before = calls;

@@ -112,7 +112,7 @@ connections: {sine: [error.u1, large.u1], plant: error.u2, error: control, contr
     const auto run = [&](bool is_crowded) {
         Simulation simulation(loaded.diagram);
         Runner runner(simulation, ordinary());
-        Recorder recorder(loaded.diagram, {{"control", loaded.diagram.find_signal("control")}}, file, "",
+        Recorder recorder(simulation, {{"control", loaded.diagram.find_signal("control")}}, file, {},
                           {.drop_when_full = true});
         Server server(simulation, loaded.diagram.signals(), runner.parameters(),
                       {.port = 0, .client_bytes = 100'000});

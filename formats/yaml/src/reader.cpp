@@ -23,6 +23,8 @@ using std::filesystem::path;
 /// Reads the files of a model, each once, and collects what is wrong in them.
 class Loader {
   public:
+    explicit Loader(Files* files = nullptr) : files_(files) {}
+
     std::vector<Diagnostic> wrong;
 
     /// The model in a file that `where` refers to; null if it is unreadable or wrong.
@@ -32,6 +34,7 @@ class Loader {
     Model read(std::string_view text, const path& file);
 
   private:
+    Files* files_;           // null: nobody asks for the texts
     std::vector<path> open_; // from the first file to the one that is being read
     std::map<path, std::shared_ptr<Model>> done_;
 };
@@ -512,10 +515,12 @@ std::shared_ptr<Model> Loader::load(const path& file, const Location& where, con
     };
     std::error_code error;
     const path real = std::filesystem::weakly_canonical(file, error);
-    if (error || !std::filesystem::is_regular_file(real, error))
+    const path key = std::filesystem::absolute(file).lexically_normal();
+    const bool is_given = files_ && files_->contains(key);
+    if (!is_given && (error || !std::filesystem::is_regular_file(real, error)))
         return refuse("there is no file '" + file.string() + "'",
                       "a path is relative to the file that names it");
-    if (std::filesystem::file_size(real, error) > (64u << 20))
+    if (!is_given && std::filesystem::file_size(real, error) > (64u << 20))
         return refuse("'" + file.string() + "' is larger than 64 MB", "is it a model?");
     if (const auto begin = std::ranges::find(open_, real); begin != open_.end()) {
         std::string ring;
@@ -524,13 +529,20 @@ std::shared_ptr<Model> Loader::load(const path& file, const Location& where, con
                       "remove one of these references");
     }
     if (const auto known = done_.find(real); known != done_.end()) return known->second;
-    std::ifstream stream(real, std::ios::binary);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    if (!stream) return refuse("cannot read '" + file.string() + "'", "check its permissions");
+    std::string text;
+    if (is_given) {
+        text = files_->at(key);
+    } else {
+        std::ifstream stream(real, std::ios::binary);
+        std::ostringstream content;
+        content << stream.rdbuf();
+        if (!stream) return refuse("cannot read '" + file.string() + "'", "check its permissions");
+        text = std::move(content).str();
+        if (files_) files_->emplace(key, text);
+    }
     open_.push_back(real);
     const std::size_t wrong_before = wrong.size();
-    std::shared_ptr<Model> model = std::make_shared<Model>(read(text.str(), file));
+    std::shared_ptr<Model> model = std::make_shared<Model>(read(text, file));
     open_.pop_back();
     if (wrong.size() > wrong_before) model = nullptr;
     return done_[real] = model;
@@ -538,12 +550,18 @@ std::shared_ptr<Model> Loader::load(const path& file, const Location& where, con
 
 } // namespace
 
-model::Model read_yaml(const std::filesystem::path& file) {
-    Loader loader;
+namespace {
+
+Model read_file(Loader loader, const path& file) {
     const std::shared_ptr<Model> model = loader.load(file, {}, "");
     if (!loader.wrong.empty()) throw Errors(std::move(loader.wrong));
     return std::move(*model);
 }
+
+} // namespace
+
+model::Model read_yaml(const path& file) { return read_file(Loader(), file); }
+model::Model read_yaml(const path& file, Files& files) { return read_file(Loader(&files), file); }
 
 model::Model read_yaml_text(std::string_view text, const std::string& name) {
     Loader loader;

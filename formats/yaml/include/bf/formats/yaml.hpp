@@ -3,6 +3,7 @@
 #include "bf/model/model.hpp"
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,12 @@ namespace bf::formats {
 
 /// Reads a model file and the files it refers to. Throws model::Errors with everything wrong in all of them.
 model::Model read_yaml(const std::filesystem::path& path);
+
+/// Texts of files by their absolute path.
+using Files = std::map<std::filesystem::path, std::string>;
+
+/// The same; what is in `files` is not read from the disk, and what is read from the disk is added to them.
+model::Model read_yaml(const std::filesystem::path& path, Files& files);
 
 /// Reads a model from text. `name` stands for the file in diagnostics; references are relative to its folder.
 model::Model read_yaml_text(std::string_view text, const std::string& name = "model.yaml");

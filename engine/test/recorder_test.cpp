@@ -1,0 +1,327 @@
+// What a recording holds, what happens when the disk is full, and that it comes again.
+#include "bf/engine/replay.hpp"
+#include "bf/matlab/value.hpp"
+#include "bf/recording/reader.hpp"
+#include "support.hpp"
+
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <random>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace bf::test {
+namespace {
+
+class RecorderTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        std::string pattern = testing::TempDir() + "bf_recorder_XXXXXX";
+        ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+        folder = pattern;
+        file = folder / "run.mcap";
+    }
+    void TearDown() override { std::filesystem::remove_all(folder); }
+
+    /// Runs `steps` steps into the file; `between` is called before each.
+    void record(Session& run, int steps, const std::function<void(Recorder&, int)>& between = {}) {
+        Recorder recorder(*run.simulation, run.diagram.signals(), file);
+        run.simulation->add_observer(recorder);
+        for (int k = 0; k < steps; ++k) {
+            if (between) between(recorder, k);
+            if (!run.simulation->step()) break;
+        }
+        recorder.close();
+    }
+
+    /// "identical", or the first difference.
+    std::string replay(const std::string& model, const recording::Recording& recording, double from = 0,
+                       const Library* library = nullptr) {
+        Session run(formats::read_yaml_text(model, "m.yaml"), library);
+        const auto devices = play_back_devices(run.diagram, recording);
+        Simulation simulation(run.diagram);
+        Replay replay(simulation, recording, devices);
+        replay.start(from);
+        first_step = simulation.steps();
+        while (replay.step()) {
+        }
+        samples = replay.samples();
+        return replay.difference().empty() ? "identical" : replay.difference();
+    }
+
+    std::filesystem::path folder, file;
+    std::int64_t first_step = -1, samples = 0;
+};
+
+const std::string model_text = R"m(
+model: m
+step: 0.1
+inputs: [u]
+blocks:
+  sine: {block: Sine, frequency: "[3 5]", bias: 0.25}
+  gain: {block: Gain, K: 2}
+  slow: {block: DiscreteIntegrator, period: 0.3, offset: 0.1}
+  plant: {block: Integrator}
+  sum: {block: Sum}
+  constant: {block: Constant, value: "[1 2; 3 4]"}
+connections: {sine: gain, gain: [slow, plant], u: sum.u1, slow: sum.u2}
+)m";
+
+void set_input(Session& run, double value) {
+    const auto end = run.diagram.inputs.at(0).end;
+    *static_cast<double*>(run.simulation->context().data(end.node, end.slot)) = value;
+}
+
+TEST_F(RecorderTest, WritesEverySignalAtItsOwnRateWithTheValuesOfTheStep) {
+    Session run(model_text), twin(model_text);
+    record(run, 10);
+    const auto recording = recording::load(file);
+    EXPECT_TRUE(recording.complete) << recording.defect;
+    const auto& gain = recording.channel("gain.y");
+    const auto& slow = recording.channel("slow.y");
+    const auto& constant = recording.channel("constant.y");
+    ASSERT_EQ(gain.samples(), 10u);
+    ASSERT_EQ(slow.samples(), 3u);
+    ASSERT_EQ(constant.samples(), 1u);
+    EXPECT_TRUE(constant.info.is_matrix);
+    EXPECT_EQ(constant.values(1), Values{3});
+    EXPECT_DOUBLE_EQ(slow.info.period, 0.3);
+    for (std::size_t k = 0; k < 10; ++k) {
+        EXPECT_EQ(gain.time_ns[k], static_cast<std::int64_t>(k) * 100'000'000);
+        EXPECT_NEAR(gain.value(k, 1), 2 * (0.25 + std::sin(5 * 0.1 * static_cast<double>(k))), 1e-14);
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+        EXPECT_EQ(slow.time_ns[k], static_cast<std::int64_t>(100 + 300 * k) * 1'000'000);
+}
+
+TEST_F(RecorderTest, AddsTheInputsOfTheRootAndChangedParameters) {
+    Session run(model_text);
+    Recorder recorder(*run.simulation, {}, file,
+                      {"/models/m.yaml",
+                       {{"/models/m.yaml", "text"}, {"/models/parts/p.yaml", "part"}},
+                       {{"a", "1"}, {"b", "2*a"}}});
+    run.simulation->add_observer(recorder);
+    for (int k = 0; k < 4; ++k) {
+        set_input(run, k * k);
+        if (k == 2) {
+            run.simulation->set_parameter("gain.K", {0.1});
+            recorder.parameter_changed(k, "gain.K", {0.1});
+        }
+        ASSERT_TRUE(run.simulation->step());
+    }
+    recorder.close();
+    const auto recording = recording::load(file);
+    ASSERT_EQ(recording.channels.size(), 1u);
+    EXPECT_EQ(recording.channel("u").values(), (Values{0, 1, 4, 9}));
+    const auto& change = recording.metadata.at("parameter change 0");
+    EXPECT_EQ(change.at("step"), "2");
+    EXPECT_EQ(change.at("name"), "gain.K");
+    EXPECT_EQ(change.at("values"), "0.1");
+    const ModelSource source = recorded_source(recording);
+    EXPECT_EQ(source.file, "/models/m.yaml");
+    EXPECT_EQ(source.texts.at("/models/parts/p.yaml"), "part");
+    EXPECT_EQ(source.texts.at("/models/m.yaml"), "text");
+    EXPECT_EQ(source.overrides, (std::vector<std::pair<std::string, std::string>>{{"a", "1"}, {"b", "2*a"}}));
+}
+
+TEST_F(RecorderTest, AFullDiskIsReportedAndWhatWasWrittenIsReadable) {
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) { // a limit on the size of files stands for a small disk
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit{3'000'000, 3'000'000};
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+        Session run(model_text);
+        Recorder recorder(*run.simulation, run.diagram.signals(), file);
+        run.simulation->add_observer(recorder);
+        for (int k = 0; k < 2'000'000 && !recorder.failed(); ++k)
+            if (!run.simulation->step()) ::_exit(2);
+        const bool is_named = recorder.status().find("File too large") != std::string::npos;
+        try {
+            recorder.close();
+        } catch (const std::exception&) {
+            ::_exit(is_named ? 0 : 3);
+        }
+        ::_exit(4);
+    }
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0);
+    const auto recording = recording::load(file);
+    EXPECT_FALSE(recording.complete);
+    EXPECT_GT(recording.channel("gain.y").samples(), 1000u);
+    EXPECT_EQ(replay(model_text, recording), "identical");
+}
+
+TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLastChunk) {
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        Session run(model_text);
+        Recorder recorder(*run.simulation, run.diagram.signals(), file);
+        run.simulation->add_observer(recorder);
+        for (int k = 0; k < 20'000; ++k) static_cast<void>(run.simulation->step());
+        ::kill(::getpid(), SIGKILL);
+    }
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status));
+    const auto recording = recording::load(file);
+    EXPECT_FALSE(recording.complete);
+    EXPECT_GT(recording.channel("gain.y").samples(), 1000u);
+    EXPECT_EQ(replay(model_text, recording), "identical");
+}
+
+std::size_t resident_bytes() {
+    std::size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages >> pages;
+    return pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+TEST_F(RecorderTest, AnHourDoesNotGrowMemory) {
+    const std::string fast = "model: m\nstep: 0.01\nblocks:\n  sine: {block: Sine, frequency: \"1:8\"}\n  "
+                             "gain: {block: Gain}\nconnections: {sine: gain}\n";
+    Session run(fast);
+    Recorder recorder(*run.simulation, run.diagram.signals(), file);
+    run.simulation->add_observer(recorder);
+    run.simulation->run_until(600);
+    const std::size_t after_ten_minutes = resident_bytes();
+    run.simulation->run_until(3600);
+    const std::size_t after_an_hour = resident_bytes();
+    recorder.close();
+    EXPECT_GT(std::filesystem::file_size(file), 60'000'000u);
+    EXPECT_LT(after_an_hour, after_ten_minutes + 2'000'000);
+}
+
+TEST_F(RecorderTest, ReplayIsIdenticalWithInputsAndChangedParameters) {
+    Session run(model_text);
+    record(run, 60, [&](Recorder& recorder, int k) {
+        set_input(run, std::cos(k));
+        if (k % 7 == 3) {
+            run.simulation->set_parameter("gain.K", {0.1 * k});
+            recorder.parameter_changed(k, "gain.K", {0.1 * k});
+            run.simulation->set_parameter("constant.value", {1. * k, 2, 3, 4});
+            recorder.parameter_changed(k, "constant.value", {1. * k, 2, 3, 4});
+        }
+    });
+    const auto recording = recording::load(file);
+    EXPECT_EQ(replay(model_text, recording), "identical");
+    // Signals at 0.1 s: sine, gain, plant, sum; at 0.3 s: slow; a constant at the start and after 9 changes.
+    EXPECT_EQ(samples, 4 * 60 + 20 + 1 + 9);
+}
+
+TEST_F(RecorderTest, ReplayStartsAtTheLastCheckpointBefore) {
+    Session run(model_text);
+    record(run, 60, [&](Recorder& recorder, int k) {
+        set_input(run, std::cos(k));
+        if (k > 0 && k % 20 == 0) recorder.checkpoint(*run.simulation);
+    });
+    const auto recording = recording::load(file);
+    for (const auto& [from, step] : {std::pair{0.0, 0}, {1.9, 0}, {2.0, 20}, {3.0, 20}, {5.9, 40}}) {
+        EXPECT_EQ(replay(model_text, recording, from), "identical") << from;
+        EXPECT_EQ(first_step, step);
+    }
+    EXPECT_THROW(replay(model_text, recording, 7), RunError);
+}
+
+TEST_F(RecorderTest, ReplayNamesTheFirstSignalThatDiffers) {
+    Session run(model_text);
+    record(run, 20);
+    auto recording = recording::load(file);
+    const auto channel = [&](const std::string& name) -> recording::Channel& {
+        return *std::find_if(recording.channels.begin(), recording.channels.end(),
+                             [&](const auto& c) { return c.name == name; });
+    };
+    const auto change = [&](const std::string& name, std::size_t sample, std::size_t element, double value) {
+        auto& c = channel(name);
+        std::memcpy(&c.data[sample * c.info.bytes() + element * sizeof value], &value, sizeof value);
+    };
+    const double was = channel("gain.y").value(15, 1);
+    change("gain.y", 17, 0, 7);
+    EXPECT_EQ(replay(model_text, recording).substr(0, 23), "at 1.7 s 'gain.y[0]' is");
+    change("gain.y", 15, 1, 8);
+    EXPECT_EQ(replay(model_text, recording),
+              "at 1.5 s 'gain.y[1]' is " + matlab::number_text(was) + ", in the recording 8");
+    change("constant.y", 0, 2, -0.0);
+    EXPECT_EQ(replay(model_text, recording), "at 0 s 'constant.y[0][1]' is 2, in the recording -0");
+}
+
+TEST_F(RecorderTest, ReplayFindsAnotherModelInTheFirstSampleItChanges) {
+    Session run(model_text);
+    record(run, 20);
+    std::string other = model_text;
+    other.replace(other.find("K: 2"), 4, "K: 3");
+    const auto recording = recording::load(file);
+    EXPECT_EQ(replay(other, recording).substr(0, 21), "at 0 s 'gain.y[0]' is");
+    other = model_text;
+    other.replace(other.find("period: 0.3"), 11, "period: 0.4");
+    EXPECT_EQ(replay(other, recording),
+              "at 0.4 s 'slow.y' has a sample in the recording, but none in the replay");
+}
+
+/// A device: what it measures does not come again.
+class Sensor final : public Block {
+  public:
+    struct Wire {
+        std::mt19937 noise{std::random_device()()};
+    };
+    using Block::Block;
+    OutsideState<Wire> wire{this, [] { return std::make_shared<Wire>(); }};
+    Output<double> y{this, "y", {}};
+    static inline int opened = 0;
+    void start(Now) const override { ++opened; }
+    Status output(Now at, Out out) const noexcept override {
+        out[y] = static_cast<double>(at[wire].noise());
+        return ok;
+    }
+};
+
+const std::string with_device =
+    "model: m\nstep: 0.1\nblocks:\n  sensor: {block: Sensor, period: 0.2}\n  sum: "
+    "{block: DiscreteIntegrator}\nconnections: {sensor: sum}\n";
+
+TEST_F(RecorderTest, ReplayTakesOutputsOfDevicesFromTheRecordingAndOpensNone) {
+    Library library("");
+    library.group("test").add<Sensor>("Sensor", "");
+    {
+        Session run(with_device, &library);
+        Recorder recorder(*run.simulation, {{"sum", run.diagram.find_signal("sum")}}, file);
+        run.simulation->add_observer(recorder);
+        run.trace("sum", 30);
+        recorder.close();
+    }
+    const auto recording = recording::load(file);
+    EXPECT_EQ(recording.channel("sensor.y").samples(), 15u) << "recorded although nobody asked";
+    Sensor::opened = 0;
+    EXPECT_EQ(replay(with_device, recording, 0, &library), "identical");
+    EXPECT_EQ(Sensor::opened, 0);
+    EXPECT_EQ(samples, 15);
+}
+
+TEST_F(RecorderTest, ReplayRefusesADeviceThatWasNotRecorded) {
+    Library library("");
+    library.group("test").add<Sensor>("Sensor", "");
+    Session run(with_device, &library);
+    {
+        recording::Writer writer(file);
+        const auto id = writer.add_channel("sum.y", {});
+        writer.begin();
+        const double x = 0;
+        writer.append(id, 0, &x);
+        writer.close();
+    }
+    try {
+        replay(with_device, recording::load(file), 0, &library);
+        FAIL();
+    } catch (const RunError& error) {
+        EXPECT_STREQ(error.what(),
+                     "sensor.y: comes from a device, which a replay does not open, and is not in "
+                     "the recording");
+    }
+}
+
+} // namespace
+} // namespace bf::test

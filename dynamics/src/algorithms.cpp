@@ -207,6 +207,31 @@ void set_state(const Model& model, Data& data, const Eigen::Ref<const Eigen::Mat
     if (replace(d.s_dot, s_dot)) d.has_bias = d.has_momentum = false;
 }
 
+int state_size(const Model& model) { return 2 * model.joints() + 6 + 12; }
+
+void save_state(const Data& data, double* to) noexcept {
+    const Data::Content& d = data.content();
+    const auto put = [&](const auto& values) {
+        std::copy_n(values.data(), values.size(), to);
+        to += values.size();
+    };
+    put(d.s);
+    put(d.s_dot);
+    put(d.p_dot);
+    put(d.omega);
+    put(d.R);
+    put(d.p);
+}
+
+void restore_state(const Model& model, Data& data, const double* from) noexcept {
+    const Eigen::Index n = model.joints();
+    const Eigen::Map<const Eigen::VectorXd> s(from, n), s_dot(from + n, n);
+    const Eigen::Map<const Vector6> nu_base(from + 2 * n);
+    Eigen::Matrix4d w_H_b = Eigen::Matrix4d::Identity();
+    w_H_b.topRows<3>() = Eigen::Map<const Eigen::Matrix<double, 3, 4>>(from + 2 * n + 6);
+    set_state(model, data, w_H_b, s, nu_base, s_dot);
+}
+
 void set_position(const Model& model, Data& data, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b,
                   const Eigen::Ref<const Eigen::VectorXd>& s) noexcept {
     set_base(data.content(), w_H_b);

@@ -46,6 +46,27 @@ class Cache : public testing::Test {
 
 } // namespace
 
+TEST_F(Cache, ASavedStateGoesOnElsewhereBitForBit) {
+    // The base's rotation is left as it was, and the last digits of a relative transform depend on it.
+    std::vector<double> saved(static_cast<std::size_t>(state_size(model)));
+    set(model, data, state);
+    save_state(data, saved.data());
+    const auto relative = [&](Data& of) {
+        Eigen::Matrix4d reference_H_frame;
+        set_joint_position(model, of, other.s);
+        relative_transform(model, of, reference, frame, reference_H_frame);
+        return reference_H_frame;
+    };
+    const Eigen::Matrix4d expected = relative(data);
+    Data restored(model), fresh_data(model);
+    restore_state(model, restored, saved.data());
+    EXPECT_EQ(relative(restored), expected);
+    EXPECT_NE(relative(fresh_data), expected) << "else the state would not matter";
+    set(model, data, state);
+    restore_state(model, restored, saved.data());
+    EXPECT_TRUE(ask(restored) == ask(data));
+}
+
 TEST_F(Cache, ChangingOneInputAtATimeGivesWhatFreshDataGives) {
     set(model, data, state);
     ask(data);

@@ -18,14 +18,18 @@ namespace bf::toolbox {
 struct RobotConfiguration {
     static constexpr const char* resource = "robot configuration";
     struct Live {
-        static constexpr bool is_cache = true;
-        dynamics::Data data;
+        const dynamics::Model& model;
+        dynamics::Data data{model};
+
+        int state_size() const { return dynamics::state_size(model); }
+        void save(double* to) const { dynamics::save_state(data, to); }
+        void restore(const double* from) { dynamics::restore_state(model, data, from); }
     };
     dynamics::Model model;
     std::filesystem::path urdf;
     std::vector<std::filesystem::path> search_directories; ///< where meshes and other robots are looked for
 
-    std::shared_ptr<Live> open() const { return std::make_shared<Live>(Live{dynamics::Data(model)}); }
+    std::shared_ptr<Live> open() const { return std::shared_ptr<Live>(new Live{model}); }
 };
 
 /// What joints measure. Motor quantities are on the motor side of the transmission.

@@ -5,6 +5,7 @@
 #include "verbs.hpp"
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -63,6 +64,7 @@ int run(CLI::App& app, int argc, char** argv) {
 
 int main(int argc, char** argv) {
     using namespace bf::tools;
+    std::signal(SIGXFSZ, SIG_IGN); // writing past a limit on the size of files fails with a message instead
     CLI::App app{"BlockFactory: design, simulate and run robot controllers as block diagrams", "bf"};
     app.require_subcommand(1);
     app.set_version_flag("--version", "bf " BF_VERSION, "print the version");
@@ -72,8 +74,8 @@ int main(int argc, char** argv) {
     app.footer(
         "bf VERB --help tells more. Exit codes: 0 success, 1 failure, 2 wrong usage, 130 interrupted.\n"
         "Example: bf run examples/icub_balancing/balancing.yaml --stop 5");
-    for (const auto add : {add_run, add_check, add_describe, add_plot, add_film, add_export, add_generate,
-                           add_deploy, add_doctor})
+    for (const auto add : {add_run, add_replay, add_sweep, add_check, add_describe, add_plot, add_film,
+                           add_export, add_generate, add_deploy, add_doctor})
         add(app);
     const int code = run(app, argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) {

@@ -2,14 +2,19 @@
 #include "run.hpp"
 
 #include "bf/engine/recorder.hpp"
+#include "bf/engine/snapshot.hpp"
+#include "event.hpp"
+#include "profile.hpp"
 #include "run_realtime.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <span>
 
 namespace bf::tools {
 
@@ -17,9 +22,9 @@ nlohmann::ordered_json RunResult::to_json() const {
     nlohmann::ordered_json json;
     json["model"] = model;
     json["outcome"] = is_interrupted ? "interrupted" : failure.empty() ? "finished" : "failed";
-    json["simulated_s"] = simulated;
+    json["simulated_s"] = simulated - from;
     json["wall_s"] = wall;
-    json["real_time_factor"] = wall > 0 ? simulated / wall : 0;
+    json["real_time_factor"] = wall > 0 ? (simulated - from) / wall : 0;
     json["steps"] = steps;
     if (!realtime.is_null()) json["realtime"] = realtime;
     auto& list = json["checks"] = nlohmann::ordered_json::object();
@@ -33,32 +38,36 @@ nlohmann::ordered_json RunResult::to_json() const {
     return json;
 }
 
-RunResult run(Simulation& simulation, double stop, const std::function<bool(double wall)>& go_on) {
+RunResult run(Simulation& simulation, double stop, const RunHooks& hooks) {
     using Clock = std::chrono::steady_clock;
     const double count = std::round(stop / simulation.diagram().step);
     const auto steps = count < 9e18 ? static_cast<std::int64_t>(count) : INT64_MAX;
-    simulation.start();
+    if (!hooks.is_started) simulation.start();
+    const std::int64_t first = simulation.steps();
     const auto begin = Clock::now();
     auto asked = begin;
     const auto seconds = [&](Clock::time_point t) {
         return std::chrono::duration<double>(t - begin).count();
     };
     // Asking after every step would cost more than a small model's step.
-    std::int64_t stride = 1, next = 1;
-    while (simulation.steps() < steps && simulation.step()) {
-        if (!go_on || simulation.steps() < next) continue;
+    std::int64_t stride = 1, next = first + 1;
+    while (simulation.steps() < steps && (!hooks.between_steps || hooks.between_steps()) &&
+           simulation.step()) {
+        if (!hooks.go_on || simulation.steps() < next) continue;
         const auto now = Clock::now();
         stride =
             now - asked < std::chrono::milliseconds(2) ? stride * 2 : std::max<std::int64_t>(1, stride / 2);
         next = simulation.steps() + stride;
         asked = now;
-        if (!go_on(seconds(now))) break;
+        if (!hooks.go_on(seconds(now))) break;
     }
+    if (hooks.before_stop && simulation.failure().empty()) hooks.before_stop();
     RunResult result;
     result.model = simulation.diagram().name;
     result.wall = seconds(Clock::now());
     result.simulated = simulation.time();
-    result.steps = simulation.steps();
+    result.from = static_cast<double>(first) * simulation.diagram().step;
+    result.steps = simulation.steps() - first;
     result.failure = simulation.failure();
     result.checks = simulation.checks();
     simulation.stop();
@@ -76,7 +85,7 @@ std::string fixed(double x, int digits) {
 /// Where a run is: time, real-time factor and what the model's Display blocks show.
 class Progress {
   public:
-    explicit Progress(const Simulation& simulation) : simulation_(simulation) {
+    explicit Progress(const Simulation& simulation) : simulation_(simulation), from_(simulation.time()) {
         for (const auto& node : simulation.diagram().nodes)
             if (node.type == "Display" && node.sources[0].node >= 0)
                 shown_.push_back({node.path.substr(node.path.rfind('.') + 1), node.sources[0]});
@@ -101,19 +110,21 @@ class Progress {
 
   private:
     std::string factor_text(double wall) const {
-        const double factor = wall > 0 ? simulation_.time() / wall : 0;
+        const double factor = wall > 0 ? (simulation_.time() - from_) / wall : 0;
         return fixed(factor, factor < 100 ? 1 : 0);
     }
 
     const Simulation& simulation_;
+    const double from_; ///< s
     std::vector<std::pair<std::string, Node::End>> shown_;
 };
 
 struct RunOptions {
     ModelOptions model;
     RealtimeOptions realtime;
-    std::string stop, record, summary;
-    bool is_quiet = false, as_json = false;
+    std::string stop, record, summary, until, snapshot, from_snapshot, profile;
+    std::optional<double> snapshot_at, checkpoint_every; ///< s
+    bool is_quiet = false, as_json = false, is_profiled = false;
 };
 
 std::vector<SignalName> recorded_signals(const Diagram& diagram) {
@@ -132,7 +143,73 @@ void print(const RunResult& result) {
     std::fputs(result.report.c_str(), stdout);
 }
 
+/// Writes a snapshot to a file, once, when its time has come or the run ends.
+class SnapshotFile {
+  public:
+    SnapshotFile(const RunOptions& options, const Simulation& simulation) {
+        if (options.snapshot.empty()) return;
+        static_cast<void>(make_snapshot(simulation)); // refuses before the first step
+        const Diagram& diagram = simulation.diagram();
+        const double at = options.snapshot_at.value_or(diagram.stop);
+        if (at > diagram.stop || at < simulation.time())
+            throw CommandError("--snapshot-at " + number(at) + " s is not within the run, from " +
+                               number(simulation.time()) + " s to " + number(diagram.stop) + " s");
+        const double steps = std::round(at / diagram.step);
+        step_ = steps < 9e18 ? static_cast<std::int64_t>(steps) : INT64_MAX;
+        is_at_end_ = !options.snapshot_at;
+        file_.emplace(options.snapshot);
+    }
+
+    /// A recorder keeps the snapshot too, for a replay takes one there.
+    void look(const Simulation& simulation, Recorder* recorder, bool is_end) {
+        if (!file_ || is_written_ || (simulation.steps() != step_ && !(is_end && is_at_end_))) return;
+        if (recorder) recorder->checkpoint(simulation);
+        const auto bytes = make_snapshot(simulation);
+        file_->write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        file_->commit();
+        is_written_ = true;
+    }
+    bool is_missing() const { return file_ && !is_written_; }
+
+  private:
+    std::optional<OutputFile> file_;
+    std::int64_t step_ = 0;
+    bool is_at_end_ = false, is_written_ = false;
+};
+
+/// Sees in which step an event happens.
+class EventObserver final : public Simulation::Observer {
+  public:
+    explicit EventObserver(Event event) : event_(std::move(event)) {}
+    void observe(const Simulation& simulation) noexcept override {
+        if (time < 0 && event_(simulation)) time = simulation.time();
+    }
+    double time = -1; ///< s; -1: not yet
+
+  private:
+    Event event_;
+};
+
+void restore(Simulation& simulation, const std::string& file) {
+    const std::string bytes = read_file(file);
+    simulation.start();
+    restore_snapshot(simulation, std::as_bytes(std::span(bytes)), file);
+    if (simulation.time() >= simulation.diagram().stop)
+        throw CommandError("the snapshot '" + file + "' stands at " + number(simulation.time()) +
+                           " s, where the run ends; give a later --stop, which counts from 0 s");
+}
+
+void check_times(const RunOptions& options) {
+    if (options.checkpoint_every && !(*options.checkpoint_every > 0))
+        throw CommandError("--checkpoint-every " + number(*options.checkpoint_every) +
+                           " s is no period; give a number above 0");
+    if (options.snapshot_at && !(*options.snapshot_at >= 0))
+        throw CommandError("--snapshot-at " + number(*options.snapshot_at) +
+                           " s is no time; give 0 or a number above 0");
+}
+
 void execute(const RunOptions& options) {
+    check_times(options);
     ModelOptions model = options.model;
     if (!options.stop.empty()) model.sets.push_back("stop=" + options.stop);
     const LoadedModel loaded = load_model(model);
@@ -143,15 +220,25 @@ void execute(const RunOptions& options) {
                            " does not say how long it runs: give --stop SECONDS (--stop Inf runs until "
                            "Ctrl-C), or write 'stop: SECONDS' in the model");
 
-    std::optional<OutputFile> summary;
+    std::optional<OutputFile> summary, trace;
     if (!options.summary.empty()) summary.emplace(options.summary);
+    if (!options.profile.empty()) trace.emplace(options.profile);
     Simulation simulation(diagram);
+    std::optional<EventObserver> event;
+    if (!options.until.empty()) simulation.add_observer(event.emplace(parse_event(diagram, options.until)));
+    if (!options.from_snapshot.empty()) restore(simulation, options.from_snapshot);
+    SnapshotFile snapshot(options, simulation);
+    if (options.checkpoint_every)
+        static_cast<void>(make_snapshot(simulation)); // refuses before the first step
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
-        recorder.emplace(diagram, recorded_signals(diagram), options.record, loaded.text,
+        recorder.emplace(simulation, recorded_signals(diagram), options.record, loaded.source,
                          recording::WriterOptions{.drop_when_full = options.realtime.is_asked});
         if (!options.realtime.is_asked) simulation.add_observer(*recorder);
+        if (!options.from_snapshot.empty()) recorder->checkpoint(simulation);
     }
+    std::optional<Profiler> profiler;
+    if (options.is_profiled) profiler.emplace(simulation, trace ? trace_events : 0);
 
     RunResult result;
     {
@@ -169,10 +256,26 @@ void execute(const RunOptions& options) {
             if (!options.is_quiet) line.finish(last);
         } else {
             const Progress progress(simulation);
-            result = run(simulation, diagram.stop, [&](double wall) {
+            RunHooks hooks;
+            hooks.go_on = [&](double wall) {
                 if (!options.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
                 return goes_on();
-            });
+            };
+            const std::int64_t every =
+                options.checkpoint_every
+                    ? std::max<std::int64_t>(1, std::llround(*options.checkpoint_every / diagram.step))
+                    : 0;
+            if (every || event || !options.snapshot.empty())
+                hooks.between_steps = [&] {
+                    if (event && event->time >= 0) return false;
+                    if (every && simulation.steps() > 0 && simulation.steps() % every == 0)
+                        recorder->checkpoint(simulation);
+                    snapshot.look(simulation, recorder ? &*recorder : nullptr, false);
+                    return true;
+                };
+            hooks.before_stop = [&] { snapshot.look(simulation, recorder ? &*recorder : nullptr, true); };
+            hooks.is_started = !options.from_snapshot.empty();
+            result = run(simulation, diagram.stop, hooks);
             if (!options.is_quiet) line.finish(progress.text(result.wall));
         }
         result.is_interrupted = InterruptGuard::signal() != 0 && result.failure.empty();
@@ -184,22 +287,36 @@ void execute(const RunOptions& options) {
             if (result.failure.empty()) result.failure = error.what();
         }
     }
-    const std::string text = to_text(result.to_json());
+    auto json = result.to_json();
+    if (event) {
+        json["until"] = {{"event", options.until}, {"time_s", nullptr}};
+        if (event->time >= 0) json["until"]["time_s"] = event->time;
+    }
+    if (profiler) json["profile"] = profile_json(*profiler);
+    const std::string text = to_text(json);
     if (summary) {
         summary->write(text);
         summary->commit();
     }
-    if (options.as_json)
+    if (trace) write_trace(*profiler, *trace);
+    if (options.as_json) {
         std::fputs(text.c_str(), stdout);
-    else
+    } else {
         print(result);
-    if (recorder && !recorder->failed() && !options.as_json)
-        std::printf("  recorded in %s; look at it with: bf plot %s\n", options.record.c_str(),
-                    options.record.c_str());
+        if (event && event->time >= 0)
+            std::printf("  %s at t = %s s\n", options.until.c_str(), number(event->time).c_str());
+        if (profiler) print_profile(*profiler, result.wall);
+        if (recorder && !recorder->failed())
+            std::printf("  recorded in %s; look at it with: bf plot %s\n", options.record.c_str(),
+                        options.record.c_str());
+    }
     std::fflush(stdout);
     const std::string stopped = diagram.name + " stopped at t = " + number(result.simulated) + " s: ";
     if (!result.failure.empty()) throw CommandError(stopped + result.failure);
     if (result.is_interrupted) throw Interrupted(InterruptGuard::signal(), stopped + "interrupted");
+    if (event && event->time < 0) throw CommandError(stopped + options.until + " did not happen");
+    if (snapshot.is_missing())
+        throw CommandError(stopped + "before the time of the snapshot, so none was written");
 }
 
 } // namespace
@@ -210,25 +327,62 @@ void add_run(CLI::App& app) {
     options->model.add_to(*command);
     command->add_option("--stop", options->stop, "duration, s (an expression); Inf: until Ctrl-C")
         ->type_name("T");
-    command
-        ->add_option("--record", options->record,
-                     "write the signals that the model records to this MCAP file")
-        ->type_name("FILE");
+    auto* record = command
+                       ->add_option("--record", options->record,
+                                    "write the signals that the model records to this MCAP file")
+                       ->type_name("FILE");
     command
         ->add_option("--summary", options->summary,
                      "write times, steps and the model's checks to this JSON file")
         ->type_name("FILE");
     options->realtime.add_to(*command);
+    auto* realtime = command->get_option("--realtime");
+    auto* snapshot = command
+                         ->add_option("--snapshot", options->snapshot,
+                                      "write the state of the run at its end to this file")
+                         ->type_name("FILE")
+                         ->excludes(realtime);
+    command->add_option("--snapshot-at", options->snapshot_at, "write it before the step at this time, s")
+        ->type_name("T")
+        ->needs(snapshot);
+    command->add_option("--from-snapshot", options->from_snapshot, "go on from such a file, bit for bit")
+        ->type_name("FILE")
+        ->excludes(realtime);
+    command
+        ->add_option("--checkpoint-every", options->checkpoint_every,
+                     "put a snapshot into the recording every so many s, for bf replay --from")
+        ->type_name("S")
+        ->needs(record)
+        ->excludes(realtime);
+    command
+        ->add_option(
+            "--until", options->until,
+            "end with the step in which SIGNAL > NUMBER (or >= < <= == ~=); exit code 1 if it never is")
+        ->type_name("EVENT")
+        ->excludes(realtime);
+    auto* profile =
+        command
+            ->add_option("--profile", options->profile,
+                         "print the time per block and rate; also write this JSON file of trace events for "
+                         "ui.perfetto.dev")
+            ->type_name("[FILE]")
+            ->expected(0, 1);
     command->add_flag("--json", options->as_json, "print the summary as JSON");
     command->add_flag("--quiet,--headless", options->is_quiet, "show nothing while it runs");
     command->footer(
         "Examples:\n"
         "  bf run examples/icub_balancing/balancing.yaml\n"
         "  bf run examples/icub_balancing/balancing.yaml --set scenario=2 --stop 8 --record run.mcap\n"
+        "  bf run examples/icub_balancing/balancing.yaml --stop 6 --snapshot standing.bin\n"
+        "  bf run examples/icub_balancing/balancing.yaml --from-snapshot standing.bin --until 'world.com[2] "
+        "< 0.4'\n"
         "  bf run docs/start/motor.yaml --realtime --serve\n"
         "Ctrl-C ends a run as its stop time does: recording and summary are complete, the exit code is 130.\n"
         "The exit code does not depend on the model's checks; look at them in the summary.");
-    command->callback([options] { execute(*options); });
+    command->callback([options, profile] {
+        options->is_profiled = profile->count() > 0;
+        execute(*options);
+    });
 }
 
 } // namespace bf::tools

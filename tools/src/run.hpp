@@ -13,7 +13,7 @@ namespace bf::tools {
 /// What a run came to.
 struct RunResult {
     std::string model;
-    double simulated = 0, wall = 0; ///< s
+    double from = 0, simulated = 0, wall = 0; ///< s; from: where a run from a snapshot began
     std::int64_t steps = 0;
     std::vector<CheckResult> checks; ///< of the model's own check blocks
     std::string failure;             ///< why the run ended early; empty when it went to its end
@@ -26,8 +26,18 @@ struct RunResult {
     nlohmann::ordered_json to_json() const;
 };
 
-/// Starts, steps to `stop` s and stops the simulation; a failed step ends it. `go_on`, given the wall time in
-/// s, is asked a few hundred times a second whether to go on.
-RunResult run(Simulation& simulation, double stop, const std::function<bool(double wall)>& go_on = {});
+/// What happens besides the steps of a run; each function may be empty.
+struct RunHooks {
+    /// Asked a few hundred times a second, given the wall time in s, whether to go on.
+    std::function<bool(double wall)> go_on;
+    /// Asked before every step whether to go on.
+    std::function<bool()> between_steps;
+    /// After the last step of a run that did not fail.
+    std::function<void()> before_stop;
+    bool is_started = false; ///< the simulation was started already, and perhaps restored from a snapshot
+};
+
+/// Starts, steps to `stop` s and stops the simulation; a failed step ends it.
+RunResult run(Simulation& simulation, double stop, const RunHooks& hooks = {});
 
 } // namespace bf::tools

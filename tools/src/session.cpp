@@ -59,14 +59,33 @@ std::unique_ptr<Registry> make_registry() {
     return registry;
 }
 
+namespace {
+
+LoadedModel load(ModelSource source, const fs::path& file, ElaborateOptions options) {
+    LoadedModel loaded{make_registry(), std::move(source), {}};
+    options.folder = loaded.source.file.parent_path().string();
+    for (const auto& [name, text, where] : options.overrides)
+        loaded.source.overrides.emplace_back(name, text);
+    loaded.diagram = elaborate(formats::read_yaml(file, loaded.source.texts), *loaded.registry, options);
+    return loaded;
+}
+
+} // namespace
+
 LoadedModel load_model(const ModelOptions& options) {
     const Waiting waiting("elaborating " + options.file);
     if (!fs::exists(options.file)) throw CommandError("there is no model file " + options.file);
-    LoadedModel loaded{make_registry(), read_file(options.file), {}};
-    ElaborateOptions elaborate_options;
-    elaborate_options.overrides = read_overrides(options);
-    elaborate_options.folder = fs::absolute(options.file).parent_path().string();
-    loaded.diagram = elaborate(formats::read_yaml(options.file), *loaded.registry, elaborate_options);
+    return load({fs::absolute(options.file).lexically_normal(), {}, {}}, options.file,
+                {read_overrides(options), {}});
+}
+
+LoadedModel load_model(const ModelSource& source) {
+    const Waiting waiting("elaborating " + source.file.string());
+    ElaborateOptions options;
+    for (const auto& [name, text] : source.overrides) options.overrides.push_back({name, text, {}});
+    LoadedModel loaded = load({source.file, source.texts, {}}, source.file, options);
+    for (const auto& [file, text] : loaded.source.texts)
+        if (!source.texts.contains(file)) throw CommandError(file.string() + " is not in the recording");
     return loaded;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/elaborate/elaborate.hpp"
+#include "bf/engine/recorder.hpp"
 #include "output.hpp"
 
 #include <CLI/CLI.hpp>
@@ -29,7 +30,7 @@ struct ModelOptions {
 /// A model with the registry that its blocks come from.
 struct LoadedModel {
     std::unique_ptr<Registry> registry;
-    std::string text; ///< of the file
+    ModelSource source;
     Diagram diagram;
 };
 
@@ -39,5 +40,9 @@ std::unique_ptr<Registry> make_registry();
 /// Reads and elaborates, with the values of --params files changed first, then those of --set options. Throws
 /// model::Errors or CommandError.
 LoadedModel load_model(const ModelOptions& options);
+
+/// The same from what a recording holds. Files that the model names and that are no models - a robot's
+/// description, data - are looked for where they were.
+LoadedModel load_model(const ModelSource& source);
 
 } // namespace bf::tools

@@ -6,6 +6,8 @@
 namespace bf::tools {
 
 void add_run(CLI::App& app);
+void add_replay(CLI::App& app);
+void add_sweep(CLI::App& app);
 void add_check(CLI::App& app);
 void add_describe(CLI::App& app);
 void add_plot(CLI::App& app);

@@ -1,0 +1,82 @@
+#include "event.hpp"
+
+#include "session.hpp"
+
+#include <charconv>
+#include <regex>
+
+namespace bf::tools {
+
+namespace {
+
+std::string trimmed(const std::string& text) {
+    const auto begin = text.find_first_not_of(" \t"), end = text.find_last_not_of(" \t");
+    return begin == std::string::npos ? "" : text.substr(begin, end - begin + 1);
+}
+
+} // namespace
+
+bool Event::operator()(const Simulation& simulation) const {
+    return holds(read_value(simulation.context().data(signal.node, signal.slot),
+                            simulation.diagram().slot(signal).type, element));
+}
+
+Node::End find_signal(const Diagram& diagram, const std::string& path) {
+    std::vector<std::string> names;
+    for (const auto& input : diagram.inputs) {
+        if (input.path == path) return input.end;
+        names.push_back(input.path);
+    }
+    if (const auto end = diagram.find_signal(path); end.node >= 0) return end;
+    for (const auto& signal : diagram.signals()) names.push_back(signal.path);
+    throw CommandError("there is no signal '" + path + "'" + did_you_mean(path, names) +
+                       "; bf check lists the signals");
+}
+
+Element parse_element(const Diagram& diagram, const std::string& text) {
+    static const std::regex form(R"(([^\[\]]+)(?:\[(\d{1,9})\])?(?:\[(\d{1,9})\])?)");
+    std::smatch parts;
+    if (!std::regex_match(text, parts, form))
+        throw CommandError("'" + text + "' names no element; write SIGNAL, SIGNAL[i] or SIGNAL[row][column]");
+    Element element{parts[1], find_signal(diagram, parts[1]), 0};
+    const Size& size = diagram.slot(element.signal).size;
+    const std::string all = size.is_matrix ? std::to_string(size.rows) + " x " + std::to_string(size.cols)
+                                           : std::to_string(size.rows);
+    const int indices = parts[2].matched + parts[3].matched;
+    if (indices != (size.is_matrix ? 2 : size.count() == 1 ? indices == 1 : 1))
+        throw CommandError("the signal '" + element.path + "' has " + all +
+                           " elements; name one: " + element.path + (size.is_matrix ? "[0][0]" : "[0]"));
+    const int row = parts[2].matched ? std::stoi(parts[2]) : 0;
+    const int column = parts[3].matched ? std::stoi(parts[3]) : 0;
+    if (row >= size.rows || column >= size.cols)
+        throw CommandError("'" + text + "' is outside: '" + element.path + "' has " + all +
+                           " elements, counted from 0");
+    element.index = row + column * size.rows;
+    return element;
+}
+
+Event parse_event(const Diagram& diagram, const std::string& text) {
+    static const std::regex form(R"((.*?)(>=|<=|==|~=|!=|>|<)(.*))");
+    std::smatch parts;
+    double limit = 0;
+    const auto is_number = [&](const std::string& number) {
+        const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), limit);
+        return error == std::errc() && end == number.data() + number.size() && !number.empty();
+    };
+    if (!std::regex_match(text, parts, form) || !is_number(trimmed(parts[3])))
+        throw CommandError("'" + text +
+                           "' is no event; write SIGNAL, one of > >= < <= == ~=, and a number, "
+                           "e.g. --until 'controller.x > 0.3'");
+    const Element element = parse_element(diagram, trimmed(parts[1]));
+    const std::string comparison = parts[2];
+    Event event{text, element.signal, element.index, {}};
+    if (comparison == ">") event.holds = [limit](double x) { return x > limit; };
+    if (comparison == ">=") event.holds = [limit](double x) { return x >= limit; };
+    if (comparison == "<") event.holds = [limit](double x) { return x < limit; };
+    if (comparison == "<=") event.holds = [limit](double x) { return x <= limit; };
+    if (comparison == "==") event.holds = [limit](double x) { return x == limit; };
+    if (comparison == "~=" || comparison == "!=") event.holds = [limit](double x) { return x != limit; };
+    return event;
+}
+
+} // namespace bf::tools

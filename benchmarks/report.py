@@ -34,7 +34,6 @@ ROWS = [
     (RT, "us", RT, RT + "/bare_clock_nanosleep", "<= 20 us more"),
     (RT + "_cyclictest", "us", RT, RT + "/cyclictest", "<= 20 us more"),
     ("recording.append_23", "ns", "record_23_vector/at_ease", "copy_23_vector", ""),
-    ("recording.append_23", "ns", "record_23_vector/at_ease/iterations:200000", "copy_23_vector/iterations:1000000", ""),
     ("snapshot.icub", "us", "snapshot.icub", "snapshot.icub/memcpy", "< 1000 us"),
     ("restore.icub", "us", "restore.icub", "snapshot.icub/memcpy", "< 1000 us"),
     ("record.overhead", "ms", "record.overhead/all_signals/process_time", "record.overhead/no_recording/process_time", "<= 1.10 x"),

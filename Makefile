@@ -2,13 +2,18 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test bench peers lint format build deps lock clean
+.PHONY: demo test fuzz bench peers lint format build deps lock clean
 
 demo: build
 	examples/icub_balancing/demo.sh $(BUILD)/bin/bf $(BUILD)
 
 test: build
 	ctest --test-dir $(BUILD) --output-on-failure -j2
+
+# Models of chance for some seconds, under sanitizers.
+fuzz: deps
+	mkdir -p build
+	scripts/fuzz
 
 # Prints the table and writes $(BUILD)/bench.json.
 bench: build

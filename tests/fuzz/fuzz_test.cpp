@@ -1,0 +1,41 @@
+// Models of chance in this process, in others, and in several threads.
+#include "cases.hpp"
+
+#include <array>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+namespace bf::fuzz {
+namespace {
+
+/// What bf_fuzz prints, or its exit code if that is not 0.
+std::string output_of(const std::string& arguments) {
+    FILE* pipe = ::popen(("'" BF_FUZZ "' " + arguments).c_str(), "r");
+    std::array<char, 4096> text{};
+    const std::size_t size = std::fread(text.data(), 1, text.size(), pipe);
+    const int status = ::pclose(pipe);
+    return status == 0 ? std::string(text.data(), size) : "exit code " + std::to_string(WEXITSTATUS(status));
+}
+
+TEST(ModelsOfChance, AreRefusedWithReasonsOrRunAlikeTwiceAndFromASnapshot) {
+    std::array<int, 3> accepted{};
+    for (std::uint64_t seed = 0; seed < 600; ++seed) {
+        const Outcome outcome = try_model(model_of(seed), seed);
+        ASSERT_EQ(outcome.violation, "") << "seed " << seed << "\n" << model_of(seed);
+        accepted[seed % 3] += outcome.is_accepted;
+    }
+    EXPECT_GT(accepted[0], 40) << "of 200 that are meant to be right";
+    EXPECT_GT(accepted[1], 5);
+    EXPECT_LT(accepted[1] + accepted[2], 300) << "broken models are refused";
+}
+
+TEST(ModelsOfChance, ComeOutTheSameInEveryProcessAndWithAnyNumberOfThreads) {
+    const std::string expected = output_of("--first 1000 --count 300");
+    EXPECT_NE(expected.find("300 models"), std::string::npos) << expected;
+    EXPECT_EQ(output_of("--first 1000 --count 300"), expected);
+    EXPECT_EQ(output_of("--first 1000 --count 300 --threads 4"), expected);
+}
+
+} // namespace
+} // namespace bf::fuzz

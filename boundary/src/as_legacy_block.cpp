@@ -18,15 +18,6 @@ namespace bf::boundary {
 
 namespace core = blockfactory::core;
 
-/// Where the value of a legacy parameter goes: an argument or a parameter of block `owner`, 0 being the block
-/// itself and the others its providers; or the period.
-struct AsLegacyBlock::Entry {
-    enum class Goal { argument, parameter, period } goal;
-    std::size_t owner;
-    std::string native_name;
-    core::ParameterMetadata metadata;
-};
-
 struct AsLegacyBlock::Instance {
     struct Port {
         int slot;
@@ -55,26 +46,12 @@ struct AsLegacyBlock::Instance {
 
 namespace {
 
-core::ParameterMetadata metadata_of(const std::string& name, const Value& initial, unsigned index) {
-    using core::ParameterType;
-    constexpr int open = core::ParameterMetadata::DynamicSize;
-    if (initial.kind == Value::Kind::text) return {ParameterType::STRING, index, 1, 1, name};
-    if (initial.kind == Value::Kind::texts) return {ParameterType::CELL_STRING, index, 1, open, name};
-    const bool is_scalar = initial.data.size() == 1;
-    const auto type = initial.type == Type::boolean ? ParameterType::BOOL : ParameterType::DOUBLE;
-    return {type, index, 1, is_scalar ? 1 : open, name};
-}
+using Goal = PositionalValue::Goal;
 
-Value initial_of(const Slot& slot) {
-    const bool is_open = slot.shape.symbol >= 0 || slot.shape.rows.dim >= 0 || slot.shape.cols.dim >= 0;
-    const int count = is_open ? -1 : slot.shape.rows.plus * slot.shape.cols.plus;
-    Value value = Matrix(Matrix::Zero(1, count == 1 ? 1 : 2));
-    value.type = slot.type_symbol < 0 ? slot.type : Type::float64;
-    return value;
-}
-
-/// The value as the engine stored it, a scalar or a vector.
-Value read(const core::Parameters& parameters, const core::ParameterMetadata& metadata) {
+/// The value as the engine stored it, a scalar or a vector. A matrix comes column by column and has as many
+/// columns as its default.
+Value read(const core::Parameters& parameters, const PositionalValue& wanted) {
+    const core::ParameterMetadata& metadata = wanted.metadata;
     LogCapture quiet; // the first of two tries may fail
     Value value;
     if (is_text(metadata.type)) {
@@ -90,8 +67,13 @@ Value read(const core::Parameters& parameters, const core::ParameterMetadata& me
             value = Value(x);
         else if (!parameters.getParameter(metadata.name, value.data))
             throw std::runtime_error("the engine gave no value for parameter '" + metadata.name + "'");
-        value.rows = value.data.empty() ? 0 : 1;
-        value.cols = static_cast<int>(value.data.size());
+        const int count = static_cast<int>(value.data.size());
+        const int cols = wanted.initial.rows > 1 && wanted.initial.cols > 1 ? wanted.initial.cols : count;
+        value.rows = count == 0 ? 0 : count / cols;
+        value.cols = cols;
+        if (value.rows * cols != count)
+            throw std::runtime_error("parameter '" + metadata.name + "' has " + std::to_string(count) +
+                                     " elements, which do not make " + std::to_string(cols) + " columns");
         if (metadata.type == core::ParameterType::BOOL) value.type = Type::boolean;
         return value;
     }
@@ -173,42 +155,27 @@ static std::vector<const BlockClass*> classes_for(const Library& library, const 
     return classes;
 }
 
-std::vector<AsLegacyBlock::Entry> AsLegacyBlock::entries() const {
-    std::vector<Entry> list;
-    const auto add = [&](Entry::Goal goal, std::size_t owner, const std::string& prefix,
-                         const std::string& name, const Value& initial) {
-        const bool taken =
-            std::any_of(list.begin(), list.end(), [&](const Entry& e) { return e.metadata.name == name; });
-        const unsigned index = Block::NumberOfParameters + static_cast<unsigned>(list.size());
-        list.push_back({goal, owner, name, metadata_of(taken ? prefix + "." + name : name, initial, index)});
-    };
-    const auto block = find(name_).make({});
-    const auto& d = block->declaration();
-    for (const auto& argument : d.arguments)
-        add(Entry::Goal::argument, 0, name_, argument.name, argument.initial);
-    for (const auto& slot : d.slots)
-        if (slot.role == Role::parameter) add(Entry::Goal::parameter, 0, name_, slot.name, initial_of(slot));
-    const auto classes = classes_for(*library_, find(name_), d);
-    for (std::size_t i = 1; i < classes.size(); ++i) {
-        const auto provider = classes[i]->make({});
-        for (const auto& argument : provider->declaration().arguments)
-            add(Entry::Goal::argument, i, classes[i]->name, argument.name, argument.initial);
-    }
-    add(Entry::Goal::period, 0, name_, "sample_time", Value(0.0));
-    return list;
+std::vector<const BlockClass*> AsLegacyBlock::classes() const {
+    const BlockClass& own = find(name_);
+    return classes_for(*library_, own, own.make({})->declaration());
+}
+
+std::vector<PositionalValue> AsLegacyBlock::parameters() const {
+    const auto all = classes();
+    return positional_values(*all[0], {all.begin() + 1, all.end()});
 }
 
 unsigned AsLegacyBlock::numberOfParameters() {
     std::size_t count = 0;
-    guarded("numberOfParameters", [&] { count = entries().size(); });
+    guarded("numberOfParameters", [&] { count = parameters().size(); });
     return Block::NumberOfParameters + static_cast<unsigned>(count);
 }
 
 bool AsLegacyBlock::parseParameters(core::BlockInformation* blockInfo) {
     return guarded("parseParameters", [&] {
-        for (const auto& entry : entries())
-            if (!blockInfo->addParameterMetadata(entry.metadata))
-                throw std::runtime_error("the engine refused parameter '" + entry.metadata.name + "'");
+        for (const auto& parameter : parameters())
+            if (!blockInfo->addParameterMetadata(parameter.metadata))
+                throw std::runtime_error("the engine refused parameter '" + parameter.metadata.name + "'");
         if (!blockInfo->parseParameters(m_parameters))
             throw std::runtime_error("the engine could not read the parameters");
     });
@@ -216,16 +183,13 @@ bool AsLegacyBlock::parseParameters(core::BlockInformation* blockInfo) {
 
 std::unique_ptr<AsLegacyBlock::Instance> AsLegacyBlock::make() const {
     auto instance = std::make_unique<Instance>();
-    const auto list = entries();
-    {
-        const auto block = find(name_).make({});
-        instance->classes = classes_for(*library_, find(name_), block->declaration());
-    }
+    const auto list = parameters();
+    instance->classes = classes();
     for (std::size_t i = 0; i < instance->classes.size(); ++i) {
         Arguments arguments;
         for (const auto& entry : list)
-            if (entry.goal == Entry::Goal::argument && entry.owner == i)
-                arguments.emplace_back(entry.native_name, read(m_parameters, entry.metadata));
+            if (entry.goal == Goal::argument && entry.owner == instance->classes[i])
+                arguments.emplace_back(entry.name, read(m_parameters, entry));
         instance->blocks.push_back(instance->classes[i]->make(arguments));
         std::string problems;
         for (const auto& problem : instance->blocks.back()->declaration().problems)
@@ -251,15 +215,15 @@ std::unique_ptr<AsLegacyBlock::Instance> AsLegacyBlock::make() const {
         if (!d.requirements[i].is_bound) throw std::runtime_error("it requires a " + d.requirements[i].type);
     }
     for (const auto& entry : list) {
-        if (entry.goal == Entry::Goal::period) {
-            instance->period = read(m_parameters, entry.metadata).data.at(0);
+        if (entry.goal == Goal::period) {
+            instance->period = read(m_parameters, entry).data.at(0);
             if (!(instance->period >= 0)) throw std::runtime_error("sample_time must not be negative");
         }
-        if (entry.goal != Entry::Goal::parameter) continue;
-        const int index = d.find(entry.native_name, Role::parameter);
+        if (entry.goal != Goal::parameter) continue;
+        const int index = d.find(entry.name, Role::parameter);
         if (index < 0) continue; // these arguments switch it off
         Slot& slot = d.slots[static_cast<std::size_t>(index)];
-        slot.initial = read(m_parameters, entry.metadata).data;
+        slot.initial = read(m_parameters, entry).data;
         const int count = static_cast<int>(slot.initial.size());
         if (slot.shape.symbol >= 0 ? count > 1 : !slot.shape.is_matrix && count > 1)
             offer(d, index, Size{count, 1, false});
@@ -416,13 +380,13 @@ core::Block* make_legacy_block(const void* inside, const char* name) {
     Dl_info plugin;
     if (!dladdr(inside, &plugin) || !plugin.dli_fname) return nullptr;
     const std::filesystem::path file(plugin.dli_fname);
-    void* handle = dlopen(plugin.dli_fname, RTLD_NOW | RTLD_NOLOAD);
-    const auto fill = handle ? reinterpret_cast<void (*)(Library&)>(dlsym(handle, plugin_symbol)) : nullptr;
-    if (handle) dlclose(handle); // whoever called holds the plugin
     auto library = std::make_shared<Library>(file.stem().string(), file);
     try {
-        if (!fill) throw std::runtime_error("the plugin has no symbol " + std::string(plugin_symbol));
-        fill(*library);
+        void* handle = dlopen(plugin.dli_fname, RTLD_NOW | RTLD_NOLOAD);
+        if (!handle) throw std::runtime_error("it is not loaded");
+        const std::unique_ptr<void, int (*)(void*)> reference(handle,
+                                                              dlclose); // whoever called holds the plugin
+        fill_from_plugin(*library, handle);
         return new AsLegacyBlock(std::move(library), name);
     } catch (const std::exception& error) {
         bfError << "plugin " << file.string() << ": " << error.what();

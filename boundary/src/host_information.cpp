@@ -1,6 +1,7 @@
 #include "host_information.hpp"
 
 #include "BlockFactory/Core/Log.h"
+#include "bf/boundary/positional.hpp"
 #include "data_type.hpp"
 
 #include <algorithm>
@@ -120,11 +121,11 @@ bool HostInformation::parse(Metadata metadata, Parameters& to) {
                       ": 2D parameters are not supported");
     const bool text = is_text(metadata.type), scalar = metadata.rows == 1 && metadata.cols == 1;
     const auto given = std::find_if(arguments_.begin(), arguments_.end(),
-                                    [&](const auto& a) { return a.first == metadata.name; });
+                                    [&](const auto& a) { return a.first == argument_name(metadata.name); });
     Value value;
     if (given == arguments_.end()) {
-        if (std::find(missing_.begin(), missing_.end(), metadata.name) == missing_.end())
-            missing_.push_back(metadata.name);
+        if (std::find(missing_.begin(), missing_.end(), argument_name(metadata.name)) == missing_.end())
+            missing_.push_back(argument_name(metadata.name));
         const int count = std::max(1, std::max(metadata.rows, metadata.cols));
         value = text ? Value(std::vector<std::string>(static_cast<std::size_t>(count)))
                      : Value(Matrix(Matrix::Zero(1, count)));

@@ -1,5 +1,6 @@
 #include "bf/boundary/hosted_block.hpp"
 
+#include "bf/boundary/positional.hpp"
 #include "data_type.hpp"
 #include "legacy_class.hpp"
 
@@ -100,10 +101,14 @@ void HostedBlock::declare(const Arguments& arguments) {
         sized.call("configureSizeAndPorts", [](core::Block& block, HostInformation& information) {
             return block.configureSizeAndPorts(&information);
         });
-    for (const auto& metadata : described.information.declared())
-        if (metadata.index >= core::Block::NumberOfParameters)
-            declaration().arguments.push_back(
-                {metadata.name, "parameter " + std::to_string(metadata.index), default_value(metadata), {}});
+    for (const auto& metadata : described.information.declared()) {
+        if (metadata.index < core::Block::NumberOfParameters) continue;
+        parameters_.push_back(metadata);
+        declaration().arguments.push_back({argument_name(metadata.name),
+                                           "parameter " + std::to_string(metadata.index),
+                                           default_value(metadata),
+                                           {}});
+    }
     const auto& missing = described.information.missing();
     if (!missing.empty())
         problem(legacy_->locate("parseParameters",
@@ -230,6 +235,23 @@ void HostedBlock::stop(Now at) const noexcept {
     if (!good) bfWarning << object.message();
 }
 
+core::Parameters stored_parameters(const std::string& library, const std::string& name,
+                                   const Arguments& values) {
+    LogCapture log;
+    const auto factory = core::ClassFactorySingleton::getInstance().getClassFactory({library, name});
+    if (!factory) throw std::runtime_error(log.take());
+    HostInformation information(library, name, values);
+    const std::unique_ptr<core::Block, std::function<void(core::Block*)>> block(
+        factory->create(), [&](core::Block* made) { factory->destroy(made); });
+    core::Parameters parameters;
+    if (!block || !block->core::Block::parseParameters(&information) ||
+        !block->parseParameters(&information) || !block->getParameters(parameters))
+        throw std::runtime_error(log.take());
+    if (!information.missing().empty())
+        throw std::runtime_error("no value is given for " + list(information.missing()));
+    return parameters;
+}
+
 std::vector<std::string> legacy_labels(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     const auto read = [&](std::uint64_t offset, void* to, std::size_t size) {
@@ -260,11 +282,10 @@ std::vector<std::string> legacy_labels(const std::filesystem::path& path) {
 }
 
 void add_legacy_classes(Library& library) {
-    const auto labels = legacy_labels(library.file());
-    if (labels.empty())
-        throw PluginError("plugin " + library.file().string() +
-                          " exports no block: it needs bf_plugin_v1 or SHLIBPP_DEFINE_SHARED_SUBCLASS");
-    for (const auto& label : labels) {
+    for (const auto& label : legacy_labels(library.file())) {
+        const auto& listed = library.classes();
+        if (std::any_of(listed.begin(), listed.end(), [&](const auto& c) { return c.name == label; }))
+            continue;
         const auto legacy =
             std::make_shared<const LegacyClass>(library.file().string(), library.name(), label);
         library.group("hosted").add({library.name(), label, "hosted",
@@ -282,4 +303,7 @@ void add_legacy_classes(Library& library) {
 /// entry of its own and is linked to this library, so the registry finds this one.
 extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library& library) {
     bf::boundary::add_legacy_classes(library);
+    if (library.classes().empty())
+        throw bf::PluginError("plugin " + library.file().string() +
+                              " exports no block: it needs bf_plugin_v1 or SHLIBPP_DEFINE_SHARED_SUBCLASS");
 }

@@ -307,6 +307,24 @@ TEST(AsLegacy, EveryBlockOfTheToolboxHasAFactory) {
     }
 }
 
+TEST(AsLegacy, EveryBlockOfThePluginsIsExportedThroughTheOldSymbols) {
+    Registry registry;
+    registry.load_plugin(file_of("WholeBodyToolbox"));
+    const auto names_of = [](const auto& classes) {
+        std::vector<std::string> names;
+        for (const auto& known : classes) names.push_back(known->name);
+        std::sort(names.begin(), names.end());
+        return names;
+    };
+    EXPECT_EQ(legacy_labels(file_of("WholeBodyToolbox")), names_of(registry.classes()));
+
+    const std::string standard = BF_BINARY_DIRECTORY "/lib/blockfactory/legacy/standard.so";
+    Registry standard_blocks;
+    standard_blocks.load_plugin(standard);
+    ASSERT_GT(standard_blocks.classes().size(), 50u);
+    EXPECT_EQ(legacy_labels(standard), names_of(standard_blocks.classes()));
+}
+
 TEST(AsLegacy, TheOldSymbolsAreThoseOfTheList) {
     EXPECT_EQ(legacy_labels(file_of("NativePlugin")),
               (std::vector<std::string>{"Accumulate", "Clocked", "Continuous", "Nothing"}));

@@ -4,7 +4,10 @@
 #include "../../blocks/test/run_block.hpp"
 #include "BlockFactory/Core/Log.h"
 
+#include <dlfcn.h>
 #include <gtest/gtest.h>
+#include <map>
+#include <sstream>
 
 namespace bf::boundary {
 namespace {
@@ -45,8 +48,9 @@ TEST_F(Hosted, AnOldPluginIsLoadedLikeAnyOther) {
     std::vector<std::string> names;
     for (const auto& known : registry.classes()) names.push_back(known->qualified_name());
     EXPECT_EQ(names, (std::vector<std::string>{"LegacyPlugin/Accumulate", "LegacyPlugin/AllParameters",
-                                               "LegacyPlugin/CannotBeMade", "LegacyPlugin/Matrices",
-                                               "LegacyPlugin/Misbehaves", "LegacyPlugin/Nothing"}));
+                                               "LegacyPlugin/CannotBeMade", "LegacyPlugin/Diary",
+                                               "LegacyPlugin/Matrices", "LegacyPlugin/Misbehaves",
+                                               "LegacyPlugin/Nothing"}));
 }
 
 TEST_F(Hosted, ParametersAreArgumentsAndOpenSizesAreWired) {
@@ -69,7 +73,7 @@ TEST_F(Hosted, ParametersAreArgumentsAndOpenSizesAreWired) {
 TEST_F(Hosted, ParametersOfAllTypesArrive) {
     Matrix three(1, 3);
     three << 7, 8, 9;
-    auto run = make("AllParameters", {{"whole", 3},
+    auto run = make("AllParameters", {{"period_", 3}, // a model file keeps `period` for itself
                                       {"flag", true},
                                       {"real", 0.5},
                                       {"text", "four"},
@@ -81,6 +85,50 @@ TEST_F(Hosted, ParametersOfAllTypesArrive) {
     Vector told(9);
     told << 3, 1, 0.5, 4, 7, 8, 9, 2, 6.5;
     EXPECT_EQ(run.get("y1"), told);
+}
+
+TEST_F(Hosted, LivesByTheOrderOfCallsThatOldEnginesKeep) {
+    registry.load_plugin("LegacyPlugin");
+    void* plugin = dlopen(BF_TEST_PLUGINS "/libLegacyPlugin.so", RTLD_NOW | RTLD_NOLOAD);
+    ASSERT_NE(plugin, nullptr);
+    const auto diary = reinterpret_cast<const char* (*)()>(dlsym(plugin, "legacy_diary"));
+    ASSERT_NE(diary, nullptr);
+    diary();
+    {
+        auto run = make("Diary", {});
+        run.start();
+        run.context().start(0);
+        for (int step = 0; step < 2; ++step) ASSERT_TRUE(run.step());
+        run.reset();
+        ASSERT_TRUE(run.step());
+        run.context().stop(0);
+    }
+    std::map<int, std::vector<std::string>> calls; // by object
+    std::istringstream lines(diary());
+    std::string call;
+    for (int object = 0; lines >> object >> call;) calls[object].push_back(call);
+    dlclose(plugin);
+
+    // Objects that tell parameters and sizes are gone before the one that runs begins; it is never
+    // configured.
+    const std::vector<std::string> parsed{"create", "parseParameters", "destroy"},
+        sized{"create", "configureSizeAndPorts", "destroy"},
+        ran{"create",
+            "initialize",
+            "initializeInitialConditions",
+            "output",
+            "updateDiscreteState",
+            "output",
+            "updateDiscreteState",
+            "initializeInitialConditions",
+            "output",
+            "updateDiscreteState",
+            "terminate",
+            "destroy"};
+    ASSERT_EQ(calls.size(), 3u);
+    std::vector<std::vector<std::string>> lives;
+    for (const auto& [object, life] : calls) lives.push_back(life);
+    EXPECT_EQ(lives, (std::vector<std::vector<std::string>>{parsed, sized, ran}));
 }
 
 TEST_F(Hosted, ElementTypesAndMatricesPass) {
@@ -110,10 +158,10 @@ TEST_F(Hosted, MissingAndWrongArgumentsAreNamed) {
     EXPECT_TRUE(has(problem("Accumulate", {}),
                     "plugin 'LegacyPlugin', block 'Accumulate', parseParameters: the "
                     "arguments 'factor', 'bias' are missing; give a value"));
-    const Arguments given{{"whole", 3.5}, {"flag", true}, {"real", 0.5}, {"text", "four"},
-                          {"three", 1},   {"cells", "a"}, {"field", 1}};
+    const Arguments given{{"period_", 3.5}, {"flag", true}, {"real", 0.5}, {"text", "four"},
+                          {"three", 1},     {"cells", "a"}, {"field", 1}};
     const auto text = problem("AllParameters", given);
-    EXPECT_TRUE(has(text, "parameter 'whole' must be a whole number, not 3.5")) << text;
+    EXPECT_TRUE(has(text, "parameter 'period' must be a whole number, not 3.5")) << text;
     EXPECT_TRUE(has(text, "parameter 'three' must have 3 elements, not 1")) << text;
     EXPECT_TRUE(has(problem("Misbehaves", {{"misdeed", 3}}), "parameter 'misdeed' must be a text, not 3"));
     EXPECT_TRUE(has(problem("Accumulate", {{"factor", 1}, {"bias", Matrix(Matrix::Ones(2, 2))}}),

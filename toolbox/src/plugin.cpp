@@ -1,4 +1,5 @@
 // The Whole-Body Toolbox: lists its blocks.
+#include "bf/boundary/as_legacy_block.hpp"
 #include "filters/filters.hpp"
 #include "qp/qp_block.hpp"
 #include "rigid_body/rigid_body.hpp"
@@ -12,3 +13,9 @@ extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library&
     bf::toolbox::add_filters(library);
     bf::toolbox::add_world(library);
 }
+
+// The same blocks for engines that know only the paper's API.
+BF_LEGACY_BLOCKS(DiscreteFilter, MinimumJerkTrajectoryGenerator, QP, ForwardKinematics, CenterOfMass,
+                 Jacobian, DotJNu, MassMatrix, InverseDynamics, GetBiasForces, GetGravityForces,
+                 CentroidalMomentum, CentroidalTotalMomentumMatrix, RelativeTransform, RelativeJacobian,
+                 Configuration, GetMeasurement, GetSensor, GetLimits, SetReferences, MujocoWorld)

@@ -1,10 +1,14 @@
 // bf describe: which blocks exist and what they declare.
 #include "declared.hpp"
 #include "session.hpp"
+#include "simulink_library.hpp"
 #include "verbs.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -14,7 +18,8 @@ namespace {
 
 struct DescribeOptions {
     std::string what;
-    bool as_json = false, as_markdown = false;
+    bool as_json = false, as_markdown = false, as_simulink = false;
+    std::string file;
 };
 
 constexpr const char* standard = "standard"; // what people call the library without a name
@@ -152,7 +157,20 @@ void execute(const DescribeOptions& options) {
         });
     }
     const bool is_block = !library && !options.what.empty();
-    if (options.as_markdown) {
+    if (!options.file.empty() && !options.as_simulink)
+        throw CommandError("-o goes with --simulink-library; redirect the output of the other kinds");
+    if (options.as_simulink) {
+        if (!library)
+            throw CommandError("--simulink-library writes one library: give 'standard' or a plugin's name");
+        std::vector<const BlockClass*> classes;
+        for (const auto& type : registry->classes())
+            if (type->library == *library) classes.push_back(type.get());
+        const std::string text = simulink_library(options.what, classes);
+        if (options.file.empty())
+            std::fputs(text.c_str(), stdout);
+        else if (std::ofstream to(options.file); !(to << text << std::flush))
+            throw CommandError("cannot write " + options.file + ": " + std::strerror(errno));
+    } else if (options.as_markdown) {
         if (!library)
             throw CommandError(
                 "--markdown writes the page of one library: give 'standard' or a plugin's name");
@@ -178,10 +196,18 @@ void add_describe(CLI::App& app) {
                      "a library, or a block as BLOCK or LIBRARY/BLOCK; nothing: everything")
         ->type_name("");
     auto* json = command->add_flag("--json", options->as_json, "print as JSON");
-    command->add_flag("--markdown", options->as_markdown, "print a library's reference page")->excludes(json);
+    auto* markdown = command->add_flag("--markdown", options->as_markdown, "print a library's reference page")
+                         ->excludes(json);
+    command
+        ->add_flag("--simulink-library", options->as_simulink,
+                   "write a library as a Simulink library of masked blocks (.mdl)")
+        ->excludes(json)
+        ->excludes(markdown);
+    command->add_option("-o,--output", options->file, "file of the Simulink library")->type_name("FILE");
     command->footer("Examples:\n"
                     "  bf describe WholeBodyToolbox/MassMatrix\n"
-                    "  bf describe --markdown standard > standard.md");
+                    "  bf describe --markdown standard > standard.md\n"
+                    "  bf describe --simulink-library WholeBodyToolbox -o WholeBodyToolbox.mdl");
     command->callback([options] { execute(*options); });
 }
 

@@ -11,9 +11,28 @@ cmake -S "$source/boundary/test/outside" -B made -DSOURCES="$source" -DCMAKE_PRE
 cmake --build made -j2 >build.log 2>&1 || { cat build.log; exit 1; }
 cmake --install made >>build.log
 test -f plugin/include/LegacyPlugin/Block/LegacyPlugin.hpp
-export BLOCKFACTORY_PLUGIN_PATH=$work/plugin/lib/blockfactory:$work/prefix/lib/blockfactory
+export BLOCKFACTORY_PLUGIN_PATH=$work/plugin/lib/blockfactory:$work/prefix/lib/blockfactory:$work/prefix/lib/blockfactory/legacy
 prefix/bin/blockfactory-exists LegacyPlugin Accumulate
 prefix/bin/blockfactory-exists WholeBodyToolbox MassMatrix
+prefix/bin/blockfactory-exists standard UnitDelay
 if prefix/bin/blockfactory-exists LegacyPlugin NoSuchBlock 2>/dev/null; then exit 1; fi
 prefix/bin/bf describe LegacyPlugin/Accumulate | grep -q factor
 made/driver
+
+# The plugin runs in our engine: y = 2 (1 + 10) + 0.5 + the number of steps before.
+cat >model.yaml <<END
+model: hosted
+plugins: [LegacyPlugin]
+step: 0.5
+stop: 1
+blocks:
+  one: {block: Constant, value: 1}
+  ten: {block: Constant, value: 10}
+  sum: {block: LegacyPlugin/Accumulate, factor: 2, bias: 0.5}
+connections: {one: sum.u1, ten: sum.u2}
+record: [sum.y1]
+END
+printf 'time,sum.y1\n0,22.5\n0.5,23.5\n' >expected.csv
+prefix/bin/bf run model.yaml --record hosted.mcap
+prefix/bin/bf export hosted.mcap -o hosted.csv
+python3 "$source/tests/install/compare.py" hosted.csv expected.csv 0

@@ -8,3 +8,4 @@ SHLIBPP_DEFINE_SHARED_SUBCLASS(Matrices, legacy_test::Matrices, blockfactory::co
 SHLIBPP_DEFINE_SHARED_SUBCLASS(Misbehaves, legacy_test::Misbehaves, blockfactory::core::Block)
 SHLIBPP_DEFINE_SHARED_SUBCLASS(CannotBeMade, legacy_test::CannotBeMade, blockfactory::core::Block)
 SHLIBPP_DEFINE_SHARED_SUBCLASS(Nothing, legacy_test::Nothing, blockfactory::core::Block)
+SHLIBPP_DEFINE_SHARED_SUBCLASS(Diary, legacy_test::Diary, blockfactory::core::Block)

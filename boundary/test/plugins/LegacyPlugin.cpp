@@ -77,7 +77,7 @@ bool Accumulate::updateDiscreteState(const BlockInformation*) {
 
 bool AllParameters::parseParameters(BlockInformation* blockInfo) {
     for (const auto& md :
-         {ParameterMetadata(ParameterType::INT, 2, 1, 1, "whole"),
+         {ParameterMetadata(ParameterType::INT, 2, 1, 1, "period"),
           ParameterMetadata(ParameterType::BOOL, 3, 1, 1, "flag"),
           ParameterMetadata(ParameterType::DOUBLE, 4, 1, 1, "real"),
           ParameterMetadata(ParameterType::STRING, 5, 1, 1, "text"),
@@ -101,7 +101,7 @@ bool AllParameters::initialize(BlockInformation* blockInfo) {
     std::vector<int> three;
     std::vector<std::string> cells;
     if (!Block::initialize(blockInfo) || !parseParameters(blockInfo) ||
-        !m_parameters.getParameter("whole", whole) || !m_parameters.getParameter("flag", flag) ||
+        !m_parameters.getParameter("period", whole) || !m_parameters.getParameter("flag", flag) ||
         !m_parameters.getParameter("real", real) || !m_parameters.getParameter("text", text) ||
         !m_parameters.getParameter("three", three) || !m_parameters.getParameter("cells", cells) ||
         !m_parameters.getParameter("field", field))
@@ -187,6 +187,45 @@ bool Nothing::output(const BlockInformation* blockInfo) {
     return blockInfo->getOutputPortSignal(0)->set(0, blockInfo->getInputPortSignal(0)->get<double>(0));
 }
 
+namespace {
+std::string diary;
+int diaries = 0;
+} // namespace
+
+Diary::Diary() : number_(++diaries) { note("create"); }
+Diary::~Diary() { note("destroy"); }
+bool Diary::note(const char* call) const {
+    diary += std::to_string(number_) + " " + call + "\n";
+    return true;
+}
+bool Diary::parseParameters(BlockInformation* blockInfo) {
+    return note("parseParameters") && blockInfo->parseParameters(m_parameters);
+}
+bool Diary::configureSizeAndPorts(BlockInformation* blockInfo) {
+    return note("configureSizeAndPorts") && Block::configureSizeAndPorts(blockInfo) &&
+           blockInfo->setPortsInfo({{0, {1}, Port::DataType::DOUBLE}}, {{0, {1}, Port::DataType::DOUBLE}});
+}
+bool Diary::initialize(BlockInformation* blockInfo) {
+    return note("initialize") && Block::initialize(blockInfo);
+}
+bool Diary::initializeInitialConditions(const BlockInformation*) {
+    return note("initializeInitialConditions");
+}
+bool Diary::output(const BlockInformation* blockInfo) {
+    return note("output") &&
+           blockInfo->getOutputPortSignal(0)->set(0, blockInfo->getInputPortSignal(0)->get<double>(0));
+}
+bool Diary::updateDiscreteState(const BlockInformation*) { return note("updateDiscreteState"); }
+bool Diary::terminate(const BlockInformation*) { return note("terminate"); }
+
 CannotBeMade::CannotBeMade() { throw std::runtime_error("no device"); }
 
 } // namespace legacy_test
+
+/// What happened since it was asked the last time.
+extern "C" const char* legacy_diary() {
+    static std::string told;
+    told.swap(legacy_test::diary);
+    legacy_test::diary.clear();
+    return told.c_str();
+}

@@ -82,6 +82,25 @@ class Nothing : public core::Block {
     bool output(const core::BlockInformation* blockInfo) override;
 };
 
+/// Writes down which of its objects is called how: "3 output" for the third one. Ports are known from
+/// configureSizeAndPorts, parameters there are none.
+class Diary : public core::Block {
+  public:
+    Diary();
+    ~Diary() override;
+    bool parseParameters(core::BlockInformation* blockInfo) override;
+    bool configureSizeAndPorts(core::BlockInformation* blockInfo) override;
+    bool initialize(core::BlockInformation* blockInfo) override;
+    bool initializeInitialConditions(const core::BlockInformation* blockInfo) override;
+    bool output(const core::BlockInformation* blockInfo) override;
+    bool updateDiscreteState(const core::BlockInformation* blockInfo) override;
+    bool terminate(const core::BlockInformation* blockInfo) override;
+
+  private:
+    bool note(const char* call) const;
+    int number_;
+};
+
 /// Throws in its constructor.
 class CannotBeMade : public core::Block {
   public:

@@ -71,6 +71,32 @@ class Continuous final : public Block {
     ContinuousState<double> x{this, "x"};
 };
 
+/// x' = -1; from 0 it jumps to 1.
+class Sawtooth final : public Block {
+  public:
+    using Block::Block;
+    Output<double> y{this, "y"};
+    ContinuousState<double> x{this, "x", {.initial = {1}}};
+    Guard zero{this, "zero"};
+
+    Status output(Now at, Out out) const noexcept override {
+        out[y] = at[x];
+        return ok;
+    }
+    Status derivative(Now, Rate rate) const noexcept override {
+        rate[x] = -1;
+        return ok;
+    }
+    Status guards(Now at, Guards guards) const noexcept override {
+        guards[zero] = at[x];
+        return ok;
+    }
+    Status event(Now at, After after) const noexcept override {
+        if (at[zero] < 0) after[x] = 1;
+        return ok;
+    }
+};
+
 } // namespace
 
 extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(Library& library) {
@@ -78,6 +104,7 @@ extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(Library& lib
         .add<Accumulate>("Accumulate", "Test.")
         .add<Clocked>("Clocked", "Test.")
         .add<Continuous>("Continuous", "Test.")
-        .add<Nothing>("Nothing", "Test.");
+        .add<Nothing>("Nothing", "Test.")
+        .add<Sawtooth>("Sawtooth", "Test.");
 }
 BF_LEGACY_BLOCKS(Accumulate, Clocked, Continuous, Nothing)

@@ -3,17 +3,7 @@
 # Static library <m> from the <m>.cpp that Simulink Coder generated in <dir>, and the interface <m>_data with
 # the definitions of its defines.txt. The few run-time headers that generated code includes come with
 # BlockFactory: no MATLAB is needed.
-if(NOT TARGET SimulinkCoder)
-    add_library(SimulinkCoder INTERFACE)
-    # In the sources, and where it is installed.
-    foreach(folder ${CMAKE_CURRENT_LIST_DIR}/../include/simulink_runtime
-                   ${CMAKE_CURRENT_LIST_DIR}/../simulink_runtime)
-        if(EXISTS ${folder}/tmwtypes.h)
-            get_filename_component(folder ${folder} ABSOLUTE)
-            target_include_directories(SimulinkCoder INTERFACE ${folder})
-        endif()
-    endforeach()
-endif()
+include(${CMAKE_CURRENT_LIST_DIR}/SimulinkCoderSetup.cmake)
 
 function(target_from_generated_code)
     cmake_parse_arguments(arg "" "MODELNAME;SOURCE_FOLDER" "" ${ARGN})

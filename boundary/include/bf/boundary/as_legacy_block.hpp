@@ -2,6 +2,7 @@
 #pragma once
 
 #include "BlockFactory/Core/Block.h"
+#include "bf/boundary/positional.hpp"
 #include "bf/core/registry.hpp"
 #include "sharedlibpp/SharedLibraryClassApi.h"
 
@@ -13,11 +14,11 @@ namespace bf::boundary {
 
 /// A native block behind the six methods.
 ///
-/// Parameters, from index 2 on: the block's arguments, then its parameters, then the arguments of the blocks
-/// that provide what it requires (a robot's description), as "Provider.argument" where a name is taken, and
-/// last `sample_time` [s], since this API tells blocks neither time nor period. Numbers are DOUBLE, true and
-/// false BOOL, texts STRING, lists of texts CELL_STRING; a default of one element makes a scalar, any other a
-/// vector of open length. Matrices are given as vectors, column by column, where their size is fixed.
+/// Parameters are those of positional.hpp, the providers being blocks without ports of the same plugin (a
+/// robot's description); this API tells blocks neither time nor period, hence `sample_time`. Numbers are
+/// DOUBLE, true and false BOOL, texts STRING, lists of texts CELL_STRING; what takes one
+/// number only is a scalar, all else a vector of open length. Matrices are given as vectors, column by
+/// column, with as many columns as the default.
 ///
 /// Inputs that may stay unconnected are left out, since old engines connect every port. `output` computes
 /// outputs and the next state. Blocks with continuous states, and those that need a live robot, are refused
@@ -36,10 +37,10 @@ class AsLegacyBlock final : public blockfactory::core::Block {
     bool terminate(const blockfactory::core::BlockInformation* blockInfo) override;
 
   private:
-    struct Entry; // one legacy parameter
     struct Instance;
     const BlockClass& find(const std::string& name) const;
-    std::vector<Entry> entries() const;
+    std::vector<const BlockClass*> classes() const; ///< the block's own, then its providers'
+    std::vector<PositionalValue> parameters() const;
     std::unique_ptr<Instance> make() const;
     template <class F> bool guarded(const char* call, F&& f) noexcept;
 

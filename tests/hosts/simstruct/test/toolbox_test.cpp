@@ -1,0 +1,227 @@
+// Every block of the Whole-Body Toolbox in Simulink's order of calls, compared with a diagram of our own.
+#include "../../../../toolbox/test/running.hpp"
+#include "bf/boundary/positional.hpp"
+#include "simstruct/model.hpp"
+
+#include <cstring>
+#include <map>
+#include <random>
+#include <set>
+
+extern "C" const SimStructMethods simstruct_methods;
+
+namespace bf::simulink {
+namespace {
+
+using simstruct::Model;
+using toolbox::test::Blocks;
+using toolbox::test::Running;
+
+constexpr double step = 0.001;
+
+std::string yaml(const Value& value) {
+    if (value.kind == Value::Kind::text) return value.text;
+    std::string list;
+    for (const auto& item : value.texts) list += (list.empty() ? "'" : ", '") + item + "'";
+    return "\"{" + list + "}\"";
+}
+std::string yaml(const std::string& name, const std::string& block, const Arguments& arguments) {
+    std::string text = "  " + name + ": {block: WholeBodyToolbox/" + block;
+    for (const auto& [key, value] : arguments) text += ", " + key + ": " + yaml(value);
+    return text + "}\n";
+}
+
+std::vector<mxArray*> parameters(const BlockClass& type, const Arguments& given) {
+    std::vector<mxArray*> all{simstruct::text(type.name), simstruct::text(type.library)};
+    for (const auto& wanted : boundary::positional_values(type)) {
+        const auto found =
+            std::find_if(given.begin(), given.end(), [&](const auto& a) { return a.first == wanted.name; });
+        const Value& value = found == given.end() ? wanted.initial : found->second;
+        if (wanted.goal == boundary::PositionalValue::Goal::period)
+            all.push_back(simstruct::number(-1));
+        else if (value.kind == Value::Kind::text)
+            all.push_back(simstruct::text(value.text));
+        else if (value.kind == Value::Kind::texts)
+            all.push_back(simstruct::texts(value.texts));
+        else if (value.type == Type::boolean)
+            all.push_back(simstruct::logical(value.data.at(0) != 0));
+        else
+            all.push_back(simstruct::matrix(value.rows, value.cols, value.data));
+    }
+    return all;
+}
+
+Size size_of(const Running& run, const std::string& input) {
+    for (const auto& [path, end] : run.diagram().inputs)
+        if (path == input) return run.diagram().slot(end).size;
+    throw std::runtime_error("no input " + input);
+}
+
+const Arguments robot{{"joints", std::vector<std::string>{"l_knee", "r_knee", "torso_yaw"}}};
+const Arguments world{{"feet", std::vector<std::string>{"l_sole", "r_sole"}},
+                      {"ft_sensors", std::vector<std::string>{"l_foot_ft_sensor"}},
+                      {"push_links", std::vector<std::string>{"chest"}}};
+
+const std::multimap<std::string, Arguments>& cases() {
+    static const std::multimap<std::string, Arguments> all{
+        {"ForwardKinematics", {{"frame", "l_sole"}}},
+        {"CenterOfMass", {}},
+        {"Jacobian", {{"frame", "l_sole"}}},
+        {"DotJNu", {{"frame", "com"}}},
+        {"MassMatrix", {}},
+        {"InverseDynamics", {}},
+        {"GetBiasForces", {}},
+        {"GetGravityForces", {}},
+        {"CentroidalMomentum", {}},
+        {"CentroidalTotalMomentumMatrix", {}},
+        {"RelativeTransform", {{"frame1", "l_sole"}, {"frame2", "chest"}}},
+        {"RelativeJacobian", {{"reference", "l_sole"}, {"frame", "chest"}}},
+        {"GetMeasurement", {{"measured_type", "Joints Velocity"}}},
+        {"GetSensor", {{"sensor", "l_foot_ft_sensor"}}},
+        {"GetLimits", {}},
+        {"GetLimits", {{"limit_type", "ControlBoardVelocity"}}},
+        {"SetReferences", {}},
+        {"MujocoWorld", world},
+        {"Configuration", {}},
+        {"QP", {}},
+        {"DiscreteFilter", {{"filter_type", "MedianFilter"}}},
+        {"MinimumJerkTrajectoryGenerator", {}}};
+    return all;
+}
+
+TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
+    Blocks blocks;
+    blocks.load_plugin("WholeBodyToolbox");
+    std::set<std::string> tried;
+    for (const auto& [name, arguments] : cases()) {
+        SCOPED_TRACE(name);
+        tried.insert(name);
+        const BlockClass& type = blocks.find("WholeBodyToolbox/" + name);
+        const bool is_world = name == "MujocoWorld";
+        const auto sized = type.make(arguments);
+        const auto& slots = sized->declaration().slots;
+        // The wired inputs: those of the world stay open.
+        std::vector<std::string> inputs, outputs;
+        for (const auto& slot : slots) {
+            if (slot.role == Role::input && !is_world) inputs.push_back(slot.name);
+            if (slot.role == Role::output) outputs.push_back(slot.name);
+        }
+        std::string text = "model: m\nstep: 0.001\n", wires = "connections:\n";
+        if (!inputs.empty()) text += "inputs:\n";
+        const std::map<std::string, std::string> shapes{{"w_H_b", "[4 4]"}, {"H", "[2 2]"},
+                                                        {"g", "[2]"},       {"A", "[1 2]"},
+                                                        {"ubA", "[1]"},     {"reference", "[3]"}};
+        for (const auto& input : inputs) {
+            const auto shape = shapes.find(input);
+            text += "  " + input + ": {" + (shape == shapes.end() ? "" : "shape: \"" + shape->second + "\"") +
+                    "}\n";
+            wires += "  " + input + ": x." + input + "\n";
+        }
+        text += "blocks:\n";
+        if (name != "Configuration") text += yaml("robot", "Configuration", robot);
+        if (!is_world && name != "Configuration") text += yaml("world", "MujocoWorld", world);
+        text += yaml("x", name, arguments) + (inputs.empty() ? "" : wires);
+        Running here(text);
+
+        Model there(simstruct_methods, step);
+        // Blocks find what encloses them whatever the order in which Simulink comes to them.
+        const int x = there.add("m/inner/x", parameters(type, arguments));
+        if (name != "Configuration")
+            there.add("m/robot", parameters(blocks.find("WholeBodyToolbox/Configuration"), robot));
+        int w = x;
+        if (!is_world && name != "Configuration")
+            w = there.add("m/world", parameters(blocks.find("WholeBodyToolbox/MujocoWorld"), world));
+        std::vector<int> sources;
+        for (std::size_t i = 0; i < inputs.size(); ++i) {
+            const Size size = size_of(here, inputs[i]);
+            sources.push_back(there.add_input(size.rows, size.is_matrix ? size.cols : 0, SS_DOUBLE));
+            there.connect(sources.back(), 0, x, static_cast<int>(i));
+        }
+        there.compile();
+        there.start();
+
+        std::mt19937 random(4);
+        std::uniform_real_distribution<double> uniform(-0.3, 0.3);
+        for (int k = 0; k < 5; ++k) {
+            for (std::size_t i = 0; i < inputs.size(); ++i) {
+                const Size size = size_of(here, inputs[i]);
+                Matrix value = Matrix::NullaryExpr(size.rows, size.cols, [&] { return uniform(random); });
+                if (inputs[i] == "w_H_b") {
+                    value.topLeftCorner(3, 3).setIdentity();
+                    value.row(3) << 0, 0, 0, 1;
+                }
+                if (inputs[i] == "H") value = Matrix::Identity(size.rows, size.cols);
+                here.set(inputs[i], value);
+                std::memcpy(there.input(sources[i]), value.data(),
+                            static_cast<std::size_t>(value.size()) * sizeof(double));
+            }
+            ASSERT_TRUE(here.step()) << here.simulation.failure();
+            ASSERT_NO_THROW(there.step());
+            const auto compare = [&](const std::string& block, int number,
+                                     const std::vector<std::string>& ports) {
+                for (std::size_t i = 0; i < ports.size(); ++i) {
+                    const Matrix wanted = here.get(block + "." + ports[i]);
+                    EXPECT_EQ(0, std::memcmp(there.output(number, static_cast<int>(i)), wanted.data(),
+                                             static_cast<std::size_t>(wanted.size()) * sizeof(double)))
+                        << ports[i] << ", step " << k;
+                }
+            };
+            compare("x", x, outputs);
+            // What a block did to the robot shows in the world.
+            if (w != x) compare("world", w, {"s", "s_dot", "tau_measured"});
+        }
+        if (is_world) {
+            mxArray* saved = there.save(x);
+            there.step();
+            const auto* s = static_cast<const double*>(there.output(x, 0));
+            const std::vector<double> went_on(s, s + 3);
+            there.step();
+            there.restore(x, saved);
+            mxDestroyArray(saved);
+            there.step();
+            EXPECT_EQ(std::vector<double>(s, s + 3), went_on)
+                << "the world went on differently after a restore";
+        }
+    }
+    for (const auto& known : blocks.classes()) {
+        if (known->library != "WholeBodyToolbox") continue;
+        EXPECT_TRUE(tried.count(known->name)) << known->name << " was not tried";
+    }
+}
+
+TEST(SFunctionToolbox, SaysWhichResourceIsMissing) {
+    Blocks blocks;
+    const BlockClass& type = blocks.find("WholeBodyToolbox/MassMatrix");
+    Model model(simstruct_methods, step);
+    model.add("m/M", parameters(type, {}));
+    // A robot beside the enclosing subsystem does not enclose the block.
+    model.add("m/other/robot", parameters(blocks.find("WholeBodyToolbox/Configuration"), robot));
+    try {
+        model.compile();
+        FAIL();
+    } catch (const simstruct::Error& error) {
+        EXPECT_NE(std::string(error.what())
+                      .find("it needs a robot configuration: put a block that provides one into "
+                            "its subsystem or one around it"),
+                  std::string::npos)
+            << error.what();
+    }
+}
+
+TEST(SFunctionToolbox, NamesAnUnknownFrameWithThePathOfTheBlock) {
+    Blocks blocks;
+    Model model(simstruct_methods, step);
+    model.add("m/robot", parameters(blocks.find("WholeBodyToolbox/Configuration"), robot));
+    model.add("m/J", parameters(blocks.find("WholeBodyToolbox/Jacobian"), {{"frame", "l_sol"}}));
+    try {
+        model.compile();
+        FAIL();
+    } catch (const simstruct::Error& error) {
+        const std::string text = error.what();
+        EXPECT_EQ(text.find("m/J, mdlInitializeSizes: "), 0u) << text;
+        EXPECT_NE(text.find("l_sole"), std::string::npos) << text;
+    }
+}
+
+} // namespace
+} // namespace bf::simulink

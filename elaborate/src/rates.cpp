@@ -130,8 +130,7 @@ class Rates {
     static bool never_changes(const DiagramNode& node) {
         const auto& d = node.block->declaration();
         const auto& m = node.methods;
-        if (node.type == "Inport" || node.type == "Iteration")
-            return false; // written by whoever runs the diagram
+        if (node.type == "Inport") return false; // written by whoever runs the diagram
         if (m.output || m.update || m.derivative || m.event || !d.update_rules.empty() ||
             !d.derivative_rules.empty() || !d.objects.empty())
             return false;

@@ -416,7 +416,7 @@ class Wiring {
         }
         const auto& d = node.block->declaration();
         if (is_index) {
-            loop->indices.push_back({n, d.find("y", Role::output)});
+            loop->counters.push_back(n);
             return;
         }
         if (loop->again.node >= 0)

@@ -8,14 +8,12 @@ namespace bf {
 void Simulation::bind_loops() {
     const auto& loops = diagram_.plan.loops;
     for (const auto& loop : loops)
-        loops_.push_back(std::make_unique<LoopState>(LoopState{this, &loop, {}, {}, {}, {}, nullptr}));
+        loops_.push_back(std::make_unique<LoopState>(LoopState{this, &loop, {}, {}, {}, nullptr}));
     for (std::size_t l = 0; l < loops.size(); ++l) {
         auto& state = *loops_[l];
         state.outputs = bound(loops[l].outputs, Phase::output);
         state.updates = bound(loops[l].updates, Phase::update);
         for (const auto& segment : loops[l].updates) state.commits.push_back(commits_of(segment));
-        for (const auto& end : loops[l].indices)
-            state.indices.push_back(static_cast<double*>(context_.data(end.node, end.slot)));
         if (loops[l].kind != Loop::Kind::algebraic) continue;
         std::vector<std::span<double>> unknowns;
         for (const auto& end : loops[l].unknowns)
@@ -54,12 +52,11 @@ Status Simulation::LoopState::run() {
         s.failed_node_ = loop->nodes.front();
         return s.status_ ? solver->failure() : s.status_;
     }
-    if (loop->resets_states)
-        for (const int node : loop->nodes)
-            if (const Status status = s.context_.reset(node); !status) {
-                s.failed_node_ = node;
-                return status;
-            }
+    for (const int node : loop->resets_states ? loop->nodes : loop->counters)
+        if (const Status status = s.context_.reset(node); !status) {
+            s.failed_node_ = node;
+            return status;
+        }
     const bool is_while = loop->kind == Loop::Kind::while_loop;
     if (is_while && loop->initial.node >= 0 && !is_on(loop->initial)) return ok;
     double most = loop->iterations;
@@ -67,7 +64,6 @@ Status Simulation::LoopState::run() {
         most = std::floor(read_value(s.context_.data(loop->count.node, loop->count.slot),
                                      s.diagram_.slot(loop->count).type, 0));
     for (double i = 1; i <= most; ++i) {
-        for (double* index : indices) *index = i;
         if (!iterate()) return s.status_;
         if (is_while && !is_on(loop->again)) return ok;
     }

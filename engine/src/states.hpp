@@ -45,7 +45,6 @@ struct Simulation::LoopState {
     const Loop* loop;
     std::vector<BoundSegment> outputs, updates;
     std::vector<CommitSegment> commits;
-    std::vector<double*> indices;
     std::unique_ptr<AlgebraicSolver> solver; ///< of an algebraic loop
 
     Status run();

@@ -26,11 +26,20 @@ class Merge final : public Block {
     }();
 };
 
-/// The number of the iteration of the loop around it.
+/// The number of the iteration of the loop around it, which resets it in each step.
 class Iteration final : public Block {
   public:
     using Block::Block;
     Output<double> y{this, "y", {.doc = "1 in the first iteration of a step"}};
+    DiscreteState<double> number{this, "number", {.initial = {1}}};
+    Status output(Now at, Out to) const noexcept override {
+        to[y] = at[number];
+        return ok;
+    }
+    Status update(Now at, Next to) const noexcept override {
+        to[number] = at[number] + 1;
+        return ok;
+    }
 };
 
 /// Decides whether the while subsystem around it runs again.

@@ -51,8 +51,8 @@ struct Condition {
 
 /// One block of the diagram.
 struct DiagramNode {
-    std::string path; ///< "controller.pd"
-    std::string type; ///< "Gain"
+    std::string path;    ///< "controller.pd"
+    std::string type;    ///< "Gain"
     Arguments arguments; ///< that the block was made with
     std::unique_ptr<Block> block;
     Block::Methods methods;
@@ -90,7 +90,7 @@ struct Loop {
     int iterations = 0;              ///< of a for loop without `count`; the most of a while loop
     Node::End count;                 ///< of a for loop: how often, looked at before the first iteration
     Node::End initial, again;        ///< of a while loop: is there a first iteration, is there another one
-    std::vector<Node::End> indices;  ///< outputs that hold the number of the iteration, from 1
+    std::vector<int> counters;       ///< blocks whose states begin anew in each step
     std::vector<Node::End> unknowns; ///< of an algebraic loop: outputs that are read before they are written
     std::vector<int> nodes;          ///< blocks directly or indirectly inside
     std::vector<Segment> outputs, updates; ///< of one iteration

@@ -27,6 +27,7 @@ inline const std::multimap<std::string, Settings>& variants() {
             {"Constant", {{"value", row({1.5, -2, 0.1})}}},
             {"Sine", {{"frequency", row({200, 300})}, {"phase", 0.3}}},
             {"Step", {{"time", 0.02}}},
+            {"RepeatingStair", {{"values", row({1, -2, 3})}}},
             {"Ramp", {{"slope", row({0.1, -0.3})}, {"start", 0.01}}},
             {"Pulse", {{"cycle", 0.03}, {"amplitude", 2.5}}},
             {"Chirp", {{"f0", 3}, {"f1", 40}, {"target", 1}}},

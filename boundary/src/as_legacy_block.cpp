@@ -68,7 +68,7 @@ Value read(const core::Parameters& parameters, const PositionalValue& wanted) {
         else if (!parameters.getParameter(metadata.name, value.data))
             throw std::runtime_error("the engine gave no value for parameter '" + metadata.name + "'");
         const int count = static_cast<int>(value.data.size());
-        const int cols = wanted.initial.rows > 1 && wanted.initial.cols > 1 ? wanted.initial.cols : count;
+        const int cols = wanted.initial.rows > 1 ? wanted.initial.cols : count;
         value.rows = count == 0 ? 0 : count / cols;
         value.cols = cols;
         if (value.rows * cols != count)

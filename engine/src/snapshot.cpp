@@ -130,7 +130,8 @@ std::uint64_t fingerprint(const Diagram& diagram) {
             hash << slot.role << slot.name << slot.type << slot.size.rows << slot.size.cols;
         for (const auto& source : node.sources) hash << source;
         for (const auto& provider : node.providers) hash << provider;
-        for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules}) add(hash, *rules);
+        for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
+            add(hash, *rules);
     }
     for (const auto& rate : diagram.rates)
         hash << rate.ticks << rate.offset << rate.is_constant << rate.is_continuous << rate.trigger;
@@ -140,8 +141,7 @@ std::uint64_t fingerprint(const Diagram& diagram) {
     for (const auto& loop : diagram.plan.loops) {
         hash << loop.kind << loop.path << loop.parent << loop.condition << loop.rate << loop.iterations
              << loop.count << loop.initial << loop.again;
-        for (const auto* ends : {&loop.indices, &loop.unknowns})
-            for (const auto& end : *ends) hash << end;
+        for (const auto& end : loop.unknowns) hash << end;
         add(hash, loop.outputs);
         add(hash, loop.updates);
     }

@@ -198,11 +198,12 @@ TEST(Adaptive, TolerancesCanBeSetByName) {
 
 TEST(Events, EnablingSignalsAreLocated) {
     // x' = 1 while sin(2 pi t + 0.1) > 0: half of the time.
-    Session run("model: m\nstep: 0.3\nstop: 6\nsolver: dormand_prince45\nblocks:\n"
-                "  u: {block: Sine, frequency: 2*pi, phase: 0.1}\n  s:\n    execution: enabled\n    outputs: [y]\n   "
-                " blocks:\n"
-                "      one: {block: Constant, value: 1}\n      x: {block: Integrator}\n"
-                "    connections: {one: x, x: y}\nconnections: {u: s.enable}\n");
+    Session run(
+        "model: m\nstep: 0.3\nstop: 6\nsolver: dormand_prince45\nblocks:\n"
+        "  u: {block: Sine, frequency: 2*pi, phase: 0.1}\n  s:\n    execution: enabled\n    outputs: [y]\n   "
+        " blocks:\n"
+        "      one: {block: Constant, value: 1}\n      x: {block: Integrator}\n"
+        "    connections: {one: x, x: y}\nconnections: {u: s.enable}\n");
     Log x(run, "s.x");
     run.trace("s.x", 21);
     EXPECT_NEAR(x.values.back(), 3, 1e-9);

@@ -39,8 +39,8 @@ enum class Opcode : std::uint8_t {
 };
 
 inline constexpr std::size_t record_header_bytes = 9;
-inline constexpr std::size_t message_header_bytes = 22;    // channel, sequence, log time, publish time
-inline constexpr std::size_t chunk_header_bytes = 40;      // of a chunk without compression
+inline constexpr std::size_t message_header_bytes = 22; // channel, sequence, log time, publish time
+inline constexpr std::size_t chunk_header_bytes = 40;   // of a chunk without compression
 inline constexpr std::array<std::uint8_t, 4> cdr_le = {0, 1, 0, 0};
 
 using Bytes = std::span<const std::byte>;

@@ -30,12 +30,9 @@ nlohmann::ordered_json json_of(const Histogram& h) {
 
 nlohmann::ordered_json json_of(const Statistics& s) {
     static constexpr const char* causes[] = {"computation", "interruption", "wakeup", "backlog"};
-    nlohmann::ordered_json json{{"period_us", us(s.period)},
-                                {"steps", s.steps},
-                                {"wake_up_us", json_of(s.latency)},
-                                {"step_us", json_of(s.computation)},
-                                {"response_us", json_of(s.response)},
-                                {"deviation_us", json_of(s.jitter)}};
+    nlohmann::ordered_json json{{"period_us", us(s.period)},          {"steps", s.steps},
+                                {"wake_up_us", json_of(s.latency)},   {"step_us", json_of(s.computation)},
+                                {"response_us", json_of(s.response)}, {"deviation_us", json_of(s.jitter)}};
     auto& periods = json["deviation_of_the_period"] = nlohmann::ordered_json::array();
     for (const auto& row : s.periods.rows())
         periods.push_back({{"from_us", us(row.from)}, {"to_us", us(row.to)}, {"count", row.count}});

@@ -47,14 +47,16 @@ class Spreading {
             const bool is_root_input = slot.role == Role::output && e_.node(n).type == "Inport";
             if (!slot.size_known && (is_unwired_input || is_root_input)) decide(n, i, Size{});
         });
-        for_each_slot([&](int n, int i, const Slot& slot) {
-            if (e_.diagram.solves_algebraic_loops && !slot.size_known && slot.role == Role::output)
-                decide(n, i, Size{}); // a loop without anything of another size
-        });
-        // An algebraic loop of blocks that do not know their sizes is a loop first of all.
+        // An algebraic loop of blocks that do not know their sizes is a loop first of all; another loop in
+        // which nothing has a size carries scalars.
         if (std::any_of(e_.diagram.nodes.begin(), e_.diagram.nodes.end(),
-                        [](const auto& node) { return !unresolved(node.block->declaration()).empty(); }))
-            sort(e_);
+                        [](const auto& node) { return !unresolved(node.block->declaration()).empty(); })) {
+            if (!e_.diagram.solves_algebraic_loops) sort(e_);
+            for_each_slot([&](int n, int i, const Slot& slot) {
+                if (e_.report.is_empty() && !slot.size_known && slot.role == Role::output)
+                    decide(n, i, Size{});
+            });
+        }
         for (std::size_t n = 0; n < queued_.size(); ++n) report_open(static_cast<int>(n));
         if (e_.report.is_empty())
             for (const auto& declared : e_.declared) check_declared(declared);

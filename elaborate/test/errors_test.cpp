@@ -13,7 +13,7 @@ std::string wrong(const std::string& blocks, const std::string& connections = {}
 
 TEST(Errors, UnknownBlockIsNamedWithSimilarOnes) {
     EXPECT_EQ(wrong("  a: {block: Gian}\n"),
-              "m.yaml:4:14: a: there is no block 'Gian'; did you mean 'Gain' or 'Sign'?");
+              "m.yaml:4:14: a: there is no block 'Gian'; did you mean 'Gain' or 'Sign' or 'Bias'?");
 }
 
 TEST(Errors, UnknownSettingIsNamedWithSimilarOnes) {

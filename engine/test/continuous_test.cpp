@@ -25,12 +25,15 @@ class Trace final : public Simulation::Observer {
         session.simulation->add_observer(*this);
     }
     void observe(const Simulation& simulation) noexcept override {
+        if (simulation.time() == time_) values.pop_back(); // what an event changed
+        time_ = simulation.time();
         values.push_back(*static_cast<const double*>(simulation.context().data(end_.node, end_.slot)));
     }
     Values values;
 
   private:
     Node::End end_;
+    double time_ = -1;
 };
 
 Values observed(Session& run, const std::string& path, int steps) {

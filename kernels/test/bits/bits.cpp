@@ -186,6 +186,7 @@ template <class T> void numbers() {
     run(Identity{}, Array<T, 3, 4>());
     run(MatrixProduct{}, Array<T, 7, 5>(), random<Array<T, 7, 4>>(), random<Array<T, 4, 5>>());
     run(Concatenate{}, Array<T, 15>(), random<List<T, 3, 5>>());
+    run(PartOf{}, A5<T>(), random<Array<T, 15>>(), values<double>(2));
     run(ConcatenateVertically{}, Array<T, 15>(), random<List<T, 3, 5>>());
     run(BlockDiagonal{}, Array<T, 15, 3>(), random<List<T, 3, 5>>());
     run(Split{}, List<T, 3, 5>(), random<Array<T, 15>>());

@@ -53,7 +53,10 @@ class Spreading {
                         [](const auto& node) { return !unresolved(node.block->declaration()).empty(); })) {
             if (!e_.diagram.solves_algebraic_loops) sort(e_);
             for_each_slot([&](int n, int i, const Slot& slot) {
-                if (e_.report.is_empty() && !slot.size_known && slot.role == Role::output)
+                const auto& sources = e_.node(n).sources;
+                const bool is_wired = std::any_of(sources.begin(), sources.end(),
+                                                  [](const auto& from) { return from.node >= 0; });
+                if (e_.report.is_empty() && !slot.size_known && slot.role == Role::output && is_wired)
                     decide(n, i, Size{});
             });
         }

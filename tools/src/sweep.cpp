@@ -361,7 +361,8 @@ void execute(const SweepOptions& options) {
         throw CommandError("no run succeeded; the first one says: " + table.first_error());
     if (options.as_json) return;
     if (table.failed() > 0)
-        std::printf("  %zu of %s failed; the column 'error' says why\n", table.failed(), what.c_str());
+        std::printf("  %zu of %zu runs failed; the column 'error' says why\n",
+                    static_cast<std::size_t>(table.failed()), static_cast<std::size_t>(table.done()));
     if (output) std::printf("  table in %s\n", options.output.c_str());
 }
 

@@ -233,7 +233,7 @@ TEST_F(BadInput, LinksAreWrittenThrough) {
 
 TEST_F(BadInput, MissingModel) {
     expect_error("run nowhere.yaml", "there is no model file nowhere.yaml");
-    expect_error("check .", "cannot read .: it is a folder");
+    expect_error("check .", "there is no file '.'");
 }
 
 TEST_F(BadInput, ModelWithoutAStopTime) {
@@ -301,7 +301,7 @@ TEST_F(BadInput, RecordingsThatAreCutOrNone) {
 }
 
 TEST_F(BadInput, WrongUsageExitsWithTwo) {
-    expect_error("", "A subcommand is required\nThe verbs are run, check", 2);
+    expect_error("", "A subcommand is required\nThe verbs are run, replay", 2);
     expect_error("runn m.yaml", "there is no verb 'runn'; did you mean 'run'?", 2);
     expect_error("run", "MODEL is required\nSee bf run --help", 2);
     expect_error("run m.yaml --stpo 3", "--stpo; did you mean '--stop'?\nSee bf run --help", 2);

@@ -165,7 +165,7 @@ TEST_F(LongRuns, ReplayRefusesWhatItCannotReplay) {
 
 TEST_F(LongRuns, AFullDiskEndsTheRunAndWhatWasWrittenCanBeReplayed) {
     const auto run =
-        shell("ulimit -f 2000; '" BF_PROGRAM "' run loop.yaml --stop Inf --record r.mcap --summary s.json");
+        shell("ulimit -f 20000; '" BF_PROGRAM "' run loop.yaml --stop Inf --record r.mcap --summary s.json");
     EXPECT_EQ(run.code, 1) << run.err;
     EXPECT_CONTAINS(run.err, "cannot write the recording 'r.mcap': File too large");
     EXPECT_EQ(json("s.json")["outcome"], "failed");
@@ -200,7 +200,8 @@ TEST_F(LongRuns, ProfileShowsEveryBlockAndWritesATrace) {
         if (row["name"] == "part.g") calls = row["calls"];
     EXPECT_GE(calls, 200);
     int slices = 0;
-    for (const auto& event : json("trace.json")["traceEvents"]) slices += event["ph"] == "X";
+    const auto trace = json("trace.json");
+    for (const auto& event : trace["traceEvents"]) slices += event["ph"] == "X";
     EXPECT_EQ(slices, profile["calls"].get<int>());
     EXPECT_EQ(bf("run loop.yaml --profile").code, 0);
 }

@@ -31,7 +31,7 @@ class Iteration final : public Block {
   public:
     using Block::Block;
     Output<double> y{this, "y", {.doc = "1 in the first iteration of a step"}};
-    DiscreteState<double> number{this, "number", {.initial = {1}}};
+    DiscreteState<double> number{this, "number", {.initial = {1}, .doc = "of the iteration"}};
     Status output(Now at, Out to) const noexcept override {
         to[y] = at[number];
         return ok;

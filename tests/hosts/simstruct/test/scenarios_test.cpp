@@ -100,7 +100,8 @@ TEST(SFunctionParameters, OfAllEncodingsReachAnOldBlock) {
 }
 
 TEST(SFunctionParameters, OfANativeBlockAreMatricesTextsListsAndSwitches) {
-    One gain(standard("Gain", {text("K*u"), matrix(2, 3, {1, 2, 3, 4, 5, 6}), number(-1)}), {3});
+    One gain(standard("Gain", {text("K*u"), text("wrap"), matrix(2, 3, {1, 2, 3, 4, 5, 6}), number(-1)}),
+             {3});
     gain.go();
     write(gain.model, gain.inputs[0], {1, 10, 100});
     gain.model.step();
@@ -115,19 +116,20 @@ TEST(SFunctionParameters, ThatDoNotFitAreNamedWithPathAndCallback) {
     EXPECT_EQ(refusal({number(1)}),
               "m/b, mdlInitializeSizes: it needs at least two parameters: 'Class', 'Library'");
     EXPECT_HAS(refusal(standard("Gain", {})),
-               "m/b, mdlInitializeSizes: it has 2 parameters, but takes 5: 'Gain', "
-               "'standard', multiplication, K, sample_time");
+               "m/b, mdlInitializeSizes: it has 2 parameters, but takes 6: 'Gain', "
+               "'standard', multiplication, on_overflow, K, sample_time");
     EXPECT_HAS(refusal({number(1), text("standard")}),
                "parameter 1 is the block's class and must be a text, not");
     EXPECT_HAS(refusal({text("Gian"), text("standard")}), "there is no block 'Gian'; did you mean 'Gain'");
     EXPECT_HAS(refusal({text("X"), text("NoPlugin")}), "plugin 'NoPlugin' was not found: searched ");
-    EXPECT_HAS(refusal(standard("Gain", {text("K+u"), number(1), number(-1)})),
+    EXPECT_HAS(refusal(standard("Gain", {text("K+u"), text("wrap"), number(1), number(-1)})),
                "'multiplication' is 'K+u', but must be one of");
-    EXPECT_HAS(refusal(standard("Gain", {text("elementwise"), text("two"), number(-1)})),
+    EXPECT_HAS(refusal(standard("Gain", {text("elementwise"), text("wrap"), text("two"), number(-1)})),
                "parameter 'K' must be a number, not");
-    EXPECT_HAS(refusal(standard("Gain", {text("elementwise"), structure("k", number(1)), number(-1)})),
-               "parameter 'K' is not among the fields of its struct");
-    EXPECT_HAS(refusal(standard("Gain", {text("elementwise"), number(1), number(-2)})),
+    EXPECT_HAS(
+        refusal(standard("Gain", {text("elementwise"), text("wrap"), structure("k", number(1)), number(-1)})),
+        "parameter 'K' is not among the fields of its struct");
+    EXPECT_HAS(refusal(standard("Gain", {text("elementwise"), text("wrap"), number(1), number(-2)})),
                "sample_time must be -1 (inherited), 0 (continuous), a period, or [period offset], not -2");
     EXPECT_HAS(refusal(legacy("AllParameters",
                               {number(7.5), logical(true), number(2.5), text("four"), matrix(1, 3, {1, 2, 3}),
@@ -158,7 +160,7 @@ TEST(SFunctionPorts, TakeTheirSizesFromEitherSideOfAWire) {
 TEST(SFunctionPorts, FeedThroughOnlyWhatTheOutputReads) {
     // A sum that reads its own delayed value is no loop; without the delay it is one.
     Model model(simstruct_methods, 0.01);
-    const int sum = model.add("m/sum", standard("Sum", {text("++"), number(-1)}));
+    const int sum = model.add("m/sum", standard("Sum", {text("++"), text("wrap"), number(-1)}));
     const int delay = model.add("m/delay", standard("UnitDelay", {number(0), number(-1)}));
     const int source = model.add_input(3, 0, SS_DOUBLE);
     model.connect(source, 0, sum, 0);
@@ -173,7 +175,8 @@ TEST(SFunctionPorts, FeedThroughOnlyWhatTheOutputReads) {
     EXPECT_EQ(output(model, sum, 3), (std::vector<double>{10, 15, 20}));
 
     Model loop(simstruct_methods, 0.01);
-    const int a = loop.add("m/a", standard("Gain", {text("elementwise"), number(2), number(-1)}));
+    const int a =
+        loop.add("m/a", standard("Gain", {text("elementwise"), text("wrap"), number(2), number(-1)}));
     loop.connect(a, 0, a, 0);
     EXPECT_EQ(error_of([&] { loop.compile(); }), "m/a: it is in an algebraic loop");
 }
@@ -186,7 +189,7 @@ TEST(SFunctionPorts, ThatNothingSizesAreScalars) {
 
 TEST(SFunctionPorts, ThatContradictTheWiringAreNamed) {
     EXPECT_HAS(
-        refusal(standard("Sum", {text("++"), number(-1)}), {3, 4}),
+        refusal(standard("Sum", {text("++"), text("wrap"), number(-1)}), {3, 4}),
         "m/b, mdlSetInputPortDimensionInfo: input 'u1' of size [3] and input 'u2' of size [4] cannot be "
         "combined");
     // A size that the block fixes is known to Simulink before it comes to the wire.
@@ -194,8 +197,10 @@ TEST(SFunctionPorts, ThatContradictTheWiringAreNamed) {
               "m/b: input port 1 has size [3] but is driven by [4]");
     EXPECT_HAS(refusal(standard("SumOfElements", {number(1), number(-1), number(0)}), {4}),
                "parameters, but takes");
-    EXPECT_HAS(refusal(standard("Gain", {text("K*u"), matrix(2, 3, {1, 2, 3, 4, 5, 6}), number(-1)}), {4}),
-               "m/b, mdlSetInputPortDimensionInfo: ");
+    EXPECT_HAS(
+        refusal(standard("Gain", {text("K*u"), text("wrap"), matrix(2, 3, {1, 2, 3, 4, 5, 6}), number(-1)}),
+                {4}),
+        "m/b, mdlSetInputPortDimensionInfo: ");
 }
 
 // ---- states, order of calls
@@ -360,16 +365,16 @@ TEST(SFunctionRates, HoldASlowBlockBetweenItsHits) {
 // ---- changes while running
 
 TEST(SFunctionTuning, ChangesAParameterBetweenTwoSteps) {
-    One one(standard("Gain", {text("elementwise"), number(2), number(-1)}), {2});
+    One one(standard("Gain", {text("elementwise"), text("wrap"), number(2), number(-1)}), {2});
     one.go();
     write(one.model, one.inputs[0], {1, 2});
     one.model.step();
     EXPECT_EQ(output(one.model, one.block, 2), (std::vector<double>{2, 4}));
-    one.model.change(one.block, 3, number(5));
+    one.model.change(one.block, 4, number(5));
     one.model.step();
     EXPECT_EQ(output(one.model, one.block, 2), (std::vector<double>{5, 10}));
     EXPECT_EQ(error_of([&] {
-                  one.model.change(one.block, 3, matrix(1, 3, {1, 2, 3}));
+                  one.model.change(one.block, 4, matrix(1, 3, {1, 2, 3}));
               }).substr(0, 24),
               "m/b, mdlCheckParameters:");
     one.model.step();

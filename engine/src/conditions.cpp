@@ -63,11 +63,7 @@ Status Simulation::ConditionState::test() {
     is_true = enabled && fires;
     if (is_enabled && ((is_new && condition.resets_states) || resets)) {
         simulation->must_restart_ = true;
-        for (const int node : condition.nodes)
-            if (const Status status = simulation->context_.reset(node); !status) {
-                simulation->failed_node_ = node;
-                return status;
-            }
+        if (const Status status = simulation->reset_nodes(condition.nodes); !status) return status;
     }
     if (is_true && condition.triggered_rate >= 0) fire(condition.triggered_rate);
     return ok;

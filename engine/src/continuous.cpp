@@ -155,16 +155,21 @@ int Simulation::accumulating(double t, int events) noexcept {
     return -1;
 }
 
-/// Crossings between the last look and this step: those of a fixed-step solver, and jumps.
-bool Simulation::find_crossings() noexcept {
-    if (!evaluate_guards()) return false;
+/// Which guards crossed since they were compared before; true if any did.
+bool Simulation::compare_guards() noexcept {
     bool is_crossed = false;
     for (std::size_t i = 0; i < crossed_.size(); ++i) {
         crossed_[i] = crossing(guard_before_[i], guard_values_[i]);
         is_crossed = is_crossed || crossed_[i] != 0;
     }
     guard_before_ = guard_values_;
-    return !is_crossed || answer_crossings(time(), false);
+    return is_crossed;
+}
+
+/// Crossings between the last look and this step: those of a fixed-step solver, and jumps.
+bool Simulation::find_crossings() noexcept {
+    if (!evaluate_guards()) return false;
+    return !compare_guards() || answer_crossings(time(), false);
 }
 
 /// x⁺ of the blocks whose guards crossed, until nothing more crosses at this instant.
@@ -191,13 +196,7 @@ bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
             if (const Status status = context_.event(guard.node); !status) return fail(status, guard.node);
         }
         if (!evaluate_outputs(t) || !evaluate_guards()) return false;
-        bool is_crossed = false;
-        for (std::size_t i = 0; i < crossed_.size(); ++i) {
-            crossed_[i] = crossing(guard_before_[i], guard_values_[i]);
-            is_crossed = is_crossed || crossed_[i] != 0;
-        }
-        guard_before_ = guard_values_;
-        if (!is_crossed) break;
+        if (!compare_guards()) break;
         if (round == most_events)
             return fail(
                 Status::failure("its zero crossings answer one another without end: {} times at one instant; "

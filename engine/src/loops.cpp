@@ -52,11 +52,8 @@ Status Simulation::LoopState::run() {
         s.failed_node_ = loop->nodes.front();
         return s.status_ ? solver->failure() : s.status_;
     }
-    for (const int node : loop->resets_states ? loop->nodes : loop->counters)
-        if (const Status status = s.context_.reset(node); !status) {
-            s.failed_node_ = node;
-            return status;
-        }
+    if (const Status status = s.reset_nodes(loop->resets_states ? loop->nodes : loop->counters); !status)
+        return status;
     const bool is_while = loop->kind == Loop::Kind::while_loop;
     if (is_while && loop->initial.node >= 0 && !is_on(loop->initial)) return ok;
     double most = loop->iterations;

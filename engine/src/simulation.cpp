@@ -142,6 +142,15 @@ void Simulation::clear_outputs() {
     }
 }
 
+Status Simulation::reset_nodes(const std::vector<int>& nodes) noexcept {
+    for (const int node : nodes)
+        if (const Status status = context_.reset(node); !status) {
+            failed_node_ = node;
+            return status;
+        }
+    return ok;
+}
+
 void Simulation::clear_rates(int node) noexcept {
     const auto& slots = diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().slots;
     for (std::size_t i = 0; i < slots.size(); ++i)

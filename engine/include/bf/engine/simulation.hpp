@@ -180,6 +180,7 @@ class Simulation {
     bool integrate(double t) noexcept;
     bool crossed(const GuardBinding& guard) const noexcept;
     int accumulating(double t, int events) noexcept;
+    bool compare_guards() noexcept;
     bool find_crossings() noexcept;
     bool answer_crossings(double t, bool is_inside_step) noexcept;
     void observe_event(double t) noexcept;
@@ -190,6 +191,7 @@ class Simulation {
     bool is_due(int rate, int condition) const { return is_hit(rate) && is_active(condition); }
     void write_initial(const Condition::Outlet& outlet);
     void clear_outputs();
+    Status reset_nodes(const std::vector<int>& nodes) noexcept;
     void clear_rates(int node) noexcept; ///< continuous states that do not run keep their value
     void run_constants();
 

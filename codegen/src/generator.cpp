@@ -43,7 +43,11 @@ bool has_hosted_blocks(const Diagram& diagram) {
 }
 
 Generator::Generator(const Diagram& diagram, const Options& options)
-    : diagram_(diagram), options_(options), class_(class_name(diagram)), file_(file_name(diagram)) {
+    : diagram_(diagram), options_(options), formulas_(formulas_of(diagram)), class_(class_name(diagram)),
+      file_(file_name(diagram)) {
+    for (const auto& formula : formulas_.formulas)
+        formula_numbers_.emplace(definition(formula.definition).path,
+                                 static_cast<int>(formula_numbers_.size()));
     for (const auto& n : diagram.nodes) hosted_.push_back(is_printable(n) ? -1 : hosted_count_++);
 }
 

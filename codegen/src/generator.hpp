@@ -3,6 +3,7 @@
 
 #include "bf/codegen/generate.hpp"
 
+#include "formulas.hpp"
 #include "names.hpp"
 
 #include <map>
@@ -79,7 +80,7 @@ class Generator {
     std::string header() const;
     /// Calls of the functions that make up each phase, joined by &&.
     struct Calls {
-        std::string constants, outputs, updates, commits;
+        std::string constants, follow, outputs, updates, commits;
         std::string inner_outputs, derivatives; ///< evaluated by the solver inside a step
     };
     std::string main_source(const Calls& calls);
@@ -93,6 +94,14 @@ class Generator {
     std::string hosted_slot(int n, int s) const;
     std::string tables() const;
     std::string table_row(const std::string& name, const Node::End& end) const;
+    std::string variables_structure() const;
+    std::vector<Guarded> follow() const; ///< what formulas give, in their order
+    std::string fixed_rows() const;
+    int formula_of(const std::string& name) const; ///< -1: none
+    bool has_variables() const { return !formulas_.variables.empty(); }
+    const Definition& definition(int number) const {
+        return diagram_.definitions[static_cast<std::size_t>(number)];
+    }
     std::string readme() const;
     void add_interfaces(Files& files) const; ///< for C and Python
     std::string c_structure(const char* name, const char* doc, const std::vector<Field>& fields) const;
@@ -100,6 +109,8 @@ class Generator {
 
     const Diagram& diagram_;
     Options options_;
+    const Formulas formulas_;
+    std::map<std::string, int> formula_numbers_; ///< by the name of what they give
     std::string class_, file_;
     std::vector<std::vector<Place>> places_; ///< by node and slot
     std::vector<std::vector<Place>> next_;   ///< of discrete states

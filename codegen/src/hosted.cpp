@@ -81,7 +81,12 @@ std::string Generator::hosted_source() const {
                 literal(subfolder.empty() ? node.arguments.folder : subfolder) + ",\n        {" + slots +
                 "},\n        {" + providers + "});\n";
     }
-    std::string periods, tasks;
+    std::string periods, tasks, names;
+    for (std::size_t n = 0; n < d.nodes.size(); ++n)
+        if (is_hosted(static_cast<int>(n)))
+            for (const auto& known : d.nodes[n].block->declaration().arguments)
+                names += "        {" + literal(d.nodes[n].path + "." + known.name) + ", " +
+                         literal(known.doc) + "},\n";
     for (std::size_t r = 0; r < d.rates.size(); ++r)
         periods += (r ? ", " : "") +
                    literal(d.rates[r].is_continuous ? 0 : d.period(static_cast<int>(r)), Type::float64);
@@ -94,14 +99,20 @@ std::string Generator::hosted_source() const {
                  ", " + number(task.index) + "}";
     return "// Blocks made through the factory, from the plugins in BLOCKFACTORY_PLUGIN_PATH.\n#include \"" +
            file_ + ".hpp\"\n\n#include \"bf/codegen/hosted_blocks.hpp\"\n" +
-           (has_standard ? "\n#include \"bf/blocks/standard.hpp\"\n" : "") +
-           "\nstd::unique_ptr<bf::generated::Hosted> " + class_ +
+           (has_standard ? "\n#include \"bf/blocks/standard.hpp\"\n" : "") + "\nbf::generated::FixedNames " +
+           class_ + "::argument_table() noexcept {\n" +
+           (names.empty()
+                ? "    return {nullptr, 0};\n"
+                : "    static constexpr bf::generated::FixedName rows[] = {\n" + names +
+                      "    };\n    return {rows, static_cast<int>(sizeof rows / sizeof rows[0])};\n") +
+           "}\n\nstd::unique_ptr<bf::generated::Hosted> " + class_ +
            "::make_hosted_blocks() {\n    using bf::Phase;\n    using bf::Role;\n    using bf::Type;\n    "
            "using "
            "bf::Value;\n    using bf::generated::value;\n    auto blocks = "
            "std::make_unique<bf::generated::HostedBlocks>(folder, "
            "std::vector<double>{" +
-           periods + "});\n" + (has_standard ? "    blocks->registry().add(bf::standard_library());\n" : "") +
+           periods + "});\n    blocks->change_arguments(arguments_);\n" +
+           (has_standard ? "    blocks->registry().add(bf::standard_library());\n" : "") +
            "#ifdef BF_PLUGIN_FOLDER\n    blocks->registry().add_search_path(BF_PLUGIN_FOLDER);\n#endif\n" +
            adds + "    blocks->finish({" + tasks + "});\n    return blocks;\n}\n\nbool " + class_ +
            "::start_hosted_blocks() noexcept {\n    try {\n        if (!hosted_) hosted_ = "

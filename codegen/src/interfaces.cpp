@@ -53,10 +53,17 @@ double @prefix@_time(const @prefix@_model* model); /* of the next step [s] */
 const char* @prefix@_failed_block(const @prefix@_model* model);
 const char* @prefix@_failure(const @prefix@_model* model);
 
-/* Changes a parameter between two steps: all elements, column by column, or one that expands. Null, or what is wrong;
+/* Changes a parameter or variable between two steps: all elements, column by column, or one that expands. Null, or what is wrong;
    nothing changes then. */
 const char* @prefix@_set_parameter(@prefix@_model* model, const char* name, const double* values, int count);
-/* Reads at most `capacity` elements of a parameter or recorded signal; gives how many it has, -1 when there is none of
+/* Several parameters and variables together, all or none. What follows from a variable changes with it. */
+typedef struct {
+    const char* name;
+    const double* values;
+    int count;
+} @prefix@_value;
+const char* @prefix@_set_parameters(@prefix@_model* model, const @prefix@_value* changes, int count);
+/* Reads at most `capacity` elements of a parameter, variable or recorded signal; gives how many it has, -1 when there is none of
    that name. */
 int @prefix@_get(const @prefix@_model* model, const char* name, double* values, int capacity);
 )~";
@@ -78,8 +85,12 @@ const char* @prefix@_failure(const @prefix@_model* model) { return model->failur
 const char* @prefix@_set_parameter(@prefix@_model* model, const char* name, const double* values, int count) {
     return model->set_parameter(name, values, count);
 }
+static_assert(sizeof(@prefix@_value) == sizeof(bf::generated::NewValue), "one layout");
+const char* @prefix@_set_parameters(@prefix@_model* model, const @prefix@_value* changes, int count) {
+    return model->set_parameters(reinterpret_cast<const bf::generated::NewValue*>(changes), count);
+}
 int @prefix@_get(const @prefix@_model* model, const char* name, double* values, int capacity) {
-    const bf::generated::Quantity* quantity = @Class@::parameter_table().find(name);
+    const bf::generated::Quantity* quantity = @Class@::find_parameter(name);
     if (!quantity) quantity = @Class@::recorded_table().find(name);
     if (!quantity) return -1;
     for (int i = 0; i < quantity->size() && i < capacity; ++i)
@@ -119,7 +130,13 @@ _terminate = _function("terminate", None, _model)
 _time = _function("time", ctypes.c_double, _model)
 _failed_block = _function("failed_block", _text, _model)
 _failure = _function("failure", _text, _model)
-_set_parameter = _function("set_parameter", _text, _model, _text, _doubles, ctypes.c_int)
+
+
+class _Value(ctypes.Structure):
+    _fields_ = [("name", _text), ("values", _doubles), ("count", ctypes.c_int)]
+
+
+_set_parameters = _function("set_parameters", _text, _model, ctypes.POINTER(_Value), ctypes.c_int)
 _get = _function("get", ctypes.c_int, _model, _text, _doubles, ctypes.c_int)
 
 
@@ -157,15 +174,24 @@ class @Class@:
         return _time(self._model)
 
     def set_parameter(self, name, values):
-        """All elements, column by column, or one that expands. ValueError says what is wrong; nothing changes then."""
-        values = [values] if isinstance(values, (int, float)) else list(values)
-        array = (ctypes.c_double * len(values))(*values)
-        wrong = _set_parameter(self._model, name.encode(), array, len(values))
+        """Of a parameter or variable: all elements, column by column, or one that expands. ValueError says what is
+        wrong; nothing changes then."""
+        self.set_parameters({name: values})
+
+    def set_parameters(self, changes):
+        """Several by name, all or none. What follows from a variable changes with it."""
+        names, rows = [], []
+        for name, values in changes.items():
+            values = [values] if isinstance(values, (int, float)) else list(values)
+            array = (ctypes.c_double * len(values))(*values)
+            names.append(name)
+            rows.append(_Value(name.encode(), array, len(values)))
+        wrong = _set_parameters(self._model, (_Value * len(rows))(*rows), len(rows))
         if wrong:
-            raise ValueError(f"{name}: {wrong.decode()}")
+            raise ValueError(f"{', '.join(names)}: {wrong.decode()}")
 
     def get(self, name):
-        """A parameter or recorded signal, as a list."""
+        """A parameter, variable or recorded signal, as a list."""
         size = _get(self._model, name.encode(), None, 0)
         if size < 0:
             raise KeyError(name)

@@ -2,6 +2,7 @@
 
 #include "bf/codegen/quantity.hpp"
 #include "bf/engine/simulation.hpp"
+#include "bf/formats/yaml.hpp"
 #include "bf/model/builder.hpp"
 
 #include <cmath>
@@ -229,52 +230,228 @@ template <class F> std::string refusal(F&& f) {
     return "";
 }
 
+/// A generated program in a folder of its own.
+struct Program {
+    explicit Program(const Diagram& diagram) {
+        write(generate(diagram), folder.path);
+        compiled = std::system((at + BF_CXX
+                                " -std=c++17 -Wall -Wextra -Werror -ffp-contract=off -I. -Iinclude *.cpp "
+                                "-o program")
+                                   .c_str());
+    }
+    int operator()(const std::string& options) const {
+        return std::system((at + "./program " + options + " > out.txt 2> errors.txt").c_str());
+    }
+    std::string text(const std::string& file) const { return read_text(folder.path / file); }
+
+    Folder folder;
+    std::string at = "cd " + folder.path.string() + " && ";
+    int compiled;
+};
+
 TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
     model::Builder m("two gains");
     m.step(0.1).stop(0.2);
     m.add("one", "Constant", {{"value", "[1 2]"}});
     m.add("K", "Gain", {{"K", 3}});
+    m.add("matrix", "Constant", {{"value", "[1 2; 3 4]"}});
     m.connect(model::End{"one"}, model::End{"K"});
     m.record({"K.y"});
     Registry registry;
     registry.add(standard_library());
     const Diagram diagram = elaborate(m.build(), registry);
-    const Folder folder;
-    write(generate(diagram), folder.path);
-    const std::string at = "cd " + folder.path.string() + " && ";
-    ASSERT_EQ(std::system(
-                  (at + BF_CXX + " -std=c++17 -Wall -Wextra -Werror -I. -Iinclude *.cpp -o program").c_str()),
-              0);
+    const Program program(diagram);
+    ASSERT_EQ(program.compiled, 0);
     const auto run = [&](const std::string& parameters) {
-        write_text(folder.path / "p.txt", parameters);
-        const int code = std::system((at + "./program --params p.txt --csv out.csv 2> errors.txt").c_str());
-        return code == 0 ? read_text(folder.path / "out.csv") : read_text(folder.path / "errors.txt");
+        write_text(program.folder.path / "p.yaml", parameters);
+        return program.text(program("--params p.yaml --csv out.csv") == 0 ? "out.csv" : "errors.txt");
     };
     EXPECT_EQ(run(""), "time,\"K.y(1)\",\"K.y(2)\"\n0,3,6\n0.10000000000000001,3,6\n");
-    EXPECT_EQ(run("# a comment\none.value = 4, 5 # constants follow\nK.K = -0.5\n"),
-              "time,\"K.y(1)\",\"K.y(2)\"\n0,-2,-2.5\n0.10000000000000001,-2,-2.5\n");
-    EXPECT_EQ(run("one.value = 1 2 3\nK.k = 1\nK.K = nan\nK.K 1\nK.K = 1x\n"),
-              "p.txt:1: parameter 'one.value': wrong number of elements (it has 2, the line gives 3)\n"
-              "p.txt:2: there is no parameter 'K.k'; --list names all\n"
-              "p.txt:3: parameter 'K.K': a value is not a number (it has 1, the line gives 1)\n"
-              "p.txt:4: write name = values, not 'K.K 1'\n"
-              "p.txt:5: '1x' is no list of numbers\n");
+    const std::string changed = "time,\"K.y(1)\",\"K.y(2)\"\n0,-2,-2.5\n0.10000000000000001,-2,-2.5\n";
+    EXPECT_EQ(run("# a comment\none.value: [4, 5] # constants follow\nK.K: -0.5\n"), changed);
+    EXPECT_EQ(run("---\none:\n  value:\n  - 4\n  - 5\n\nK:\n    # deeper\n    K: -0.5\n"), changed);
+    EXPECT_EQ(run("{one: {value: [4,\n   5]}, 'K': {K: -5e-1}}\n"), changed);
+    EXPECT_EQ(run("one: {value: \"[4 5]\"}\nK: {K: -.5}\n"), changed);
+    EXPECT_EQ(
+        run("one.value: [1, 2, 3]\nK.k: 1\nK.K: nan\nK.K 1\nK.K: 2*pi\nmatrix.value: [[1, 2], [3]]\nstep: "
+            "1\n"),
+        "p.yaml:4: write name: value, not 'K.K 1'\n"
+        "p.yaml:6: the rows of 'matrix.value' differ in length\n"
+        "p.yaml:1: 'one.value': wrong number of elements (it has 2x1, the file gives 1x3)\n"
+        "p.yaml:2: there is no parameter or variable 'K.k'; --list names all\n"
+        "p.yaml:3: 'K.K': a value is not a number (it has 1x1, the file gives 1x1)\n"
+        "p.yaml:5: 'K.K': '2*pi' is no number; a generated program computes no expressions, write the value\n"
+        "p.yaml:7: 'step' cannot change: it is the period of the generated code\n");
+    ASSERT_EQ(program("--list"), 0);
+    EXPECT_EQ(program.text("out.txt"), "one.value: [1, 2]  # 2x1 the value\nK.K: 3  # 1x1 the factor\n"
+                                       "matrix.value: [[1, 2], [3, 4]]  # 2x2 the value\n# step is fixed: it "
+                                       "is the period of the generated code\n");
 
-    EXPECT_EQ(std::system((at + "./program --realtime > report.txt 2> errors.txt").c_str()), 0);
-    EXPECT_NE(read_text(folder.path / "report.txt").find("period of 100000 us, 2 steps"), std::string::npos);
-    EXPECT_EQ(std::system(
-                  (at + "timeout --preserve-status -s TERM 0.3 ./program --realtime --stop 100 > report.txt "
-                        "2> errors.txt")
-                      .c_str()),
-              0);
-    EXPECT_NE(std::system((at + "./program --overrun never 2> errors.txt").c_str()), 0);
+    EXPECT_EQ(program("--realtime"), 0);
+    EXPECT_NE(program.text("out.txt").find("period of 100000 us, 2 steps"), std::string::npos);
+    EXPECT_EQ(
+        std::system((program.at + "timeout --preserve-status -s TERM 0.3 ./program --realtime --stop 100 > "
+                                  "report.txt 2> errors.txt")
+                        .c_str()),
+        0);
+    EXPECT_NE(program("--overrun never"), 0);
+}
+
+/// A model in which each expression is the value of a constant c0, c1, ...
+std::string expressions_model(const std::vector<std::string>& expressions) {
+    std::string text = "model: expressions\nstep: 0.1\nstop: 0.1\nvariables:\n  a: 2\n  b: 0.25\n  n: 2\n"
+                       "  v: [1, -2, 3]\n  M: [[1, 2], [3, 4]]\n  S: {p: 3, q: 2*S.p + a}\nblocks:\n";
+    for (std::size_t i = 0; i < expressions.size(); ++i)
+        text += "  c" + std::to_string(i) + ": {block: Constant, value: \"" + expressions[i] + "\"}\n";
+    return text;
+}
+
+TEST(GeneratedProgram, FollowsVariablesBitForBitAsElaborationDoes) {
+    const std::vector<std::string> expressions{"a",
+                                               "-a + b",
+                                               "a*b - v",
+                                               "v'*v",
+                                               "v*v'",
+                                               "M*M",
+                                               "M*[a; b]",
+                                               "M.^2 ./ [a b]",
+                                               "2^a",
+                                               "sqrt(S.q)/7",
+                                               "[a, b; M]",
+                                               "[M, [a; b]; 1 2 S.p]",
+                                               "v(2)",
+                                               "v([3 1])",
+                                               "M(:, end)",
+                                               "M(2, :) + v(1:2)",
+                                               "a > b & ~(b == 0)",
+                                               "a >= 1 && b < 0",
+                                               "a ~= 1 || b <= 0",
+                                               "sin(a) + cos(b)*tan(a) + atan2(a, b)",
+                                               "exp(a) + log(a) + log10(a) + log2(b)",
+                                               "mod(-a, 0.7) + rem(a, b) + hypot(a, b)",
+                                               "min(v, a) + max(v, b)",
+                                               "floor(v/2) + ceil(v/3) + fix(a/3) + round(a/3)",
+                                               "abs(v) .* sign(v)",
+                                               "diag(v)*a",
+                                               "diag(M)'",
+                                               "eye(2)*a + zeros(n, n)",
+                                               "deg2rad(a) + rad2deg(b)",
+                                               "a \\ v",
+                                               "v/a",
+                                               "numel(v)*a + pi",
+                                               "tanh(a) + asinh(a) + acos(b) + expm1(b) + log1p(b)",
+                                               "S.q.^[1 2 3]",
+                                               "a*[1 2; 3 4]'"};
+    const std::string text = expressions_model(expressions);
+    const Elaborated model(formats::read_yaml_text(text, "m.yaml"));
+    const Program program(model.diagram);
+    ASSERT_EQ(program.compiled, 0) << program.text("errors.txt");
+    const std::vector<std::pair<std::string, std::vector<ElaborateOptions::Override>>> changes{
+        {"{}", {}},
+        {"{a: 1.7, b: 0.1}", {{"a", "1.7"}, {"b", "0.1"}}},
+        {"{v: [0.3, 5, -7], M: [[0.1, 0.2], [0.3, -0.7]]}",
+         {{"v", "[0.3 5 -7]"}, {"M", "[0.1 0.2; 0.3 -0.7]"}}},
+        {"{S: {p: 0.3}, a: 3}", {{"S.p", "0.3"}, {"a", "3"}}},
+        {"{S: {p: 0.3, q: 11}, c3.value: 6}", {{"S.p", "0.3"}, {"S.q", "11"}, {"c3.value", "6"}}}};
+    for (const auto& [file, overrides] : changes) {
+        write_text(program.folder.path / "p.yaml", file == "{}" ? "" : file);
+        ASSERT_EQ(program("--params p.yaml --csv out.csv"), 0) << program.text("errors.txt");
+        Registry registry;
+        registry.add(standard_library());
+        const Diagram expected =
+            elaborate(formats::read_yaml_text(text, "m.yaml"), registry, {overrides, {}});
+        std::string row = program.text("out.csv");
+        row = row.substr(row.find("\n0,") + 3);
+        std::istringstream values(row.substr(0, row.find('\n')));
+        for (const auto& node : expected.nodes) {
+            const auto& d = node.block->declaration();
+            for (const double wanted :
+                 d.slots[static_cast<std::size_t>(d.find("value", Role::parameter))].initial) {
+                std::string cell;
+                std::getline(values, cell, ',');
+                EXPECT_EQ(std::strtod(cell.c_str(), nullptr), wanted)
+                    << file << ": " << node.path << " = "
+                    << expressions[static_cast<std::size_t>(std::stoi(node.path.substr(1)))];
+            }
+        }
+    }
+    write_text(program.folder.path / "p.yaml", "a: -1\nn: 3\n");
+    EXPECT_NE(program("--params p.yaml"), 0);
+    EXPECT_EQ(program.text("errors.txt").substr(0, 46), "p.yaml:2: 'n' cannot change: 'c27.value' follo");
+    write_text(program.folder.path / "p.yaml", "a: -1\n");
+    EXPECT_NE(program("--params p.yaml"), 0);
+    EXPECT_EQ(program.text("errors.txt"),
+              "p.yaml: 'c20.value', which follows, is not defined for these values\n");
+}
+
+TEST(GeneratedProgram, NamesTheExpressionThatFixesAVariable) {
+    const Elaborated model(formats::read_yaml_text(
+        expressions_model({"inv(M)", "a + 0*b", "interp1([0 1], [0 b], 0.5)", "v(1:n)"}), "m.yaml"));
+    const Files files = generate(model.diagram);
+    const std::string& tables = files.at("expressions_tables.cpp");
+    EXPECT_NE(tables.find("{\"M\", \"'c0.value' follows from it: 'inv' is not computed there\"}"),
+              std::string::npos)
+        << tables;
+    EXPECT_NE(tables.find("{\"b\", \"'c2.value' follows from it: 'interp1' is not computed there\"}"),
+              std::string::npos);
+    EXPECT_NE(tables.find(
+                  "{\"n\", \"'c3.value' follows from it: an index that may change is not computed there\"}"),
+              std::string::npos);
+    EXPECT_NE(files.at("expressions.hpp").find("double a = 2.0;"), std::string::npos);
+}
+
+TEST(GeneratedProgram, TakesCommandsWhileItRuns) {
+    const Elaborated model(formats::read_yaml_text("model: live\nstep: 0.001\nvariables: {a: 2}\nblocks:\n"
+                                                   "  c: {block: Constant, value: a*[1 2]}\n",
+                                                   "m.yaml"));
+    const Program program(model.diagram);
+    ASSERT_EQ(program.compiled, 0);
+    write_text(program.folder.path / "client.py", R"py(
+import re, socket, subprocess
+program = subprocess.Popen(["./program", "--realtime", "--stop", "inf", "--command-port", "0"], text=True,
+                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+try:
+    port = None
+    while port is None:
+        found = re.search(r"127\.0\.0\.1:(\d+)", program.stderr.readline())
+        port = found and int(found[1])
+    lines = socket.create_connection(("127.0.0.1", port), timeout=20).makefile("rw")
+
+    def ask(line):
+        lines.write(line + "\n")
+        lines.flush()
+        return lines.readline().strip()
+
+    def values():
+        text = ask("?")
+        rest = []
+        while (line := lines.readline().strip()):
+            rest.append(line)
+        return [text, *rest]
+
+    assert values() == ["a: 2", "c.value: [2, 4]"]
+    assert ask("a: 3") == "ok"
+    assert values() == ["a: 3", "c.value: [3, 6]"]
+    assert ask("{a: 4, c.value: [1, nan]}") == \
+        "error: 'c.value': a value is not a number (it has 2x1, the file gives 1x2)"
+    assert values() == ["a: 3", "c.value: [3, 6]"]
+    assert ask("{a: 4, c.value: [7, 8]}") == "ok"
+    assert values() == ["a: 4", "c.value: [7, 8]"]
+    assert ask("POST / HTTP/1.1").startswith("error: line:1: write name: value")
+    assert lines.readline() == ""  # disconnected
+finally:
+    program.terminate()
+    program.wait(20)
+assert program.returncode == 0, program.returncode
+)py");
+    EXPECT_EQ(std::system((program.at + "timeout 60 python3 client.py").c_str()), 0);
 }
 
 TEST(GeneratedProgram, ParametersFitTheirTypeOrAreRefused) {
     using namespace bf::generated;
     const auto attempt = [](generated::Type type, double value) {
         std::uint64_t memory = 0;
-        const Quantity quantity{"p", "", "", type, Where::parameters, 1, 1, 0};
+        const Quantity quantity{"p", "", "", type, Where::parameters, 1, 1, 0, -1};
         const char* wrong = write_all(&memory, quantity, &value, 1);
         return std::string(wrong ? wrong : "");
     };

@@ -130,7 +130,7 @@ class Flattener {
     void variables(Scope& scope, const std::vector<model::Variable>& list, const std::string& prefix,
                    const std::vector<model::Variable>* with) {
         for (const auto& variable : list) {
-            const auto* workspace = static_cast<const matlab::Workspace*>(&scope.variables);
+            const auto* workspace = &scope.variables;
             const auto* given = &variable;
             if (with)
                 for (const auto& other : *with)
@@ -139,23 +139,27 @@ class Flattener {
                         workspace = &scope.parent->variables;
                     }
             scope.variables.set(variable.name, value_of(*workspace, *given, prefix));
+            scope.variables.paths[variable.name] = prefix + variable.name;
         }
     }
 
-    matlab::Value value_of(const matlab::Workspace& workspace, const model::Variable& variable,
+    matlab::Value value_of(const Variables& workspace, const model::Variable& variable,
                            const std::string& prefix) {
         const std::string name = prefix + variable.name;
         model::Expression expression = variable.value;
         const bool overridden = override_of(name, expression);
         if (variable.fields.empty() || overridden)
-            return e_.evaluate(expression, workspace, name).value_or(matlab::Value(0.0));
+            return e_.evaluate(expression, workspace, name, Definition::Kind::variable)
+                .value_or(matlab::Value(0.0));
         matlab::Value::Fields fields;
         // Fields see the struct as far as it is written: Gain: {Kp: 1, Kd: 2*Gain.Kp}.
-        matlab::Workspace partial(&workspace);
+        Variables partial(&workspace);
         const std::string top = name.substr(0, name.find('.'));
         for (const auto& field : variable.fields) {
             fields.emplace_back(field.name, value_of(partial, field, name + "."));
-            if (top == variable.name) partial.set(variable.name, matlab::Value::structure(fields));
+            if (top != variable.name) continue;
+            partial.set(variable.name, matlab::Value::structure(fields));
+            partial.paths[variable.name] = name;
         }
         return matlab::Value::structure(std::move(fields));
     }
@@ -246,7 +250,11 @@ class Flattener {
             part.path = front.path + "(" + std::to_string(i) + ")";
             inherit(part, front);
             front.parts.push_back(&part);
-            part.variables.set("iteration", matlab::Value(static_cast<double>(i)));
+            const matlab::Value iteration(static_cast<double>(i));
+            part.variables.set("iteration", iteration);
+            part.variables.paths["iteration"] = part.path + ".iteration";
+            e_.define({Definition::Kind::constant, part.path + ".iteration", {}, {}, iteration, {}, {}},
+                      part.variables);
             variables(part, part.system->variables, part.path + ".", with);
             fill(part);
         }
@@ -309,6 +317,7 @@ class Flattener {
         std::vector<model::Setting> changed;
         if (!overrides_.empty()) changed = overridden_settings(block, path);
         const auto& settings = overrides_.empty() ? block.settings : changed;
+        const std::size_t first_definition = e_.diagram.definitions.size();
         std::vector<std::pair<const model::Setting*, Value>> parameters;
         for (const auto& setting : settings) {
             const auto argument = std::find_if(declared.arguments.begin(), declared.arguments.end(),
@@ -316,7 +325,7 @@ class Flattener {
             const bool is_argument = argument != declared.arguments.end();
             if (!is_argument) {
                 // A parameter may exist only under these arguments: known after the block is made.
-                if (auto value = number(scope, setting, path))
+                if (auto value = number(scope, setting, path, Definition::Kind::parameter))
                     parameters.emplace_back(&setting, std::move(*value));
                 continue;
             }
@@ -348,6 +357,9 @@ class Flattener {
         node.providers.resize(d.requirements.size());
 
         const int index = static_cast<int>(e_.diagram.nodes.size());
+        for (std::size_t i = first_definition; i < e_.diagram.definitions.size(); ++i)
+            if (auto& definition = e_.diagram.definitions[i]; definition.kind == Definition::Kind::parameter)
+                definition.end = {index, d.find(definition.path.substr(path.size() + 1), Role::parameter)};
         scope.items[block.name] = {index, nullptr};
         scope.nodes.push_back(index);
         auto& period = e_.node_periods.emplace_back(scope.period);
@@ -395,8 +407,9 @@ class Flattener {
         return settings;
     }
 
-    std::optional<Value> number(const Scope& scope, const model::Setting& setting, const std::string& path) {
-        auto value = e_.evaluate(setting.value, scope.variables, path + "." + setting.name);
+    std::optional<Value> number(const Scope& scope, const model::Setting& setting, const std::string& path,
+                                Definition::Kind kind = Definition::Kind::structure) {
+        auto value = e_.evaluate(setting.value, scope.variables, path + "." + setting.name, kind);
         if (!value) return std::nullopt;
         auto converted = to_value(*value);
         if (!converted)

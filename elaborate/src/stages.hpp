@@ -6,6 +6,7 @@
 #include "bf/matlab/interpreter.hpp"
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,13 +32,26 @@ class Report {
     std::unordered_set<std::string> known_;
 };
 
+/// The variables of one scope, with the paths by which definitions know them.
+struct Variables : matlab::Workspace {
+    explicit Variables(const Variables* enclosing = nullptr) : Workspace(enclosing), around(enclosing) {}
+    const Variables* around;
+    std::unordered_map<std::string, std::string> paths;
+    /// Null when neither this nor an enclosing scope has the variable.
+    const std::string* path_of(const std::string& name) const {
+        const auto found = paths.find(name);
+        if (found != paths.end()) return &found->second;
+        return around ? around->path_of(name) : nullptr;
+    }
+};
+
 /// One subsystem of the model while it is being dissolved.
 struct Scope {
     const model::System* system = nullptr;
     const model::Block* self = nullptr; ///< the block that holds it; null for the root
     Scope* parent = nullptr;
     std::string path;
-    matlab::Workspace variables;
+    Variables variables;
     int condition = 0, loop = -1;
     std::optional<double> period, offset;
     std::vector<int> nodes; ///< blocks that stand directly in it
@@ -62,7 +76,7 @@ struct Scope {
     std::vector<Node::End> outlets; ///< what holds each output of a conditional or for_each subsystem
     std::vector<Scope*> parts;      ///< of a for_each subsystem: its iterations, which have the blocks
 
-    explicit Scope(const matlab::Workspace* enclosing) : variables(enclosing) {}
+    explicit Scope(const Variables* enclosing) : variables(enclosing) {}
 };
 
 /// A block that groups signals, or takes them apart: it is gone after wiring.
@@ -104,13 +118,19 @@ struct Elaboration {
     DiagramNode& node(int i) { return diagram.nodes[static_cast<std::size_t>(i)]; }
     Declaration& declaration(int i) { return node(i).block->declaration(); }
 
-    std::optional<matlab::Value> evaluate(const model::Expression& expression,
-                                          const matlab::Workspace& variables, const std::string& path);
+    /// The value of an expression, noted among the diagram's definitions under that path, and `what` of it.
+    std::optional<matlab::Value> evaluate(const model::Expression& expression, const Variables& variables,
+                                          const std::string& path,
+                                          Definition::Kind kind = Definition::Kind::structure,
+                                          const char* what = "");
+    void define(Definition definition, const Variables& variables);
+    std::map<std::string, int> variable_numbers;               ///< among the definitions, by path
+    std::unordered_map<std::string, std::string> same_structs; ///< a struct's path by that of its copy
+
     /// Size and type that a port declares; wrong ones are reported.
     Declared declared_port(const Scope& scope, const model::Port& port, const std::string& path);
-    std::optional<double> evaluate_scalar(const model::Expression& expression,
-                                          const matlab::Workspace& variables, const std::string& path,
-                                          const char* what);
+    std::optional<double> evaluate_scalar(const model::Expression& expression, const Variables& variables,
+                                          const std::string& path, const char* what);
 };
 
 /// The core value of a MATLAB value; nothing when blocks know no such value (struct, handle).

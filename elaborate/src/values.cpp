@@ -1,6 +1,7 @@
 // From text in the model to values for blocks.
 #include "stages.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace bf::elaboration {
@@ -30,17 +31,88 @@ std::string trimmed(std::string_view text) {
     return std::string(text);
 }
 
+/// `Gain.Kp` of a chain of plain fields on a name, else nothing.
+std::string dotted_name(const matlab::Expression& e) {
+    if (e.kind == matlab::Kind::Name) return e.name;
+    if (e.kind != matlab::Kind::Field) return {};
+    const std::string base = dotted_name(*e.parts[0]);
+    return base.empty() ? base : base + "." + e.name;
+}
+
+/// Calls f for each dotted name of an expression whose root no parameter of a lambda binds.
+template <class F> void visit_names(const matlab::Expression& e, std::vector<std::string>& bound, F&& f) {
+    if (const std::string name = dotted_name(e); !name.empty()) {
+        if (std::ranges::find(bound, name.substr(0, name.find('.'))) == bound.end()) f(name);
+        return;
+    }
+    const std::size_t before = bound.size();
+    bound.insert(bound.end(), e.parameters.begin(), e.parameters.end());
+    for (const auto& part : e.parts) visit_names(*part, bound, f);
+    bound.resize(before);
+}
+
 } // namespace
 
+void Elaboration::define(Definition definition, const Variables& variables) {
+    using Kind = Definition::Kind;
+    std::vector<std::string> bound;
+    const auto use = [&](const std::string& name, int variable) {
+        const std::pair pair(name, variable);
+        if (std::ranges::find(definition.uses, pair) == definition.uses.end())
+            definition.uses.push_back(pair);
+    };
+    bool is_copy = false;
+    if (definition.expression)
+        visit_names(*definition.expression, bound, [&](const std::string& name) {
+            const std::string root = name.substr(0, name.find('.'));
+            const std::string* start = variables.path_of(root);
+            if (!start) return; // a function
+            std::string path = *start + name.substr(root.size());
+            // The variable that this is, or is a part of; a struct that is a copy goes by its original's
+            // path.
+            for (std::string head = path;;) {
+                if (const auto found = variable_numbers.find(head); found != variable_numbers.end())
+                    return use(name.substr(0, name.size() - (path.size() - head.size())), found->second);
+                if (const auto same = same_structs.find(head); same != same_structs.end()) {
+                    head = path = same->second + path.substr(head.size());
+                    continue;
+                }
+                const auto dot = head.rfind('.');
+                if (dot == std::string::npos) break;
+                head.resize(dot);
+            }
+            // A whole struct.
+            for (auto at = variable_numbers.lower_bound(path + ".");
+                 at != variable_numbers.end() && at->first.starts_with(path + "."); ++at)
+                use(name + at->first.substr(path.size()), at->second);
+            if (definition.kind == Kind::variable && definition.value.is_struct() &&
+                dotted_name(*definition.expression) == name) {
+                same_structs[definition.path] = path;
+                is_copy = true;
+            }
+        });
+    const bool is_variable = definition.kind == Kind::variable || definition.kind == Kind::constant;
+    if (is_copy || (!is_variable && definition.uses.empty())) return;
+    if (is_variable) variable_numbers[definition.path] = static_cast<int>(diagram.definitions.size());
+    diagram.definitions.push_back(std::move(definition));
+}
+
 std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expression,
-                                                   const matlab::Workspace& variables,
-                                                   const std::string& path) {
+                                                   const Variables& variables, const std::string& path,
+                                                   Definition::Kind kind, const char* what) {
+    const bool is_variable = kind == Definition::Kind::variable;
     if (expression.quotes == model::Quotes::none)
-        if (const auto number = matlab::plain_number(expression.text)) return matlab::Value(*number);
+        if (const auto number = matlab::plain_number(expression.text)) {
+            if (is_variable) define({kind, path, {}, {}, matlab::Value(*number), {}, {}}, variables);
+            return matlab::Value(*number);
+        }
     const auto& where = expression.where;
     try {
-        return interpreter.evaluate(expression.matlab(), variables,
-                                    {where.file ? *where.file : std::string(), where.line, where.column});
+        const auto parsed = matlab::parse_expression(
+            expression.matlab(), {where.file ? *where.file : std::string(), where.line, where.column});
+        matlab::Value value = interpreter.evaluate(*parsed, variables);
+        define({kind, *what ? path + "." + what : path, parsed, expression.text, value, {}, {}}, variables);
+        return value;
     } catch (const matlab::Error& error) {
         model::Location at = where;
         if (where.line > 0 && error.located())
@@ -51,9 +123,9 @@ std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expr
 }
 
 std::optional<double> Elaboration::evaluate_scalar(const model::Expression& expression,
-                                                   const matlab::Workspace& variables,
-                                                   const std::string& path, const char* what) {
-    const auto value = evaluate(expression, variables, path);
+                                                   const Variables& variables, const std::string& path,
+                                                   const char* what) {
+    const auto value = evaluate(expression, variables, path, Definition::Kind::structure, what);
     if (!value) return std::nullopt;
     if (!value->is_array() || !value->is_scalar() || !std::isfinite(value->scalar())) {
         report.add(expression.where, path,

@@ -2,11 +2,13 @@
 #pragma once
 
 #include "bf/codegen/hosted.hpp"
+#include "bf/codegen/parameter_file.hpp"
 
 #include "bf/core/context.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/core/resolve.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -42,12 +44,16 @@ class HostedBlocks final : public Hosted {
 
     Registry& registry() { return registry_; }
 
+    /// Values for arguments, by block.argument, instead of those that blocks are added with.
+    void change_arguments(const std::vector<Entry>& changed) { changed_ = changed; }
+
     /// Makes a block; `subfolder` is that of its model file. Throws std::runtime_error naming the block.
     void add(const char* path, const char* type, int rate, Arguments arguments, const char* subfolder,
              std::vector<HostedSlot> slots, std::vector<Node::End> providers) {
         attempt(path, [&] {
             arguments.folder = (std::filesystem::path(folder_) / subfolder).lexically_normal().string();
             const BlockClass& found = registry_.find(type);
+            change(path, found, arguments);
             Item item{path, found.make(arguments), std::move(slots), false};
             auto& d = item.block->declaration();
             if (!d.problems.empty()) throw std::runtime_error(d.problems.front());
@@ -121,6 +127,34 @@ class HostedBlocks final : public Hosted {
     static const char* is_another_version() {
         return "the plugin's block is not the one that this code was generated with; generate it again";
     }
+    void change(const std::string& path, const BlockClass& type, Arguments& arguments) const {
+        for (const Entry& entry : changed_) {
+            if (entry.name.rfind('.') != path.size() || entry.name.compare(0, path.size(), path) != 0)
+                continue;
+            const std::string name = entry.name.substr(path.size() + 1);
+            Value given;
+            const auto defaults = type.make({});
+            for (const auto& known : defaults->declaration().arguments) {
+                if (known.name != name) continue;
+                if (known.initial.kind == Value::Kind::text) {
+                    given = Value(entry.text);
+                } else if (known.initial.kind == Value::Kind::texts) {
+                    given = Value(entry.items);
+                } else {
+                    std::vector<double> numbers;
+                    if (const std::string wrong = detail::numbers_of(entry, numbers); !wrong.empty())
+                        throw std::runtime_error("argument '" + name + "': " + wrong);
+                    given = value(bf::Type::float64, entry.rows, entry.cols, std::move(numbers));
+                }
+            }
+            const auto same = std::find_if(arguments.begin(), arguments.end(),
+                                           [&](const auto& argument) { return argument.first == name; });
+            if (same == arguments.end())
+                arguments.emplace_back(name, std::move(given));
+            else
+                same->second = std::move(given);
+        }
+    }
     template <class F> static void attempt(const std::string& path, F&& f) {
         try {
             f();
@@ -172,6 +206,7 @@ class HostedBlocks final : public Hosted {
 
     std::string folder_;
     std::vector<double> periods_;
+    std::vector<Entry> changed_;
     Registry registry_;
     std::vector<Item> items_; // their code is in the registry's plugins
     std::vector<Node> nodes_;

@@ -1,67 +1,371 @@
-// Parameter files: one `name = values` per line; `#` at the beginning or after a space begins a comment.
-// Values are separated by spaces or commas, column by column; one value expands.
+// Parameter files: names and values as YAML, the format of `bf run --params`, without expressions.
+//
+//     Gain: {Kp: 2, Kd: 0.1}        # a variable, Gain.Kp
+//     controller:
+//       pd:
+//         K: [[1, 0], [0, 1]]       # a parameter, controller.pd.K; rows
+//         limit: "[1 2; 3 4]"
 #pragma once
 
 #include "bf/codegen/quantity.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace bf::generated {
 
+/// One name with its value: `rows` x `cols` texts, column by column.
+struct Entry {
+    std::string name;
+    int line = 0;
+    int rows = 1, cols = 1;
+    std::vector<std::string> items;
+    std::string text; ///< as written
+};
+
+/// What a text says, or what is wrong, one mistake per line: "FILE:LINE: ...".
+struct ParsedParameters {
+    std::vector<Entry> entries;
+    std::string errors;
+};
+
 namespace detail {
+
 inline std::string trimmed(const std::string& text) {
-    const auto first = text.find_first_not_of(" \t\r"), last = text.find_last_not_of(" \t\r");
+    const auto first = text.find_first_not_of(" \t\r\n"), last = text.find_last_not_of(" \t\r\n");
     return first == std::string::npos ? std::string() : text.substr(first, last - first + 1);
 }
 
-/// The numbers of a text, or false.
-inline bool numbers(std::string text, std::vector<double>& values) {
-    for (char& c : text)
-        if (c == ',' || c == ';' || c == '[' || c == ']') c = ' ';
-    const char* at = text.c_str();
-    for (;;) {
-        while (*at == ' ' || *at == '\t') ++at;
-        if (*at == '\0') return !values.empty();
-        char* end = nullptr;
-        values.push_back(std::strtod(at, &end));
-        if (end == at || (*end != '\0' && *end != ' ' && *end != '\t')) return false;
-        at = end;
+/// The places of a text where a character counts: outside quotes. `depth` of brackets before it.
+template <class F> void each_plain(const std::string& text, F&& f) {
+    char quote = 0;
+    int depth = 0;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (quote) {
+            quote = c == quote ? 0 : quote;
+            continue;
+        }
+        const bool begins = i == 0 || std::string(" \t,:[{").find(text[i - 1]) != std::string::npos;
+        if ((c == '\'' || c == '"') && begins) {
+            quote = c;
+            continue;
+        }
+        if (c == ']' || c == '}') --depth;
+        if (!f(i, c, depth)) return;
+        if (c == '[' || c == '{') ++depth;
     }
 }
+
+inline std::string without_comment(const std::string& line) {
+    std::size_t end = line.size();
+    each_plain(line, [&](std::size_t i, char c, int) {
+        if (c != '#' || (i > 0 && line[i - 1] != ' ' && line[i - 1] != '\t')) return true;
+        end = i;
+        return false;
+    });
+    return line.substr(0, end);
+}
+
+inline int open_brackets(const std::string& text) {
+    int open = 0;
+    each_plain(text, [&](std::size_t, char c, int) {
+        open += (c == '[' || c == '{') - (c == ']' || c == '}');
+        return true;
+    });
+    return open;
+}
+
+/// The parts between commas outside brackets.
+inline std::vector<std::string> parts_of(const std::string& text, char separator) {
+    std::vector<std::string> parts;
+    std::size_t begin = 0;
+    each_plain(text, [&](std::size_t i, char c, int depth) {
+        if (c == separator && depth == 0) {
+            parts.push_back(trimmed(text.substr(begin, i - begin)));
+            begin = i + 1;
+        }
+        return true;
+    });
+    if (const std::string last = trimmed(text.substr(begin)); !last.empty()) parts.push_back(last);
+    return parts;
+}
+
+/// Where the colon after a key stands, or npos.
+inline std::size_t colon_of(const std::string& text) {
+    std::size_t at = std::string::npos;
+    each_plain(text, [&](std::size_t i, char c, int depth) {
+        if (c != ':' || depth != 0 || (i + 1 < text.size() && text[i + 1] != ' ' && text[i + 1] != '\t'))
+            return true;
+        at = i;
+        return false;
+    });
+    return at;
+}
+
+inline bool is_between(const std::string& text, char first, char last) {
+    return text.size() >= 2 && text.front() == first && text.back() == last;
+}
+inline std::string inside(const std::string& text) { return text.substr(1, text.size() - 2); }
+inline std::string unquoted(const std::string& text) {
+    return is_between(text, '"', '"') || is_between(text, '\'', '\'') ? inside(text) : text;
+}
+
+/// A scalar, [a, b], [[a, b], [c, d]] or MATLAB's [a b; c d]. False when rows differ in length.
+inline bool read_value(const std::string& written, Entry& entry) {
+    const std::string text = unquoted(written);
+    entry.text = text;
+    std::vector<std::vector<std::string>> rows;
+    if (!is_between(text, '[', ']')) {
+        rows = {{text}};
+    } else {
+        for (const std::string& row : parts_of(inside(text), ';')) {
+            std::vector<std::string> items;
+            for (const std::string& part : parts_of(row, ',')) {
+                if (is_between(part, '[', ']')) { // a row of its own
+                    std::vector<std::string> inner;
+                    for (const std::string& item : parts_of(inside(part), ','))
+                        inner.push_back(unquoted(item));
+                    rows.push_back(std::move(inner));
+                    continue;
+                }
+                if (part.front() == '\'' || part.front() == '"') {
+                    items.push_back(unquoted(part));
+                    continue;
+                }
+                for (const std::string& item : parts_of(part, ' '))
+                    if (!item.empty()) items.push_back(item);
+            }
+            if (!items.empty()) rows.push_back(std::move(items));
+        }
+    }
+    entry.rows = static_cast<int>(rows.size());
+    entry.cols = rows.empty() ? 0 : static_cast<int>(rows[0].size());
+    for (const auto& row : rows)
+        if (row.size() != rows[0].size()) return false;
+    entry.items.clear();
+    for (int j = 0; j < entry.cols; ++j)
+        for (int i = 0; i < entry.rows; ++i)
+            entry.items.push_back(rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)]);
+    return true;
+}
+
+inline bool read_number(const std::string& text, double& value) {
+    if (text == "true" || text == "false") {
+        value = text == "true";
+        return true;
+    }
+    const bool is_negative = !text.empty() && text[0] == '-';
+    const std::string plain = text.substr(is_negative);
+    if (plain == ".inf" || plain == "Inf" || plain == "inf") {
+        value = is_negative ? -HUGE_VAL : HUGE_VAL;
+        return true;
+    }
+    if (text.empty() || text.find_first_not_of("+-.0123456789eE") != std::string::npos)
+        return text == "NaN" || text == "nan" || text == ".nan" ? (value = NAN, true) : false;
+    char* end = nullptr;
+    value = std::strtod(text.c_str(), &end);
+    return *end == '\0';
+}
+
+/// The numbers of an entry, or what is wrong.
+inline std::string numbers_of(const Entry& entry, std::vector<double>& values) {
+    values.resize(entry.items.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+        if (!read_number(entry.items[i], values[i]))
+            return "'" + entry.items[i] +
+                   "' is no number; a generated program computes no expressions, write the value";
+    return values.empty() ? "there is no value" : "";
+}
+
+template <class Model, class = void> struct HasArguments : std::false_type {};
+template <class Model>
+struct HasArguments<Model, std::void_t<decltype(&Model::argument_table)>> : std::true_type {};
+
+/// Is it the name of an argument of a block that the program makes?
+template <class Model> bool is_argument(const std::string& name) {
+    if constexpr (HasArguments<Model>::value)
+        for (const FixedName& argument : Model::argument_table())
+            if (name == argument.name) return true;
+    return false;
+}
+
 } // namespace detail
+
+/// Reads block and flow mappings, sequences and scalars; anchors and documents are not known here.
+inline ParsedParameters parse_parameters(const std::string& text, const std::string& source) {
+    ParsedParameters result;
+    struct Level {
+        int indent;
+        std::string prefix;
+    };
+    std::vector<Level> levels{{-1, ""}};
+    const auto wrong = [&](int line, const std::string& what) {
+        result.errors += source + ":" + std::to_string(line) + ": " + what + "\n";
+    };
+    const auto add = [&](auto&& self, const std::string& name, const std::string& value, int line) -> void {
+        if (detail::is_between(value, '{', '}')) {
+            for (const std::string& part : detail::parts_of(detail::inside(value), ',')) {
+                const auto colon = detail::colon_of(part);
+                if (colon == std::string::npos)
+                    wrong(line, "write name: value, not '" + part + "'");
+                else
+                    self(self,
+                         (name.empty() ? "" : name + ".") +
+                             detail::unquoted(detail::trimmed(part.substr(0, colon))),
+                         detail::trimmed(part.substr(colon + 1)), line);
+            }
+            return;
+        }
+        Entry entry;
+        entry.name = name;
+        entry.line = line;
+        if (!detail::read_value(value, entry))
+            return wrong(line, "the rows of '" + name + "' differ in length");
+        result.entries.push_back(std::move(entry));
+    };
+    std::string pending; // a key whose value is a sequence of lines
+    int pending_line = 0, number = 0, first_line = 0;
+    std::string sequence;
+    const auto finish_sequence = [&] {
+        if (!sequence.empty()) add(add, pending, "[" + sequence + "]", pending_line);
+        sequence.clear();
+    };
+    std::string joined;
+    for (std::size_t at = 0; at < text.size();) {
+        const auto end = std::min(text.find('\n', at), text.size());
+        std::string line = detail::without_comment(text.substr(at, end - at));
+        at = end + 1;
+        ++number;
+        if (joined.empty()) {
+            if (detail::trimmed(line).empty() || line.compare(0, 3, "---") == 0) continue;
+            first_line = number;
+            joined = line;
+        } else {
+            joined += " " + detail::trimmed(line);
+        }
+        if (detail::open_brackets(joined) > 0 && at < text.size()) continue;
+        line = std::exchange(joined, "");
+        const int indent = static_cast<int>(line.find_first_not_of(' '));
+        const std::string content = detail::trimmed(line);
+        if (content == "-" || content.compare(0, 2, "- ") == 0) {
+            if (pending.empty()) {
+                wrong(first_line, "a list needs a name before it");
+                continue;
+            }
+            sequence += (sequence.empty() ? "" : ", ") + detail::trimmed(content.substr(1));
+            continue;
+        }
+        finish_sequence();
+        while (levels.back().indent >= indent) levels.pop_back();
+        if (detail::is_between(content, '{', '}') && levels.size() == 1) {
+            add(add, "", content, first_line);
+            continue;
+        }
+        const auto colon = detail::colon_of(content);
+        if (colon == std::string::npos || colon == 0) {
+            wrong(first_line, "write name: value, not '" + content + "'");
+            continue;
+        }
+        const std::string name =
+            levels.back().prefix + detail::unquoted(detail::trimmed(content.substr(0, colon)));
+        const std::string value = detail::trimmed(content.substr(colon + 1));
+        if (value.empty()) {
+            levels.push_back({indent, name + "."});
+            pending = name;
+            pending_line = first_line;
+        } else {
+            add(add, name, value, first_line);
+        }
+    }
+    finish_sequence();
+    return result;
+}
+
+/// The changes of numbers that entries make, with the memory that they point to.
+class ParameterChanges {
+  public:
+    /// Checks an entry against the model's tables. Empty, or what is wrong.
+    template <class Model> std::string add(const Model& model, const Entry& entry) {
+        const Quantity* q = model.find_parameter(entry.name.c_str());
+        if (!q) {
+            for (const FixedName& fixed : model.fixed_table())
+                if (entry.name == fixed.name) return "'" + entry.name + "' cannot change: " + fixed.reason;
+            return "there is no parameter or variable '" + entry.name + "'; --list names all";
+        }
+        std::vector<double> values;
+        if (std::string errors = detail::numbers_of(entry, values); !errors.empty())
+            return "'" + entry.name + "': " + errors;
+        if (const char* wrong_value = check_all(*q, values.data(), static_cast<int>(values.size())))
+            return "'" + entry.name + "': " + wrong_value + " (it has " + std::to_string(q->rows) + "x" +
+                   std::to_string(q->cols) + ", the file gives " + std::to_string(entry.rows) + "x" +
+                   std::to_string(entry.cols) + ")";
+        names_.push_back(q->name);
+        values_.push_back(std::move(values));
+        return "";
+    }
+    /// Valid as long as this object and until the next add.
+    const std::vector<NewValue>& all() {
+        changes_.clear();
+        for (std::size_t i = 0; i < names_.size(); ++i)
+            changes_.push_back({names_[i], values_[i].data(), static_cast<int>(values_[i].size())});
+        return changes_;
+    }
+
+  private:
+    std::vector<const char*> names_;
+    std::vector<std::vector<double>> values_;
+    std::vector<NewValue> changes_;
+};
 
 /// Gives a model all values of a file, or none. Returns an empty text, or every mistake on a line of its own.
 template <class Model> std::string load_parameters(Model& model, const std::string& file) {
-    std::ifstream stream(file);
+    std::ifstream stream(file, std::ios::binary);
     if (!stream) return "cannot read the parameter file " + file + "\n";
-    const auto before = model.parameters;
-    std::string errors, line;
-    for (int number = 1; std::getline(stream, line); ++number) {
-        line = detail::trimmed(line.substr(0, line.find(" #")));
-        if (line.empty() || line[0] == '#') continue;
-        const std::string where = file + ":" + std::to_string(number) + ": ";
-        const auto equals = line.rfind('=');
-        if (equals == std::string::npos) {
-            errors += where + "write name = values, not '" + line + "'\n";
+    const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    ParsedParameters parsed = parse_parameters(text, file);
+    ParameterChanges changes;
+    std::vector<Entry> arguments;
+    for (const Entry& entry : parsed.entries) {
+        if (detail::is_argument<Model>(entry.name)) {
+            arguments.push_back(entry);
             continue;
         }
-        const std::string name = detail::trimmed(line.substr(0, equals));
-        const Quantity* q = Model::parameter_table().find(name.c_str());
-        std::vector<double> values;
-        if (!q) {
-            errors += where + "there is no parameter '" + name + "'; --list names all\n";
-        } else if (!detail::numbers(line.substr(equals + 1), values)) {
-            errors += where + "'" + detail::trimmed(line.substr(equals + 1)) + "' is no list of numbers\n";
-        } else if (const char* wrong = write_all(model.data(*q), *q, values.data(), int(values.size()))) {
-            errors += where + "parameter '" + name + "': " + wrong + " (it has " + std::to_string(q->size()) +
-                      ", the line gives " + std::to_string(values.size()) + ")\n";
-        }
+        if (const std::string wrong = changes.add(model, entry); !wrong.empty())
+            parsed.errors += file + ":" + std::to_string(entry.line) + ": " + wrong + "\n";
     }
-    if (!errors.empty()) model.parameters = before;
-    return errors;
+    if (!parsed.errors.empty()) return parsed.errors;
+    const auto& all = changes.all();
+    if (const char* wrong = model.set_parameters(all.data(), static_cast<int>(all.size())))
+        return file + ": " + wrong + "\n";
+    if constexpr (detail::HasArguments<Model>::value) model.set_arguments(std::move(arguments));
+    return "";
+}
+
+/// The present value of a quantity as this format has it.
+template <class Model> std::string value_text(const Model& model, const Quantity& q) {
+    std::string text;
+    char number[40];
+    const auto element = [&](int i) {
+        std::snprintf(number, sizeof number, "%.17g", read(model.data(q), q.type, i));
+        return std::string(number);
+    };
+    if (q.size() == 1) return element(0);
+    for (int i = 0; i < (q.cols == 1 ? 1 : q.rows); ++i) {
+        text += text.empty() ? "[" : ", [";
+        const int count = q.cols == 1 ? q.rows : q.cols;
+        for (int j = 0; j < count; ++j) text += (j ? ", " : "") + element(q.cols == 1 ? j : i + j * q.rows);
+        text += "]";
+    }
+    return q.cols == 1 || q.rows == 1 ? text : "[" + text + "]";
 }
 
 } // namespace bf::generated

@@ -13,9 +13,9 @@ namespace bf::generated {
 enum class Type : std::uint8_t { float64, float32, int8, uint8, int16, uint16, int32, uint32, boolean };
 
 /// In which structure of the model a quantity lies.
-enum class Where : std::uint8_t { inputs, parameters, signals, states, continuous };
+enum class Where : std::uint8_t { inputs, parameters, variables, signals, states, continuous };
 
-/// A parameter, a recorded signal or a reported state under the name that the diagram gives it.
+/// A parameter, a variable, a recorded signal or a reported state under the name that the diagram gives it.
 struct Quantity {
     const char* name;
     const char* unit;
@@ -24,6 +24,7 @@ struct Quantity {
     Where where;
     int rows, cols; ///< column by column
     std::size_t offset;
+    int formula; ///< number of the formula that gives its value, or -1
     int size() const noexcept { return rows * cols; }
 };
 
@@ -39,6 +40,25 @@ struct Quantities {
             if (std::strcmp(q.name, name) == 0) return &q;
         return nullptr;
     }
+};
+
+/// A name whose value is fixed in the program, and why.
+struct FixedName {
+    const char* name;
+    const char* reason;
+};
+struct FixedNames {
+    const FixedName* first;
+    int count;
+    const FixedName* begin() const noexcept { return first; }
+    const FixedName* end() const noexcept { return first + count; }
+};
+
+/// A new value of a parameter or variable: all elements, column by column, or one that expands.
+struct NewValue {
+    const char* name;
+    const double* values;
+    int count;
 };
 
 /// Calls f with a null pointer of the element type.
@@ -93,13 +113,19 @@ inline bool fits(Type type, double x) noexcept {
     });
 }
 
-/// Writes `count` values, or one value to all elements. Null, or what is wrong; nothing is written then.
-inline const char* write_all(void* to, const Quantity& q, const double* values, int count) noexcept {
+/// Are these `count` values, or one for all elements, values of the quantity? Null, or what is wrong.
+inline const char* check_all(const Quantity& q, const double* values, int count) noexcept {
     if (count != q.size() && count != 1) return "wrong number of elements";
     for (int i = 0; i < count; ++i) {
         if (std::isnan(values[i])) return "a value is not a number";
         if (!fits(q.type, values[i])) return "a value does not fit the integer or boolean type";
     }
+    return nullptr;
+}
+
+/// Writes them. Null, or what is wrong; nothing is written then.
+inline const char* write_all(void* to, const Quantity& q, const double* values, int count) noexcept {
+    if (const char* wrong = check_all(q, values, count)) return wrong;
     for (int i = 0; i < q.size(); ++i) write(to, q.type, i, values[count == 1 ? 0 : i]);
     return nullptr;
 }

@@ -1,6 +1,7 @@
 // Runs a generated model as a program.
 #pragma once
 
+#include "bf/codegen/command_port.hpp"
 #include "bf/codegen/parameter_file.hpp"
 #include "bf/realtime/pacer.hpp"
 
@@ -65,14 +66,16 @@ inline int usage(const char* program, int code) {
         code == 0 ? stdout : stderr,
         "usage: %s [OPTION]...\n"
         "  --stop SECONDS   duration\n"
-        "  --params FILE    read `name = values` lines before the first step\n"
+        "  --params FILE    YAML of names and values to change before the first step\n"
+        "  --command-port N take changes of parameters while it runs, from this computer: a line of that "
+        "YAML each\n"
         "  --csv FILE       write the recorded signals\n"
         "  --folder FOLDER  where relative file names of blocks are meant from\n"
         "  --realtime       begin each step at its time of the clock\n"
         "  --overrun WHAT   after a late step: skip (periods), catch_up, stop, degrade (record nothing)\n"
         "  --priority N     real-time priority 1 ... 99\n"
         "  --cpu N          run on that processor only\n"
-        "  --list           print all parameters and end\n"
+        "  --list           print all parameters and variables, and what is fixed; end\n"
         "  --time           print the time per step\n",
         program);
     return code;
@@ -101,27 +104,35 @@ inline std::optional<realtime::Overrun> overrun_of(const std::string& name) {
 }
 } // namespace detail
 
+/// All that can be changed with its present value, as a parameter file has it, and what is fixed as comments.
+template <class Model> void list_parameters(const Model& model) {
+    for (const auto& table : {Model::variable_table(), Model::parameter_table()})
+        for (const Quantity& q : table)
+            std::printf("%s: %s  # %dx%d%s%s%s%s%s\n", q.name, value_text(model, q).c_str(), q.rows, q.cols,
+                        *q.unit ? " [" : "", q.unit, *q.unit ? "]" : "", *q.doc ? " " : "", q.doc);
+    if constexpr (detail::HasArguments<Model>::value)
+        for (const FixedName& argument : Model::argument_table())
+            std::printf("# %s: at the start only; %s\n", argument.name, argument.reason);
+    for (const FixedName& fixed : Model::fixed_table())
+        std::printf("# %s is fixed: %s\n", fixed.name, fixed.reason);
+}
+
 /// Steps the model until its stop time; returns the exit code of the program.
 template <class Model> int run(int argc, char** argv) {
     const auto model = std::make_unique<Model>();
     double stop = Model::stop_time;
     std::string csv_name, parameters, folder;
-    bool shows_time = false, is_paced = false;
+    bool shows_time = false, is_paced = false, lists = false;
+    int port = -1;
     realtime::ThreadOptions thread;
     auto overrun = realtime::Overrun::skip;
     for (int i = 1; i < argc; ++i) {
         const std::string option = argv[i];
         const bool has_value = i + 1 < argc;
         if (option == "--help") return usage(argv[0], 0);
-        if (option == "--list") {
-            for (const Quantity& q : Model::parameter_table()) {
-                std::printf("%s =", q.name);
-                for (int e = 0; e < q.size(); ++e) std::printf(" %.17g", read(model->data(q), q.type, e));
-                std::printf("  # %dx%d [%s] %s\n", q.rows, q.cols, q.unit, q.doc);
-            }
-            return 0;
-        }
-        if (option == "--time") {
+        if (option == "--list" || option == "--list-parameters") {
+            lists = true;
+        } else if (option == "--time") {
             shows_time = true;
         } else if (option == "--realtime") {
             is_paced = true;
@@ -131,6 +142,8 @@ template <class Model> int run(int argc, char** argv) {
             parameters = argv[++i];
         } else if (option == "--folder" && has_value) {
             folder = argv[++i];
+        } else if (option == "--command-port" && has_value) {
+            if (!detail::whole_number(argv[++i], 0, 65535, port)) return usage(argv[0], 2);
         } else if (option == "--overrun" && has_value) {
             const auto known = detail::overrun_of(argv[++i]);
             if (!known) return usage(argv[0], 2);
@@ -146,6 +159,12 @@ template <class Model> int run(int argc, char** argv) {
         } else {
             return usage(argv[0], 2);
         }
+    }
+    if (lists) {
+        const std::string errors = parameters.empty() ? "" : load_parameters(*model, parameters);
+        std::fputs(errors.c_str(), stderr);
+        if (errors.empty()) list_parameters(*model);
+        return errors.empty() ? 0 : 1;
     }
     if (!std::isfinite(stop) && !is_paced) {
         std::fprintf(stderr, "the model names no stop time: give --stop SECONDS\n");
@@ -167,6 +186,15 @@ template <class Model> int run(int argc, char** argv) {
         std::fprintf(stderr, "cannot write %s\n", csv_name.c_str());
         return 1;
     }
+    std::optional<CommandPort> commands;
+    if (port >= 0) {
+        commands.emplace(*model);
+        if (const std::string error = commands->listen(port); !error.empty()) {
+            std::fprintf(stderr, "%s\n", error.c_str());
+            return 1;
+        }
+        std::fprintf(stderr, "takes commands at 127.0.0.1:%d\n", commands->port());
+    }
     for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { is_asked_to_stop = 1; });
     const double count = std::round(stop / Model::period);
     const std::int64_t steps =
@@ -183,6 +211,7 @@ template <class Model> int run(int argc, char** argv) {
     std::int64_t done = 0;
     for (; good && done < steps && !is_asked_to_stop; ++done) {
         if (pacer && !pacer->wait()) break;
+        if (commands) commands->apply(*model);
         good = model->output();
         if (good && csv.is_open() && !(pacer && pacer->is_degraded())) csv.row(*model);
         good = good && model->update();

@@ -4,6 +4,7 @@
 #include "bf/core/context.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/elaborate/solver_method.hpp"
+#include "bf/matlab/syntax.hpp"
 #include "bf/model/model.hpp"
 
 #include <cstdint>
@@ -116,6 +117,25 @@ struct PlotPanel {
     std::vector<SignalName> signals;
 };
 
+/// A place of the model where an expression gives a value: together they say what follows from which
+/// variable.
+struct Definition {
+    enum class Kind : std::uint8_t {
+        variable,
+        constant,  ///< a variable that the model itself sets: the number of an iteration
+        parameter, ///< of a block; only where it uses variables
+        structure  ///< anything that is fixed from elaboration on, as an argument or a period; likewise
+    };
+    Kind kind = Kind::structure;
+    std::string path;                 ///< "Gain.Kp", "controller.pd.K", "controller.period"
+    matlab::ExpressionPtr expression; ///< null: a number
+    std::string text;                 ///< of the expression
+    matlab::Value value;
+    /// The variables that the expression names, with the name that each has there; earlier definitions.
+    std::vector<std::pair<std::string, int>> uses;
+    Node::End end = {}; ///< of a parameter
+};
+
 struct Diagram {
     std::string name;
     double step = 0; ///< base period [s]
@@ -130,6 +150,7 @@ struct Diagram {
     std::vector<PlotPanel> plots;
     std::vector<SignalName> aliases; ///< outputs of subsystems by their path
     Plan plan;
+    std::vector<Definition> definitions; ///< in the order in which they were evaluated
 
     /// Seconds between two hits of a rate.
     double period(int rate) const {

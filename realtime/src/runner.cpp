@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <csignal>
+#include <deque>
 #include <exception>
 
 namespace bf::realtime {
@@ -13,18 +14,76 @@ bool ParameterMailbox::post(ParameterChange change) {
     return true;
 }
 
-std::optional<Status> ParameterMailbox::take_result() {
+std::optional<ParameterMailbox::Result> ParameterMailbox::take_result() {
     if (state_.load(std::memory_order_acquire) != State::applied) return {};
-    const Status status = status_;
+    const Result result = result_;
     state_.store(State::empty, std::memory_order_release);
-    return status;
+    return result;
 }
 
 void ParameterMailbox::apply(Simulation& simulation) noexcept {
     if (state_.load(std::memory_order_acquire) != State::posted) return;
-    status_ = simulation.apply(change_);
+    result_ = {simulation.apply(change_), simulation.steps()};
     state_.store(State::applied, std::memory_order_release);
 }
+
+std::string not_for_real_time(const Diagram& diagram) {
+    std::string reasons;
+    for (const auto& loop : diagram.plan.loops)
+        if (loop.kind == Loop::Kind::algebraic)
+            reasons +=
+                "\n  " + loop.path +
+                ": it stands in an algebraic loop, which is iterated until its equations hold, as often as "
+                "that takes; put a UnitDelay into the loop";
+    if (is_adaptive(diagram.solver.method) && !diagram.plan.derivatives.empty()) {
+        std::string name;
+        for (const auto& [text, method] : solver_methods)
+            if (method == diagram.solver.method) name = text;
+        reasons +=
+            "\n  the solver '" + name +
+            "' chooses its own steps, as many as it takes; choose one with fixed steps, e.g. solver: rk4";
+    }
+    return reasons.empty() ? reasons : "the time of a step is not bounded:" + reasons;
+}
+
+/// Notes which task is at work, for the watchdog, while it lives.
+class Runner::Running {
+  public:
+    explicit Running(Simulation& simulation) : simulation_(simulation) {
+        simulation.visit_tasks([&](Task& task, Phase, int node, int) {
+            entries_.push_back({this, task, node});
+            task = {run, &entries_.back(), 0};
+        });
+    }
+    ~Running() {
+        simulation_.visit_tasks([&](Task& task, Phase, int, int) {
+            if (task.run == run) task = static_cast<const Entry*>(task.data)->task;
+        });
+    }
+    Running(const Running&) = delete;
+    Running& operator=(const Running&) = delete;
+
+    /// The block whose task was begun last. Any thread may ask.
+    std::string block() const {
+        const int node = node_.load(std::memory_order_relaxed);
+        return node < 0 ? "" : simulation_.diagram().nodes[static_cast<std::size_t>(node)].path;
+    }
+
+  private:
+    struct Entry {
+        Running* running;
+        Task task;
+        int node; ///< -1: a condition, or a loop, whose blocks are not told apart
+    };
+    static Status run(const void* p, int) {
+        const auto& entry = *static_cast<const Entry*>(p);
+        entry.running->node_.store(entry.node, std::memory_order_relaxed);
+        return entry.task();
+    }
+    Simulation& simulation_;
+    std::deque<Entry> entries_;
+    std::atomic<int> node_{-1};
+};
 
 /// Lets observers see a step, unless it is degraded.
 class Runner::Gate final : public Simulation::Observer {
@@ -52,6 +111,8 @@ void Runner::add_observer(Simulation::Observer& observer) { gate_->observers.pus
 void Runner::run(double stop, const std::function<bool(const Progress&)>& monitor) {
     const double count = std::round(stop / simulation_.diagram().step);
     const auto steps = count < 9e18 ? static_cast<std::int64_t>(count) : INT64_MAX;
+    if (const std::string reasons = not_for_real_time(simulation_.diagram()); !reasons.empty())
+        throw RunError(reasons);
     std::exception_ptr error;
     // Signals are for the thread that watches.
     sigset_t all, before;
@@ -90,12 +151,15 @@ void Runner::loop(std::int64_t steps) {
             ::munlockall();
         }
     } const at_end{simulation_};
+    std::optional<Running> running;
     std::optional<Watchdog> watchdog;
     const int priority = options_.thread.priority > 0 ? std::min(options_.thread.priority + 1, 99) : 0;
-    if (options_.watchdog > 0)
-        watchdog.emplace(static_cast<Nanoseconds>(options_.watchdog * 1e9), priority, [this] {
-            if (options_.on_stall) options_.on_stall(steps_.load());
+    if (options_.watchdog > 0) {
+        running.emplace(simulation_);
+        watchdog.emplace(static_cast<Nanoseconds>(options_.watchdog * 1e9), priority, [&] {
+            if (options_.on_stall) options_.on_stall(steps_.load(), running->block());
         });
+    }
     refused_ = prepare_thread(options_.thread);
     if (options_.is_strict && !refused_.empty()) {
         std::string text = "this machine refuses real time";

@@ -1,9 +1,11 @@
 #include "bf/realtime/server.hpp"
 
+#include "bf/elaborate/tuning.hpp"
 #include "bf/engine/recorder.hpp"
 #include "bf/recording/message.hpp"
 #include "sample_ring.hpp"
 
+#include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -99,25 +101,28 @@ struct Server::State {
     struct Request {
         std::weak_ptr<Session> session;
         Json id;
-        std::vector<ParameterValue> values;
-        ParameterChange change;
+        std::vector<ParameterValue> values;     ///< as asked for
+        std::vector<ParameterValue> parameters; ///< as they follow; known once it is posted
     };
 
     State(Simulation& s, ParameterMailbox& p, const ServerOptions& o)
-        : simulation(s), mailbox(p), options(o), ring(o.buffer_bytes) {}
+        : simulation(s), mailbox(p), options(o), tuning(s.diagram()), ring(o.buffer_bytes) {}
 
     void listen();
     void accept();
     void run_tick();
     void deliver();
     void exchange_parameters();
+    void finish_change(const ParameterMailbox::Result& result);
+    void post_change();
     Json parameters_json(const std::vector<std::string>& names) const;
 
     Simulation& simulation;
     ParameterMailbox& mailbox;
     const ServerOptions options;
+    Tuning tuning;
     std::deque<Channel> channels;   // holds atomics: does not move them
-    std::vector<std::string> names; ///< of parameters, in document order
+    std::vector<std::string> names; ///< of variables and parameters, in document order
     std::map<std::string, Parameter> parameters;
     SampleRing ring;
     std::atomic<std::uint64_t> lost_messages{0}, changes{0};
@@ -268,7 +273,6 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
                 request.values.push_back({name, std::move(values)});
             }
             if (state.requests.size() >= most_requests) throw ClientError("too many changes are waiting");
-            request.change = state.simulation.prepare(request.values);
             state.requests.push_back(std::move(request));
         } catch (const std::runtime_error& error) {
             reject(request, error.what());
@@ -419,40 +423,71 @@ void Server::State::deliver() {
 
 void Server::State::exchange_parameters() {
     if (is_posted) {
-        const auto status = mailbox.take_result();
-        if (!status) return;
-        const Request request = std::move(requests.front());
-        requests.pop_front();
+        const auto result = mailbox.take_result();
+        if (!result) return;
         is_posted = false;
-        const auto session = request.session.lock();
-        if (!*status) {
-            if (session) session->reject(request, status->text());
-        } else {
-            changes.fetch_add(1, std::memory_order_relaxed);
-            for (const auto& [name, values] : request.values) {
-                auto& parameter = parameters.at(name);
-                parameter.values.assign(parameter.values.size(), values[0]);
-                if (values.size() > 1) parameter.values = values;
-                if (parameter.type == Type::float32)
-                    for (double& v : parameter.values) v = static_cast<float>(v);
-            }
-            for (auto& channel : channels) // constants may follow from parameters
-                if (channel.rate == constant_rate && channel.subscribers > 0) channel.is_wanted.store(true);
-            std::vector<std::string> changed;
-            for (const auto& value : request.values) changed.push_back(value.path);
-            if (session && !request.id.is_null()) session->send(session->values_message(changed, request.id));
-            const auto everyone = sessions;
-            for (const auto& other : everyone) {
-                if (other == session && !request.id.is_null()) continue;
-                std::vector<std::string> watched;
-                for (const auto& name : changed)
-                    if (other->watched.count(name)) watched.push_back(name);
-                if (!watched.empty()) other->send(other->values_message(watched, {}));
-            }
-        }
+        finish_change(*result);
     }
-    if (requests.empty()) return;
-    is_posted = mailbox.post(std::move(requests.front().change));
+    while (!requests.empty() && !is_posted) post_change();
+}
+
+void Server::State::post_change() {
+    Request& request = requests.front();
+    try {
+        NamedValues asked;
+        for (const auto& [name, values] : request.values) asked.emplace_back(name, values);
+        for (auto& [name, values] : tuning.follow(asked))
+            request.parameters.push_back({name, std::move(values)});
+        is_posted = mailbox.post(simulation.prepare(request.parameters));
+    } catch (const std::runtime_error& error) {
+        if (const auto session = request.session.lock()) session->reject(request, error.what());
+        requests.pop_front();
+    }
+}
+
+void Server::State::finish_change(const ParameterMailbox::Result& result) {
+    const Request request = std::move(requests.front());
+    requests.pop_front();
+    const auto session = request.session.lock();
+    if (!result.status) {
+        if (session) session->reject(request, result.status.text());
+        return;
+    }
+    changes.fetch_add(1, std::memory_order_relaxed);
+    if (options.on_change) options.on_change(result.step, request.parameters);
+    NamedValues asked;
+    for (const auto& [name, values] : request.values) asked.emplace_back(name, values);
+    tuning.accept(asked);
+    std::vector<std::string> changed;
+    for (const auto& [name, values] : request.parameters) {
+        auto& parameter = parameters.at(name);
+        parameter.values.assign(parameter.values.size(), values[0]);
+        if (values.size() > 1) parameter.values = values;
+        if (parameter.type == Type::float32)
+            for (double& v : parameter.values) v = static_cast<float>(v);
+        changed.push_back(name);
+    }
+    for (auto& variable : tuning.variables()) {
+        auto& known = parameters.at(variable.path).values;
+        if (known == variable.values) continue;
+        known = std::move(variable.values);
+        changed.push_back(variable.path);
+    }
+    for (auto& channel : channels) // constants may follow from parameters
+        if (channel.rate == constant_rate && channel.subscribers > 0) channel.is_wanted.store(true);
+    std::vector<std::string> own;
+    for (const auto& value : request.values) own.push_back(value.path);
+    if (session && !request.id.is_null()) session->send(session->values_message(own, request.id));
+    const auto everyone = sessions;
+    for (const auto& other : everyone) {
+        std::vector<std::string> watched;
+        for (const auto& name : changed) {
+            const bool is_answered = other == session && !request.id.is_null() &&
+                                     std::find(own.begin(), own.end(), name) != own.end();
+            if (other->watched.count(name) && !is_answered) watched.push_back(name);
+        }
+        if (!watched.empty()) other->send(other->values_message(watched, {}));
+    }
 }
 
 // ---- the public functions ----
@@ -483,6 +518,11 @@ Server::Server(Simulation& simulation, const std::vector<SignalName>& signals, P
                      {"supportedEncodings", Json::array()},
                      {"metadata", Json::object()},
                      {"sessionId", std::to_string(now(CLOCK_REALTIME))}};
+    for (auto& variable : s.tuning.variables()) {
+        s.names.push_back(variable.path);
+        s.parameters.emplace(variable.path, State::Parameter{Type::float64, variable.values.size() == 1,
+                                                             std::move(variable.values)});
+    }
     for (const auto& [path, end] : simulation.parameters()) {
         const Slot& slot = diagram.slot(end);
         State::Parameter parameter{slot.type, slot.size.count() == 1, {}};
@@ -504,6 +544,8 @@ Server::Server(Simulation& simulation, const std::vector<SignalName>& signals, P
 Server::~Server() {
     asio::post(state_->io, [&s = *state_] {
         s.deliver();
+        if (s.is_posted)
+            if (const auto result = s.mailbox.take_result()) s.finish_change(*result);
         s.acceptor.close();
         s.timer.cancel();
         const auto everyone = s.sessions;

@@ -219,9 +219,11 @@ TEST_F(Running, ParametersChangeBetweenTwoSteps) {
     runner->add_observer(reader);
     auto& mailbox = runner->parameters();
     int posted = 0, results = 0;
+    std::int64_t changed_before = -1;
     runner->run(1e9, [&](const Runner::Progress& progress) {
-        if (const auto status = mailbox.take_result()) {
-            EXPECT_TRUE(*status);
+        if (const auto result = mailbox.take_result()) {
+            EXPECT_TRUE(result->status);
+            changed_before = result->step;
             ++results;
         }
         if (progress.steps > 10 && posted == 0) {
@@ -235,19 +237,50 @@ TEST_F(Running, ParametersChangeBetweenTwoSteps) {
     const auto change =
         std::adjacent_find(seen.begin(), seen.end(), [](double a, double b) { return b - a == 100; });
     ASSERT_NE(change, seen.end());
+    EXPECT_EQ(change - seen.begin(), changed_before) << "the first update with the new value is of that step";
     for (auto it = seen.begin(); it != change; ++it) EXPECT_EQ(it[1] - it[0], 1) << "before the change";
     for (auto it = change; it + 1 != seen.end(); ++it) EXPECT_EQ(it[1] - it[0], 100) << "after it";
 }
 
-TEST_F(Running, TheWatchdogNamesTheStepThatHangs) {
+TEST_F(Running, TheWatchdogNamesTheStepAndTheBlockThatHang) {
     std::atomic<std::int64_t> stalled{-1};
+    std::string where;
     options.watchdog = 0.05;
-    options.on_stall = [&](std::int64_t step) { stalled = step; };
+    options.on_stall = [&](std::int64_t step, const std::string& block) {
+        where = block;
+        stalled = step;
+    };
     act() = [&](std::int64_t step) {
         while (step == 3 && stalled < 0) wait_for(0.001);
     };
     run(two(), 0.01);
     EXPECT_EQ(stalled, 3);
+    EXPECT_EQ(where, "a");
+}
+
+std::string refusal(const std::string& text) {
+    Loaded loaded(text);
+    Simulation simulation(loaded.diagram);
+    try {
+        Runner(simulation, {}).run(1, [](const auto&) { return true; });
+    } catch (const RunError& error) {
+        return error.what();
+    }
+    return {};
+}
+
+TEST(Runner, RefusesWhatHasNoBoundedTimeByName) {
+    EXPECT_EQ(refusal("model: m\nstep: 0.01\nalgebraic_loops: solve\nblocks:\n  one: {block: Constant}\n"
+                      "  sum: {block: Sum, signs: +-}\n  half: {block: Gain, K: 0.5}\n"
+                      "connections: {one: sum.u1, sum: half, half: sum.u2}\n"),
+              "the time of a step is not bounded:\n  sum: it stands in an algebraic loop, which is iterated "
+              "until its "
+              "equations hold, as often as that takes; put a UnitDelay into the loop");
+    EXPECT_EQ(refusal("model: m\nstep: 0.01\nsolver: cvode_bdf\nblocks:\n  one: {block: Constant}\n"
+                      "  x: {block: Integrator}\nconnections: {one: x}\n"),
+              "the time of a step is not bounded:\n  the solver 'cvode_bdf' chooses its own steps, as many "
+              "as it takes; "
+              "choose one with fixed steps, e.g. solver: rk4");
 }
 
 } // namespace

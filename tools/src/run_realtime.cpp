@@ -94,19 +94,26 @@ RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, R
     how.duration = options.duration;
     // A step of a slow model may take as long as its period.
     how.watchdog = options.watchdog > 0 ? std::max(options.watchdog, 10 * diagram.step / options.factor) : 0;
-    how.on_stall = [&](std::int64_t step) {
-        std::fprintf(stderr,
-                     "bf: %s: step %lld at t = %s s has not ended for %s s, so the program ends without "
-                     "stopping the blocks; look for a block that waits or never ends, or raise --watchdog\n",
-                     diagram.name.c_str(), static_cast<long long>(step),
-                     number(static_cast<double>(step) * diagram.step).c_str(), number(how.watchdog).c_str());
+    how.on_stall = [&](std::int64_t step, const std::string& block) {
+        std::fprintf(
+            stderr,
+            "bf: %s: step %lld at t = %s s has not ended for %s s%s%s%s, so the program ends without "
+            "stopping the blocks; look for a block that waits or never ends, or raise --watchdog\n",
+            diagram.name.c_str(), static_cast<long long>(step),
+            number(static_cast<double>(step) * diagram.step).c_str(), number(how.watchdog).c_str(),
+            block.empty() ? "" : "; block '", block.c_str(), block.empty() ? "" : "' is at work");
         std::_Exit(1);
     };
     Runner runner(simulation, how);
     if (recorder) runner.add_observer(*recorder);
     std::optional<Server> server;
     if (options.port) {
-        server.emplace(simulation, signals, runner.parameters(), ServerOptions{.port = *options.port});
+        ServerOptions served{.port = *options.port};
+        if (recorder)
+            served.on_change = [&](std::int64_t step, const std::vector<ParameterValue>& values) {
+                for (const auto& [path, elements] : values) recorder->parameter_changed(step, path, elements);
+            };
+        server.emplace(simulation, signals, runner.parameters(), served);
         runner.add_observer(*server);
         std::fprintf(stderr, "  live at ws://127.0.0.1:%d\n", server->port());
     }

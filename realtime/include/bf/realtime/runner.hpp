@@ -19,8 +19,12 @@ class ParameterMailbox {
   public:
     /// Gives the loop a change; false while the last one is still on its way.
     bool post(ParameterChange change);
+    struct Result {
+        Status status;
+        std::int64_t step; ///< before which it acts
+    };
     /// What became of the last one, once.
-    std::optional<Status> take_result();
+    std::optional<Result> take_result();
     /// The loop, between two steps.
     void apply(Simulation& simulation) noexcept;
 
@@ -28,8 +32,12 @@ class ParameterMailbox {
     enum class State { empty, posted, applied };
     std::atomic<State> state_{State::empty};
     ParameterChange change_;
-    Status status_;
+    Result result_{};
 };
+
+/// Why the clock cannot be kept with a diagram: what in a step has no bounded time, with the remedy; empty
+/// when nothing stands against it.
+std::string not_for_real_time(const Diagram& diagram);
 
 struct RunnerOptions {
     double factor = 1; ///< seconds of the model per second
@@ -38,7 +46,8 @@ struct RunnerOptions {
     bool is_strict = false;                                    ///< what the machine refuses is an error
     double duration = std::numeric_limits<double>::infinity(); ///< s on the clock
     double watchdog = 0;                                       ///< s without an end of a step; 0: none
-    std::function<void(std::int64_t step)> on_stall = nullptr; ///< in a thread of its own; the step hangs
+    /// In a thread of its own: the step hangs, in a block of that path (empty: before the first one).
+    std::function<void(std::int64_t step, const std::string& block)> on_stall = nullptr;
 };
 
 /// A thread of its own in which a simulation starts, is stepped at its releases, and stops. The caller's
@@ -59,8 +68,8 @@ class Runner {
         std::int64_t steps, missed;
     };
     /// Runs up to `stop` s of the model. `monitor` is called in this thread about fifty times a second; false
-    /// ends the run after the step under way. Throws RunError when the simulation does not start, or when
-    /// `is_strict` and the machine refuses something.
+    /// ends the run after the step under way. Throws RunError when the diagram is not for real time, the
+    /// simulation does not start, or when `is_strict` and the machine refuses something.
     void run(double stop, const std::function<bool(const Progress&)>& monitor);
 
     const Statistics& statistics() const { return pacer_.statistics(); }
@@ -73,6 +82,7 @@ class Runner {
 
   private:
     class Gate;
+    class Running;
     void loop(std::int64_t steps);
 
     Simulation& simulation_;

@@ -4,6 +4,7 @@
 #include "bf/realtime/runner.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,12 +15,15 @@ struct ServerOptions {
     std::uint16_t port = 8765;                       ///< 0: any free one
     std::size_t buffer_bytes = std::size_t{4} << 20; ///< between the loop and the server
     std::size_t client_bytes = std::size_t{4} << 20; ///< waiting for one viewer; what is more is lost
+    /// Told, in the server's thread, what parameters became before that step.
+    std::function<void(std::int64_t step, const std::vector<ParameterValue>& values)> on_change = {};
 };
 
 /// Serves signals and parameters of a running simulation to viewers on this computer, by the Foxglove
 /// WebSocket protocol (https://github.com/foxglove/ws-protocol, subprotocols foxglove.websocket.v1 and
 /// foxglove.sdk.v1): one channel per signal with the schema of its recording, parameters by the name
-/// "block.parameter".
+/// "block.parameter", and variables of the model, with which all parameters change that follow from them (see
+/// bf::Tuning). A variable that is fixed is refused with the reason.
 ///
 /// The loop does nothing but copy subscribed samples into a buffer and look whether a change of parameters is
 /// there; it calls no system function for it. A viewer that is slow, stalled or gone loses messages, which

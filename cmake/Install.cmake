@@ -4,7 +4,8 @@
 #   lib/blockfactory/    plugins, which `bf` finds beside itself
 #   lib/cmake/           find_package(BlockFactory)
 #   lib/libbf_blocks.a   the standard blocks, for generated programs that make some of them at their start
-#   include/bf/          headers of core, kernels and the standard library
+#   lib/libbf_elaborate.a, ... the compiler of models, for generated programs with sizes found at their start
+#   include/bf/          headers of core, kernels, the compiler of models and the standard library
 #
 # A prefix may be moved, but stays on its machine: libraries from wheels and robot models are used where
 # scripts/deps put them.
@@ -27,7 +28,16 @@ target_compile_definitions(bf_core INTERFACE
 install(TARGETS bf_core bf_kernels bf_blocks bf EXPORT BlockFactory
     RUNTIME DESTINATION bin LIBRARY DESTINATION lib ARCHIVE DESTINATION lib INCLUDES DESTINATION include)
 install(TARGETS WholeBodyToolbox LIBRARY DESTINATION lib/blockfactory)
-install(DIRECTORY core/include/ kernels/include/ DESTINATION include)
+install(TARGETS bf_elaborate bf_model bf_matlab bf_yaml EXPORT BlockFactoryElaborate
+    ARCHIVE DESTINATION lib INCLUDES DESTINATION include)
+foreach(library elaborate model matlab yaml)
+    set_target_properties(bf_${library} PROPERTIES EXPORT_NAME ${library})
+endforeach()
+install(EXPORT BlockFactoryElaborate NAMESPACE BlockFactory:: FILE BlockFactoryElaborateExports.cmake
+    DESTINATION ${package})
+install(FILES cmake/BlockFactory-Elaborate.cmake DESTINATION ${package})
+install(DIRECTORY core/include/ kernels/include/ elaborate/include/ model/include/ matlab/include/
+    formats/yaml/include/ DESTINATION include)
 install(FILES blocks/include/bf/blocks/standard.hpp DESTINATION include/bf/blocks)
 install(FILES formats/yaml/model.schema.json DESTINATION share/blockfactory)
 

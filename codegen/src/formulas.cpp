@@ -13,9 +13,10 @@ namespace {
 using matlab::Kind;
 using matlab::Operator;
 
-/// An expression that is not printed; the text says what of it.
+/// An expression that is not printed: why, and the variables that must be fixed for it.
 struct NotPrinted {
     std::string reason;
+    std::set<int> variables;
 };
 
 /// The names of functions of bf::generated::Formula with one and with two operands, as in MATLAB.
@@ -28,6 +29,9 @@ const std::set<std::string, std::less<>> two_operands{
 /// Of a size that does not change.
 const std::set<std::string, std::less<>> of_the_size{"size", "numel", "length", "ndims", "isempty"};
 
+/// Of a size that their arguments give.
+const std::set<std::string, std::less<>> sized_by_value{"zeros", "ones", "eye", "repmat", "linspace"};
+
 std::string dotted_name(const matlab::Expression& e) {
     if (e.kind == Kind::Name) return e.name;
     if (e.kind != Kind::Field) return {};
@@ -37,12 +41,10 @@ std::string dotted_name(const matlab::Expression& e) {
 
 class Printer {
   public:
-    Printer(const Diagram& diagram, const Definition& definition, const std::vector<std::string>& fixed,
-            const std::map<int, std::string>& members)
-        : definition_(definition), fixed_(fixed), members_(members) {
-        for (const auto& d : diagram.definitions) values_.push_back(d.value);
-        variables_ = variables_of(definition, values_);
-    }
+    Printer(const Definition& definition, const std::vector<matlab::Value>& values,
+            const std::vector<std::string>& fixed, const std::map<int, std::string>& members)
+        : definition_(definition), fixed_(fixed), members_(members),
+          variables_(variables_of(definition, values)) {}
 
     std::string print(const matlab::Expression& e) {
         if (!changes(e)) return constant(e);
@@ -57,8 +59,8 @@ class Printer {
         case Kind::Binary: return call(function_of(e), e.parts);
         case Kind::Matrix: return matrix(e);
         case Kind::Index: return index(e);
-        case Kind::Range: throw NotPrinted{"a range whose length may change is not computed there"};
-        default: throw NotPrinted{"its expression is more than arithmetic"};
+        case Kind::Range: refuse(e, "a range whose length may change is not computed there");
+        default: refuse(e, "its expression is more than arithmetic");
         }
     }
 
@@ -68,6 +70,26 @@ class Printer {
         for (const auto& [used, variable] : definition_.uses)
             if (!name.empty() && used == name) return variable;
         return -1;
+    }
+    /// The variables in an expression that may change.
+    void add_changing(const matlab::Expression& e, std::set<int>& variables) const {
+        const std::string name = dotted_name(e);
+        for (const auto& [used, variable] : definition_.uses)
+            if (!name.empty() && !is_fixed(variable) &&
+                (used == name || used.starts_with(name + ".") || name.starts_with(used + ".")))
+                variables.insert(variable);
+        if (name.empty())
+            for (const auto& part : e.parts) add_changing(*part, variables);
+    }
+    [[noreturn]] void refuse(const matlab::Expression& e, const std::string& reason) const {
+        std::set<int> variables;
+        add_changing(e, variables);
+        throw NotPrinted{reason, variables};
+    }
+    [[noreturn]] void refuse_index(const matlab::Expression& e) const {
+        std::set<int> variables;
+        for (std::size_t i = 1; i < e.parts.size(); ++i) add_changing(*e.parts[i], variables);
+        throw NotPrinted{"a list of indices that may change is not computed there", variables};
     }
     bool is_fixed(int variable) const { return !fixed_[static_cast<std::size_t>(variable)].empty(); }
 
@@ -89,14 +111,14 @@ class Printer {
         try {
             return matlab::Interpreter().evaluate(e, variables_);
         } catch (const matlab::Error& error) {
-            throw NotPrinted{"its expression is more than arithmetic"};
+            refuse(e, "its expression is more than arithmetic");
         }
     }
 
-    std::string constant(const matlab::Expression& e) const { return constant(value_of(e)); }
-    static std::string constant(const matlab::Value& value) {
+    std::string constant(const matlab::Expression& e) const {
+        const matlab::Value value = value_of(e);
         if (!value.is_array() || (value.type() != matlab::Class::Double && !value.is_logical()))
-            throw NotPrinted{"it is computed with a " + std::string(value.type_name())};
+            throw NotPrinted{"it is computed with a " + std::string(value.type_name()), {}};
         if (value.is_scalar()) return literal(value[0], Type::float64);
         std::string list;
         for (matlab::Index i = 0; i < value.numel(); ++i)
@@ -144,7 +166,7 @@ class Printer {
         case Operator::OrElse: return "either";
         default: break;
         }
-        throw NotPrinted{"a system of equations or a power of a matrix is not computed there"};
+        refuse(e, "a system of equations or a power of a matrix is not computed there");
     }
 
     std::string matrix(const matlab::Expression& e) {
@@ -172,13 +194,20 @@ class Printer {
         if (!is_variable) {
             const std::size_t n = e.parts.size() - 1;
             if (!(n == 1 && one_operand.contains(name)) && !(n == 2 && two_operands.contains(name)))
-                throw NotPrinted{"'" + name + "' is not computed there"};
+                refuse(e, sized_by_value.contains(name) ? "its size would change"
+                                                        : "'" + name + "' is not computed there");
             return call(name == "not" ? "logical_not" : name == "double" ? "same" : name, e.parts, 1);
         }
-        for (std::size_t i = 1; i < e.parts.size(); ++i)
-            if (changes(*e.parts[i])) throw NotPrinted{"an index that may change is not computed there"};
-        // Which elements: the same index of a matrix that holds its own places.
         const matlab::Value base = value_of(*e.parts[0]);
+        const auto is_changed = [&](const auto& part) { return changes(*part); };
+        if (std::any_of(e.parts.begin() + 1, e.parts.end(), is_changed)) {
+            for (std::size_t i = 1; i < e.parts.size(); ++i)
+                if (e.parts[i]->kind == Kind::Colon || !value_of(*e.parts[i]).is_scalar() ||
+                    value_of(*e.parts[i]).is_logical())
+                    refuse_index(e);
+            return call("element", e.parts);
+        }
+        // Which elements: the same index of a matrix that holds its own places.
         matlab::Value::Numbers places(static_cast<std::size_t>(base.numel()));
         for (std::size_t i = 0; i < places.size(); ++i) places[i] = static_cast<double>(i);
         const auto number = std::make_shared<matlab::Expression>();
@@ -191,7 +220,7 @@ class Printer {
         std::string list;
         for (matlab::Index i = 0; i < chosen.numel(); ++i)
             list += ", " + std::to_string(static_cast<int>(chosen[i]));
-        if (chosen.is_empty()) throw NotPrinted{"it uses no element of a vector"};
+        if (chosen.is_empty()) throw NotPrinted{"it uses no element of a vector", {}};
         return "f.pick<" + std::to_string(chosen.rows()) + ", " + std::to_string(chosen.cols()) + list +
                ">(" + print(*e.parts[0]) + ")";
     }
@@ -199,8 +228,7 @@ class Printer {
     const Definition& definition_;
     const std::vector<std::string>& fixed_;
     const std::map<int, std::string>& members_;
-    std::vector<matlab::Value> values_;
-    matlab::Workspace variables_;
+    const matlab::Workspace variables_;
 };
 
 } // namespace
@@ -208,6 +236,8 @@ class Printer {
 Formulas formulas_of(const Diagram& diagram) {
     const auto& all = diagram.definitions;
     std::vector<std::string> fixed = fixed_definitions(diagram);
+    std::vector<matlab::Value> values;
+    for (const auto& definition : all) values.push_back(definition.value);
     const auto is_free = [&](int definition) { return fixed[static_cast<std::size_t>(definition)].empty(); };
     // A variable that cannot be followed is fixed, and so is all that it follows from, until nothing new is.
     for (;;) {
@@ -226,10 +256,13 @@ Formulas formulas_of(const Diagram& diagram) {
             if (!follows || !is_free(number)) continue;
             try {
                 result.formulas.push_back(
-                    {number, Printer(diagram, all[i], fixed, members).print(*all[i].expression)});
+                    {number, Printer(all[i], values, fixed, members).print(*all[i].expression)});
             } catch (const NotPrinted& not_printed) {
-                fixed[i] = not_printed.reason;
                 again = true;
+                if (not_printed.variables.empty()) fixed[i] = not_printed.reason;
+                for (const int variable : not_printed.variables)
+                    fixed[static_cast<std::size_t>(variable)] =
+                        "'" + all[i].path + "' follows from it: " + not_printed.reason;
             }
         }
         if (again) {

@@ -43,7 +43,8 @@ bool has_hosted_blocks(const Diagram& diagram) {
 }
 
 Generator::Generator(const Diagram& diagram, const Options& options)
-    : diagram_(diagram), options_(options), formulas_(formulas_of(diagram)), class_(class_name(diagram)),
+    : diagram_(diagram), options_(options),
+      formulas_(options.has_runtime_sizes ? Formulas() : formulas_of(diagram)), class_(class_name(diagram)),
       file_(file_name(diagram)) {
     for (const auto& formula : formulas_.formulas)
         formula_numbers_.emplace(definition(formula.definition).path,
@@ -74,6 +75,9 @@ void Generator::check() const {
             if (is_hosted(static_cast<int>(n)))
                 add(diagram_.nodes[n],
                     "its class makes it at the start of the program, which needs a heap and exceptions");
+    if (is_dynamic() && options_.embedded)
+        problems +=
+            "\n  sizes at run time need a heap, which embedded code does without; leave one of both out";
     if (options_.single && !options_.embedded)
         problems +=
             "\n  single precision is for embedded code: it does not equal the simulation; add --embedded";
@@ -91,7 +95,7 @@ void Generator::place(const Node::End& end, const char* structure, std::vector<F
                   : &fields == &continuous_ ? taken_continuous_
                                             : taken_workspace_;
     const Slot& slot = diagram_.slot(end);
-    if (slot.size.count() == 0) return;
+    if (slot.size.count() == 0 && !is_dynamic()) return;
     const std::string member = unique_identifier(path, taken);
     places_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {structure, member};
     if (slot.role == Role::discrete_state)
@@ -168,7 +172,7 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
     }
     const Slot& slot = slot_of(block(n), from.slot);
     const auto s = static_cast<std::size_t>(from.slot);
-    if (slot.size.count() == 0)
+    if (slot.size.count() == 0 && !is_dynamic())
         return "empty<" + std::string(from.is_written ? "" : "const ") + cpp_name(type_of(slot)) + ", " +
                extents(slot.size) + ">()";
     Node::End end{n, from.slot};
@@ -207,14 +211,15 @@ std::string Generator::statement(int n, Phase phase, int index) {
         return "// " + comment(node(n).path) + "\nif (!hosted_->run(" + number(task) + ")) return fail(" +
                literal(node(n).path) + ", hosted_->failure());\n";
     }
+    return rule(n, phase, index);
+}
+
+std::string Generator::rule(int n, Phase phase, int index) {
     const auto& d = block(n).declaration();
     const auto& rules = phase == Phase::output   ? d.output_rules
                         : phase == Phase::update ? d.update_rules
                                                  : d.derivative_rules;
-    return rule(n, rules[static_cast<std::size_t>(index)]);
-}
-
-std::string Generator::rule(int n, const Call& call) {
+    const Call& call = rules[static_cast<std::size_t>(index)];
     const Kernel& kernel = *find_kernel(call.kernel);
     headers_.insert(kernel.header);
     bool is_scalar = call.operands.size() <= 8;
@@ -228,7 +233,12 @@ std::string Generator::rule(int n, const Call& call) {
             operands += (i ? ", " : "") + std::string("list(");
         else if (i)
             operands += ", ";
-        operands += operand(n, from, constants);
+        if (is_dynamic() && from.source == Call::Source::constants) {
+            operands += "constants_[" + number(static_cast<int>(constants_.size())) + "]";
+            constants_.push_back({n, phase, index, static_cast<int>(i)});
+        } else {
+            operands += operand(n, from, constants);
+        }
         if (call.list_from >= 0 && k == call.list_size - 1) operands += ")";
     }
     std::string printed(call.kernel);
@@ -277,7 +287,11 @@ std::string Generator::write_values(const std::string& target, const Slot& slot,
            "};\n    assign(" + target + ", values);\n}\n";
 }
 
-std::string Generator::initial_output(const Condition::Outlet& outlet) const {
+std::string Generator::initial_output(std::size_t condition, std::size_t number_of_outlet) const {
+    const auto& outlet = diagram_.conditions[condition].outlets[number_of_outlet];
+    if (is_dynamic())
+        return "hosted_->write_initial_output(" + std::to_string(condition) + ", " +
+               std::to_string(number_of_outlet) + ");\n";
     const std::string target = place_of(outlet.end).text();
     if (outlet.initial_from.node >= 0)
         return "assign(" + target + ", " + place_of(outlet.initial_from).text() + ");\n";
@@ -286,8 +300,8 @@ std::string Generator::initial_output(const Condition::Outlet& outlet) const {
 
 std::vector<std::string> Generator::resets(int n, bool only_from_parameters) const {
     std::vector<std::string> statements;
-    if (is_hosted(n) && !only_from_parameters)
-        return {"if (!hosted_->reset(" + number(hosted_[static_cast<std::size_t>(n)]) + ")) return fail(" +
+    if ((is_hosted(n) || is_dynamic()) && !only_from_parameters)
+        return {"if (!hosted_->reset(" + number(hosted_number(n)) + ")) return fail(" +
                 literal(node(n).path) + ", hosted_->failure());\n"};
     const auto& slots = block(n).declaration().slots;
     for (std::size_t s = 0; s < slots.size(); ++s) {
@@ -352,7 +366,8 @@ std::vector<Guarded> Generator::commits() const {
             last = activity.node;
             const auto& slots = block(last).declaration().slots;
             for (std::size_t s = 0; s < slots.size(); ++s) {
-                if (slots[s].role != Role::discrete_state || slots[s].size.count() == 0) continue;
+                if (slots[s].role != Role::discrete_state) continue;
+                if (slots[s].size.count() == 0 && !is_dynamic()) continue;
                 const std::string state = place_of({last, static_cast<int>(s)}).text();
                 const std::string next = next_[static_cast<std::size_t>(last)][s].text();
                 if (slots[s].type == Type::float64)

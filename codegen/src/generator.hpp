@@ -49,7 +49,10 @@ class Generator {
     bool is_hosted(int n) const { return hosted_[static_cast<std::size_t>(n)] >= 0; }
     Type real() const { return options_.single ? Type::float32 : Type::float64; }
     Type type_of(const Slot& slot) const { return slot.type == Type::float64 ? real() : slot.type; }
-    bool has_hosted() const { return hosted_count_ > 0; }
+    /// Does the program make blocks, or elaborate the model?
+    bool has_hosted() const { return hosted_count_ > 0 || is_dynamic(); }
+    bool is_dynamic() const { return options_.has_runtime_sizes; }
+    int hosted_number(int n) const { return is_dynamic() ? n : hosted_[static_cast<std::size_t>(n)]; }
     void place_all();
     void place(const Node::End& end, const char* structure, std::vector<Field>& fields,
                const std::string& path);
@@ -57,13 +60,13 @@ class Generator {
 
     /// One statement per activity of a node, with its constants before it.
     std::string statement(int n, Phase phase, int index);
-    std::string rule(int n, const Call& call);
+    std::string rule(int n, Phase phase, int index);
     std::string operand(int n, const Call::Reference& from, std::string& constants);
     std::string condition_test(int c) const;
     /// Statements that write literal numbers, or the values of another quantity.
     std::string write_values(const std::string& target, const Slot& slot,
                              const std::vector<double>& values) const;
-    std::string initial_output(const Condition::Outlet& outlet) const;
+    std::string initial_output(std::size_t condition, std::size_t number) const;
     std::vector<std::string> resets(int n, bool only_from_parameters) const;
 
     std::vector<Guarded> outputs(bool constant);
@@ -91,6 +94,7 @@ class Generator {
     bool uses_standard_library() const; ///< are some hosted blocks standard ones?
     std::string cmake_lists(const std::vector<std::string>& sources) const;
     std::string hosted_source() const;
+    std::string elaborated_source() const;
     std::string hosted_slot(int n, int s) const;
     std::string tables() const;
     std::string table_row(const std::string& name, const Node::End& end) const;
@@ -132,6 +136,13 @@ class Generator {
         int index;
     };
     std::vector<HostedTask> tasks_;
+    /// Operands that are constants, where sizes are known at the start.
+    struct ConstantOperand {
+        int node;
+        Phase phase;
+        int rule, operand;
+    };
+    std::vector<ConstantOperand> constants_;
 };
 
 } // namespace bf::codegen

@@ -1,6 +1,8 @@
 // Blocks that the program makes through the factory.
 #include "generator.hpp"
 
+#include "bf/elaborate/structure.hpp"
+
 #include <filesystem>
 
 namespace bf::codegen {
@@ -121,6 +123,157 @@ std::string Generator::hosted_source() const {
            "fail(\"\", "
            "problem_.c_str());\n    }\n    return hosted_->start() || fail(hosted_->failed_block(), "
            "hosted_->failure());\n}\n";
+}
+
+std::string Generator::elaborated_source() const {
+    const auto& d = diagram_;
+    std::string texts, overrides, structure, binds, constants, tasks;
+    const auto text = [&](const std::string& file) {
+        std::string lines;
+        const std::string& content = options_.texts.at(file);
+        for (std::size_t at = 0; at < content.size();) {
+            const auto end = std::min(content.find('\n', at), content.size() - 1);
+            lines += "\n         " + literal(content.substr(at, end - at + 1));
+            at = end + 1;
+        }
+        texts += "        {" + literal(file) + "," + (lines.empty() ? " \"\"" : lines) + "},\n";
+    };
+    text(options_.model_file);
+    for (const auto& [file, content] : options_.texts)
+        if (file != options_.model_file) text(file);
+    for (const auto& [name, value] : options_.overrides)
+        overrides += "            {" + literal(name) + ", " + literal(value) + ", {}},\n";
+    for (const auto& part : structure_of(d))
+        structure += "            {" + literal(part.name) + ", " + std::to_string(part.hash) + "u},\n";
+    const auto bind = [&](const char* how, const std::string& member, const Node::End& end) {
+        binds += "        model->" + std::string(how) + "(" + member + ", " + number(end.node) + ", " +
+                 number(end.slot) + ");\n";
+    };
+    for (const auto* fields : {&inputs_, &parameters_, &signals_, &states_, &continuous_, &workspace_})
+        for (const auto& field : *fields) bind("bind", place_of(field.end).text(), field.end);
+    for (const auto& field : outputs_) bind("bind", "outputs." + field.member, field.end);
+    for (const auto& field : states_) bind("bind_next", "next_." + field.member, field.end);
+    for (const auto& field : continuous_) bind("bind_rate", "rates_." + field.member, field.end);
+    const auto phase_name = [](Phase phase) {
+        return std::string("bf::Phase::") + (phase == Phase::output   ? "output"
+                                             : phase == Phase::update ? "update"
+                                                                      : "derivative");
+    };
+    for (const auto& c : constants_)
+        constants += "        constants_.push_back(model->constants(" + number(c.node) + ", " +
+                     phase_name(c.phase) + ", " + number(c.rule) + ", " + number(c.operand) + "));\n";
+    for (const auto& task : tasks_)
+        tasks += "        model->add_task(" + number(task.node) + ", " + phase_name(task.phase) + ", " +
+                 number(task.index) + ");\n";
+    if (!continuous_.empty())
+        binds += "        continuous_size_ = model->continuous_size();\n        continuous_elements_ = "
+                 "model->continuous();\n        rate_elements_ = model->rates();\n        "
+                 "start_.resize(static_cast<std::size_t>(continuous_size_));\n        "
+                 "slopes_.resize(start_.size() * bf::kernels::" +
+                 solver_name() + ".stages);\n";
+    std::string source =
+        R"~(// The model, elaborated when the program starts: sizes, memory and names.
+#include "@file@.hpp"
+
+#include "bf/codegen/elaborated.hpp"
+
+#include "bf/blocks/standard.hpp"
+
+#ifndef BF_PLUGIN_FOLDER
+#define BF_PLUGIN_FOLDER "."
+#endif
+
+using bf::generated::ElaboratedModel;
+using bf::generated::FixedNames;
+using bf::generated::NewValue;
+using bf::generated::Quantities;
+using bf::generated::Quantity;
+
+namespace {
+
+const std::vector<ElaboratedModel::Text>& texts() {
+    static const std::vector<ElaboratedModel::Text> all{
+@texts@    };
+    return all;
+}
+
+const std::vector<std::pair<const char*, std::uint64_t>>& structure() {
+    static const std::vector<std::pair<const char*, std::uint64_t>> all{
+@structure@    };
+    return all;
+}
+
+ElaboratedModel* of(const std::unique_ptr<bf::generated::Hosted>& model) {
+    return static_cast<ElaboratedModel*>(model.get());
+}
+
+} // namespace
+
+std::string @Class@::elaborate(const std::string& parameter_file) {
+    try {
+        std::vector<bf::ElaborateOptions::Override> overrides{
+@overrides@        };
+        if (!parameter_file.empty())
+            for (auto& given : bf::generated::read_overrides(parameter_file)) overrides.push_back(std::move(given));
+        hosted_.reset();
+        is_initialized_ = false;
+        auto model = std::make_unique<ElaboratedModel>(bf::standard_library(), BF_PLUGIN_FOLDER, folder, texts(),
+                                                       std::move(overrides), structure());
+        planned_stop_ = model->stop_time();
+        constants_.clear();
+@binds@@constants@@tasks@        hosted_ = std::move(model);
+        return "";
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+}
+
+bool @Class@::start_hosted_blocks() noexcept {
+    if (!hosted_ && !(problem_ = elaborate("")).empty()) return fail("", problem_.c_str());
+    return hosted_->start() || fail(hosted_->failed_block(), hosted_->failure());
+}
+
+Quantities @Class@::parameter_table() const noexcept { return hosted_ ? of(hosted_)->parameters() : Quantities{nullptr, 0}; }
+Quantities @Class@::variable_table() const noexcept { return hosted_ ? of(hosted_)->variables() : Quantities{nullptr, 0}; }
+Quantities @Class@::recorded_table() const noexcept { return hosted_ ? of(hosted_)->recorded() : Quantities{nullptr, 0}; }
+Quantities @Class@::check_table() const noexcept { return hosted_ ? of(hosted_)->checks() : Quantities{nullptr, 0}; }
+FixedNames @Class@::fixed_table() const noexcept { return hosted_ ? of(hosted_)->fixed() : FixedNames{nullptr, 0}; }
+
+const Quantity* @Class@::find_parameter(const char* name) const noexcept {
+    const Quantity* found = parameter_table().find(name);
+    return found ? found : variable_table().find(name);
+}
+
+void* @Class@::data(const Quantity& quantity) noexcept { return ElaboratedModel::address(quantity); }
+const void* @Class@::data(const Quantity& quantity) const noexcept { return ElaboratedModel::address(quantity); }
+
+const char* @Class@::set_parameter(const char* name, const double* values, int count) noexcept {
+    const NewValue change{name, values, count};
+    return set_parameters(&change, 1);
+}
+
+const char* @Class@::set_parameters(const NewValue* changes, int count) noexcept {
+    if (!hosted_) return "sizes are not known yet: call elaborate or initialize first";
+    const char* const before = failure_;
+    const char* const block = failed_block_;
+    const char* const wrong = of(hosted_)->set_parameters(
+        changes, count, [this] { return !is_initialized_ || compute_constants(); });
+    failure_ = before;
+    failed_block_ = block;
+    return wrong;
+}
+)~";
+    for (const auto& [mark, value] : {std::pair<std::string, std::string>{"@file@", file_},
+                                      {"@Class@", class_},
+                                      {"@texts@", texts},
+                                      {"@structure@", structure},
+                                      {"@overrides@", overrides},
+                                      {"@binds@", binds},
+                                      {"@constants@", constants},
+                                      {"@tasks@", tasks}})
+        for (auto at = source.find(mark); at != std::string::npos; at = source.find(mark, at + value.size()))
+            source.replace(at, mark.size(), value);
+    return source;
 }
 
 } // namespace bf::codegen

@@ -283,9 +283,11 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
         "p.yaml:5: 'K.K': '2*pi' is no number; a generated program computes no expressions, write the value\n"
         "p.yaml:7: 'step' cannot change: it is the period of the generated code\n");
     ASSERT_EQ(program("--list"), 0);
-    EXPECT_EQ(program.text("out.txt"), "one.value: [1, 2]  # 2x1 the value\nK.K: 3  # 1x1 the factor\n"
-                                       "matrix.value: [[1, 2], [3, 4]]  # 2x2 the value\n# step is fixed: it "
-                                       "is the period of the generated code\n");
+    EXPECT_EQ(
+        program.text("out.txt"),
+        "one.value: [1, 2]  # 2x1 the constant; its type is that of y\nK.K: 3  # 1x1 factor\n"
+        "matrix.value: [[1, 2], [3, 4]]  # 2x2 the constant; its type is that of y\n# step is fixed: it "
+        "is the period of the generated code\n");
 
     EXPECT_EQ(program("--realtime"), 0);
     EXPECT_NE(program.text("out.txt").find("period of 100000 us, 2 steps"), std::string::npos);
@@ -299,8 +301,9 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
 
 /// A model in which each expression is the value of a constant c0, c1, ...
 std::string expressions_model(const std::vector<std::string>& expressions) {
-    std::string text = "model: expressions\nstep: 0.1\nstop: 0.1\nvariables:\n  a: 2\n  b: 0.25\n  n: 2\n"
-                       "  v: [1, -2, 3]\n  M: [[1, 2], [3, 4]]\n  S: {p: 3, q: 2*S.p + a}\nblocks:\n";
+    std::string text =
+        "model: expressions\nstep: 0.1\nstop: 0.1\nvariables:\n  a: 2\n  b: 0.25\n  n: 2\n  n1: 2\n"
+        "  v: [1, -2, 3]\n  M: [[1, 2], [3, 4]]\n  S: {p: 3, q: 2*S.p + a}\nblocks:\n";
     for (std::size_t i = 0; i < expressions.size(); ++i)
         text += "  c" + std::to_string(i) + ": {block: Constant, value: \"" + expressions[i] + "\"}\n";
     return text;
@@ -336,12 +339,15 @@ TEST(GeneratedProgram, FollowsVariablesBitForBitAsElaborationDoes) {
                                                "diag(M)'",
                                                "eye(2)*a + zeros(n, n)",
                                                "deg2rad(a) + rad2deg(b)",
-                                               "a \\ v",
+                                               "a \\\\ v",
                                                "v/a",
                                                "numel(v)*a + pi",
                                                "tanh(a) + asinh(a) + acos(b) + expm1(b) + log1p(b)",
                                                "S.q.^[1 2 3]",
-                                               "a*[1 2; 3 4]'"};
+                                               "a*[1 2; 3 4]'",
+                                               "v(n1)",
+                                               "M(n1, 2)",
+                                               "M(2, 3 - n1) + v(end)"};
     const std::string text = expressions_model(expressions);
     const Elaborated model(formats::read_yaml_text(text, "m.yaml"));
     const Program program(model.diagram);
@@ -351,8 +357,8 @@ TEST(GeneratedProgram, FollowsVariablesBitForBitAsElaborationDoes) {
         {"{a: 1.7, b: 0.1}", {{"a", "1.7"}, {"b", "0.1"}}},
         {"{v: [0.3, 5, -7], M: [[0.1, 0.2], [0.3, -0.7]]}",
          {{"v", "[0.3 5 -7]"}, {"M", "[0.1 0.2; 0.3 -0.7]"}}},
-        {"{S: {p: 0.3}, a: 3}", {{"S.p", "0.3"}, {"a", "3"}}},
-        {"{S: {p: 0.3, q: 11}, c3.value: 6}", {{"S.p", "0.3"}, {"S.q", "11"}, {"c3.value", "6"}}}};
+        {"{S: {p: 0.3}, a: 3, n1: 1}", {{"S.p", "0.3"}, {"a", "3"}, {"n1", "1"}}},
+        {"{S: {p: 0.3, q: 11}, c0.value: 6}", {{"S.p", "0.3"}, {"S.q", "11"}, {"c0.value", "6"}}}};
     for (const auto& [file, overrides] : changes) {
         write_text(program.folder.path / "p.yaml", file == "{}" ? "" : file);
         ASSERT_EQ(program("--params p.yaml --csv out.csv"), 0) << program.text("errors.txt");
@@ -385,24 +391,24 @@ TEST(GeneratedProgram, FollowsVariablesBitForBitAsElaborationDoes) {
 }
 
 TEST(GeneratedProgram, NamesTheExpressionThatFixesAVariable) {
-    const Elaborated model(formats::read_yaml_text(
-        expressions_model({"inv(M)", "a + 0*b", "interp1([0 1], [0 b], 0.5)", "v(1:n)"}), "m.yaml"));
+    const Elaborated model(
+        formats::read_yaml_text(expressions_model({"inv(M)", "a + 0*b", "norm([1 b])", "v(1:n)"}), "m.yaml"));
     const Files files = generate(model.diagram);
     const std::string& tables = files.at("expressions_tables.cpp");
     EXPECT_NE(tables.find("{\"M\", \"'c0.value' follows from it: 'inv' is not computed there\"}"),
               std::string::npos)
         << tables;
-    EXPECT_NE(tables.find("{\"b\", \"'c2.value' follows from it: 'interp1' is not computed there\"}"),
+    EXPECT_NE(tables.find("{\"b\", \"'c2.value' follows from it: 'norm' is not computed there\"}"),
               std::string::npos);
-    EXPECT_NE(tables.find(
-                  "{\"n\", \"'c3.value' follows from it: an index that may change is not computed there\"}"),
+    EXPECT_NE(tables.find("{\"n\", \"'c3.value' follows from it: a list of indices that may change is not "
+                          "computed there\"}"),
               std::string::npos);
     EXPECT_NE(files.at("expressions.hpp").find("double a = 2.0;"), std::string::npos);
 }
 
 TEST(GeneratedProgram, TakesCommandsWhileItRuns) {
     const Elaborated model(formats::read_yaml_text("model: live\nstep: 0.001\nvariables: {a: 2}\nblocks:\n"
-                                                   "  c: {block: Constant, value: a*[1 2]}\n",
+                                                   "  c: {block: Constant, value: \"a*[1 2]\"}\n",
                                                    "m.yaml"));
     const Program program(model.diagram);
     ASSERT_EQ(program.compiled, 0);

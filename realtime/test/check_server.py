@@ -116,6 +116,12 @@ async def parameters():
             assert list(value) == [7, 8], "constants follow their parameters"
             break
         assert await viewer.set(vector__value=9) == {"vector.value": [9, 9]}, "one element expands"
+        assert everything["k"] == 3 and everything["twice.value"] == [6, 6], everything
+        await other.say("subscribeParameterUpdates", parameterNames=["twice.value"])
+        await other.get("k")
+        assert await viewer.set(k=4) == {"k": 4}
+        assert (await other.wait("parameterValues"))["parameters"][0]["value"] == [8, 8], "it follows"
+        assert await viewer.get("gain.K") == {"gain.K": 5}, "what was given by name stays"
 
         async def refused(reason, **values):
             before = await viewer.get()
@@ -132,6 +138,8 @@ async def parameters():
         await refused("takes a number or an array of numbers, not null", gain__K=None)
         await refused("takes a number or an array of numbers", vector__value=[1, [2]])
         await refused("has 2 elements, not 0", vector__value=[])
+        await refused("variable 'T' cannot change in a run: 'slow.period' follows from it", T=0.02)
+        await refused("variable 'k' has 1 elements, not 2", k=[1, 2])
         await refused("takes whole numbers from 0 to 1", flag__value=2)
         await refused("takes whole numbers from -128 to 127", small__value=128)
 

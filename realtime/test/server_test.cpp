@@ -37,13 +37,15 @@ TEST(Server, AnswersAViewerThatIsNotOurs) {
     Loaded loaded(R"m(
 model: served
 step: 0.001
+variables: {k: 3, T: 0.01}
 blocks:
+  twice: {block: Constant, value: "2*k*[1 1]"}
   clock: {block: Clock}
-  gain: {block: Gain, K: 3}
+  gain: {block: Gain, K: k}
   vector: {block: Constant, value: [1, 2]}
   flag: {block: Constant, value: true}
   small: {block: Constant, value: int8(1)}
-  slow: {block: Clock, period: 0.01}
+  slow: {block: Clock, period: T}
 connections: {clock: gain}
 )m");
     Simulation simulation(loaded.diagram);
@@ -60,7 +62,7 @@ connections: {clock: gain}
     viewer.join();
     EXPECT_EQ(code, 0) << "see the text above";
     EXPECT_EQ(server.counts().lost_samples, 0u);
-    EXPECT_EQ(server.counts().changes, 2u);
+    EXPECT_EQ(server.counts().changes, 3u);
 }
 
 TEST(Server, APortThatIsTakenIsNamed) {

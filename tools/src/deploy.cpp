@@ -108,7 +108,8 @@ fs::path place_of(const fs::path& file, const fs::path& model_folder) {
                        model_folder.string() + " nor an installed robot; put it beside the model");
 }
 
-std::string service(const std::string& name) {
+/// `options` of the program that make it run until it is told to end.
+std::string service(const std::string& name, const std::string& options) {
     return "# sudo cp -r . /opt/" + name + " && sudo systemctl enable --now /opt/" + name + "/" + name +
            ".service\n"
            "[Unit]\nDescription=BlockFactory model " +
@@ -116,8 +117,8 @@ std::string service(const std::string& name) {
            "\n\n[Service]\n"
            "# Not started again by itself: a robot whose controller failed needs a look.\n"
            "Restart=no\nExecStart=/opt/" +
-           name +
-           "/run --quiet --stop Inf\n"
+           name + "/run " + options +
+           "\n"
            "# The step under way ends, blocks stop, actuators are released.\n"
            "KillSignal=SIGTERM\nTimeoutStopSec=10\nSuccessExitStatus=143\n"
            "LimitRTPRIO=98\nLimitMEMLOCK=infinity\n\n[Install]\nWantedBy=multi-user.target\n";
@@ -169,12 +170,21 @@ void pack_program(const LoadedModel& loaded, const ModelOptions& options, const 
                  "export YARP_DATA_DIRS=\"$here/share:$here/share/iCub\"\nexec \"$here/lib/" +
                      loader + "\" --library-path \"$here/lib\" \"$here/bin/bf\" \"$@\"\n",
                  true);
-    folder.write(name + ".service", service(name));
+    folder.write(name + ".service", service(name, "--quiet --stop Inf"));
 }
 
 /// The generated program, cross-compiled and linked statically.
 void pack_generated(const LoadedModel& loaded, const std::string& name, const std::string& target,
                     const OutputFolder& folder) {
+    std::string hosted;
+    for (const auto& node : loaded.diagram.nodes)
+        if (const auto slash = node.type.find('/'); slash != std::string::npos)
+            hosted += "\n  " + node.path + " (" + node.type + ")";
+    if (!hosted.empty())
+        throw CommandError(
+            "blocks of plugins cannot be packed for " + target + ":" + hosted +
+            "\nthe plugins here, and the libraries from wheels that they link, were built for " + machine() +
+            "; deploy on a computer of that kind, or the part of the model without them");
     const std::string compiler = target + "-linux-gnu-g++";
     const auto project = folder.path() / "source", build = folder.path() / ".build";
     codegen::write(codegen::generate(loaded.diagram), project);
@@ -197,6 +207,7 @@ void pack_generated(const LoadedModel& loaded, const std::string& name, const st
                  "\"$here/bin/" +
                      name + "\" --realtime \"$@\"\n",
                  true);
+    folder.write(name + ".service", service(name, "--stop inf --priority 50"));
 }
 
 void execute(const DeployOptions& options) {

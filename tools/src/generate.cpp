@@ -4,13 +4,14 @@
 #include "verbs.hpp"
 
 #include <cstdio>
+#include <set>
 
 namespace bf::tools {
 
 void add_generate(CLI::App& app) {
     struct GenerateOptions {
         ModelOptions model;
-        std::string folder;
+        std::string folder, sizes = "fixed";
         codegen::Options how;
     };
     auto* command =
@@ -24,11 +25,24 @@ void add_generate(CLI::App& app) {
                       "a library for microcontrollers: no heap, exceptions or streams");
     command->add_flag("--single", options->how.single, "embedded: float instead of double")
         ->needs("--embedded");
+    command
+        ->add_option(
+            "--sizes", options->sizes,
+            "fixed when the code is generated, or runtime: found when the program starts (fixed by default)")
+        ->type_name("WHEN")
+        ->check(CLI::IsMember(std::set<std::string>{"fixed", "runtime"}).description(""));
     command->footer("Example: bf generate examples/two_rates/model.yaml -o two_rates_code");
     command->callback([options] {
         const LoadedModel loaded = load_model(options->model);
-        options->how.folder = std::filesystem::absolute(options->model.file).parent_path().string();
+        options->how.folder = loaded.source.file.parent_path().string();
         const auto& diagram = loaded.diagram;
+        options->how.has_runtime_sizes = options->sizes == "runtime";
+        const auto relative = [&](const std::filesystem::path& file) {
+            return file.lexically_relative(options->how.folder).generic_string();
+        };
+        options->how.model_file = relative(loaded.source.file);
+        for (const auto& [file, text] : loaded.source.texts) options->how.texts[relative(file)] = text;
+        options->how.overrides = loaded.source.overrides;
         const auto memory = codegen::memory_report(diagram, options->how);
         codegen::write(codegen::generate(diagram, options->how), options->folder);
         const char* folder = options->folder.c_str();
@@ -38,7 +52,7 @@ void add_generate(CLI::App& app) {
                     "workspace %zu\n",
                     memory.inputs, memory.outputs, memory.parameters, memory.signals, memory.states,
                     memory.workspace);
-        if (codegen::has_hosted_blocks(diagram))
+        if (codegen::has_hosted_blocks(diagram) || options->how.has_runtime_sizes)
             std::printf(
                 "some blocks are made at the start of the program: give CMake the installation of "
                 "BlockFactory "

@@ -61,6 +61,7 @@ TEST_F(Deploy, TheGeneratedProgramRunsOnAnotherProcessor) {
     const auto deploy = bf("deploy sine.yaml --target aarch64 -o package");
     ASSERT_EQ(deploy.code, 0) << deploy.err;
     EXPECT_EQ(read("package/bin/sine").substr(18, 1), "\xb7") << "ELF machine 183";
+    EXPECT_CONTAINS(read("package/sine.service"), "ExecStart=/opt/sine/run --stop inf --priority 50");
     const auto run = shell("qemu-aarch64 package/bin/sine");
     EXPECT_EQ(run.code, 0) << run.err;
     const auto here = nlohmann::json::parse(bf("run sine.yaml --quiet --json").out);
@@ -90,6 +91,12 @@ TEST_F(Deploy, WrongInputLeavesNothingBehind) {
           "model: arm\nplugins: [WholeBodyToolbox]\nstep: 1\nstop: 1\nblocks:\n  robot: {block: "
           "WholeBodyToolbox/Configuration, robot: ../other/arm.urdf}\n");
     refused("models/arm.yaml -o package", "put it beside the model");
+    write("models/world.yaml", "model: world\nplugins: [WholeBodyToolbox]\nstep: 1\nstop: 1\nblocks:\n  "
+                               "robot: {block: WholeBodyToolbox/Configuration, robot: "
+                               "iCubGazeboV2_5, joints: [neck_pitch]}\n");
+    refused("models/world.yaml -o package --target " +
+                (shell("uname -m").out == "aarch64\n" ? "x86_64" : "aarch64"),
+            "blocks of plugins cannot be packed for ");
     EXPECT_EQ(files(), "models other sine.yaml");
 }
 

@@ -108,6 +108,50 @@ TEST_F(Realtime, APortThatIsTakenIsNamedBeforeTheRun) {
     EXPECT_CONTAINS(run.err, "Address already in use; give another port, or 0 for any free one");
 }
 
+TEST_F(Realtime, ChangesOfParametersAndVariablesAreReplayed) {
+    write("tuned.yaml",
+          "model: tuned\nstep: 0.002\nvariables: {k: 2, d: k^2}\nblocks:\n  t: {block: Clock}\n"
+          "  a: {block: Gain, K: k}\n  b: {block: Gain, K: \"d*[1 2]\"}\n  c: {block: Constant, value: k}\n"
+          "  sum: {block: DiscreteIntegrator}\nconnections: {t: [a, b], a: sum}\n");
+    write("client.py", R"py(
+import json, sys, time, websockets.sync.client
+url = "ws://localhost:" + sys.argv[1]
+with websockets.sync.client.connect(url, subprotocols=["foxglove.websocket.v1"]) as viewer:
+    def change(**values):
+        viewer.send(json.dumps({"op": "setParameters", "id": "x", "parameters": [
+            {"name": n.replace("__", "."), "value": v} for n, v in values.items()]}))
+        while True:
+            message = viewer.recv(30)
+            if isinstance(message, str) and json.loads(message).get("id") == "x":
+                return {p["name"]: p["value"] for p in json.loads(message)["parameters"]}
+    assert change(k=3) == {"k": 3}
+    time.sleep(0.1)
+    assert change(b__K=[5, 6], k=4) == {"b.K": [5, 6], "k": 4}
+    time.sleep(0.1)
+    assert change(k=-1, nothing=2) == {"k": 4}  # refused as a whole
+)py");
+    const auto run =
+        shell("'" BF_PROGRAM "' run tuned.yaml --realtime --priority 0 --stop Inf --serve 0 --quiet "
+              "--record r.mcap --summary s.json 2>err & one=$!; for i in $(seq 200); do port=$(grep -o "
+              "'[0-9]*$' err) && break; sleep 0.05; done; " BF_PYTHON
+              " client.py $port; code=$?; sleep 0.1; kill -TERM $one; wait $one; exit $code");
+    ASSERT_EQ(run.code, 0) << run.err << read("err");
+    EXPECT_EQ(json("s.json")["realtime"]["parameter_changes"], 2);
+    const auto replay = bf("replay r.mcap");
+    EXPECT_EQ(replay.code, 0) << replay.err;
+    EXPECT_CONTAINS(replay.out, "identical: ");
+}
+
+TEST_F(Realtime, RefusesASolverThatChoosesItsSteps) {
+    write("stiff.yaml",
+          "model: stiff\nstep: 0.01\nstop: 1\nsolver: cvode_bdf\nblocks:\n  one: {block: Constant}\n"
+          "  x: {block: Integrator}\nconnections: {one: x}\n");
+    const auto run = bf("run stiff.yaml --realtime --priority 0 --quiet");
+    EXPECT_EQ(run.code, 1);
+    EXPECT_CONTAINS(run.err, "the solver 'cvode_bdf' chooses its own steps");
+    EXPECT_CONTAINS(run.err, "e.g. solver: rk4");
+}
+
 TEST_F(Realtime, WrongOptionsAreRefused) {
     const auto refused = [&](const std::string& options, const std::string& text) {
         const auto run = bf("run sine.yaml " + options);

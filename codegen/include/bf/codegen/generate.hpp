@@ -7,6 +7,8 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace bf::codegen {
 
@@ -25,6 +27,13 @@ struct Options {
     bool embedded = false;
     /// Embedded: float instead of double. The results then differ from the simulation's.
     bool single = false;
+    /// Sizes are found when the program starts: it elaborates the model then, with the values of its
+    /// parameter file, and runs the generated steps on memory of these sizes. Needs `texts`.
+    bool has_runtime_sizes = false;
+    /// The model's files by their path in the model's folder, and what was changed in them.
+    std::map<std::string, std::string> texts = {};
+    std::string model_file = {};
+    std::vector<std::pair<std::string, std::string>> overrides = {};
     /// Folder of the model: relative file names in arguments of blocks are meant from there.
     std::string folder = ".";
 };

@@ -13,7 +13,6 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <cstring>
 #include <functional>
 #include <netinet/in.h>
@@ -33,7 +32,7 @@ class CommandPort {
     explicit CommandPort(const Model& model)
         : check_(
               [&model](ParameterChanges& changes, const Entry& entry) { return changes.add(model, entry); }) {
-        for (const auto& table : {Model::variable_table(), Model::parameter_table()})
+        for (const auto& table : {model.variable_table(), model.parameter_table()})
             for (const Quantity& q : table) {
                 quantities_.push_back(&q);
                 values_.resize(values_.size() + static_cast<std::size_t>(q.size()));
@@ -135,13 +134,9 @@ class CommandPort {
             if (!exchange(nullptr)) return "error: the program ends\n";
             std::string text;
             std::size_t at = 0;
-            char number[40];
             for (const Quantity* q : quantities_) {
                 text += q->name + std::string(q->size() == 1 ? ": " : ": [");
-                for (int i = 0; i < q->size(); ++i) {
-                    std::snprintf(number, sizeof number, "%.17g", values_[at++]);
-                    text += (i ? ", " : "") + std::string(number);
-                }
+                for (int i = 0; i < q->size(); ++i) text += (i ? ", " : "") + number_text(values_[at++]);
                 text += q->size() == 1 ? "\n" : "]\n";
             }
             return text + "\n";

@@ -232,6 +232,13 @@ class Formula {
         for (int i = 0; i < R * C; ++i) elements_of(result)[i] = OperandOf<A>::data(a)[from[i]];
         return result;
     }
+    /// The element at a place that is computed, too; counted from 1.
+    template <class A> double element(const A& a, double i) noexcept {
+        return at(a, i, OperandOf<A>::rows * OperandOf<A>::cols, 0, 0);
+    }
+    template <class A> double element(const A& a, double i, double j) noexcept {
+        return at(a, i, OperandOf<A>::rows, j - 1, OperandOf<A>::cols);
+    }
     /// Side by side.
     template <class A> auto row(const A& a) noexcept { return a; }
     template <class A, class B, class... More>
@@ -274,6 +281,14 @@ class Formula {
     double require(bool is_real, double x = 0) noexcept {
         is_defined = is_defined && is_real;
         return x;
+    }
+    /// Row i of `rows`, which counts from 1; column j of `cols`, which counts from 0 (0: there is but one
+    /// index).
+    template <class A> double at(const A& a, double i, int rows, double j, int cols) noexcept {
+        const bool is_inside = i >= 1 && i <= rows && i == std::floor(i) && j >= 0 && j == std::floor(j) &&
+                               (cols == 0 ? j == 0 : j < cols);
+        require(is_inside);
+        return is_inside ? OperandOf<A>::data(a)[static_cast<int>(i) - 1 + static_cast<int>(j) * rows] : 0;
     }
     double number(double x) noexcept { return require(!(x != x), x); }
     template <class A> bool truth(const A& a) noexcept {

@@ -18,6 +18,8 @@ class Hosted {
     /// The rate is hit at that time, or the solver goes to it inside a step.
     virtual void hit(int rate, double time) noexcept = 0;
     virtual void go_to(int rate, double time) noexcept = 0;
+    /// An output of a conditional subsystem has its initial value; where sizes are known at the start.
+    virtual void write_initial_output(int /*condition*/, int /*outlet*/) noexcept {}
     /// Why the last call failed, and which block when the call did not name it.
     virtual const char* failure() const noexcept = 0;
     virtual const char* failed_block() const noexcept = 0;

@@ -350,14 +350,20 @@ template <class Model> std::string load_parameters(Model& model, const std::stri
     return "";
 }
 
+/// A short text that reads back as the same number.
+inline std::string number_text(double x) {
+    char text[40];
+    for (const int digits : {15, 16, 17}) {
+        std::snprintf(text, sizeof text, "%.*g", digits, x);
+        if (std::strtod(text, nullptr) == x) break;
+    }
+    return text;
+}
+
 /// The present value of a quantity as this format has it.
 template <class Model> std::string value_text(const Model& model, const Quantity& q) {
     std::string text;
-    char number[40];
-    const auto element = [&](int i) {
-        std::snprintf(number, sizeof number, "%.17g", read(model.data(q), q.type, i));
-        return std::string(number);
-    };
+    const auto element = [&](int i) { return number_text(read(model.data(q), q.type, i)); };
     if (q.size() == 1) return element(0);
     for (int i = 0; i < (q.cols == 1 ? 1 : q.rows); ++i) {
         text += text.empty() ? "[" : ", [";

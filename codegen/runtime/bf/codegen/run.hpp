@@ -43,7 +43,7 @@ class CsvFile {
     }
     template <class Model> void row(const Model& model) {
         std::fprintf(file_, "%.17g", model.time());
-        for (const Quantity& q : Model::recorded_table())
+        for (const Quantity& q : model.recorded_table())
             for (int i = 0; i < q.size(); ++i) std::fprintf(file_, ",%.17g", read(model.data(q), q.type, i));
         std::fputc('\n', file_);
     }
@@ -85,6 +85,10 @@ inline int usage(const char* program, int code) {
 inline volatile std::sig_atomic_t is_asked_to_stop = 0;
 
 namespace detail {
+template <class Model, class = void> struct IsElaborated : std::false_type {};
+template <class Model>
+struct IsElaborated<Model, std::void_t<decltype(&Model::elaborate)>> : std::true_type {};
+
 template <class Model, class = void> struct HasFolder : std::false_type {};
 template <class Model> struct HasFolder<Model, std::void_t<decltype(Model::folder)>> : std::true_type {};
 
@@ -106,21 +110,21 @@ inline std::optional<realtime::Overrun> overrun_of(const std::string& name) {
 
 /// All that can be changed with its present value, as a parameter file has it, and what is fixed as comments.
 template <class Model> void list_parameters(const Model& model) {
-    for (const auto& table : {Model::variable_table(), Model::parameter_table()})
+    for (const auto& table : {model.variable_table(), model.parameter_table()})
         for (const Quantity& q : table)
             std::printf("%s: %s  # %dx%d%s%s%s%s%s\n", q.name, value_text(model, q).c_str(), q.rows, q.cols,
                         *q.unit ? " [" : "", q.unit, *q.unit ? "]" : "", *q.doc ? " " : "", q.doc);
     if constexpr (detail::HasArguments<Model>::value)
         for (const FixedName& argument : Model::argument_table())
             std::printf("# %s: at the start only; %s\n", argument.name, argument.reason);
-    for (const FixedName& fixed : Model::fixed_table())
+    for (const FixedName& fixed : model.fixed_table())
         std::printf("# %s is fixed: %s\n", fixed.name, fixed.reason);
 }
 
 /// Steps the model until its stop time; returns the exit code of the program.
 template <class Model> int run(int argc, char** argv) {
     const auto model = std::make_unique<Model>();
-    double stop = Model::stop_time;
+    double stop = -1; // s; below 0: what the model says
     std::string csv_name, parameters, folder;
     bool shows_time = false, is_paced = false, lists = false;
     int port = -1;
@@ -160,29 +164,35 @@ template <class Model> int run(int argc, char** argv) {
             return usage(argv[0], 2);
         }
     }
-    if (lists) {
-        const std::string errors = parameters.empty() ? "" : load_parameters(*model, parameters);
-        std::fputs(errors.c_str(), stderr);
-        if (errors.empty()) list_parameters(*model);
-        return errors.empty() ? 0 : 1;
-    }
-    if (!std::isfinite(stop) && !is_paced) {
-        std::fprintf(stderr, "the model names no stop time: give --stop SECONDS\n");
-        return 2;
-    }
     if constexpr (detail::HasFolder<Model>::value) {
         if (!folder.empty()) model->folder = folder.c_str();
     } else if (!folder.empty()) {
         std::fprintf(stderr, "no block of this model reads a file: leave --folder out\n");
         return 2;
     }
-    if (!parameters.empty())
-        if (const std::string errors = load_parameters(*model, parameters); !errors.empty()) {
-            std::fputs(errors.c_str(), stderr);
-            return 1;
-        }
+    double planned = Model::stop_time;
+    std::string errors;
+    if constexpr (detail::IsElaborated<Model>::value) {
+        errors = model->elaborate(parameters);
+        planned = model->planned_stop();
+    } else if (!parameters.empty()) {
+        errors = load_parameters(*model, parameters);
+    }
+    if (!errors.empty()) {
+        std::fprintf(stderr, "%s%s", errors.c_str(), errors.back() == '\n' ? "" : "\n");
+        return 1;
+    }
+    if (lists) {
+        list_parameters(*model);
+        return 0;
+    }
+    if (stop < 0) stop = planned;
+    if (!std::isfinite(stop) && !is_paced) {
+        std::fprintf(stderr, "the model names no stop time: give --stop SECONDS\n");
+        return 2;
+    }
     CsvFile csv;
-    if (!csv_name.empty() && !csv.open(csv_name, Model::recorded_table())) {
+    if (!csv_name.empty() && !csv.open(csv_name, model->recorded_table())) {
         std::fprintf(stderr, "cannot write %s\n", csv_name.c_str());
         return 1;
     }
@@ -219,7 +229,7 @@ template <class Model> int run(int argc, char** argv) {
     }
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     model->terminate();
-    for (const Quantity& q : Model::check_table())
+    for (const Quantity& q : model->check_table())
         std::printf("%s = %.17g\n", q.name, read(model->data(q), q.type, 0));
     if (shows_time && done > 0) std::printf("%.3f ns per step\n", wall * 1e9 / static_cast<double>(done));
     if (pacer) std::fputs(realtime::report(pacer->statistics()).c_str(), stdout);

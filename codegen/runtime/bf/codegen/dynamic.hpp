@@ -1,0 +1,32 @@
+// Quantities whose sizes are known when the program starts.
+#pragma once
+
+#include "bf/codegen/views.hpp"
+
+namespace bf::generated {
+
+/// Elements in memory that the model owns; bound once, before the first step.
+template <class T> struct Dynamic {
+    T* data = nullptr;
+    int rows = 0, cols = 0;
+    int size() const noexcept { return rows * cols; }
+};
+
+template <class T> kernels::View<const T> in(const Dynamic<T>& x) noexcept {
+    return {x.data, x.rows, x.cols};
+}
+template <class T> kernels::View<T> out(Dynamic<T>& x) noexcept { return {x.data, x.rows, x.cols}; }
+
+template <class T, class... V> auto list(const kernels::View<T>& first, const V&... others) noexcept {
+    return List<kernels::View<T>, 1 + int(sizeof...(V))>{{first, others...}};
+}
+
+/// state = next, but false when an element is not a number.
+template <class T> bool commit(Dynamic<T>& state, const Dynamic<T>& next) noexcept {
+    for (int i = 0; i < next.size(); ++i)
+        if (next.data[i] != next.data[i]) return false;
+    for (int i = 0; i < next.size(); ++i) state.data[i] = next.data[i];
+    return true;
+}
+
+} // namespace bf::generated

@@ -1,0 +1,319 @@
+// The model behind a program whose sizes are known at its start: elaborated then, from the text that the
+// program was generated from and the values of a parameter file. Its context holds all memory of the
+// generated class.
+#pragma once
+
+#include "bf/codegen/dynamic.hpp"
+#include "bf/codegen/hosted.hpp"
+#include "bf/codegen/quantity.hpp"
+
+#include "bf/core/context.hpp"
+#include "bf/core/registry.hpp"
+#include "bf/elaborate/elaborate.hpp"
+#include "bf/elaborate/structure.hpp"
+#include "bf/elaborate/tuning.hpp"
+#include "bf/formats/yaml.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bf::generated {
+
+class ElaboratedModel final : public Hosted {
+  public:
+    /// A file of the model, relative to its folder.
+    struct Text {
+        const char* file;
+        const char* content;
+    };
+    /// The first text is the model's own. Throws what elaboration throws, and std::runtime_error naming the
+    /// first part whose structure is another one than `structure`.
+    ElaboratedModel(const Library& library, const char* plugin_folder, const std::string& folder,
+                    const std::vector<Text>& texts, std::vector<ElaborateOptions::Override> overrides,
+                    const std::vector<std::pair<const char*, std::uint64_t>>& structure) {
+        registry_.add(library);
+        registry_.add_search_path(plugin_folder);
+        const auto at = std::filesystem::absolute(folder);
+        formats::Files files;
+        for (const Text& text : texts) files[(at / text.file).lexically_normal()] = text.content;
+        const auto model = formats::read_yaml((at / texts.front().file).lexically_normal(), files);
+        diagram_ = elaborate(model, registry_, {std::move(overrides), at.lexically_normal().string()});
+        const auto parts = structure_of(diagram_);
+        for (std::size_t i = 0; i < std::max(parts.size(), structure.size()); ++i) {
+            if (i < parts.size() && i < structure.size() && parts[i].name == structure[i].first &&
+                parts[i].hash == structure[i].second)
+                continue;
+            throw std::runtime_error("'" +
+                                     (i < parts.size() ? parts[i].name : std::string(structure[i].first)) +
+                                     "' has another structure than the code was generated for; with these "
+                                     "values, generate it again");
+        }
+        context_ =
+            std::make_unique<Context>(diagram_.context_nodes(), static_cast<int>(diagram_.rates.size()));
+        tuning_ = std::make_unique<Tuning>(diagram_);
+        make_tables();
+    }
+    ~ElaboratedModel() override { stop(); }
+
+    // ---- the memory of the generated class
+
+    template <class T> void bind(Dynamic<T>& member, int node, int slot) {
+        set(member, context_->data(node, slot), node, slot);
+    }
+    template <class T> void bind_next(Dynamic<T>& member, int node, int slot) {
+        set(member, context_->next_data(node, slot), node, slot);
+    }
+    template <class T> void bind_rate(Dynamic<T>& member, int node, int slot) {
+        set(member, context_->frame(node).rate[slot], node, slot);
+    }
+    double* continuous() { return context_->continuous_state().data(); }
+    double* rates() { return context_->continuous_rate().data(); }
+    int continuous_size() { return static_cast<int>(context_->continuous_state().size()); }
+
+    /// The constants of a rule's operand.
+    kernels::View<const double> constants(int node, Phase phase, int rule, int operand) const {
+        const auto& d = diagram_.nodes[static_cast<std::size_t>(node)].block->declaration();
+        const auto& rules = phase == Phase::output   ? d.output_rules
+                            : phase == Phase::update ? d.update_rules
+                                                     : d.derivative_rules;
+        const auto& values =
+            *rules[static_cast<std::size_t>(rule)].operands[static_cast<std::size_t>(operand)].constants;
+        return {values.data(), static_cast<int>(values.size())};
+    }
+    double stop_time() const { return diagram_.stop; }
+    /// What run() knows by its place in the order of these calls.
+    void add_task(int node, Phase phase, int index) { tasks_.push_back(context_->task(node, phase, index)); }
+    void write_initial_output(int condition, int number) noexcept override {
+        const auto& outlet = diagram_.conditions[static_cast<std::size_t>(condition)]
+                                 .outlets[static_cast<std::size_t>(number)];
+        const Slot& slot = diagram_.slot(outlet.end);
+        void* const to = context_->data(outlet.end.node, outlet.end.slot);
+        if (outlet.initial_from.node < 0)
+            return write_values(to, slot.type, slot.size.count(), outlet.initial);
+        const void* const from = context_->data(outlet.initial_from.node, outlet.initial_from.slot);
+        const int count = diagram_.slot(outlet.initial_from).size.count();
+        const auto element = static_cast<std::size_t>(bytes(slot.type));
+        for (int i = 0; i < slot.size.count(); ++i)
+            std::memcpy(static_cast<std::byte*>(to) + static_cast<std::size_t>(i) * element,
+                        static_cast<const std::byte*>(from) +
+                            static_cast<std::size_t>(count == 1 ? 0 : i) * element,
+                        element);
+    }
+
+    // ---- the run
+
+    bool start() noexcept override {
+        stop();
+        for (std::size_t r = 0; r < diagram_.rates.size(); ++r) {
+            const double period = diagram_.rates[r].is_continuous ? 0 : diagram_.period(static_cast<int>(r));
+            context_->clock(static_cast<int>(r)) = {0, period, -1};
+        }
+        const auto rates = context_->continuous_rate();
+        std::fill(rates.begin(), rates.end(), 0.0);
+        for (int n = 0; n < count(); ++n) {
+            const auto& slots = diagram_.nodes[static_cast<std::size_t>(n)].block->declaration().slots;
+            for (std::size_t s = 0; s < slots.size(); ++s)
+                if (slots[s].role == Role::output)
+                    write_values(context_->data(n, static_cast<int>(s)), slots[s].type, slots[s].size.count(),
+                                 {});
+            if (!reset(n)) return fail(n, failure_);
+        }
+        for (; started_ < count(); ++started_) try {
+                context_->start(started_);
+            } catch (const std::exception& error) {
+                const int failed = started_;
+                stop();
+                return fail(failed, error.what());
+            }
+        return true;
+    }
+    void stop() noexcept override {
+        for (; started_ > 0; --started_) context_->stop(started_ - 1);
+    }
+    bool run(int task) noexcept override { return good(tasks_[static_cast<std::size_t>(task)]()); }
+    bool reset(int node) noexcept override { return good(context_->reset(node)); }
+    void hit(int rate, double time) noexcept override {
+        Clock& clock = context_->clock(rate);
+        clock.time = time;
+        ++clock.step;
+    }
+    void go_to(int rate, double time) noexcept override { context_->clock(rate).time = time; }
+    const char* failure() const noexcept override { return failure_.c_str(); }
+    const char* failed_block() const noexcept override { return failed_block_.c_str(); }
+
+    // ---- names
+
+    Quantities parameters() const { return of(parameters_); }
+    Quantities variables() const { return of(variables_); }
+    Quantities recorded() const { return of(recorded_); }
+    Quantities checks() const { return of(checks_); }
+    FixedNames fixed() const { return {fixed_.data(), static_cast<int>(fixed_.size())}; }
+
+    /// Changes parameters and variables, all or none; `recompute` computes what depends on parameters alone,
+    /// and says whether that is defined. Null, or what is wrong.
+    template <class F>
+    const char* set_parameters(const NewValue* changes, int count, F&& recompute) noexcept {
+        try {
+            NamedValues asked;
+            for (int i = 0; i < count; ++i) {
+                const Quantity* q = parameters().find(changes[i].name);
+                if (!q) q = variables().find(changes[i].name);
+                if (!q) return "there is no parameter of this name";
+                if (const char* wrong = check_all(*q, changes[i].values, changes[i].count)) return wrong;
+                asked.emplace_back(q->name, std::vector<double>(static_cast<std::size_t>(q->size())));
+                for (std::size_t e = 0; e < asked.back().second.size(); ++e)
+                    asked.back().second[e] = changes[i].values[changes[i].count == 1 ? 0 : e];
+            }
+            std::vector<std::pair<const Quantity*, std::vector<double>>> before;
+            const auto write = [](const Quantity& q, const std::vector<double>& values) {
+                write_all(address(q), q, values.data(), static_cast<int>(values.size()));
+            };
+            for (const auto& [name, values] : tuning_->follow(asked)) {
+                const Quantity& q = *parameters().find(name.c_str());
+                std::vector<double> old(static_cast<std::size_t>(q.size()));
+                for (int i = 0; i < q.size(); ++i)
+                    old[static_cast<std::size_t>(i)] = read(address(q), q.type, i);
+                before.emplace_back(&q, std::move(old));
+                write(q, values);
+            }
+            if (!recompute()) {
+                for (const auto& [q, values] : before) write(*q, values);
+                return "what follows is not defined for these values";
+            }
+            tuning_->accept(asked);
+            show_variables();
+            return nullptr;
+        } catch (const std::exception& error) {
+            problem_ = error.what();
+            return problem_.c_str();
+        }
+    }
+    /// Where a quantity of these tables lies.
+    static void* address(const Quantity& q) noexcept { return reinterpret_cast<void*>(q.offset); }
+
+  private:
+    int count() const { return static_cast<int>(diagram_.nodes.size()); }
+    static Quantities of(const std::vector<Quantity>& rows) {
+        return {rows.data(), static_cast<int>(rows.size())};
+    }
+
+    template <class T> void set(Dynamic<T>& member, void* data, int node, int slot) {
+        const Size& size = diagram_.slot({node, slot}).size;
+        member = {static_cast<T*>(data), size.rows, size.cols};
+    }
+
+    const char* keep(const std::string& text) { return texts_.emplace_back(text).c_str(); }
+
+    Quantity row(const std::string& name, const Node::End& end, Where where) {
+        const Slot& slot = diagram_.slot(end);
+        const bool has_unit = slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1";
+        return {keep(name),
+                keep(has_unit ? std::string(slot.unit.text) : ""),
+                keep(slot.doc),
+                static_cast<Type>(slot.type),
+                where,
+                slot.size.rows,
+                slot.size.cols,
+                reinterpret_cast<std::size_t>(context_->data(end.node, end.slot)),
+                -1};
+    }
+
+    void make_tables() {
+        for (int n = 0; n < count(); ++n) {
+            const auto& node = diagram_.nodes[static_cast<std::size_t>(n)];
+            const auto& slots = node.block->declaration().slots;
+            const std::string name = node.path.substr(node.path.rfind('.') + 1);
+            const auto reported =
+                std::count_if(slots.begin(), slots.end(), [](const Slot& s) { return s.reported; });
+            for (std::size_t s = 0; s < slots.size(); ++s) {
+                const Node::End end{n, static_cast<int>(s)};
+                if (slots[s].role == Role::parameter && slots[s].size.count() > 0)
+                    parameters_.push_back(row(diagram_.end_path(end), end, Where::parameters));
+                if (slots[s].reported && slots[s].size.count() > 0)
+                    checks_.push_back(
+                        row(slots[s].name == "value" || reported == 1 ? name : name + "." + slots[s].name,
+                            end, Where::states));
+            }
+        }
+        std::vector<SignalName> signals = diagram_.record;
+        for (const auto& panel : diagram_.plots)
+            signals.insert(signals.end(), panel.signals.begin(), panel.signals.end());
+        if (signals.empty()) signals = diagram_.signals();
+        std::set<std::string> seen;
+        for (const auto& signal : signals)
+            if (diagram_.slot(signal.end).size.count() > 0 && seen.insert(signal.path).second)
+                recorded_.push_back(row(signal.path, signal.end, Where::signals));
+        for (const auto& variable : tuning_->variables())
+            if (!variable.fixed.empty())
+                fixed_.push_back({keep(variable.path), keep("while it runs, since " + variable.fixed +
+                                                            "; give it in the parameter file")});
+            else
+                variables_.push_back(
+                    {keep(variable.path), "", keep(variable.text.empty() ? "" : "= " + variable.text),
+                     Type::float64, Where::variables, variable.rows, variable.cols,
+                     reinterpret_cast<std::size_t>(values_.emplace_back(variable.values).data()), -1});
+        for (const auto& node : diagram_.nodes)
+            for (const auto& [name, value] : node.arguments)
+                fixed_.push_back(
+                    {keep(node.path + "." + name), "it is an argument: give it in the parameter file"});
+    }
+    void show_variables() {
+        std::size_t i = 0;
+        for (const auto& variable : tuning_->variables())
+            if (variable.fixed.empty())
+                std::copy(variable.values.begin(), variable.values.end(), values_[i++].begin());
+    }
+
+    bool good(Status status) noexcept {
+        if (status) return true;
+        failure_ = status.text();
+        return false;
+    }
+    bool fail(int node, std::string text) noexcept {
+        failed_block_ = diagram_.nodes[static_cast<std::size_t>(node)].path;
+        failure_ = std::move(text);
+        return false;
+    }
+
+    Registry registry_; // the code of the blocks below
+    Diagram diagram_;
+    std::unique_ptr<Context> context_;
+    std::unique_ptr<Tuning> tuning_;
+    std::vector<Task> tasks_;
+    std::deque<std::string> texts_;
+    std::deque<std::vector<double>> values_; ///< of variables
+    std::vector<Quantity> parameters_, variables_, recorded_, checks_;
+    std::vector<FixedName> fixed_;
+    int started_ = 0;
+    std::string failure_, failed_block_, problem_;
+};
+
+/// The overrides that a parameter file makes, as `bf run --params` reads it. Throws std::runtime_error.
+inline std::vector<ElaborateOptions::Override> read_overrides(const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw std::runtime_error("cannot read the parameter file " + file);
+    const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    std::vector<ElaborateOptions::Override> overrides;
+    const auto collect = [&](const auto& self, const std::vector<model::Variable>& variables,
+                             const std::string& prefix) -> void {
+        for (const auto& variable : variables)
+            if (variable.fields.empty())
+                overrides.push_back({prefix + variable.name, variable.value.matlab(), variable.value.where});
+            else
+                self(self, variable.fields, prefix + variable.name + ".");
+    };
+    collect(collect, formats::read_yaml_variables(text, file), "");
+    return overrides;
+}
+
+} // namespace bf::generated

@@ -32,6 +32,11 @@ struct Guarded {
     std::vector<std::string> statements;
 };
 
+/// Each line moved to the right.
+std::string indented(const std::string& text, int spaces);
+/// Empty where a quantity has none.
+std::string unit_text(const Slot& slot);
+
 class Generator {
   public:
     Generator(const Diagram& diagram, const Options& options);

@@ -177,7 +177,7 @@ std::string Generator::elaborated_source() const {
 
 #include "bf/codegen/elaborated.hpp"
 
-#include "bf/blocks/standard.hpp"
+@standard@
 
 #ifndef BF_PLUGIN_FOLDER
 #define BF_PLUGIN_FOLDER "."
@@ -270,7 +270,8 @@ const char* @Class@::set_parameters(const NewValue* changes, int count) noexcept
                                       {"@overrides@", overrides},
                                       {"@binds@", binds},
                                       {"@constants@", constants},
-                                      {"@tasks@", tasks}})
+                                      {"@tasks@", tasks},
+                                      {"@standard@", "#include \"bf/blocks/standard.hpp\""}})
         for (auto at = source.find(mark); at != std::string::npos; at = source.find(mark, at + value.size()))
             source.replace(at, mark.size(), value);
     return source;

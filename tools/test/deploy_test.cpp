@@ -95,7 +95,7 @@ TEST_F(Deploy, WrongInputLeavesNothingBehind) {
                                "robot: {block: WholeBodyToolbox/Configuration, robot: "
                                "iCubGazeboV2_5, joints: [neck_pitch]}\n");
     refused("models/world.yaml -o package --target " +
-                (shell("uname -m").out == "aarch64\n" ? "x86_64" : "aarch64"),
+                std::string(shell("uname -m").out == "aarch64\n" ? "x86_64" : "aarch64"),
             "blocks of plugins cannot be packed for ");
     EXPECT_EQ(files(), "models other sine.yaml");
 }

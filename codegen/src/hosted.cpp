@@ -76,8 +76,10 @@ std::string Generator::hosted_source() const {
             providers += (providers.empty() ? "{" : ", {") +
                          number(hosted_[static_cast<std::size_t>(from.node)]) + ", " + number(from.slot) +
                          "}";
-        const std::string subfolder =
-            std::filesystem::path(node.arguments.folder).lexically_relative(options_.folder).generic_string();
+        const std::string subfolder = std::filesystem::absolute(node.arguments.folder)
+                                          .lexically_normal()
+                                          .lexically_relative(options_.folder)
+                                          .generic_string();
         adds += "    blocks->add(" + literal(node.path) + ", " + literal(node.type) + ", " +
                 number(node.rate) + ",\n        {" + arguments + "},\n        " +
                 literal(subfolder.empty() ? node.arguments.folder : subfolder) + ",\n        {" + slots +

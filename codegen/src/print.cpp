@@ -554,11 +554,14 @@ MemoryReport Generator::memory() const {
         }
         return (size + largest - 1) / largest * largest;
     };
+    std::size_t variables = 0;
+    for (const auto& field : formulas_.variables)
+        variables += sizeof(double) * static_cast<std::size_t>(definition(field.definition).value.numel());
     const auto real_bytes = static_cast<std::size_t>(bytes(real()));
     const auto stages = static_cast<std::size_t>(stages_of_solver());
     return {.inputs = bytes_of(inputs_),
             .outputs = bytes_of(outputs_),
-            .parameters = 2 * bytes_of(parameters_), // the last ones are kept to go back to
+            .parameters = 2 * (bytes_of(parameters_) + variables), // the last ones are kept to go back to
             .signals = bytes_of(signals_),
             .states = 2 * bytes_of(states_) +
                       static_cast<std::size_t>(continuous_size()) * real_bytes * (3 + stages),

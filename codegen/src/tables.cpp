@@ -82,6 +82,7 @@ std::string Generator::fixed_rows() const {
         rows += "    {" + literal(name) + ", " + literal(reason) + "},\n";
     };
     row("step", "it is the period of the generated code");
+    row("stop", "give it as --stop");
     for (const auto& [name, reason] : formulas_.fixed) row(name, reason);
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
         if (!is_hosted(static_cast<int>(n)))

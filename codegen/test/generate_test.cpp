@@ -1,6 +1,6 @@
 #include "cases.hpp"
 
-#include "bf/codegen/quantity.hpp"
+#include "bf/codegen/parameter_file.hpp"
 #include "bf/engine/simulation.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/model/builder.hpp"
@@ -287,7 +287,7 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
         program.text("out.txt"),
         "one.value: [1, 2]  # 2x1 the constant; its type is that of y\nK.K: 3  # 1x1 factor\n"
         "matrix.value: [[1, 2], [3, 4]]  # 2x2 the constant; its type is that of y\n# step is fixed: it "
-        "is the period of the generated code\n");
+        "is the period of the generated code\n# stop is fixed: give it as --stop\n");
 
     EXPECT_EQ(program("--realtime"), 0);
     EXPECT_NE(program.text("out.txt").find("period of 100000 us, 2 steps"), std::string::npos);
@@ -451,6 +451,25 @@ finally:
 assert program.returncode == 0, program.returncode
 )py");
     EXPECT_EQ(std::system((program.at + "timeout 60 python3 client.py").c_str()), 0);
+}
+
+TEST(ParameterFile, AnyTextIsReadOrRefused) {
+    std::mt19937 random(1);
+    const std::string alphabet = "ab.:{}[],;'\"# \n\t-1e0\r|&*";
+    std::size_t entries = 0;
+    for (int i = 0; i < 20000; ++i) {
+        std::string text;
+        for (auto length = random() % 40; length > 0; --length) text += alphabet[random() % alphabet.size()];
+        for (const auto& entry : generated::parse_parameters(text, "f").entries) {
+            EXPECT_EQ(entry.items.size(), static_cast<std::size_t>(entry.rows * entry.cols)) << text;
+            ++entries;
+        }
+    }
+    EXPECT_GT(entries, 100u);
+    std::string deep;
+    for (int i = 0; i < 30000; ++i) deep += "{a: ";
+    EXPECT_EQ(generated::parse_parameters(deep + std::string(30000, '}'), "f").errors,
+              "f:1: the names are nested too deeply\n");
 }
 
 TEST(GeneratedProgram, ParametersFitTheirTypeOrAreRefused) {

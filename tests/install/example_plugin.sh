@@ -36,3 +36,19 @@ export BLOCKFACTORY_PLUGIN_PATH=$work/example/build
 prefix/bin/bf run example/model.yaml --record filter.mcap
 prefix/bin/bf export filter.mcap -o filter.csv
 python3 "$source/tests/install/compare.py" filter.csv example/expected.csv 1e-12
+
+# A generated program that finds its sizes at its start builds against the installation only, too.
+cat >sized.yaml <<END
+model: sized
+step: 0.1
+stop: 0.1
+variables: {n: 2, k: 3}
+blocks:
+  c: {block: Constant, value: "k*ones(n, 1)"}
+END
+prefix/bin/bf generate sized.yaml --sizes=runtime -o sized >/dev/null
+cmake -S sized -B sized/build -DCMAKE_PREFIX_PATH="$work/prefix" >configure.log 2>&1 || { cat configure.log; exit 1; }
+cmake --build sized/build -j2 >build.log 2>&1 || { cat build.log; exit 1; }
+echo '{n: 3, k: 2^2}' >three.yaml
+sized/build/run_sized --params three.yaml --csv sized.csv
+printf 'time,"c.y(1)","c.y(2)","c.y(3)"\n0,4,4,4\n' | cmp - sized.csv

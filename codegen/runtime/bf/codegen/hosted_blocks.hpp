@@ -125,7 +125,9 @@ class HostedBlocks final : public Hosted {
     int count() const { return static_cast<int>(items_.size()); }
 
     static const char* is_another_version() {
-        return "the plugin's block is not the one that this code was generated with; generate it again";
+        return "the block has other ports or sizes than the code was generated for; generate it again, with "
+               "the "
+               "arguments that were changed";
     }
     void change(const std::string& path, const BlockClass& type, Arguments& arguments) const {
         for (const Entry& entry : changed_) {

@@ -137,7 +137,7 @@ inline bool read_value(const std::string& written, Entry& entry) {
                     rows.push_back(std::move(inner));
                     continue;
                 }
-                if (part.front() == '\'' || part.front() == '"') {
+                if (part.empty() || part.front() == '\'' || part.front() == '"') {
                     items.push_back(unquoted(part));
                     continue;
                 }
@@ -212,6 +212,8 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
         result.errors += source + ":" + std::to_string(line) + ": " + what + "\n";
     };
     const auto add = [&](auto&& self, const std::string& name, const std::string& value, int line) -> void {
+        if (std::count(name.begin(), name.end(), '.') > 50)
+            return wrong(line, "the names are nested too deeply");
         if (detail::is_between(value, '{', '}')) {
             for (const std::string& part : detail::parts_of(detail::inside(value), ',')) {
                 const auto colon = detail::colon_of(part);
@@ -299,6 +301,9 @@ class ParameterChanges {
         if (!q) {
             for (const FixedName& fixed : model.fixed_table())
                 if (entry.name == fixed.name) return "'" + entry.name + "' cannot change: " + fixed.reason;
+            if (detail::is_argument<Model>(entry.name))
+                return "'" + entry.name +
+                       "' cannot change: it is an argument, which is read before the first step only";
             return "there is no parameter or variable '" + entry.name + "'; --list names all";
         }
         std::vector<double> values;

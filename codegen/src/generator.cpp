@@ -38,9 +38,14 @@ bool has_guards(const DiagramNode& node) {
 
 } // namespace
 
-bool has_hosted_blocks(const Diagram& diagram) {
-    return !std::all_of(diagram.nodes.begin(), diagram.nodes.end(), is_printable);
+std::vector<std::string> hosted_blocks(const Diagram& diagram) {
+    std::vector<std::string> blocks;
+    for (const auto& node : diagram.nodes)
+        if (!is_printable(node)) blocks.push_back(node.path + " (" + node.type + ")");
+    return blocks;
 }
+
+bool has_hosted_blocks(const Diagram& diagram) { return !hosted_blocks(diagram).empty(); }
 
 Generator::Generator(const Diagram& diagram, const Options& options)
     : diagram_(diagram), options_(options),

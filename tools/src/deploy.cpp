@@ -177,14 +177,11 @@ void pack_program(const LoadedModel& loaded, const ModelOptions& options, const 
 void pack_generated(const LoadedModel& loaded, const std::string& name, const std::string& target,
                     const OutputFolder& folder) {
     std::string hosted;
-    for (const auto& node : loaded.diagram.nodes)
-        if (const auto slash = node.type.find('/'); slash != std::string::npos)
-            hosted += "\n  " + node.path + " (" + node.type + ")";
+    for (const auto& block : codegen::hosted_blocks(loaded.diagram)) hosted += "\n  " + block;
     if (!hosted.empty())
-        throw CommandError(
-            "blocks of plugins cannot be packed for " + target + ":" + hosted +
-            "\nthe plugins here, and the libraries from wheels that they link, were built for " + machine() +
-            "; deploy on a computer of that kind, or the part of the model without them");
+        throw CommandError("these blocks cannot be packed for " + target + ":" + hosted +
+                           "\nthey are made from plugins and libraries that were built for " + machine() +
+                           "; deploy on a computer of that kind, or the part of the model without them");
     const std::string compiler = target + "-linux-gnu-g++";
     const auto project = folder.path() / "source", build = folder.path() / ".build";
     codegen::write(codegen::generate(loaded.diagram), project);

@@ -96,7 +96,7 @@ TEST_F(Deploy, WrongInputLeavesNothingBehind) {
                                "iCubGazeboV2_5, joints: [neck_pitch]}\n");
     refused("models/world.yaml -o package --target " +
                 std::string(shell("uname -m").out == "aarch64\n" ? "x86_64" : "aarch64"),
-            "blocks of plugins cannot be packed for ");
+            "these blocks cannot be packed for ");
     EXPECT_EQ(files(), "models other sine.yaml");
 }
 

@@ -1,7 +1,8 @@
 """One compiled program balances several robots: each run records what the simulation with the same values records.
 
-Usage: test.py BF MODEL PROGRAM [PARAMETERS...]. The program is generated with --sizes=runtime; it runs once without a
-parameter file, and once with each. Every robot must stand.
+Usage: test.py BF MODEL PROGRAM FIXED [PARAMETERS...]. PROGRAM is generated with --sizes=runtime; it runs once without a
+parameter file, and once with each. Every robot must stand. FIXED has the sizes of the model: it takes the robots with as
+many joints, and refuses the others.
 """
 import csv
 import json
@@ -10,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 
-bf, model, program, *files = sys.argv[1:]
+bf, model, program, fixed, *files = sys.argv[1:]
 STOP = "5"
 
 
@@ -38,6 +39,12 @@ with tempfile.TemporaryDirectory() as name:
         run(program, "--stop", STOP, "--csv", folder / "program.csv", *parameters)
         names, rows = read(folder / "program.csv")
         widths.add(len(names))
+        same_size = len(names) == max(widths)
+        other = run(fixed, "--stop", STOP, "--csv", folder / "fixed.csv", *parameters, code=0 if same_size else 1)
+        if same_size:
+            assert (folder / "fixed.csv").read_bytes() == (folder / "program.csv").read_bytes(), file
+        else:
+            assert "'n' cannot change: " in other.stderr, other.stderr
         compared = 0
         for part in folder.glob("run_*.csv"):
             signal = part.stem.removeprefix("run_")

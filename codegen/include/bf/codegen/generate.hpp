@@ -55,6 +55,8 @@ struct MemoryReport {
 };
 MemoryReport memory_report(const Diagram& diagram, const Options& options = {});
 
+/// The blocks that the program makes through the factory, "path (type)".
+std::vector<std::string> hosted_blocks(const Diagram& diagram);
 /// Does the program make some blocks through the factory, because they are more than rules that can be
 /// printed? It then needs the installed BlockFactory and their plugins.
 bool has_hosted_blocks(const Diagram& diagram);

@@ -33,8 +33,9 @@ std::string read_text(const fs::path& file) {
 
 /// A folder of this test alone, removed at its end.
 struct Folder {
-    fs::path path = fs::temp_directory_path() / ("bf_codegen_folder_" + std::to_string(getpid()));
-    Folder() {
+    fs::path path;
+    explicit Folder(const std::string& name = "folder")
+        : path(fs::temp_directory_path() / ("bf_codegen_" + name + "_" + std::to_string(getpid()))) {
         fs::remove_all(path);
         fs::create_directories(path);
     }
@@ -232,7 +233,7 @@ template <class F> std::string refusal(F&& f) {
 
 /// A generated program in a folder of its own.
 struct Program {
-    explicit Program(const Diagram& diagram) {
+    explicit Program(const Diagram& diagram, const std::string& name = "program") : folder(name) {
         write(generate(diagram), folder.path);
         compiled = std::system((at + BF_CXX
                                 " -std=c++17 -Wall -Wextra -Werror -ffp-contract=off -I. -Iinclude *.cpp "
@@ -309,49 +310,59 @@ std::string expressions_model(const std::vector<std::string>& expressions) {
     return text;
 }
 
+const std::vector<std::string>& expressions() {
+    static const std::vector<std::string> all{"a",
+                                              "-a + b",
+                                              "a*b - v",
+                                              "v'*v",
+                                              "v*v'",
+                                              "M*M",
+                                              "M*[a; b]",
+                                              "M.^2 ./ [a b]",
+                                              "2^a",
+                                              "sqrt(S.q)/7",
+                                              "[a, b; M]",
+                                              "[M, [a; b]; 1 2 S.p]",
+                                              "v(2)",
+                                              "v([3 1])",
+                                              "M(:, end)",
+                                              "M(2, :) + v(1:2)",
+                                              "a > b & ~(b == 0)",
+                                              "a >= 1 && b < 0",
+                                              "a ~= 1 || b <= 0",
+                                              "sin(a) + cos(b)*tan(a) + atan2(a, b)",
+                                              "exp(a) + log(a) + log10(a) + log2(b)",
+                                              "mod(-a, 0.7) + rem(a, b) + hypot(a, b)",
+                                              "min(v, a) + max(v, b)",
+                                              "floor(v/2) + ceil(v/3) + fix(a/3) + round(a/3)",
+                                              "abs(v) .* sign(v)",
+                                              "diag(v)*a",
+                                              "diag(M)'",
+                                              "eye(2)*a + zeros(n, n)",
+                                              "deg2rad(a) + rad2deg(b)",
+                                              "a \\\\ v",
+                                              "v/a",
+                                              "numel(v)*a + pi",
+                                              "tanh(a) + asinh(a) + acos(b) + expm1(b) + log1p(b)",
+                                              "S.q.^[1 2 3]",
+                                              "a*[1 2; 3 4]'",
+                                              "v(n1)",
+                                              "M(n1, 2)",
+                                              "M(2, 3 - n1) + v(end)"};
+    return all;
+}
+
+/// The program of all these expressions, compiled once.
+const Program& expressions_program() {
+    static const Elaborated model(formats::read_yaml_text(expressions_model(expressions()), "m.yaml"));
+    static const Program program(model.diagram, "expressions");
+    return program;
+}
+
 TEST(GeneratedProgram, FollowsVariablesBitForBitAsElaborationDoes) {
-    const std::vector<std::string> expressions{"a",
-                                               "-a + b",
-                                               "a*b - v",
-                                               "v'*v",
-                                               "v*v'",
-                                               "M*M",
-                                               "M*[a; b]",
-                                               "M.^2 ./ [a b]",
-                                               "2^a",
-                                               "sqrt(S.q)/7",
-                                               "[a, b; M]",
-                                               "[M, [a; b]; 1 2 S.p]",
-                                               "v(2)",
-                                               "v([3 1])",
-                                               "M(:, end)",
-                                               "M(2, :) + v(1:2)",
-                                               "a > b & ~(b == 0)",
-                                               "a >= 1 && b < 0",
-                                               "a ~= 1 || b <= 0",
-                                               "sin(a) + cos(b)*tan(a) + atan2(a, b)",
-                                               "exp(a) + log(a) + log10(a) + log2(b)",
-                                               "mod(-a, 0.7) + rem(a, b) + hypot(a, b)",
-                                               "min(v, a) + max(v, b)",
-                                               "floor(v/2) + ceil(v/3) + fix(a/3) + round(a/3)",
-                                               "abs(v) .* sign(v)",
-                                               "diag(v)*a",
-                                               "diag(M)'",
-                                               "eye(2)*a + zeros(n, n)",
-                                               "deg2rad(a) + rad2deg(b)",
-                                               "a \\\\ v",
-                                               "v/a",
-                                               "numel(v)*a + pi",
-                                               "tanh(a) + asinh(a) + acos(b) + expm1(b) + log1p(b)",
-                                               "S.q.^[1 2 3]",
-                                               "a*[1 2; 3 4]'",
-                                               "v(n1)",
-                                               "M(n1, 2)",
-                                               "M(2, 3 - n1) + v(end)"};
-    const std::string text = expressions_model(expressions);
-    const Elaborated model(formats::read_yaml_text(text, "m.yaml"));
-    const Program program(model.diagram);
-    ASSERT_EQ(program.compiled, 0) << program.text("errors.txt");
+    const std::string text = expressions_model(expressions());
+    const Program& program = expressions_program();
+    ASSERT_EQ(program.compiled, 0);
     const std::vector<std::pair<std::string, std::vector<ElaborateOptions::Override>>> changes{
         {"{}", {}},
         {"{a: 1.7, b: 0.1}", {{"a", "1.7"}, {"b", "0.1"}}},
@@ -377,7 +388,7 @@ TEST(GeneratedProgram, FollowsVariablesBitForBitAsElaborationDoes) {
                 std::getline(values, cell, ',');
                 EXPECT_EQ(std::strtod(cell.c_str(), nullptr), wanted)
                     << file << ": " << node.path << " = "
-                    << expressions[static_cast<std::size_t>(std::stoi(node.path.substr(1)))];
+                    << expressions()[static_cast<std::size_t>(std::stoi(node.path.substr(1)))];
             }
         }
     }
@@ -407,10 +418,7 @@ TEST(GeneratedProgram, NamesTheExpressionThatFixesAVariable) {
 }
 
 TEST(GeneratedProgram, TakesCommandsWhileItRuns) {
-    const Elaborated model(formats::read_yaml_text("model: live\nstep: 0.001\nvariables: {a: 2}\nblocks:\n"
-                                                   "  c: {block: Constant, value: \"a*[1 2]\"}\n",
-                                                   "m.yaml"));
-    const Program program(model.diagram);
+    const Program& program = expressions_program();
     ASSERT_EQ(program.compiled, 0);
     write_text(program.folder.path / "client.py", R"py(
 import re, socket, subprocess
@@ -429,20 +437,23 @@ try:
         return lines.readline().strip()
 
     def values():
-        text = ask("?")
-        rest = []
+        lines.write("?\n")
+        lines.flush()
+        found = {}
         while (line := lines.readline().strip()):
-            rest.append(line)
-        return [text, *rest]
+            name, value = line.split(": ", 1)
+            found[name] = value
+        return found["a"], found["c0.value"], found["v"]
 
-    assert values() == ["a: 2", "c.value: [2, 4]"]
+    assert values() == ("2", "2", "[1, -2, 3]"), values()
     assert ask("a: 3") == "ok"
-    assert values() == ["a: 3", "c.value: [3, 6]"]
-    assert ask("{a: 4, c.value: [1, nan]}") == \
-        "error: 'c.value': a value is not a number (it has 2x1, the file gives 1x2)"
-    assert values() == ["a: 3", "c.value: [3, 6]"]
-    assert ask("{a: 4, c.value: [7, 8]}") == "ok"
-    assert values() == ["a: 4", "c.value: [7, 8]"]
+    assert values() == ("3", "3", "[1, -2, 3]"), values()
+    assert ask("{a: 4, c0.value: [1, nan]}") == \
+        "error: 'c0.value': wrong number of elements (it has 1x1, the file gives 1x2)"
+    assert ask("{a: 4, b: 2}") == "error: 'c32.value', which follows, is not defined for these values"
+    assert values() == ("3", "3", "[1, -2, 3]"), values()
+    assert ask("{a: 4, c0.value: 7}") == "ok"
+    assert values() == ("4", "7", "[1, -2, 3]"), values()
     assert ask("POST / HTTP/1.1").startswith("error: line:1: write name: value")
     assert lines.readline() == ""  # disconnected
 finally:

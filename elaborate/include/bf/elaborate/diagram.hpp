@@ -124,7 +124,7 @@ struct Definition {
         variable,
         constant,  ///< a variable that the model itself sets: the number of an iteration
         parameter, ///< of a block; only where it uses variables
-        structure  ///< anything that is fixed from elaboration on, as an argument or a period; likewise
+        structure  ///< all else that uses variables, fixed from elaboration on: an argument, a period
     };
     Kind kind = Kind::structure;
     std::string path;                 ///< "Gain.Kp", "controller.pd.K", "controller.period"

@@ -40,8 +40,6 @@ class Tuning {
     };
     std::vector<Variable> variables() const; ///< of numbers, with their present values
 
-    bool has_variable(const std::string& name) const { return number_of(name) >= 0; }
-
     /// The parameters that these variables and parameters lead to, each once. Throws TuningError for a
     /// variable that is fixed, a wrong number of elements, NaN, or a result that has another size.
     NamedValues follow(const NamedValues& changes) const;

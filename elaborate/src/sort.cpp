@@ -136,8 +136,10 @@ class Sorting {
                         reads(node, static_cast<int>(i)))
                         link(writer(node.sources[i]), to, node.sources[i].slot, static_cast<int>(i));
             }
-            // Nothing of a conditional subsystem runs before its condition was looked at.
-            if (node.condition > 0)
+            // Nothing of a conditional subsystem runs before its condition was looked at, but what is
+            // constant runs before all loops.
+            const auto& around = e_.diagram.conditions[static_cast<std::size_t>(node.condition)];
+            if (node.condition > 0 && !(node.rate == constant_rate && around.loop >= 0))
                 for (int v = first_[n]; v < first_[n] + count(d, node.methods); ++v)
                     link(condition_vertex_[static_cast<std::size_t>(node.condition)], v);
             if (merges(node))

@@ -53,6 +53,74 @@ template <class A, class B> constexpr bool lu_solve(const A& a, const B& b) noex
     return regular;
 }
 
+/// R × C elements of y -= a b, the products subtracted in the order of k: a_rk lies at a[r + k a_step], b_kc
+/// at b[k b_step + c b_next]. The differences stay in registers.
+template <int R, int C, class T>
+constexpr void subtract_tile(T* y, int rows, const T* a, int a_step, const T* b, int b_step, int b_next,
+                             int depth) noexcept {
+    T left[C][R] = {};
+    for (int c = 0; c < C; ++c)
+        for (int r = 0; r < R; ++r) left[c][r] = y[r + c * rows];
+    for (int k = 0; k < depth; ++k, a += a_step, b += b_step)
+        for (int c = 0; c < C; ++c)
+            for (int r = 0; r < R; ++r) left[c][r] -= a[r] * b[c * b_next];
+    for (int c = 0; c < C; ++c)
+        for (int r = 0; r < R; ++r) y[r + c * rows] = left[c][r];
+}
+
+/// C columns of L from column j on, where those before are there already; a is a symmetric matrix and becomes
+/// L. False when a pivot is not positive.
+template <int C, class T> constexpr bool cholesky_columns(T* a, int n, int j) noexcept {
+    int i = j;
+    for (; i + 4 <= n; i += 4) subtract_tile<4, C>(a + i + j * n, n, a + i, n, a + j, n, 1, j);
+    for (; i < n; ++i) subtract_tile<1, C>(a + i + j * n, n, a + i, n, a + j, n, 1, j);
+    bool positive = true;
+    for (int k = j; k < j + C; ++k) {
+        T* const column = a + k * n;
+        positive = positive && column[k] > T(0) && column[k] - column[k] == T(0);
+        column[k] = std::sqrt(column[k]);
+        for (int r = k + 1; r < n; ++r) column[r] /= column[k];
+        for (int c = k + 1; c < j + C; ++c) add_scaled(a + c + c * n, column + c, -column[c], n - c);
+    }
+    return positive;
+}
+
+/// R rows from row i on of C columns of L⁻¹ y, where those before are there already.
+template <int R, int C, class T> constexpr void forward_rows(T* y, const T* l, int n, int i) noexcept {
+    subtract_tile<R, C>(y + i, n, l + i, n, y, 1, n, i);
+    for (int c = 0; c < C; ++c) {
+        T* const x = y + i + c * n;
+        for (int k = 0; k < R; ++k) {
+            const T* const column = l + i + (i + k) * n;
+            x[k] /= column[k];
+            for (int r = k + 1; r < R; ++r) x[r] -= column[r] * x[k];
+        }
+    }
+}
+
+/// R rows from row i on of C columns of L⁻ᵀ y, where those behind are there already; Lᵀ lies above the
+/// diagonal.
+template <int R, int C, class T> constexpr void backward_rows(T* y, const T* l, int n, int i) noexcept {
+    subtract_tile<R, C>(y + i, n, l + i + (n - 1) * n, -n, y + n - 1, -1, n, n - R - i);
+    for (int c = 0; c < C; ++c) {
+        T* const x = y + i + c * n;
+        for (int k = R - 1; k >= 0; --k) {
+            const T* const column = l + i + (i + k) * n;
+            x[k] /= column[k];
+            for (int r = 0; r < k; ++r) x[r] -= column[r] * x[k];
+        }
+    }
+}
+
+/// C columns of y := (L Lᵀ)⁻¹ y.
+template <int C, class T> constexpr void substitute(T* y, const T* l, int n) noexcept {
+    const int whole = n / 4 * 4;
+    for (int i = 0; i < whole; i += 4) forward_rows<4, C>(y, l, n, i);
+    for (int i = whole; i < n; ++i) forward_rows<1, C>(y, l, n, i);
+    for (int i = n - 1; i >= whole; --i) backward_rows<1, C>(y, l, n, i);
+    for (int i = whole - 4; i >= 0; i -= 4) backward_rows<4, C>(y, l, n, i);
+}
+
 } // namespace detail
 
 /// x = a \ b, the solution of a x = b, by LU with partial pivoting; a is n × n. work: n².
@@ -115,32 +183,17 @@ struct CholeskySolve {
     constexpr bool operator()(const X& x, const A& a, const B& b, const W& work) const noexcept {
         using T = Element<X>;
         const int n = a.rows;
-        T* const l = work.data; // L below, Lᵀ above the diagonal: both substitutions run down columns
+        T* const l = work.data; // L below, Lᵀ above the diagonal
         for (int i = 0; i < a.size(); ++i) l[i] = a[i];
         for (int i = 0; i < b.size(); ++i) x[i] = b[i];
         bool positive = true;
-        for (int k = 0; k < n; ++k) {
-            T* const column = l + k * n;
-            positive = positive && column[k] > T(0) && column[k] - column[k] == T(0);
-            const T d = std::sqrt(column[k]);
-            column[k] = d;
-            for (int i = k + 1; i < n; ++i) column[i] /= d;
-            for (int j = k + 1; j < n; ++j) {
-                l[k + j * n] = column[j];
-                detail::add_scaled(l + j + j * n, column + j, -column[j], n - j);
-            }
-        }
-        for (int j = 0; j < b.cols; ++j) {
-            T* const y = x.data + j * n;
-            for (int k = 0; k < n; ++k) {
-                y[k] /= l[k + k * n];
-                detail::add_scaled(y + k + 1, l + k + 1 + k * n, -y[k], n - k - 1);
-            }
-            for (int k = n - 1; k >= 0; --k) {
-                y[k] /= l[k + k * n];
-                detail::add_scaled(y, l + k * n, -y[k], k);
-            }
-        }
+        int j = 0;
+        for (; j + 2 <= n; j += 2) positive = detail::cholesky_columns<2>(l, n, j) && positive;
+        if (j < n) positive = detail::cholesky_columns<1>(l, n, j) && positive;
+        for (int k = 0; k < n; ++k)
+            for (int i = k + 1; i < n; ++i) l[k + i * n] = l[i + k * n];
+        for (j = 0; j + 4 <= b.cols; j += 4) detail::substitute<4>(x.data + j * n, l, n);
+        for (; j < b.cols; ++j) detail::substitute<1>(x.data + j * n, l, n);
         return positive;
     }
 };

@@ -10,8 +10,6 @@ namespace bf::codegen {
 
 namespace {
 
-std::string number(int i) { return std::to_string(i); }
-
 /// The slot of a node that an operand refers to.
 const Slot& slot_of(const Block& block, int slot) {
     return block.declaration().slots[static_cast<std::size_t>(slot)];
@@ -19,21 +17,24 @@ const Slot& slot_of(const Block& block, int slot) {
 
 std::string extents(const Size& size) { return number(size.rows) + ", " + number(size.cols); }
 
+/// Does the block change its states when one of its zero-crossing functions changes its sign? Its arguments
+/// may leave it without such functions.
+bool answers_crossings(const Diagram& diagram, const DiagramNode& node) {
+    const auto& slots = node.block->declaration().slots;
+    return node.methods.event && diagram.rates[static_cast<std::size_t>(node.rate)].is_continuous &&
+           std::any_of(slots.begin(), slots.end(), [](const Slot& s) { return s.role == Role::guard; });
+}
+
 /// Can every activity of the block be printed as a call of a kernel?
-bool is_printable(const DiagramNode& node) {
+bool is_printable(const Diagram& diagram, const DiagramNode& node) {
     const auto& d = node.block->declaration();
     const auto& m = node.methods;
     if (m.output || m.update || m.derivative || m.reset || !d.objects.empty()) return false;
+    if (answers_crossings(diagram, node)) return false;
     for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules})
         for (const Call& call : *rules)
             if (!find_kernel(call.kernel)) return false;
     return true;
-}
-
-/// Does the block declare a zero-crossing function? Its arguments may leave it without.
-bool has_guards(const DiagramNode& node) {
-    const auto& slots = node.block->declaration().slots;
-    return std::any_of(slots.begin(), slots.end(), [](const Slot& s) { return s.role == Role::guard; });
 }
 
 } // namespace
@@ -41,7 +42,7 @@ bool has_guards(const DiagramNode& node) {
 std::vector<std::string> hosted_blocks(const Diagram& diagram) {
     std::vector<std::string> blocks;
     for (const auto& node : diagram.nodes)
-        if (!is_printable(node)) blocks.push_back(node.path + " (" + node.type + ")");
+        if (!is_printable(diagram, node)) blocks.push_back(node.path + " (" + node.type + ")");
     return blocks;
 }
 
@@ -54,7 +55,7 @@ Generator::Generator(const Diagram& diagram, const Options& options)
     for (const auto& formula : formulas_.formulas)
         formula_numbers_.emplace(definition(formula.definition).path,
                                  static_cast<int>(formula_numbers_.size()));
-    for (const auto& n : diagram.nodes) hosted_.push_back(is_printable(n) ? -1 : hosted_count_++);
+    for (const auto& n : diagram.nodes) hosted_.push_back(is_printable(diagram, n) ? -1 : hosted_count_++);
 }
 
 void Generator::check() const {
@@ -62,19 +63,19 @@ void Generator::check() const {
     const auto add = [&](const DiagramNode& n, const std::string& why) {
         problems += "\n  " + n.path + " (" + n.type + "): " + why;
     };
-    for (const auto& n : diagram_.nodes)
-        if (n.methods.event && diagram_.rates[static_cast<std::size_t>(n.rate)].is_continuous &&
-            has_guards(n))
-            add(n, "it answers zero crossings, which generated code does not look for");
     if (is_adaptive(diagram_.solver.method) && !diagram_.plan.derivatives.empty())
         problems += "\n  the solver '" + solver_name() +
                     "' chooses its own steps; give the model one with fixed steps, e.g. solver: rk4";
-    for (const auto& condition : diagram_.conditions)
-        if (condition.trigger.node >= 0 || condition.reset.node >= 0)
-            problems +=
-                "\n  " + condition.path + ": it is triggered or reset, which generated code does not do";
     for (const auto& loop : diagram_.plan.loops)
-        problems += "\n  " + loop.path + ": it stands in a loop, which generated code does not run";
+        if (loop.kind == Loop::Kind::algebraic)
+            problems +=
+                "\n  " + loop.path +
+                ": it stands in an algebraic loop, whose solution takes a number of iterations that has no "
+                "bound; break the loop with a UnitDelay";
+    if (is_dynamic())
+        for (const auto& n : diagram_.nodes)
+            if (answers_crossings(diagram_, n))
+                add(n, "it answers zero crossings, for which sizes must be known before the program starts");
     if (options_.embedded)
         for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
             if (is_hosted(static_cast<int>(n)))
@@ -93,15 +94,9 @@ void Generator::check() const {
 
 void Generator::place(const Node::End& end, const char* structure, std::vector<Field>& fields,
                       const std::string& path) {
-    auto& taken = &fields == &inputs_       ? taken_inputs_
-                  : &fields == &parameters_ ? taken_parameters_
-                  : &fields == &signals_    ? taken_signals_
-                  : &fields == &states_     ? taken_states_
-                  : &fields == &continuous_ ? taken_continuous_
-                                            : taken_workspace_;
     const Slot& slot = diagram_.slot(end);
     if (slot.size.count() == 0 && !is_dynamic()) return;
-    const std::string member = unique_identifier(path, taken);
+    const std::string member = unique_identifier(path, taken_[structure]);
     places_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {structure, member};
     if (slot.role == Role::discrete_state)
         next_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {"next_", member};
@@ -134,7 +129,9 @@ void Generator::place_all() {
             case Role::workspace:
                 if (!is_hosted(end.node)) place(end, "workspace_", workspace_, path);
                 break;
-            case Role::guard: break;
+            case Role::guard:
+                if (answers_crossings(diagram_, diagram_.nodes[n])) place(end, "guards_", guards_, path);
+                break;
             }
         }
     }
@@ -155,6 +152,10 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
     case Call::Source::time: return "in(time_)";
     case Call::Source::period: {
         const int rate = node(n).rate;
+        if (diagram_.rates[static_cast<std::size_t>(rate)].trigger > 0) {
+            timed_rates_.insert(rate);
+            return "in(period_" + number(rate) + "_)";
+        }
         const bool is_continuous = diagram_.rates[static_cast<std::size_t>(rate)].is_continuous;
         constants += std::string("static constexpr ") + cpp_name(real()) +
                      " period = " + literal(is_continuous ? 0 : diagram_.period(rate), real()) + ";\n";
@@ -231,7 +232,11 @@ std::string Generator::rule(int n, Phase phase, int index) {
     std::string constants, operands;
     for (std::size_t i = 0; i < call.operands.size(); ++i) {
         const auto& from = call.operands[i];
-        if (from.slot >= 0) is_scalar = is_scalar && slot_of(block(n), from.slot).size.count() == 1;
+        if (from.slot >= 0) {
+            const Size& size = slot_of(block(n), from.slot).size;
+            is_scalar = is_scalar && size.count() == 1;
+            has_matrices_ = has_matrices_ || (size.rows > 1 && size.cols > 1);
+        }
         if (from.constants) is_scalar = is_scalar && from.constants->size() <= 8;
         const int k = static_cast<int>(i) - call.list_from;
         if (call.list_from >= 0 && k == 0 && call.list_size > 0)
@@ -264,16 +269,6 @@ std::string Generator::rule(int n, Phase phase, int index) {
         at = end + 1;
     }
     return block_text + "}\n";
-}
-
-std::string Generator::condition_test(int c) const {
-    const auto& condition = diagram_.conditions[static_cast<std::size_t>(c)];
-    if (condition.enable.node < 0) return "";
-    const std::string i = number(c);
-    return "// enabled subsystem " + comment(condition.path) + "\nif (" +
-           (has_continuous_states() ? "!is_minor_ && " : "") + "is_positive(" +
-           place_of(condition.enable).text() + ") != is_enabled_" + i + "_ && !(is_enabled_" + i +
-           "_ ? disable_" + i + "() : enable_" + i + "())) return false;\n";
 }
 
 std::string Generator::write_values(const std::string& target, const Slot& slot,
@@ -328,42 +323,29 @@ std::vector<std::string> Generator::resets(int n, bool only_from_parameters) con
     return statements;
 }
 
-std::vector<Guarded> Generator::outputs(bool constant) {
+std::vector<Guarded> Generator::activities(const std::vector<Segment>& segments, Phase phase) {
     std::vector<Guarded> all;
-    for (const auto& segment : diagram_.plan.outputs) {
-        if ((segment.rate == constant_rate) != constant) continue;
+    for (const auto& segment : segments) {
         all.push_back({segment.rate, segment.condition, {}});
-        for (const auto& activity : segment.activities)
-            all.back().statements.push_back(activity.node < 0
-                                                ? condition_test(activity.condition)
-                                                : statement(activity.node, Phase::output, activity.index));
+        for (const auto& activity : segment.activities) {
+            if (phase == Phase::guards && !answers_crossings(diagram_, node(activity.node))) continue;
+            all.back().statements.push_back(
+                activity.node >= 0 ? statement(activity.node, phase, activity.index)
+                : activity.loop >= 0
+                    ? "// " + comment(diagram_.plan.loops[static_cast<std::size_t>(activity.loop)].path) +
+                          "\nif (!loop_" + number(activity.loop) + "()) return false;\n"
+                    : "// " +
+                          comment(diagram_.conditions[static_cast<std::size_t>(activity.condition)].path) +
+                          "\nif (" + (has_continuous_states() ? "!is_minor_ && " : "") + "!test_" +
+                          number(activity.condition) + "()) return false;\n");
+        }
     }
     return all;
 }
 
-std::vector<Guarded> Generator::updates() {
+std::vector<Guarded> Generator::commits(const std::vector<Segment>& segments) const {
     std::vector<Guarded> all;
-    for (const auto& segment : diagram_.plan.updates) {
-        all.push_back({segment.rate, segment.condition, {}});
-        for (const auto& activity : segment.activities)
-            all.back().statements.push_back(statement(activity.node, Phase::update, activity.index));
-    }
-    return all;
-}
-
-std::vector<Guarded> Generator::derivatives() {
-    std::vector<Guarded> all;
-    for (const auto& segment : diagram_.plan.derivatives) {
-        all.push_back({segment.rate, segment.condition, {}});
-        for (const auto& activity : segment.activities)
-            all.back().statements.push_back(statement(activity.node, Phase::derivative, activity.index));
-    }
-    return all;
-}
-
-std::vector<Guarded> Generator::commits() const {
-    std::vector<Guarded> all;
-    for (const auto& segment : diagram_.plan.updates) {
+    for (const auto& segment : segments) {
         all.push_back({segment.rate, segment.condition, {}});
         int last = -1;
         for (const auto& activity : segment.activities) {
@@ -387,11 +369,17 @@ std::vector<Guarded> Generator::commits() const {
     return all;
 }
 
+/// Constant signals are computed at the start, whether a subsystem around them runs then or not.
 std::string Generator::guard(const Guarded& g) const {
     std::string text;
     const auto& rate = diagram_.rates[static_cast<std::size_t>(g.rate)];
-    if (!rate.is_constant && rate.ticks > 1) text = "is_hit_" + number(g.rate) + "_";
-    if (g.condition > 0) text += (text.empty() ? "" : " && ") + ("is_enabled_" + number(g.condition) + "_");
+    if (rate.is_constant) return text;
+    if (rate.trigger > 0)
+        text = is_active(rate.trigger);
+    else if (rate.ticks > 1)
+        text = "is_hit_" + number(g.rate) + "_";
+    if (g.condition > 0 && g.condition != rate.trigger)
+        text += (text.empty() ? "" : " && ") + is_active(g.condition);
     return text;
 }
 

@@ -8,6 +8,7 @@
 
 #include <map>
 #include <set>
+#include <string>
 #include <vector>
 
 namespace bf::codegen {
@@ -32,8 +33,6 @@ struct Guarded {
     std::vector<std::string> statements;
 };
 
-/// Each line moved to the right.
-std::string indented(const std::string& text, int spaces);
 /// Empty where a quantity has none.
 std::string unit_text(const Slot& slot);
 
@@ -67,17 +66,25 @@ class Generator {
     std::string statement(int n, Phase phase, int index);
     std::string rule(int n, Phase phase, int index);
     std::string operand(int n, const Call::Reference& from, std::string& constants);
-    std::string condition_test(int c) const;
     /// Statements that write literal numbers, or the values of another quantity.
     std::string write_values(const std::string& target, const Slot& slot,
                              const std::vector<double>& values) const;
     std::string initial_output(std::size_t condition, std::size_t number) const;
     std::vector<std::string> resets(int n, bool only_from_parameters) const;
 
-    std::vector<Guarded> outputs(bool constant);
-    std::vector<Guarded> updates();
-    std::vector<Guarded> derivatives();
-    std::vector<Guarded> commits() const;
+    /// All activities of these segments, and the commits of the states that they update.
+    std::vector<Guarded> activities(const std::vector<Segment>& segments, Phase phase);
+    std::vector<Guarded> commits(const std::vector<Segment>& segments) const;
+
+    // Subsystems that do not always run, or several times, and zero crossings.
+    std::string is_active(int condition) const;
+    std::string control_declarations() const;
+    std::string control_resets() const;         ///< in initialize()
+    std::string trigger_resets(int loop) const; ///< before each step, or each iteration of a loop
+    std::string condition_functions(int condition) const;
+    std::string loop_function(int loop, const std::string& body) const;
+    std::string crossings_function(const std::string& guards) const;
+    int guard_count() const; ///< elements
 
     /// Spreads guarded statements over functions `family_1`, ... and returns the calls of all.
     std::string functions(const std::string& family, const std::vector<Guarded>& all);
@@ -88,8 +95,9 @@ class Generator {
     std::string header() const;
     /// Calls of the functions that make up each phase, joined by &&.
     struct Calls {
-        std::string constants, follow, outputs, updates, commits;
+        std::string constants, follow, outputs, updates, commits, guards;
         std::string inner_outputs, derivatives; ///< evaluated by the solver inside a step
+        std::vector<std::string> loops;         ///< the bodies
     };
     std::string main_source(const Calls& calls);
     std::string integration(const Calls& calls) const;
@@ -123,10 +131,11 @@ class Generator {
     std::string class_, file_;
     std::vector<std::vector<Place>> places_; ///< by node and slot
     std::vector<std::vector<Place>> next_;   ///< of discrete states
-    std::vector<Field> inputs_, parameters_, signals_, states_, continuous_, workspace_;
-    std::vector<Field> outputs_; ///< copies; end = what is copied
-    std::set<std::string> taken_inputs_, taken_parameters_, taken_signals_, taken_states_, taken_continuous_,
-        taken_workspace_;
+    std::vector<Field> inputs_, parameters_, signals_, states_, continuous_, workspace_, guards_;
+    std::vector<Field> outputs_;                         ///< copies; end = what is copied
+    std::map<std::string, std::set<std::string>> taken_; ///< names of members by structure
+    std::set<int> timed_rates_;                          ///< triggered ones whose period is asked for
+    bool has_matrices_ = false;                          ///< do printed rules work on some?
     std::set<std::string> headers_;
     std::vector<std::string> declarations_; ///< of the functions that pieces became
     std::vector<std::string> pieces_;       ///< their definitions

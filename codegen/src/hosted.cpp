@@ -7,10 +7,6 @@
 
 namespace bf::codegen {
 
-namespace {
-std::string number(int i) { return std::to_string(i); }
-} // namespace
-
 bool Generator::uses_standard_library() const {
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
         if (is_hosted(static_cast<int>(n)) && diagram_.nodes[n].type.find('/') == std::string::npos)
@@ -20,7 +16,8 @@ bool Generator::uses_standard_library() const {
 
 std::string Generator::hosted_slot(int n, int s) const {
     const Slot& slot = block(n).declaration().slots[static_cast<std::size_t>(s)];
-    constexpr const char* roles[] = {"input", "output", "parameter", "discrete_state", "continuous_state"};
+    constexpr const char* roles[] = {"input",     "output", "parameter", "discrete_state", "continuous_state",
+                                     "workspace", "guard"};
     const auto address = [](const Place& place) {
         return place.member.empty() ? "nullptr" : "&" + place.text();
     };
@@ -33,7 +30,7 @@ std::string Generator::hosted_slot(int n, int s) const {
     if (slot.role == Role::continuous_state) {
         Place rate = place_of(end);
         rate.structure = "rates_";
-        more = ", " + memory + ", " + address(rate); // After writes the state itself
+        more = ", nullptr, " + address(rate); // events write the next state into memory of their own
     }
     if (is_wired) more = ", nullptr, nullptr, true";
     return "{" + literal(slot.name) + ", Role::" + roles[static_cast<std::size_t>(slot.role)] +
@@ -69,21 +66,24 @@ std::string Generator::hosted_source() const {
                          ("{" + literal(name) + ", " + argument(value) + "}");
         const auto& all = node.block->declaration().slots;
         for (std::size_t s = 0; s < all.size(); ++s)
-            if (all[s].role != Role::workspace && all[s].role != Role::guard)
+            if (all[s].role != Role::workspace &&
+                (all[s].role != Role::guard ||
+                 !place_of({static_cast<int>(n), static_cast<int>(s)}).member.empty()))
                 slots += (slots.empty() ? "" : ",\n         ") +
                          hosted_slot(static_cast<int>(n), static_cast<int>(s));
         for (const auto& from : node.providers)
             providers += (providers.empty() ? "{" : ", {") +
                          number(hosted_[static_cast<std::size_t>(from.node)]) + ", " + number(from.slot) +
                          "}";
-        const std::string subfolder = std::filesystem::absolute(node.arguments.folder)
+        const std::string own = node.arguments.folder.empty() ? "." : node.arguments.folder;
+        const std::string subfolder = std::filesystem::absolute(own)
                                           .lexically_normal()
                                           .lexically_relative(options_.folder)
                                           .generic_string();
         adds += "    blocks->add(" + literal(node.path) + ", " + literal(node.type) + ", " +
                 number(node.rate) + ",\n        {" + arguments + "},\n        " +
-                literal(subfolder.empty() ? node.arguments.folder : subfolder) + ",\n        {" + slots +
-                "},\n        {" + providers + "});\n";
+                literal(subfolder.empty() ? own : subfolder) + ",\n        {" + slots + "},\n        {" +
+                providers + "});\n";
     }
     std::string periods, tasks, names;
     for (std::size_t n = 0; n < d.nodes.size(); ++n)
@@ -97,9 +97,10 @@ std::string Generator::hosted_source() const {
     for (const auto& task : tasks_)
         tasks += std::string(tasks.empty() ? "" : ",\n                    ") + "{" +
                  number(hosted_[static_cast<std::size_t>(task.node)]) + ", Phase::" +
-                 (task.phase == Phase::output   ? "output"
-                  : task.phase == Phase::update ? "update"
-                                                : "derivative") +
+                 (task.phase == Phase::output       ? "output"
+                  : task.phase == Phase::update     ? "update"
+                  : task.phase == Phase::derivative ? "derivative"
+                                                    : "guards") +
                  ", " + number(task.index) + "}";
     return "// Blocks made through the factory, from the plugins in BLOCKFACTORY_PLUGIN_PATH.\n#include \"" +
            file_ + ".hpp\"\n\n#include \"bf/codegen/hosted_blocks.hpp\"\n" +

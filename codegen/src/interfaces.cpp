@@ -5,8 +5,6 @@ namespace bf::codegen {
 
 namespace {
 
-std::string number(int i) { return std::to_string(i); }
-
 std::string about(const Field& field) {
     const Slot& slot = *field.slot;
     std::string text = comment(field.path);

@@ -116,6 +116,18 @@ std::string upper_camel(std::string_view name) {
     return result;
 }
 
+std::string number(int i) { return std::to_string(i); }
+
+std::string indented(const std::string& text, int spaces) {
+    std::string result;
+    for (std::size_t at = 0; at < text.size();) {
+        const auto end = std::min(text.find('\n', at), text.size() - 1);
+        result += std::string(static_cast<std::size_t>(spaces), ' ') + text.substr(at, end - at + 1);
+        at = end + 1;
+    }
+    return result;
+}
+
 std::string comment(std::string_view text) {
     std::string line;
     for (const char c : text) { // a backslash would join lines, and two question marks begin a trigraph

@@ -16,6 +16,9 @@ std::string unique_identifier(std::string_view name, std::set<std::string>& take
 /// "icub_balancing" -> "IcubBalancing"
 std::string upper_camel(std::string_view name);
 
+std::string number(int i);
+/// Every line of a text behind so many spaces.
+std::string indented(const std::string& text, int spaces);
 /// One line of text for a comment.
 std::string comment(std::string_view text);
 /// A string literal with quotes.

@@ -10,8 +10,6 @@ namespace bf::codegen {
 
 namespace {
 
-std::string number(int i) { return std::to_string(i); }
-
 /// "double y[3]" and, with values, " = {1.0, 2.0, 3.0}".
 std::string declarator(const Field& field, Type element, bool has_values, bool is_dynamic) {
     const Slot& slot = *field.slot;
@@ -73,13 +71,6 @@ std::string Generator::header() const {
                      "_ = 0; // steps to the next hit, every " +
                      literal(d.period(static_cast<int>(r)), Type::float64) + " s\n    bool is_hit_" +
                      number(static_cast<int>(r)) + "_ = false;\n";
-    std::string conditions;
-    for (std::size_t c = 1; c < d.conditions.size(); ++c) {
-        const std::string i = number(static_cast<int>(c));
-        conditions += "    bool enable_" + i + "() noexcept;\n    bool disable_" + i +
-                      "() noexcept;\n    bool is_enabled_" + i + "_ = false; // " +
-                      comment(d.conditions[c].path) + "\n";
-    }
     const std::string table = is_dynamic() ? "bf::generated::" : "static bf::generated::";
     const std::string end = is_dynamic() ? "const noexcept;\n" : "noexcept;\n";
     std::string functions;
@@ -185,6 +176,8 @@ std::string Generator::header() const {
     if (!workspace_.empty())
         text +=
             structure("Workspace", "Memory of kernels; means nothing between two steps.", workspace_, false);
+    if (!guards_.empty())
+        text += structure("Guards", "Zero-crossing functions; read as one array of double.", guards_, false);
     if (has_continuous_states())
         functions += "    bool evaluate(Real at) noexcept;\n    bool integrate() noexcept;\n";
     if (is_dynamic())
@@ -193,7 +186,7 @@ std::string Generator::header() const {
         functions += "    std::unique_ptr<bf::generated::Hosted> make_hosted_blocks();\n    bool "
                      "start_hosted_blocks() noexcept;\n";
     text +=
-        functions + conditions + rates +
+        functions + control_declarations() + rates +
         "    bool fail(const char* block, const char* text) noexcept;\n"
         "    bool became_nan(const char* block) noexcept;\n    bool follow() noexcept;\n\n"
         "    States next_; // states after this step\n" +
@@ -207,6 +200,7 @@ std::string Generator::header() const {
                    "longer "
                    "counts\n") +
         (workspace_.empty() ? "" : "    Workspace workspace_{};\n") +
+        (guards_.empty() ? "" : "    Guards guards_{}, guards_before_{};\n") +
         (has_continuous_states() && is_dynamic()
              ? "    ContinuousStates rates_; // derivatives\n    int continuous_size_ = 0;\n    Real* "
                "continuous_elements_ = nullptr;\n    Real* rate_elements_ = nullptr;\n    std::vector<Real> "
@@ -255,9 +249,8 @@ std::string Generator::main_source(const Calls& calls) {
     text += each_rate([](const std::string& r, const SampleRate& rate) {
         return rate.ticks > 1 ? "    until_hit_" + r + "_ = " + std::to_string(rate.offset) + ";\n" : "";
     });
-    for (std::size_t c = 1; c < d.conditions.size(); ++c)
-        text += "    is_enabled_" + number(static_cast<int>(c)) + "_ = false;\n";
     if (is_dynamic()) text += "    if (!start_hosted_blocks()) return false;\n    is_initialized_ = true;\n";
+    text += control_resets();
     for (const auto& field : is_dynamic() ? std::vector<Field>() : signals_)
         if (field.slot->role == Role::input && !field.slot->initial.empty())
             text += indented("// not connected: " + comment(field.path) + "\n" +
@@ -279,17 +272,20 @@ std::string Generator::main_source(const Calls& calls) {
 
     text += "bool " + class_ +
             "::output() noexcept {\n    if (failure_) return false;\n    time_ = Real(time());\n";
+    text += trigger_resets(-1);
     text += each_rate([&](const std::string& r, const SampleRate& rate) {
+        if (rate.trigger > 0) return std::string();
         const std::string hit = has_hosted() ? "hosted_->hit(" + r + ", time_);\n" : "";
-        if (rate.ticks == 1) return hit.empty() ? "" : "    " + hit;
+        if (rate.ticks == 1) return hit.empty() ? hit : "    " + hit;
         return "    is_hit_" + r + "_ = until_hit_" + r + "_-- == 0;\n    if (is_hit_" + r + "_) until_hit_" +
                r + "_ = " + std::to_string(rate.ticks - 1) + ";\n" +
                (hit.empty() ? "" : "    if (is_hit_" + r + "_) " + hit);
     });
+    const std::string compute = calls.outputs + (guards_.empty() ? "" : " && answer_crossings()");
     if (outputs_.empty()) {
-        text += "    return " + calls.outputs + ";\n}\n\n";
+        text += "    return " + compute + ";\n}\n\n";
     } else {
-        text += "    const bool good = " + calls.outputs + ";\n";
+        text += "    const bool good = " + compute + ";\n";
         for (const auto& field : outputs_)
             text += "    assign(outputs." + field.member + ", " + place_of(field.end).text() + ");\n";
         text += "    return good;\n}\n\n";
@@ -307,33 +303,10 @@ std::string Generator::main_source(const Calls& calls) {
             calls.follow + "; }\n\n";
     if (has_continuous_states()) text += integration(calls);
 
-    for (std::size_t c = 1; c < d.conditions.size(); ++c) {
-        const auto& condition = d.conditions[c];
-        const std::string i = number(static_cast<int>(c));
-        text += "// " + comment(condition.path) + "\nbool " + class_ + "::enable_" + i +
-                "() noexcept {\n    is_enabled_" + i + "_ = true;\n";
-        if (condition.resets_states)
-            for (const int n : condition.nodes)
-                for (const auto& statement : resets(n, false)) text += indented(statement, 4);
-        text += "    return true;\n}\n\nbool " + class_ + "::disable_" + i +
-                "() noexcept {\n    is_enabled_" + i + "_ = false;\n";
-        for (std::size_t o = 0; o < condition.outlets.size(); ++o)
-            if (condition.outlets[o].resets && !place_of(condition.outlets[o].end).member.empty())
-                text += indented(initial_output(c, o), 4);
-        for (const int n : condition.nodes) {
-            const auto& slots = block(n).declaration().slots;
-            for (std::size_t s = 0; s < slots.size(); ++s)
-                if (slots[s].role == Role::continuous_state && slots[s].size.count() > 0)
-                    text +=
-                        "    assign(rates_." + place_of({n, static_cast<int>(s)}).member + ", Real(0));\n";
-        }
-        for (std::size_t inner = 1; inner < d.conditions.size(); ++inner)
-            if (d.conditions[inner].parent == static_cast<int>(c)) {
-                const std::string j = number(static_cast<int>(inner));
-                text += "    if (is_enabled_" + j + "_) disable_" + j + "();\n";
-            }
-        text += "    return true;\n}\n\n";
-    }
+    for (std::size_t c = 1; c < d.conditions.size(); ++c) text += condition_functions(static_cast<int>(c));
+    for (std::size_t l = 0; l < d.plan.loops.size(); ++l)
+        text += loop_function(static_cast<int>(l), calls.loops[l]);
+    if (!guards_.empty()) text += crossings_function(calls.guards);
     text += "bool " + class_ +
             "::fail(const char* block, const char* text) noexcept {\n"
             "    failed_block_ = block;\n    failure_ = text;\n    return false;\n}\n\n"
@@ -377,20 +350,22 @@ std::string Generator::integration(const Calls& calls) const {
     for (const auto& field : continuous_)
         nan += "has_nan(continuous." + field.member + ") ? " + literal(node(field.end.node).path) + " : ";
     return "// Signals of continuous blocks inside the step, then derivatives.\nbool " + class_ +
-           "::evaluate(Real at) noexcept {\n    time_ = at;\n" + go_to +
-           "    is_minor_ = true; // conditions keep what they are\n    const bool good = " +
-           calls.inner_outputs + ";\n    is_minor_ = false;\n    return good;\n}\n\nbool " + class_ +
+           "::evaluate(Real at) noexcept {\n    time_ = at;\n" + go_to + "    return " + calls.inner_outputs +
+           ";\n}\n\nbool " + class_ +
            "::integrate() noexcept {\n    const Real begin = time_; // where the signals were computed "
            "already\n"
            "    const auto derivative = [&](Real at) { return (at == begin || evaluate(at)) && " +
-           calls.derivatives + "; };\n    if (!kernels::runge_kutta_step(kernels::" + solver_name() +
-           ", begin, Real(period), " +
+           calls.derivatives +
+           "; };\n    is_minor_ = true; // conditions stay what they are\n    const bool good = "
+           "kernels::runge_kutta_step(\n        kernels::" +
+           solver_name() + ", begin, Real(period), " +
            (is_dynamic()
                 ? "continuous_size_, continuous_elements_, rate_elements_, start_.data(), slopes_.data(), "
                 : number(continuous_size()) +
-                      ", elements<Real>(continuous), elements<Real>(rates_), start_,\n                  "
-                      "                 slopes_, ") +
-           "derivative))\n        return false;\n    const char* const block = " + nan +
+                      ", elements<Real>(continuous), elements<Real>(rates_), start_, slopes_, ") +
+           "derivative);\n    is_minor_ = false;\n    if (!good) return false;\n    const char* const block "
+           "= " +
+           nan +
            "nullptr;\n    return !block || fail(block, \"a continuous state became NaN: look for a division "
            "by zero or "
            "a "
@@ -424,10 +399,11 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
         (has_hosted() ? "set(CMAKE_CXX_STANDARD 20) # of BlockFactory; the model itself needs 17\n"
                       : "set(CMAKE_CXX_STANDARD 17)\n") +
         "set(CMAKE_CXX_STANDARD_REQUIRED ON)\nset(CMAKE_CXX_EXTENSIONS OFF)\n"
-        "if(NOT CMAKE_BUILD_TYPE)\n    set(CMAKE_BUILD_TYPE Release)\nendif()\n"
-        "# Joining scalar blocks into short vectors costs more than it saves.\n"
-        "set(CMAKE_CXX_FLAGS_RELEASE \"-O3 -fno-tree-slp-vectorize -DNDEBUG\")\n# Results equal the "
-        "simulation's bit for bit only without fused operations.\n"
+        "if(NOT CMAKE_BUILD_TYPE)\n    set(CMAKE_BUILD_TYPE Release)\nendif()\n" +
+        (has_matrices_ ? "set(CMAKE_CXX_FLAGS_RELEASE \"-O3 -DNDEBUG\")\n"
+                       : "# Joining scalar blocks into short vectors costs more than it saves.\n"
+                         "set(CMAKE_CXX_FLAGS_RELEASE \"-O3 -fno-tree-slp-vectorize -DNDEBUG\")\n") +
+        "# Results equal the simulation's bit for bit only without fused operations.\n"
         "add_compile_options(-ffp-contract=off)\n\n";
     if (options_.embedded)
         return text + "# No heap, no exceptions, no streams.\nadd_library(" + model + " STATIC" + list +
@@ -459,10 +435,13 @@ Files Generator::run() {
     place_all();
     Files files;
     Calls calls;
-    calls.constants = functions("constants", outputs(true));
+    auto all = activities(diagram_.plan.outputs, Phase::output);
+    const auto constants = std::stable_partition(all.begin(), all.end(),
+                                                 [](const Guarded& g) { return g.rate != constant_rate; });
+    calls.constants = functions("constants", {constants, all.end()});
+    all.erase(constants, all.end());
     calls.follow = functions("follow", follow());
     // What the solver evaluates inside a step gets functions of its own.
-    const auto all = outputs(false);
     const auto is_continuous = [&](const Guarded& g) {
         return diagram_.rates[static_cast<std::size_t>(g.rate)].is_continuous;
     };
@@ -479,9 +458,17 @@ Files Generator::run() {
     }
     for (auto* text : {&calls.outputs, &calls.inner_outputs})
         if (text->empty()) *text = "true";
-    calls.updates = functions("updates", updates());
-    calls.commits = functions("commits", commits());
-    calls.derivatives = functions("derivatives", derivatives());
+    const auto& plan = diagram_.plan;
+    calls.updates = functions("updates", activities(plan.updates, Phase::update));
+    calls.commits = functions("commits", commits(plan.updates));
+    calls.derivatives = functions("derivatives", activities(plan.derivatives, Phase::derivative));
+    calls.guards = functions("guards", activities(plan.guards, Phase::guards));
+    for (std::size_t l = 0; l < plan.loops.size(); ++l) {
+        auto body = activities(plan.loops[l].outputs, Phase::output);
+        for (auto& more : {activities(plan.loops[l].updates, Phase::update), commits(plan.loops[l].updates)})
+            body.insert(body.end(), more.begin(), more.end());
+        calls.loops.push_back(functions("loop_" + number(static_cast<int>(l)) + "_body", body));
+    }
 
     std::vector<std::string> sources{file_ + ".cpp"};
     std::set<std::string> headers = headers_;
@@ -490,13 +477,12 @@ Files Generator::run() {
     if (!formulas_.formulas.empty()) headers.insert("bf/codegen/formula.hpp");
     std::string preamble = "#include \"" + file_ + ".hpp\"\n\n";
     for (const auto& header : headers) preamble += "#include \"" + header + "\"\n";
-    preamble += "\n#include <new>\n\nnamespace kernels = bf::kernels;\nusing bf::generated::assign;\nusing "
-                "bf::generated::call;\n"
-                "using bf::generated::commit;\nusing bf::generated::elements;\nusing "
-                "bf::generated::empty;\nusing bf::generated::failure_of;\n"
-                "using bf::generated::has_nan;\nusing bf::generated::in;\nusing "
-                "bf::generated::is_positive;\nusing bf::generated::list;\n"
-                "using bf::generated::out;\nusing bf::generated::reshaped;\n\n";
+    preamble += "\n#include <new>\n\nnamespace kernels = bf::kernels;\n";
+    for (const char* name :
+         {"assign", "call", "commit", "elements", "empty", "failure_of", "find_crossings", "forget",
+          "has_crossed", "has_edge", "has_nan", "in", "is_positive", "list", "out", "reshaped"})
+        preamble += std::string("using bf::generated::") + name + ";\n";
+    preamble += "\n";
     files[file_ + ".hpp"] = header();
     std::string text =
         "// " + comment(diagram_.name) + ": initialize, step, terminate.\n" + preamble + main_source(calls);
@@ -565,7 +551,7 @@ MemoryReport Generator::memory() const {
             .signals = bytes_of(signals_),
             .states = 2 * bytes_of(states_) +
                       static_cast<std::size_t>(continuous_size()) * real_bytes * (3 + stages),
-            .workspace = bytes_of(workspace_)};
+            .workspace = bytes_of(workspace_) + 2 * bytes_of(guards_)};
 }
 
 MemoryReport memory_report(const Diagram& diagram, const Options& options) {

@@ -6,20 +6,6 @@
 
 namespace bf::codegen {
 
-namespace {
-std::string number(int i) { return std::to_string(i); }
-} // namespace
-
-std::string indented(const std::string& text, int spaces) {
-    std::string result;
-    for (std::size_t at = 0; at < text.size();) {
-        const auto end = std::min(text.find('\n', at), text.size() - 1);
-        result += std::string(static_cast<std::size_t>(spaces), ' ') + text.substr(at, end - at + 1);
-        at = end + 1;
-    }
-    return result;
-}
-
 std::string unit_text(const Slot& slot) {
     return slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1" ? std::string(slot.unit.text) : "";
 }

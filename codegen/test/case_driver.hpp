@@ -1,5 +1,5 @@
-// Runs a generated model on the inputs of NAME.in; writes rows of its recorded signals and states to
-// NAME.out, and why it failed to NAME.txt.
+// Runs a generated model on the inputs of NAME.in, if there is such a file; writes rows of its recorded
+// signals and states to NAME.out, and why it failed to NAME.txt.
 #pragma once
 
 #include "bf/codegen/quantity.hpp"
@@ -10,8 +10,9 @@
 
 template <class Model> void run(const std::string& name, int steps) {
     using namespace bf::generated;
-    const auto model = std::make_unique<Model>();
     std::ifstream in(name + ".in", std::ios::binary);
+    if (!in) return;
+    const auto model = std::make_unique<Model>();
     std::ofstream out(name + ".out", std::ios::binary), text(name + ".txt");
     const auto put = [&](double x) { out.write(reinterpret_cast<const char*>(&x), sizeof x); };
     bool good = model->initialize();

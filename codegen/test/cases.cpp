@@ -318,6 +318,36 @@ connections: {r: e.u1, plant: [e.u2, part.u], e: c, c: [plant, size], wave: on, 
                                    "m.yaml");
 }
 
+/// A block of the paper's API, whose state nobody else sees, in a subsystem that resets it; at last one that
+/// fails.
+model::Model legacy() {
+    return formats::read_yaml_text(R"m(model: legacy
+step: 0.01
+blocks:
+  u: {block: Sine, frequency: 7}
+  spread: {block: Gain, K: [1, 2]}
+  wave: {block: Sine, frequency: 50}
+  part:
+    execution: enabled
+    states: reset
+    inputs: [u]
+    outputs: {y: {initial: [7, 8]}}
+    blocks:
+      sum: {block: LegacyPlugin/Accumulate, factor: 0.3, bias: [1, -2]}
+      past: {block: UnitDelay}
+    connections: {u: [sum.u1, past], past: sum.u2, sum: y}
+  last: {block: Step, time: 0.3}
+  three: {block: Gain, K: [1, 2, 3]}
+  fails:
+    execution: enabled
+    inputs: [u]
+    blocks: {bad: {block: LegacyPlugin/Misbehaves, misdeed: "'output throws'"}}
+    connections: {u: bad.u1}
+connections: {u: [spread, three], spread: part.u, wave: part.enable, last: fails.enable, three: fails.u}
+)m",
+                                   "m.yaml");
+}
+
 /// A continuous state that becomes NaN in the third step.
 model::Model continuous_nan() {
     return formats::read_yaml_text(R"m(model: continuous_nan
@@ -366,6 +396,7 @@ std::vector<Case> structure_cases() {
                 {Elaborated(continuous(std::string(name) + "_" + states, std::string(name), states)), 40});
     }
     for (const std::string states : {"held", "reset"}) cases.push_back({Elaborated(hosted(states)), 60});
+    cases.push_back({Elaborated(legacy()), 40});
     cases.push_back({Elaborated(continuous_nan()), 5});
     cases.push_back({Elaborated(odd_names()), 5});
     cases.push_back({Elaborated(nan_model()), 6});

@@ -17,9 +17,11 @@ struct Elaborated {
 
     explicit Elaborated(const model::Model& model) {
         registry->add(standard_library());
+        registry->add_search_path(BF_TEST_PLUGINS);
         diagram = elaborate(model, *registry);
         // Everything that can be seen is recorded: outputs and states.
         diagram.record = diagram.signals();
+        diagram.plots.clear();
         for (std::size_t n = 0; n < diagram.nodes.size(); ++n) {
             const auto& slots = diagram.nodes[n].block->declaration().slots;
             for (std::size_t s = 0; s < slots.size(); ++s)
@@ -41,5 +43,9 @@ struct Case {
 std::vector<Case> block_cases();
 /// Rates, conditions, solvers, names, failures, long models.
 std::vector<Case> structure_cases();
+/// Subsystems that are triggered, reset, called or chosen; loops; zero crossings.
+std::vector<Case> control_cases();
+/// The models of examples/ that stand for themselves, those of adaptive solvers with a fixed step.
+std::vector<Case> example_cases();
 
 } // namespace bf::codegen::test

@@ -19,12 +19,15 @@ constexpr int most_events = 1000; ///< in one base step, or at one instant
 } // namespace
 
 void Simulation::bind_guards() {
+    // Between fixed steps nothing is located: only who answers a crossing needs to know of it.
+    const bool locates = is_adaptive(diagram_.solver.method);
     for (const auto& segment : guards_) {
         int last = -1;
         for (const int node : segment.nodes) {
             if (node == last) continue;
             last = node;
             const auto& block = diagram_.nodes[static_cast<std::size_t>(node)];
+            if (!locates && !block.methods.event) continue;
             const auto& slots = block.block->declaration().slots;
             for (std::size_t i = 0; i < slots.size(); ++i) {
                 if (slots[i].role != Role::guard) continue;
@@ -39,7 +42,7 @@ void Simulation::bind_guards() {
     // Continuous signals that enable or reset subsystems are watched as they are.
     for (const auto& condition : diagram_.conditions)
         for (const auto& signal : {condition.enable, condition.reset}) {
-            if (signal.node < 0 || diagram_.slot(signal).type != Type::float64) continue;
+            if (!locates || signal.node < 0 || diagram_.slot(signal).type != Type::float64) continue;
             const int rate = diagram_.nodes[static_cast<std::size_t>(signal.node)].rate;
             if (!diagram_.rates[static_cast<std::size_t>(rate)].is_continuous) continue;
             const auto count = static_cast<std::size_t>(diagram_.slot(signal).size.count());
@@ -190,9 +193,8 @@ bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
                     guard_bindings_[g].values[i] = crossed_[guard_bindings_[g].first + i];
                     is_crossed = is_crossed || guard_bindings_[g].values[i] != 0;
                 }
-            if (!is_crossed) continue;
+            if (!is_crossed || !guard.has_event) continue;
             if (first < 0) first = guard.node;
-            if (!guard.has_event) continue;
             if (const Status status = context_.event(guard.node); !status) return fail(status, guard.node);
         }
         if (!evaluate_outputs(t) || !evaluate_guards()) return false;

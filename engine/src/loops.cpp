@@ -8,11 +8,14 @@ namespace bf {
 void Simulation::bind_loops() {
     const auto& loops = diagram_.plan.loops;
     for (const auto& loop : loops)
-        loops_.push_back(std::make_unique<LoopState>(LoopState{this, &loop, {}, {}, {}, nullptr}));
+        loops_.push_back(std::make_unique<LoopState>(LoopState{this, &loop, {}, {}, {}, {}, nullptr}));
     for (std::size_t l = 0; l < loops.size(); ++l) {
         auto& state = *loops_[l];
         state.outputs = bound(loops[l].outputs, Phase::output);
         state.updates = bound(loops[l].updates, Phase::update);
+        for (const auto& condition : diagram_.conditions)
+            if (condition.loop == static_cast<int>(l) && condition.triggered_rate >= 0)
+                state.triggered.push_back(static_cast<std::size_t>(condition.triggered_rate));
         for (const auto& segment : loops[l].updates) state.commits.push_back(commits_of(segment));
         if (loops[l].kind != Loop::Kind::algebraic) continue;
         std::vector<std::span<double>> unknowns;
@@ -33,6 +36,7 @@ Task Simulation::loop_task(int loop) {
 /// The body once: outputs, then updates. Where it fails, status_ says why.
 bool Simulation::LoopState::iterate() {
     Simulation& s = *simulation;
+    for (const std::size_t rate : triggered) s.clear_trigger(rate);
     for (const auto& segment : outputs)
         if (s.is_due(segment.rate, segment.condition) && !s.run(segment)) return false;
     for (const auto& segment : updates)

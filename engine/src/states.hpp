@@ -45,6 +45,8 @@ struct Simulation::LoopState {
     const Loop* loop;
     std::vector<BoundSegment> outputs, updates;
     std::vector<CommitSegment> commits;
+    std::vector<std::size_t>
+        triggered; ///< rates of the triggered subsystems inside: each iteration looks anew
     std::unique_ptr<AlgebraicSolver> solver; ///< of an algebraic loop
 
     Status run();

@@ -167,6 +167,23 @@ TEST(Loops, ForRunsItsUpdatesInEveryIteration) {
     EXPECT_EQ(session.trace("after", 3), (Values{10, 10, 55})); // without iterations the output stays
 }
 
+TEST(Loops, EachIterationLooksAtTriggersAnew) {
+    // cos(pi i) rises in the iterations 2 and 4; what stands inside the triggered subsystem runs then only.
+    Steps session(
+        "model: m\nstep: 1\nblocks:\n  s:\n    execution: for\n    iterations: 4\n    outputs: [y]\n    "
+        "blocks:\n"
+        "      i: {block: Iteration}\n      phase: {block: Gain, K: pi}\n"
+        "      cos: {block: Trigonometry, function: cos}\n      t:\n        execution: triggered\n"
+        "        outputs: [y]\n        blocks:\n          on: {block: Constant, value: 1}\n          inner:\n"
+        "            execution: enabled\n            outputs: [y]\n            blocks:\n"
+        "              one: {block: Constant, value: 1}\n              sum: {block: Sum, signs: ++}\n"
+        "              past: {block: UnitDelay}\n"
+        "            connections: {one: sum.u1, past: sum.u2, sum: [past, y]}\n"
+        "        connections: {on: inner.enable, inner: y}\n"
+        "    connections: {i: phase, phase: cos, cos: t.trigger, t: y}\n");
+    EXPECT_EQ(session.trace("s.y", 3), (Values{2, 4, 6}));
+}
+
 TEST(Loops, StatesGoOnFromStepToStepUnlessReset) {
     Steps session(
         "model: m\nstep: 1\nblocks:\n  s:\n    execution: for\n    iterations: 3\n    outputs: [y]\n"

@@ -1,9 +1,9 @@
 // Blocks that control when subsystems run.
 #include "../groups.hpp"
 #include "../shapes.hpp"
-#include "bf/kernels/elementwise.hpp"
+#include "bf/blocks/kernels.hpp"
 
-#include <cmath>
+#include <vector>
 
 namespace bf::blocks {
 
@@ -32,14 +32,8 @@ class Iteration final : public Block {
     using Block::Block;
     Output<double> y{this, "y", {.doc = "1 in the first iteration of a step"}};
     DiscreteState<double> number{this, "number", {.initial = {1}, .doc = "of the iteration"}};
-    Status output(Now at, Out to) const noexcept override {
-        to[y] = at[number];
-        return ok;
-    }
-    Status update(Now at, Next to) const noexcept override {
-        to[number] = at[number] + 1;
-        return ok;
-    }
+    OutputRule output_rule{this, kernels::Copy{}, y, number};
+    UpdateRule update_rule{this, kernels::Add{}, next(number), number, Constants({1})};
 };
 
 /// Decides whether the while subsystem around it runs again.
@@ -66,15 +60,12 @@ class If final : public Block {
         this, "conditions", {.initial = 1, .doc = "number of conditions: if, then each elseif"}};
     InputList<bool> u{this, "u", at_least_one(*this, "conditions", *conditions), {.doc = "condition"}};
     OutputList<bool> y{this, "y", u.size() + 1, {.doc = "enables the action; the last one is else"}};
-    Status output(Now at, Out to) const noexcept override {
-        bool is_found = false;
-        for (int i = 0; i < u.size(); ++i) {
-            to[y[i]] = !is_found && at[u[i]];
-            is_found = is_found || at[u[i]];
-        }
-        to[y[u.size()]] = !is_found;
-        return ok;
-    }
+    std::vector<OutputRule> rules = [this] {
+        std::vector<OutputRule> made;
+        for (int i = 0; i < y.size(); ++i)
+            made.emplace_back(this, kernels::IsFirst{}, y[i], Constants({static_cast<double>(i)}), u);
+        return made;
+    }();
 };
 
 /// Exactly one output is true: that of the case which the selector equals, else the last one.
@@ -87,16 +78,13 @@ class SwitchCase final : public Block {
                        "y",
                        static_cast<int>(cases->size()) + 1,
                        {.doc = "enables the action; the last one is the default"}};
-    Status output(Now at, Out to) const noexcept override {
-        bool is_found = false;
-        for (std::size_t i = 0; i < cases->size(); ++i) {
-            const bool is_case = !is_found && static_cast<double>((*cases)[i]) == std::trunc(at[u]);
-            to[y[static_cast<int>(i)]] = is_case;
-            is_found = is_found || is_case;
-        }
-        to[y[static_cast<int>(cases->size())]] = !is_found;
-        return ok;
-    }
+    std::vector<OutputRule> rules = [this] {
+        const Constants numbers(std::vector<double>(cases->begin(), cases->end()));
+        std::vector<OutputRule> made;
+        for (int i = 0; i < y.size(); ++i)
+            made.emplace_back(this, kernels::IsCase{}, y[i], Constants({static_cast<double>(i)}), numbers, u);
+        return made;
+    }();
 };
 
 /// Calls function-call subsystems once in each of its periods.
@@ -104,10 +92,8 @@ class FunctionCallGenerator final : public Block {
   public:
     using Block::Block;
     Output<bool> y{this, "y", {.doc = "drives `trigger` of a subsystem with `trigger: function_call`"}};
-    Status output(Now, Out to) const noexcept override {
-        to[y] = true;
-        return ok;
-    }
+    // It reads the time, so that it is no constant.
+    OutputRule rule{this, kernels::AlwaysTrue{}, y, at_time};
 };
 
 } // namespace

@@ -111,6 +111,37 @@ struct StateMachineUpdate {
     }
 };
 
+/// y: element `which` of the list, from 0, is the first one that is true; after the last one: none is.
+struct IsFirst {
+    static constexpr const char* name = "bf::kernels::IsFirst{}";
+    template <class Y, class W, class U>
+    constexpr void operator()(const Y& y, const W& which, const U& u) const noexcept {
+        int first = 0;
+        while (first < u.size() && !u[first][0]) ++first;
+        y[0] = first == static_cast<int>(which[0]);
+    }
+};
+
+/// y: element `which` of the cases, from 0, is the first one that equals u, cut to a whole number; after the
+/// last one: none does.
+struct IsCase {
+    static constexpr const char* name = "bf::kernels::IsCase{}";
+    template <class Y, class W, class C, class U>
+    constexpr void operator()(const Y& y, const W& which, const C& cases, const U& u) const noexcept {
+        int first = 0;
+        while (first < cases.size() && cases[first] != std::trunc(u[0])) ++first;
+        y[0] = first == static_cast<int>(which[0]);
+    }
+};
+
+/// y is true at every time.
+struct AlwaysTrue {
+    static constexpr const char* name = "bf::kernels::AlwaysTrue{}";
+    template <class Y, class T> constexpr void operator()(const Y& y, const T&) const noexcept {
+        y[0] = true;
+    }
+};
+
 enum class CheckKind { always, final, maximum, minimum, rms, mean };
 
 /// Summary of u over the samples from `from_time` on: value and the sum and count behind it; passed = value

@@ -3,6 +3,9 @@
 
 #include "bf/codegen/views.hpp"
 
+#include <limits>
+#include <vector>
+
 namespace bf::generated {
 
 /// Elements in memory that the model owns; bound once, before the first step.
@@ -19,6 +22,11 @@ template <class T> kernels::View<T> out(Dynamic<T>& x) noexcept { return {x.data
 
 template <class T, class... V> auto list(const kernels::View<T>& first, const V&... others) noexcept {
     return List<kernels::View<T>, 1 + int(sizeof...(V))>{{first, others...}};
+}
+
+/// As many elements of a control signal, not looked at yet.
+inline void forget(std::vector<double>& x, int count) {
+    x.assign(static_cast<std::size_t>(count), std::numeric_limits<double>::quiet_NaN());
 }
 
 /// state = next, but false when an element is not a number.

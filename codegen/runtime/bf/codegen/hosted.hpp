@@ -15,11 +15,15 @@ class Hosted {
     virtual bool run(int task) noexcept = 0;
     /// Initial states of one block.
     virtual bool reset(int block) noexcept = 0;
+    /// The block's answer to its zero crossings.
+    virtual bool event(int block) noexcept = 0;
     /// The rate is hit at that time, or the solver goes to it inside a step.
     virtual void hit(int rate, double time) noexcept = 0;
     virtual void go_to(int rate, double time) noexcept = 0;
     /// An output of a conditional subsystem has its initial value; where sizes are known at the start.
     virtual void write_initial_output(int /*condition*/, int /*outlet*/) noexcept {}
+    /// A triggered subsystem of that rate runs; its period is the time since it ran before.
+    virtual void fire(int rate, double time) noexcept = 0;
     /// Why the last call failed, and which block when the call did not name it.
     virtual const char* failure() const noexcept = 0;
     virtual const char* failed_block() const noexcept = 0;

@@ -3,6 +3,7 @@
 
 #include "bf/kernels/view.hpp"
 
+#include <limits>
 #include <type_traits>
 
 namespace bf::generated {
@@ -112,6 +113,49 @@ template <class T> bool is_positive(const T& signal) noexcept {
     bool value = false;
     for (int i = 0; i < x.size(); ++i) value = value || x[i] > 0;
     return value;
+}
+
+/// x := NaN: not looked at yet, or not running.
+inline void forget(double* x, int count) noexcept {
+    for (int i = 0; i < count; ++i) x[i] = std::numeric_limits<double>::quiet_NaN();
+}
+
+enum class Edge { rising, falling, either, level };
+
+/// Has some element of a control signal such an edge since the last look? The first look only remembers; a
+/// level counts at once.
+template <Edge edge, class T> bool has_edge(const T& signal, double* before) noexcept {
+    const auto x = in(signal);
+    bool found = false;
+    for (int i = 0; i < x.size(); ++i) {
+        const double now = static_cast<double>(x[i]);
+        const bool rises = before[i] <= 0 && now > 0, falls = before[i] > 0 && now <= 0;
+        found = found || (edge == Edge::rising    ? rises
+                          : edge == Edge::falling ? falls
+                          : edge == Edge::either  ? rises || falls
+                                                  : now > 0);
+        before[i] = now;
+    }
+    return found;
+}
+
+/// before := the values of zero-crossing functions; guards := +1 where one rose through 0 since then, -1
+/// where it fell, else 0. True if one did.
+inline bool find_crossings(double* guards, double* before, int count) noexcept {
+    bool found = false;
+    for (int i = 0; i < count; ++i) {
+        const double last = before[i], now = guards[i];
+        before[i] = now;
+        guards[i] = last < 0 && now >= 0 ? 1 : last > 0 && now <= 0 ? -1 : 0;
+        found = found || guards[i] != 0;
+    }
+    return found;
+}
+template <class T> bool has_crossed(const T& guard) noexcept {
+    const auto x = in(guard);
+    bool found = false;
+    for (int i = 0; i < x.size(); ++i) found = found || x[i] != 0;
+    return found;
 }
 
 template <class Kernel, class = void> struct FailureOf {

@@ -1,0 +1,284 @@
+// Subsystems that do not always run, loops, zero crossings, and the examples.
+#include "cases.hpp"
+
+#include "bf/formats/yaml.hpp"
+
+namespace bf::codegen::test {
+namespace {
+
+model::Model read(const std::string& name, const std::string& text) {
+    return formats::read_yaml_text("model: " + name + "\n" + text, "m.yaml");
+}
+
+/// Triggered subsystems: of a scalar and of a vector, with states and a period, one inside another, enabled.
+model::Model triggered(const std::string& edge, const std::string& states) {
+    const std::string when = states == "reset" ? "reset" : "held";
+    return read("triggered_" + edge, R"m(step: 0.01
+inputs: [u, w]
+blocks:
+  pair: {block: Mux}
+  fast: {block: Sine, frequency: 60}
+  on: {block: CompareToConstant, operator: ">", constant: -0.3}
+  one:
+    execution: triggered
+    trigger: )m" + edge + R"m(
+    inputs: [u, w]
+    outputs: {y: {initial: 3}, z: {}, t: {}}
+    blocks:
+      five: {block: Constant, value: 5}
+      sum: {block: DiscreteIntegrator, initial: 1}
+      clock: {block: Clock}
+      five_times: {block: Product}
+      inner:
+        execution: enabled
+        states: )m" + states + R"m(
+        inputs: [u]
+        outputs: {y: {initial: [1, 2, 3], when_disabled: )m" +
+                                         when + R"m(}}
+        blocks: {spread: {block: Gain, K: [1, 2, 3]}, past: {block: UnitDelay, initial: 4}}
+        connections: {u: spread, spread: past, past: y}
+      deeper:
+        execution: triggered
+        inputs: [u]
+        outputs: [y]
+        blocks: {i: {block: DiscreteIntegrator}, k: {block: Gain, K: 2}}
+        connections: {u: i, i: k, k: y}
+    connections: {u: [sum, five_times.u1, inner.u, deeper.u], five: five_times.u2, w: [inner.enable, deeper.trigger],
+                  sum: y, inner: z, clock: t}
+  many:
+    execution: enabled_and_triggered
+    trigger: )m" + edge + R"m(
+    states: )m" + states + R"m(
+    inputs: [u]
+    outputs: {y: {initial: -1, when_disabled: )m" +
+                                         when + R"m(}}
+    blocks: {i: {block: DiscreteIntegrator, method: trapezoidal, initial: 2}}
+    connections: {u: i, i: y}
+  after: {block: Gain, K: 10}
+connections: {u: [one.u, many.u, pair.u1, on], w: [one.w, pair.u2], fast: one.trigger, pair: many.trigger,
+              on: many.enable, one.y: after}
+)m");
+}
+
+/// Resets of subsystems that run always, at a slower rate, and while enabled.
+model::Model resets(const std::string& edge) {
+    const std::string keys = "inputs: [u]\n    outputs: [y]\n    reset: " + edge +
+                             "\n    blocks: {i: {block: DiscreteIntegrator, initial: [1, 2]}}\n"
+                             "    connections: {u: i, i: y}\n";
+    return read("reset_" + edge,
+                "step: 0.01\nsolver: rk4\ninputs: [u, on, again]\nblocks:\n  always:\n    " + keys +
+                    "  slow:\n    period: 0.03\n    " + keys + "  enabled:\n    execution: enabled\n    " +
+                    keys +
+                    "  wave: {block: Sine, frequency: 30}\n"
+                    "  plant:\n    inputs: [u]\n    outputs: [y]\n    reset: " +
+                    edge +
+                    "\n    blocks: {x: {block: Integrator, initial: 3}}\n"
+                    "    connections: {u: x, x: y}\n"
+                    "connections: {u: [always.u, slow.u, enabled.u, plant.u], on: enabled.enable,"
+                    " again: [always.reset, slow.reset, enabled.reset], wave: plant.reset}\n");
+}
+
+/// Actions of If and SwitchCase, merged, and function calls at rates of their own.
+model::Model actions() {
+    const auto branch = [](const std::string& name, const std::string& out) {
+        return "  " + name + ":\n    execution: enabled\n    inputs: [u]\n    outputs: [y]\n" +
+               "    blocks: {k: {block: Constant, value: 10}, p: {block: Product}, d: {block: UnitDelay}}\n" +
+               "    connections: {u: p.u1, k: p.u2, " + out + "}\n";
+    };
+    return read("actions", R"m(step: 0.01
+inputs: [u, v]
+blocks:
+  big: {block: CompareToConstant, operator: ">", constant: 0.5}
+  positive: {block: CompareToConstant, operator: ">", constant: 0}
+  if: {block: If, conditions: 2}
+  tens: {block: Gain, K: 2}
+  case: {block: SwitchCase, cases: [1, -1, 2, 1]}
+  merge: {block: Merge, inputs: 3}
+  merged: {block: Merge, inputs: 2}
+  each: {block: FunctionCallGenerator, period: 0.03}
+  called:
+    execution: triggered
+    trigger: function_call
+    inputs: [u]
+    outputs: [y]
+    blocks: {i: {block: DiscreteIntegrator}}
+    connections: {u: i, i: y}
+)m" + branch("a", "p: [d, y]") +
+                               branch("b", "p: d, d: y") + branch("c", "p: [d, y]") +
+                               branch("one", "p: d, d: y") + branch("other", "p: [d, y]") + R"m(
+connections:
+  u: [big, positive, a.u, b.u, c.u, called.u]
+  v: [tens, one.u, other.u]
+  tens: case
+  big: if.u1
+  positive: if.u2
+  if.y1: a.enable
+  if.y2: b.enable
+  if.y3: c.enable
+  a: merge.u1
+  b: merge.u2
+  c: merge.u3
+  case.y1: one.enable
+  case.y5: other.enable
+  one: merged.u1
+  other: merged.u2
+  each: called.trigger
+)m");
+}
+
+/// Loops within loops, with triggered subsystems inside, and one for each part of a vector.
+model::Model loops(const std::string& states) {
+    return read("loops_" + states, R"m(step: 0.01
+inputs: [u, n]
+blocks:
+  five_times: {block: Gain, K: 3}
+  slow: {block: Gain, period: 0.02}
+  sum:
+    execution: for
+    states: )m" + states + R"m(
+    inputs: [u]
+    outputs: [y, z, t]
+    blocks:
+      i: {block: Iteration}
+      three: {block: Constant, value: 3}
+      add: {block: Sum, signs: +++}
+      past: {block: UnitDelay}
+      odd: {block: Trigonometry, function: cos}
+      inner:
+        execution: for
+        iterations: 4
+        inputs: [u]
+        outputs: [y]
+        blocks: {k: {block: Iteration}, p: {block: Product}, a: {block: Sum}, m: {block: UnitDelay, initial: 1}}
+        connections: {u: p.u1, k: p.u2, p: a.u1, m: a.u2, a: [m, y]}
+      counter:
+        execution: triggered
+        trigger: either
+        inputs: [u]
+        outputs: [y]
+        blocks:
+          c: {block: DiscreteIntegrator}
+          half: {execution: enabled, inputs: [u], outputs: [y], blocks: {g: {block: UnitDelay}}, connections: {u: g, g: y}}
+        connections: {u: [c, half.u, half.enable], half: y}
+    connections: {u: [add.u1, inner.u, counter.u], i: [add.u2, odd], past: add.u3, add: [past, y], inner: z,
+                  odd: counter.trigger, counter: t}
+  root:
+    execution: while
+    states: )m" + states + R"m(
+    inputs: [a, begin]
+    outputs: [y]
+    blocks:
+      x: {block: UnitDelay, initial: 1}
+      q: {block: Product, operations: "*/"}
+      mean: {block: Sum, signs: ++}
+      half: {block: Gain, K: 0.5}
+      d: {block: Sum, signs: +-}
+      abs: {block: Abs}
+      more: {block: CompareToConstant, operator: ">", constant: 1e-12}
+      w: {block: While, most: 200}
+    connections: {a: q.u1, x: [q.u2, mean.u1, d.u2], q: mean.u2, mean: half, half: [x, d.u1, y], d: abs, abs: more,
+                  more: w.condition, begin: w.initial}
+  square: {block: Square}
+  above: {block: Sum}
+  bias: {block: Constant, value: 0.1}
+  parts: {block: Gain, K: [1, 2, 3, 4]}
+  each:
+    execution: for_each
+    iterations: 2
+    inputs: {u: {each: true}, k: }
+    outputs: [y]
+    blocks:
+      p: {block: Product}
+      sum: {block: Sum}
+      past: {block: UnitDelay}
+      g: {block: Gain, K: iteration}
+    connections: {u: p.u1, k: p.u2, p: sum.u1, past: sum.u2, sum: [past, g], g: y}
+connections: {u: [sum.u, square, parts, slow, root.begin], n: five_times, five_times: sum.iterations, square: above.u1,
+              bias: above.u2, above: root.a, parts: each.u, slow: each.k}
+)m");
+}
+
+/// A while loop that does not end.
+model::Model endless() {
+    return read("endless", R"m(step: 0.01
+inputs: [u]
+blocks:
+  s:
+    execution: while
+    inputs: [u]
+    outputs: [y]
+    blocks: {g: {block: Gain}, c: {block: CompareToConstant, operator: "<", constant: 1}, w: {block: While, most: 7}}
+    connections: {u: g, g: [c, y], c: w.condition}
+connections: {u: s.u}
+)m");
+}
+
+/// Everything among the standard blocks that answers zero crossings, under one condition and alone.
+model::Model crossings(const std::string& solver, const std::string& states) {
+    return read("crossings_" + solver + "_" + states, "step: 0.01\nsolver: " + solver + R"m(
+inputs: [noise]
+blocks:
+  gravity: {block: Constant, value: -9.81}
+  velocity: {block: LimitedIntegrator, reset: falling, initial_source: external, state_port: true}
+  factor: {block: Step, period: 0.01, time: 0.01, after: -0.8}
+  rebound: {block: Product}
+  height: {block: Integrator, initial: 0.03}
+  wave: {block: Sine, frequency: 40, amplitude: [1, 2]}
+  first: {block: Selector, indices: 1}
+  drive: {block: Integrator}
+  on: {block: CompareToConstant, operator: ">", constant: -0.2}
+  slow: {block: Sine, frequency: 9, period: 0.02}
+  part:
+    execution: enabled
+    states: )m" + states + R"m(
+    reset: either
+    inputs: [u]
+    outputs: {r: {initial: 1, when_disabled: )m" + states +
+                                                          R"m(}, y: {}, x: {}, p: {}, b: {}, h: {}}
+    blocks:
+      relay: {block: Relay, on_point: 0.3, off_point: -0.2}
+      limited: {block: LimitedIntegrator, lower: -0.02, upper: 0.01, reset: rising}
+      second: {block: SecondOrderIntegrator, lower_x: -0.001, upper_x: 0.001}
+      pid: {block: PID, reset: either, I: 3, D: 0.1, initial: 0.5}
+      play: {block: Backlash, width: 0.4}
+      hit: {block: HitCrossing, level: 0.1}
+      one: {block: Selector, indices: 2}
+    connections: {u: [relay, limited.u, second, one, play, hit], one: [pid.e, pid.reset, limited.reset], relay: r,
+                  limited: y, second.x: x, pid: p, play: b, hit: h}
+connections: {gravity: velocity.u, velocity.y: height, velocity.state: rebound.u1, factor: rebound.u2,
+              rebound: velocity.x0, height: velocity.reset, wave: [part.u, first], first: drive, drive: part.reset, slow: on,
+              on: part.enable}
+)m");
+}
+
+} // namespace
+
+std::vector<Case> control_cases() {
+    std::vector<Case> cases;
+    const auto add = [&](model::Model model, int steps) { cases.push_back({Elaborated(model), steps}); };
+    for (const std::string edge : {"rising", "falling", "either", "function_call"})
+        add(triggered(edge, edge == "rising" ? "reset" : "held"), 60);
+    for (const std::string edge : {"rising", "falling", "either", "level"}) add(resets(edge), 40);
+    add(actions(), 60);
+    for (const std::string states : {"held", "reset"}) {
+        add(loops(states), 30);
+        add(crossings("rk4", states), 60);
+    }
+    add(crossings("euler", "held"), 60);
+    add(endless(), 20);
+    return cases;
+}
+
+std::vector<Case> example_cases() {
+    std::vector<Case> cases;
+    for (const std::string name : {"bouncing_ball", "buck_converter", "cart_pole", "dc_motor",
+                                   "double_pendulum", "stick_slip", "thermostat", "two_rates"}) {
+        model::Model model = formats::read_yaml(std::filesystem::path(BF_EXAMPLES) / name / "model.yaml");
+        if (model.solver && is_adaptive(solver_method(model.solver->text).value()))
+            model.solver->text = "rk4";
+        cases.push_back({Elaborated(model), 200});
+    }
+    return cases;
+}
+
+} // namespace bf::codegen::test

@@ -23,6 +23,8 @@ ROWS = [
     ("codegen.scalar_block", "ns", "codegen.scalar_block", "codegen.scalar_block/hand_loop", "<= 1 ns"),
     ("codegen.vector23_block", "ns", "codegen.vector23_block", "engine.vector23_block", "<= 10 ns"),
     ("codegen.compile_1000_blocks", "s", "codegen.compile_1000_blocks", "codegen.compile_1000_blocks/three_blocks", "< 15 s"),
+    ("codegen.icub_vs_engine", "us", "codegen.icub_law/generated", "codegen.icub_law/engine", "<= 0.5 x"),
+    ("codegen.icub_vs_hand", "us", "codegen.icub_law/generated", "codegen.icub_law/hand", "<= 1.2 x"),
     ("toolbox.whole_body_step", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/bare_pinocchio", "<= 1.15 x"),
     ("toolbox.whole_body_step_idyntree", "us", "toolbox.whole_body_step/diagram", "toolbox.whole_body_step/idyntree", ""),
     ("toolbox.qp_12x38", "us", "toolbox.qp_12x38/block", "toolbox.qp_12x38/bare_daqp", "<= 1.2 x"),

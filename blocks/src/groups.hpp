@@ -10,6 +10,7 @@ void add_generators(Library& library);
 void add_random(Library& library);
 void add_arithmetic(Library& library);
 void add_functions(Library& library);
+void add_formulas(Library& library);
 void add_matrices(Library& library);
 void add_vectors(Library& library);
 void add_linear_algebra(Library& library);

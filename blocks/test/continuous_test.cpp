@@ -317,3 +317,31 @@ TEST(HitCrossing, IsTrueAtTheInstantOfTheCrossing) {
     ASSERT_FALSE(jumps.empty());
     EXPECT_NEAR(jumps[0], 0.6, 1e-6);
 }
+
+TEST(FirstOrderHold, GoesOnAsTheLastTwoSamplesLead) {
+    // Samples of t^2 at 0, 1, 2, ...: from t_k = k on y = k^2 + (2k - 1)(t - k).
+    for (const std::string solver : {"rk4", "dormand_prince45"}) {
+        Session run("model: m\nstep: 0.25\nsolver: " + solver +
+                    "\nblocks:\n  t: {block: Clock}\n  u: {block: Square}\n"
+                    "  y: {block: FirstOrderHold, interval: 1}\n  x: {block: Integrator}\n"
+                    "connections: {t: u, u: y, y: x}\n");
+        Log y(run, "y"), x(run, "x");
+        run.trace("y", 17);
+        for (int i = 0; i < 17; ++i) {
+            const double t = 0.25 * i, k = std::floor(t);
+            EXPECT_NEAR(y.at(t), k * k + (k < 1 ? 0 : 2 * k - 1) * (t - k), 1e-12) << solver << " " << t;
+        }
+        // The integral over [1, 2] is 1 + 1/2, over [2, 3] 4 + 3/2, over [3, 4] 9 + 5/2.
+        EXPECT_NEAR(x.at(4), 0 + 1.5 + 5.5 + 11.5, 1e-9) << solver;
+    }
+}
+
+TEST(Derivative, InsideAStepIsTheQuotientSinceItsBegin) {
+    // u = t^2 in steps of 1: y(t) = (t^2 - k^2) / (t - k) = t + k inside, and 2k - 1 at k itself.
+    Session run("model: m\nstep: 1\nsolver: heun\nblocks:\n  t: {block: Clock}\n  u: {block: Square}\n"
+                "  y: {block: Derivative}\n  x: {block: Integrator}\nconnections: {t: u, u: y, y: x}\n");
+    Log y(run, "y"), x(run, "x");
+    run.trace("y", 4);
+    EXPECT_EQ(y.values, (Values{0, 1, 3, 5}));
+    EXPECT_EQ(x.values, (Values{0, 0.5, 2.5, 6.5})); // heun takes the mean of both ends
+}

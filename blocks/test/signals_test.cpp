@@ -133,6 +133,34 @@ TEST(Sources, AreFunctionsOfTime) {
         EXPECT_DOUBLE_EQ(sine[static_cast<std::size_t>(i)], 2 * std::sin(3 * 0.5 * i + 0.1) + 1);
 }
 
+TEST(Sources, ThatRepeatNeverSlipASample) {
+    // A cycle of n samples, whatever rounding makes of k times the period.
+    for (const double period : {0.1, 0.01, 0.001, 1.0 / 3, 0.7})
+        for (const int n : {2, 3, 6, 10, 14}) {
+            const int steps = 3000;
+            const double cycle = n * period;
+            const auto pulse = sources("Pulse", {{"cycle", cycle}, {"delay", 3 * period}}, period, steps);
+            const auto full = sources("Pulse", {{"cycle", cycle}, {"width", 100}}, period, steps);
+            const auto saw = [&] {
+                auto block = make("SignalGenerator", {{"waveform", "sawtooth"}});
+                block.period = period;
+                block.start().set("frequency", Values{1 / cycle});
+                Values y;
+                for (int k = 0; k < steps; ++k) {
+                    EXPECT_TRUE(block.step());
+                    y.push_back(block.scalar("y"));
+                }
+                return y;
+            }();
+            for (int k = 0; k < steps; ++k) {
+                const auto i = static_cast<std::size_t>(k);
+                ASSERT_EQ(pulse[i], k >= 3 && 2 * ((k - 3) % n) < n) << period << " " << n << " " << k;
+                ASSERT_EQ(full[i], 1) << period << " " << n << " " << k;
+                ASSERT_NEAR(saw[i], 2.0 * (k % n) / n - 1, 1e-9) << period << " " << n << " " << k;
+            }
+        }
+}
+
 class File : public testing::Test {
   protected:
     std::string path =

@@ -290,8 +290,8 @@ std::string Generator::main_source(const Calls& calls) {
             text += "    assign(outputs." + field.member + ", " + place_of(field.end).text() + ");\n";
         text += "    return good;\n}\n\n";
     }
-    text += "bool " + class_ + "::update() noexcept {\n    if (failure_ || !(" + calls.updates +
-            (has_continuous_states() ? " && integrate()" : "") + " && " + calls.commits +
+    text += "bool " + class_ + "::update() noexcept {\n    if (failure_ || !(" + calls.updates + " && " +
+            calls.commits + (has_continuous_states() ? " && integrate()" : "") +
             ")) return false;\n    ++steps_;\n    return true;\n}\n\n"
             "void " +
             class_ + "::terminate() noexcept {" +

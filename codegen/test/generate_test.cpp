@@ -261,8 +261,8 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
         write_text(program.folder.path / "p.yaml", parameters);
         return program.text(program("--params p.yaml --csv out.csv") == 0 ? "out.csv" : "errors.txt");
     };
-    EXPECT_EQ(run(""), "time,\"K.y(1)\",\"K.y(2)\"\n0,3,6\n0.10000000000000001,3,6\n");
-    const std::string changed = "time,\"K.y(1)\",\"K.y(2)\"\n0,-2,-2.5\n0.10000000000000001,-2,-2.5\n";
+    EXPECT_EQ(run(""), "time,\"K.y[0]\",\"K.y[1]\"\n0,3,6\n0.10000000000000001,3,6\n");
+    const std::string changed = "time,\"K.y[0]\",\"K.y[1]\"\n0,-2,-2.5\n0.10000000000000001,-2,-2.5\n";
     EXPECT_EQ(run("# a comment\none.value: [4, 5] # constants follow\nK.K: -0.5\n"), changed);
     EXPECT_EQ(run("---\none:\n  value:\n  - 4\n  - 5\n\nK:\n    # deeper\n    K: -0.5\n"), changed);
     EXPECT_EQ(run("{one: {value: [4,\n   5]}, 'K': {K: -5e-1}}\n"), changed);

@@ -129,6 +129,7 @@ class Flattener {
     /// path.
     void variables(Scope& scope, const std::vector<model::Variable>& list, const std::string& prefix,
                    const std::vector<model::Variable>* with) {
+        enumerations(scope);
         for (const auto& variable : list) {
             const auto* workspace = &scope.variables;
             const auto* given = &variable;
@@ -140,6 +141,32 @@ class Flattener {
                     }
             scope.variables.set(variable.name, value_of(*workspace, *given, prefix));
             scope.variables.paths[variable.name] = prefix + variable.name;
+        }
+    }
+
+    /// Each is a struct of numbers of type int32.
+    void enumerations(Scope& scope) {
+        const std::string prefix = scope.path.empty() ? "" : scope.path + ".";
+        for (const auto& enumeration : scope.system->enumerations) {
+            matlab::Value::Fields fields;
+            double next = 0;
+            for (const auto& member : enumeration.fields) {
+                const std::string name = enumeration.name + "." + member.name;
+                if (!member.value.text.empty())
+                    next = e_.evaluate_scalar(member.value, scope.variables, scope.path, name.c_str())
+                               .value_or(next);
+                const matlab::Value value = matlab::Value(next).as(matlab::Class::Int32);
+                if (value.scalar() != next)
+                    e_.report.add(member.value.where, scope.path,
+                                  "'" + name + "' is " + matlab::number_text(next),
+                                  "give a whole number of type int32");
+                fields.emplace_back(member.name, value);
+                e_.define({Definition::Kind::constant, prefix + name, {}, {}, value, {}, {}},
+                          scope.variables);
+                ++next;
+            }
+            scope.variables.set(enumeration.name, matlab::Value::structure(std::move(fields)));
+            scope.variables.paths[enumeration.name] = prefix + enumeration.name;
         }
     }
 
@@ -318,15 +345,14 @@ class Flattener {
         if (!overrides_.empty()) changed = overridden_settings(block, path);
         const auto& settings = overrides_.empty() ? block.settings : changed;
         const std::size_t first_definition = e_.diagram.definitions.size();
-        std::vector<std::pair<const model::Setting*, Value>> parameters;
+        std::vector<const model::Setting*> parameters;
         for (const auto& setting : settings) {
             const auto argument = std::find_if(declared.arguments.begin(), declared.arguments.end(),
                                                [&](const auto& a) { return a.name == setting.name; });
             const bool is_argument = argument != declared.arguments.end();
             if (!is_argument) {
                 // A parameter may exist only under these arguments: known after the block is made.
-                if (auto value = number(scope, setting, path, Definition::Kind::parameter))
-                    parameters.emplace_back(&setting, std::move(*value));
+                parameters.push_back(&setting);
                 continue;
             }
             const bool is_text = argument->initial.kind != Value::Kind::number;
@@ -352,7 +378,7 @@ class Flattener {
         node.where = block.where;
         auto& d = node.block->declaration();
         for (const auto& problem : d.problems) e_.report.add(block.where, path, problem);
-        give_parameters(path, d, parameters);
+        give_parameters(scope, path, d, parameters);
         node.sources.resize(d.slots.size());
         node.providers.resize(d.requirements.size());
 
@@ -419,9 +445,9 @@ class Flattener {
         return converted;
     }
 
-    void give_parameters(const std::string& path, Declaration& d,
-                         const std::vector<std::pair<const model::Setting*, Value>>& parameters) {
-        for (const auto& [setting, value] : parameters) {
+    void give_parameters(const Scope& scope, const std::string& path, Declaration& d,
+                         const std::vector<const model::Setting*>& parameters) {
+        for (const auto* setting : parameters) {
             const int index = d.find(setting->name, Role::parameter);
             if (index < 0) {
                 e_.report.add(setting->where ? setting->where : setting->value.where, path,
@@ -429,19 +455,21 @@ class Flattener {
                                   did_you_mean(setting->name, setting_names(d)));
                 continue;
             }
-            Slot& slot = d.slots[static_cast<std::size_t>(index)];
-            if (value.kind != Value::Kind::number) {
+            const Slot& slot = d.slots[static_cast<std::size_t>(index)];
+            const auto value = number(scope, *setting, path, Definition::Kind::parameter);
+            if (!value) continue;
+            if (value->kind != Value::Kind::number) {
                 e_.report.add(setting->value.where, path,
-                              "parameter '" + slot.name + "' must be a number, not " + value.describe());
+                              "parameter '" + slot.name + "' must be a number, not " + value->describe());
                 continue;
             }
-            if (value.data.empty()) {
+            if (value->data.empty()) {
                 e_.report.add(setting->value.where, path, "parameter '" + slot.name + "' is empty",
                               "give at least one element");
                 continue;
             }
             try {
-                give(d, index, value);
+                give(d, index, *value);
             } catch (const ResolutionError& error) {
                 e_.report.add(setting->value.where, path,
                               "'" + setting->value.text + "' does not fit: " + error.what());

@@ -62,7 +62,10 @@ class Spreading {
         }
         for (std::size_t n = 0; n < queued_.size(); ++n) report_open(static_cast<int>(n));
         if (e_.report.is_empty())
-            for (const auto& declared : e_.declared) check_declared(declared);
+            for (const auto& declared : e_.declared) {
+                check_declared(declared);
+                keep_names(declared);
+            }
         if (e_.report.is_empty())
             for (auto& condition : e_.diagram.conditions)
                 for (const auto& outlet : condition.outlets) check_initial(outlet);
@@ -120,6 +123,14 @@ class Spreading {
         if (declared.type && *declared.type != slot.type)
             differs(std::string("type ") + bf::name(*declared.type),
                     std::string("of type ") + bf::name(slot.type));
+    }
+
+    void keep_names(const Elaboration::Declared& declared) {
+        if (declared.end.node < 0 || !declared.enumeration) return;
+        NamedValues named{declared.end, {}};
+        for (const auto& [name, value] : declared.enumeration->fields())
+            named.names.emplace_back(value.scalar(), name);
+        e_.diagram.named_values.push_back(std::move(named));
     }
 
     void check_initial(const Condition::Outlet& outlet) {

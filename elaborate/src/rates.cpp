@@ -74,9 +74,7 @@ class Rates {
                 continue;
             }
             const int around = triggered_rate(condition.parent), seen = looked_at(condition);
-            condition.rate = around >= 0                                    ? around
-                             : seen <= constant_rate || seen == continuous_ ? base_
-                                                                            : seen;
+            condition.rate = around >= 0 ? around : seen <= constant_rate ? base_ : seen;
         }
         for (auto& loop : e_.diagram.plan.loops) loop.rate = fastest_of(loop.nodes, loop.condition);
         // Inner conditions come after those around them: an output may inherit from theirs.
@@ -245,7 +243,7 @@ class Rates {
                     work(true);
                 }
         for (auto& node : nodes_)
-            if (node.rate < 0) node.rate = base_;
+            if (node.rate < 0) node.rate = fastest(node);
     }
 
     int inherited(const DiagramNode& node, bool all_known) const {

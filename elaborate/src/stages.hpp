@@ -111,6 +111,7 @@ struct Elaboration {
         std::string path;
         std::optional<Size> size;
         std::optional<Type> type;
+        const matlab::Value* enumeration = nullptr; ///< the struct of its names
     };
     std::vector<Declared> declared;
 

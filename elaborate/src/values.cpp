@@ -137,7 +137,7 @@ std::optional<double> Elaboration::evaluate_scalar(const model::Expression& expr
 
 Elaboration::Declared Elaboration::declared_port(const Scope& scope, const model::Port& port,
                                                  const std::string& path) {
-    Declared declared{{}, &port, path, {}, {}};
+    Declared declared{{}, &port, path, {}, {}, nullptr};
     if (port.shape)
         if (const auto shape = evaluate(*port.shape, scope.variables, path)) {
             const auto is_length = [&](matlab::Index i) {
@@ -153,9 +153,18 @@ Elaboration::Declared Elaboration::declared_port(const Scope& scope, const model
                 report.add(port.shape->where, path, "'shape' is " + shape->describe(),
                            "give the length of a 1-D signal, or [rows columns] of a matrix");
         }
-    if (!port.type.empty() && !(declared.type = type_from_name(port.type)))
+    if (port.type.empty()) return declared;
+    declared.type = type_from_name(port.type);
+    for (const Scope* s = &scope; s && !declared.type; s = s->parent)
+        for (const auto& enumeration : s->system->enumerations)
+            if (enumeration.name == port.type) {
+                declared.type = Type::int32;
+                declared.enumeration = s->variables.find(port.type);
+            }
+    if (!declared.type)
         report.add(port.where, path, "there is no type '" + port.type + "'",
-                   "types: double, single, int8, uint8, int16, uint16, int32, uint32, boolean");
+                   "types: double, single, int8, uint8, int16, uint16, int32, uint32, boolean, and the "
+                   "enumerations of the model");
     return declared;
 }
 

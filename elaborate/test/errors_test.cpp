@@ -19,6 +19,9 @@ TEST(Errors, UnknownBlockIsNamedWithSimilarOnes) {
 TEST(Errors, UnknownSettingIsNamedWithSimilarOnes) {
     EXPECT_EQ(wrong("  t: {block: Clock}\n  a: {block: UnitDelay, inital: 1}\n", "  t: a\n"),
               "m.yaml:5:25: a: the block has no argument or parameter 'inital'; did you mean 'initial'?");
+    EXPECT_EQ(wrong("  t: {block: Clock}\n  a: {block: UnitDelay, mod: fast}\n", "  t: a\n"),
+              "m.yaml:5:25: a: the block has no argument or parameter 'mod'")
+        << "before the word 'fast' is looked at";
 }
 
 TEST(Errors, UnknownVariableIsNamedWithSimilarOnes) {

@@ -27,6 +27,56 @@ TEST(Settings, AreMatlabExpressions) {
     EXPECT_EQ(value("b", "variables: {a: 2, b: a + 1}\n"), (Values{3}));
 }
 
+TEST(Settings, EnumerationsAreNamedNumbers) {
+    const auto m = elaborate_text(R"m(
+model: m
+step: 0.1
+enumerations:
+  Mode: [idle, walk, stop]
+  Phase: {left: 4, right: 2*Mode.stop + 5}
+variables: {first: Mode.walk}
+blocks:
+  a: {block: Constant, value: first}
+  b: {block: Constant, value: "[Phase.left Phase.right]"}
+  is_walking: {block: Constant, value: first == Mode.walk}
+  case: {block: SwitchCase, cases: [Mode.idle, Mode.walk]}
+  s:
+    inputs: {mode: {type: Mode}}
+    enumerations: {Own: [zero, one]}
+    blocks:
+      g: {block: Gain, K: Own.one}
+    connections: {mode: g}
+connections: {a: [case, s]}
+)m");
+    EXPECT_STREQ(m.type("a"), "int32");
+    EXPECT_EQ(m.slot("a", "value").initial, std::vector<double>{1});
+    EXPECT_EQ(m.slot("b", "value").initial, (std::vector<double>{4, 9}));
+    EXPECT_STREQ(m.type("is_walking"), "boolean");
+    ASSERT_EQ(m.diagram.named_values.size(), 1u);
+    EXPECT_EQ(m.diagram.named_values[0].names[2], (std::pair<double, std::string>(2, "stop")));
+}
+
+TEST(Settings, EnumerationsThatAreWrongAreRefused) {
+    const auto wrong = [](const std::string& text) { return errors_of("model: m\nstep: 1\n" + text); };
+    EXPECT_EQ(wrong("enumerations: {Mode: {a: 0.5}}\n"),
+              "m.yaml:3:26: 'Mode.a' is 0.5; give a whole number of type int32");
+    EXPECT_EQ(wrong("enumerations: {Mode: {a: 2^31}}\n"),
+              "m.yaml:3:26: 'Mode.a' is 2147483648; give a whole number of type int32");
+    EXPECT_EQ(wrong("enumerations: {Mode: []}\n"),
+              "m.yaml:3:16: the enumeration 'Mode' has no values; list their names, e.g. [idle, walk]");
+    EXPECT_EQ(wrong("enumerations: {Mode: [a]}\nvariables: {Mode: 1}\n"),
+              "m.yaml:4:13: 'Mode' names both a variable and an enumeration; rename one of them");
+    EXPECT_EQ(wrong("enumerations: {Mode: [a, a]}\n"),
+              "m.yaml:3:26: a second variable 'a'; rename one of them");
+    EXPECT_EQ(wrong("enumerations: {Mode: [idle]}\nblocks: {c: {block: Constant, value: Mode.walk}}\n")
+                  .substr(0, 52),
+              "m.yaml:4:42: c.value: 'Mode.walk': the struct has no");
+    EXPECT_EQ(
+        wrong("inputs: {u: {type: Mode}}\n"),
+        "m.yaml:3:10: u: there is no type 'Mode'; types: double, single, int8, uint8, int16, uint16, int32, "
+        "uint32, boolean, and the enumerations of the model");
+}
+
 TEST(Settings, VariablesAreOverriddenByName) {
     const std::string variables =
         "variables:\n  a: 2\n  Gain: {Kp: a, deep: {x: 1}}\n  b: Gain.Kp + Gain.deep.x\n";

@@ -53,10 +53,14 @@ void ControlSignal::forget() {
 
 Status Simulation::ConditionState::test() {
     if (simulation->is_minor_) return ok;
-    const bool enabled = !enable.is_given() || enable.is_on();
-    const bool fires = !trigger.is_given() || trigger.has_edge();
-    const bool resets = reset.is_given() && reset.has_edge();
     const auto& condition = simulation->diagram_.conditions[static_cast<std::size_t>(index)];
+    const bool enabled = !enable.is_given() || enable.is_on();
+    // A function call counts once per step; an edge that was seen at this instant still counts.
+    const bool is_call = condition.trigger_edge == model::Edge::level;
+    const bool ran = condition.triggered_rate >= 0 && simulation->is_hit(condition.triggered_rate);
+    const bool fires =
+        !trigger.is_given() || ran || (!(is_call && simulation->is_at_event_) && trigger.has_edge());
+    const bool resets = reset.is_given() && reset.has_edge();
     if (!enabled && is_enabled) disable();
     const bool is_new = enabled && !is_enabled;
     is_enabled = enabled;
@@ -65,7 +69,7 @@ Status Simulation::ConditionState::test() {
         simulation->must_restart_ = true;
         if (const Status status = simulation->reset_nodes(condition.nodes); !status) return status;
     }
-    if (is_true && condition.triggered_rate >= 0) fire(condition.triggered_rate);
+    if (is_true && !ran && condition.triggered_rate >= 0) fire(condition.triggered_rate);
     return ok;
 }
 
@@ -122,11 +126,6 @@ void Simulation::reset_conditions() {
         condition.trigger.forget();
         condition.reset.forget();
     }
-}
-
-void Simulation::clear_trigger(std::size_t rate) noexcept {
-    hit_[rate] = 0;
-    conditions_[static_cast<std::size_t>(diagram_.rates[rate].trigger)]->is_true = false;
 }
 
 std::vector<double> Simulation::save_conditions() const {

@@ -9,11 +9,11 @@
 namespace bf {
 
 namespace {
-/// While it lives, evaluations are those of the solver.
-struct Minor {
+/// Sets a flag while it lives.
+struct Raised {
     bool& flag;
-    explicit Minor(bool& f) : flag(f) { flag = true; }
-    ~Minor() { flag = false; }
+    explicit Raised(bool& f) : flag(f) { flag = true; }
+    ~Raised() { flag = false; }
 };
 constexpr int most_events = 1000; ///< in one base step, or at one instant
 } // namespace
@@ -34,21 +34,21 @@ void Simulation::bind_guards() {
                 const auto count = static_cast<std::size_t>(slots[i].size.count());
                 guard_bindings_.push_back({node, segment.condition,
                                            static_cast<double*>(context_.data(node, static_cast<int>(i))),
-                                           guard_values_.size(), count, block.methods.event});
+                                           guard_values_.size(), count, false, block.methods.event});
                 guard_values_.resize(guard_values_.size() + count);
             }
         }
     }
-    // Continuous signals that enable or reset subsystems are watched as they are.
+    // Continuous signals that control subsystems are watched as they are.
     for (const auto& condition : diagram_.conditions)
-        for (const auto& signal : {condition.enable, condition.reset}) {
+        for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) {
             if (!locates || signal.node < 0 || diagram_.slot(signal).type != Type::float64) continue;
             const int rate = diagram_.nodes[static_cast<std::size_t>(signal.node)].rate;
             if (!diagram_.rates[static_cast<std::size_t>(rate)].is_continuous) continue;
             const auto count = static_cast<std::size_t>(diagram_.slot(signal).size.count());
-            guard_bindings_.push_back({-1, condition.parent,
+            guard_bindings_.push_back({signal.node, condition.parent,
                                        static_cast<double*>(context_.data(signal.node, signal.slot)),
-                                       guard_values_.size(), count, false});
+                                       guard_values_.size(), count, true, false});
             guard_values_.resize(guard_values_.size() + count);
         }
     guard_before_.resize(guard_values_.size());
@@ -60,18 +60,19 @@ void Simulation::find_held() {
     const auto is_continuous = [&](const DiagramNode& node) {
         return diagram_.rates[static_cast<std::size_t>(node.rate)].is_continuous && node.type != "Inport";
     };
-    const auto hold = [&](int node, int slot) {
+    const auto hold = [&](int node, int slot, bool is_signal) {
         const Slot& s = diagram_.slot({node, slot});
         const auto* now = static_cast<const std::byte*>(context_.data(node, slot));
         for (const auto& known : held_)
             if (known.now == now) return;
-        held_.push_back(
-            {now, std::vector<std::byte>(static_cast<std::size_t>(s.size.count() * bytes(s.type)))});
+        held_.push_back({now,
+                         std::vector<std::byte>(static_cast<std::size_t>(s.size.count() * bytes(s.type))),
+                         is_signal});
     };
     const auto hold_source = [&](const Node::End& from) {
         if (from.node < 0) return;
         const auto& source = diagram_.nodes[static_cast<std::size_t>(from.node)];
-        if (source.rate != constant_rate && !is_continuous(source)) hold(from.node, from.slot);
+        if (source.rate != constant_rate && !is_continuous(source)) hold(from.node, from.slot, true);
     };
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
         const auto& node = diagram_.nodes[n];
@@ -79,20 +80,21 @@ void Simulation::find_held() {
         for (const auto& from : node.sources) hold_source(from);
         const auto& slots = node.block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
-            if (slots[i].role == Role::discrete_state) hold(static_cast<int>(n), static_cast<int>(i));
+            if (slots[i].role == Role::discrete_state) hold(static_cast<int>(n), static_cast<int>(i), false);
     }
     for (const auto& condition : diagram_.conditions)
         for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) hold_source(signal);
 }
 
-bool Simulation::held_changed() noexcept {
-    bool is_changed = false;
+/// Since it was asked before.
+Simulation::Change Simulation::held_change() noexcept {
+    auto change = Change::none;
     for (auto& held : held_) {
         if (std::memcmp(held.last.data(), held.now, held.last.size()) == 0) continue;
         std::memcpy(held.last.data(), held.now, held.last.size());
-        is_changed = true;
+        change = std::max(change, held.is_signal ? Change::jump : Change::memory);
     }
-    return is_changed;
+    return change;
 }
 
 ContinuousSystem Simulation::continuous_system() {
@@ -101,7 +103,7 @@ ContinuousSystem Simulation::continuous_system() {
             .guards = guard_values_,
             .derivatives =
                 [this](double t) {
-                    const Minor minor(is_minor_);
+                    const Raised minor(is_minor_);
                     // The first stage of a fixed step stands where the outputs of the step were computed.
                     const bool is_current = !is_adaptive(diagram_.solver.method) &&
                                             t == static_cast<double>(steps_) * diagram_.step;
@@ -109,19 +111,30 @@ ContinuousSystem Simulation::continuous_system() {
                 },
             .evaluate_guards =
                 [this](double t, bool is_current) {
+                    const Raised minor(is_minor_);
                     return (is_current || evaluate_outputs(t)) && evaluate_guards();
                 },
             .has_samples = !held_.empty()};
 }
 
-/// Outputs of the continuous rate at an instant inside the step.
+/// Is the rate hit at an instant inside the step? Triggers fire there.
+bool Simulation::runs_inside(int rate) const noexcept {
+    const auto& r = diagram_.rates[static_cast<std::size_t>(rate)];
+    return r.is_continuous || (r.trigger > 0 && is_hit(rate));
+}
+
+bool Simulation::has_fired() const noexcept {
+    for (std::size_t r = 1; r < hit_.size(); ++r)
+        if (diagram_.rates[r].trigger > 0 && hit_[r]) return true;
+    return false;
+}
+
+/// Outputs of the continuous rate, and of what it triggers, at an instant inside the step.
 bool Simulation::evaluate_outputs(double t) noexcept {
     for (std::size_t r = 1; r < hit_.size(); ++r)
         if (diagram_.rates[r].is_continuous) context_.clock(static_cast<int>(r)).time = t;
     for (const auto& segment : outputs_)
-        if (diagram_.rates[static_cast<std::size_t>(segment.rate)].is_continuous &&
-            is_active(segment.condition) && !run(segment))
-            return false;
+        if (runs_inside(segment.rate) && is_active(segment.condition) && !run(segment)) return false;
     return true;
 }
 
@@ -135,9 +148,12 @@ bool Simulation::evaluate_guards() noexcept {
     for (const auto& segment : guards_)
         if (is_active(segment.condition) && !run(segment)) return false;
     for (const auto& guard : guard_bindings_)
-        for (std::size_t i = 0; i < guard.count; ++i)
-            guard_values_[guard.first + i] =
-                is_active(guard.condition) ? guard.values[i] : std::numeric_limits<double>::quiet_NaN();
+        for (std::size_t i = 0; i < guard.count; ++i) {
+            double& value = guard_values_[guard.first + i];
+            value = is_active(guard.condition) ? guard.values[i] : std::numeric_limits<double>::quiet_NaN();
+            // Subsystems run above 0, so 0 lies on the other side.
+            if (guard.is_control && value == 0) value = -std::numeric_limits<double>::min();
+        }
     return true;
 }
 
@@ -179,16 +195,20 @@ bool Simulation::find_crossings() noexcept {
 bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
     must_restart_ = true;
     if (std::none_of(guard_bindings_.begin(), guard_bindings_.end(),
-                     [&](const auto& guard) { return guard.has_event && crossed(guard); }))
+                     [&](const auto& guard) { return guard.has_event && crossed(guard); })) {
+        if (is_inside_step && has_fired()) observe_event();
         return true;
+    }
     for (int round = 0;; ++round) {
         int first = -1;
-        observe_event(t);
+        observe_event();
         for (std::size_t g = 0; g < guard_bindings_.size();) {
             const auto& guard = guard_bindings_[g];
-            if (guard.node < 0) break; // the control signals come last
+            if (guard.is_control) break; // these come last
             bool is_crossed = false;
-            for (; g < guard_bindings_.size() && guard_bindings_[g].node == guard.node; ++g)
+            for (; g < guard_bindings_.size() && guard_bindings_[g].node == guard.node &&
+                   !guard_bindings_[g].is_control;
+                 ++g)
                 for (std::size_t i = 0; i < guard_bindings_[g].count; ++i) {
                     guard_bindings_[g].values[i] = crossed_[guard_bindings_[g].first + i];
                     is_crossed = is_crossed || guard_bindings_[g].values[i] != 0;
@@ -206,41 +226,40 @@ bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
                                 round),
                 first);
     }
-    if (is_inside_step) observe_event(t);
-    held_changed();
+    if (is_inside_step) observe_event();
     return true;
 }
 
-/// Observers see an event as a hit of the continuous rate alone.
-void Simulation::observe_event(double t) noexcept {
-    is_at_event_ = true;
-    event_time_ = t;
-    for (std::size_t r = 1; r < hit_.size(); ++r) hit_at_event_[r] = diagram_.rates[r].is_continuous;
+/// Observers see an event as a hit of the continuous rate, and of what it triggers, alone.
+void Simulation::observe_event() noexcept {
+    for (std::size_t r = 1; r < hit_.size(); ++r) hit_at_event_[r] = runs_inside(static_cast<int>(r));
     hit_.swap(hit_at_event_);
     for (Observer* observer : observers_) observer->observe(*this);
     hit_.swap(hit_at_event_);
-    is_at_event_ = false;
 }
 
 bool Simulation::integrate(double t) noexcept {
-    if (held_changed() || must_restart_) solver_->restart(t);
+    const Change change = held_change();
+    if (must_restart_ || change == Change::jump)
+        solver_->restart(t);
+    else if (change == Change::memory)
+        solver_->resume(t);
     must_restart_ = false;
     const double end = static_cast<double>(steps_ + 1) * diagram_.step;
     const auto x = context_.continuous_state();
     for (int events = 0;;) {
         const auto outcome = solver_->advance(t, end);
-        if (outcome == Solver::Outcome::failed)
-            return status_ ? fail(solver_->failure(), solver_->worst_state() < 0
-                                                          ? -1
-                                                          : node_of_continuous_state(static_cast<std::size_t>(
-                                                                solver_->worst_state())))
-                           : false;
+        if (outcome == Solver::Outcome::failed) {
+            if (!status_) return false;
+            const int worst = solver_->worst_state();
+            return fail(solver_->failure(), worst < 0 ? -1 : owner(Role::continuous_state, x.data() + worst));
+        }
         const auto nan = std::find_if(x.begin(), x.end(), [](double value) { return std::isnan(value); });
         if (nan != x.end())
             return fail(Status::failure(
                             "a continuous state became NaN: look for a division by zero or a value out of "
                             "range, or give a smaller step"),
-                        node_of_continuous_state(static_cast<std::size_t>(nan - x.begin())));
+                        owner(Role::continuous_state, &*nan));
         if (outcome == Solver::Outcome::reached) return true;
         std::copy(solver_->crossings().begin(), solver_->crossings().end(), crossed_.begin());
         if (const int node = accumulating(t, ++events); node >= 0)
@@ -249,9 +268,12 @@ bool Simulation::integrate(double t) noexcept {
                     "its zero crossings accumulate (Zeno behaviour or chattering): let the block rest "
                     "below a small speed, or give it hysteresis"),
                 node);
+        const Raised event(is_at_event_);
+        event_time_ = t;
         if (!evaluate_outputs(t) || !evaluate_guards()) return false;
         guard_before_ = guard_values_;
-        if (!answer_crossings(t, true)) return false;
+        if (!answer_crossings(t, true) || !update_blocks(true)) return false;
+        held_change();
         solver_->restart(t);
         must_restart_ = false;
     }
@@ -261,20 +283,6 @@ bool Simulation::fail(Status status, int node) noexcept {
     status_ = status;
     failed_node_ = node;
     return false;
-}
-
-int Simulation::node_of_continuous_state(std::size_t element) const noexcept {
-    const double* address = const_cast<Simulation*>(this)->context_.continuous_state().data() + element;
-    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const auto& slots = diagram_.nodes[n].block->declaration().slots;
-        for (std::size_t i = 0; i < slots.size(); ++i) {
-            if (slots[i].role != Role::continuous_state) continue;
-            const auto* begin =
-                static_cast<const double*>(context_.data(static_cast<int>(n), static_cast<int>(i)));
-            if (begin <= address && address < begin + slots[i].size.count()) return static_cast<int>(n);
-        }
-    }
-    return -1;
 }
 
 } // namespace bf

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace bf {
 
@@ -17,7 +18,7 @@ class DormandPrince final : public Solver {
   public:
     DormandPrince(const SolverSettings& settings, ContinuousSystem system)
         : Solver(std::move(system)), settings_(settings), x_(system_.x.size()), trial_(x_),
-          before_(system_.guards.size()), after_(before_), middle_(before_) {
+          at_begin_(system_.guards.size()), before_(at_begin_), after_(at_begin_), middle_(at_begin_) {
         for (auto& k : slopes_) k.resize(x_.size());
         for (auto& c : dense_) c.resize(x_.size());
     }
@@ -35,6 +36,7 @@ class DormandPrince final : public Solver {
                 std::copy(x_.begin(), x_.end(), system_.x.begin());
                 is_started_ = false; // an event changes the state, or the equations
                 has_crossed_ = false;
+                step_ = std::max(step_, std::exchange(step_before_crossing_, 0));
                 return Outcome::crossed;
             }
             if (end_ >= end) {
@@ -47,8 +49,13 @@ class DormandPrince final : public Solver {
     }
 
     std::vector<double> history() const override {
-        std::vector<double> all{
-            begin_, end_, step_, last_error_, is_started_ ? 1.0 : 0.0, has_crossed_ ? 1.0 : 0.0};
+        std::vector<double> all{begin_,
+                                end_,
+                                step_,
+                                step_before_crossing_,
+                                last_error_,
+                                is_started_ ? 1.0 : 0.0,
+                                has_crossed_ ? 1.0 : 0.0};
         const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
         add(x_);
         add(slopes_[0]);
@@ -61,9 +68,9 @@ class DormandPrince final : public Solver {
     void set_history(double t, std::span<const double> all) override {
         restart(t);
         if (all.empty()) return;
-        begin_ = all[0], end_ = all[1], step_ = all[2], last_error_ = all[3];
-        is_started_ = all[4] != 0, has_crossed_ = all[5] != 0;
-        const double* from = all.data() + 6;
+        begin_ = all[0], end_ = all[1], step_ = all[2], step_before_crossing_ = all[3], last_error_ = all[4];
+        is_started_ = all[5] != 0, has_crossed_ = all[6] != 0;
+        const double* from = all.data() + 7;
         const auto get = [&](auto& values) {
             for (auto& value : values) value = static_cast<std::decay_t<decltype(value)>>(*from++);
         };
@@ -221,6 +228,7 @@ class DormandPrince final : public Solver {
         if (before_.empty()) return true;
         if (!system_.evaluate_guards(end_, true)) return false;
         std::copy(system_.guards.begin(), system_.guards.end(), after_.begin());
+        at_begin_ = before_;
         double low = begin_, high = end_;
         if (std::find(before_.begin(), before_.end(), 0.0) != before_.end()) {
             // What begins at zero may leave it and come back within the step.
@@ -263,11 +271,31 @@ class DormandPrince final : public Solver {
                 was_left = true, was_right = false;
             }
         }
+        if (jumps() && high - begin_ > 1e3 * tolerance) return approach(high);
         interpolate(high);
         std::copy(system_.x.begin(), system_.x.end(), x_.begin());
         end_ = high;
         for (std::size_t i = 0; i < left.size(); ++i) crossings_[i] = crossing(left[i], after_[i]);
         has_crossed_ = true;
+        return true;
+    }
+
+    /// Did the slope change in the last step by more than the tolerance allows for? A crossing at which it
+    /// jumps spoils the interpolation of the step that contains it.
+    bool jumps() const {
+        return norm([&](std::size_t i) {
+                   return length_ * (slopes_[0][i] - slopes_[6][i]) / scale(x_[i], dense_[0][i]);
+               }) > 1;
+    }
+
+    /// Takes the last step back, to go most of the way to a crossing in a step that does not contain it.
+    bool approach(double crossing) {
+        step_before_crossing_ = std::max(step_before_crossing_, step_);
+        std::copy(dense_[0].begin(), dense_[0].end(), x_.begin());
+        slopes_[0].swap(slopes_[6]);
+        before_ = at_begin_;
+        end_ = begin_;
+        step_ = 0.9 * (crossing - begin_);
         return true;
     }
 
@@ -278,15 +306,16 @@ class DormandPrince final : public Solver {
     }
 
     const SolverSettings settings_;
-    double begin_ = 0, end_ = 0; ///< the last step; the state is known up to its end
-    double length_ = 1;          ///< of the last step before a crossing ended it
-    double step_ = 0;            ///< to try next
+    double begin_ = 0, end_ = 0;      ///< the last step; the state is known up to its end
+    double length_ = 1;               ///< of the last step before a crossing ended it
+    double step_ = 0;                 ///< to try next
+    double step_before_crossing_ = 0; ///< not 0: while a crossing is approached
     double last_error_ = 1e-4;
     bool is_started_ = false, has_crossed_ = false;
     std::vector<double> x_, trial_;
     std::array<std::vector<double>, 7> slopes_;
     std::array<std::vector<double>, 5> dense_;
-    std::vector<double> before_, after_, middle_; ///< guards
+    std::vector<double> at_begin_, before_, after_, middle_; ///< guards
 };
 
 } // namespace

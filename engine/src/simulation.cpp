@@ -96,7 +96,7 @@ bool Simulation::commit(const CommitSegment& segment) noexcept {
                 while (*from == *from) ++from;
                 status_ = Status::failure("a state became NaN: look at the block's inputs in this step for a "
                                           "division by zero or a value out of range");
-                failed_node_ = node_of_state(from);
+                failed_node_ = owner(Role::discrete_state, from);
                 return false;
             }
         }
@@ -105,14 +105,15 @@ bool Simulation::commit(const CommitSegment& segment) noexcept {
     return true;
 }
 
-int Simulation::node_of_state(const double* next) noexcept {
+int Simulation::owner(Role role, const double* element) noexcept {
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
         const auto& slots = diagram_.nodes[n].block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
-            if (slots[i].role != Role::discrete_state || slots[i].type != Type::float64) continue;
-            const auto* begin =
-                static_cast<const double*>(context_.next_data(static_cast<int>(n), static_cast<int>(i)));
-            if (begin <= next && next < begin + slots[i].size.count()) return static_cast<int>(n);
+            if (slots[i].role != role || slots[i].type != Type::float64) continue;
+            const int node = static_cast<int>(n), slot = static_cast<int>(i);
+            const auto* begin = static_cast<const double*>(
+                role == Role::discrete_state ? context_.next_data(node, slot) : context_.data(node, slot));
+            if (begin <= element && element < begin + slots[i].size.count()) return node;
         }
     }
     return -1;
@@ -176,6 +177,7 @@ void Simulation::start() {
                                                -1};
     }
     reset_conditions();
+    std::fill(hit_.begin(), hit_.end(), std::uint8_t{0});
     std::fill(guard_before_.begin(), guard_before_.end(), std::numeric_limits<double>::quiet_NaN());
     must_restart_ = true;
     is_at_event_ = false;
@@ -209,10 +211,7 @@ Status Simulation::step() noexcept {
     if (!status_) return status_;
     const double t = time();
     for (std::size_t r = 1; r < hit_.size(); ++r) {
-        if (diagram_.rates[r].trigger > 0) {
-            clear_trigger(r);
-            continue;
-        }
+        if (diagram_.rates[r].trigger > 0) continue;
         hit_[r] = until_hit_[r]-- == 0;
         if (!hit_[r]) continue;
         until_hit_[r] = diagram_.rates[r].ticks - 1;
@@ -224,13 +223,27 @@ Status Simulation::step() noexcept {
         if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
     if (!guard_bindings_.empty() && !find_crossings()) return status_;
     for (Observer* observer : observers_) observer->observe(*this);
-    for (const auto& segment : updates_)
-        if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
-    if (solver_ && !integrate(t)) return status_;
-    for (const auto& segment : commits_)
-        if (is_due(segment.rate, segment.condition) && !commit(segment)) return status_;
+    if (!update_blocks(false) || (solver_ && !integrate(t))) return status_;
     ++steps_;
     return ok;
+}
+
+/// x⁻ := x⁺; afterwards no trigger holds any more.
+bool Simulation::update_blocks(bool is_event) noexcept {
+    const auto is_wanted = [&](const auto& segment) {
+        return is_due(segment.rate, segment.condition) &&
+               (!is_event || diagram_.rates[static_cast<std::size_t>(segment.rate)].trigger > 0);
+    };
+    for (const auto& segment : updates_)
+        if (is_wanted(segment) && !run(segment)) return false;
+    for (const auto& segment : commits_)
+        if (is_wanted(segment) && !commit(segment)) return false;
+    for (std::size_t r = 1; r < hit_.size(); ++r)
+        if (const int trigger = diagram_.rates[r].trigger; trigger > 0) {
+            hit_[r] = 0;
+            conditions_[static_cast<std::size_t>(trigger)]->is_true = false;
+        }
+    return true;
 }
 
 void Simulation::stop() noexcept {
@@ -322,6 +335,7 @@ void Simulation::restore(const std::vector<std::byte>& snapshot) {
         solver_->set_history(time(), std::span(history).subspan(1));
         must_restart_ = history.size() == 1;
     }
+    std::fill(hit_.begin(), hit_.end(), std::uint8_t{0});
     is_at_event_ = false;
     status_ = ok;
     failed_node_ = -1;

@@ -178,3 +178,25 @@ TEST(Continuous, UnknownSolversAreRefusedWithTheKnownOnes) {
                      "bogacki_shampine, rk4, dormand_prince, dormand_prince45, cvode_bdf, cvode_adams");
     }
 }
+
+TEST(Continuous, AnExternalInitialValueCountsInTheFirstStepAlone) {
+    // x0 = t; what integrates the limited integral sees no motion inside the first step either.
+    for (const auto* solver : {"rk4", "dormand_prince45"}) {
+        Session run(std::string("model: m\nstep: 1\nsolver: ") + solver +
+                    "\nblocks:\n  t: {block: Clock}\n  zero: {block: Constant, value: 0}\n"
+                    "  y: {block: LimitedIntegrator, initial_source: external}\n  x: {block: Integrator}\n"
+                    "connections: {t: y.x0, zero: y.u, y: x}\n");
+        EXPECT_EQ(observed(run, "x", 3), (Values{0, 0, 0})) << solver;
+    }
+}
+
+TEST(Rates, ASourceWithAPeriodJumpsAtASample) {
+    // The integral of a step at 0.25 s, inside a base step or at the next sample.
+    const auto integral = [](const std::string& period) {
+        Session run("model: m\nstep: 0.1\nsolver: dormand_prince45\nblocks:\n  u: {block: Step, time: 0.25" +
+                    period + "}\n  x: {block: Integrator}\nconnections: {u: x}\n");
+        return observed(run, "x", 11).back(); // at 1 s
+    };
+    EXPECT_NEAR(integral(""), 0.75, 1e-6);
+    EXPECT_NEAR(integral(", period: 0.1"), 0.7, 1e-9);
+}

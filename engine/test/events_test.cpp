@@ -208,3 +208,288 @@ TEST(Events, EnablingSignalsAreLocated) {
     run.trace("s.x", 21);
     EXPECT_NEAR(x.values.back(), 3, 1e-9);
 }
+
+TEST(Events, OfControlSignalsThatAccumulateEndTheRunByName) {
+    // x' = 1 below 0 and -1 above it.
+    Session run(
+        "model: m\nstep: 0.1\nsolver: dormand_prince45\nblocks:\n  one: {block: Constant, value: 1}\n"
+        "  sum: {block: Sum, signs: ++}\n  x: {block: Integrator, initial: -0.05}\n"
+        "  s:\n    execution: enabled\n    outputs: {y: {when_disabled: reset, initial: 0}}\n    blocks:\n"
+        "      two: {block: Constant, value: -2}\n      g: {block: Gain}\n"
+        "    connections: {two: g, g: y}\n"
+        "connections: {one: sum.u1, s: sum.u2, sum: x, x: s.enable}\n");
+    EXPECT_FALSE(run.simulation->step());
+    EXPECT_EQ(run.simulation->failure().substr(0, 35), "x: its zero crossings accumulate (Z");
+}
+
+TEST(Triggered, RunsAtTheLocatedInstantOfAContinuousTrigger) {
+    // sin(2 pi t + 0.1) rises through 0 at t = 1 - 0.1/(2 pi), 2 - ..., between the base steps.
+    const auto model = [](const std::string& solver) {
+        return "model: m\nstep: 0.3\nmax_step: 0.1\nsolver: " + solver +
+               "\nblocks:\n  u: {block: Sine, frequency: 2*pi, phase: 0.1}\n  x: {block: Integrator}\n"
+               "  one: {block: Constant}\n  s:\n    execution: triggered\n    outputs: [when, count]\n"
+               "    blocks:\n      t: {block: Clock}\n      one: {block: Constant}\n      sum: {block: Sum}\n"
+               "      past: {block: UnitDelay}\n"
+               "    connections: {t: when, one: sum.u1, past: sum.u2, sum: [past, count]}\n"
+               "connections: {u: s.trigger, one: x}\n";
+    };
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+        Session run(model(solver));
+        Log log(run, "s.when");
+        run.trace("s.when", 14); // to 4.2 s
+        EXPECT_EQ(run("s.count"), 4) << solver;
+        const auto jumps = log.jumps();
+        ASSERT_EQ(jumps.size(), 4u) << solver;
+        for (int n = 1; n <= 4; ++n) {
+            const double exact = n - 0.1 / (2 * std::acos(-1));
+            EXPECT_NEAR(jumps[static_cast<std::size_t>(n) - 1], exact, 1e-9) << solver;
+        }
+        EXPECT_NEAR(run("s.when"), 4 - 0.1 / (2 * std::acos(-1)), 1e-9) << solver;
+    }
+    Session fixed(model("rk4"));
+    EXPECT_EQ(fixed.trace("s.when", 6), (Values{0, 0, 0, 0, 4 * 0.3, 4 * 0.3}));
+}
+
+TEST(Triggered, RunsAsOftenInABaseStepAsItsContinuousTriggerRises) {
+    // Five periods in each base step, and one step of the delay per run.
+    Session run(
+        "model: m\nstep: 1\nsolver: dormand_prince45\nmax_step: 0.02\nblocks:\n"
+        "  u: {block: Sine, frequency: 10*pi, phase: 0.1}\n  one: {block: Constant}\n"
+        "  x: {block: Integrator}\n  s:\n    execution: triggered\n    outputs: [count]\n    blocks:\n"
+        "      one: {block: Constant}\n      sum: {block: Sum}\n      past: {block: UnitDelay}\n"
+        "    connections: {one: sum.u1, past: sum.u2, sum: [past, count]}\n"
+        "connections: {u: s.trigger, one: x}\n");
+    EXPECT_EQ(run.trace("s.count", 3), (Values{5, 10, 15}));
+    const auto snapshot = run.simulation->snapshot();
+    const Values rest = run.trace("s.count", 3);
+    EXPECT_EQ(rest, (Values{20, 25, 30}));
+    run.simulation->restore(snapshot);
+    EXPECT_EQ(run.trace("s.count", 3), rest);
+}
+
+TEST(Triggered, AFunctionCallOfAContinuousSignalCountsOncePerStep) {
+    Session run("model: m\nstep: 1\nsolver: dormand_prince45\nmax_step: 0.02\nblocks:\n"
+                "  u: {block: Sine, frequency: 10*pi, phase: 0.1}\n  one: {block: Constant}\n"
+                "  x: {block: Integrator}\n  s:\n    execution: triggered\n    trigger: function_call\n"
+                "    outputs: [count]\n    blocks:\n"
+                "      one: {block: Constant}\n      sum: {block: Sum}\n      past: {block: UnitDelay}\n"
+                "    connections: {one: sum.u1, past: sum.u2, sum: [past, count]}\n"
+                "connections: {u: s.trigger, one: x}\n");
+    EXPECT_EQ(run.trace("s.count", 3), (Values{1, 2, 3}));
+}
+
+TEST(Events, KeepTheirToleranceWhereTheRelayActsOnItsState) {
+    // A thermostat: x' = -x + 3 r between 1 and 2. It falls from 2 to 1 in ln 2, and rises from 1 to 2 in
+    // ln 2.
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"})
+        for (const auto* step : {"0.05", "0.25", "1"}) {
+            Session run(
+                std::string("model: m\nstep: ") + step + "\nsolver: " + solver +
+                "\nblocks:\n  x: {block: Integrator, initial: 2}\n  sum: {block: Sum, signs: +-}\n"
+                "  off: {block: Gain, K: -1}\n  r: {block: Relay, on_point: -1, off_point: -2, on_value: 3}\n"
+                "connections: {x: [sum.u2, off], off: r, r: sum.u1, sum: x}\n");
+            Log log(run, "r");
+            run.trace("r", 4);
+            const auto jumps = log.jumps();
+            ASSERT_GE(jumps.size(), std::string(step) == "1" ? 5u : 0u) << solver;
+            for (std::size_t n = 0; n < jumps.size(); ++n)
+                EXPECT_NEAR(jumps[n], std::log(2.0) * static_cast<double>(n + 1), 1e-5)
+                    << solver << " " << step;
+        }
+}
+
+TEST(Events, SwitchARelayWhereItsStatePassesThePoint) {
+    // x = exp(-t) passes 0.5 at ln 2, whatever the base step.
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"})
+        for (const auto* step : {"0.25", "1"}) {
+            Session run(std::string("model: m\nstep: ") + step + "\nsolver: " + solver +
+                        "\nrelative_tolerance: 1e-9\nabsolute_tolerance: 1e-12\nblocks:\n"
+                        "  x: {block: Integrator, initial: 1}\n  g: {block: Gain, K: -1}\n"
+                        "  r: {block: Relay, on_point: 0.8, off_point: 0.5}\n"
+                        "connections: {x: [g, r], g: x}\n");
+            Log log(run, "r");
+            run.trace("r", 4);
+            const auto jumps = log.jumps();
+            ASSERT_EQ(jumps.size(), 1u) << solver;
+            EXPECT_NEAR(jumps[0], std::log(2.0), 1e-7) << solver << " " << step;
+        }
+}
+
+namespace {
+
+/// x' = -x, and how often its derivative was asked for.
+class Counted final : public Block {
+  public:
+    using Block::Block;
+    ContinuousState<double> x{this, "x", {.initial = {1}}};
+    Output<double> y{this, "y"};
+    Status output(Now at, Out to) const noexcept override {
+        to[y] = at[x];
+        return ok;
+    }
+    Status derivative(Now at, Rate to) const noexcept override {
+        ++calls;
+        to[x] = -at[x];
+        return ok;
+    }
+    static inline int calls = 0;
+};
+
+} // namespace
+
+TEST(Adaptive, BlocksThatRememberThePastRestartNoSolver) {
+    Library blocks("");
+    blocks.group("test").add<Counted>("Counted", "");
+    for (const std::string past : {"TransportDelay, delay: 0.05", "Derivative"}) {
+        Session run("model: m\nstep: 0.01\nsolver: cvode_adams\nblocks:\n  c: {block: Counted}\n"
+                    "  u: {block: Sine}\n  past: {block: " +
+                        past + "}\n  x: {block: Integrator}\nconnections: {u: past, past: x}\n",
+                    &blocks);
+        Counted::calls = 0;
+        run.trace("c", 300);
+        // A restart takes a dozen small steps.
+        EXPECT_LT(Counted::calls, (past == "Derivative" ? 10 : 4) * 300) << past; // its quotients differ
+        EXPECT_NEAR(run("c"), std::exp(-3), 1e-4) << past;
+    }
+}
+
+namespace {
+
+/// Two clocks that ring at the same instant, each noting what it sees of the other: y = rings, seen = u in
+/// the event.
+class Bell final : public Block {
+  public:
+    using Block::Block;
+    Parameter<double> time{this, "time", {.initial = {0.5}}};
+    Input<double> u{this, "u", {.feedthrough = false}};
+    Output<double> y{this, "y"};
+    Output<double> seen{this, "seen"};
+    DiscreteState<double> rings{this, "rings"};
+    DiscreteState<double> heard{this, "heard", {.initial = {-1}}};
+    Guard at_time_{this, "at_time"};
+    Status output(Now at, Out to) const noexcept override {
+        to[y] = at[rings];
+        to[seen] = at[heard];
+        return ok;
+    }
+    Status guards(Now at, Guards to) const noexcept override {
+        to[at_time_] = at.time() - at[time];
+        return ok;
+    }
+    Status event(Now at, After after) const noexcept override {
+        after[rings] = at[rings] + at[at_time_]; // +1: it rose
+        after[heard] = at[u];
+        return ok;
+    }
+};
+
+const Library& bells() {
+    static const Library made = [] {
+        Library l("");
+        l.group("test").add<Bell>("Bell", "");
+        return l;
+    }();
+    return made;
+}
+
+std::string with_plant(const std::string& solver, const std::string& blocks, const std::string& connections) {
+    return "model: m\nstep: 0.4\nsolver: " + solver +
+           "\nblocks:\n  one: {block: Constant, value: 1}\n  plant: {block: Integrator}\n" + blocks +
+           "connections: {one: plant, " + connections + "}\n";
+}
+
+} // namespace
+
+TEST(Events, OfSeveralBlocksDoNotSeeEachOther) {
+    for (const auto* solver : {"dormand_prince45", "rk4"}) {
+        Session run(with_plant(solver, "  a: {block: Bell}\n  b: {block: Bell}\n", "a.y: b.u, b.y: a.u"),
+                    &bells());
+        run.trace("a.y", 4);
+        for (const char* name : {"a", "b"}) {
+            EXPECT_EQ(run(std::string(name) + ".y"), 1) << solver;
+            EXPECT_EQ(run(std::string(name) + ".seen"), 0) << solver << ": x⁻ of the other";
+        }
+    }
+}
+
+TEST(Events, AnswerAtTheSameInstantWhatTheyMakeCross) {
+    // The bell's ring switches the relay, which thereby crosses no later than the bell.
+    Session run(with_plant("dormand_prince45",
+                           "  a: {block: Bell}\n  zero: {block: Constant, value: 0}\n"
+                           "  r: {block: Relay, on_point: 0.5}\n",
+                           "a.y: r, zero: a.u"),
+                &bells());
+    Log bell(run, "a.y"), relay(run, "r");
+    run.trace("r", 4);
+    ASSERT_EQ(bell.jumps().size(), 1u);
+    EXPECT_EQ(relay.jumps(), bell.jumps());
+    EXPECT_NEAR(bell.jumps()[0], 0.5, 1e-12);
+}
+
+TEST(Events, OfJumpsAtASampleHitActInItsStep) {
+    // A discrete signal switches the relay at 0.8 s, in the outputs of that very step.
+    for (const auto* solver : {"dormand_prince45", "rk4"}) {
+        Session run(
+            with_plant(solver,
+                       "  u: {block: Step, time: 0.8, period: 0.4}\n  sum: {block: Sum, signs: ++}\n"
+                       "  off: {block: Gain, K: 0}\n  r: {block: Relay, on_point: 0.5, on_value: 3}\n",
+                       "u: sum.u1, plant: off, off: sum.u2, sum: r"));
+        Log r(run, "r");
+        run.trace("r", 4);
+        ASSERT_EQ(r.jumps().size(), 1u) << solver;
+        EXPECT_DOUBLE_EQ(r.jumps()[0], 0.8) << solver;
+    }
+}
+
+TEST(Events, LeavingZeroIsNoCrossing) {
+    EXPECT_EQ(crossing(0, 1), 0);
+    EXPECT_EQ(crossing(0, -1), 0);
+    EXPECT_EQ(crossing(-1, 0), 1);
+    EXPECT_EQ(crossing(1, 0), -1);
+    EXPECT_EQ(crossing(-1, 1), 1);
+    EXPECT_EQ(crossing(1, 2), 0);
+    EXPECT_EQ(crossing(NAN, 1), 0);
+}
+
+TEST(Events, AThousandInABaseStepEndTheRunByName) {
+    Session run("model: m\nstep: 100\nsolver: dormand_prince45\nmax_step: 0.02\nblocks:\n"
+                "  u: {block: Sine, frequency: 20*pi, phase: 0.1}\n  hit: {block: HitCrossing}\n"
+                "  one: {block: Constant}\n  x: {block: Integrator}\nconnections: {u: hit, one: x}\n");
+    EXPECT_FALSE(run.simulation->step());
+    EXPECT_EQ(run.simulation->failure().substr(0, 37), "hit: its zero crossings accumulate (Z");
+}
+
+TEST(Adaptive, ChangedParametersActAtOnce) {
+    Session run("model: m\nstep: 1\nsolver: cvode_adams\nblocks:\n  c: {block: Constant, value: 1}\n"
+                "  x: {block: Integrator}\nconnections: {c: x}\n");
+    run.trace("x", 1);
+    run.simulation->set_parameter("c.value", {-3});
+    Log x(run, "x");
+    run.trace("x", 2);
+    EXPECT_NEAR(x.values[0], 1, 1e-12);
+    EXPECT_NEAR(x.values[1], -2, 1e-9);
+}
+
+TEST(Adaptive, ASolverThatFindsNoStepNamesTheBlockOfTheWorstState) {
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf"}) {
+        Session run(std::string("model: m\nstep: 3\nsolver: ") + solver +
+                    "\nblocks:\n  t: {block: Clock}\n  fine: {block: Integrator}\n"
+                    "  x: {block: Integrator, initial: 1}\n  xx: {block: Square}\n"
+                    "connections: {x: xx, xx: x, t: fine}\n"); // x = 1/(1 - t)
+        EXPECT_FALSE(run.simulation->step());
+        EXPECT_EQ(run.simulation->failure().substr(0, 3), "x: ") << run.simulation->failure();
+    }
+}
+
+TEST(Adaptive, TolerancesAndTheLongestStepHaveDefaults) {
+    const auto solver = [](const std::string& more) {
+        return Session("model: m\nstep: 1\nsolver: cvode_bdf\n" + more + "blocks: {x: {block: Clock}}\n")
+            .diagram.solver;
+    };
+    EXPECT_EQ(solver("").absolute_tolerance, 1e-9);
+    EXPECT_EQ(solver("").relative_tolerance, 1e-6);
+    EXPECT_EQ(solver("stop: 100\n").max_step, 2);
+    EXPECT_EQ(solver("stop: 100\nmax_step: 7\n").max_step, 7);
+    EXPECT_EQ(Session("model: m\nstep: 1\nblocks: {x: {block: Clock}}\n").diagram.solver.method,
+              SolverMethod::rk4);
+}

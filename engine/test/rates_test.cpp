@@ -120,6 +120,42 @@ connections: {t: s}
     EXPECT_EQ(Session(head + inside).trace("s", 4), (Values{0, 0, 2, 4}));
 }
 
+bool is_continuous(const Session& run, const std::string& path) {
+    const auto& node = run.diagram.nodes[static_cast<std::size_t>(run.diagram.find_node(path))];
+    return run.diagram.rates[static_cast<std::size_t>(node.rate)].is_continuous;
+}
+
+TEST(Rates, AreHitWhereTheStepLessTheOffsetIsAMultipleOfThePeriod) {
+    Session run("model: m\nstep: 1\nblocks:\n  c: {block: CounterFree, period: 3, offset: 2}\n");
+    for (int k = 0; k < 12; ++k) {
+        run.trace("c", 1);
+        const auto& node = run.diagram.nodes[0];
+        EXPECT_EQ(run.simulation->is_hit(node.rate), k >= 2 && (k - 2) % 3 == 0) << k;
+        EXPECT_EQ(run("c"), k < 2 ? 0 : (k - 2) / 3) << k;
+    }
+}
+
+TEST(Rates, WithoutAStepTheGreatestCommonDivisorOfPeriodsAndOffsetsIsTaken) {
+    const auto step = [](const std::string& times) {
+        return Session("model: m\nblocks:\n" + times).diagram.step;
+    };
+    EXPECT_DOUBLE_EQ(step("  a: {block: Clock, period: 0.4}\n  b: {block: Clock, period: 0.6}\n"), 0.2);
+    EXPECT_DOUBLE_EQ(step("  a: {block: Clock, period: 0.4, offset: 0.1}\n"), 0.1);
+}
+
+TEST(Rates, SourcesHaveTheBaseStep) {
+    Session run("model: m\nstep: 0.1\nblocks:\n  a: {block: Clock}\n  b: {block: Clock, period: 0.2}\n");
+    EXPECT_EQ(run.trace("a", 3), (Values{0, 0.1, 0.2}));
+}
+
+TEST(Rates, BlocksWithoutDiscreteStatesInheritTheContinuousRate) {
+    Session run("model: m\nstep: 0.1\nblocks:\n  x: {block: Integrator}\n  u: {block: Sine}\n"
+                "  g: {block: Gain}\n  d: {block: UnitDelay}\n  s: {block: Sine, period: 0.1}\n"
+                "  after: {block: Gain}\nconnections: {u: x, x: [g, d], s: after}\n");
+    for (const char* path : {"x", "u", "g"}) EXPECT_TRUE(is_continuous(run, path)) << path;
+    for (const char* path : {"d", "s", "after"}) EXPECT_FALSE(is_continuous(run, path)) << path;
+}
+
 std::string two_rates(const std::string& transitions) {
     return "model: m\nstep: 1\nrate_transitions: " + transitions +
            "\nblocks:\n  t: {block: Clock}\n  slow: {block: Gain, period: 2}\n  fast: {block: Gain, K: 10, "

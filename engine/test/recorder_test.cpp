@@ -97,6 +97,41 @@ TEST_F(RecorderTest, WritesEverySignalAtItsOwnRateWithTheValuesOfTheStep) {
         EXPECT_EQ(slow.time_ns[k], static_cast<std::int64_t>(100 + 300 * k) * 1'000'000);
 }
 
+TEST_F(RecorderTest, HoldsSignalsOfDisabledSubsystemsAndConstantsOnce) {
+    Session run(
+        "model: m\nstep: 1\nblocks:\n  on: {block: Pulse, cycle: 4, width: 50}\n"
+        "  c: {block: Constant, value: 3}\n  s:\n    execution: enabled\n    outputs: [y]\n    blocks:\n"
+        "      t: {block: Clock}\n    connections: {t: y}\nconnections: {on: s.enable}\n");
+    record(run, 8);
+    const auto recording = recording::load(file);
+    EXPECT_EQ(recording.channel("s.t.y").values(0), (Values{0, 1, 1, 1, 4, 5, 5, 5}));
+    EXPECT_EQ(recording.channel("c.y").values(0), Values{3});
+    EXPECT_TRUE(recording.channel("c.y").info.is_held);
+}
+
+TEST_F(RecorderTest, KeepsTheNamesOfAnEnumeration) {
+    Session run(
+        "model: m\nstep: 1\nenumerations: {Mode: [idle, walk], Far: {away: -7}}\nblocks:\n  s:\n"
+        "    outputs: {mode: {type: Mode}}\n    blocks: {c: {block: Constant, value: Mode.walk}}\n"
+        "    connections: {c: mode}\n  d: {block: UnitDelay, initial: Far.away}\nconnections: {s: d}\n");
+    record(run, 2);
+    const auto recording = recording::load(file);
+    const std::vector<std::pair<double, std::string>> names{{0, "idle"}, {1, "walk"}};
+    EXPECT_EQ(recording.channel("s.mode").info.names, names);
+    EXPECT_EQ(recording.channel("s.mode").values(0), Values{1});
+    EXPECT_TRUE(recording.channel("d.y").info.names.empty());
+    EXPECT_EQ(recording.channel("d.y").values(0), (Values{-7, 1}));
+}
+
+TEST_F(RecorderTest, TellsHeldSignalsFromContinuousOnes) {
+    Session run(model_text);
+    record(run, 3);
+    const auto recording = recording::load(file);
+    EXPECT_FALSE(recording.channel("plant.y").info.is_held);
+    EXPECT_FALSE(recording.channel("gain.y").info.is_held);
+    EXPECT_TRUE(recording.channel("slow.y").info.is_held);
+}
+
 TEST_F(RecorderTest, AddsTheInputsOfTheRootAndChangedParameters) {
     Session run(model_text);
     Recorder recorder(*run.simulation, {}, file,

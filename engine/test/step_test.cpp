@@ -65,6 +65,46 @@ connections:
 
 TEST(Start, StatesHaveTheirInitialValues) { EXPECT_EQ(Session(counting).trace("x", 1), (Values{10})); }
 
+TEST(Start, OutputsAreZeroAndRootInputsKeepWhatWasWritten) {
+    model::Builder b{"m"};
+    b.step(1);
+    const auto u = b.input("u");
+    b.add("g", "Gain", {{"K", 2}});
+    b.connect(u, model::End{"g"});
+    Session run(b.build());
+    const auto input = run.diagram.inputs.at(0).end;
+    auto& value = *static_cast<double*>(run.simulation->context().data(input.node, input.slot));
+    value = 3;
+    run.simulation->start();
+    EXPECT_EQ(value, 3);
+    EXPECT_EQ(run("g"), 0);
+    EXPECT_EQ(run.trace("g", 1), Values{6});
+    run.simulation->start();
+    EXPECT_EQ(run("g"), 0);
+    EXPECT_EQ(value, 3);
+}
+
+TEST(Start, BlocksAreResetAfterTheirStatesHaveTheirInitialValues) {
+    class Doubled final : public Block {
+      public:
+        using Block::Block;
+        DiscreteState<double> x{this, "x", {.initial = {7}}};
+        Output<double> y{this, "y"};
+        Status reset(Now at, After after) const noexcept override {
+            after[x] = 2 * at[x];
+            return ok;
+        }
+        Status output(Now at, Out to) const noexcept override {
+            to[y] = at[x];
+            return ok;
+        }
+    };
+    Library library("");
+    library.group("test").add<Doubled>("Doubled", "");
+    EXPECT_EQ(Session("model: m\nstep: 1\nblocks:\n  d: {block: Doubled}\n", &library).trace("d", 1),
+              Values{14});
+}
+
 TEST(Start, BeginsAgainFromTheInitialValues) {
     Session run(counting);
     run.trace("x", 5);
@@ -129,6 +169,15 @@ blocks:
 connections: {t: a, a: b, b: c}
 )m");
     EXPECT_EQ(run.trace("c", 5), (Values{3, 2, 1, 0, 1}));
+}
+
+TEST(Step, NumbersAreDoubleAndIntegersWrapAround) {
+    Session run("model: m\nstep: 1\nblocks:\n  one: {block: Constant, value: 1}\n"
+                "  large: {block: Constant, value: \"int8([100 27])\"}\n  sum: {block: Sum, signs: ++}\n"
+                "connections: {large: [sum.u1, sum.u2]}\n");
+    EXPECT_EQ(run.diagram.slot(run.diagram.find_signal("one")).type, Type::float64);
+    EXPECT_EQ(run.diagram.slot(run.diagram.find_signal("sum")).type, Type::int8);
+    EXPECT_EQ(run.values("sum"), (Values{200 - 256, 54}));
 }
 
 TEST(Step, TimeIsTheNumberOfStepsTimesTheStep) {

@@ -169,6 +169,14 @@ Value reshape(const Call& call) {
     return x.reshaped(rows, cols);
 }
 
+Value permute(const Call& call) {
+    const Value &x = call[0], &order = call[1];
+    if (order.numel() == 2 && order[0] == 1 && order[1] == 2) return x;
+    if (order.numel() == 2 && order[0] == 2 && order[1] == 1) return transpose(x);
+    throw Error("permute needs the order [1 2] or [2 1], as there are two dimensions; got " +
+                order.describe());
+}
+
 Value linspace(const Call& call) {
     const double a = call.scalar(0), b = call.scalar(1);
     const Index n = call.size() == 3 ? std::max<Index>(1, call.length(2)) : 100;
@@ -270,6 +278,7 @@ void add_arrays(Builtins& t) {
     t["blkdiag"] = {0, -1, blkdiag};
     t["repmat"] = {2, 3, repmat};
     t["reshape"] = {2, 3, reshape};
+    t["permute"] = {2, 2, permute};
     t["linspace"] = {2, 3, linspace};
     t["colon"] = {2, 3, colon};
     t["horzcat"] = {0, -1, horzcat};

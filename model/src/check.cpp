@@ -188,7 +188,18 @@ void Checker::check_system(const System& system, const std::string& path, int de
     for (const Block& block : system.blocks) blocks_.try_emplace(block.name, &block);
     check_unique(system.blocks, "block", path);
     check_ports(system, path);
+    check_variables(system.enumerations, path);
     check_variables(system.variables, path);
+    for (const Variable& enumeration : system.enumerations) {
+        if (enumeration.fields.empty())
+            report(enumeration.where, path, "the enumeration '" + enumeration.name + "' has no values",
+                   "list their names, e.g. [idle, walk]");
+        for (const Variable& variable : system.variables)
+            if (variable.name == enumeration.name)
+                report(variable.where, path,
+                       "'" + variable.name + "' names both a variable and an enumeration",
+                       "rename one of them");
+    }
     check_connections(system, path);
     for (const Block& block : system.blocks)
         check_block(block, path.empty() ? block.name : path + "." + block.name, depth);

@@ -133,6 +133,18 @@ class Parser {
         return false;
     }
 
+    /// Lines "0 idle".
+    static std::vector<std::pair<double, std::string>> names_of(const std::string& text) {
+        std::vector<std::pair<double, std::string>> names;
+        std::istringstream lines(text);
+        for (double value = 0; lines >> value;) {
+            std::string name;
+            std::getline(lines >> std::ws, name);
+            names.emplace_back(value, name);
+        }
+        return names;
+    }
+
     void channel(Cursor cursor) {
         const auto id = cursor.get<std::uint16_t>();
         cursor.get<std::uint16_t>(); // schema: follows from type and shape
@@ -154,7 +166,9 @@ class Parser {
                         text_of(metadata, "matrix") == "true",
                         text_of(metadata, "unit"),
                         text_of(metadata, "doc"),
-                        number<double>(metadata, "period").value_or(0)};
+                        number<double>(metadata, "period").value_or(0),
+                        text_of(metadata, "held") == "true",
+                        names_of(text_of(metadata, "names"))};
         if (positions_.try_emplace(id, recording_.channels.size()).second)
             recording_.channels.push_back(std::move(channel));
     }

@@ -137,6 +137,8 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
     channels.put(schema->second);
     channels.put_text(topic);
     channels.put_text("cdr");
+    std::string value_names;
+    for (const auto& [value, text] : info.names) value_names += shortest(value) + " " + text + "\n";
     channels.put_map({{"name", std::string(name)},
                       {"type", name_of(info.type)},
                       {"rows", std::to_string(info.rows)},
@@ -144,7 +146,9 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
                       {"matrix", info.is_matrix ? "true" : "false"},
                       {"unit", info.unit},
                       {"doc", info.doc},
-                      {"period", shortest(info.period)}});
+                      {"period", shortest(info.period)},
+                      {"held", info.is_held ? "true" : "false"},
+                      {"names", value_names}});
     channels.end_record();
     slots.push_back(make_slot(id, info.bytes()));
 }

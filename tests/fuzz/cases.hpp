@@ -9,13 +9,13 @@ namespace bf::fuzz {
 
 /// What became of a model.
 struct Outcome {
-    bool is_accepted = false; ///< elaborated, and its first step did not fail
+    bool is_accepted = false; ///< it was elaborated; a step may fail
     std::uint64_t hash = 0;   ///< of all outputs of its steps, or of the messages that refuse it
     std::string violation;    ///< what must not happen: empty
 };
 
-/// A model of standard blocks as YAML. Every third one is meant to be right (few types and sizes, wired from
-/// before to behind), every third has anything anywhere, every third is a text with bytes changed.
+/// A model of standard blocks as YAML. Every third one is right (right_model.hpp), every third has anything
+/// anywhere, every third is a text with bytes changed.
 std::string model_of(std::uint64_t seed);
 
 /// Reads, elaborates and steps a model. It must be refused with located messages or run; and then twice the

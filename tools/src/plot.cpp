@@ -34,6 +34,7 @@ recording::Panel panel(const recording::Recording& r, const std::string& title,
             result.curves.push_back(std::move(curve));
         }
         if (result.y_label.empty()) result.y_label = part.y_label;
+        if (result.names.empty()) result.names = part.names;
     }
     result.title = title;
     return result;

@@ -1,11 +1,10 @@
 // Blocks with continuous states: the engine's solver integrates them.
 #include "bf/kernels/continuous.hpp"
 #include "bf/kernels/elementwise.hpp"
-#include "bf/kernels/matrix.hpp"
 
 #include "../groups.hpp"
+#include "../linear_system.hpp"
 #include "../pid.hpp"
-#include "../polynomial.hpp"
 #include "../reset.hpp"
 
 namespace bf::blocks {
@@ -57,98 +56,6 @@ class FilteredDerivative final : public Block {
     }
 };
 
-/// dx/dt = A x + B u, y = C x + D u.
-class StateSpace final : public Block {
-  public:
-    explicit StateSpace(const Arguments& arguments) : Block(arguments) {
-        if (D->isZero(0))
-            OutputRule(this, kernels::MatrixProduct{}, y, C, x);
-        else
-            OutputRule(this, kernels::StateSpace{}, y, C, Constants({D->data(), D->data() + D->size()}), x,
-                       u);
-    }
-    Argument<Matrix> D{
-        this, "D", {.initial = Matrix::Zero(1, 1), .doc = "feedthrough matrix; y waits for u only if not 0"}};
-    Dim n{this, "n"};
-    Dim m{this, "m"};
-    Dim p{this, "p"};
-    Parameter<Matrix> A{this, "A", {.shape = {n, n}, .unit = mixed_units, .doc = "system matrix"}};
-    Parameter<Matrix> B{this, "B", {.shape = {n, m}, .unit = mixed_units, .doc = "input matrix"}};
-    Parameter<Matrix> C{this, "C", {.shape = {p, n}, .unit = mixed_units, .doc = "output matrix"}};
-    Parameter<Vector> initial{
-        this, "initial", {.shape = {n}, .initial = {0}, .unit = mixed_units, .doc = "x at the start"}};
-    Input<Vector> u{this, "u", {.shape = {m}, .unit = any_unit, .doc = "input"}};
-    Output<Vector> y{this, "y", {.shape = {p}, .unit = any_unit, .doc = "output"}};
-    ContinuousState<Vector> x{
-        this, "x", {.shape = {n}, .unit = mixed_units, .doc = "state", .initial_from = initial.index()}};
-    DerivativeRule derivative_rule{this, kernels::StateSpace{}, bf::derivative(x), A, B, x, u};
-
-    void infer(Inference& inference) const override {
-        check_feedthrough(*this, inference, *D, u.index(), y.index());
-    }
-};
-
-/// A rational function of s on every element, in controllable canonical form.
-class RationalSystem : public Block {
-  protected:
-    explicit RationalSystem(const Arguments& arguments) : Block(arguments) {}
-
-    void declare(const Rational& h, const Input<Numbers>& u, const Output<Numbers>& y,
-                 const ContinuousState<Numbers>& x) {
-        const Constants b(h.b), a(h.a);
-        if (h.is_proper())
-            OutputRule(this, kernels::CompanionOutput{}, y, b, a, x, Constants({0}));
-        else
-            OutputRule(this, kernels::CompanionOutput{}, y, b, a, x, u);
-        DerivativeRule(this, kernels::CompanionRate{}, bf::derivative(x), a, x, u);
-    }
-    static About chain() {
-        return {.unit = mixed_units,
-                .doc = "chain of integrators, highest derivative first; a column per element"};
-    }
-};
-
-/// H(s) = Σ b_i sⁿ⁻ⁱ / Σ a_i sⁿ⁻ⁱ.
-class TransferFunction final : public RationalSystem {
-  public:
-    explicit TransferFunction(const Arguments& arguments) : RationalSystem(arguments) { declare(h, u, y, x); }
-    Argument<std::vector<double>> numerator{
-        this, "numerator", {.initial = {1}, .doc = "b_0 b_1 ..., highest power first"}};
-    Argument<std::vector<double>> denominator{
-        this, "denominator", {.initial = {1, 1}, .doc = "a_0 a_1 ..., highest power first"}};
-    const Rational h = rational(*this, *numerator, *denominator);
-    AnyShape shape{this};
-    Input<Numbers> u{this, "u", any(shape, "input")};
-    Output<Numbers> y{this, "y", any(shape, "output")};
-    ContinuousState<Numbers> x{this, "x", chain()};
-
-    void infer(Inference& inference) const override {
-        if (const Size* size = inference.size(u)) inference.set(x, Size{h.order(), size->count(), true});
-    }
-};
-
-/// H(s) = gain Π(s - zero) / Π(s - pole).
-class ZeroPole final : public RationalSystem {
-  public:
-    explicit ZeroPole(const Arguments& arguments) : RationalSystem(arguments) { declare(h, u, y, x); }
-    Argument<Matrix> zeros{
-        this, "zeros", {.initial = Matrix(1, 0), .doc = "a row of real zeros, or rows [real imaginary]"}};
-    Argument<Matrix> poles{
-        this,
-        "poles",
-        {.initial = Matrix::Constant(1, 1, -1), .doc = "a row of real poles, or rows [real imaginary]"}};
-    Argument<double> gain{this, "gain", {.initial = 1, .doc = "factor of the numerator"}};
-    const Rational h = rational(*this, *zeros, *poles, *gain);
-    AnyShape shape{this};
-    Input<Numbers> u{this, "u", any(shape, "input")};
-    Output<Numbers> y{this, "y", any(shape, "output")};
-    ContinuousState<Numbers> x{this, "x", chain()};
-
-    void infer(Inference& inference) const override {
-        if (const Size* size = inference.size(u)) inference.set(x, Size{h.order(), size->count(), true});
-    }
-};
-
 /// PID controller whose states the solver integrates.
 template <bool has_setpoint> class PID final : public Block {
   public:
@@ -187,14 +94,15 @@ void add_continuous(Library& library) {
         .add<Integrator>("Integrator", "Integral of u over time: dx/dt = u, y = x.")
         .add<FilteredDerivative>("FilteredDerivative",
                                  "Derivative of a lag of u: y = (u - x)/τ, dx/dt = y, or H(s) = s/(τ s + 1).")
-        .add<StateSpace>("StateSpace", "Linear system dx/dt = A x + B u, y = C x + D u; without D it breaks "
-                                       "loops.")
-        .add<TransferFunction>(
+        .add<StateSpace<ContinuousTime>>(
+            "StateSpace", "Linear system dx/dt = A x + B u, y = C x + D u; without D it breaks "
+                          "loops.")
+        .add<TransferFunction<ContinuousTime>>(
             "TransferFunction",
             "Rational transfer function on every element. H(s) = Σ b_i sⁿ⁻ⁱ / Σ a_i sⁿ⁻ⁱ; a "
             "numerator shorter than the denominator breaks loops. Errors: longer numerator, "
             "leading zero.")
-        .add<ZeroPole>(
+        .add<ZeroPole<ContinuousTime>>(
             "ZeroPole",
             "Transfer function by zeros and poles, on every element. H(s) = gain Π(s - zero) / "
             "Π(s - pole); fewer zeros than poles break loops. Errors: more zeros than poles, complex "

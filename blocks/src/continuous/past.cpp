@@ -22,9 +22,11 @@ class Derivative final : public Block {
     Output<Numbers> y{this, "y", any(shape, "derivative of u, unit of u per second")};
     DiscreteState<Numbers> before{this, "before", any(shape, "u of the step before")};
     DiscreteState<double> time{this, "time", {.unit = unit<"s">, .doc = "of the step before"}};
+    DiscreteState<Numbers> last{this, "last", any(shape, "y of the step before")};
     DiscreteState<bool> started{this, "started", {.doc = "false before the first step"}};
-    OutputRule rule{this, kernels::DifferenceQuotient{}, y, started, time, before, at_time, u};
+    OutputRule rule{this, kernels::DifferenceQuotient{}, y, started, time, before, last, at_time, u};
     UpdateRule rule_before{this, kernels::Copy{}, next(before), u};
+    UpdateRule rule_last{this, kernels::Copy{}, next(last), y};
     UpdateRule rule_time{this, kernels::Copy{}, next(time), at_time};
     UpdateRule rule_started{this, kernels::Copy{}, next(started), Constants({1})};
 
@@ -52,7 +54,7 @@ class TransportDelay final : public Block {
         "buffer",
         {.initial = 1024, .doc = "samples kept, one per step: at least the delay's steps + 1"}};
     const bool is_external = *delay_source == "external";
-    const int capacity = std::max(2, at_least_one(*this, "buffer", *buffer));
+    const int capacity = std::max(2, at_least_one(*this, "buffer", *buffer, most_samples));
     AnyShape shape{this};
     Parameter<Numbers> delay{
         this,
@@ -79,6 +81,49 @@ class TransportDelay final : public Block {
     Status event(Now, After) const noexcept override { return ok; }
 };
 
+/// y = u_k + (u_k - u_{k-1}) / T (t - t_k) from the sample at t_k on.
+class FirstOrderHold final : public Block {
+  public:
+    using Block::Block;
+    AnyShape shape{this};
+    Parameter<double> interval{
+        this,
+        "interval",
+        {.initial = {1}, .unit = unit<"s">, .doc = "T, from sample to sample: whole base steps"}};
+    Input<Numbers> u{this, "u", any(shape)};
+    Output<Numbers> y{this, "y", any(shape, "straight on from the last two samples")};
+    DiscreteState<double> time{this, "time", {.unit = unit<"s">, .doc = "of the newest sample"}};
+    DiscreteState<Numbers> sample{this, "sample", any(shape, "newest sample")};
+    DiscreteState<Numbers> slope{this, "slope", any(shape, "to it from the one before, per second")};
+    DiscreteState<double> steps{this, "steps", {.doc = "1 + the last step that was looked at, 0 before"}};
+
+    Status output(Now at, Out to) const noexcept override {
+        if (is_due(at))
+            to[y] = at[u];
+        else
+            to[y] = at[sample] + at[slope] * (at.time() - at[time]);
+        return ok;
+    }
+    Status update(Now at, Next next) const noexcept override {
+        next[steps] = static_cast<double>(at.step()) + 1;
+        if (!is_due(at)) return ok;
+        next[time] = at.time();
+        next[sample] = at[u];
+        if (at[steps] > 0) next[slope] = (at[u] - at[sample]) / (at.time() - at[time]);
+        return ok;
+    }
+    /// Marks y as a signal that goes on inside a step.
+    Status event(Now, After) const noexcept override { return ok; }
+
+  private:
+    /// Is a sample taken in this step? Inside a step, which has been looked at, none is.
+    bool is_due(Now at) const {
+        if (at[steps] == 0) return true;
+        const double since = at.time() - at[time];
+        return at[steps] <= static_cast<double>(at.step()) && since > 0 && since >= at[interval] * (1 - 1e-9);
+    }
+};
+
 } // namespace
 
 void add_past(Library& library) {
@@ -93,7 +138,12 @@ void add_past(Library& library) {
             "Delays a continuous signal. y(t) = u(t - delay), from straight lines between the "
             "samples of the steps; later than the newest sample the last line goes on, and y "
             "never waits for u, so loops are broken. Stops the run when the delay is longer "
-            "than the buffer.");
+            "than the buffer.")
+        .add<FirstOrderHold>(
+            "FirstOrderHold",
+            "Takes a sample of u every `interval` seconds and goes on in a straight line from it, as the "
+            "last "
+            "two samples lead: y(t) = u_k + (u_k - u_{k-1}) / T (t - t_k), constant after the first one.");
 }
 
 } // namespace bf::blocks

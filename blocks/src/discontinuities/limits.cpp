@@ -13,15 +13,29 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// y = u held between the limits.
-class Saturate final : public Block {
+/// What sets blocks with a lower and an upper bound apart.
+struct Clipped {
+    using Kernel = kernels::Saturate;
+    static constexpr const char *lower = "lower", *upper = "upper";
+    static constexpr const char *lower_doc = "smallest y", *upper_doc = "largest y";
+    static constexpr double bound = infinity;
+};
+struct Dead {
+    using Kernel = kernels::DeadZone;
+    static constexpr const char *lower = "start", *upper = "end";
+    static constexpr const char *lower_doc = "lower end of the zone", *upper_doc = "upper end of the zone";
+    static constexpr double bound = 0.5;
+};
+
+/// y = kernel(lower, upper, u); a Bound is a parameter or an input.
+template <class Of, class Bound> class Between final : public Block {
   public:
     using Block::Block;
-    Parameter<> lower{this, "lower", {.initial = {-infinity}, .unit = any_unit, .doc = "smallest y"}};
-    Parameter<> upper{this, "upper", {.initial = {infinity}, .unit = any_unit, .doc = "largest y"}};
     Input<> u{this, "u", any()};
+    Bound lower{this, Of::lower, {.initial = {-Of::bound}, .unit = any_unit, .doc = Of::lower_doc}};
+    Bound upper{this, Of::upper, {.initial = {Of::bound}, .unit = any_unit, .doc = Of::upper_doc}};
     Output<> y{this, "y", any()};
-    OutputRule rule{this, kernels::Saturate{}, y, lower, upper, u};
+    OutputRule rule{this, typename Of::Kernel{}, y, lower, upper, u};
     Crossing at_lower{this, "at_lower", u, lower};
     Crossing at_upper{this, "at_upper", u, upper};
 
@@ -29,44 +43,6 @@ class Saturate final : public Block {
         at_lower.infer(*this, inference);
         at_upper.infer(*this, inference);
         broadcast(*this, inference, slots(u, lower, upper), y.index());
-    }
-};
-
-/// y = u held between two other signals.
-class SaturateDynamic final : public Block {
-  public:
-    using Block::Block;
-    Input<> u{this, "u", any()};
-    Input<> lower{this, "lower", any("smallest y")};
-    Input<> upper{this, "upper", any("largest y")};
-    Output<> y{this, "y", any()};
-    OutputRule rule{this, kernels::Saturate{}, y, lower, upper, u};
-    Crossing at_lower{this, "at_lower", u, lower};
-    Crossing at_upper{this, "at_upper", u, upper};
-
-    void infer(Inference& inference) const override {
-        at_lower.infer(*this, inference);
-        at_upper.infer(*this, inference);
-        broadcast(*this, inference, slots(u, lower, upper), y.index());
-    }
-};
-
-/// y = u without the part between two other signals.
-class DeadZoneDynamic final : public Block {
-  public:
-    using Block::Block;
-    Input<> u{this, "u", any()};
-    Input<> start{this, "start", any("lower end of the zone")};
-    Input<> end{this, "end", any("upper end of the zone")};
-    Output<> y{this, "y", any()};
-    OutputRule rule{this, kernels::DeadZone{}, y, start, end, u};
-    Crossing at_start{this, "at_start", u, start};
-    Crossing at_end{this, "at_end", u, end};
-
-    void infer(Inference& inference) const override {
-        at_start.infer(*this, inference);
-        at_end.infer(*this, inference);
-        broadcast(*this, inference, slots(u, start, end), y.index());
     }
 };
 
@@ -106,25 +82,6 @@ class WrapToZero final : public Block {
     }
 };
 
-/// y = u without the part inside the zone.
-class DeadZone final : public Block {
-  public:
-    using Block::Block;
-    Parameter<> start{this, "start", {.initial = {-0.5}, .unit = any_unit, .doc = "lower end of the zone"}};
-    Parameter<> end{this, "end", {.initial = {0.5}, .unit = any_unit, .doc = "upper end of the zone"}};
-    Input<> u{this, "u", any()};
-    Output<> y{this, "y", any()};
-    OutputRule rule{this, kernels::DeadZone{}, y, start, end, u};
-    Crossing at_start{this, "at_start", u, start};
-    Crossing at_end{this, "at_end", u, end};
-
-    void infer(Inference& inference) const override {
-        at_start.infer(*this, inference);
-        at_end.infer(*this, inference);
-        broadcast(*this, inference, slots(u, start, end), y.index());
-    }
-};
-
 /// y = q round(u / q).
 class Quantize final : public Block {
   public:
@@ -160,10 +117,14 @@ class Relay final : public Block {
     Input<> u{this, "u", any(shape)};
     Output<> y{this, "y", any(shape)};
     DiscreteState<Array<bool>> mode{this, "mode", {.shape = shape, .doc = "on or off"}};
+    DiscreteState<bool> started{this, "started", {.doc = "false before the first step"}};
+    Workspace<Array<bool>> wanted{this, "wanted", {.shape = shape}};
     Workspace<Array<bool>> now_on{this, "now_on", {.shape = shape}};
-    OutputRule rule_mode{this, kernels::RelayMode{}, now_on, on_point, off_point, mode, u};
+    OutputRule rule_wanted{this, kernels::RelayMode{}, wanted, on_point, off_point, mode, u};
+    OutputRule rule_mode{this, kernels::ShownMode{}, now_on, at_period, started, mode, wanted};
     OutputRule rule_y{this, kernels::Choose{}, y, on_value, now_on, off_value};
     UpdateRule update_mode{this, kernels::RelayMode{}, next(mode), on_point, off_point, mode, u};
+    UpdateRule update_started{this, kernels::Copy{}, next(started), Constants({1})};
     Crossing at_on{this, "at_on", u, on_point};
     Crossing at_off{this, "at_off", u, off_point};
 
@@ -240,17 +201,17 @@ class HitCrossing final : public Block {
 
 void add_discontinuities(Library& library) {
     library.group("discontinuities")
-        .add<Saturate>("Saturate",
-                       "Holds a signal between limits. y = min(max(u, lower), upper); NaN stays NaN.")
-        .add<DeadZone>("DeadZone",
-                       "Removes a zone around zero. y = u - end above it, u - start below it, else 0.")
+        .add<Between<Clipped, Parameter<>>>(
+            "Saturate", "Holds a signal between limits. y = min(max(u, lower), upper); NaN stays NaN.")
+        .add<Between<Dead, Parameter<>>>(
+            "DeadZone", "Removes a zone around zero. y = u - end above it, u - start below it, else 0.")
         .add<Quantize>("Quantize",
                        "Rounds to multiples of an interval. y = q round(u / q), halves away from zero.")
-        .add<SaturateDynamic>("SaturateDynamic",
-                              "Holds a signal between two others. y = min(max(u, lower), upper).")
-        .add<DeadZoneDynamic>("DeadZoneDynamic",
-                              "Removes the zone between two signals. y = u - end above it, "
-                              "u - start below it, else 0.")
+        .add<Between<Clipped, Input<>>>("SaturateDynamic",
+                                        "Holds a signal between two others. y = min(max(u, lower), upper).")
+        .add<Between<Dead, Input<>>>("DeadZoneDynamic",
+                                     "Removes the zone between two signals. y = u - end above it, "
+                                     "u - start below it, else 0.")
         .add<Backlash>("Backlash",
                        "Play between two parts, as in gears. y moves only when u pushes one of the "
                        "stops, which keeps |u - y| ≤ width/2.")

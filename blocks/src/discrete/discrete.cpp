@@ -53,7 +53,7 @@ class Delay final : public Block {
         reset_input.declare_memory(this);
     }
     Argument<int> steps{this, "steps", {.initial = 2, .doc = "length of the delay"}};
-    const int length = at_least_one(*this, "steps", *steps);
+    const int length = at_least_one(*this, "steps", *steps, most_samples);
     AnyShape shape{this};
     Parameter<> initial{
         this, "initial", {.shape = scalar, .initial = {0}, .unit = any_unit, .doc = "y in the first steps"}};
@@ -89,7 +89,7 @@ class TappedDelay final : public Block {
     Argument<int> steps{this, "steps", {.initial = 4, .doc = "number of samples kept"}};
     Argument<bool> include_current{
         this, "include_current", {.initial = false, .doc = "y begins with u[k] instead of u[k-1]"}};
-    const int length = at_least_one(*this, "steps", *steps);
+    const int length = at_least_one(*this, "steps", *steps, most_samples);
     Parameter<> initial{
         this, "initial", {.shape = scalar, .initial = {0}, .unit = any_unit, .doc = "y in the first steps"}};
     Input<> u{this, "u", any("a vector gives one column per element")};
@@ -172,20 +172,24 @@ class DiscreteDerivative final : public Block {
     }
 };
 
-/// y follows u at a limited rate.
-class RateLimit final : public Block {
+/// y follows u at a limited rate; a Bound is a parameter or an input.
+template <class Bound> class RateLimit final : public Block {
   public:
     using Block::Block;
     AnyShape shape{this};
-    Parameter<> rising{
-        this, "rising", {.initial = {1}, .unit = any_unit, .doc = "fastest rise, unit of u per second"}};
-    Parameter<> falling{
+    Input<> u{this, "u", any(shape)};
+    Bound rising{
         this,
-        "falling",
-        {.initial = {-1}, .unit = any_unit, .doc = "fastest fall, negative, unit of u per second"}};
+        "rising",
+        {.shape = of_bound(), .initial = {1}, .unit = any_unit, .doc = "fastest rise, unit of u per second"}};
+    Bound falling{this,
+                  "falling",
+                  {.shape = of_bound(),
+                   .initial = {-1},
+                   .unit = any_unit,
+                   .doc = "fastest fall, negative, unit of u per second"}};
     Parameter<> initial{
         this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y before the first step"}};
-    Input<> u{this, "u", any(shape)};
     Output<> y{this, "y", any(shape)};
     DiscreteState<> x{this,
                       "x",
@@ -197,30 +201,12 @@ class RateLimit final : public Block {
     UpdateRule rule_x{this, kernels::Copy{}, next(x), y};
 
     void infer(Inference& inference) const override {
-        for (const auto* key : {&initial, &rising, &falling})
-            check_initial(*this, inference, key->index(), u.index());
+        for (const int given : {initial.index(), rising.index(), falling.index()})
+            check_initial(*this, inference, given, u.index());
     }
-};
 
-/// y follows u at a rate that two signals limit.
-class RateLimitDynamic final : public Block {
-  public:
-    using Block::Block;
-    AnyShape shape{this};
-    Parameter<> initial{
-        this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y before the first step"}};
-    Input<> u{this, "u", any(shape)};
-    Input<> rising{this, "rising", any(shape, "fastest rise, unit of u per second")};
-    Input<> falling{this, "falling", any(shape, "fastest fall, negative, unit of u per second")};
-    Output<> y{this, "y", any(shape)};
-    DiscreteState<> x{this,
-                      "x",
-                      {.shape = shape,
-                       .unit = any_unit,
-                       .doc = "output of the step before",
-                       .initial_from = initial.index()}};
-    OutputRule rule{this, kernels::RateLimit{}, y, rising, falling, at_period, x, u};
-    UpdateRule rule_x{this, kernels::Copy{}, next(x), y};
+  private:
+    Shape of_bound() const { return std::is_same_v<Bound, Input<>> ? Shape(shape) : Shape(); }
 };
 
 /// y = the first u of the run, whatever follows.
@@ -326,13 +312,13 @@ void add_discrete(Library& library) {
                              "Carries a signal between two rates, at its own period. y = u, or "
                              "with mode delay u of the hit before.")
         .add<DiscreteDerivative>("DiscreteDerivative", "Difference quotient. y[k] = K (u[k] - u[k-1]) / T.")
-        .add<RateLimit>("RateLimit",
-                        "Limits the rate of change. y moves from its last value toward u by at most "
-                        "rising T up and falling T down.")
-        .add<RateLimitDynamic>("RateLimitDynamic",
-                               "Limits the rate of change by two signals. y moves from its "
-                               "last value toward u by at most rising T up and falling T "
-                               "down.")
+        .add<RateLimit<Parameter<>>>(
+            "RateLimit", "Limits the rate of change. y moves from its last value toward u by at most "
+                         "rising T up and falling T down.")
+        .add<RateLimit<Input<>>>("RateLimitDynamic",
+                                 "Limits the rate of change by two signals. y moves from its "
+                                 "last value toward u by at most rising T up and falling T "
+                                 "down.")
         .add<FirstSample>("FirstSample", "Holds the first sample of its input. y[k] = u[0].")
         .add<InitialCondition>("InitialCondition", "Replaces the first sample. y[0] = value, then y = u.")
         .add<SampleHold>("SampleHold",

@@ -73,7 +73,7 @@ class SwitchCase final : public Block {
   public:
     using Block::Block;
     Argument<std::vector<int>> cases{this, "cases", {.initial = {1}, .doc = "whole number of each case"}};
-    Input<double> u{this, "u", {.unit = any_unit, .doc = "selector, cut to a whole number"}};
+    Input<> u{this, "u", any(scalar, "selector, cut to a whole number")};
     OutputList<bool> y{this,
                        "y",
                        static_cast<int>(cases->size()) + 1,

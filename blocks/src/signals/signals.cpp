@@ -41,8 +41,8 @@ class Mux final : public Block {
 class Demux final : public Block {
   public:
     explicit Demux(const Arguments& arguments) : Block(arguments) {
-        if (sizes->empty() || std::any_of(sizes->begin(), sizes->end(), [](int n) { return n < 1; }))
-            problem("argument 'sizes' must be a number of outputs or the width of each, all at least 1");
+        for (const int size : *sizes) at_least_one(*this, "sizes", size);
+        if (sizes->empty()) problem("argument 'sizes' must be a number of outputs or the width of each");
     }
     Argument<std::vector<int>> sizes{
         this, "sizes", {.initial = {2}, .doc = "number of equal outputs, or the width of each output"}};
@@ -77,7 +77,7 @@ class Demux final : public Block {
   private:
     int count() const {
         if (sizes->empty()) return 1;
-        return sizes->size() > 1 ? static_cast<int>(sizes->size()) : std::max(1, sizes->front());
+        return sizes->size() > 1 ? static_cast<int>(sizes->size()) : std::clamp(sizes->front(), 1, 10'000);
     }
 };
 

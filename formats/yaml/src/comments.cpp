@@ -57,6 +57,7 @@ class Anchors {
     void add_system(model::System& system) {
         add_all(system.inputs);
         add_all(system.outputs);
+        add_variables(system.enumerations);
         add_variables(system.variables);
         for (model::Block& block : system.blocks) {
             add(block);

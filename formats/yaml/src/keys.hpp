@@ -17,8 +17,8 @@ inline Keys joined(Keys keys, const Keys& more, const Keys& last = {}) {
     return keys;
 }
 
-inline const Keys system = {"execution", "states",  "trigger",   "reset",  "iterations",
-                            "inputs",    "outputs", "variables", "blocks", "connections"};
+inline const Keys system = {"execution", "states",       "trigger",   "reset",  "iterations", "inputs",
+                            "outputs",   "enumerations", "variables", "blocks", "connections"};
 inline const Keys model = joined({"model", "doc", "plugins", "step", "stop", "solver", "relative_tolerance",
                                   "absolute_tolerance", "max_step", "algebraic_loops", "rate_transitions"},
                                  system, {"record", "plots", "layout"});

@@ -51,6 +51,7 @@ class Reader {
 
     Model read_model(const Node& node);
     std::vector<Variable> read_variables(const Node& map, const std::string& path);
+    std::vector<Variable> read_enumerations(const Node& map, const std::string& path);
 
   private:
     using OnEntry = std::function<void(const Node& key, const Node& value)>;
@@ -223,6 +224,19 @@ std::vector<Variable> Reader::read_variables(const Node& map, const std::string&
     return variables;
 }
 
+/// Each a list of names, or a mapping of names to numbers.
+std::vector<Variable> Reader::read_enumerations(const Node& map, const std::string& path) {
+    std::vector<Variable> enumerations;
+    read_entries(map, path, "enumerations", [&](const Node& key, const Node& value) {
+        Variable& enumeration = enumerations.emplace_back(Variable{.name = key.text, .where = at(key)});
+        if (value.is_map())
+            enumeration.fields = read_variables(value, path);
+        else
+            enumeration.fields = read_list<Variable>(key, value, &Variable::name);
+    });
+    return enumerations;
+}
+
 void Reader::read_port(Port& port, const Node& map, const std::string& path, const keys::Keys& known) {
     values.push_back({port.where.line, map.items.empty() ? map.line : map.items.back().line});
     read_entries(map, path, "the port '" + port.name + "'", [&](const Node& key, const Node& value) {
@@ -338,6 +352,8 @@ bool Reader::read_system_key(System& system, const Node& key, const Node& value,
         system.inputs = read_ports(key, value, path, keys::input);
     else if (name == "outputs")
         system.outputs = read_ports(key, value, path, keys::output);
+    else if (name == "enumerations")
+        system.enumerations = read_enumerations(value, path);
     else if (name == "variables")
         system.variables = read_variables(value, path);
     else if (name == "blocks")

@@ -208,6 +208,19 @@ Content variables(const std::vector<Variable>& all, bool may_flow) {
     return content;
 }
 
+Content enumerations(const std::vector<Variable>& all) {
+    Content content{.kind = Content::Kind::map, .may_flow = false};
+    for (const Variable& enumeration : all) {
+        const auto& fields = enumeration.fields;
+        const bool is_list =
+            std::ranges::all_of(fields, [](const Variable& f) { return f.value.text.empty(); });
+        content.items.push_back({key_text(enumeration.name),
+                                 is_list ? list(fields, &Variable::name) : variables(fields, true),
+                                 &enumeration.comments});
+    }
+    return content;
+}
+
 Content port(const Port& port) {
     const std::vector<Key> none;
     MapBuilder map(none);
@@ -257,6 +270,8 @@ void add_system(MapBuilder& map, const System& system, bool needs_blocks) {
     map.add("iterations", system.iterations);
     if (map.wanted("inputs", !system.inputs.empty())) map.add("inputs", ports(system.inputs));
     if (map.wanted("outputs", !system.outputs.empty())) map.add("outputs", ports(system.outputs));
+    if (map.wanted("enumerations", !system.enumerations.empty()))
+        map.add("enumerations", enumerations(system.enumerations));
     if (map.wanted("variables", !system.variables.empty()))
         map.add("variables", variables(system.variables, false));
     if (map.wanted("blocks", needs_blocks || !system.blocks.empty())) {

@@ -95,6 +95,8 @@ TEST(Schema, AgreesWithTheReaderOnSmallModels) {
         {"model: m\ninputs: {a: {when_disabled: reset}}", false},
         {"model: m\nvariables: {a: {b: {c: 1}}, d: true}", true},
         {"model: m\nvariables: {a: }", false},
+        {"model: m\nenumerations: {Mode: [idle, walk], Sm: {balance: 1, swing: 4}}", true},
+        {"model: m\nenumerations: [idle]", false},
         {"model: m\nrecord: all\nlayout: {any: [thing]}", true},
         {"model: m\nconnections: {a: {b: 1}}", false},
     };
@@ -140,7 +142,8 @@ TEST(Schema, EveryListedKeyIsRead) {
         if (key == "algebraic_loops") return "solve";
         if (key == "rate_transitions") return "checked";
         if (key == "states" || key == "when_disabled") return "reset";
-        if (key == "variables" || key == "blocks" || key == "connections" || key == "plots" || key == "with")
+        if (key == "enumerations" || key == "variables" || key == "blocks" || key == "connections" ||
+            key == "plots" || key == "with")
             return "{}";
         if (key == "file") return (folder / "pd.yaml").string();
         return key == "inputs" || key == "outputs" || key == "record" || key == "plugins" ? "[]" : "x";

@@ -4,6 +4,7 @@
 #include "bf/kernels/continuous.hpp"
 #include "bf/kernels/convert.hpp"
 #include "bf/kernels/discrete.hpp"
+#include "bf/kernels/expression.hpp"
 #include "bf/kernels/geometry.hpp"
 #include "bf/kernels/logic.hpp"
 #include "bf/kernels/lookup.hpp"
@@ -157,6 +158,9 @@ template <class T> void numbers() {
     run(Saturate{}, A5<T>(), values<T>(1), random<A5<T>>(), random<A5<T>>());
     run(DeadZone{}, A5<T>(), values<T>(0), values<T>(1), random<A5<T>>());
     run(RelayMode{}, A5<bool>(), values<T>(1), values<T>(0), random<A5<bool>>(), random<A5<T>>());
+    for (const double period : {0.0, 0.1})
+        run(ShownMode{}, A5<bool>(), values<double>(period), values<bool>(true), random<A5<bool>>(),
+            random<A5<bool>>());
     unary<T>(Not{});
     for (auto ok : {0, 1}) {
         const One<T> control = values<T>(ok);
@@ -263,7 +267,8 @@ void states() {
     run(Lag{}, A5<double>(), values<double>(0.3), e, e);
     run(CompanionOutput{}, A5<double>(), b, a, x, e);
     run(CompanionRate{}, Array<double, 3, 5>(), a, x, e);
-    run(DifferenceQuotient{}, A5<double>(), values<bool>(1), values<double>(0.1), e, values<double>(0.4), e);
+    run(DifferenceQuotient{}, A5<double>(), values<bool>(1), values<double>(0.1), e, e, values<double>(0.4),
+        e);
     const auto times = values<double>(4, 2.5, 3);
     for (const double delay : {0.5, 1.7, 9.0})
         run(DelayedSample{}, A5<double>(), values<double>(7), values<double>(delay), times, x,
@@ -375,6 +380,15 @@ template <class T> void reals() {
     run(SineWave{}, A5<T>(), u, random<A5<T>>(), random<A5<T>>(), values<T>(0.5), time);
     run(Chirp{}, A5<T>(), values<T>(0.1), values<T>(2), values<T>(10), time);
     run(Interpolate{}, A5<T>(), values<T>(-1, 0, 1.5), random<Array<T, 3>>(), u);
+    const auto both = random<List<T, 2, 5>>();
+    const auto first = double(Operation::negative), two = double(Operation::plus),
+               end = double(Operation::rem) + 1;
+    for (double operation = first; operation < two; ++operation) // of p(1) - u1
+        run(Expression{}, A5<T>(), values<double>(3, 0, 0, 1, 0, 0, two + 1, 0, 0, operation, 0, 0),
+            values<double>(0.3), both);
+    for (double operation = two; operation < end; ++operation) // of u1 and u2(4)
+        run(Expression{}, A5<T>(), values<double>(1, 0, 0, 2, 1, 3, operation, 0, 0), values<double>(0.3),
+            both);
 }
 
 } // namespace

@@ -77,6 +77,7 @@ class Data {
         const std::size_t count = curve.time.size();
         if (count <= 4 * static_cast<std::size_t>(columns)) {
             for (std::size_t k = 0; k < count; ++k) point(curve, k);
+            hold_last(curve, time);
             return;
         }
         const auto column = [&](std::size_t k) {
@@ -94,15 +95,22 @@ class Data {
             for (const auto* k = shown; k != std::unique(std::begin(shown), std::end(shown)); ++k)
                 point(curve, *k);
         }
+        hold_last(curve, time);
     }
     bool drawable() const { return drawable_; }
     const std::string& text() const { return text_; }
 
   private:
-    void point(const Curve& curve, std::size_t k) {
-        const bool finite = std::isfinite(curve.value[k]) && std::isfinite(curve.time[k]);
+    void point(const Curve& curve, std::size_t k) { point(curve.time[k], curve.value[k]); }
+    void point(double t, double value) {
+        const bool finite = std::isfinite(value) && std::isfinite(t);
         drawable_ = drawable_ || finite;
-        text_ += finite ? number(curve.time[k]) + ' ' + number(curve.value[k]) + '\n' : "NaN NaN\n";
+        text_ += finite ? number(t) + ' ' + number(value) + '\n' : "NaN NaN\n";
+    }
+    /// What is held, as a constant with its only sample, goes on to the end of the figure.
+    void hold_last(const Curve& curve, Range time) {
+        if (curve.steps && !curve.time.empty() && curve.time.back() < time.high)
+            point(time.high, curve.value.back());
     }
     std::string text_;
     bool drawable_ = false;
@@ -238,11 +246,17 @@ class Script {
                 plots += (plots.empty() ? "plot " : ", ") + block + " using 1:2 with " +
                          (curve.steps ? "steps" : "lines") + style;
             }
-        const bool whole =
-            !panel.curves.empty() && values.high - values.low <= 10 &&
-            std::all_of(panel.curves.begin(), panel.curves.end(), [](const Curve& c) { return c.steps; });
+        const auto is_whole = [](const Curve& curve) {
+            return curve.steps && std::all_of(curve.value.begin(), curve.value.end(),
+                                              [](double value) { return value == std::floor(value); });
+        };
+        const bool whole = !panel.curves.empty() && values.high - values.low <= 10 &&
+                           std::all_of(panel.curves.begin(), panel.curves.end(), is_whole);
         values = values.padded(0.06);
-        add("set ytics ", whole ? "1" : "autofreq");
+        std::string named;
+        for (const auto& [value, name] : panel.names)
+            named += (named.empty() ? "" : ", ") + quoted(name) + " " + number(value);
+        add("set ytics ", !named.empty() ? "(" + named + ")" : whole ? "1" : "autofreq");
         add("set yrange [", number(values.low), ":", number(values.high), "]");
         add("set tmargin at ", layout_.y(top));
         add("set bmargin at ", layout_.y(bottom));
@@ -299,8 +313,9 @@ void save(const Figure& figure, const std::filesystem::path& path, int width, in
 }
 
 Panel panel_of(const Channel& channel) {
-    Panel panel{channel.name, channel.info.unit, {}};
-    const bool steps = channel.info.type != ElementType::Double && channel.info.type != ElementType::Single;
+    Panel panel{channel.name, channel.info.unit, {}, channel.info.names};
+    const bool is_real = channel.info.type == ElementType::Double || channel.info.type == ElementType::Single;
+    const bool steps = channel.info.is_held || !is_real;
     for (std::size_t i = 0; i < channel.info.elements(); ++i)
         panel.curves.push_back({channel.element_name(i), channel.times(), channel.values(i), false, steps});
     return panel;

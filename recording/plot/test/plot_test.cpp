@@ -160,6 +160,28 @@ TEST_F(Plot, TellsHowToGetGnuplotWhenItIsMissing) {
     EXPECT_CONTAINS(error, "gnuplot-nox");
 }
 
+TEST_F(Plot, DrawsHeldSignalsAsStairsToTheEndOfTheFigure) {
+    // Two samples of a held signal are a stair of three more corners, the last one at the end.
+    const auto corners = [&](bool steps) {
+        Panel panel{"p", "", {line("x", {0, 1, 0, 1}), line("y", {1, 3})}};
+        panel.curves[1].steps = steps;
+        const std::string svg = draw({"", {panel}}, "a.svg");
+        return count(svg, " L") + count(svg, "\tL");
+    };
+    EXPECT_EQ(corners(true), corners(false) + 2);
+    Channel channel{"y", "/y", {.is_held = true}, {0}, std::vector<std::byte>(8)};
+    EXPECT_TRUE(panel_of(channel).curves[0].steps);
+    channel.info.is_held = false;
+    EXPECT_FALSE(panel_of(channel).curves[0].steps);
+}
+
+TEST_F(Plot, NamesTheValuesOfAnEnumeration) {
+    Panel panel{"mode", "", {line("mode", {0, 5, 5})}, {{0, "idle"}, {5, "walking"}}};
+    const std::string svg = draw({"", {panel}}, "a.svg");
+    EXPECT_CONTAINS(svg, "idle");
+    EXPECT_CONTAINS(svg, "walking");
+}
+
 TEST_F(Plot, MakesAPanelOfASignal) {
     const std::int8_t bytes[] = {1, -2, 3, -4};
     const auto raw = std::as_bytes(std::span(bytes));

@@ -32,8 +32,9 @@ class CsvFile {
         std::fputs("time", file_);
         for (const Quantity& q : columns)
             for (int i = 0; i < q.size(); ++i) {
-                std::string name = q.name;
-                if (q.size() > 1) name += "(" + std::to_string(i + 1) + ")";
+                std::string name = q.name; // elements are named as in recordings: x[0], M[0][1]
+                if (q.size() > 1) name += "[" + std::to_string(i % q.rows) + "]";
+                if (q.cols > 1) name += "[" + std::to_string(i / q.rows) + "]";
                 std::string quoted;
                 for (const char c : name) quoted += c == '"' ? "\"\"" : c == '\n' ? " " : std::string(1, c);
                 std::fprintf(file_, ",\"%s\"", quoted.c_str());

@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace bf {
@@ -112,6 +113,12 @@ struct SignalName {
     Node::End end;
 };
 
+/// Names of the values of a signal, of an enumeration.
+struct NamedValues {
+    Node::End end;
+    std::vector<std::pair<double, std::string>> names;
+};
+
 struct PlotPanel {
     std::string title;
     std::vector<SignalName> signals;
@@ -148,7 +155,8 @@ struct Diagram {
     std::vector<SignalName> inputs, outputs; ///< of the root; the end of an input is the port's own memory
     std::vector<SignalName> record;
     std::vector<PlotPanel> plots;
-    std::vector<SignalName> aliases; ///< outputs of subsystems by their path
+    std::vector<NamedValues> named_values; ///< of signals whose port names an enumeration as its type
+    std::vector<SignalName> aliases;       ///< outputs of subsystems by their path
     Plan plan;
     std::vector<Definition> definitions; ///< in the order in which they were evaluated
 

@@ -40,12 +40,12 @@ struct CheckResult {
 ///                not computed keeps its value.  A loop runs as a whole at its place in the order, its
 ///                outputs and then its updates in each iteration; an algebraic loop until its equations hold
 ///             3. observers see t, outputs and x⁻ (this is what a recording holds)
-///             4. updates of the same blocks: x⁺ := update(t, x⁻, u, y).  Continuous states go from t to t +
-///             step
-///                by the diagram's solver, which evaluates outputs and derivatives of the continuous rate
-///                inside the step while all other outputs keep their value (afterwards the memory of
-///                those outputs holds the last evaluation, until the next step)
-///             5. x⁻ := x⁺ for all of them at once, a NaN being a failure;  k := k + 1
+///             4. updates of the same blocks: x⁺ := update(t, x⁻, u, y);  x⁻ := x⁺ for all of them at once, a
+///                NaN being a failure
+///             5. continuous states go from t to t + step by the diagram's solver, which evaluates outputs
+///                and derivatives of the continuous rate inside the step while all other outputs keep their
+///                value (afterwards the memory of those outputs holds the last evaluation, until the next
+///                step);  k := k + 1
 ///     event:  a zero-crossing function of a block of the continuous rate changed its sign: at the located
 ///     instant
 ///             (adaptive solvers), or in the first step after it (fixed steps, and jumps at a sample hit:
@@ -53,7 +53,7 @@ struct CheckResult {
 ///                observers see t, outputs and x⁻;  x⁺ := event(t, x⁻) of all blocks that crossed, in
 ///                document order, none seeing another's x⁺ through signals;  outputs of the continuous rate
 ///                are computed again; this repeats while that makes other functions cross;  inside a step
-///                observers see t, outputs and x⁺
+///                observers see t, outputs and x⁺, and what a trigger made run is updated at once
 ///     stop:   blocks stop, last started first (actuators are put back)
 ///
 /// A step that fails ends the run: nothing after the failed block runs, observers keep what they saw.
@@ -139,12 +139,12 @@ class Simulation {
         std::size_t bytes;
         bool is_double; ///< and so looked at for NaN
     };
-    /// The zero-crossing functions in one slot of a node, or (node -1) a signal that controls a subsystem.
+    /// The zero-crossing functions in one slot of a node, or its output that controls a subsystem.
     struct GuardBinding {
         int node, condition;
         double* values;
         std::size_t first, count; ///< place among all guards
-        bool has_event;
+        bool is_control, has_event;
         double last = -1; ///< when it crossed [s]
         int close = 0;    ///< how often in a row it crossed at once again
     };
@@ -160,20 +160,24 @@ class Simulation {
     Task condition_task(int condition);
     Task loop_task(int loop);
     void reset_conditions();
-    void clear_trigger(std::size_t rate) noexcept;
+    bool has_fired() const noexcept;
+    bool update_blocks(bool is_event) noexcept; ///< at an event only what a trigger made run
     std::vector<double> save_conditions() const;
     void restore_conditions(const std::vector<double>& saved);
     CommitSegment commits_of(const Segment& segment);
     bool run(const BoundSegment& segment) noexcept;
-    /// A signal or state that continuous blocks read and the solver does not change.
+    /// A signal that continuous blocks read, or a discrete state of theirs, which the solver does not change.
     struct Held {
         const std::byte* now;
         std::vector<std::byte> last;
+        bool is_signal; ///< it jumps; states are memories, and blocks that make them jump have guards
     };
+    enum class Change : std::uint8_t { none, memory, jump };
     ContinuousSystem continuous_system();
     void bind_guards();
     void find_held();
-    bool held_changed() noexcept;
+    Change held_change() noexcept;
+    bool runs_inside(int rate) const noexcept;
     bool evaluate_outputs(double t) noexcept;
     bool evaluate_derivatives() noexcept;
     bool evaluate_guards() noexcept;
@@ -183,11 +187,10 @@ class Simulation {
     bool compare_guards() noexcept;
     bool find_crossings() noexcept;
     bool answer_crossings(double t, bool is_inside_step) noexcept;
-    void observe_event(double t) noexcept;
+    void observe_event() noexcept;
     bool fail(Status status, int node) noexcept;
-    int node_of_continuous_state(std::size_t element) const noexcept;
     bool commit(const CommitSegment& segment) noexcept;
-    int node_of_state(const double* next) noexcept; ///< whose next state holds that element
+    int owner(Role role, const double* element) noexcept; ///< the node that has it among its (next) states
     bool is_due(int rate, int condition) const { return is_hit(rate) && is_active(condition); }
     void write_initial(const Condition::Outlet& outlet);
     void clear_outputs();

@@ -49,6 +49,8 @@ class Solver {
     virtual ~Solver() = default;
     /// The state or its derivative has changed by a jump at t: what was known of the past counts no more.
     virtual void restart(double t) = 0;
+    /// Blocks that remember the past have taken a sample at t: the derivative has changed a little.
+    virtual void resume(double t) { restart(t); }
     /// From t to `end`, or to the first zero crossing before it.
     virtual Outcome advance(double& t, double end) = 0;
 

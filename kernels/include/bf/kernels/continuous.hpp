@@ -69,15 +69,15 @@ struct CompanionRate {
     }
 };
 
-/// y = (u - u_before) / (t - t_before), or 0 before there was a step (started = 0).
+/// y = (u - u_before) / (t - t_before), or `last` before there was a step (started = 0) and at its time.
 struct DifferenceQuotient {
     static constexpr const char* name = "bf::kernels::DifferenceQuotient{}";
-    template <class Y, class S, class P, class X, class T, class U>
-    constexpr void operator()(const Y& y, const S& started, const P& t_before, const X& u_before, const T& t,
-                              const U& u) const noexcept {
+    template <class Y, class S, class P, class X, class L, class T, class U>
+    constexpr void operator()(const Y& y, const S& started, const P& t_before, const X& u_before,
+                              const L& last, const T& t, const U& u) const noexcept {
         const double length = t[0] - t_before[0];
         for (int i = 0; i < y.size(); ++i)
-            y[i] = started[0] && length > 0 ? (u[i] - u_before[i]) / length : 0.0;
+            y[i] = started[0] && length > 0 ? (u[i] - u_before[i]) / length : last[i];
     }
 };
 
@@ -172,20 +172,6 @@ struct StopMargins {
             const double offset = static_cast<double>(u[i]) - static_cast<double>(x[i]);
             lower[i] = offset + half;
             upper[i] = offset - half;
-        }
-    }
-};
-
-/// g = 1 while a pulse is high, else -1; see Pulse.
-struct PulseSign {
-    static constexpr const char* name = "bf::kernels::PulseSign{}";
-    template <class G, class P, class W, class D, class T>
-    constexpr void operator()(const G& g, const P& period, const W& width, const D& delay,
-                              const T& t) const noexcept {
-        for (int i = 0; i < g.size(); ++i) {
-            const double since = t[0] - delay[pick(i, delay.size())], p = period[pick(i, period.size())];
-            const bool high = since >= 0 && std::fmod(since, p) < p * (width[pick(i, width.size())] / 100.0);
-            g[i] = high ? 1 : -1;
         }
     }
 };

@@ -81,6 +81,18 @@ struct RelayMode {
     }
 };
 
+/// The mode that shows: in continuous time (period 0) events alone change it once a step was taken
+/// (started), so that it does not jump inside a solver's step; else what the input asks for.
+struct ShownMode {
+    static constexpr const char* name = "bf::kernels::ShownMode{}";
+    template <class M, class P, class S, class X, class W>
+    constexpr void operator()(const M& shown, const P& period, const S& started, const X& mode,
+                              const W& wanted) const noexcept {
+        const bool is_frozen = period[0] == 0 && started[0] != 0;
+        for (int i = 0; i < shown.size(); ++i) shown[i] = is_frozen ? mode[i] : wanted[i];
+    }
+};
+
 /// y = choice ? on : off; both are given. A scalar choice switches all elements.
 struct Choose {
     static constexpr const char* name = "bf::kernels::Choose{}";

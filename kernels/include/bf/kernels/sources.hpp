@@ -48,18 +48,47 @@ struct SineWave {
     }
 };
 
+namespace detail {
+/// What is left of x after whole cycles. k · step is seldom n · cycle exactly, so an x less than `slack`
+/// before the end of a cycle counts as the beginning of the next one.
+inline double within(double x, double cycle, double slack) noexcept {
+    return x - std::floor((x + slack) / cycle) * cycle;
+}
+/// More than rounding makes of a time and of what it was computed from.
+constexpr double rounding(double a, double b = 0) noexcept {
+    return 4 * std::numeric_limits<double>::epsilon() * (absolute(a) + absolute(b));
+}
+inline bool is_high(double t, double period, double width, double delay) noexcept {
+    const double since = t - delay, slack = rounding(t, delay);
+    return since >= -slack && within(since, period, slack) < period * (width / 100) - slack;
+}
+} // namespace detail
+
 /// y = amplitude during the first `width` percent of every period [s] after the delay [s], else 0.
 struct Pulse {
     static constexpr const char* name = "bf::kernels::Pulse{}";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class A, class P, class W, class D, class T>
-    constexpr void operator()(const Y& y, const A& amplitude, const P& period, const W& width, const D& delay,
-                              const T& t) const noexcept {
-        for (int i = 0; i < y.size(); ++i) {
-            const double since = t[0] - delay[pick(i, delay.size())], p = period[pick(i, period.size())];
-            const bool high = since >= 0 && std::fmod(since, p) < p * (width[pick(i, width.size())] / 100.0);
-            y[i] = high ? static_cast<Element<Y>>(amplitude[pick(i, amplitude.size())]) : Element<Y>(0);
-        }
+    void operator()(const Y& y, const A& amplitude, const P& period, const W& width, const D& delay,
+                    const T& t) const noexcept {
+        for (int i = 0; i < y.size(); ++i)
+            y[i] = detail::is_high(t[0], period[pick(i, period.size())], width[pick(i, width.size())],
+                                   delay[pick(i, delay.size())])
+                       ? static_cast<Element<Y>>(amplitude[pick(i, amplitude.size())])
+                       : Element<Y>(0);
+    }
+};
+
+/// g = 1 while a pulse is high, else -1.
+struct PulseSign {
+    static constexpr const char* name = "bf::kernels::PulseSign{}";
+    template <class G, class P, class W, class D, class T>
+    void operator()(const G& g, const P& period, const W& width, const D& delay, const T& t) const noexcept {
+        for (int i = 0; i < g.size(); ++i)
+            g[i] = detail::is_high(t[0], period[pick(i, period.size())], width[pick(i, width.size())],
+                                   delay[pick(i, delay.size())])
+                       ? 1
+                       : -1;
     }
 };
 
@@ -116,9 +145,10 @@ struct Wave {
                     const T& t) const noexcept {
         const auto shape = static_cast<Waveform>(static_cast<int>(waveform[0]));
         for (int i = 0; i < y.size(); ++i) {
-            const double turns = frequency[pick(i, frequency.size())] * t[0], p = turns - std::floor(turns);
+            const double turns = frequency[pick(i, frequency.size())] * t[0], slack = detail::rounding(turns),
+                         p = maximum(detail::within(turns, 1, slack), 0.0);
             const double value = shape == Waveform::sine ? Sin::apply<double>(2 * 3.14159265358979323846 * p)
-                                 : shape == Waveform::square   ? (p < 0.5 ? 1.0 : -1.0)
+                                 : shape == Waveform::square   ? (p < 0.5 - slack ? 1.0 : -1.0)
                                  : shape == Waveform::sawtooth ? 2 * p - 1
                                  : p < 0.5                     ? 4 * p - 1
                                                                : 3 - 4 * p;
@@ -132,9 +162,10 @@ struct WithinCycle {
     static constexpr const char* name = "bf::kernels::WithinCycle{}";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class Y, class X, class T>
-    constexpr void operator()(const Y& y, const X& points, const T& t) const noexcept {
-        const double first = points[0], length = points[points.size() - 1] - first;
-        y[0] = first + modulo<double>(t[0] - first, length);
+    void operator()(const Y& y, const X& points, const T& t) const noexcept {
+        const double first = points[0], last = points[points.size() - 1];
+        y[0] =
+            maximum(first, first + detail::within(t[0] - first, last - first, detail::rounding(t[0], first)));
     }
 };
 

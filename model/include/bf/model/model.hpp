@@ -168,6 +168,8 @@ struct System {
     std::optional<Expression> iterations = {}; ///< of `for` (else an extra input) and `for_each`
     std::vector<Port> inputs;                  ///< without the control ports, which it may have besides
     std::vector<Port> outputs;
+    std::vector<Variable>
+        enumerations; ///< each a struct of whole numbers; a field without a value counts on, from 0
     std::vector<Variable> variables; ///< seen by this system and all inside it; each may use those before it
     std::vector<Block> blocks;
     std::vector<Connection> connections;

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace bf::recording {
 
@@ -24,6 +26,8 @@ struct ChannelInfo {
     std::string unit = {};  ///< e.g. "N m"; empty for none
     std::string doc = {};   ///< one sentence for people
     double period = 0;      ///< sample time in seconds; 0 when samples are not periodic
+    bool is_held = false;   ///< keeps its value until the next sample: plots draw stairs
+    std::vector<std::pair<double, std::string>> names = {}; ///< of values, for people; empty: they have none
 
     std::size_t elements() const noexcept { return std::size_t{rows} * cols; }
     std::size_t bytes() const noexcept { return elements() * size_of(type); } ///< of one sample

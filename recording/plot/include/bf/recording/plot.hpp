@@ -22,6 +22,7 @@ struct Panel {
     std::string title;
     std::string y_label; ///< quantity or unit, e.g. "N m"
     std::vector<Curve> curves;
+    std::vector<std::pair<double, std::string>> names = {}; ///< of values, instead of numbers on the axis
 };
 
 /// Panels stacked above one time axis.

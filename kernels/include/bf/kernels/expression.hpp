@@ -1,0 +1,143 @@
+#pragma once
+
+#include "bf/kernels/functions.hpp"
+
+/// Formulas that are known only when a block is made.
+namespace bf::kernels {
+
+/// What one instruction of an Expression does to its stack of numbers.
+enum class Operation {
+    number,    ///< pushes the operand
+    element,   ///< pushes element i of input `operand`, i being that of the result
+    fixed,     ///< pushes element `index` of input `operand`
+    parameter, ///< pushes p at `operand`
+    negative,
+    logical_not,
+    abs,
+    sign,
+    sqrt,
+    exp,
+    log,
+    log10,
+    sin,
+    cos,
+    tan,
+    asin,
+    acos,
+    atan,
+    sinh,
+    cosh,
+    tanh,
+    floor,
+    ceil,
+    round,
+    fix, ///< of the number on top
+    plus,
+    minus,
+    times,
+    over,
+    power,
+    less,
+    less_equal,
+    greater,
+    greater_equal,
+    equal,
+    not_equal,
+    logical_and,
+    logical_or,
+    minimum,
+    maximum,
+    atan2,
+    hypot,
+    mod,
+    rem ///< of the two on top, the upper one right
+};
+
+/// y_i = value of a formula over elements i of the inputs, computed in double. Scalars expand; true is 1, and
+/// all but 0 is true. `code` has three numbers per instruction: operation, operand, index; it leaves one
+/// number on the stack and never needs more than `depth`.
+struct Expression {
+    static constexpr const char* name = "bf::kernels::Expression{}";
+    static constexpr int depth = 32;
+    template <class T> static constexpr bool accepts = is_real<T>;
+
+    template <class Y, class C, class P, class L>
+    void operator()(const Y& y, const C& code, const P& p, const L& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i) {
+            double stack[depth];
+            stack[0] = 0;
+            int top = -1;
+            for (int k = 0; k < code.size(); k += 3) {
+                const auto operation = static_cast<Operation>(static_cast<int>(code[k]));
+                const int operand = static_cast<int>(code[k + 1]);
+                if (operation == Operation::number)
+                    stack[++top] = code[k + 1];
+                else if (operation == Operation::element)
+                    stack[++top] = static_cast<double>(u[operand][pick(i, u[operand].size())]);
+                else if (operation == Operation::fixed)
+                    stack[++top] = static_cast<double>(u[operand][static_cast<int>(code[k + 2])]);
+                else if (operation == Operation::parameter)
+                    stack[++top] = p[operand];
+                else if (operation < Operation::plus)
+                    stack[top] = of_one(operation, stack[top]);
+                else {
+                    --top;
+                    stack[top] = of_two(operation, stack[top], stack[top + 1]);
+                }
+            }
+            y[i] = static_cast<Element<Y>>(stack[0]);
+        }
+    }
+
+  private:
+    static double of_one(Operation operation, double x) noexcept {
+        switch (operation) {
+        case Operation::negative: return -x;
+        case Operation::logical_not: return x == 0;
+        case Operation::abs: return Abs::apply(x);
+        case Operation::sign: return Sign::apply(x);
+        case Operation::sqrt: return Sqrt::apply(x);
+        case Operation::exp: return Exp::apply(x);
+        case Operation::log: return Log::apply(x);
+        case Operation::log10: return Log10::apply(x);
+        case Operation::sin: return Sin::apply(x);
+        case Operation::cos: return Cos::apply(x);
+        case Operation::tan: return Tan::apply(x);
+        case Operation::asin: return Asin::apply(x);
+        case Operation::acos: return Acos::apply(x);
+        case Operation::atan: return Atan::apply(x);
+        case Operation::sinh: return Sinh::apply(x);
+        case Operation::cosh: return Cosh::apply(x);
+        case Operation::tanh: return Tanh::apply(x);
+        case Operation::floor: return Floor::apply(x);
+        case Operation::ceil: return Ceil::apply(x);
+        case Operation::round: return Round::apply(x);
+        default: return Fix::apply(x);
+        }
+    }
+    static double of_two(Operation operation, double a, double b) noexcept {
+        switch (operation) {
+        case Operation::plus: return a + b;
+        case Operation::minus: return a - b;
+        case Operation::times: return a * b;
+        case Operation::over: return a / b;
+        case Operation::power: return Power::apply(a, b);
+        case Operation::less: return a < b;
+        case Operation::less_equal: return a <= b;
+        case Operation::greater: return a > b;
+        case Operation::greater_equal: return a >= b;
+        case Operation::equal: return a == b;
+        case Operation::not_equal: return a != b;
+        case Operation::logical_and: return a != 0 && b != 0;
+        case Operation::logical_or: return a != 0 || b != 0;
+        case Operation::minimum: return minimum(a, b);
+        case Operation::maximum: return maximum(a, b);
+        case Operation::atan2: return Atan2::apply(a, b);
+        case Operation::hypot: return Hypot::apply(a, b);
+        case Operation::mod: return modulo(a, b);
+        default: return remainder(a, b);
+        }
+    }
+};
+
+} // namespace bf::kernels

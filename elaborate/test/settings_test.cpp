@@ -70,7 +70,7 @@ TEST(Settings, EnumerationsThatAreWrongAreRefused) {
               "m.yaml:3:26: a second variable 'a'; rename one of them");
     EXPECT_EQ(wrong("enumerations: {Mode: [idle]}\nblocks: {c: {block: Constant, value: Mode.walk}}\n")
                   .substr(0, 52),
-              "m.yaml:4:42: c.value: 'Mode.walk': the struct has no");
+              "m.yaml:4:38: c.value: 'Mode.walk': the struct has no");
     EXPECT_EQ(
         wrong("inputs: {u: {type: Mode}}\n"),
         "m.yaml:3:10: u: there is no type 'Mode'; types: double, single, int8, uint8, int16, uint16, int32, "

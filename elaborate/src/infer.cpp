@@ -127,10 +127,10 @@ class Spreading {
 
     void keep_names(const Elaboration::Declared& declared) {
         if (declared.end.node < 0 || !declared.enumeration) return;
-        NamedValues named{declared.end, {}};
+        EnumeratedSignal named{declared.end, {}};
         for (const auto& [name, value] : declared.enumeration->fields())
             named.names.emplace_back(value.scalar(), name);
-        e_.diagram.named_values.push_back(std::move(named));
+        e_.diagram.enumerated.push_back(std::move(named));
     }
 
     void check_initial(const Condition::Outlet& outlet) {

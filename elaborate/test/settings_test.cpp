@@ -52,8 +52,8 @@ connections: {a: [case, s]}
     EXPECT_EQ(m.slot("a", "value").initial, std::vector<double>{1});
     EXPECT_EQ(m.slot("b", "value").initial, (std::vector<double>{4, 9}));
     EXPECT_STREQ(m.type("is_walking"), "boolean");
-    ASSERT_EQ(m.diagram.named_values.size(), 1u);
-    EXPECT_EQ(m.diagram.named_values[0].names[2], (std::pair<double, std::string>(2, "stop")));
+    ASSERT_EQ(m.diagram.enumerated.size(), 1u);
+    EXPECT_EQ(m.diagram.enumerated[0].names[2], (std::pair<double, std::string>(2, "stop")));
 }
 
 TEST(Settings, EnumerationsThatAreWrongAreRefused) {

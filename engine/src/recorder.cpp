@@ -83,7 +83,7 @@ recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end
     if (slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1") info.unit = slot.unit.text;
     info.doc = slot.doc;
     info.period = diagram.period(rate_of(diagram, end));
-    for (const auto& named : diagram.named_values)
+    for (const auto& named : diagram.enumerated)
         if (named.end.node == end.node && named.end.slot == end.slot) info.names = named.names;
     info.is_held = !diagram.rates[static_cast<std::size_t>(rate_of(diagram, end))].is_continuous;
     return info;

@@ -114,7 +114,7 @@ struct SignalName {
 };
 
 /// Names of the values of a signal, of an enumeration.
-struct NamedValues {
+struct EnumeratedSignal {
     Node::End end;
     std::vector<std::pair<double, std::string>> names;
 };
@@ -155,8 +155,8 @@ struct Diagram {
     std::vector<SignalName> inputs, outputs; ///< of the root; the end of an input is the port's own memory
     std::vector<SignalName> record;
     std::vector<PlotPanel> plots;
-    std::vector<NamedValues> named_values; ///< of signals whose port names an enumeration as its type
-    std::vector<SignalName> aliases;       ///< outputs of subsystems by their path
+    std::vector<EnumeratedSignal> enumerated; ///< of signals whose port names an enumeration as its type
+    std::vector<SignalName> aliases;          ///< outputs of subsystems by their path
     Plan plan;
     std::vector<Definition> definitions; ///< in the order in which they were evaluated
 

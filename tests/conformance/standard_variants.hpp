@@ -38,7 +38,7 @@ inline const std::multimap<std::string, Settings>& variants() {
             {"Product", {{"operations", "/"}, {"multiplication", "matrix"}}},
             {"Product", {{"operations", "/*"}, {"multiplication", "matrix"}}},
             {"Product", {{"operations", "*/*"}, {"multiplication", "matrix"}}},
-            {"Fcn", {{"expression", "p(2)*u1^2 - sin(u2(1)) + (u1 > 0)"}, {"p", row({1, 0.3})}}},
+            {"Fcn", {{"expression", "p(1)*u1^2 - sin(u2(1)) + (u1 > 0)"}, {"p", 0.3}}},
             {"Minimum", {{"inputs", 1}}},
             {"Norm", {{"kind", "1"}}},
             {"Norm", {{"kind", "inf"}}},

@@ -25,7 +25,7 @@ TEST(ModelsOfChance, AreRefusedWithReasonsOrRunAlikeTwiceAndFromASnapshot) {
         ASSERT_EQ(outcome.violation, "") << "seed " << seed << "\n" << model_of(seed);
         accepted[seed % 3] += outcome.is_accepted;
     }
-    EXPECT_GE(accepted[0], 95) << "of 100 that are right";
+    EXPECT_GE(accepted[0], 90) << "of 100 that are right";
     EXPECT_LT(accepted[1] + accepted[2], 150) << "broken models are refused";
 }
 

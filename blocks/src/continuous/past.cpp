@@ -106,10 +106,12 @@ class FirstOrderHold final : public Block {
     }
     Status update(Now at, Next next) const noexcept override {
         next[steps] = static_cast<double>(at.step()) + 1;
-        if (!is_due(at)) return ok;
-        next[time] = at.time();
-        next[sample] = at[u];
-        if (at[steps] > 0) next[slope] = (at[u] - at[sample]) / (at.time() - at[time]);
+        const bool takes = is_due(at);
+        next[time] = takes ? at.time() : at[time];
+        next[slope] = at[slope];
+        if (takes && at[steps] > 0) next[slope] = (at[u] - at[sample]) / (at.time() - at[time]);
+        next[sample] = at[sample];
+        if (takes) next[sample] = at[u];
         return ok;
     }
     /// Marks y as a signal that goes on inside a step.

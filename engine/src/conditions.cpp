@@ -128,6 +128,11 @@ void Simulation::reset_conditions() {
     }
 }
 
+void Simulation::clear_trigger(std::size_t rate) noexcept {
+    hit_[rate] = 0;
+    conditions_[static_cast<std::size_t>(diagram_.rates[rate].trigger)]->is_true = false;
+}
+
 std::vector<double> Simulation::save_conditions() const {
     std::vector<double> saved;
     for (const auto& condition : conditions_) {

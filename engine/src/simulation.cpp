@@ -239,10 +239,7 @@ bool Simulation::update_blocks(bool is_event) noexcept {
     for (const auto& segment : commits_)
         if (is_wanted(segment) && !commit(segment)) return false;
     for (std::size_t r = 1; r < hit_.size(); ++r)
-        if (const int trigger = diagram_.rates[r].trigger; trigger > 0) {
-            hit_[r] = 0;
-            conditions_[static_cast<std::size_t>(trigger)]->is_true = false;
-        }
+        if (diagram_.rates[r].trigger > 0) clear_trigger(r);
     return true;
 }
 

@@ -160,6 +160,7 @@ class Simulation {
     Task condition_task(int condition);
     Task loop_task(int loop);
     void reset_conditions();
+    void clear_trigger(std::size_t rate) noexcept;
     bool has_fired() const noexcept;
     bool update_blocks(bool is_event) noexcept; ///< at an event only what a trigger made run
     std::vector<double> save_conditions() const;

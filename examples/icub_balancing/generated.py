@@ -32,7 +32,7 @@ with tempfile.TemporaryDirectory() as name:
     compared = 0
     for file in sorted(folder.glob("run_*.csv")):
         signal = file.stem.removeprefix("run_")
-        columns = [0] + [i for i, column in enumerate(names) if column.split("(")[0] == signal]
+        columns = [0] + [i for i, column in enumerate(names) if column.split("[")[0] == signal]
         expected_names, expected = read(file)
         assert len(columns) == len(expected_names), (signal, expected_names)
         # The file of a slower signal holds its own samples only; its times are whole nanoseconds.

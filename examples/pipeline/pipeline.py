@@ -48,7 +48,7 @@ def read_csv(file):
         names, *rows = csv.reader(stream)
     signals = {}
     for i, name in enumerate(names[1:], 1):
-        signals.setdefault(re.sub(r"((\[\d+\])+|\(\d+\))?( \(.*\))?$", "", name), []).append(i)
+        signals.setdefault(re.sub(r"((\[\d+\])+)?( \(.*\))?$", "", name), []).append(i)
     return {
         signal: {round(float(row[0]) * 1e9): [float(row[i]) for i in columns] for row in rows}
         for signal, columns in signals.items()

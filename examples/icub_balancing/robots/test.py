@@ -48,7 +48,7 @@ with tempfile.TemporaryDirectory() as name:
         compared = 0
         for part in folder.glob("run_*.csv"):
             signal = part.stem.removeprefix("run_")
-            columns = [i for i, column in enumerate(names) if column.split("(")[0] == signal]
+            columns = [i for i, column in enumerate(names) if column.split("[")[0] == signal]
             for time, row in read(part)[1].items():
                 assert [rows[time][i] for i in columns] == row[1:], f"{file}: {signal} differs at {time / 1e9} s"
                 compared += len(columns)

@@ -45,6 +45,7 @@ void Simulation::visit_tasks(const TaskVisitor& visit) {
                 visit(segment.tasks[i], phase, segment.nodes[i], segment.rate);
     };
     all(outputs_, Phase::output);
+    all(minor_outputs_, Phase::output);
     all(updates_, Phase::update);
     all(derivatives_, Phase::derivative);
     all(guards_, Phase::guards);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace bf {
 
@@ -53,6 +54,35 @@ void Simulation::bind_guards() {
         }
     guard_before_.resize(guard_values_.size());
     crossed_.resize(guard_values_.size());
+}
+
+/// The outputs that derivatives depend on; the solver asks for no others inside a step.
+void Simulation::bind_minor_outputs() {
+    std::vector<int> pending;
+    std::vector<char> is_needed(diagram_.nodes.size());
+    const auto need = [&](int node) {
+        if (node >= 0 && !std::exchange(is_needed[static_cast<std::size_t>(node)], 1)) pending.push_back(node);
+    };
+    for (const auto& segment : derivatives_)
+        for (const int node : segment.nodes) need(node);
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
+        if (diagram_.nodes[n].condition > 0 || diagram_.nodes[n].loop >= 0) need(static_cast<int>(n));
+    while (!pending.empty()) {
+        const auto& node = diagram_.nodes[static_cast<std::size_t>(pending.back())];
+        pending.pop_back();
+        for (const auto& from : node.sources) need(from.node);
+    }
+    for (const auto& segment : outputs_) {
+        if (!diagram_.rates[static_cast<std::size_t>(segment.rate)].is_continuous) continue;
+        BoundSegment minor{segment.rate, segment.condition, {}, {}};
+        for (std::size_t i = 0; i < segment.tasks.size(); ++i) {
+            const int node = segment.nodes[i];
+            if (node >= 0 && !is_needed[static_cast<std::size_t>(node)]) continue;
+            minor.tasks.push_back(segment.tasks[i]);
+            minor.nodes.push_back(node);
+        }
+        if (!minor.tasks.empty()) minor_outputs_.push_back(std::move(minor));
+    }
 }
 
 /// What may change under the solver's feet: signals of other rates and discrete states of continuous blocks.
@@ -107,7 +137,7 @@ ContinuousSystem Simulation::continuous_system() {
                     // The first stage of a fixed step stands where the outputs of the step were computed.
                     const bool is_current = !is_adaptive(diagram_.solver.method) &&
                                             t == static_cast<double>(steps_) * diagram_.step;
-                    return (is_current || evaluate_outputs(t)) && evaluate_derivatives();
+                    return (is_current || evaluate_minor_outputs(t)) && evaluate_derivatives();
                 },
             .evaluate_guards =
                 [this](double t, bool is_current) {
@@ -129,10 +159,21 @@ bool Simulation::has_fired() const noexcept {
     return false;
 }
 
-/// Outputs of the continuous rate, and of what it triggers, at an instant inside the step.
-bool Simulation::evaluate_outputs(double t) noexcept {
+void Simulation::set_continuous_time(double t) noexcept {
     for (std::size_t r = 1; r < hit_.size(); ++r)
         if (diagram_.rates[r].is_continuous) context_.clock(static_cast<int>(r)).time = t;
+}
+
+bool Simulation::evaluate_minor_outputs(double t) noexcept {
+    set_continuous_time(t);
+    for (const auto& segment : minor_outputs_)
+        if (is_active(segment.condition) && !run(segment)) return false;
+    return true;
+}
+
+/// Outputs of the continuous rate, and of what it triggers, at an instant inside the step.
+bool Simulation::evaluate_outputs(double t) noexcept {
+    set_continuous_time(t);
     for (const auto& segment : outputs_)
         if (runs_inside(segment.rate) && is_active(segment.condition) && !run(segment)) return false;
     return true;

@@ -44,6 +44,7 @@ void Simulation::bind() {
     bind_guards();
     if (context_.continuous_state().empty()) return;
     find_held();
+    bind_minor_outputs();
     solver_ = make_solver(diagram_.solver, diagram_.step, continuous_system());
 }
 

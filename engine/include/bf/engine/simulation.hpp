@@ -176,10 +176,13 @@ class Simulation {
     enum class Change : std::uint8_t { none, memory, jump };
     ContinuousSystem continuous_system();
     void bind_guards();
+    void bind_minor_outputs();
     void find_held();
     Change held_change() noexcept;
     bool runs_inside(int rate) const noexcept;
+    void set_continuous_time(double t) noexcept;
     bool evaluate_outputs(double t) noexcept;
+    bool evaluate_minor_outputs(double t) noexcept;
     bool evaluate_derivatives() noexcept;
     bool evaluate_guards() noexcept;
     bool integrate(double t) noexcept;
@@ -201,7 +204,7 @@ class Simulation {
 
     const Diagram& diagram_;
     Context context_;
-    std::vector<BoundSegment> constants_, outputs_, updates_, derivatives_, guards_;
+    std::vector<BoundSegment> constants_, outputs_, updates_, derivatives_, guards_, minor_outputs_;
     std::vector<GuardBinding> guard_bindings_;
     std::vector<double> guard_values_, guard_before_; ///< of all guards; NaN where they do not run
     std::vector<std::int8_t> crossed_;

@@ -17,6 +17,7 @@ LIBRARIES = {
     "MuJoCo": ("mujoco/",),
     "OSMesa": ("GL/",),
     "matio": ("matio.h",),
+    "libdeflate": ("libdeflate.h",),
     "SUNDIALS": ("cvode/", "kinsol/", "nvector/", "sunlinsol/", "sunmatrix/", "sundials/"),
     "yaml-cpp": ("yaml-cpp/",),
     "DAQP": ("api.h", "types.h", "utils.h", "constants.h"),

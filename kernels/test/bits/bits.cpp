@@ -60,7 +60,7 @@ template <class T> T number() {
         return static_cast<T>(static_cast<double>(high) / 4194304.0 - 2.0); // [-2, 2)
 }
 
-template <class A> void fill(A& a) {
+template <class A> [[gnu::noinline]] void fill(A& a) {
     for (int i = 0; i < A::size; ++i) a.data[i] = number<std::decay_t<decltype(a.data[0])>>();
     a.blank = false;
 }
@@ -94,7 +94,7 @@ template <class A> Bytes bytes(const A& a) {
     return {a.data, A::size, sizeof(T), is_real<T>};
 }
 
-std::string text(std::initializer_list<Bytes> operands) {
+[[gnu::noinline]] std::string text(std::initializer_list<Bytes> operands) {
     std::string out;
     for (const Bytes& o : operands)
         for (int i = 0; i < o.count; ++i) {
@@ -120,7 +120,7 @@ void report(const char* name, bool fixed_ok, bool free_ok, const std::string& fi
     std::printf("differs from run-time extents %d%s\n", free_ok, free.c_str());
 }
 
-template <class K, class... A> void run(K kernel, A... operands) {
+template <class K, class... A> [[gnu::noinline]] void run(K kernel, A... operands) {
     ((operands.blank ? fill(operands) : void()), ...);
     auto copy = std::make_tuple(operands...);
     bool fixed_ok = true, free_ok = true;

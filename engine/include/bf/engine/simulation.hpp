@@ -42,10 +42,10 @@ struct CheckResult {
 ///             3. observers see t, outputs and x⁻ (this is what a recording holds)
 ///             4. updates of the same blocks: x⁺ := update(t, x⁻, u, y);  x⁻ := x⁺ for all of them at once, a
 ///                NaN being a failure
-///             5. continuous states go from t to t + step by the diagram's solver, which evaluates outputs
-///                and derivatives of the continuous rate inside the step while all other outputs keep their
-///                value (afterwards the memory of those outputs holds the last evaluation, until the next
-///                step);  k := k + 1
+///             5. continuous states go from t to t + step by the diagram's solver, which evaluates
+///                derivatives and the outputs they depend on inside the step while all other outputs keep
+///                their value (afterwards the memory of continuous outputs holds whatever was evaluated
+///                last, until the next step);  k := k + 1
 ///     event:  a zero-crossing function of a block of the continuous rate changed its sign: at the located
 ///     instant
 ///             (adaptive solvers), or in the first step after it (fixed steps, and jumps at a sample hit:

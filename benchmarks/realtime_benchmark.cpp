@@ -1,5 +1,6 @@
-// What our loop adds, per period, to the machine's own wake-up latency: 99.99th percentiles over 20,000 periods
-// of the balancing iCub, controlled at 1 kHz, with all that is not its blocks: pacing, recording, live signals.
+// What our loop adds, per period, to the machine's own wake-up latency: 99.99th percentiles over 20,000
+// periods of the balancing iCub, controlled at 1 kHz, with all that is not its blocks: pacing, recording,
+// live signals.
 #include "session.hpp"
 
 #include "bf/engine/recorder.hpp"
@@ -64,8 +65,8 @@ void with_runner(benchmark::State& state) {
         runner.run(periods * 0.001, [](const auto&) { return true; });
         recorder.close();
         if (const auto failure = runner.failure(); !failure.empty()) throw std::runtime_error(failure);
-        report_time(state, runner.statistics().latency.percentile(0.9999) +
-                               observers.histogram.percentile(0.9999));
+        report_time(state,
+                    runner.statistics().latency.percentile(0.9999) + observers.histogram.percentile(0.9999));
     }
     std::filesystem::remove(file);
 }

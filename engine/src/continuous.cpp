@@ -61,7 +61,8 @@ void Simulation::bind_minor_outputs() {
     std::vector<int> pending;
     std::vector<char> is_needed(diagram_.nodes.size());
     const auto need = [&](int node) {
-        if (node >= 0 && !std::exchange(is_needed[static_cast<std::size_t>(node)], 1)) pending.push_back(node);
+        if (node >= 0 && !std::exchange(is_needed[static_cast<std::size_t>(node)], 1))
+            pending.push_back(node);
     };
     for (const auto& segment : derivatives_)
         for (const int node : segment.nodes) need(node);

@@ -38,7 +38,8 @@ ROWS = [
     ("recording.append_23", "ns", "record_23_vector/at_ease", "copy_23_vector", ""),
     ("snapshot.icub", "us", "snapshot.icub", "snapshot.icub/memcpy", "< 1000 us"),
     ("restore.icub", "us", "restore.icub", "snapshot.icub/memcpy", "< 1000 us"),
-    ("record.overhead", "ms", "record.overhead/all_signals/process_time", "record.overhead/no_recording/process_time", "<= 1.10 x"),
+    ("record.overhead", "ms", "record.overhead/all_signals/process_time/wall", "record.overhead/no_recording/process_time/wall", "<= 1.10 x"),
+    ("record.overhead_cpu", "ms", "record.overhead/all_signals/process_time", "record.overhead/no_recording/process_time", ""),
     ("profile.overhead", "ms", "profile.overhead/profiled/process_time", "record.overhead/no_recording/process_time", ""),
 ]
 
@@ -59,7 +60,10 @@ def measure(program, pattern):
         seconds = entry["real_time" if own_clock else "cpu_time"] / SECOND[entry["time_unit"]]
         if entry.get("items_per_second"):
             seconds = 1 / entry["items_per_second"]
-        runs[re.sub("/(iterations:[0-9]+|repeats:[0-9]+|manual_time|real_time)", "", entry["run_name"])].append(seconds)
+        name = re.sub("/(iterations:[0-9]+|repeats:[0-9]+|manual_time|real_time)", "", entry["run_name"])
+        runs[name].append(seconds)
+        if name.endswith("/process_time"):  # of all threads; what a user waits for is
+            runs[name + "/wall"].append(entry["real_time"] / SECOND[entry["time_unit"]])
     return {name: statistics.median(seconds) for name, seconds in runs.items()}
 
 

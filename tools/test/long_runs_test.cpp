@@ -177,7 +177,7 @@ TEST_F(LongRuns, AFullDiskEndsTheRunAndWhatWasWrittenCanBeReplayed) {
 TEST_F(LongRuns, CtrlCAtAnyMomentLeavesAReadableRecording) {
     for (int milliseconds = 1; milliseconds <= 400; milliseconds *= 2) {
         const auto run =
-            shell("timeout --preserve-status -s INT " + std::to_string(milliseconds * 1e-3) +
+            shell("timeout --foreground --preserve-status -s INT " + std::to_string(milliseconds * 1e-3) +
                   " '" BF_PROGRAM "' run loop.yaml --stop Inf --quiet --record r.mcap --checkpoint-every 10");
         EXPECT_EQ(run.code, 130) << run.err;
         if (!exists("r.mcap")) continue; // it was still reading the model
@@ -270,7 +270,7 @@ TEST_F(LongRuns, SweepRefusesWrongValues) {
 }
 
 TEST_F(LongRuns, CtrlCLeavesTheTableOfTheRunsThatAreDone) {
-    const auto sweep = shell("timeout --preserve-status -s INT 2 '" BF_PROGRAM
+    const auto sweep = shell("timeout --foreground --preserve-status -s INT 2 '" BF_PROGRAM
                              "' sweep loop.yaml --set 'stop=1:5000' --jobs 2 --quiet -o t.csv");
     EXPECT_EQ(sweep.code, 130) << sweep.err;
     EXPECT_CONTAINS(sweep.err, "t.csv holds them");

@@ -105,7 +105,7 @@ TEST_F(Verbs, SequencesInParameterFilesAreRowsAndMatrices) {
 }
 
 TEST_F(Verbs, CtrlCEndsARunWithARecordingAndASummary) {
-    const auto run = shell("timeout --preserve-status -s INT 2 '" BF_PROGRAM
+    const auto run = shell("timeout --foreground --preserve-status -s INT 2 '" BF_PROGRAM
                            "' run sine.yaml --stop Inf --record run.mcap --summary run.json");
     EXPECT_EQ(run.code, 130) << run.err;
     EXPECT_CONTAINS(run.err, "interrupted");

@@ -56,7 +56,8 @@ void Simulation::bind_guards() {
     crossed_.resize(guard_values_.size());
 }
 
-/// The outputs that derivatives depend on; the solver asks for no others inside a step.
+/// The outputs that derivatives, guards and conditions depend on; the solver asks for no others inside a
+/// step.
 void Simulation::bind_minor_outputs() {
     std::vector<int> pending;
     std::vector<char> is_needed(diagram_.nodes.size());
@@ -64,8 +65,11 @@ void Simulation::bind_minor_outputs() {
         if (node >= 0 && !std::exchange(is_needed[static_cast<std::size_t>(node)], 1))
             pending.push_back(node);
     };
-    for (const auto& segment : derivatives_)
-        for (const int node : segment.nodes) need(node);
+    for (const auto* segments : {&derivatives_, &guards_})
+        for (const auto& segment : *segments)
+            for (const int node : segment.nodes) need(node);
+    for (const auto& condition : diagram_.conditions)
+        for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) need(signal.node);
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
         if (diagram_.nodes[n].condition > 0 || diagram_.nodes[n].loop >= 0) need(static_cast<int>(n));
     while (!pending.empty()) {

@@ -311,10 +311,19 @@ void Writer::State::write_chunk_indices(std::uint64_t end) {
         Opcode opcode;
         std::uint64_t length;
     };
+    // Indices of messages follow one another in small records: many come with one reading.
+    std::vector<std::byte> window(std::size_t{1} << 16);
+    std::uint64_t begin = end;
+    const auto bytes_at = [&](std::uint64_t offset, std::size_t count) {
+        if (offset < begin || offset + count > begin + window.size()) {
+            begin = offset;
+            const auto left = std::min<std::uint64_t>(window.size(), file.offset() - offset);
+            file.read(begin, window.data(), static_cast<std::size_t>(left));
+        }
+        return Bytes(window).subspan(static_cast<std::size_t>(offset - begin), count);
+    };
     const auto header_at = [&](std::uint64_t offset) {
-        std::array<std::byte, record_header_bytes> bytes;
-        file.read(offset, bytes.data(), bytes.size());
-        Cursor cursor(bytes);
+        Cursor cursor(bytes_at(offset, record_header_bytes));
         return Header{cursor.get<Opcode>(), cursor.get<std::uint64_t>()};
     };
     std::uint64_t offset = first_chunk_offset;
@@ -325,7 +334,7 @@ void Writer::State::write_chunk_indices(std::uint64_t end) {
         if (chunk.opcode != Opcode::Chunk) continue;
 
         std::array<std::byte, 24> fields; // start time, end time, size
-        file.read(chunk_start + record_header_bytes, fields.data(), fields.size());
+        std::ranges::copy(bytes_at(chunk_start + record_header_bytes, fields.size()), fields.begin());
         scratch.clear();
         scratch.begin_record(Opcode::ChunkIndex);
         scratch.put_bytes(Bytes(fields).first(16));
@@ -336,9 +345,7 @@ void Writer::State::write_chunk_indices(std::uint64_t end) {
         for (Header next; offset < end && !file.failed(); offset += record_header_bytes + next.length) {
             next = header_at(offset);
             if (next.opcode != Opcode::MessageIndex) break;
-            std::uint16_t channel;
-            file.read(offset + record_header_bytes, &channel, sizeof channel);
-            scratch.put(channel);
+            scratch.put_bytes(bytes_at(offset + record_header_bytes, sizeof(std::uint16_t)));
             scratch.put(offset);
         }
         scratch.end_array(at);

@@ -317,7 +317,7 @@ void Simulation::restore(const std::vector<std::byte>& snapshot) {
     context_.restore(from);
     from += context_.snapshot_size();
     const auto get = [&](void* to, std::size_t size) {
-        std::memcpy(to, from, size);
+        if (size > 0) std::memcpy(to, from, size); // memory of no bytes may have no address
         from += size;
     };
     get(&steps_, sizeof(steps_));

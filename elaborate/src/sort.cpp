@@ -36,8 +36,10 @@ class Sorting {
         plan_.guards = collect(-1, [](const Declaration& d, const Block::Methods& m) {
             return static_cast<int>(d.guard_rules.size()) + m.guards;
         });
+        // Where shapes cannot be told, loops are looked for before there are rates.
         std::erase_if(plan_.guards, [&](const Segment& segment) {
-            return !e_.diagram.rates[static_cast<std::size_t>(segment.rate)].is_continuous;
+            return segment.rate < 0 ||
+                   !e_.diagram.rates[static_cast<std::size_t>(segment.rate)].is_continuous;
         });
     }
 

@@ -1,5 +1,8 @@
 #include "bf/elaborate/diagram.hpp"
 
+#include <algorithm>
+#include <cstring>
+
 namespace bf {
 
 std::vector<Node> Diagram::context_nodes() const {
@@ -28,6 +31,40 @@ std::vector<SignalName> Diagram::signals() const {
     }
     all.insert(all.end(), aliases.begin(), aliases.end());
     return all;
+}
+
+std::vector<SignalName> Diagram::recorded() const {
+    std::vector<SignalName> all = record;
+    for (const auto& panel : plots) all.insert(all.end(), panel.signals.begin(), panel.signals.end());
+    return all.empty() ? signals() : all;
+}
+
+std::vector<SignalName> Diagram::checks() const {
+    std::vector<SignalName> all;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const auto& slots = nodes[n].block->declaration().slots;
+        const auto count =
+            std::count_if(slots.begin(), slots.end(), [](const Slot& s) { return s.reported; });
+        const std::string name = nodes[n].path.substr(nodes[n].path.rfind('.') + 1);
+        for (std::size_t i = 0; i < slots.size(); ++i)
+            if (slots[i].reported)
+                all.push_back({slots[i].name == "value" || count == 1 ? name : name + "." + slots[i].name,
+                               {static_cast<int>(n), static_cast<int>(i)}});
+    }
+    return all;
+}
+
+void Diagram::write_initial(const Condition::Outlet& outlet, Context& context) const {
+    const Slot& to = slot(outlet.end);
+    void* const memory = context.data(outlet.end.node, outlet.end.slot);
+    const auto& source = outlet.initial_from;
+    if (source.node < 0) return write_values(memory, to.type, to.size.count(), outlet.initial);
+    const auto* from = static_cast<const std::byte*>(context.data(source.node, source.slot));
+    const auto element = static_cast<std::size_t>(bytes(to.type));
+    const int given = slot(source).size.count();
+    for (int i = 0; i < to.size.count(); ++i)
+        std::memcpy(static_cast<std::byte*>(memory) + static_cast<std::size_t>(i) * element,
+                    from + (given == 1 ? 0 : static_cast<std::size_t>(i) * element), element);
 }
 
 namespace {

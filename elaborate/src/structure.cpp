@@ -1,17 +1,11 @@
 #include "bf/elaborate/structure.hpp"
 
+#include "bf/core/hash.hpp"
 #include "bf/core/rule.hpp"
 
 namespace bf {
 
 namespace {
-
-/// FNV-1a, 64 bits (Fowler, Noll, Vo).
-std::uint64_t hash_of(const std::string& text) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-    return hash;
-}
 
 template <class... T> void add(std::string& text, const T&... numbers) {
     ((text += std::to_string(static_cast<std::int64_t>(numbers)) + " "), ...);
@@ -81,7 +75,8 @@ std::string text_of(const Loop& l) {
 std::vector<StructurePart> structure_of(const Diagram& diagram) {
     std::vector<StructurePart> parts;
     const auto part = [&](const std::string& name, const std::string& text) {
-        parts.push_back({name, hash_of(name + "\n" + text)});
+        const std::string all = name + "\n" + text;
+        parts.push_back({name, fnv1a(std::as_bytes(std::span(all)))});
     };
     for (const auto& node : diagram.nodes) part(node.path, text_of(node));
     for (const auto& condition : diagram.conditions) part(condition.path, text_of(condition));

@@ -87,7 +87,7 @@ void Simulation::ConditionState::disable() {
     is_enabled = is_true = false;
     auto& conditions = simulation->diagram_.conditions;
     for (const auto& outlet : conditions[static_cast<std::size_t>(index)].outlets)
-        if (outlet.resets) simulation->write_initial(outlet);
+        if (outlet.resets) simulation->diagram_.write_initial(outlet, simulation->context_);
     for (const int node : conditions[static_cast<std::size_t>(index)].nodes) simulation->clear_rates(node);
     for (std::size_t c = 1; c < conditions.size(); ++c)
         if (conditions[c].parent == index && simulation->conditions_[c]->is_enabled)

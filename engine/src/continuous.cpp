@@ -197,8 +197,9 @@ bool Simulation::evaluate_guards() noexcept {
         for (std::size_t i = 0; i < guard.count; ++i) {
             double& value = guard_values_[guard.first + i];
             value = is_active(guard.condition) ? guard.values[i] : std::numeric_limits<double>::quiet_NaN();
-            // Subsystems run above 0, so 0 lies on the other side.
-            if (guard.is_control && value == 0) value = -std::numeric_limits<double>::min();
+            // Subsystems run above 0, so 0 lies on the other side; its product with another guard must not
+            // underflow in a solver that compares signs by it.
+            if (guard.is_control && value == 0) value = -1e-100;
         }
     return true;
 }
@@ -213,9 +214,10 @@ bool Simulation::crossed(const GuardBinding& guard) const noexcept {
 int Simulation::accumulating(double t, int events) noexcept {
     for (auto& guard : guard_bindings_) {
         if (!crossed(guard)) continue;
-        guard.close = t - guard.last < 1e-6 * diagram_.step ? guard.close + 1 : 0;
-        guard.last = t;
-        if (guard.close == 3 || events == most_events) return guard.node;
+        auto& recent = guard.recent;
+        recent.close = t - recent.last < 1e-6 * diagram_.step ? recent.close + 1 : 0;
+        recent.last = t;
+        if (recent.close == 3 || events == most_events) return guard.node;
     }
     return -1;
 }
@@ -308,7 +310,7 @@ bool Simulation::integrate(double t) noexcept {
                         owner(Role::continuous_state, &*nan));
         if (outcome == Solver::Outcome::reached) return true;
         std::copy(solver_->crossings().begin(), solver_->crossings().end(), crossed_.begin());
-        if (const int node = accumulating(t, ++events); node >= 0)
+        if (const int node = accumulating(t, ++events); node >= 0 || events == most_events)
             return fail(
                 Status::failure(
                     "its zero crossings accumulate (Zeno behaviour or chattering): let the block rest "

@@ -69,7 +69,7 @@ class Cvode final : public Solver {
         if (flag < 0) return failed(flag);
         std::copy_n(N_VGetArrayPointer(x_.get()), system_.x.size(), system_.x.begin());
         if (flag == CV_ROOT_RETURN) {
-            t = reached;
+            t = std::max(t, reached); // a root at the start may be found a rounding error before it
             CVodeGetRootInfo(memory_.get(), roots_.data());
             std::transform(roots_.begin(), roots_.end(), crossings_.begin(),
                            [](int direction) { return static_cast<std::int8_t>(direction); });

@@ -67,6 +67,7 @@ class DormandPrince final : public Solver {
 
     void set_history(double t, std::span<const double> all) override {
         restart(t);
+        step_ = step_before_crossing_ = 0;
         if (all.empty()) return;
         begin_ = all[0], end_ = all[1], step_ = all[2], step_before_crossing_ = all[3], last_error_ = all[4];
         is_started_ = all[5] != 0, has_crossed_ = all[6] != 0;

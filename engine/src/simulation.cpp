@@ -120,19 +120,6 @@ int Simulation::owner(Role role, const double* element) noexcept {
     return -1;
 }
 
-void Simulation::write_initial(const Condition::Outlet& outlet) {
-    const Slot& slot = diagram_.slot(outlet.end);
-    void* to = context_.data(outlet.end.node, outlet.end.slot);
-    const auto& source = outlet.initial_from;
-    if (source.node < 0) return write_values(to, slot.type, slot.size.count(), outlet.initial);
-    const auto* from = static_cast<const std::byte*>(context_.data(source.node, source.slot));
-    const auto element = static_cast<std::size_t>(bytes(slot.type));
-    const int given = diagram_.slot(source).size.count();
-    for (int i = 0; i < slot.size.count(); ++i)
-        std::memcpy(static_cast<std::byte*>(to) + static_cast<std::size_t>(i) * element,
-                    from + (given == 1 ? 0 : static_cast<std::size_t>(i) * element), element);
-}
-
 /// Root inputs keep what was written to them before the start.
 void Simulation::clear_outputs() {
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
@@ -180,6 +167,8 @@ void Simulation::start() {
     reset_conditions();
     std::fill(hit_.begin(), hit_.end(), std::uint8_t{0});
     std::fill(guard_before_.begin(), guard_before_.end(), std::numeric_limits<double>::quiet_NaN());
+    for (auto& guard : guard_bindings_) guard.recent = {};
+    if (solver_) solver_->set_history(0, {});
     must_restart_ = true;
     is_at_event_ = false;
     clear_outputs();
@@ -205,7 +194,7 @@ void Simulation::start() {
         throw;
     }
     for (const auto& condition : diagram_.conditions)
-        for (const auto& outlet : condition.outlets) write_initial(outlet);
+        for (const auto& outlet : condition.outlets) diagram_.write_initial(outlet, context_);
 }
 
 Status Simulation::step() noexcept {
@@ -258,19 +247,10 @@ std::string Simulation::failure() const {
 
 std::vector<CheckResult> Simulation::checks() const {
     std::vector<CheckResult> results;
-    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const auto& node = diagram_.nodes[n];
-        const auto& slots = node.block->declaration().slots;
-        const std::string name = node.path.substr(node.path.rfind('.') + 1);
-        // A block that reports one thing gives it its own name.
-        const auto reported =
-            std::count_if(slots.begin(), slots.end(), [](const Slot& s) { return s.reported; });
-        for (std::size_t i = 0; i < slots.size(); ++i)
-            if (slots[i].reported)
-                results.push_back(
-                    {slots[i].name == "value" || reported == 1 ? name : name + "." + slots[i].name,
-                     read_value(context_.data(static_cast<int>(n), static_cast<int>(i)), slots[i].type, 0),
-                     slots[i].type == Type::boolean});
+    for (const auto& [name, end] : diagram_.checks()) {
+        const Type type = diagram_.slot(end).type;
+        results.push_back(
+            {name, read_value(context_.data(end.node, end.slot), type, 0), type == Type::boolean});
     }
     return results;
 }
@@ -290,30 +270,34 @@ std::vector<std::byte> Simulation::snapshot() const {
     const auto conditions = save_conditions();
     put(conditions.data(), conditions.size() * sizeof(double));
     put(guard_before_.data(), guard_before_.size() * sizeof(double));
+    for (const auto& guard : guard_bindings_) put(&guard.recent, sizeof(guard.recent));
     for (const auto& held : held_) put(held.last.data(), held.last.size());
     if (solver_) {
-        std::vector<double> history = must_restart_ ? std::vector<double>() : solver_->history();
-        history.insert(history.begin(), static_cast<double>(history.size()));
+        const std::vector<double> history = solver_->history();
+        if (history.empty()) solver_->restart(time()); // both go on from here alike
+        const double header[] = {static_cast<double>(history.size()), must_restart_ ? 1.0 : 0.0};
+        put(header, sizeof(header));
         put(history.data(), history.size() * sizeof(double));
-        if (history.size() == 1) solver_->set_history(time(), {}); // both go on from here alike
     }
     return bytes;
 }
 
 void Simulation::restore(const std::vector<std::byte>& snapshot) {
     std::size_t fixed = context_.snapshot_size() + sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) +
-                        save_conditions().size() * sizeof(double) + guard_before_.size() * sizeof(double);
+                        save_conditions().size() * sizeof(double) + guard_before_.size() * sizeof(double) +
+                        guard_bindings_.size() * sizeof(GuardBinding::Recent);
     for (const auto& held : held_) fixed += held.last.size();
     const std::byte* from = snapshot.data();
-    double history_size = 0;
-    if (solver_ && snapshot.size() >= fixed + sizeof(double))
-        std::memcpy(&history_size, from + fixed, sizeof(double));
-    const std::size_t history_bytes =
-        solver_ ? sizeof(double) * (1 + static_cast<std::size_t>(std::clamp(history_size, 0.0, 1e12))) : 0;
-    if (snapshot.size() != fixed + history_bytes)
-        throw RunError("the snapshot has " + std::to_string(snapshot.size()) +
-                       " bytes, but this diagram's have " + std::to_string(fixed + history_bytes) +
-                       "; it belongs to another model");
+    double header[2] = {}; // size of the solver's history, must it restart
+    if (solver_) fixed += sizeof(header);
+    if (solver_ && snapshot.size() >= fixed)
+        std::memcpy(header, from + fixed - sizeof(header), sizeof(header));
+    std::vector<double> history(static_cast<std::size_t>(
+        std::clamp(header[0], 0.0, static_cast<double>(snapshot.size() / sizeof(double)))));
+    if (snapshot.size() != fixed + history.size() * sizeof(double))
+        throw RunError(
+            "the snapshot has " + std::to_string(snapshot.size()) + " bytes, but this diagram's have " +
+            std::to_string(fixed + history.size() * sizeof(double)) + "; it belongs to another model");
     context_.restore(from);
     from += context_.snapshot_size();
     const auto get = [&](void* to, std::size_t size) {
@@ -326,12 +310,13 @@ void Simulation::restore(const std::vector<std::byte>& snapshot) {
     get(conditions.data(), conditions.size() * sizeof(double));
     restore_conditions(conditions);
     get(guard_before_.data(), guard_before_.size() * sizeof(double));
+    for (auto& guard : guard_bindings_) get(&guard.recent, sizeof(guard.recent));
     for (auto& held : held_) get(held.last.data(), held.last.size());
     if (solver_) {
-        std::vector<double> history(history_bytes / sizeof(double));
-        get(history.data(), history_bytes);
-        solver_->set_history(time(), std::span(history).subspan(1));
-        must_restart_ = history.size() == 1;
+        from += sizeof(header);
+        get(history.data(), history.size() * sizeof(double));
+        solver_->set_history(time(), history);
+        must_restart_ = header[1] != 0;
     }
     std::fill(hit_.begin(), hit_.end(), std::uint8_t{0});
     is_at_event_ = false;

@@ -1,5 +1,7 @@
 #include "bf/engine/snapshot.hpp"
 
+#include "bf/core/hash.hpp"
+
 #include <cstring>
 #include <string_view>
 #include <type_traits>
@@ -11,7 +13,7 @@ namespace {
 using Bytes = std::span<const std::byte>;
 
 constexpr std::string_view magic = "bf-snapshot\n";
-constexpr std::uint32_t byte_order = 0x01020304, version = 1;
+constexpr std::uint32_t byte_order = 0x01020304, version = 2;
 
 /// Hashes values one after the other; texts with their length, so that no two sequences look alike.
 class Hash {
@@ -114,11 +116,6 @@ std::vector<std::byte> given_parameters(const Diagram& diagram) {
 }
 
 } // namespace
-
-std::uint64_t fnv1a(Bytes bytes, std::uint64_t hash) {
-    for (const std::byte b : bytes) hash = (hash ^ std::to_integer<std::uint64_t>(b)) * 0x100000001b3;
-    return hash;
-}
 
 std::uint64_t fingerprint(const Diagram& diagram) {
     Hash hash;

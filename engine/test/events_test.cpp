@@ -250,6 +250,20 @@ TEST(Triggered, RunsAtTheLocatedInstantOfAContinuousTrigger) {
     EXPECT_EQ(fixed.trace("s.when", 6), (Values{0, 0, 0, 0, 4 * 0.3, 4 * 0.3}));
 }
 
+TEST(Enabled, ByASignalThatLeavesZeroAtTheStartRunsFromThereOn) {
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+        Session run(std::string("model: m\nstep: 0.5\nsolver: ") + solver +
+                    "\nblocks:\n  t: {block: Clock}\n  s:\n    execution: enabled\n    outputs: [y]\n"
+                    "    blocks:\n      u: {block: Constant}\n      x: {block: Integrator}\n"
+                    "    connections: {u: x, x: y}\nconnections: {t: s.enable}\n");
+        Log log(run, "s.y");
+        run.trace("s.y", 4);
+        ASSERT_GE(log.times.size(), 4u) << solver;
+        for (std::size_t n = 0; n < log.times.size(); ++n)
+            EXPECT_NEAR(log.values[n], log.times[n], 1e-6) << solver;
+    }
+}
+
 TEST(Triggered, RunsAsOftenInABaseStepAsItsContinuousTriggerRises) {
     // Five periods in each base step, and one step of the delay per run.
     Session run(

@@ -64,6 +64,38 @@ TEST(Snapshot, GoesOnBitForBitFromAnyInstant) {
     }
 }
 
+/// A plant between a relay's thresholds, with jumps at sample hits too.
+const auto switched = [](const std::string& solver) {
+    return "model: m\nstep: 0.1\nsolver: " + solver +
+           "\nblocks:\n  pulse: {block: Pulse, cycle: 0.4, period: 0.2}\n"
+           "  relay: {block: Relay, on_point: 0.3, off_point: -0.2, on_value: -2, off_value: 1.5}\n"
+           "  sum: {block: Sum}\n  x: {block: Integrator, initial: 0.1}\n  lag: {block: TransferFunction}\n"
+           "connections: {pulse: sum.u1, relay: sum.u2, sum: x, x: [relay, lag]}\n";
+};
+
+TEST(Snapshot, OfASolverThatChoosesItsStepsGoesOnBitForBitFromAnyInstant) {
+    for (int instant = 0; instant < 12; ++instant) {
+        Session one(switched("dormand_prince45"));
+        const auto before = follow(*one.simulation, instant);
+        const auto snapshot = one.simulation->snapshot();
+        const auto expected = follow(*one.simulation, 12);
+        one.simulation->restore(snapshot);
+        ASSERT_EQ(follow(*one.simulation, 12), expected) << instant;
+        Session undisturbed(switched("dormand_prince45"));
+        ASSERT_EQ(follow(*undisturbed.simulation, instant), before) << instant;
+        ASSERT_EQ(follow(*undisturbed.simulation, 12), expected) << "a snapshot changes nothing, " << instant;
+    }
+}
+
+TEST(Start, ASecondOneRunsAsTheFirst) {
+    for (const auto* solver : {"rk4", "dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+        Session run(switched(solver));
+        const auto first = follow(*run.simulation, 25);
+        run.simulation->start();
+        EXPECT_EQ(follow(*run.simulation, 25), first) << solver;
+    }
+}
+
 TEST(Snapshot, OfAnotherModelIsRefused) {
     Session one(mixed), other("model: m\nstep: 1\nblocks:\n  c: {block: Clock}\n");
     try {

@@ -1,6 +1,7 @@
 #include "cases.hpp"
 
 #include "bf/blocks/standard.hpp"
+#include "bf/core/hash.hpp"
 #include "bf/elaborate/elaborate.hpp"
 #include "bf/engine/snapshot.hpp"
 #include "bf/formats/yaml.hpp"

@@ -19,7 +19,7 @@ constexpr const char* usage =
     "bf_fuzz [--first SEED] [--count N] [--seconds S] [--threads N] [--print SEED] [--file FILE]\n"
     "Tries models of chance; ends with exit code 1 at the first that does what it must not. --seconds ends "
     "earlier,\n"
-    "--print shows a model, --file tries a text. The last line is the same for every number of threads.\n";
+    "--print shows a model, --file tries a text as seed --first. The last line is the same for every number of threads.\n";
 
 struct Options {
     std::uint64_t first = 0, count = 600, threads = 1;
@@ -97,8 +97,8 @@ int main(int argc, char** argv) {
         else if (option == "--file") {
             std::ifstream file(value, std::ios::binary);
             const std::string text{std::istreambuf_iterator<char>(file), {}};
-            const auto outcome = bf::fuzz::try_model(text, 0);
-            return outcome.violation.empty() ? 0 : report(0, outcome.violation);
+            const auto outcome = bf::fuzz::try_model(text, options.first);
+            return outcome.violation.empty() ? 0 : report(options.first, outcome.violation);
         } else {
             std::fputs(usage, stderr);
             return 2;

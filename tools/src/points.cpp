@@ -1,6 +1,6 @@
 #include "points.hpp"
 
-#include "bf/engine/snapshot.hpp"
+#include "bf/core/hash.hpp"
 #include "bf/matlab/error.hpp"
 #include "bf/matlab/interpreter.hpp"
 #include "session.hpp"

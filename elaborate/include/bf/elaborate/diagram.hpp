@@ -170,6 +170,13 @@ struct Diagram {
     Node::End find_signal(const std::string& path) const;
     /// Every output of every block, then the outputs of subsystems.
     std::vector<SignalName> signals() const;
+    /// What the model records and plots, or all signals if it names none.
+    std::vector<SignalName> recorded() const;
+    /// What blocks report of a run: each by the name of its block, where that reports one thing, else with
+    /// the quantity's behind it.
+    std::vector<SignalName> checks() const;
+    /// Writes the initial value of a conditional subsystem's output into the memory of a run.
+    void write_initial(const Condition::Outlet& outlet, Context& context) const;
     /// All signals matching a path in which '*' stands for any text ("a.b.*"), or a plain path as above; in
     /// document order.
     std::vector<SignalName> match_signals(const std::string& pattern) const;

@@ -145,8 +145,10 @@ class Simulation {
         double* values;
         std::size_t first, count; ///< place among all guards
         bool is_control, has_event;
-        double last = -1; ///< when it crossed [s]
-        int close = 0;    ///< how often in a row it crossed at once again
+        struct Recent {
+            double last = -1;       ///< when it crossed [s]
+            std::int64_t close = 0; ///< how often in a row it crossed at once again
+        } recent{};
     };
     struct CommitSegment {
         int rate, condition;
@@ -196,7 +198,6 @@ class Simulation {
     bool commit(const CommitSegment& segment) noexcept;
     int owner(Role role, const double* element) noexcept; ///< the node that has it among its (next) states
     bool is_due(int rate, int condition) const { return is_hit(rate) && is_active(condition); }
-    void write_initial(const Condition::Outlet& outlet);
     void clear_outputs();
     Status reset_nodes(const std::vector<int>& nodes) noexcept;
     void clear_rates(int node) noexcept; ///< continuous states that do not run keep their value

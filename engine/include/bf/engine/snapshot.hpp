@@ -24,7 +24,4 @@ std::vector<std::byte> make_snapshot(const Simulation& simulation);
 /// of another version, byte order or model.
 void restore_snapshot(Simulation& simulation, std::span<const std::byte> snapshot, const std::string& name);
 
-/// FNV-1a, 64 bits, continuing from `hash`.
-std::uint64_t fnv1a(std::span<const std::byte> bytes, std::uint64_t hash = 0xcbf29ce484222325);
-
 } // namespace bf

@@ -61,6 +61,7 @@ class Solver {
     int worst_state() const { return worst_state_; }
 
     /// The past that a run needs to go on bit for bit; a solver whose past cannot be saved restarts instead.
+    /// An empty one is that of a new run.
     virtual std::vector<double> history() const { return {}; }
     virtual void set_history(double t, std::span<const double> history) = 0;
 

@@ -89,25 +89,12 @@ std::string Generator::tables() const {
                      field.member + "), " + number(formula_of(v.path)) + "},\n";
     }
     for (const auto& field : parameters_) parameters += table_row(field.path, field.end);
-    std::vector<SignalName> signals = d.record;
-    for (const auto& panel : d.plots)
-        signals.insert(signals.end(), panel.signals.begin(), panel.signals.end());
-    if (signals.empty()) signals = d.signals();
     std::unordered_set<std::string> seen;
-    for (const auto& signal : signals)
+    for (const auto& signal : d.recorded())
         if (!place_of(signal.end).member.empty() && seen.insert(signal.path).second)
             recorded += table_row(signal.path, signal.end);
-    for (std::size_t n = 0; n < d.nodes.size(); ++n) {
-        const auto& slots = d.nodes[n].block->declaration().slots;
-        const std::string name = d.nodes[n].path.substr(d.nodes[n].path.rfind('.') + 1);
-        const auto reported =
-            std::count_if(slots.begin(), slots.end(), [](const Slot& s) { return s.reported; });
-        for (std::size_t s = 0; s < slots.size(); ++s)
-            if (slots[s].reported && slots[s].size.count() > 0)
-                checks +=
-                    table_row(slots[s].name == "value" || reported == 1 ? name : name + "." + slots[s].name,
-                              {static_cast<int>(n), static_cast<int>(s)});
-    }
+    for (const auto& check : d.checks())
+        if (d.slot(check.end).size.count() > 0) checks += table_row(check.path, check.end);
     const auto table = [&](const char* name, const std::string& rows) {
         const std::string head = "Quantities " + class_ + "::" + name + "_table() noexcept {\n";
         if (rows.empty()) return head + "    return {nullptr, 0};\n}\n\n";

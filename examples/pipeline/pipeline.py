@@ -7,14 +7,15 @@ default), or PROGRAM is the program that was already compiled from it. FOLDER (p
 project, the deployed package, comparison.md and comparison.svg. Exit code 1 when a step fails or a trajectory differs.
 """
 import argparse
-import csv
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 
 here = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(here.parent))
+import recorded
+
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("bf", type=pathlib.Path)
 parser.add_argument("--model", type=pathlib.Path, default=here.parent / "icub_balancing" / "balancing.yaml")
@@ -34,36 +35,11 @@ for stale in ("generated", "build", "package"):
 
 def run(*command):
     """The standard output of a command; ends the script when it fails."""
-    command = [str(c) for c in command]
-    print("$", " ".join(command), flush=True)
-    result = subprocess.run(command, capture_output=True, text=True)
-    if result.returncode != 0:
-        sys.exit(f"{result.stdout}{result.stderr}{command[0]} failed with exit code {result.returncode}")
-    return result.stdout
-
-
-def read_csv(file):
-    """Signal -> {time in ns: row}, of a table of one or several signals."""
-    with open(file, newline="") as stream:
-        names, *rows = csv.reader(stream)
-    signals = {}
-    for i, name in enumerate(names[1:], 1):
-        signals.setdefault(re.sub(r"((\[\d+\])+)?( \(.*\))?$", "", name), []).append(i)
-    return {
-        signal: {round(float(row[0]) * 1e9): [float(row[i]) for i in columns] for row in rows}
-        for signal, columns in signals.items()
-    }
-
-
-def read_recording(file):
-    folder = file.with_suffix(".csv")
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir()
-    run(bf, "export", file, "-o", folder / "run.csv")
-    signals = {}
-    for part in sorted(folder.glob("*.csv")):
-        signals.update(read_csv(part))
-    return signals
+    print("$", *command, flush=True)
+    try:
+        return recorded.run(*command, timeout=None).stdout
+    except AssertionError as failure:
+        sys.exit(str(failure))
 
 
 def deadlines(text):
@@ -76,11 +52,11 @@ steps = []  # name, trajectories, deadlines missed
 
 run(bf, "check", model)
 run(bf, "run", model, "--quiet", "--stop", seconds, "--record", out / "simulated.mcap")
-steps.append(("simulation", read_recording(out / "simulated.mcap"), "-"))
+steps.append(("simulation", recorded.read_recording(bf, out / "simulated.mcap"), "-"))
 
 report = run(bf, "run", model, "--quiet", "--realtime", "--priority", 0, "--stop", seconds, "--record",
              out / "realtime.mcap")
-steps.append(("real time", read_recording(out / "realtime.mcap"), deadlines(report)))
+steps.append(("real time", recorded.read_recording(bf, out / "realtime.mcap"), deadlines(report)))
 
 program = options.program and options.program.resolve()
 if not program:
@@ -90,30 +66,13 @@ if not program:
     run("cmake", "--build", out / "build")
     program = next(p for p in (out / "build").glob("run_*") if p.is_file())
 run(program, "--stop", seconds, "--csv", out / "generated.csv")
-steps.append(("generated code, simulation", read_csv(out / "generated.csv"), "-"))
+steps.append(("generated code, simulation", recorded.read_csv(out / "generated.csv"), "-"))
 report = run(program, "--stop", seconds, "--realtime", "--csv", out / "generated_realtime.csv")
-steps.append(("generated code, real time", read_csv(out / "generated_realtime.csv"), deadlines(report)))
+steps.append(("generated code, real time", recorded.read_csv(out / "generated_realtime.csv"), deadlines(report)))
 
 run(bf, "deploy", model, "-o", out / "package")
 report = run(out / "package" / "run", "--quiet", "--priority", 0, "--stop", seconds, "--record", out / "deployed.mcap")
-steps.append(("deployed package, real time", read_recording(out / "deployed.mcap"), deadlines(report)))
-
-
-def compared(reference, other):
-    """Samples and the largest difference over all signals at the times of the reference."""
-    count, largest = 0, 0.0
-    for signal, rows in reference.items():
-        if signal not in other:
-            sys.exit(f"'{signal}' was not recorded")
-        for time, row in rows.items():
-            same = other[signal].get(time)
-            if same is None:
-                sys.exit(f"'{signal}' has no sample at {time / 1e9} s")
-            for a, b in zip(row, same, strict=True):
-                count += 1
-                if not (a == b or (a != a and b != b)):
-                    largest = max(largest, abs(a - b))
-    return count, largest
+steps.append(("deployed package, real time", recorded.read_recording(bf, out / "deployed.mcap"), deadlines(report)))
 
 
 def drawing(signal, top):
@@ -151,7 +110,10 @@ svg = "\n".join(drawing(signal, 30 + 250 * k) for k, signal in enumerate(options
 lines = ["| step | samples compared | largest difference | deadlines missed |", "| --- | --- | --- | --- |"]
 differs = False
 for name, signals, missed in steps:
-    count, largest = compared(steps[0][1], signals)
+    try:
+        count, largest, _ = recorded.compare(steps[0][1], signals)
+    except AssertionError as missing:
+        sys.exit(str(missing))
     differs = differs or largest > 0
     lines.append(f"| {name} | {count} | {largest:g} | {missed} |")
 table = "\n".join(lines) + "\n"

@@ -127,13 +127,6 @@ struct RunOptions {
     bool is_quiet = false, as_json = false, is_profiled = false;
 };
 
-std::vector<SignalName> recorded_signals(const Diagram& diagram) {
-    std::vector<SignalName> signals = diagram.record;
-    for (const auto& panel : diagram.plots)
-        signals.insert(signals.end(), panel.signals.begin(), panel.signals.end());
-    return signals.empty() ? diagram.signals() : signals;
-}
-
 void print(const RunResult& result) {
     std::size_t width = 0;
     for (const auto& check : result.checks) width = std::max(width, check.name.size());
@@ -232,7 +225,7 @@ void execute(const RunOptions& options) {
         static_cast<void>(make_snapshot(simulation)); // refuses before the first step
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
-        recorder.emplace(simulation, recorded_signals(diagram), options.record, loaded.source,
+        recorder.emplace(simulation, diagram.recorded(), options.record, loaded.source,
                          recording::WriterOptions{.drop_when_full = options.realtime.is_asked});
         if (!options.realtime.is_asked) simulation.add_observer(*recorder);
         if (!options.from_snapshot.empty()) recorder->checkpoint(simulation);

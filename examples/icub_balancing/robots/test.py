@@ -4,29 +4,16 @@ Usage: test.py BF MODEL PROGRAM FIXED [PARAMETERS...]. PROGRAM is generated with
 parameter file, and once with each. Every robot must stand. FIXED has the sizes of the model: it takes the robots with as
 many joints, and refuses the others.
 """
-import csv
 import json
 import pathlib
-import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+from recorded import compare, read_csv, read_recording, run
+
 bf, model, program, fixed, *files = sys.argv[1:]
 STOP = "5"
-
-
-def run(*command, code=0):
-    result = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=300)
-    assert result.returncode == code, f"{command}: {result.stdout}{result.stderr}"
-    return result
-
-
-def read(file):
-    with open(file, newline="") as stream:
-        names, *rows = csv.reader(stream)
-    return names, {round(float(row[0]) * 1e9): [float(x) for x in row] for row in rows}
-
-
 widths = set()
 with tempfile.TemporaryDirectory() as name:
     folder = pathlib.Path(name)
@@ -35,24 +22,18 @@ with tempfile.TemporaryDirectory() as name:
         summary = run(bf, "run", model, "--quiet", "--json", "--stop", STOP, "--record", folder / "run.mcap", *parameters)
         checks = json.loads(summary.stdout)["checks"]
         assert checks["stood"] is True and checks["contact_wrenches_feasible"] is True, (file, checks)
-        run(bf, "export", folder / "run.mcap", "-o", folder / "run.csv")
         run(program, "--stop", STOP, "--csv", folder / "program.csv", *parameters)
-        names, rows = read(folder / "program.csv")
-        widths.add(len(names))
-        same_size = len(names) == max(widths)
+        signals = read_csv(folder / "program.csv")
+        width = sum(len(next(iter(rows.values()))) for rows in signals.values())
+        widths.add(width)
+        same_size = width == max(widths)
         other = run(fixed, "--stop", STOP, "--csv", folder / "fixed.csv", *parameters, code=0 if same_size else 1)
         if same_size:
             assert (folder / "fixed.csv").read_bytes() == (folder / "program.csv").read_bytes(), file
         else:
             assert "'n' cannot change: " in other.stderr, other.stderr
-        compared = 0
-        for part in folder.glob("run_*.csv"):
-            signal = part.stem.removeprefix("run_")
-            columns = [i for i, column in enumerate(names) if column.split("[")[0] == signal]
-            for time, row in read(part)[1].items():
-                assert [rows[time][i] for i in columns] == row[1:], f"{file}: {signal} differs at {time / 1e9} s"
-                compared += len(columns)
-            part.unlink()
+        compared, _, difference = compare(read_recording(bf, folder / "run.mcap"), signals)
+        assert not difference, f"{file}: {difference}"
         assert compared > 100_000, compared
     assert len(widths) == 2, f"the robots have {widths} signals"
 

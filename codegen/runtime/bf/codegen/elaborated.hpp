@@ -3,11 +3,10 @@
 // generated class.
 #pragma once
 
+#include "bf/codegen/blocks_in_context.hpp"
 #include "bf/codegen/dynamic.hpp"
-#include "bf/codegen/hosted.hpp"
 #include "bf/codegen/quantity.hpp"
 
-#include "bf/core/context.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/elaborate/elaborate.hpp"
 #include "bf/elaborate/structure.hpp"
@@ -15,7 +14,6 @@
 #include "bf/formats/yaml.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <deque>
 #include <filesystem>
 #include <fstream>
@@ -29,7 +27,7 @@
 
 namespace bf::generated {
 
-class ElaboratedModel final : public Hosted {
+class ElaboratedModel final : public BlocksInContext {
   public:
     /// A file of the model, relative to its folder.
     struct Text {
@@ -58,8 +56,11 @@ class ElaboratedModel final : public Hosted {
                                      "' has another structure than the code was generated for; with these "
                                      "values, generate it again");
         }
-        context_ =
+        own_context_ =
             std::make_unique<Context>(diagram_.context_nodes(), static_cast<int>(diagram_.rates.size()));
+        context_ = own_context_.get();
+        for (std::size_t r = 0; r < diagram_.rates.size(); ++r)
+            periods_.push_back(diagram_.rates[r].is_continuous ? 0 : diagram_.period(static_cast<int>(r)));
         tuning_ = std::make_unique<Tuning>(diagram_);
         make_tables();
     }
@@ -94,30 +95,15 @@ class ElaboratedModel final : public Hosted {
     /// What run() knows by its place in the order of these calls.
     void add_task(int node, Phase phase, int index) { tasks_.push_back(context_->task(node, phase, index)); }
     void write_initial_output(int condition, int number) noexcept override {
-        const auto& outlet = diagram_.conditions[static_cast<std::size_t>(condition)]
-                                 .outlets[static_cast<std::size_t>(number)];
-        const Slot& slot = diagram_.slot(outlet.end);
-        void* const to = context_->data(outlet.end.node, outlet.end.slot);
-        if (outlet.initial_from.node < 0)
-            return write_values(to, slot.type, slot.size.count(), outlet.initial);
-        const void* const from = context_->data(outlet.initial_from.node, outlet.initial_from.slot);
-        const int count = diagram_.slot(outlet.initial_from).size.count();
-        const auto element = static_cast<std::size_t>(bytes(slot.type));
-        for (int i = 0; i < slot.size.count(); ++i)
-            std::memcpy(static_cast<std::byte*>(to) + static_cast<std::size_t>(i) * element,
-                        static_cast<const std::byte*>(from) +
-                            static_cast<std::size_t>(count == 1 ? 0 : i) * element,
-                        element);
+        diagram_.write_initial(diagram_.conditions[static_cast<std::size_t>(condition)]
+                                   .outlets[static_cast<std::size_t>(number)],
+                               *context_);
     }
 
     // ---- the run
 
     bool start() noexcept override {
         stop();
-        for (std::size_t r = 0; r < diagram_.rates.size(); ++r) {
-            const double period = diagram_.rates[r].is_continuous ? 0 : diagram_.period(static_cast<int>(r));
-            context_->clock(static_cast<int>(r)) = {0, period, -1};
-        }
         const auto rates = context_->continuous_rate();
         std::fill(rates.begin(), rates.end(), 0.0);
         for (int n = 0; n < count(); ++n) {
@@ -126,36 +112,9 @@ class ElaboratedModel final : public Hosted {
                 if (slots[s].role == Role::output)
                     write_values(context_->data(n, static_cast<int>(s)), slots[s].type, slots[s].size.count(),
                                  {});
-            if (!reset(n)) return fail(n, failure_);
         }
-        for (; started_ < count(); ++started_) try {
-                context_->start(started_);
-            } catch (const std::exception& error) {
-                const int failed = started_;
-                stop();
-                return fail(failed, error.what());
-            }
-        return true;
+        return BlocksInContext::start();
     }
-    void stop() noexcept override {
-        for (; started_ > 0; --started_) context_->stop(started_ - 1);
-    }
-    bool run(int task) noexcept override { return good(tasks_[static_cast<std::size_t>(task)]()); }
-    bool reset(int node) noexcept override { return good(context_->reset(node)); }
-    bool event(int node) noexcept override { return good(context_->event(node)); }
-    void hit(int rate, double time) noexcept override {
-        Clock& clock = context_->clock(rate);
-        clock.time = time;
-        ++clock.step;
-    }
-    void go_to(int rate, double time) noexcept override { context_->clock(rate).time = time; }
-    void fire(int rate, double time) noexcept override {
-        Clock& clock = context_->clock(rate);
-        clock.period = clock.step < 0 ? 0 : time - clock.time;
-        hit(rate, time);
-    }
-    const char* failure() const noexcept override { return failure_.c_str(); }
-    const char* failed_block() const noexcept override { return failed_block_.c_str(); }
 
     // ---- names
 
@@ -208,7 +167,10 @@ class ElaboratedModel final : public Hosted {
     static void* address(const Quantity& q) noexcept { return reinterpret_cast<void*>(q.offset); }
 
   private:
-    int count() const { return static_cast<int>(diagram_.nodes.size()); }
+    int count() const override { return static_cast<int>(diagram_.nodes.size()); }
+    const std::string& path(int node) const override {
+        return diagram_.nodes[static_cast<std::size_t>(node)].path;
+    }
     static Quantities of(const std::vector<Quantity>& rows) {
         return {rows.data(), static_cast<int>(rows.size())};
     }
@@ -236,28 +198,20 @@ class ElaboratedModel final : public Hosted {
 
     void make_tables() {
         for (int n = 0; n < count(); ++n) {
-            const auto& node = diagram_.nodes[static_cast<std::size_t>(n)];
-            const auto& slots = node.block->declaration().slots;
-            const std::string name = node.path.substr(node.path.rfind('.') + 1);
-            const auto reported =
-                std::count_if(slots.begin(), slots.end(), [](const Slot& s) { return s.reported; });
-            for (std::size_t s = 0; s < slots.size(); ++s) {
-                const Node::End end{n, static_cast<int>(s)};
-                if (slots[s].role == Role::parameter && slots[s].size.count() > 0)
+            const auto& slots = diagram_.nodes[static_cast<std::size_t>(n)].block->declaration().slots;
+            for (std::size_t s = 0; s < slots.size(); ++s)
+                if (const Node::End end{n, static_cast<int>(s)};
+                    slots[s].role == Role::parameter && slots[s].size.count() > 0)
                     parameters_.push_back(row(diagram_.end_path(end), end, Where::parameters));
-                if (slots[s].reported && slots[s].size.count() > 0)
-                    checks_.push_back(
-                        row(slots[s].name == "value" || reported == 1 ? name : name + "." + slots[s].name,
-                            end, Where::states));
-            }
         }
-        std::vector<SignalName> signals = diagram_.record;
-        for (const auto& panel : diagram_.plots)
-            signals.insert(signals.end(), panel.signals.begin(), panel.signals.end());
-        if (signals.empty()) signals = diagram_.signals();
+        const auto has_elements = [&](const SignalName& signal) {
+            return diagram_.slot(signal.end).size.count() > 0;
+        };
+        for (const auto& check : diagram_.checks())
+            if (has_elements(check)) checks_.push_back(row(check.path, check.end, Where::states));
         std::set<std::string> seen;
-        for (const auto& signal : signals)
-            if (diagram_.slot(signal.end).size.count() > 0 && seen.insert(signal.path).second)
+        for (const auto& signal : diagram_.recorded())
+            if (has_elements(signal) && seen.insert(signal.path).second)
                 recorded_.push_back(row(signal.path, signal.end, Where::signals));
         for (const auto& variable : tuning_->variables())
             if (!variable.fixed.empty())
@@ -280,28 +234,15 @@ class ElaboratedModel final : public Hosted {
                 std::copy(variable.values.begin(), variable.values.end(), values_[i++].begin());
     }
 
-    bool good(Status status) noexcept {
-        if (status) return true;
-        failure_ = status.text();
-        return false;
-    }
-    bool fail(int node, std::string text) noexcept {
-        failed_block_ = diagram_.nodes[static_cast<std::size_t>(node)].path;
-        failure_ = std::move(text);
-        return false;
-    }
-
     Registry registry_; // the code of the blocks below
     Diagram diagram_;
-    std::unique_ptr<Context> context_;
+    std::unique_ptr<Context> own_context_;
     std::unique_ptr<Tuning> tuning_;
-    std::vector<Task> tasks_;
     std::deque<std::string> texts_;
     std::deque<std::vector<double>> values_; ///< of variables
     std::vector<Quantity> parameters_, variables_, recorded_, checks_;
     std::vector<FixedName> fixed_;
-    int started_ = 0;
-    std::string failure_, failed_block_, problem_;
+    std::string problem_;
 };
 
 /// The overrides that a parameter file makes, as `bf run --params` reads it. Throws std::runtime_error.

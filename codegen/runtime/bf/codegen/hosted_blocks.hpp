@@ -1,10 +1,9 @@
 // The blocks behind Hosted: made from plugins, working on the memory of the generated class.
 #pragma once
 
-#include "bf/codegen/hosted.hpp"
+#include "bf/codegen/blocks_in_context.hpp"
 #include "bf/codegen/parameter_file.hpp"
 
-#include "bf/core/context.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/core/resolve.hpp"
 
@@ -35,11 +34,12 @@ struct HostedSlot {
     Context::Memory memory;
 };
 
-class HostedBlocks final : public Hosted {
+class HostedBlocks final : public BlocksInContext {
   public:
     /// Relative file names in the blocks' arguments are meant from `folder`.
-    HostedBlocks(std::string folder, std::vector<double> periods)
-        : folder_(std::move(folder)), periods_(std::move(periods)) {}
+    HostedBlocks(std::string folder, std::vector<double> periods) : folder_(std::move(folder)) {
+        periods_ = std::move(periods);
+    }
     ~HostedBlocks() override { stop(); }
 
     Registry& registry() { return registry_; }
@@ -73,7 +73,8 @@ class HostedBlocks final : public Hosted {
     /// list.
     void finish(const std::vector<TaskOf>& tasks) {
         for (std::size_t k = 0; k < items_.size(); ++k) resolve(k);
-        context_ = std::make_unique<Context>(nodes_, static_cast<int>(periods_.size()));
+        own_context_ = std::make_unique<Context>(nodes_, static_cast<int>(periods_.size()));
+        context_ = own_context_.get();
         for (std::size_t k = 0; k < items_.size(); ++k)
             for (const auto& slot : items_[k].slots)
                 if (slot.memory.now)
@@ -86,41 +87,6 @@ class HostedBlocks final : public Hosted {
         }
     }
 
-    bool start() noexcept override {
-        stop();
-        for (std::size_t r = 0; r < periods_.size(); ++r)
-            context_->clock(static_cast<int>(r)) = {0, periods_[r], -1};
-        for (int k = 0; k < count(); ++k)
-            if (!reset(k)) return fail(k, failure_);
-        for (; started_ < count(); ++started_) try {
-                context_->start(started_);
-            } catch (const std::exception& error) {
-                const int failed = started_;
-                stop();
-                return fail(failed, error.what());
-            }
-        return true;
-    }
-    void stop() noexcept override {
-        for (; started_ > 0; --started_) context_->stop(started_ - 1);
-    }
-    bool run(int task) noexcept override { return good(tasks_[static_cast<std::size_t>(task)]()); }
-    bool reset(int block) noexcept override { return good(context_->reset(block)); }
-    bool event(int block) noexcept override { return good(context_->event(block)); }
-    void hit(int rate, double time) noexcept override {
-        Clock& clock = context_->clock(rate);
-        clock.time = time;
-        ++clock.step;
-    }
-    void go_to(int rate, double time) noexcept override { context_->clock(rate).time = time; }
-    void fire(int rate, double time) noexcept override {
-        Clock& clock = context_->clock(rate);
-        clock.period = clock.step < 0 ? 0 : time - clock.time;
-        hit(rate, time);
-    }
-    const char* failure() const noexcept override { return failure_.c_str(); }
-    const char* failed_block() const noexcept override { return failed_block_.c_str(); }
-
   private:
     struct Item {
         std::string path;
@@ -128,7 +94,8 @@ class HostedBlocks final : public Hosted {
         std::vector<HostedSlot> slots;
         bool is_resolved = false;
     };
-    int count() const { return static_cast<int>(items_.size()); }
+    int count() const override { return static_cast<int>(items_.size()); }
+    const std::string& path(int block) const override { return items_[static_cast<std::size_t>(block)].path; }
 
     static const char* is_another_version() {
         return "the block has other ports or sizes than the code was generated for; generate it again, with "
@@ -201,27 +168,13 @@ class HostedBlocks final : public Hosted {
             if (!unresolved(d).empty()) throw std::runtime_error(is_another_version());
         });
     }
-    bool good(Status status) noexcept {
-        if (status) return true;
-        failure_ = status.text();
-        return false;
-    }
-    bool fail(int block, std::string text) noexcept {
-        failed_block_ = items_[static_cast<std::size_t>(block)].path;
-        failure_ = std::move(text);
-        return false;
-    }
 
     std::string folder_;
-    std::vector<double> periods_;
     std::vector<Entry> changed_;
     Registry registry_;
     std::vector<Item> items_; // their code is in the registry's plugins
     std::vector<Node> nodes_;
-    std::unique_ptr<Context> context_;
-    std::vector<Task> tasks_;
-    int started_ = 0;
-    std::string failure_, failed_block_;
+    std::unique_ptr<Context> own_context_;
 };
 
 } // namespace bf::generated

@@ -1,0 +1,77 @@
+// Blocks whose memory a context holds, as the class of the model calls them.
+#pragma once
+
+#include "bf/codegen/hosted.hpp"
+
+#include "bf/core/context.hpp"
+
+#include <exception>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bf::generated {
+
+/// Who derives owns the context besides the blocks, and stops them before they go.
+class BlocksInContext : public Hosted {
+  public:
+    bool start() noexcept override {
+        stop();
+        for (std::size_t r = 0; r < periods_.size(); ++r)
+            context_->clock(static_cast<int>(r)) = {0, periods_[r], -1};
+        for (int k = 0; k < count(); ++k)
+            if (!reset(k)) return fail(k, failure_);
+        for (; started_ < count(); ++started_) try {
+                context_->start(started_);
+            } catch (const std::exception& error) {
+                const int failed = started_;
+                stop();
+                return fail(failed, error.what());
+            }
+        return true;
+    }
+    void stop() noexcept override {
+        for (; started_ > 0; --started_) context_->stop(started_ - 1);
+    }
+    bool run(int task) noexcept override { return good(tasks_[static_cast<std::size_t>(task)]()); }
+    bool reset(int block) noexcept override { return good(context_->reset(block)); }
+    bool event(int block) noexcept override { return good(context_->event(block)); }
+    void hit(int rate, double time) noexcept override {
+        Clock& clock = context_->clock(rate);
+        clock.time = time;
+        ++clock.step;
+    }
+    void go_to(int rate, double time) noexcept override { context_->clock(rate).time = time; }
+    void fire(int rate, double time) noexcept override {
+        Clock& clock = context_->clock(rate);
+        clock.period = clock.step < 0 ? 0 : time - clock.time;
+        hit(rate, time);
+    }
+    const char* failure() const noexcept override { return failure_.c_str(); }
+    const char* failed_block() const noexcept override { return failed_block_.c_str(); }
+
+  protected:
+    virtual int count() const = 0;
+    virtual const std::string& path(int block) const = 0;
+
+    Context* context_ = nullptr;
+    std::vector<double> periods_; ///< by rate; 0: continuous
+    std::vector<Task> tasks_;     ///< that run() knows by their place
+
+  private:
+    bool good(Status status) noexcept {
+        if (status) return true;
+        failure_ = status.text();
+        return false;
+    }
+    bool fail(int block, std::string text) noexcept {
+        failed_block_ = path(block);
+        failure_ = std::move(text);
+        return false;
+    }
+
+    int started_ = 0;
+    std::string failure_, failed_block_;
+};
+
+} // namespace bf::generated

@@ -349,6 +349,11 @@ TEST(StateMachine, RefusesStatesAndConditionsThatDoNotExist) {
                   make("StateMachine", {{"transitions", to_2}});
               }),
               "argument 'transitions', row 1: states are numbered 1 to 1\n");
+    EXPECT_EQ(
+        refusal([&] {
+            make("StateMachine", {{"transitions", Matrix(3, 0)}}).wire("conditions", scalar_size()).start();
+        }),
+        "");
     EXPECT_EQ(refusal([&] {
                   make("StateMachine", {{"transitions", to_1}}).wire("conditions", vector_size(2)).start();
               }),

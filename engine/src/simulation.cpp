@@ -319,6 +319,8 @@ void Simulation::restore(const std::vector<std::byte>& snapshot) {
         must_restart_ = header[1] != 0;
     }
     std::fill(hit_.begin(), hit_.end(), std::uint8_t{0});
+    const auto rates = context_.continuous_rate();
+    std::fill(rates.begin(), rates.end(), 0.0); // where nothing runs, states rest
     is_at_event_ = false;
     status_ = ok;
     failed_node_ = -1;

@@ -87,6 +87,19 @@ TEST(Snapshot, OfASolverThatChoosesItsStepsGoesOnBitForBitFromAnyInstant) {
     }
 }
 
+TEST(Snapshot, RestoresTheRestOfDisabledStates) {
+    // Only from 0.5 s on x' = 1.
+    Session run("model: m\nstep: 0.1\nblocks:\n  on: {block: Step, time: 0.5, period: 0.1}\n  s:\n"
+                "    execution: enabled\n    outputs: [y]\n    blocks:\n      u: {block: Constant}\n"
+                "      x: {block: Integrator}\n    connections: {u: x, x: y}\nconnections: {on: s.enable}\n");
+    run.trace("s.y", 2);
+    const auto snapshot = run.simulation->snapshot();
+    const Values expected = run.trace("s.y", 7);
+    EXPECT_GT(expected.back(), 0);
+    run.simulation->restore(snapshot);
+    EXPECT_EQ(run.trace("s.y", 7), expected);
+}
+
 TEST(Start, ASecondOneRunsAsTheFirst) {
     for (const auto* solver : {"rk4", "dormand_prince45", "cvode_bdf", "cvode_adams"}) {
         Session run(switched(solver));

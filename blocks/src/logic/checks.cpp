@@ -57,7 +57,7 @@ class StateMachine final : public Block {
 
     void infer(Inference& inference) const override {
         const Size* s = inference.size(conditions);
-        const int needed = transitions->rows() > 0 && transitions->cols() == 4
+        const int needed = transitions->size() > 0 && transitions->cols() == 4
                                ? static_cast<int>(transitions->col(2).maxCoeff())
                                : 0;
         if (s && s->count() < needed)
@@ -71,7 +71,8 @@ class StateMachine final : public Block {
         return Constants({transitions->data(), transitions->data() + transitions->size()});
     }
     void check() {
-        if (transitions->size() > 0 && transitions->cols() != 4)
+        if (transitions->size() == 0) return;
+        if (transitions->cols() != 4)
             return problem("argument 'transitions' has " + std::to_string(transitions->cols()) +
                            " columns, but needs 4: from, to, condition, minimum_time");
         const double count = static_cast<double>(states->size());

@@ -2,12 +2,15 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test fuzz bench peers lint format build deps lock clean
+.PHONY: demo test fuzz bench peers lint format build configure deps lock clean
 
-demo: build
+# Builds the program and the plugin, not the tests.
+demo: configure
+	ninja -C $(BUILD) bf
 	examples/icub_balancing/demo.sh $(BUILD)/bin/bf $(BUILD)
 
 test: build
+	scripts/deps test
 	ctest --test-dir $(BUILD) --output-on-failure -j2
 
 # Models of chance for some seconds, under sanitizers.
@@ -23,9 +26,11 @@ bench: build
 peers: build
 	python3 benchmarks/peers/run.py --bf $(BUILD)/bin/bf --folder $(BUILD)/peers
 
-build: deps
-	@test -f $(BUILD)/build.ninja || cmake -S . -B $(BUILD) -G Ninja $(CMAKE_FLAGS)
+build: configure
 	ninja -C $(BUILD)
+
+configure: deps
+	@test -f $(BUILD)/build.ninja || cmake -S . -B $(BUILD) -G Ninja $(CMAKE_FLAGS)
 
 deps:
 	scripts/deps

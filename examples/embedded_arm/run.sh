@@ -5,7 +5,7 @@ set -euo pipefail
 bf=$1 source=$(cd "$(dirname "$0")" && pwd)
 for tool in arm-none-eabi-g++ qemu-system-arm; do
     command -v $tool >/dev/null || {
-        echo "skipped: $tool is missing (apt install gcc-arm-none-eabi libnewlib-arm-none-eabi libstdc++-arm-none-eabi-dev qemu-system-arm)"
+        echo "skipped: $tool is missing: scripts/deps test installs it"
         exit 77
     }
 done

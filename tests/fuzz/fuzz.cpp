@@ -19,7 +19,8 @@ constexpr const char* usage =
     "bf_fuzz [--first SEED] [--count N] [--seconds S] [--threads N] [--print SEED] [--file FILE]\n"
     "Tries models of chance; ends with exit code 1 at the first that does what it must not. --seconds ends "
     "earlier,\n"
-    "--print shows a model, --file tries a text as seed --first. The last line is the same for every number of threads.\n";
+    "--print shows a model, --file tries a text as seed --first. The last line is the same for every number "
+    "of threads.\n";
 
 struct Options {
     std::uint64_t first = 0, count = 600, threads = 1;

@@ -333,7 +333,11 @@ std::vector<Guarded> Generator::activities(const std::vector<Segment>& segments,
                 activity.node >= 0 ? statement(activity.node, phase, activity.index)
                 : activity.loop >= 0
                     ? "// " + comment(diagram_.plan.loops[static_cast<std::size_t>(activity.loop)].path) +
-                          "\nif (!loop_" + number(activity.loop) + "()) return false;\n"
+                          "\nif (" +
+                          (runs_once(diagram_.plan.loops[static_cast<std::size_t>(activity.loop)])
+                               ? "!is_again_ && "
+                               : "") +
+                          "!loop_" + number(activity.loop) + "()) return false;\n"
                     : "// " +
                           comment(diagram_.conditions[static_cast<std::size_t>(activity.condition)].path) +
                           "\nif (" + (has_continuous_states() ? "!is_minor_ && " : "") + "!test_" +

@@ -6,6 +6,7 @@
 #include "formulas.hpp"
 #include "names.hpp"
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string>
@@ -48,6 +49,15 @@ class Generator {
 
     void check() const;
     bool has_continuous_states() const { return !continuous_.empty(); }
+    /// Not again when the signals inside a step are computed.
+    bool runs_once(const Loop& loop) const {
+        return diagram_.rates[static_cast<std::size_t>(loop.rate)].is_continuous &&
+               diagram_.keeps_states(loop);
+    }
+    bool has_loop_that_runs_once() const {
+        const auto& loops = diagram_.plan.loops;
+        return std::any_of(loops.begin(), loops.end(), [this](const Loop& l) { return runs_once(l); });
+    }
     /// Made by the factory from its plugin at the start of the program, because it is more than rules that
     /// can be printed.
     bool is_hosted(int n) const { return hosted_[static_cast<std::size_t>(n)] >= 0; }

@@ -221,6 +221,9 @@ std::string Generator::header() const {
                         : "") +
         "    std::int64_t steps_ = 0;\n    Real time_ = 0; // of this step [s]\n" +
         (has_continuous_states() ? "    bool is_minor_ = false; // inside a step of the solver\n" : "") +
+        (has_loop_that_runs_once()
+             ? "    bool is_again_ = false; // the signals of the step were computed once\n"
+             : "") +
         "    const char* failed_block_ = nullptr;\n    const char* failure_ = nullptr;\n};\n";
     return text;
 }
@@ -350,7 +353,11 @@ std::string Generator::integration(const Calls& calls) const {
     for (const auto& field : continuous_)
         nan += "has_nan(continuous." + field.member + ") ? " + literal(node(field.end.node).path) + " : ";
     return "// Signals of continuous blocks inside the step, then derivatives.\nbool " + class_ +
-           "::evaluate(Real at) noexcept {\n    time_ = at;\n" + go_to + "    return " + calls.inner_outputs +
+           "::evaluate(Real at) noexcept {\n    time_ = at;\n" + go_to +
+           (has_loop_that_runs_once()
+                ? "    is_again_ = true;\n    const bool is_good = " + calls.inner_outputs +
+                      ";\n    is_again_ = false;\n    return is_good"
+                : "    return " + calls.inner_outputs) +
            ";\n}\n\nbool " + class_ +
            "::integrate() noexcept {\n    const Real begin = time_; // where the signals were computed "
            "already\n"

@@ -251,6 +251,34 @@ connections: {gravity: velocity.u, velocity.y: height, velocity.state: rebound.u
 )m");
 }
 
+/// Loops in the continuous rate: one counts, one begins anew.
+model::Model loops_between_steps() {
+    return read("loops_between_steps", R"m(step: 0.01
+solver: rk4
+inputs: [u]
+blocks:
+  t: {block: Clock}
+  counts:
+    execution: for
+    iterations: 3
+    inputs: [u]
+    outputs: [y]
+    blocks: {a: {block: Sum}, m: {block: UnitDelay}}
+    connections: {u: a.u1, m: a.u2, a: [m, y]}
+  anew:
+    execution: for
+    states: reset
+    iterations: 4
+    inputs: [u]
+    outputs: [y]
+    blocks: {k: {block: Iteration}, p: {block: Product}, a: {block: Sum}, m: {block: UnitDelay, initial: 1}}
+    connections: {u: p.u1, k: p.u2, p: a.u1, m: a.u2, a: [m, y]}
+  sum: {block: Sum, signs: "++-+"}
+  x: {block: Integrator}
+connections: {t: [counts.u, anew.u], counts: sum.u1, anew: sum.u2, x: sum.u3, u: sum.u4, sum: x}
+)m");
+}
+
 } // namespace
 
 std::vector<Case> control_cases() {
@@ -265,6 +293,7 @@ std::vector<Case> control_cases() {
         add(crossings("rk4", states), 60);
     }
     add(crossings("euler", "held"), 60);
+    add(loops_between_steps(), 40);
     add(endless(), 20);
     return cases;
 }

@@ -54,6 +54,15 @@ std::vector<SignalName> Diagram::checks() const {
     return all;
 }
 
+bool Diagram::keeps_states(const Loop& loop) const {
+    return !loop.resets_states && std::any_of(loop.nodes.begin(), loop.nodes.end(), [&](int n) {
+        const auto& slots = nodes[static_cast<std::size_t>(n)].block->declaration().slots;
+        return std::find(loop.counters.begin(), loop.counters.end(), n) == loop.counters.end() &&
+               std::any_of(slots.begin(), slots.end(),
+                           [](const Slot& s) { return s.role == Role::discrete_state; });
+    });
+}
+
 void Diagram::write_initial(const Condition::Outlet& outlet, Context& context) const {
     const Slot& to = slot(outlet.end);
     void* const memory = context.data(outlet.end.node, outlet.end.slot);

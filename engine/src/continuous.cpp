@@ -170,6 +170,7 @@ void Simulation::set_continuous_time(double t) noexcept {
 }
 
 bool Simulation::evaluate_minor_outputs(double t) noexcept {
+    const Raised again(is_again_);
     set_continuous_time(t);
     for (const auto& segment : minor_outputs_)
         if (is_active(segment.condition) && !run(segment)) return false;
@@ -178,6 +179,7 @@ bool Simulation::evaluate_minor_outputs(double t) noexcept {
 
 /// Outputs of the continuous rate, and of what it triggers, at an instant inside the step.
 bool Simulation::evaluate_outputs(double t) noexcept {
+    const Raised again(is_again_);
     set_continuous_time(t);
     for (const auto& segment : outputs_)
         if (runs_inside(segment.rate) && is_active(segment.condition) && !run(segment)) return false;

@@ -36,7 +36,7 @@ class Cvode final : public Solver {
         CVodeInit(memory_.get(), derivative, 0, x_.get());
         CVodeSetUserData(memory_.get(), this);
         CVodeSStolerances(memory_.get(), settings.relative_tolerance, settings.absolute_tolerance);
-        CVodeSetMaxNumSteps(memory_.get(), 1000000);
+        CVodeSetMaxNumSteps(memory_.get(), most_steps);
         if (settings.max_step < std::numeric_limits<double>::infinity())
             CVodeSetMaxStep(memory_.get(), settings.max_step);
         if (system_.x.size() <= largest_dense) {
@@ -46,16 +46,16 @@ class Cvode final : public Solver {
             linear_.reset(SUNLinSol_SPGMR(x_.get(), SUN_PREC_NONE, 0, context));
         }
         CVodeSetLinearSolver(memory_.get(), linear_.get(), matrix_.get());
-        if (!system_.guards.empty()) {
-            CVodeRootInit(memory_.get(), static_cast<int>(system_.guards.size()), guards);
-            CVodeSetNoInactiveRootWarn(memory_.get());
-            roots_.resize(system_.guards.size());
-        }
+        CVodeSetNoInactiveRootWarn(memory_.get());
+        roots_.resize(system_.guards.size());
     }
 
     void restart(double t) override {
         std::copy(system_.x.begin(), system_.x.end(), N_VGetArrayPointer(x_.get()));
         CVodeReInit(memory_.get(), t, x_.get());
+        if (roots_.empty()) return;
+        CVodeRootInit(memory_.get(), 0, nullptr); // which guards it had put aside is forgotten only so
+        CVodeRootInit(memory_.get(), static_cast<int>(roots_.size()), guards);
     }
     /// To begin anew with small steps would cost far more than the little that changed.
     void resume(double) override {}
@@ -98,9 +98,7 @@ class Cvode final : public Solver {
     Outcome failed(int flag) {
         if (flag == CV_RHSFUNC_FAIL || flag == CV_RTFUNC_FAIL) return Outcome::failed; // a block said why
         failure_ = flag == CV_TOO_MUCH_WORK
-                       ? Status::failure(
-                             "CVODE did not reach the end of the base step in a million steps: use larger "
-                             "tolerances, or cvode_bdf if the plant is stiff")
+                       ? too_many_steps()
                        : Status::failure(
                              "CVODE gave up (flag {}): look for a state that grows without bound or a jump "
                              "without a zero crossing, or use larger tolerances",

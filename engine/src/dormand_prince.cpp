@@ -30,7 +30,7 @@ class DormandPrince final : public Solver {
 
     Outcome advance(double& t, double end) override {
         if (!is_started_ && !start(t, end)) return Outcome::failed;
-        while (true) {
+        for (int steps = 0;;) {
             if (has_crossed_ && end_ <= end) {
                 t = end_;
                 std::copy(x_.begin(), x_.end(), system_.x.begin());
@@ -45,6 +45,10 @@ class DormandPrince final : public Solver {
                 return Outcome::reached;
             }
             if (!step(end)) return Outcome::failed;
+            if (++steps == most_steps) {
+                failure_ = too_many_steps();
+                return Outcome::failed;
+            }
         }
     }
 

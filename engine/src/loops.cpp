@@ -8,7 +8,8 @@ namespace bf {
 void Simulation::bind_loops() {
     const auto& loops = diagram_.plan.loops;
     for (const auto& loop : loops)
-        loops_.push_back(std::make_unique<LoopState>(LoopState{this, &loop, {}, {}, {}, {}, nullptr}));
+        loops_.push_back(std::make_unique<LoopState>(
+            LoopState{this, &loop, diagram_.keeps_states(loop), {}, {}, {}, {}, nullptr}));
     for (std::size_t l = 0; l < loops.size(); ++l) {
         auto& state = *loops_[l];
         state.outputs = bound(loops[l].outputs, Phase::output);
@@ -56,6 +57,8 @@ Status Simulation::LoopState::run() {
         s.failed_node_ = loop->nodes.front();
         return s.status_ ? solver->failure() : s.status_;
     }
+    if (keeps_states && s.is_again_ && s.diagram_.rates[static_cast<std::size_t>(loop->rate)].is_continuous)
+        return ok;
     if (const Status status = s.reset_nodes(loop->resets_states ? loop->nodes : loop->counters); !status)
         return status;
     const bool is_while = loop->kind == Loop::Kind::while_loop;

@@ -43,6 +43,7 @@ struct Simulation::ConditionState {
 struct Simulation::LoopState {
     Simulation* simulation;
     const Loop* loop;
+    bool keeps_states;
     std::vector<BoundSegment> outputs, updates;
     std::vector<CommitSegment> commits;
     std::vector<std::size_t>

@@ -186,6 +186,17 @@ TEST(Adaptive, DiscreteControllersAreSampledExactly) {
     }
 }
 
+TEST(Adaptive, StepsWithoutEndAreGivenUp) {
+    // A stable explicit step of x' = -1e7 x is at most 3.3e-7 s long.
+    Session run("model: m\nstep: 1\nsolver: dormand_prince45\nblocks:\n  x: {block: Integrator, initial: 1}\n"
+                "  k: {block: Gain, K: -1e7}\nconnections: {x: k, k: x}\n");
+    EXPECT_FALSE(run.simulation->step());
+    EXPECT_EQ(
+        run.simulation->failure(),
+        "x: the solver did not reach the end of the base step in a million steps: use larger tolerances, or "
+        "cvode_bdf if the plant is stiff");
+}
+
 TEST(Adaptive, TolerancesCanBeSetByName) {
     try {
         Session run(

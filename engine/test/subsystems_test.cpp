@@ -192,6 +192,21 @@ TEST(Loops, StatesGoOnFromStepToStepUnlessReset) {
     EXPECT_EQ(session.trace("s.y", 3), (Values{3, 6, 9}));
 }
 
+TEST(Loops, WithStatesThatGoOnRunOncePerStepOfTheSolver) {
+    // A count of iterations, in the continuous rate: x' = 3 from 0 s, 6 from 1 s, 9 from 2 s on.
+    for (const std::string solver : {"rk4", "dormand_prince45", "cvode_bdf"}) {
+        Steps session("model: m\nstep: 1\nsolver: " + solver +
+                      "\nblocks:\n  t: {block: Clock}\n  s:\n    execution: for\n    iterations: 3\n"
+                      "    inputs: [u]\n    outputs: [y]\n    blocks:\n      none: {block: Gain, K: 0}\n"
+                      "      one: {block: Constant, value: 1}\n      sum: {block: Sum, signs: +++}\n"
+                      "      past: {block: UnitDelay}\n    connections: {u: none, none: sum.u3, one: sum.u1, "
+                      "past: sum.u2, sum: [past, y]}\n"
+                      "  x: {block: Integrator}\nconnections: {t: s.u, s: x}\n");
+        EXPECT_EQ(session.trace("s.y", 3), (Values{3, 6, 9})) << solver;
+        EXPECT_NEAR(session.simulation->context().continuous_state()[0], 18, 1e-4) << solver;
+    }
+}
+
 TEST(Loops, WhileGoesOnUntilItsConditionIsFalse) {
     // Heron's method for the square root of 2: ends when two iterates differ by less than 1e-12.
     const std::string heron =

@@ -175,6 +175,8 @@ struct Diagram {
     /// What blocks report of a run: each by the name of its block, where that reports one thing, else with
     /// the quantity's behind it.
     std::vector<SignalName> checks() const;
+    /// Has a loop states that go on from step to step? Then it runs once per step, not inside one.
+    bool keeps_states(const Loop& loop) const;
     /// Writes the initial value of a conditional subsystem's output into the memory of a run.
     void write_initial(const Condition::Outlet& outlet, Context& context) const;
     /// All signals matching a path in which '*' stands for any text ("a.b.*"), or a plain path as above; in

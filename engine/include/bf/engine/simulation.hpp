@@ -217,6 +217,7 @@ class Simulation {
     std::vector<CommitSegment> commits_;
     std::vector<std::unique_ptr<ConditionState>> conditions_;
     std::vector<std::unique_ptr<LoopState>> loops_;
+    bool is_again_ = false; ///< inside a base step: its outputs were computed once already
     bool is_minor_ = false; ///< inside a step of the solver: conditions stay as they are
     std::vector<std::uint8_t> hit_, hit_at_event_;
     std::vector<std::int64_t> until_hit_; ///< steps to the next hit, per rate

@@ -3,7 +3,10 @@
 
 #include <array>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <sys/wait.h>
 
 namespace bf::fuzz {
@@ -27,6 +30,21 @@ TEST(ModelsOfChance, AreRefusedWithReasonsOrRunAlikeTwiceAndFromASnapshot) {
     }
     EXPECT_GE(accepted[0], 90) << "of 100 that are right";
     EXPECT_LT(accepted[1] + accepted[2], 150) << "broken models are refused";
+}
+
+TEST(ModelsOnceRunOtherwise, RunAlikeFromASnapshotBeforeEveryStep) {
+    int files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(BF_FOUND)) {
+        std::ifstream file(entry.path());
+        const std::string text{std::istreambuf_iterator<char>(file), {}};
+        for (std::uint64_t seed = 0; seed < 24; seed += 3) {
+            const Outcome outcome = try_model(text, seed);
+            EXPECT_TRUE(outcome.is_accepted) << entry.path();
+            EXPECT_EQ(outcome.violation, "") << entry.path();
+        }
+        ++files;
+    }
+    EXPECT_GT(files, 3);
 }
 
 TEST(ModelsOfChance, ComeOutTheSameInEveryProcessAndWithAnyNumberOfThreads) {

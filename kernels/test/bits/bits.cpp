@@ -20,7 +20,6 @@
 #include <cstring>
 #include <initializer_list>
 #include <string>
-#include <tuple>
 
 using namespace bf::kernels;
 
@@ -94,7 +93,7 @@ template <class A> Bytes bytes(const A& a) {
     return {a.data, A::size, sizeof(T), is_real<T>};
 }
 
-[[gnu::noinline]] std::string text(std::initializer_list<Bytes> operands) {
+std::string text(std::initializer_list<Bytes> operands) {
     std::string out;
     for (const Bytes& o : operands)
         for (int i = 0; i < o.count; ++i) {
@@ -112,27 +111,31 @@ template <class A> Bytes bytes(const A& a) {
 
 bool same = true;
 
-void report(const char* name, bool fixed_ok, bool free_ok, const std::string& fixed,
-            const std::string& free) {
+[[gnu::noinline]] void report(const char* name, bool fixed_ok, bool free_ok,
+                              std::initializer_list<Bytes> fixed_operands,
+                              std::initializer_list<Bytes> free_operands) {
+    const std::string fixed = text(fixed_operands), free = text(free_operands);
     std::printf("%s %d%s\n", name, fixed_ok, fixed.c_str());
     if (fixed == free && fixed_ok == free_ok) return;
     same = false;
     std::printf("differs from run-time extents %d%s\n", free_ok, free.c_str());
 }
 
+template <class K, class... V> bool call(K kernel, V... views) {
+    if constexpr (std::is_void_v<decltype(kernel(views...))>)
+        return kernel(views...), true;
+    else
+        return kernel(views...);
+}
+
+// There are hundreds of these: whatever knows no types stands in `report`.
 template <class K, class... A> [[gnu::noinline]] void run(K kernel, A... operands) {
     ((operands.blank ? fill(operands) : void()), ...);
-    auto copy = std::make_tuple(operands...);
-    bool fixed_ok = true, free_ok = true;
-    if constexpr (std::is_void_v<decltype(kernel(operands.fixed()...))>) {
-        kernel(operands.fixed()...);
-        std::apply([&](auto&... o) { kernel(o.free()...); }, copy);
-    } else {
-        fixed_ok = kernel(operands.fixed()...);
-        free_ok = std::apply([&](auto&... o) { return kernel(o.free()...); }, copy);
-    }
-    report(K::name, fixed_ok, free_ok, text({bytes(operands)...}),
-           std::apply([](const auto&... o) { return text({bytes(o)...}); }, copy));
+    const auto compare = [&](A... copies) {
+        const bool fixed_ok = call(kernel, operands.fixed()...), free_ok = call(kernel, copies.free()...);
+        report(K::name, fixed_ok, free_ok, {bytes(operands)...}, {bytes(copies)...});
+    };
+    compare(operands...);
 }
 
 template <class T> using A5 = Array<T, 5>;

@@ -323,6 +323,21 @@ std::vector<std::string> Generator::resets(int n, bool only_from_parameters) con
     return statements;
 }
 
+std::vector<Guarded> Generator::are_finite() const {
+    std::vector<Guarded> all;
+    for (const auto& [end, place, rate, condition] : diagram_.real_outputs()) {
+        if (place_of(end).member.empty()) continue;
+        if (all.empty() || all.back().rate != rate || all.back().condition != condition)
+            all.push_back({rate, condition, {}});
+        all.back().statements.push_back(
+            "if (!is_finite(" + place_of(end).text() + ")) return fail(" + literal(node(end.node).path) +
+            ", \"its output " + number(place) +
+            " is not finite: look at the block's inputs in this \"\n    \"step for a "
+            "division by zero or a value out of range\");\n");
+    }
+    return all;
+}
+
 std::vector<Guarded> Generator::activities(const std::vector<Segment>& segments, Phase phase) {
     std::vector<Guarded> all;
     for (const auto& segment : segments) {

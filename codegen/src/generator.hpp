@@ -84,6 +84,7 @@ class Generator {
 
     /// All activities of these segments, and the commits of the states that they update.
     std::vector<Guarded> activities(const std::vector<Segment>& segments, Phase phase);
+    std::vector<Guarded> are_finite() const;
     std::vector<Guarded> commits(const std::vector<Segment>& segments) const;
 
     // Subsystems that do not always run, or several times, and zero crossings.

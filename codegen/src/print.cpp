@@ -466,7 +466,8 @@ Files Generator::run() {
     for (auto* text : {&calls.outputs, &calls.inner_outputs})
         if (text->empty()) *text = "true";
     const auto& plan = diagram_.plan;
-    calls.updates = functions("updates", activities(plan.updates, Phase::update));
+    if (diagram_.refuses_non_finite) calls.updates = functions("finite", are_finite()) + " && ";
+    calls.updates += functions("updates", activities(plan.updates, Phase::update));
     calls.commits = functions("commits", commits(plan.updates));
     calls.derivatives = functions("derivatives", activities(plan.derivatives, Phase::derivative));
     calls.guards = functions("guards", activities(plan.guards, Phase::guards));
@@ -487,7 +488,7 @@ Files Generator::run() {
     preamble += "\n#include <new>\n\nnamespace kernels = bf::kernels;\n";
     for (const char* name :
          {"assign", "call", "commit", "elements", "empty", "failure_of", "find_crossings", "forget",
-          "has_crossed", "has_edge", "has_nan", "in", "is_positive", "list", "out", "reshaped"})
+          "has_crossed", "has_edge", "has_nan", "in", "is_finite", "is_positive", "list", "out", "reshaped"})
         preamble += std::string("using bf::generated::") + name + ";\n";
     preamble += "\n";
     files[file_ + ".hpp"] = header();

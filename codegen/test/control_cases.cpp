@@ -251,6 +251,33 @@ connections: {gravity: velocity.u, velocity.y: height, velocity.state: rebound.u
 )m");
 }
 
+/// 1/0 in an enabled subsystem's loop, which the model refuses.
+model::Model infinite() {
+    return read("infinite", R"m(step: 0.01
+solver: rk4
+non_finite: error
+inputs: [u]
+blocks:
+  slow: {block: Gain, period: 0.02}
+  s:
+    execution: enabled
+    inputs: [u]
+    outputs: [y]
+    blocks:
+      loop:
+        execution: for
+        iterations: 2
+        inputs: [u]
+        outputs: [y]
+        blocks: {above: {block: CompareToConstant, operator: "<", constant: 0.5}, real: {block: Convert, type: double}, inverse: {block: Reciprocal}}
+        connections: {u: above, above: real, real: inverse, inverse: y}
+    connections: {u: loop.u, loop: y}
+  x: {block: Integrator}
+  one: {block: Constant, value: 1}
+connections: {u: slow, slow: [s.u, s.enable], one: x}
+)m");
+}
+
 /// Loops in the continuous rate: one counts, one begins anew.
 model::Model loops_between_steps() {
     return read("loops_between_steps", R"m(step: 0.01
@@ -295,6 +322,7 @@ std::vector<Case> control_cases() {
     add(crossings("euler", "held"), 60);
     add(loops_between_steps(), 40);
     add(endless(), 20);
+    add(infinite(), 40);
     return cases;
 }
 

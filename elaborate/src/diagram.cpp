@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
+#include <utility>
 
 namespace bf {
 
@@ -51,6 +53,31 @@ std::vector<SignalName> Diagram::checks() const {
                 all.push_back({slots[i].name == "value" || count == 1 ? name : name + "." + slots[i].name,
                                {static_cast<int>(n), static_cast<int>(i)}});
     }
+    return all;
+}
+
+std::vector<ComputedOutput> Diagram::real_outputs() const {
+    std::vector<ComputedOutput> all;
+    std::vector<char> is_seen(nodes.size());
+    const std::function<void(const std::vector<Segment>&)> add = [&](const std::vector<Segment>& segments) {
+        for (const auto& segment : segments)
+            for (const auto& activity : segment.activities) {
+                if (activity.loop >= 0) add(plan.loops[static_cast<std::size_t>(activity.loop)].outputs);
+                if (segment.rate == constant_rate || activity.node < 0 ||
+                    std::exchange(is_seen[static_cast<std::size_t>(activity.node)], 1))
+                    continue;
+                const auto& slots = nodes[static_cast<std::size_t>(activity.node)].block->declaration().slots;
+                int number = 0;
+                for (std::size_t i = 0; i < slots.size(); ++i) {
+                    number += slots[i].role == Role::output;
+                    if (slots[i].role == Role::output && slots[i].size.count() > 0 &&
+                        (slots[i].type == Type::float64 || slots[i].type == Type::float32))
+                        all.push_back(
+                            {{activity.node, static_cast<int>(i)}, number, segment.rate, segment.condition});
+                }
+            }
+    };
+    add(plan.outputs);
     return all;
 }
 

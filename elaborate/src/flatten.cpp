@@ -57,6 +57,7 @@ class Flattener {
             "stop", e_.model.stop, std::numeric_limits<double>::infinity(), [](double x) { return x >= 0; },
             "give a number of seconds from 0 to Inf");
         read_solver();
+        e_.diagram.refuses_non_finite = e_.model.non_finite == model::NonFinite::error;
         e_.diagram.solves_algebraic_loops = e_.model.algebraic_loops == model::AlgebraicLoops::solve;
         auto& solver = e_.diagram.solver;
         const auto positive = [](double x) { return x > 0; };

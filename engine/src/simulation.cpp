@@ -41,6 +41,12 @@ void Simulation::bind() {
     for (const auto& segment : diagram_.plan.updates) commits_.push_back(commits_of(segment));
     derivatives_ = bound(diagram_.plan.derivatives, Phase::derivative);
     guards_ = bound(diagram_.plan.guards, Phase::guards);
+    if (diagram_.refuses_non_finite)
+        for (const auto& [end, number, rate, condition] : diagram_.real_outputs()) {
+            const Slot& slot = diagram_.slot(end);
+            watched_.push_back({rate, condition, end.node, context_.data(end.node, end.slot), slot.type,
+                                slot.size.count(), number});
+        }
     bind_guards();
     if (context_.continuous_state().empty()) return;
     find_held();
@@ -213,9 +219,22 @@ Status Simulation::step() noexcept {
         if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
     if (!guard_bindings_.empty() && !find_crossings()) return status_;
     for (Observer* observer : observers_) observer->observe(*this);
-    if (!update_blocks(false) || (solver_ && !integrate(t))) return status_;
+    if (!are_outputs_finite() || !update_blocks(false) || (solver_ && !integrate(t))) return status_;
     ++steps_;
     return ok;
+}
+
+bool Simulation::are_outputs_finite() noexcept {
+    for (const auto& watched : watched_) {
+        if (!is_due(watched.rate, watched.condition)) continue;
+        for (int i = 0; i < watched.count; ++i)
+            if (!std::isfinite(read_value(watched.data, watched.type, i)))
+                return fail(Status::failure("its output {} is not finite: look at the block's inputs in this "
+                                            "step for a division by zero or a value out of range",
+                                            watched.number),
+                            watched.node);
+    }
+    return true;
 }
 
 /// x⁻ := x⁺; afterwards no trigger holds any more.

@@ -210,6 +210,26 @@ TEST(Step, ObserversSeeTimeOutputsAndTheStatesBeforeTheStep) {
     EXPECT_EQ(notes.outputs, (Values{11, 12, 13}));
 }
 
+TEST(Step, AnOutputThatIsNotFiniteNamesItsBlockWhereTheModelAsks) {
+    // 1 / (2 - k) in the third of the steps, inside a loop that an enabled subsystem holds.
+    const std::string text =
+        "blocks:\n  t: {block: Clock, period: 1}\n  s:\n    execution: enabled\n    inputs: [t]\n"
+        "    outputs: [y]\n    blocks:\n      loop:\n        execution: for\n        iterations: 2\n"
+        "        inputs: [t]\n        outputs: [y]\n        blocks:\n          left: {block: Bias, bias: "
+        "-2}\n"
+        "          inverse: {block: Reciprocal}\n        connections: {t: left, left: inverse, inverse: y}\n"
+        "    connections: {t: loop.t, loop: y}\n  on: {block: Constant, value: true}\n"
+        "connections: {t: s.t, on: s.enable}\n";
+    Session free("model: m\nstep: 1\n" + text);
+    EXPECT_EQ(free.trace("s.y", 4), (Values{-0.5, -1, std::numeric_limits<double>::infinity(), 1}));
+    Session strict("model: m\nstep: 1\nnon_finite: error\n" + text);
+    EXPECT_EQ(strict.trace("s.y", 2), (Values{-0.5, -1}));
+    EXPECT_FALSE(strict.simulation->step());
+    EXPECT_EQ(strict.simulation->failure(),
+              "s.loop.inverse: its output 1 is not finite: look at the block's inputs in this step for a "
+              "division by zero or a value out of range");
+}
+
 TEST(Step, AFailingOutputEndsTheRunAndObserversKeepWhatTheySaw) {
     events().clear();
     Session run("model: m\nstep: 1\nblocks:\n  a: {block: Device, fails_at: 3}\n  b: {block: Device}\n",

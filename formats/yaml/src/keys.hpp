@@ -19,9 +19,10 @@ inline Keys joined(Keys keys, const Keys& more, const Keys& last = {}) {
 
 inline const Keys system = {"execution", "states",       "trigger",   "reset",  "iterations", "inputs",
                             "outputs",   "enumerations", "variables", "blocks", "connections"};
-inline const Keys model = joined({"model", "doc", "plugins", "step", "stop", "solver", "relative_tolerance",
-                                  "absolute_tolerance", "max_step", "algebraic_loops", "rate_transitions"},
-                                 system, {"record", "plots", "layout"});
+inline const Keys model =
+    joined({"model", "doc", "plugins", "step", "stop", "solver", "relative_tolerance", "absolute_tolerance",
+            "max_step", "algebraic_loops", "rate_transitions", "non_finite"},
+           system, {"record", "plots", "layout"});
 inline const Keys subsystem = joined({"doc", "when", "period", "offset"}, system);
 inline const Keys library_block = {"block", "doc", "when", "period", "offset"}; ///< and the block's settings
 inline const Keys reference = {"file", "with", "doc", "when", "period", "offset"};
@@ -34,6 +35,7 @@ inline const Keys triggers = {"rising", "falling", "either", "function_call"}; /
 inline const Keys resets = {"rising", "falling", "either", "level"};           ///< in the order of Edge
 inline const Keys rate_transitions = {"allowed", "checked", "inserted"}; ///< in the order of RateTransitions
 inline const Keys algebraic_loops = {"error", "solve"};                  ///< in the order of AlgebraicLoops
+inline const Keys non_finite = {"allowed", "error"};                     ///< in the order of NonFinite
 inline const Keys no_or_yes = {"false", "true"};
 inline const Keys held_or_reset = {"held", "reset"}; ///< in the order of States and WhenDisabled
 

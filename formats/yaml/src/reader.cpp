@@ -481,6 +481,8 @@ Model Reader::read_model(const Node& node) {
         else if (key.text == "rate_transitions")
             model.rate_transitions =
                 static_cast<RateTransitions>(read_choice(key, value, "", keys::rate_transitions));
+        else if (key.text == "non_finite")
+            model.non_finite = static_cast<NonFinite>(read_choice(key, value, "", keys::non_finite));
         else if (key.text == "record" && value.is_scalar() && value.text == "all")
             model.record_all = true;
         else if (key.text == "record")

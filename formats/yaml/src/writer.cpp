@@ -318,6 +318,8 @@ std::string write_yaml(const Model& model) {
         map.add("rate_transitions", choice(keys::rate_transitions, model.rate_transitions));
     if (map.wanted("algebraic_loops", model.algebraic_loops != AlgebraicLoops::error))
         map.add("algebraic_loops", choice(keys::algebraic_loops, model.algebraic_loops));
+    if (map.wanted("non_finite", model.non_finite != NonFinite::allowed))
+        map.add("non_finite", choice(keys::non_finite, model.non_finite));
     add_system(map, model.root, false);
     if (model.record_all)
         map.add("record", Content{.text = "all"});

@@ -141,6 +141,7 @@ TEST(Schema, EveryListedKeyIsRead) {
         if (key == "each") return "true";
         if (key == "algebraic_loops") return "solve";
         if (key == "rate_transitions") return "checked";
+        if (key == "non_finite") return "error";
         if (key == "states" || key == "when_disabled") return "reset";
         if (key == "enumerations" || key == "variables" || key == "blocks" || key == "connections" ||
             key == "plots" || key == "with")

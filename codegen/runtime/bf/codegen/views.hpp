@@ -107,6 +107,14 @@ template <class T> bool has_nan(const T& state) noexcept {
     return found;
 }
 
+/// Is every element a number, and finite?
+template <class T> bool is_finite(const T& signal) noexcept {
+    const auto x = in(signal);
+    bool value = true;
+    for (int i = 0; i < x.size(); ++i) value = value && x[i] - x[i] == 0;
+    return value;
+}
+
 /// Is some element above 0? What an enabled subsystem asks.
 template <class T> bool is_positive(const T& signal) noexcept {
     const auto x = in(signal);

@@ -113,6 +113,13 @@ struct SignalName {
     Node::End end;
 };
 
+/// An output and when its block runs.
+struct ComputedOutput {
+    Node::End end;
+    int number = 1; ///< among the outputs of its block
+    int rate = 1, condition = 0;
+};
+
 /// Names of the values of a signal, of an enumeration.
 struct EnumeratedSignal {
     Node::End end;
@@ -151,6 +158,7 @@ struct Diagram {
     std::vector<SampleRate> rates;
     SolverSettings solver;               ///< of continuous states
     bool solves_algebraic_loops = false; ///< else they are errors
+    bool refuses_non_finite = false;     ///< NaN or infinity in an output ends the run
     std::vector<Condition> conditions;
     std::vector<SignalName> inputs, outputs; ///< of the root; the end of an input is the port's own memory
     std::vector<SignalName> record;
@@ -175,6 +183,8 @@ struct Diagram {
     /// What blocks report of a run: each by the name of its block, where that reports one thing, else with
     /// the quantity's behind it.
     std::vector<SignalName> checks() const;
+    /// The outputs of real numbers that are computed in steps, in the order in which their blocks run.
+    std::vector<ComputedOutput> real_outputs() const;
     /// Has a loop states that go on from step to step? Then it runs once per step, not inside one.
     bool keeps_states(const Loop& loop) const;
     /// Writes the initial value of a conditional subsystem's output into the memory of a run.

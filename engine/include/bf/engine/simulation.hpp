@@ -150,6 +150,13 @@ class Simulation {
             std::int64_t close = 0; ///< how often in a row it crossed at once again
         } recent{};
     };
+    /// An output that must stay finite.
+    struct Watched {
+        int rate, condition, node;
+        const void* data;
+        Type type;
+        int count, number; ///< elements; place among the outputs of its block
+    };
     struct CommitSegment {
         int rate, condition;
         std::vector<Commit> commits;
@@ -196,6 +203,7 @@ class Simulation {
     void observe_event() noexcept;
     bool fail(Status status, int node) noexcept;
     bool commit(const CommitSegment& segment) noexcept;
+    bool are_outputs_finite() noexcept;
     int owner(Role role, const double* element) noexcept; ///< the node that has it among its (next) states
     bool is_due(int rate, int condition) const { return is_hit(rate) && is_active(condition); }
     void clear_outputs();
@@ -215,6 +223,7 @@ class Simulation {
     bool is_at_event_ = false;
     double event_time_ = 0;
     std::vector<CommitSegment> commits_;
+    std::vector<Watched> watched_; ///< none unless the model asks for it
     std::vector<std::unique_ptr<ConditionState>> conditions_;
     std::vector<std::unique_ptr<LoopState>> loops_;
     bool is_again_ = false; ///< inside a base step: its outputs were computed once already

@@ -209,6 +209,7 @@ struct Plugin {
 
 enum class AlgebraicLoops { error, solve };
 enum class RateTransitions { allowed, checked, inserted };
+enum class NonFinite { allowed, error };
 
 /// A whole document.
 struct Model {
@@ -222,6 +223,7 @@ struct Model {
     std::optional<Expression> max_step = {};                                    ///< of adaptive solvers, s
     AlgebraicLoops algebraic_loops = AlgebraicLoops::error;
     RateTransitions rate_transitions = RateTransitions::allowed;
+    NonFinite non_finite = NonFinite::allowed; ///< NaN and infinity in the output of a block
     std::vector<Plugin> plugins = {};
     bool record_all = false;
     std::vector<Signal> record = {};

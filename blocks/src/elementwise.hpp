@@ -62,8 +62,9 @@ template <class OfElements, class OfList> class Extreme final : public Block {
             OutputRule(this, OfList{}, y, u);
         if (u.size() == 2) crossing.emplace(this, "crossing", u[0], u[1]);
     }
-    Argument<int> inputs{this, "inputs", {.initial = 2, .doc = "number of inputs"}};
-    InputList<> u{this, "u", at_least_one(*this, "inputs", *inputs), any()};
+    Argument<int> inputs{
+        this, "inputs", {.initial = 2, .minimum = 1, .maximum = most_ports, .doc = "number of inputs"}};
+    InputList<> u{this, "u", *inputs, any()};
     Output<> y{this, "y", any()};
     std::optional<Crossing> crossing;
 

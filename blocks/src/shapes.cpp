@@ -7,14 +7,6 @@ std::string label(const Declaration& declaration, int slot) {
     return std::string(name(s.role)) + " '" + s.name + "' of size " + s.size.text();
 }
 
-int at_least_one(Block& block, const char* argument, int count, int most) {
-    if (count >= 1 && count <= most) return count;
-    block.declaration().problems.push_back("argument '" + std::string(argument) + "' is " +
-                                           std::to_string(count) + ", but must be " +
-                                           (count < 1 ? "at least 1" : "at most " + std::to_string(most)));
-    return 1;
-}
-
 void broadcast(const Block& block, Inference& inference, const std::vector<int>& operands, int result) {
     const auto& d = block.declaration();
     Size size;

@@ -33,8 +33,7 @@ template <class... Keys> std::vector<int> slots(const Keys&... keys) {
     return all;
 }
 
-/// `count`, or 1 and a problem of the block when it is smaller or larger than `most`.
-int at_least_one(Block& block, const char* argument, int count, int most = 10'000);
+inline constexpr int most_ports = 10'000;
 inline constexpr int most_samples = 1'000'000; ///< of the past that a block keeps
 
 /// Size of an element-by-element operation: equal sizes, scalars expand; a 1-D signal beside a row or column

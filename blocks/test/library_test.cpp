@@ -63,7 +63,7 @@ TEST(Counters, BeginAgainAfterTheirLimit) {
     EXPECT_EQ(refusal([] {
                   make("CounterFree", {{"bits", 40}});
               }),
-              "argument 'bits' is 40, but must be 1 to 32\n");
+              "argument 'bits' must be from 1 to 32, but is 40\n");
 }
 
 TEST(Random, GivesTheSequenceOfItsSeedAfterResetAndSnapshot) {

@@ -68,7 +68,7 @@ TEST(LookupND, TakesBreakpointsForEachDimension) {
     EXPECT_EQ(refusal([] {
                   make("LookupND", {{"dimensions", 7}});
               }),
-              "argument 'dimensions' is 7, but must be 1 to 6\n");
+              "argument 'dimensions' must be from 1 to 6, but is 7\n");
 }
 
 TEST(DirectLookup, TakesTheElementAndClipsOrStops) {

@@ -224,6 +224,8 @@ std::unique_ptr<AsLegacyBlock::Instance> AsLegacyBlock::make() const {
         if (index < 0) continue; // these arguments switch it off
         Slot& slot = d.slots[static_cast<std::size_t>(index)];
         slot.initial = read(m_parameters, entry).data;
+        if (const auto wrong = outside_limits(slot, slot.initial); !wrong.empty())
+            throw std::runtime_error(wrong);
         const int count = static_cast<int>(slot.initial.size());
         if (slot.shape.symbol >= 0 ? count > 1 : !slot.shape.is_matrix && count > 1)
             offer(d, index, Size{count, 1, false});

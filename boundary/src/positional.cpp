@@ -93,13 +93,14 @@ std::vector<PositionalValue> positional_values(const BlockClass& block_class,
     using Goal = PositionalValue::Goal;
     std::vector<PositionalValue> list;
     const auto add = [&](Goal goal, const BlockClass& owner, const std::string& name, const std::string& doc,
-                         const Value& initial, const std::vector<std::string>& choices, bool is_open) {
+                         const Value& initial, const std::vector<std::string>& choices, const Limits& limits,
+                         bool is_open) {
         const bool taken =
             std::any_of(list.begin(), list.end(), [&](const auto& v) { return v.metadata.name == name; });
         auto metadata = metadata_of(taken ? owner.name + "." + name : name, initial,
                                     core::Block::NumberOfParameters + static_cast<unsigned>(list.size()));
         if (is_open) metadata.cols = core::ParameterMetadata::DynamicSize;
-        list.push_back({goal, &owner, name, doc, initial, choices, metadata});
+        list.push_back({goal, &owner, name, doc, initial, choices, limits, metadata});
     };
     const auto block = block_class.make({});
     if (const auto* hosted = dynamic_cast<const HostedBlock*>(block.get())) {
@@ -110,23 +111,23 @@ std::vector<PositionalValue> positional_values(const BlockClass& block_class,
             });
             if (argument == arguments.end()) continue;
             list.push_back({Goal::argument, &block_class, argument->name, argument->doc, argument->initial,
-                            argument->choices, metadata});
+                            argument->choices, argument->limits, metadata});
         }
         return list;
     }
     const auto add_arguments = [&](const BlockClass& owner, const Declaration& d) {
         for (const auto& argument : d.arguments)
             add(Goal::argument, owner, argument.name, argument.doc, argument.initial, argument.choices,
-                argument.initial.data.size() == 1 && takes_vector(owner, argument));
+                argument.limits, argument.initial.data.size() == 1 && takes_vector(owner, argument));
     };
     add_arguments(block_class, block->declaration());
     for (const Slot& slot : parameters_of(block_class, block->declaration())) {
         const bool is_scalar = slot.shape.symbol < 0 && slot.shape.rows.dim < 0 && slot.shape.cols.dim < 0 &&
                                slot.shape.rows.plus * slot.shape.cols.plus == 1;
-        add(Goal::parameter, block_class, slot.name, slot.doc, initial_of(slot), {}, !is_scalar);
+        add(Goal::parameter, block_class, slot.name, slot.doc, initial_of(slot), {}, slot.limits, !is_scalar);
     }
     for (const auto* provider : providers) add_arguments(*provider, provider->make({})->declaration());
-    add(Goal::period, block_class, "sample_time", "period of the step, s", Value(0.0), {}, false);
+    add(Goal::period, block_class, "sample_time", "period of the step, s", Value(0.0), {}, {}, false);
     return list;
 }
 

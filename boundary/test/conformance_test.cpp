@@ -351,6 +351,14 @@ TEST(AsLegacy, SaysWhatTheOldInterfaceCannotDo) {
               std::string::npos)
         << wrong.message();
 
+    auto quantize = std::make_shared<const LegacyClass>(
+        BF_BINARY_DIRECTORY "/lib/blockfactory/legacy/standard.so", "standard", "Quantize");
+    LegacyObject outside(quantize, {{"interval", 0.0}, {"sample_time", 0.01}});
+    EXPECT_FALSE(outside.call("configureSizeAndPorts", configure));
+    EXPECT_NE(std::string(outside.message()).find("parameter 'interval' must be greater than 0, but is 0"),
+              std::string::npos)
+        << outside.message();
+
     // A failing step carries the block's own words.
     LegacyObject negative(clocked, {{"mode", "plain"}, {"negate", false}, {"sample_time", 0.01}});
     double u = -1, y = 0;

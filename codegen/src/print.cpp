@@ -191,6 +191,9 @@ std::string Generator::header() const {
         "    bool became_nan(const char* block) noexcept;\n    bool follow() noexcept;\n\n"
         "    States next_; // states after this step\n" +
         (is_dynamic() ? "" : "    Parameters previous_; // restored when a change is refused\n") +
+        (is_dynamic() || options_.embedded
+             ? ""
+             : "    bf::generated::Problem outside_; // a value that breaks a limit\n") +
         "    bool is_initialized_ = false;\n" +
         (has_variables() ? "    Variables previous_variables_;\n" : "") +
         (formulas_.formulas.empty()

@@ -2,12 +2,23 @@
 #include "generator.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_set>
 
 namespace bf::codegen {
 
 std::string unit_text(const Slot& slot) {
     return slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1" ? std::string(slot.unit.text) : "";
+}
+
+/// The last member of a row; its default allows everything.
+static std::string limits_text(const Limits& limits) {
+    if (!limits.are_given()) return "";
+    const auto bound = [](double x) {
+        if (std::isinf(x)) return std::string(x < 0 ? "-" : "") + "bf::kernels::Limits::infinity";
+        return literal(x, Type::float64);
+    };
+    return ", {" + bound(limits.minimum) + ", " + bound(limits.above) + ", " + bound(limits.maximum) + "}";
 }
 
 std::string Generator::table_row(const std::string& name, const Node::End& end) const {
@@ -18,7 +29,8 @@ std::string Generator::table_row(const std::string& name, const Node::End& end) 
     return "    {" + literal(name) + ", " + literal(unit_text(slot)) + ", " + literal(slot.doc) +
            ", Type::" + enumerator(type_of(slot)) + ", Where::" + place.structure + ", " +
            number(slot.size.rows) + ", " + number(slot.size.cols) + ", offsetof(" + class_ +
-           "::" + structure + ", " + place.member + "), " + number(formula_of(name)) + "},\n";
+           "::" + structure + ", " + place.member + "), " + number(formula_of(name)) +
+           limits_text(slot.limits) + "},\n";
 }
 
 int Generator::formula_of(const std::string& name) const {
@@ -101,6 +113,7 @@ std::string Generator::tables() const {
         return head + "    static constexpr Quantity rows[] = {\n" + indented(rows, 4) +
                "    };\n    return {rows, static_cast<int>(sizeof rows / sizeof rows[0])};\n}\n\n";
     };
+    const std::string problem = options_.embedded ? "" : ", outside_";
     return "// Names of the model's quantities.\n#include \"" + file_ +
            ".hpp\"\n\nusing bf::generated::FixedName;\nusing bf::generated::FixedNames;\nusing "
            "bf::generated::NewValue;\nusing "
@@ -148,7 +161,11 @@ std::string Generator::tables() const {
            "        const Quantity* quantity = find_parameter(changes[i].name);\n"
            "        if (!quantity) return \"there is no parameter of this name\";\n"
            "        if (const char* wrong = bf::generated::check_all(*quantity, changes[i].values, "
-           "changes[i].count))\n            return wrong;\n    }\n"
+           "changes[i].count))\n            return wrong;\n"
+           "        const auto value = [&](int e) { return changes[i].values[e]; };\n"
+           "        if (const char* wrong = bf::generated::check_limits(*quantity, changes[i].count, value" +
+           problem +
+           "))\n            return wrong;\n    }\n"
            "    previous_ = parameters;\n" +
            (has_variables() ? "    previous_variables_ = variables;\n" : "") +
            (formulas_.formulas.empty() ? "" : "    previous_given_ = given_;\n") +
@@ -162,8 +179,11 @@ std::string Generator::tables() const {
            "    }\n"
            "    const char* const before = failure_;\n"
            "    const char* const block = failed_block_;\n"
-           "    if (follow() && (!is_initialized_ || compute_constants())) return nullptr;\n"
-           "    const char* const wrong = failure_;\n"
+           "    const char* wrong = follow() ? bf::generated::check_following(*this" +
+           problem +
+           ") : failure_;\n"
+           "    if (!wrong && is_initialized_ && !compute_constants()) wrong = failure_;\n"
+           "    if (!wrong) return nullptr;\n"
            "    parameters = previous_;\n" +
            (has_variables() ? "    variables = previous_variables_;\n" : "") +
            (formulas_.formulas.empty() ? "" : "    given_ = previous_given_;\n") +

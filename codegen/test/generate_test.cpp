@@ -294,6 +294,133 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
     EXPECT_NE(program("--overrun never"), 0);
 }
 
+/// A lag and a wave whose parameters have limits and follow from variables.
+const char* const limited_model = R"m(model: limited
+step: 0.1
+stop: 0.1
+solver: euler
+variables: {w: 4}
+blocks:
+  c: {block: Constant, value: 3}
+  v: {block: Constant, value: [1, 2]}
+  lag: {block: FilteredDerivative, time_constant: [0.1, 0.2]}
+  p: {block: Pulse, cycle: 1/w, width: 50}
+connections: {v: lag}
+)m";
+
+TEST(GeneratedProgram, HoldsParametersToTheirLimits) {
+    const Elaborated model(formats::read_yaml_text(limited_model, "m.yaml"));
+    const Program program(model.diagram, "limited");
+    ASSERT_EQ(program.compiled, 0);
+    const auto errors = [&](const std::string& parameters) {
+        write_text(program.folder.path / "p.yaml", parameters);
+        return program("--params p.yaml") == 0 ? "none" : program.text("errors.txt");
+    };
+    EXPECT_EQ(errors("p.width: 100\nlag.time_constant: 3\n"), "none");
+    EXPECT_EQ(errors("p:\n  width: 100.5\n  cycle: 0\nlag.time_constant: [1, -1]\n"),
+              "p.yaml:2: parameter 'p.width' must be from 0 to 100, but is 100.5\n"
+              "p.yaml:3: parameter 'p.cycle' must be greater than 0, but is 0\n"
+              "p.yaml:4: parameter 'lag.time_constant' must be greater than 0, but element 2 is -1\n");
+    EXPECT_EQ(errors("c.value: 1\nw: -4\n"),
+              "p.yaml: parameter 'p.cycle' must be greater than 0, but is -0.25\n");
+    EXPECT_EQ(errors("w: -4\np.cycle: 2\n"), "none") << "what was given follows no more";
+    ASSERT_EQ(program("--list"), 0);
+    EXPECT_NE(program.text("out.txt").find("p.width: 50  # 1x1 part of the cycle that is high, in percent; "
+                                           "from 0 to 100\n"),
+              std::string::npos)
+        << program.text("out.txt");
+    write_text(program.folder.path / "client.py", R"py(
+import pathlib, re, socket, subprocess
+program = subprocess.Popen(["./program", "--realtime", "--stop", "inf", "--command-port", "0"], text=True,
+                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+try:
+    port = None
+    while port is None:
+        found = re.search(r"127\.0\.0\.1:(\d+)", program.stderr.readline())
+        port = found and int(found[1])
+    lines = socket.create_connection(("127.0.0.1", port), timeout=20).makefile("rw")
+
+    def ask(line):
+        lines.write(line + "\n")
+        lines.flush()
+        return lines.readline().strip()
+
+    def values():
+        lines.write("?\n")
+        lines.flush()
+        found = {}
+        while (line := lines.readline().strip()):
+            name, value = line.split(": ", 1)
+            found[name] = value
+        return found["w"], found["c.value"], found["p.cycle"], found["lag.time_constant"]
+
+    before = values()
+    assert before == ("4", "3", "0.25", "[0.1, 0.2]"), before
+    assert ask("{c.value: 5, p.cycle: -1}") == "error: parameter 'p.cycle' must be greater than 0, but is -1"
+    assert ask("{c.value: 5, w: -2}") == "error: parameter 'p.cycle' must be greater than 0, but is -0.5"
+    assert values() == before, values()
+    assert ask("{c.value: 5, w: 2}") == "ok"
+    assert values() == ("2", "5", "0.5", "[0.1, 0.2]"), values()
+finally:
+    program.terminate()
+    program.wait(20)
+assert program.returncode == 0, program.returncode
+)py");
+    EXPECT_EQ(std::system((program.at + "timeout 60 python3 client.py").c_str()), 0);
+
+    std::filesystem::remove(program.folder.path / "main.cpp");
+    write_text(program.folder.path / "api.cpp", R"(
+#include "limited.hpp"
+#include <cstdio>
+int main() {
+    Limited m;
+    if (!m.initialize()) return 1;
+    const double width[] = {-1}, value[] = {7}, w[] = {-4};
+    const bf::generated::NewValue changes[] = {{"c.value", value, 1}, {"p.width", width, 1}};
+    const bf::generated::NewValue following[] = {{"c.value", value, 1}, {"w", w, 1}};
+    std::printf("%s\n", m.set_parameters(changes, 2));
+    std::printf("%s\n", m.set_parameters(following, 2));
+    std::printf("%g %g %g\n", m.parameters.c_value, m.parameters.p_width, m.variables.w);
+    std::printf("%d %d\n", m.set_parameter("c.value", value, 1) == nullptr, m.step());
+}
+)");
+    ASSERT_EQ(std::system((program.at + BF_CXX " -std=c++17 -ffp-contract=off -I. -Iinclude api.cpp "
+                                               "limited.cpp limited_tables.cpp -o api && ./api > out.txt")
+                              .c_str()),
+              0);
+    EXPECT_EQ(program.text("out.txt"), "parameter 'p.width' must be from 0 to 100, but is -1\n"
+                                       "parameter 'p.cycle' must be greater than 0, but is -0.25\n"
+                                       "3 50 4\n1 1\n");
+}
+
+TEST(GeneratedCode, ForMicrocontrollersRefusesWithoutFormattingNumbers) {
+    const Elaborated model(formats::read_yaml_text(limited_model, "m.yaml"));
+    const Folder folder("limited_embedded");
+    write(generate(model.diagram, {.embedded = true}), folder.path);
+    write_text(folder.path / "api.cpp", R"(
+#include "limited.hpp"
+#include <cstdio>
+int main() {
+    Limited m;
+    const double w[] = {-4}, cycle[] = {-1};
+    std::printf("%s\n", m.set_parameter("w", w, 1));
+    std::printf("%s\n", m.set_parameter("p.cycle", cycle, 1));
+    std::printf("%g\n", m.variables.w);
+}
+)");
+    ASSERT_EQ(
+        std::system(
+            ("cd " + folder.path.string() + " && " +
+             BF_CXX " -std=c++17 -ffp-contract=off -I. -Iinclude -c limited.cpp limited_tables.cpp && " BF_CXX
+                    " -std=c++17 -I. -Iinclude api.cpp limited.o limited_tables.o -o api && "
+                    "./api > out.txt && nm -u limited.o limited_tables.o > needs.txt")
+                .c_str()),
+        0);
+    EXPECT_EQ(read_text(folder.path / "out.txt"), "a value is outside of the parameter's limits\n"
+                                                  "a value is outside of the parameter's limits\n4\n");
+    EXPECT_EQ(read_text(folder.path / "needs.txt").find("printf"), std::string::npos);
+}
+
 /// A model in which each expression is the value of a constant c0, c1, ...
 std::string expressions_model(const std::vector<std::string>& expressions) {
     std::string text =

@@ -100,7 +100,8 @@ std::string Block::path_of(const std::string& file) const {
 template <class T>
 Argument<T>::Argument(Block* owner, const char* name, AboutArgument<T> about) : value_(about.initial) {
     auto& d = owner->declaration_;
-    d.arguments.push_back({name, about.doc, to_value(about.initial), about.choices});
+    const Limits limits{about.minimum, about.above, about.maximum};
+    d.arguments.push_back({name, about.doc, to_value(about.initial), about.choices, limits});
     const auto given = std::find_if(owner->arguments_->begin(), owner->arguments_->end(),
                                     [&](const auto& a) { return a.first == name; });
     if (given == owner->arguments_->end()) return;
@@ -108,6 +109,10 @@ Argument<T>::Argument(Block* owner, const char* name, AboutArgument<T> about) : 
         owner->problem("argument '" + std::string(name) + "' must be " + wanted<T> + ", not " +
                        given->second.describe());
         return;
+    }
+    if (const auto wrong = outside(limits, to_value(value_).data); !wrong.empty()) {
+        owner->problem("argument '" + std::string(name) + "' " + wrong);
+        value_ = about.initial; // so that ports which follow from it have a size
     }
     if constexpr (std::is_same_v<T, std::string>)
         if (!about.choices.empty() &&

@@ -15,6 +15,20 @@ const char* name(Role role) {
     return "";
 }
 
+std::string text_of(const Limits& limits) {
+    char text[96];
+    kernels::describe(limits, text, sizeof text);
+    return text;
+}
+
+std::string outside(const Limits& limits, const std::vector<double>& values) {
+    char text[192];
+    const auto value = [&](int i) { return values[static_cast<std::size_t>(i)]; };
+    const bool is_found =
+        kernels::find_outside(limits, static_cast<int>(values.size()), value, text, sizeof text);
+    return is_found ? text : "";
+}
+
 Dim::Dim(Block* owner, const char* name, std::function<int()> rule) {
     auto& dims = owner->declaration().dims;
     id_ = static_cast<int>(dims.size());
@@ -81,6 +95,7 @@ int declare(Block& owner, Role role, std::string name, const About& about, Shape
     slot.as_written = about.as_written;
     slot.initial_from = about.initial_from;
     slot.initial = about.initial;
+    if (role == Role::parameter) slot.limits = {about.minimum, about.above, about.maximum};
     if (symbol >= static_cast<int>(d.types.size())) d.types.resize(static_cast<std::size_t>(symbol) + 1);
     d.slots.push_back(std::move(slot));
     return static_cast<int>(d.slots.size()) - 1;

@@ -137,6 +137,11 @@ void give(Declaration& d, int index, const Value& value) {
     if (value.type != Type::float64 && slot.type_symbol >= 0) offer(d, index, value.type);
 }
 
+std::string outside_limits(const Slot& slot, const std::vector<double>& values, const std::string& path) {
+    const std::string wrong = outside(slot.limits, values);
+    return wrong.empty() ? wrong : "parameter '" + (path.empty() ? slot.name : path) + "' " + wrong;
+}
+
 void give_defaults(Declaration& d) {
     for (std::size_t i = 0; i < d.slots.size(); ++i) {
         const Slot& slot = d.slots[i];

@@ -2,7 +2,9 @@
 
 #include "bf/kernels/elementwise.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 
 namespace bf {
 namespace {
@@ -33,6 +35,10 @@ struct Arguable : Block {
     Argument<std::vector<double>> vector{this, "vector", {.initial = {1, 2}}};
     Argument<std::vector<int>> wholes{this, "wholes", {.initial = {1, 2}}};
     Argument<std::vector<std::string>> texts{this, "texts", {.initial = {"a"}}};
+    Argument<double> positive{this, "positive", {.initial = 1, .above = 0}};
+    Argument<int> few{this, "few", {.initial = 2, .minimum = 1, .maximum = 4}};
+    Argument<std::vector<double>> shares{this, "shares", {.minimum = 0, .maximum = 1}};
+    Argument<Matrix> most{this, "most", {.maximum = 9}};
 };
 
 std::string problem(const char* name, const Value& value) {
@@ -46,7 +52,7 @@ TEST(Argument, TakesItsDefaultAndDescribesIt) {
     EXPECT_EQ(*block.number, 1.5);
     EXPECT_EQ(*block.mode, "slow");
     EXPECT_TRUE(block.declaration().problems.empty());
-    ASSERT_EQ(block.declaration().arguments.size(), 8u);
+    ASSERT_EQ(block.declaration().arguments.size(), 12u);
     EXPECT_EQ(block.declaration().arguments[3].choices, (std::vector<std::string>{"slow", "fast"}));
     EXPECT_EQ(block.declaration().arguments[0].initial.data, (std::vector<double>{1.5}));
 }
@@ -84,6 +90,54 @@ TEST(Argument, RefusesEveryWrongKind) {
 
 TEST(Argument, NamesItsChoices) {
     EXPECT_EQ(problem("mode", "quick"), "argument 'mode' is 'quick', but must be one of 'slow', 'fast'");
+}
+
+TEST(Argument, KeepsItsLimits) {
+    EXPECT_EQ(problem("positive", 0), "argument 'positive' must be greater than 0, but is 0");
+    EXPECT_EQ(problem("positive", 1e-300), "");
+    EXPECT_EQ(problem("positive", NAN), "argument 'positive' must be greater than 0, but is NaN");
+    EXPECT_EQ(problem("number", NAN), "") << "without limits it is a number like any other";
+    EXPECT_EQ(problem("few", 1), "");
+    EXPECT_EQ(problem("few", 4), "");
+    EXPECT_EQ(problem("few", 5), "argument 'few' must be from 1 to 4, but is 5");
+    EXPECT_EQ(problem("shares", Value(Matrix{{0.5, 1.0, 1.5}})),
+              "argument 'shares' must be from 0 to 1, but element 3 is 1.5");
+    EXPECT_EQ(problem("most", Value(Matrix{{1.0, 2.0}, {10.0, 3.0}})),
+              "argument 'most' must be at most 9, but element 2 is 10");
+    const Arguments arguments{{"few", -3}};
+    EXPECT_EQ(*Arguable(arguments).few, 2) << "the default, for ports that follow from it";
+}
+
+// ---- limits
+
+TEST(Limits, SayWhatIsAllowedAndWhatIsNot) {
+    EXPECT_EQ(text_of({}), "");
+    EXPECT_EQ(text_of({.minimum = 0}), "at least 0");
+    EXPECT_EQ(text_of({.above = 0}), "greater than 0");
+    EXPECT_EQ(text_of({.maximum = 0.1}), "at most 0.1");
+    EXPECT_EQ(text_of({.minimum = -1, .maximum = 1}), "from -1 to 1");
+    EXPECT_EQ(text_of({.above = 0, .maximum = 1}), "greater than 0 and at most 1");
+    const double infinity = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(outside({.above = 0}, {1, infinity}), "");
+    EXPECT_EQ(outside({.minimum = 0}, {-infinity}), "must be at least 0, but is -inf");
+    EXPECT_EQ(outside({.maximum = 1}, {std::nextafter(1, 2)}),
+              "must be at most 1, but is 1.0000000000000002");
+    EXPECT_EQ(outside({.minimum = 0, .maximum = 1}, {0, 1, NAN}),
+              "must be from 0 to 1, but element 3 is NaN");
+    EXPECT_EQ(outside({}, {NAN}), "");
+}
+
+TEST(Limits, BelongToParametersAlone) {
+    struct Limited : Block {
+        Parameter<double> p{this, "p", {.initial = {1}, .minimum = 0, .maximum = 2}};
+        Input<double> u{this, "u", {.minimum = 0}};
+    };
+    const Limited block;
+    const auto& slots = block.declaration().slots;
+    EXPECT_EQ(text_of(slots[0].limits), "from 0 to 2");
+    EXPECT_FALSE(slots[1].limits.are_given());
+    EXPECT_EQ(outside_limits(slots[0], {3}), "parameter 'p' must be from 0 to 2, but is 3");
+    EXPECT_EQ(outside_limits(slots[0], {3}, "a.b.p"), "parameter 'a.b.p' must be from 0 to 2, but is 3");
 }
 
 // ---- sizes and types

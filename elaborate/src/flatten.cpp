@@ -379,7 +379,7 @@ class Flattener {
         node.where = block.where;
         auto& d = node.block->declaration();
         for (const auto& problem : d.problems) e_.report.add(block.where, path, problem);
-        give_parameters(scope, path, d, parameters);
+        give_parameters(scope, path, d, parameters, block.where);
         node.sources.resize(d.slots.size());
         node.providers.resize(d.requirements.size());
 
@@ -447,7 +447,17 @@ class Flattener {
     }
 
     void give_parameters(const Scope& scope, const std::string& path, Declaration& d,
-                         const std::vector<const model::Setting*>& parameters) {
+                         const std::vector<const model::Setting*>& parameters, const model::Location& where) {
+        const auto check_limits = [&](const Slot& slot, const model::Location& at) {
+            const auto wrong =
+                outside_limits(slot, slot.initial.empty() ? std::vector<double>{0} : slot.initial);
+            if (!wrong.empty()) e_.report.add(at, path, wrong);
+        };
+        for (const Slot& slot : d.slots) // a default may lie outside: then a value must be given
+            if (slot.role == Role::parameter &&
+                std::none_of(parameters.begin(), parameters.end(),
+                             [&](const auto* setting) { return setting->name == slot.name; }))
+                check_limits(slot, where);
         for (const auto* setting : parameters) {
             const int index = d.find(setting->name, Role::parameter);
             if (index < 0) {
@@ -471,6 +481,7 @@ class Flattener {
             }
             try {
                 give(d, index, *value);
+                check_limits(slot, setting->value.where);
             } catch (const ResolutionError& error) {
                 e_.report.add(setting->value.where, path,
                               "'" + setting->value.text + "' does not fit: " + error.what());

@@ -1,5 +1,6 @@
 #include "bf/elaborate/tuning.hpp"
 
+#include "bf/core/resolve.hpp"
 #include "bf/matlab/interpreter.hpp"
 
 #include <algorithm>
@@ -143,7 +144,10 @@ NamedValues Tuning::change(State& state, const NamedValues& changes) const {
             throw TuningError(what + "would become NaN");
         state.values[i] = std::move(value);
         is_stale[i] = true;
-        if (definition.kind == Kind::parameter) result.emplace_back(definition.path, std::move(numbers));
+        if (definition.kind != Kind::parameter) continue;
+        const auto wrong = outside_limits(diagram_.slot(definition.end), numbers, definition.path);
+        if (!wrong.empty()) throw TuningError(wrong);
+        result.emplace_back(definition.path, std::move(numbers));
     }
     return result;
 }

@@ -288,7 +288,26 @@ TEST(Errors, WrongParametersAreRefused) {
         "m.yaml:8:33: d: '[1, 2]' does not fit: parameter 'duration' has length 1, but is wired to length 2\n"
         "m.yaml:9:3: e: argument 'multiplication' is 'sideways', but must be one of 'elementwise', 'K*u', "
         "'u*K'\n"
-        "m.yaml:10:3: h: argument 'steps' is 0, but must be at least 1");
+        "m.yaml:10:3: h: argument 'steps' must be from 1 to 1000000, but is 0");
+}
+
+TEST(Errors, ValuesOutsideOfTheirLimitsAreRefusedTogether) {
+    const std::string text = "model: m\nstep: 0.1\nvariables: {T: 1 - 2}\nblocks:\n"
+                             "  lag: {block: FilteredDerivative, time_constant: [0.1, T]}\n"
+                             "  part:\n    inputs: [u]\n    blocks:\n"
+                             "      q: {block: Quantize, interval: 0}\n    connections: {u: q}\n"
+                             "  p: {block: Pulse, width: 101, cycle: nan}\n"
+                             "  c: {block: CounterFree, bits: 33}\n"
+                             "connections: {p: [lag, part.u]}\n";
+    EXPECT_EQ(errors_of(text),
+              "m.yaml:5:51: lag: parameter 'time_constant' must be greater than 0, but element 2 is -1\n"
+              "m.yaml:9:38: part.q: parameter 'interval' must be greater than 0, but is 0\n"
+              "m.yaml:11:28: p: parameter 'width' must be from 0 to 100, but is 101\n"
+              "m.yaml:11:40: p: parameter 'cycle' must be greater than 0, but is NaN\n"
+              "m.yaml:12:3: c: argument 'bits' must be from 1 to 32, but is 33");
+    EXPECT_EQ(errors_of("model: m\nstep: 0.1\nvariables: {T: 1}\nblocks:\n  p: {block: Pulse, cycle: T}\n",
+                        {{"T", "-2"}}),
+              "m.yaml:5:28: p: parameter 'cycle' must be greater than 0, but is -2");
 }
 
 TEST(Errors, UnknownSignalToRecordIsNamedWithSimilarOnes) {

@@ -93,6 +93,26 @@ TEST(Tuning, RefusesWhatIsFixedAndSaysWhy) {
     EXPECT_EQ(refusal({{"mode", {1}}}), "variable 'mode' cannot change in a run: it is a text");
 }
 
+TEST(Tuning, RefusesParametersThatFollowOutsideOfTheirLimits) {
+    const auto model =
+        elaborate_text("model: m\nstep: 1\nvariables: {w: 4, twice: 2*w}\nblocks:\n"
+                       "  inside:\n    blocks: {p: {block: Pulse, cycle: 1/w, width: twice}}\n");
+    Tuning tuning(model.diagram);
+    const auto refused = [&](const NamedValues& changes) -> std::string {
+        try {
+            tuning.follow(changes);
+            tuning.accept(changes);
+        } catch (const TuningError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(refused({{"w", {60}}}), "parameter 'inside.p.width' must be from 0 to 100, but is 120");
+    EXPECT_EQ(refused({{"w", {-4}}}), "parameter 'inside.p.cycle' must be greater than 0, but is -0.25");
+    EXPECT_EQ(tuning.variables()[0].values, std::vector<double>{4});
+    EXPECT_EQ(refused({{"w", {60}}, {"inside.p.width", {50}}}), "") << "what was given follows no more";
+}
+
 TEST(Tuning, IterationsKnowTheirNumberAndShareTheVariables) {
     const auto model = elaborate_text(R"m(
 model: m

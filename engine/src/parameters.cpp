@@ -1,4 +1,5 @@
 // Parameters of a running simulation.
+#include "bf/core/resolve.hpp"
 #include "bf/engine/simulation.hpp"
 
 #include <algorithm>
@@ -74,6 +75,7 @@ ParameterChange Simulation::prepare(const std::vector<ParameterValue>& changes) 
         for (const double value : values)
             if (const auto allowed = unfit(s.type, value); !allowed.empty())
                 throw RunError("parameter '" + path + "' takes " + allowed);
+        if (const auto wrong = outside_limits(s, values, path); !wrong.empty()) throw RunError(wrong);
         auto* const at = static_cast<std::byte*>(context_.data(node, slot));
         if (std::any_of(result.parts.begin(), result.parts.end(),
                         [&](const auto& part) { return part.at == at; }))

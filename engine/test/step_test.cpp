@@ -345,6 +345,29 @@ TEST(Parameters, AreHeldToTheirType) {
     EXPECT_EQ(run("i"), -128);
 }
 
+TEST(Parameters, AreHeldToTheirLimits) {
+    Session run("model: m\nstep: 1\nblocks:\n  p: {block: Pulse, cycle: [2, 4], width: 50}\n"
+                "  c: {block: Constant, value: 3}\n");
+    const auto refused = [&](const std::vector<ParameterValue>& changes) -> std::string {
+        try {
+            auto change = run.simulation->prepare(changes);
+            EXPECT_TRUE(run.simulation->apply(change));
+        } catch (const RunError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(refused({{"c.value", {5}}, {"p.cycle", {0}}}),
+              "parameter 'p.cycle' must be greater than 0, but is 0");
+    EXPECT_EQ(refused({{"c.value", {5}}, {"p.cycle", {1, -2}}}),
+              "parameter 'p.cycle' must be greater than 0, but element 2 is -2");
+    EXPECT_EQ(refused({{"c.value", {5}}, {"p.width", {100.5}}}),
+              "parameter 'p.width' must be from 0 to 100, but is 100.5");
+    EXPECT_EQ(run("c"), 3) << "nothing is changed";
+    EXPECT_EQ(refused({{"c.value", {5}}, {"p.width", {100}}}), "") << "the ends belong to it";
+    EXPECT_EQ(run("c"), 5);
+}
+
 TEST(Parameters, ChangeAllOrNone) {
     Session run("model: m\nstep: 1\nblocks:\n  a: {block: Constant, value: 1}\n  b: {block: Constant, value: "
                 "[1, 2]}\n");

@@ -37,7 +37,7 @@ TEST(Server, AnswersAViewerThatIsNotOurs) {
     Loaded loaded(R"m(
 model: served
 step: 0.001
-variables: {k: 3, T: 0.01}
+variables: {k: 3, T: 0.01, cycle: 2}
 blocks:
   twice: {block: Constant, value: "2*k*[1 1]"}
   clock: {block: Clock}
@@ -46,6 +46,7 @@ blocks:
   flag: {block: Constant, value: true}
   small: {block: Constant, value: int8(1)}
   slow: {block: Clock, period: T}
+  pulse: {block: Pulse, cycle: cycle}
 connections: {clock: gain}
 )m");
     Simulation simulation(loaded.diagram);

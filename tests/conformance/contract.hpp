@@ -92,6 +92,10 @@ inline void check_wired(RunBlock& run, const std::string& where, Verdict& verdic
     const int count = static_cast<int>(slots.size());
     const auto role = [&](int i) { return slots[static_cast<std::size_t>(i)].role; };
     const auto name_of = [&](int i) { return "'" + slots[static_cast<std::size_t>(i)].name + "'"; };
+    for (const Slot& s : slots)
+        if (const auto wrong = outside_limits(s, s.initial.empty() ? std::vector<double>{0} : s.initial);
+            s.role == Role::parameter && !wrong.empty())
+            broken("its own default: " + wrong);
 
     std::mt19937 random(7);
     randomise(run, random);

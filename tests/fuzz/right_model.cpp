@@ -253,7 +253,8 @@ class Writer {
         }
         static constexpr std::array numbers{0.5, 1.0, 2.0, -1.0, 3.0};
         for (const auto& slot : plain->declaration().slots)
-            if (slot.role == Role::parameter && chance_.one_in(10)) add(slot.name, chance_.of(numbers));
+            if (slot.role == Role::parameter && chance_.one_in(10))
+                if (const double x = chance_.of(numbers); slot.limits.allow(x)) add(slot.name, x);
         return settings;
     }
 

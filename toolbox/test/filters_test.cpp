@@ -147,8 +147,9 @@ TEST(DiscreteFilter, RefusesImpossibleArguments) {
     expect_contains(text(", denominator: [0 1]"),
                     "x: argument 'denominator' must begin with a_0 other than 0");
     expect_contains(text(", filter_type: FirstOrderLowPassFilter, cut_frequency: 0"),
-                    "x: argument 'cut_frequency' must be above 0 Hz");
-    expect_contains(text(", filter_type: MedianFilter, order: 0"), "x: argument 'order' must be at least 1");
+                    "x: argument 'cut_frequency' must be greater than 0, but is");
+    expect_contains(text(", filter_type: MedianFilter, order: 0"),
+                    "x: argument 'order' must be at least 1, but is 0");
     expect_contains(text(", filter_type: Median"), "x: ");
     expect_contains(text(", filter_type: Median"), "MedianFilter");
     expect_contains(text(", y0: [1 2]", 3),

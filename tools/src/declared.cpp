@@ -75,7 +75,8 @@ DeclaredQuantity quantity(const Declaration& d, const Slot& slot) {
             slot.initial_from >= 0 ? d.slots[static_cast<std::size_t>(slot.initial_from)].name
             : has_initial          ? initial_text(slot)
                                    : "",
-            ""};
+            "",
+            slot.limits};
 }
 
 /// Another value of the argument, and what to call it: does it bring ports, or take them away?
@@ -162,6 +163,11 @@ std::string first_sentence(const std::string& doc) {
     return doc.substr(0, end == std::string::npos && doc.ends_with('.') ? doc.size() - 1 : end);
 }
 
+std::string with_limits(const std::string& doc, const Limits& limits) {
+    const std::string text = text_of(limits);
+    return doc + (doc.empty() || text.empty() ? "" : "; ") + text;
+}
+
 Declared declared(const BlockClass& type) {
     const auto block = type.make({});
     const Declaration& d = block->declaration();
@@ -170,7 +176,7 @@ Declared declared(const BlockClass& type) {
         if (is_shown(slot)) result.quantities.push_back(quantity(d, slot));
     for (const auto& argument : d.arguments) {
         result.arguments.push_back({argument.name, type_text(argument.initial), value_text(argument.initial),
-                                    argument.doc, argument.choices});
+                                    argument.doc, argument.choices, argument.limits});
         vary(result, type, d, argument);
     }
     for (const auto& r : d.requirements) result.needs.push_back({r.type, r.doc});

@@ -11,6 +11,7 @@ namespace bf::tools {
 struct DeclaredArgument {
     std::string name, type, initial, doc;
     std::vector<std::string> choices; ///< empty: any
+    Limits limits;
 };
 
 /// A port, parameter or state.
@@ -19,6 +20,7 @@ struct DeclaredQuantity {
     std::string name, size, type, unit, doc;
     std::string initial; ///< default of a parameter or an optional input, first value of a state; else empty
     std::string condition; ///< the argument that brings it, e.g. "use_lb: true"; empty: always there
+    Limits limits;         ///< of a parameter
 };
 
 struct Declared {
@@ -36,6 +38,9 @@ Declared declared(const BlockClass& type);
 
 /// What the text says up to its first full stop, without that.
 std::string first_sentence(const std::string& doc);
+
+/// What a value means and what it may be: "of the lag; greater than 0".
+std::string with_limits(const std::string& doc, const Limits& limits);
 
 /// The roles that people see, in the order in which they are shown, and their headings.
 inline constexpr std::pair<Role, const char*> shown_roles[] = {{Role::input, "inputs"},

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -24,6 +25,12 @@ struct DescribeOptions {
 
 constexpr const char* standard = "standard"; // what people call the library without a name
 
+void add_limits(nlohmann::ordered_json& json, const Limits& limits) {
+    if (std::isfinite(limits.minimum)) json["minimum"] = limits.minimum;
+    if (std::isfinite(limits.above)) json["above"] = limits.above;
+    if (std::isfinite(limits.maximum)) json["maximum"] = limits.maximum;
+}
+
 nlohmann::ordered_json to_json(const Declared& block) {
     nlohmann::ordered_json json{{"name", block.qualified_name}, {"group", block.group}, {"doc", block.doc}};
     for (const char* list : {"arguments", "quantities", "needs", "provides"})
@@ -32,6 +39,7 @@ nlohmann::ordered_json to_json(const Declared& block) {
         json["arguments"].push_back(
             {{"name", a.name}, {"type", a.type}, {"default", a.initial}, {"doc", a.doc}});
         if (!a.choices.empty()) json["arguments"].back()["choices"] = a.choices;
+        add_limits(json["arguments"].back(), a.limits);
     }
     for (const auto& q : block.quantities) {
         json["quantities"].push_back({{"name", q.name},
@@ -42,6 +50,7 @@ nlohmann::ordered_json to_json(const Declared& block) {
                                       {"doc", q.doc}});
         if (!q.initial.empty()) json["quantities"].back()["initial"] = q.initial;
         if (!q.condition.empty()) json["quantities"].back()["only_with"] = q.condition;
+        add_limits(json["quantities"].back(), q.limits);
     }
     for (const auto& need : block.needs)
         json["needs"].push_back({{"resource", need.type}, {"doc", need.doc}});
@@ -80,15 +89,17 @@ void print(const Declared& block) {
     for (const auto& a : block.arguments) {
         std::string choices;
         for (const auto& c : a.choices) choices += (choices.empty() ? "one of " : ", ") + c;
+        const std::string doc = with_limits(a.doc, a.limits);
         rows.push_back(
-            {a.name, "= " + a.initial, a.doc + (a.doc.empty() || choices.empty() ? "" : "; ") + choices});
+            {a.name, "= " + a.initial, doc + (doc.empty() || choices.empty() ? "" : "; ") + choices});
     }
     section("arguments (fixed when the block is made)");
     for (const auto& [role, heading] : shown_roles) {
         for (const auto& q : block.quantities)
             if (q.role == role)
                 rows.push_back({q.name, q.initial.empty() ? "" : "= " + q.initial, q.size, q.type, q.unit,
-                                q.doc + (q.condition.empty() ? "" : " (only with " + q.condition + ")")});
+                                with_limits(q.doc, q.limits) +
+                                    (q.condition.empty() ? "" : " (only with " + q.condition + ")")});
         section(heading);
     }
     for (const auto& need : block.needs)

@@ -47,7 +47,7 @@ std::string argument_table(const Declared& block) {
     for (const auto& a : block.arguments) {
         std::string choices;
         for (const auto& choice : a.choices) choices += (choices.empty() ? "one of " : ", ") + code(choice);
-        const std::string doc = plain(a.doc);
+        const std::string doc = plain(with_limits(a.doc, a.limits));
         rows.push_back({code(a.name), a.type, code(a.initial),
                         doc + (doc.empty() || choices.empty() ? "" : "; ") + choices});
     }
@@ -58,8 +58,8 @@ std::string quantity_table(const Declared& block, Role role, const std::string& 
     std::vector<Row> rows;
     for (const auto& q : block.quantities)
         if (q.role == role)
-            rows.push_back({code(q.name), q.size, q.type, plain(q.unit), code(q.initial), plain(q.doc),
-                            code(q.condition)});
+            rows.push_back({code(q.name), q.size, q.type, plain(q.unit), code(q.initial),
+                            plain(with_limits(q.doc, q.limits)), code(q.condition)});
     const bool is_state = role == Role::discrete_state || role == Role::continuous_state;
     const char* initial = is_state ? "at the start" : role == Role::input ? "unconnected" : "default";
     return rows.empty() ? "" : table({head, "size", "type", "unit", initial, "meaning", "only with"}, rows);

@@ -71,7 +71,8 @@ Field field_of(const PositionalValue& value) {
     const bool is_period = value.goal == PositionalValue::Goal::period;
     const bool is_switch = value.initial.kind == Value::Kind::number && value.initial.type == Type::boolean &&
                            value.initial.data.size() == 1 && value.goal == PositionalValue::Goal::argument;
-    Field field{value.metadata.name + (value.doc.empty() ? "" : ": " + value.doc),
+    const std::string doc = with_limits(value.doc, value.limits);
+    Field field{value.metadata.name + (doc.empty() ? "" : ": " + doc),
                 "edit",
                 variable_name(value.metadata.name),
                 expression(value.initial),
@@ -145,7 +146,7 @@ std::string help(const Declared& block) {
             if (is_first) text += "\n" + std::string(heading) + ":\n";
             is_first = false;
             text += "  " + q.name + "  " + q.size + "  " + q.type + (q.unit == "any" ? "" : "  " + q.unit) +
-                    (q.doc.empty() ? "" : "  " + q.doc) +
+                    (q.doc.empty() ? "" : "  " + with_limits(q.doc, q.limits)) +
                     (q.condition.empty() ? "" : " (only with " + q.condition + ")") + "\n";
         }
     }

@@ -140,6 +140,18 @@ TEST_F(Verbs, DescribeListsLibrariesAndBlocks) {
     for (const std::string what : {"", "Gain", "standard", "WholeBodyToolbox"})
         EXPECT_FALSE(nlohmann::json::parse(bf("describe --json " + what).out).empty());
     EXPECT_EQ(nlohmann::json::parse(bf("describe --json Gain").out)["name"], "Gain");
+    EXPECT_CONTAINS(bf("describe Pulse").out, "part of the cycle that is high, in percent; from 0 to 100\n");
+    EXPECT_CONTAINS(bf("describe CounterFree").out, "length of the counter; from 1 to 32\n");
+    const auto pulse = nlohmann::json::parse(bf("describe --json Pulse").out);
+    for (const auto& quantity : pulse["quantities"]) {
+        if (quantity["name"] == "width") {
+            EXPECT_EQ(quantity["minimum"], 0);
+            EXPECT_EQ(quantity["maximum"], 100);
+        }
+        EXPECT_EQ(quantity.contains("minimum"), quantity["name"] == "width");
+        EXPECT_EQ(quantity.contains("above"), quantity["name"] == "cycle");
+    }
+    EXPECT_EQ(nlohmann::json::parse(bf("describe --json CounterFree").out)["arguments"][0]["maximum"], 32);
 }
 
 TEST_F(Verbs, DoctorSaysWhatThereIs) {

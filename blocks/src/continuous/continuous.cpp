@@ -39,7 +39,7 @@ class FilteredDerivative final : public Block {
     Parameter<Numbers> time_constant{
         this,
         "time_constant",
-        {.shape = shape, .initial = {0.01}, .unit = unit<"s">, .doc = "of the lag, above 0"}};
+        {.shape = shape, .initial = {0.01}, .above = 0, .unit = unit<"s">, .doc = "of the lag"}};
     Parameter<Numbers> initial{
         this,
         "initial",

@@ -49,17 +49,23 @@ class TransportDelay final : public Block {
                                        {.initial = "internal",
                                         .doc = "delay from the parameter or from an input",
                                         .choices = {"internal", "external"}}};
-    Argument<int> buffer{
-        this,
-        "buffer",
-        {.initial = 1024, .doc = "samples kept, one per step: at least the delay's steps + 1"}};
+    Argument<int> buffer{this,
+                         "buffer",
+                         {.initial = 1024,
+                          .minimum = 1,
+                          .maximum = most_samples,
+                          .doc = "samples kept, one per step: at least the delay's steps + 1"}};
     const bool is_external = *delay_source == "external";
-    const int capacity = std::max(2, at_least_one(*this, "buffer", *buffer, most_samples));
+    const int capacity = std::max(2, *buffer);
     AnyShape shape{this};
-    Parameter<Numbers> delay{
-        this,
-        "delay",
-        {.shape = scalar, .initial = {1}, .unit = unit<"s">, .doc = "at least 0", .present = !is_external}};
+    Parameter<Numbers> delay{this,
+                             "delay",
+                             {.shape = scalar,
+                              .initial = {1},
+                              .minimum = 0,
+                              .unit = unit<"s">,
+                              .doc = "from u to y",
+                              .present = !is_external}};
     Parameter<Numbers> initial{
         this, "initial", {.shape = scalar, .initial = {0}, .unit = any_unit, .doc = "y before the first u"}};
     Input<Numbers> u{this, "u", any(shape)};
@@ -89,7 +95,7 @@ class FirstOrderHold final : public Block {
     Parameter<double> interval{
         this,
         "interval",
-        {.initial = {1}, .unit = unit<"s">, .doc = "T, from sample to sample: whole base steps"}};
+        {.initial = {1}, .above = 0, .unit = unit<"s">, .doc = "T, from sample to sample: whole base steps"}};
     Input<Numbers> u{this, "u", any(shape)};
     Output<Numbers> y{this, "y", any(shape, "straight on from the last two samples")};
     DiscreteState<double> time{this, "time", {.unit = unit<"s">, .doc = "of the newest sample"}};

@@ -51,9 +51,11 @@ class Friction final : public Block {
   public:
     using Block::Block;
     Parameter<> coulomb{
-        this, "coulomb", {.initial = {1}, .unit = any_unit, .doc = "height of the jump at 0"}};
+        this, "coulomb", {.initial = {1}, .minimum = 0, .unit = any_unit, .doc = "height of the jump at 0"}};
     Parameter<> viscous{
-        this, "viscous", {.initial = {1}, .unit = any_unit, .doc = "slope, unit of y per unit of u"}};
+        this,
+        "viscous",
+        {.initial = {1}, .minimum = 0, .unit = any_unit, .doc = "slope, unit of y per unit of u"}};
     Input<> u{this, "u", any("velocity")};
     Output<> y{this, "y", any("friction, in the direction of u")};
     OutputRule rule{this, kernels::Friction{}, y, coulomb, viscous, u};
@@ -86,8 +88,9 @@ class WrapToZero final : public Block {
 class Quantize final : public Block {
   public:
     using Block::Block;
-    Parameter<> interval{
-        this, "interval", {.initial = {0.5}, .unit = any_unit, .doc = "distance of the steps, q"}};
+    Parameter<> interval{this,
+                         "interval",
+                         {.initial = {0.5}, .above = 0, .unit = any_unit, .doc = "distance of the steps, q"}};
     Input<> u{this, "u", any()};
     Output<> y{this, "y", any()};
     GuardOf<Array<double>> at_edge{this, "at_edge", {.doc = "zero halfway between two values of y"}};
@@ -147,7 +150,9 @@ class Backlash final : public Block {
     using Block::Block;
     AnyShape shape{this};
     Parameter<> width{
-        this, "width", {.shape = scalar, .initial = {1}, .unit = any_unit, .doc = "play, from stop to stop"}};
+        this,
+        "width",
+        {.shape = scalar, .initial = {1}, .minimum = 0, .unit = any_unit, .doc = "play, from stop to stop"}};
     Parameter<> initial{
         this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y before the first step"}};
     Input<> u{this, "u", any(shape)};

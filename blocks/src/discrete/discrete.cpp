@@ -52,8 +52,9 @@ class Delay final : public Block {
         UpdateRule(this, kernels::Shift{}, next(past), kept, u);
         reset_input.declare_memory(this);
     }
-    Argument<int> steps{this, "steps", {.initial = 2, .doc = "length of the delay"}};
-    const int length = at_least_one(*this, "steps", *steps, most_samples);
+    Argument<int> steps{
+        this, "steps", {.initial = 2, .minimum = 1, .maximum = most_samples, .doc = "length of the delay"}};
+    const int length = *steps;
     AnyShape shape{this};
     Parameter<> initial{
         this, "initial", {.shape = scalar, .initial = {0}, .unit = any_unit, .doc = "y in the first steps"}};
@@ -86,10 +87,13 @@ class TappedDelay final : public Block {
             OutputRule(this, kernels::Copy{}, y, past);
         UpdateRule(this, kernels::Shift{}, next(past), past, u);
     }
-    Argument<int> steps{this, "steps", {.initial = 4, .doc = "number of samples kept"}};
+    Argument<int> steps{
+        this,
+        "steps",
+        {.initial = 4, .minimum = 1, .maximum = most_samples, .doc = "number of samples kept"}};
     Argument<bool> include_current{
         this, "include_current", {.initial = false, .doc = "y begins with u[k] instead of u[k-1]"}};
-    const int length = at_least_one(*this, "steps", *steps, most_samples);
+    const int length = *steps;
     Parameter<> initial{
         this, "initial", {.shape = scalar, .initial = {0}, .unit = any_unit, .doc = "y in the first steps"}};
     Input<> u{this, "u", any("a vector gives one column per element")};
@@ -178,16 +182,20 @@ template <class Bound> class RateLimit final : public Block {
     using Block::Block;
     AnyShape shape{this};
     Input<> u{this, "u", any(shape)};
-    Bound rising{
-        this,
-        "rising",
-        {.shape = of_bound(), .initial = {1}, .unit = any_unit, .doc = "fastest rise, unit of u per second"}};
+    Bound rising{this,
+                 "rising",
+                 {.shape = of_bound(),
+                  .initial = {1},
+                  .minimum = 0,
+                  .unit = any_unit,
+                  .doc = "fastest rise, unit of u per second"}};
     Bound falling{this,
                   "falling",
                   {.shape = of_bound(),
                    .initial = {-1},
+                   .maximum = 0,
                    .unit = any_unit,
-                   .doc = "fastest fall, negative, unit of u per second"}};
+                   .doc = "fastest fall, unit of u per second"}};
     Parameter<> initial{
         this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y before the first step"}};
     Output<> y{this, "y", any(shape)};
@@ -271,7 +279,9 @@ class OnDelay final : public Block {
   public:
     using Block::Block;
     Parameter<double> duration{
-        this, "duration", {.initial = {0.1}, .unit = unit<"s">, .doc = "for how long u must have been true"}};
+        this,
+        "duration",
+        {.initial = {0.1}, .minimum = 0, .unit = unit<"s">, .doc = "for how long u must have been true"}};
     Input<> u{this, "u", {.shape = scalar, .doc = "truth value"}};
     Output<bool> y{this, "y"};
     DiscreteState<double> since{this, "since", {.unit = unit<"s">, .doc = "for how long u has been true"}};

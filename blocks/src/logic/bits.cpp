@@ -12,8 +12,6 @@ namespace {
 class Bitwise final : public Block {
   public:
     explicit Bitwise(const Arguments& arguments) : Block(arguments) {
-        if (inputs < 0)
-            problem("argument 'inputs' is " + std::to_string(*inputs) + ", but must be at least 0");
         const auto& op = *operation;
         if (op == "NOT")
             OutputRule(this, kernels::BitNot{}, y, u);
@@ -35,8 +33,12 @@ class Bitwise final : public Block {
                                     {.initial = "AND",
                                      .doc = "how bits are joined",
                                      .choices = {"AND", "OR", "XOR", "NAND", "NOR", "NOT"}}};
-    Argument<int> inputs{
-        this, "inputs", {.initial = 0, .doc = "number of inputs; 0: one, joined with the mask; NOT has one"}};
+    Argument<int> inputs{this,
+                         "inputs",
+                         {.initial = 0,
+                          .minimum = 0,
+                          .maximum = most_ports,
+                          .doc = "number of inputs; 0: one, joined with the mask; NOT has one"}};
     const bool has_one = *inputs < 1 || *operation == "NOT", has_mask = has_one && *operation != "NOT";
     Parameter<> mask{
         this,

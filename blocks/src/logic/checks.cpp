@@ -35,7 +35,12 @@ class StateMachine final : public Block {
         "transitions",
         {.initial = Matrix(0, 4),
          .doc = "rows [from to condition minimum_time], conditions from 1, 0: none"}};
-    Parameter<double> initial{this, "initial", {.initial = {1}, .doc = "number of the first state"}};
+    Parameter<double> initial{this,
+                              "initial",
+                              {.initial = {1},
+                               .minimum = 1,
+                               .maximum = static_cast<double>(states->size()),
+                               .doc = "number of the first state"}};
     Input<> conditions{this, "conditions", {.doc = "one truth value per condition", .optional = true}};
     Output<double> state{this, "state", {.doc = "number of the state"}};
     Output<double> time_in_state{

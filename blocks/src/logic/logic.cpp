@@ -40,8 +40,11 @@ class Logic final : public Block {
                                     {.initial = "AND",
                                      .doc = "how truth values are joined",
                                      .choices = {"AND", "OR", "NAND", "NOR", "XOR", "XNOR", "NOT"}}};
-    Argument<int> inputs{this, "inputs", {.initial = 2, .doc = "number of inputs; NOT has one"}};
-    InputList<> u{this, "u", *operation == "NOT" ? 1 : at_least_one(*this, "inputs", *inputs), {}};
+    Argument<int> inputs{
+        this,
+        "inputs",
+        {.initial = 2, .minimum = 1, .maximum = most_ports, .doc = "number of inputs; NOT has one"}};
+    InputList<> u{this, "u", *operation == "NOT" ? 1 : *inputs, {}};
     Output<Booleans> y{this, "y"};
 
     void infer(Inference& inference) const override {
@@ -162,11 +165,14 @@ class Switch final : public Block {
 class MultiportSwitch final : public Block {
   public:
     using Block::Block;
-    Argument<int> inputs{this, "inputs", {.initial = 2, .doc = "number of inputs to choose from"}};
+    Argument<int> inputs{
+        this,
+        "inputs",
+        {.initial = 2, .minimum = 1, .maximum = most_ports, .doc = "number of inputs to choose from"}};
     Argument<std::vector<int>> indices{
         this, "indices", {.initial = {}, .doc = "control value of each input; empty: 1, 2, …"}};
     Input<Other> control{this, "control", any("index of the input wanted")};
-    InputList<Any> u{this, "u", at_least_one(*this, "inputs", *inputs), any()};
+    InputList<Any> u{this, "u", *inputs, any()};
     Output<Any> y{this, "y", any()};
     Workspace<double> wanted{this, "wanted", {}};
     OutputRule rule_wanted{this, kernels::Copy{}, wanted, control};

@@ -45,6 +45,7 @@ class PseudoInverse final : public Block {
                           "tolerance",
                           {.shape = scalar,
                            .initial = {1e-4},
+                           .minimum = 0,
                            .unit = any_unit,
                            .doc = "damping σ, or the singular value up to which truncation cuts"}};
     Input<> u{this, "u", any()};

@@ -29,11 +29,12 @@ class Transpose final : public Block {
 class Reshape final : public Block {
   public:
     explicit Reshape(const Arguments& arguments) : Block(arguments) {
-        if (size->size() > 2 || std::any_of(size->begin(), size->end(), [](int n) { return n < 1; }))
-            problem("argument 'size' must be [] for a 1-D signal, [n] or [rows columns], all at least 1");
+        if (size->size() > 2) problem("argument 'size' must be [] for a 1-D signal, [n] or [rows columns]");
     }
     Argument<std::vector<int>> size{
-        this, "size", {.initial = {}, .doc = "[] for a 1-D signal of all elements, [n] or [rows columns]"}};
+        this,
+        "size",
+        {.initial = {}, .minimum = 1, .doc = "[] for a 1-D signal of all elements, [n] or [rows columns]"}};
     Input<> u{this, "u", any()};
     Output<> y{this, "y", any()};
     OutputRule rule{this, kernels::Copy{}, y, u};
@@ -54,14 +55,11 @@ class Reshape final : public Block {
 /// y = u(row … row + rows - 1, column … column + columns - 1).
 class Submatrix final : public Block {
   public:
-    explicit Submatrix(const Arguments& arguments) : Block(arguments) {
-        if (std::min({*row, *column, *rows, *columns}) < 1)
-            problem("arguments 'row', 'column', 'rows' and 'columns' must be at least 1");
-    }
-    Argument<int> row{this, "row", {.initial = 1, .doc = "first row, counted from 1"}};
-    Argument<int> column{this, "column", {.initial = 1, .doc = "first column, counted from 1"}};
-    Argument<int> rows{this, "rows", {.initial = 1, .doc = "number of rows"}};
-    Argument<int> columns{this, "columns", {.initial = 1, .doc = "number of columns"}};
+    using Block::Block;
+    Argument<int> row{this, "row", {.initial = 1, .minimum = 1, .doc = "first row, counted from 1"}};
+    Argument<int> column{this, "column", {.initial = 1, .minimum = 1, .doc = "first column, counted from 1"}};
+    Argument<int> rows{this, "rows", {.initial = 1, .minimum = 1, .doc = "number of rows"}};
+    Argument<int> columns{this, "columns", {.initial = 1, .minimum = 1, .doc = "number of columns"}};
     Input<> u{this, "u", any()};
     Output<> y{this, "y", any({Extent(*rows), Extent(*columns)})};
     OutputRule rule{this, kernels::Submatrix{}, y, Constants({double(*row)}), Constants({double(*column)}),
@@ -89,8 +87,9 @@ class ConcatenateMatrices final : public Block {
         this,
         "direction",
         {.initial = "horizontal", .doc = "side by side or stacked", .choices = {"horizontal", "vertical"}}};
-    Argument<int> inputs{this, "inputs", {.initial = 2, .doc = "number of inputs"}};
-    InputList<> u{this, "u", at_least_one(*this, "inputs", *inputs), any()};
+    Argument<int> inputs{
+        this, "inputs", {.initial = 2, .minimum = 1, .maximum = most_ports, .doc = "number of inputs"}};
+    InputList<> u{this, "u", *inputs, any()};
     Output<> y{this, "y", any()};
 
     void infer(Inference& inference) const override {
@@ -114,8 +113,9 @@ class ConcatenateMatrices final : public Block {
 class BlockDiagonal final : public Block {
   public:
     using Block::Block;
-    Argument<int> inputs{this, "inputs", {.initial = 2, .doc = "number of inputs"}};
-    InputList<> u{this, "u", at_least_one(*this, "inputs", *inputs), any()};
+    Argument<int> inputs{
+        this, "inputs", {.initial = 2, .minimum = 1, .maximum = most_ports, .doc = "number of inputs"}};
+    InputList<> u{this, "u", *inputs, any()};
     Output<> y{this, "y", any()};
     OutputRule rule{this, kernels::BlockDiagonal{}, y, u};
 
@@ -158,9 +158,9 @@ class DiagonalOf final : public Block {
 class Identity final : public Block {
   public:
     using Block::Block;
-    Argument<int> size{this, "size", {.initial = 3, .doc = "number of rows and columns"}};
-    Output<Matrix> y{this, "y",
-                     any({Extent(at_least_one(*this, "size", *size)), Extent(std::max(1, *size))})};
+    Argument<int> size{
+        this, "size", {.initial = 3, .minimum = 1, .maximum = 10'000, .doc = "number of rows and columns"}};
+    Output<Matrix> y{this, "y", any({Extent(*size), Extent(*size)})};
     OutputRule rule{this, kernels::Identity{}, y};
 };
 

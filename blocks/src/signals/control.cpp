@@ -13,10 +13,14 @@ namespace {
 class Merge final : public Block {
   public:
     using Block::Block;
-    Argument<int> inputs{
-        this, "inputs", {.initial = 2, .doc = "number of conditional subsystems that it merges"}};
+    Argument<int> inputs{this,
+                         "inputs",
+                         {.initial = 2,
+                          .minimum = 1,
+                          .maximum = most_ports,
+                          .doc = "number of conditional subsystems that it merges"}};
     AnyShape s{this};
-    InputList<> u{this, "u", at_least_one(*this, "inputs", *inputs), {.shape = s, .unit = any_unit}};
+    InputList<> u{this, "u", *inputs, {.shape = s, .unit = any_unit}};
     Output<> y{
         this, "y", {.shape = s, .unit = any_unit, .doc = "of the subsystem that ran last; 0 before any ran"}};
     std::vector<OutputRule> rules = [this] {
@@ -49,16 +53,21 @@ class While final : public Block {
                           .doc = "from outside, above 0: there is a first iteration",
                           .feedthrough = false,
                           .optional = true}};
-    Parameter<double> most{this, "most", {.initial = {1000}, .doc = "iterations after which the step fails"}};
+    Parameter<double> most{
+        this, "most", {.initial = {1000}, .minimum = 1, .doc = "iterations after which the step fails"}};
 };
 
 /// Exactly one output is true: that of the first true condition, else the last one.
 class If final : public Block {
   public:
     using Block::Block;
-    Argument<int> conditions{
-        this, "conditions", {.initial = 1, .doc = "number of conditions: if, then each elseif"}};
-    InputList<bool> u{this, "u", at_least_one(*this, "conditions", *conditions), {.doc = "condition"}};
+    Argument<int> conditions{this,
+                             "conditions",
+                             {.initial = 1,
+                              .minimum = 1,
+                              .maximum = most_ports,
+                              .doc = "number of conditions: if, then each elseif"}};
+    InputList<bool> u{this, "u", *conditions, {.doc = "condition"}};
     OutputList<bool> y{this, "y", u.size() + 1, {.doc = "enables the action; the last one is else"}};
     std::vector<OutputRule> rules = [this] {
         std::vector<OutputRule> made;

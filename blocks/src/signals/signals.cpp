@@ -17,8 +17,9 @@ std::vector<double> numbers(const std::vector<int>& values) { return {values.beg
 class Mux final : public Block {
   public:
     using Block::Block;
-    Argument<int> inputs{this, "inputs", {.initial = 2, .doc = "number of inputs"}};
-    InputList<> u{this, "u", at_least_one(*this, "inputs", *inputs), any()};
+    Argument<int> inputs{
+        this, "inputs", {.initial = 2, .minimum = 1, .maximum = most_ports, .doc = "number of inputs"}};
+    InputList<> u{this, "u", *inputs, any()};
     Output<> y{this, "y", any()};
     OutputRule rule{this, kernels::Concatenate{}, y, u};
 
@@ -41,11 +42,14 @@ class Mux final : public Block {
 class Demux final : public Block {
   public:
     explicit Demux(const Arguments& arguments) : Block(arguments) {
-        for (const int size : *sizes) at_least_one(*this, "sizes", size);
         if (sizes->empty()) problem("argument 'sizes' must be a number of outputs or the width of each");
     }
-    Argument<std::vector<int>> sizes{
-        this, "sizes", {.initial = {2}, .doc = "number of equal outputs, or the width of each output"}};
+    Argument<std::vector<int>> sizes{this,
+                                     "sizes",
+                                     {.initial = {2},
+                                      .minimum = 1,
+                                      .maximum = most_ports,
+                                      .doc = "number of equal outputs, or the width of each output"}};
     Input<> u{this, "u", any()};
     OutputList<> y{this, "y", count(), any()};
     OutputRule rule{this, kernels::Split{}, y, u};
@@ -77,7 +81,7 @@ class Demux final : public Block {
   private:
     int count() const {
         if (sizes->empty()) return 1;
-        return sizes->size() > 1 ? static_cast<int>(sizes->size()) : std::clamp(sizes->front(), 1, 10'000);
+        return sizes->size() > 1 ? static_cast<int>(sizes->size()) : sizes->front();
     }
 };
 
@@ -85,11 +89,7 @@ class Demux final : public Block {
 class Selector final : public Block {
   public:
     explicit Selector(const Arguments& arguments) : Block(arguments) {
-        const auto is_wrong = [](const std::vector<int>& list) {
-            return std::any_of(list.begin(), list.end(), [](int i) { return i < 1; });
-        };
-        if (indices->empty() || is_wrong(*indices) || is_wrong(*columns))
-            problem("arguments 'indices' and 'columns' count from 1 and 'indices' must not be empty");
+        if (indices->empty()) problem("argument 'indices' must not be empty");
         if (columns->empty())
             OutputRule(this, kernels::Select{}, y, Constants(numbers(*indices)), u);
         else
@@ -97,9 +97,9 @@ class Selector final : public Block {
                        Constants(numbers(*columns)), u);
     }
     Argument<std::vector<int>> indices{
-        this, "indices", {.initial = {1}, .doc = "elements, or rows when columns are given; from 1"}};
+        this, "indices", {.initial = {1}, .minimum = 1, .doc = "elements, or rows when columns are given"}};
     Argument<std::vector<int>> columns{
-        this, "columns", {.initial = {}, .doc = "columns, from 1; empty: u is a vector and stays one"}};
+        this, "columns", {.initial = {}, .minimum = 1, .doc = "columns; empty: u is a vector and stays one"}};
     Input<> u{this, "u", any()};
     Output<> y{this, "y", any()};
 
@@ -130,11 +130,6 @@ class Selector final : public Block {
 class Assign final : public Block {
   public:
     explicit Assign(const Arguments& arguments) : Block(arguments) {
-        const auto is_wrong = [](const std::vector<int>& list) {
-            return std::any_of(list.begin(), list.end(), [](int i) { return i < 1; });
-        };
-        if (is_wrong(*indices) || is_wrong(*columns))
-            problem("arguments 'indices' and 'columns' count from 1");
         if (columns->empty())
             OutputRule(this, kernels::Assign{}, y, Constants(numbers(*indices)), base, u);
         else
@@ -144,11 +139,11 @@ class Assign final : public Block {
     Argument<std::vector<int>> indices{
         this,
         "indices",
-        {.initial = {1}, .doc = "elements, or rows when columns are given, that u replaces; from 1"}};
+        {.initial = {1}, .minimum = 1, .doc = "elements, or rows when columns are given, that u replaces"}};
     Argument<std::vector<int>> columns{
         this,
         "columns",
-        {.initial = {}, .doc = "columns, from 1; empty: elements are counted column by column"}};
+        {.initial = {}, .minimum = 1, .doc = "columns; empty: elements are counted column by column"}};
     AnyShape shape{this};
     Input<> base{this, "base", any(shape, "signal of which elements are replaced")};
     Input<> u{this, "u", any("new elements; a scalar expands")};

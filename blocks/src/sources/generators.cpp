@@ -96,11 +96,9 @@ class CounterLimited final : public Block {
 /// y = 0, 1, …, 2^bits - 1, 0, 1, …
 class CounterFree final : public Block {
   public:
-    explicit CounterFree(const Arguments& arguments) : Block(arguments) {
-        if (bits < 1 || bits > 32)
-            problem("argument 'bits' is " + std::to_string(*bits) + ", but must be 1 to 32");
-    }
-    Argument<int> bits{this, "bits", {.initial = 16, .doc = "length of the counter, 1 to 32"}};
+    using Block::Block;
+    Argument<int> bits{
+        this, "bits", {.initial = 16, .minimum = 1, .maximum = 32, .doc = "length of the counter"}};
     Output<> y{this, "y", any(scalar)};
     DiscreteState<std::uint32_t> x{this, "x", {.doc = "count"}};
     OutputRule rule{this, kernels::Copy{}, y, x};

@@ -38,7 +38,9 @@ class RandomNormal final : public Block {
     using Block::Block;
     Parameter<Real> mean{this, "mean", {.initial = {0}, .unit = any_unit, .doc = "expected value"}};
     Parameter<Real> variance{
-        this, "variance", {.initial = {1}, .unit = any_unit, .doc = "square of the standard deviation"}};
+        this,
+        "variance",
+        {.initial = {1}, .minimum = 0, .unit = any_unit, .doc = "square of the standard deviation"}};
     Parameter<std::uint32_t> seed{this, "seed", {.initial = {0}, .doc = seed_doc}};
     Output<Real> y{this, "y", any()};
     DiscreteState<Words> count{this, "count", {.shape = {Extent(2)}, .doc = count_doc}};
@@ -55,7 +57,9 @@ class WhiteNoise final : public Block {
   public:
     using Block::Block;
     Parameter<Real> power{
-        this, "power", {.initial = {0.1}, .unit = any_unit, .doc = "two-sided spectral density, y² per Hz"}};
+        this,
+        "power",
+        {.initial = {0.1}, .minimum = 0, .unit = any_unit, .doc = "two-sided spectral density, y² per Hz"}};
     Parameter<std::uint32_t> seed{this, "seed", {.initial = {0}, .doc = seed_doc}};
     Output<Real> y{this, "y", any()};
     DiscreteState<Words> count{this, "count", {.shape = {Extent(2)}, .doc = count_doc}};

@@ -108,9 +108,12 @@ class Pulse final : public Block {
     using Block::Block;
     Parameter<Real> amplitude{
         this, "amplitude", {.initial = {1}, .unit = any_unit, .doc = "value while high"}};
-    Parameter<Real> cycle{this, "cycle", {.initial = {1}, .unit = unit<"s">, .doc = "from rise to rise"}};
+    Parameter<Real> cycle{
+        this, "cycle", {.initial = {1}, .above = 0, .unit = unit<"s">, .doc = "from rise to rise"}};
     Parameter<Real> width{
-        this, "width", {.initial = {50}, .doc = "part of the cycle that is high, in percent"}};
+        this,
+        "width",
+        {.initial = {50}, .minimum = 0, .maximum = 100, .doc = "part of the cycle that is high, in percent"}};
     Parameter<Real> delay{this, "delay", {.initial = {0}, .unit = unit<"s">, .doc = "first rise"}};
     Output<Real> y{this, "y", any()};
     OutputRule rule{this, kernels::Pulse{}, y, amplitude, cycle, width, delay, at_time};
@@ -131,7 +134,7 @@ class Chirp final : public Block {
     Parameter<Real> f1{
         this, "f1", {.initial = {1}, .unit = unit<"Hz">, .doc = "frequency at the target time"}};
     Parameter<Real> target{
-        this, "target", {.initial = {100}, .unit = unit<"s">, .doc = "when f1 is reached"}};
+        this, "target", {.initial = {100}, .above = 0, .unit = unit<"s">, .doc = "when f1 is reached"}};
     Output<Real> y{this, "y", {.doc = "between -1 and 1"}};
     OutputRule rule{this, kernels::Chirp{}, y, f0, f1, target, at_time};
 

@@ -166,7 +166,10 @@ class Lookup2D final : public Block {
 class LookupND final : public Block {
   public:
     using Block::Block;
-    Argument<int> dimensions{this, "dimensions", {.initial = 3, .doc = "number of inputs, 1 to 6"}};
+    Argument<int> dimensions{
+        this,
+        "dimensions",
+        {.initial = 3, .minimum = 1, .maximum = kernels::most_table_dimensions, .doc = "number of inputs"}};
     Argument<std::string> interpolation{
         this,
         "interpolation",
@@ -174,7 +177,7 @@ class LookupND final : public Block {
          .doc = "between breakpoints: along straight lines, the value below, or the nearest value",
          .choices = {"linear", "flat", "nearest"}}};
     Extrapolation extrapolation{this};
-    const int count = checked_dimensions();
+    const int count = *dimensions;
     const std::vector<std::vector<double>> points = declare_points();
     Parameter<> table{this,
                       "table",
@@ -199,12 +202,6 @@ class LookupND final : public Block {
     }
 
   private:
-    int checked_dimensions() {
-        if (*dimensions >= 1 && *dimensions <= kernels::most_table_dimensions) return *dimensions;
-        problem("argument 'dimensions' is " + std::to_string(*dimensions) + ", but must be 1 to " +
-                std::to_string(kernels::most_table_dimensions));
-        return 1;
-    }
     std::vector<std::vector<double>> declare_points() {
         std::vector<std::vector<double>> all;
         for (int i = 1; i <= count; ++i) {
@@ -221,13 +218,15 @@ class LookupND final : public Block {
 class DirectLookup final : public Block {
   public:
     explicit DirectLookup(const Arguments& arguments) : Block(arguments) {
-        if (*dimensions != 1 && *dimensions != 2)
-            problem("argument 'dimensions' is " + std::to_string(*dimensions) + ", but must be 1 or 2");
         OutputRule(this, kernels::ElementAt{}, y,
                    Constants({double(*outside == "error"), double(*from_zero)}), table, index);
     }
-    Argument<int> dimensions{
-        this, "dimensions", {.initial = 1, .doc = "1: one index, along the columns; 2: row and column"}};
+    Argument<int> dimensions{this,
+                             "dimensions",
+                             {.initial = 1,
+                              .minimum = 1,
+                              .maximum = 2,
+                              .doc = "1: one index, along the columns; 2: row and column"}};
     Argument<bool> from_zero{this, "from_zero", {.initial = false, .doc = "the first element is 0, else 1"}};
     Argument<std::string> outside{this,
                                   "outside",
@@ -235,8 +234,7 @@ class DirectLookup final : public Block {
                                    .doc = "an index that is not in the table: take the nearest one, or stop",
                                    .choices = {"clip", "error"}}};
     Parameter<> table{this, "table", {.initial = {1}, .unit = any_unit, .doc = "values", .as_written = true}};
-    InputList<Array<double>> index{
-        this, "i", std::max(1, std::min(2, *dimensions)), {.doc = "index, without its fraction"}};
+    InputList<Array<double>> index{this, "i", *dimensions, {.doc = "index, without its fraction"}};
     Output<> y{this, "y", any("element of the table")};
 
     void infer(Inference& inference) const override { broadcast(*this, inference, slots(index), y.index()); }
@@ -265,7 +263,7 @@ class InterpolateAt final : public Block {
   public:
     using Block::Block;
     Argument<std::vector<int>> size{
-        this, "size", {.initial = {2}, .doc = "number of breakpoints of each dimension"}};
+        this, "size", {.initial = {2}, .minimum = 1, .doc = "number of breakpoints of each dimension"}};
     const std::vector<int> lengths = checked();
     Parameter<Array<double>> table{this,
                                    "table",
@@ -285,11 +283,9 @@ class InterpolateAt final : public Block {
 
   private:
     std::vector<int> checked() {
-        const bool is_good = !size->empty() && size->size() <= kernels::most_table_dimensions &&
-                             std::all_of(size->begin(), size->end(), [](int n) { return n >= 1; });
-        if (is_good) return *size;
+        if (!size->empty() && size->size() <= kernels::most_table_dimensions) return *size;
         problem("argument 'size' must hold the number of breakpoints of 1 to " +
-                std::to_string(kernels::most_table_dimensions) + " dimensions, all at least 1");
+                std::to_string(kernels::most_table_dimensions) + " dimensions");
         return {2};
     }
     std::vector<std::string> names() const {

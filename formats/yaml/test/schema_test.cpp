@@ -109,6 +109,21 @@ TEST(Schema, AgreesWithTheReaderOnSmallModels) {
     }
 }
 
+TEST(Schema, KnowsTheLimitsOfNumbers) {
+    const std::vector<std::pair<std::string, bool>> cases{
+        {"{model: m, step: 0}", false},       {"{model: m, step: 1e-3}", true},
+        {"{model: m, step: -T}", true},       {"{model: m, stop: -1}", false},
+        {"{model: m, stop: 0}", true},        {"{model: m, relative_tolerance: 0}", false},
+        {"{model: m, max_step: 0}", false},   {"{model: m, absolute_tolerance: 1e-9}", true},
+        {"{model: m, iterations: 0}", false}, {"{model: m, iterations: 100001}", false},
+        {"{model: m, iterations: 3}", true},
+    };
+    json documents = json::array();
+    for (const auto& [text, valid] : cases) documents.push_back(to_json(YAML::Load(text)));
+    const std::vector<bool> accepted = validate(documents);
+    for (std::size_t i = 0; i < cases.size(); ++i) EXPECT_EQ(accepted[i], cases[i].second) << cases[i].first;
+}
+
 /// The names of `properties` of a definition, sorted.
 keys::Keys properties(const json& definition) {
     keys::Keys names;

@@ -182,6 +182,9 @@ Prototype::Prototype(SimStruct* S) {
     for (auto& [wanted, value] : numbers) {
         const int index = d.find(wanted->name, Role::parameter);
         if (index < 0) continue; // these arguments switch it off
+        if (const auto wrong = outside_limits(d.slots[static_cast<std::size_t>(index)], value.data);
+            !wrong.empty())
+            throw std::runtime_error(wrong);
         try {
             give(d, index, value);
         } catch (const ResolutionError& error) {

@@ -28,8 +28,9 @@ class DiscreteFilter final : public Block {
     Argument<std::vector<double>> denominator{
         this, "denominator", {.initial = {1}, .doc = "a_0 a_1 ..., Generic only"}};
     Argument<double> cut_frequency{
-        this, "cut_frequency", {.initial = 1, .doc = "Fc, Hz, FirstOrderLowPassFilter only"}};
-    Argument<int> order{this, "order", {.initial = 3, .doc = "length of the window, MedianFilter only"}};
+        this, "cut_frequency", {.initial = 1, .above = 0, .doc = "Fc, Hz, FirstOrderLowPassFilter only"}};
+    Argument<int> order{
+        this, "order", {.initial = 3, .minimum = 1, .doc = "length of the window, MedianFilter only"}};
     Argument<std::vector<double>> y0{
         this, "y0", {.doc = "initial output, one element or one per signal element; none: zero"}};
     Argument<std::vector<double>> u0{
@@ -46,7 +47,7 @@ class DiscreteFilter final : public Block {
         this,
         "past_y",
         {.shape = {n, past_outputs()}, .unit = any_unit, .doc = "former outputs, latest first"}};
-    Scratch<Vector> window{this, [this] { return Vector(std::max(1, *order)); }};
+    Scratch<Vector> window{this, [this] { return Vector(*order); }};
 
     void infer(Inference& inference) const override {
         const Size* size = inference.size(u);
@@ -132,7 +133,7 @@ class DiscreteFilter final : public Block {
 
     bool is(const char* type) const { return *filter_type == type; }
     int past_inputs() const {
-        if (is("MedianFilter")) return std::max(0, *order - 1);
+        if (is("MedianFilter")) return *order - 1;
         return is("Generic") ? std::max(0, static_cast<int>(numerator->size()) - 1) : 1;
     }
     int past_outputs() const {
@@ -174,9 +175,6 @@ class DiscreteFilter final : public Block {
             problem("argument 'numerator' has no coefficient other than 0; give b_0 b_1 ...");
         if (is("Generic") && (denominator->empty() || denominator->front() == 0))
             problem("argument 'denominator' must begin with a_0 other than 0");
-        if (is("FirstOrderLowPassFilter") && !(*cut_frequency > 0))
-            problem("argument 'cut_frequency' must be above 0 Hz");
-        if (is("MedianFilter") && *order < 1) problem("argument 'order' must be at least 1");
     }
 };
 
@@ -209,10 +207,13 @@ class MinimumJerkTrajectoryGenerator final : public Block {
 
     Dim n{this, "n"};
     Dim k{this, "k"};
-    Parameter<double> settling{
-        this,
-        "settling_time",
-        {.initial = {3}, .unit = unit<"s">, .doc = "T", .present = !*read_external_settling_time}};
+    Parameter<double> settling{this,
+                               "settling_time",
+                               {.initial = {3},
+                                .above = 0,
+                                .unit = unit<"s">,
+                                .doc = "T",
+                                .present = !*read_external_settling_time}};
     Input<Vector> u{this, "reference", {.shape = {n}, .unit = any_unit, .doc = "where to go"}};
     Input<Vector> initial{this,
                           "initial",
@@ -321,7 +322,7 @@ void add_filters(Library& library) {
                              "MedianFilter: the median of the last `order` inputs; of an even number, the "
                              "mean of the middle two. "
                              "It starts at rest in zero, or in the steady state whose output is y0. "
-                             "Errors: coefficients that are all zero, a_0 = 0, Fc <= 0, order < 1, y0 or u0 "
+                             "Errors: coefficients that are all zero, a_0 = 0, y0 or u0 "
                              "of another size than the signal.")
         .add<MinimumJerkTrajectoryGenerator>(
             "MinimumJerkTrajectoryGenerator",
@@ -338,7 +339,7 @@ void add_filters(Library& library) {
             "Source: U. Pattacini et al., An experimental evaluation of a novel minimum-jerk Cartesian "
             "controller for humanoid "
             "robots, 2010. "
-            "Errors: a settling time that is not above 0 fails the step.");
+            "Errors: a settling time at the input that is not above 0 fails the step.");
 }
 
 } // namespace bf::toolbox

@@ -9,10 +9,7 @@ namespace {
 /// min ½ xᵀHx + gᵀx subject to lbA ≤ Ax ≤ ubA, lb ≤ x ≤ ub.
 class QP final : public Block {
   public:
-    explicit QP(const Arguments& arguments) : Block(arguments) {
-        if (*max_iterations < 1)
-            problem("argument 'max_iterations' is " + std::to_string(*max_iterations) + "; give at least 1");
-    }
+    using Block::Block;
     Argument<bool> use_lbA{this, "use_lbA", {.initial = false, .doc = "port lbA"}};
     Argument<bool> use_ubA{this, "use_ubA", {.initial = true, .doc = "port ubA"}};
     Argument<bool> use_lb{this, "use_lb", {.initial = false, .doc = "port lb"}};
@@ -27,7 +24,8 @@ class QP final : public Block {
                                  {.initial = "daqp",
                                   .doc = "daqp: exact, real-time; proxqp: the second opinion, allocates",
                                   .choices = {"daqp", "proxqp"}}};
-    Argument<int> max_iterations{this, "max_iterations", {.initial = 1000, .doc = "of one solve"}};
+    Argument<int> max_iterations{
+        this, "max_iterations", {.initial = 1000, .minimum = 1, .doc = "of one solve"}};
 
     Dim n{this, "n"};
     Dim m{this, "m"};

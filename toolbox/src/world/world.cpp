@@ -128,7 +128,7 @@ class MujocoWorld final : public RobotBlock {
         {.initial = default_contact_points(),
          .doc = "centres of contact spheres in each sole frame, one row x y z each, m"}};
     Argument<double> contact_radius{
-        this, "contact_radius", {.initial = 0.005, .doc = "of the contact spheres, m"}};
+        this, "contact_radius", {.initial = 0.005, .above = 0, .doc = "of the contact spheres, m"}};
     Argument<std::vector<std::string>> ft_sensors{
         this, "ft_sensors", {.doc = "fixed joints with force/torque sensors"}};
     Argument<std::string> imu_frame{
@@ -140,19 +140,24 @@ class MujocoWorld final : public RobotBlock {
     Argument<bool> floating_base{
         this, "floating_base", {.initial = true, .doc = "false: the base is fixed to the world"}};
     Argument<bool> has_floor{this, "floor", {.initial = true, .doc = "ground plane z = 0"}};
-    Argument<double> friction{this, "friction", {.initial = 1, .doc = "Coulomb friction of the ground"}};
-    Argument<double> impratio{
-        this,
-        "impratio",
-        {.initial = 100, .doc = "ratio of frictional to normal contact impedance; MuJoCo's option"}};
+    Argument<double> friction{
+        this, "friction", {.initial = 1, .minimum = 0, .doc = "Coulomb friction of the ground"}};
+    Argument<double> impratio{this,
+                              "impratio",
+                              {.initial = 100,
+                               .above = 0,
+                               .doc = "ratio of frictional to normal contact impedance; MuJoCo's option"}};
     Argument<std::vector<double>> armature{
-        this, "armature", {.doc = "rotor inertia seen at the joints, kg m2; none: 0"}};
+        this, "armature", {.minimum = 0, .doc = "rotor inertia seen at the joints, kg m2; none: 0"}};
     Argument<std::vector<double>> damping{
-        this, "joint_damping", {.doc = "viscous friction of the joints, Nm s/rad; none: the URDF's"}};
+        this,
+        "joint_damping",
+        {.minimum = 0, .doc = "viscous friction of the joints, Nm s/rad; none: the URDF's"}};
     Argument<std::vector<double>> noise{
         this,
         "noise",
         {.initial = {0, 0, 0},
+         .minimum = 0,
          .doc = "standard deviation of measured positions [rad], velocities [rad/s], torques [Nm]"}};
     Argument<int> seed{this, "seed", {.initial = 1, .doc = "of the noise"}};
 

@@ -17,6 +17,7 @@ struct PositionalValue {
     std::string doc;
     Value initial;                    ///< the default
     std::vector<std::string> choices; ///< texts allowed; empty: any
+    Limits limits;                    ///< of numbers
     /// Type, index, size and the engine's name: "Provider.name" for a name that is taken.
     blockfactory::core::ParameterMetadata metadata;
 };

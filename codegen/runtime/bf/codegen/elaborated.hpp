@@ -135,6 +135,8 @@ class ElaboratedModel final : public BlocksInContext {
                 if (!q) q = variables().find(changes[i].name);
                 if (!q) return "there is no parameter of this name";
                 if (const char* wrong = check_all(*q, changes[i].values, changes[i].count)) return wrong;
+                const auto value = [&](int e) { return changes[i].values[e]; };
+                if (const char* wrong = check_limits(*q, changes[i].count, value, outside_)) return wrong;
                 asked.emplace_back(q->name, std::vector<double>(static_cast<std::size_t>(q->size())));
                 for (std::size_t e = 0; e < asked.back().second.size(); ++e)
                     asked.back().second[e] = changes[i].values[changes[i].count == 1 ? 0 : e];
@@ -193,7 +195,8 @@ class ElaboratedModel final : public BlocksInContext {
                 slot.size.rows,
                 slot.size.cols,
                 reinterpret_cast<std::size_t>(context_->data(end.node, end.slot)),
-                -1};
+                -1,
+                slot.limits};
     }
 
     void make_tables() {
@@ -243,6 +246,7 @@ class ElaboratedModel final : public BlocksInContext {
     std::vector<Quantity> parameters_, variables_, recorded_, checks_;
     std::vector<FixedName> fixed_;
     std::string problem_;
+    Problem outside_;
 };
 
 /// The overrides that a parameter file makes, as `bf run --params` reads it. Throws std::runtime_error.

@@ -313,6 +313,9 @@ class ParameterChanges {
             return "'" + entry.name + "': " + wrong_value + " (it has " + std::to_string(q->rows) + "x" +
                    std::to_string(q->cols) + ", the file gives " + std::to_string(entry.rows) + "x" +
                    std::to_string(entry.cols) + ")";
+        Problem problem;
+        const auto value = [&](int i) { return values[static_cast<std::size_t>(i)]; };
+        if (check_limits(*q, static_cast<int>(values.size()), value, problem)) return problem.text;
         names_.push_back(q->name);
         values_.push_back(std::move(values));
         return "";

@@ -1,9 +1,12 @@
 // Tables of named quantities, and numbers in and out of them.
 #pragma once
 
+#include "bf/kernels/limits.hpp"
+
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -25,6 +28,7 @@ struct Quantity {
     int rows, cols; ///< column by column
     std::size_t offset;
     int formula; ///< number of the formula that gives its value, or -1
+    kernels::Limits limits = {};
     int size() const noexcept { return rows * cols; }
 };
 
@@ -59,6 +63,11 @@ struct NewValue {
     const char* name;
     const double* values;
     int count;
+};
+
+/// What is wrong with a value, written where nothing may allocate.
+struct Problem {
+    char text[400] = "";
 };
 
 /// Calls f with a null pointer of the element type.
@@ -119,6 +128,33 @@ inline const char* check_all(const Quantity& q, const double* values, int count)
     for (int i = 0; i < count; ++i) {
         if (std::isnan(values[i])) return "a value is not a number";
         if (!fits(q.type, values[i])) return "a value does not fit the integer or boolean type";
+    }
+    return nullptr;
+}
+
+/// Do value(0), ..., value(count - 1) keep the quantity's limits? Null, or what is wrong, in `problem`.
+template <class F>
+const char* check_limits(const Quantity& q, int count, F&& value, Problem& problem) noexcept {
+    char wrong[192];
+    if (!kernels::find_outside(q.limits, count, value, wrong, sizeof wrong)) return nullptr;
+    std::snprintf(problem.text, sizeof problem.text, "parameter '%.190s' %s", q.name, wrong);
+    return problem.text;
+}
+
+/// The same where formatting a number would need a heap: a text of its own kind.
+template <class F> const char* check_limits(const Quantity& q, int count, F&& value) noexcept {
+    for (int i = 0; i < count; ++i)
+        if (!q.limits.allow(value(i))) return "a value is outside of the parameter's limits";
+    return nullptr;
+}
+
+/// The same of all parameters of a model that follow from its variables, with their present values.
+template <class Model, class... To> const char* check_following(const Model& model, To&... problem) noexcept {
+    for (const Quantity& q : model.parameter_table()) {
+        if (q.formula < 0) continue;
+        const void* const data = model.data(q);
+        const auto value = [&](int i) { return read(data, q.type, i); };
+        if (const char* wrong = check_limits(q, q.size(), value, problem...)) return wrong;
     }
     return nullptr;
 }

@@ -103,9 +103,12 @@ template <class B> constexpr Block::Methods methods_of() {
             .event = !std::same_as<decltype(&B::event), decltype(&Block::event)>};
 }
 
-/// Defaults, documentation and allowed texts of an argument.
+/// Default, limits, documentation and allowed texts of an argument.
 template <class T> struct AboutArgument {
     T initial = {};
+    double minimum = -Limits::infinity; ///< of every number, inclusive
+    double above = -Limits::infinity;   ///< every number is greater than this
+    double maximum = Limits::infinity;  ///< of every number, inclusive
     const char* doc = "";
     std::vector<std::string> choices = {};
 };

@@ -4,6 +4,7 @@
 #include "bf/core/types.hpp"
 #include "bf/core/units.hpp"
 #include "bf/core/value.hpp"
+#include "bf/kernels/limits.hpp"
 
 #include <functional>
 #include <initializer_list>
@@ -77,11 +78,22 @@ enum class Role : std::uint8_t {
 };
 const char* name(Role role);
 
+/// What the values of a parameter or argument may be.
+using kernels::Limits;
+/// "greater than 0", "from 0 to 1"; empty where everything is allowed.
+std::string text_of(const Limits& limits);
+/// What is wrong with the first value that is not allowed: "must be greater than 0, but is -1". Empty:
+/// nothing is.
+std::string outside(const Limits& limits, const std::vector<double>& values);
+
 /// What a block author says about one quantity. Every member is optional and named at the call.
 struct About {
     Shape shape = {}; ///< needed only when the type does not fix it
     std::initializer_list<double> initial =
         {}; ///< parameters, states, unconnected inputs; one element expands; zeros if omitted
+    double minimum = -Limits::infinity; ///< parameters: of every element, inclusive
+    double above = -Limits::infinity;   ///< parameters: every element is greater than this
+    double maximum = Limits::infinity;  ///< parameters: of every element, inclusive
     Unit unit = {};
     const char* doc = "";
     bool present = true;     ///< false: an optional port that the arguments switch off
@@ -102,6 +114,7 @@ struct Slot {
     bool feedthrough = true, optional = false, reported = false, as_written = false;
     int initial_from = -1;
     std::vector<double> initial; ///< empty: zeros; one element: expands
+    Limits limits;               ///< of a parameter
 
     Type type = Type::float64; ///< valid when type_known
     Size size;                 ///< valid when size_known
@@ -113,6 +126,7 @@ struct ArgumentDeclaration {
     std::string name, doc;
     Value initial;                    ///< the default
     std::vector<std::string> choices; ///< texts allowed; empty: any
+    Limits limits;                    ///< of numbers
 };
 
 /// An object that belongs to one running diagram: workspace, outside state or an opened resource.

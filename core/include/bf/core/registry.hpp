@@ -77,6 +77,8 @@ inline constexpr std::uint64_t plugin_layout = [] {
                                    sizeof(Declaration),
                                    sizeof(ArgumentDeclaration),
                                    sizeof(Slot),
+                                   sizeof(About),
+                                   sizeof(AboutArgument<double>),
                                    sizeof(Call),
                                    sizeof(Call::Reference),
                                    sizeof(ObjectDeclaration),

@@ -22,6 +22,10 @@ bool offer(Declaration& declaration, int index, Type type);
 /// the parameter is a matrix or keeps them as written. Throws ResolutionError.
 void give(Declaration& declaration, int index, const Value& value);
 
+/// What is wrong with the values of a parameter, by its limits: "parameter 'T' must be greater than 0, but is
+/// -1". Empty: nothing is. `path` is how it is called, the slot's name if empty.
+std::string outside_limits(const Slot& slot, const std::vector<double>& values, const std::string& path = {});
+
 /// Parameters that alone decide their size and were not given have the size of their default.
 void give_defaults(Declaration& declaration);
 

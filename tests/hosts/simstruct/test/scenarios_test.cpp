@@ -131,6 +131,10 @@ TEST(SFunctionParameters, ThatDoNotFitAreNamedWithPathAndCallback) {
         "parameter 'K' is not among the fields of its struct");
     EXPECT_HAS(refusal(standard("Gain", {text("elementwise"), text("wrap"), number(1), number(-2)})),
                "sample_time must be -1 (inherited), 0 (continuous), a period, or [period offset], not -2");
+    EXPECT_HAS(refusal(standard("Quantize", {number(0), number(-1)}), {1}),
+               "parameter 'interval' must be greater than 0, but is 0");
+    EXPECT_HAS(refusal(standard("CounterFree", {number(40), number(-1)})),
+               "argument 'bits' must be from 1 to 32, but is 40");
     EXPECT_HAS(refusal(legacy("AllParameters",
                               {number(7.5), logical(true), number(2.5), text("four"), matrix(1, 3, {1, 2, 3}),
                                texts({"a"}), structure("field", number(1))})),
@@ -380,6 +384,16 @@ TEST(SFunctionTuning, ChangesAParameterBetweenTwoSteps) {
     one.model.step();
     EXPECT_EQ(output(one.model, one.block, 2), (std::vector<double>{5, 10}));
     EXPECT_HAS(error_of([&] { one.model.change(one.block, 2, text("K*u")); }), "cannot change in a run");
+}
+
+TEST(SFunctionTuning, RefusesValuesOutsideOfTheirLimits) {
+    One one(standard("Quantize", {number(0.5), number(-1)}), {1});
+    one.go();
+    EXPECT_EQ(error_of([&] { one.model.change(one.block, 2, number(0)); }),
+              "m/b, mdlCheckParameters: parameter 'interval' must be greater than 0, but is 0");
+    write(one.model, one.inputs[0], {1.6});
+    one.model.step();
+    EXPECT_EQ(output(one.model, one.block, 1), (std::vector<double>{1.5}));
 }
 
 // ---- what goes wrong in an old block

@@ -4,33 +4,57 @@
 
 #include "bf/codegen/quantity.hpp"
 
-#include <fstream>
+#include <cstdio>
 #include <memory>
 #include <string>
 
-template <class Model> void run(const std::string& name, int steps) {
-    using namespace bf::generated;
-    std::ifstream in(name + ".in", std::ios::binary);
-    if (!in) return;
+/// The files of a run. Out of line, since hundreds of models use them.
+class CaseFiles {
+  public:
+    [[gnu::noinline]] explicit CaseFiles(const std::string& name)
+        : in_(std::fopen((name + ".in").c_str(), "rb")) {
+        if (!in_) return;
+        out_ = std::fopen((name + ".out").c_str(), "wb");
+        text_ = std::fopen((name + ".txt").c_str(), "wb");
+    }
+    [[gnu::noinline]] ~CaseFiles() {
+        for (std::FILE* file : {in_, out_, text_})
+            if (file) std::fclose(file);
+    }
+    bool have_inputs() const { return in_ != nullptr; }
+    [[gnu::noinline]] void read(const bf::generated::Quantity& q, void* data) {
+        if (q.where != bf::generated::Where::inputs) return;
+        for (int i = 0; i < q.size(); ++i) {
+            double x = 0;
+            if (std::fread(&x, sizeof x, 1, in_) != 1) x = 0;
+            bf::generated::write(data, q.type, i, x);
+        }
+    }
+    [[gnu::noinline]] void write(double x) { std::fwrite(&x, sizeof x, 1, out_); }
+    [[gnu::noinline]] void write(const bf::generated::Quantity& q, const void* data) {
+        for (int i = 0; i < q.size(); ++i) write(bf::generated::read(data, q.type, i));
+    }
+    [[gnu::noinline]] void fail(const char* block, const char* why) {
+        std::fprintf(text_, "%s: %s", block, why);
+    }
+
+  private:
+    std::FILE *in_, *out_ = nullptr, *text_ = nullptr;
+};
+
+template <class Model> void run(const char* name, int steps) {
+    CaseFiles files(name);
+    if (!files.have_inputs()) return;
     const auto model = std::make_unique<Model>();
-    std::ofstream out(name + ".out", std::ios::binary), text(name + ".txt");
-    const auto put = [&](double x) { out.write(reinterpret_cast<const char*>(&x), sizeof x); };
     bool good = model->initialize();
     for (int k = 0; good && k < steps; ++k) {
-        for (const Quantity& q : Model::recorded_table())
-            if (q.where == Where::inputs)
-                for (int i = 0; i < q.size(); ++i) {
-                    double x = 0;
-                    in.read(reinterpret_cast<char*>(&x), sizeof x);
-                    write(model->data(q), q.type, i, x);
-                }
+        for (const auto& q : Model::recorded_table()) files.read(q, model->data(q));
         good = model->output();
         if (!good) break;
-        put(model->time());
-        for (const Quantity& q : Model::recorded_table())
-            for (int i = 0; i < q.size(); ++i) put(read(model->data(q), q.type, i));
+        files.write(model->time());
+        for (const auto& q : Model::recorded_table()) files.write(q, model->data(q));
         good = model->update();
     }
     model->terminate();
-    if (!good) text << model->failed_block() << ": " << model->failure();
+    if (!good) files.fail(model->failed_block(), model->failure());
 }

@@ -3,10 +3,13 @@
 
 #include "bf/core/block.hpp"
 
+#include <limits>
 #include <string>
 #include <vector>
 
 namespace bf::blocks {
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A quantity whose unit is that of whatever is wired.
 inline About any(const char* doc = "") { return {.unit = any_unit, .doc = doc}; }

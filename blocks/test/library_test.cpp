@@ -9,8 +9,6 @@
 namespace bf::test {
 namespace {
 
-Value row(std::initializer_list<double> values) { return Value(Matrix(column(values).transpose())); }
-
 /// The output of a source over the next steps.
 Values produce(RunBlock& block, int steps) {
     Values y;

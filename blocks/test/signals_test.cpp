@@ -7,8 +7,6 @@
 namespace bf::test {
 namespace {
 
-Value row(std::initializer_list<double> values) { return Value(Matrix(column(values).transpose())); }
-
 TEST(Mux, Joins1DInOrder) {
     auto mux = make("Mux").wire("u1", vector_size(2)).wire("u2", matrix_size(1, 2)).start();
     mux.set("u1", Values{1, 2}).set("u2", Values{3, 4});

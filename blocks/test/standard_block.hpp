@@ -34,6 +34,7 @@ template <class F> std::string refusal(F&& f) {
 inline Matrix column(std::initializer_list<double> values) {
     return Eigen::Map<const Vector>(values.begin(), static_cast<Eigen::Index>(values.size()));
 }
+inline Value row(std::initializer_list<double> values) { return Value(Matrix(column(values).transpose())); }
 inline std::vector<double> list(const Matrix& m) { return {m.data(), m.data() + m.size()}; }
 using Values = std::vector<double>;
 

@@ -4,7 +4,6 @@
 namespace bf::test {
 namespace {
 
-Value row(std::initializer_list<double> values) { return Value(Matrix(column(values).transpose())); }
 const Values input{1, 0, 2, -1, 0.5, 3};
 
 void expect_near(const Values& actual, const Values& expected, double tolerance = 1e-12) {

@@ -3,8 +3,6 @@
 namespace bf::test {
 namespace {
 
-Value row(std::initializer_list<double> values) { return Value(Matrix(column(values).transpose())); }
-
 double at(RunBlock block, const Values& u) {
     for (std::size_t i = 0; i < u.size(); ++i)
         block.set(u.size() == 1 ? "u" : "u" + std::to_string(i + 1), Values{u[i]});

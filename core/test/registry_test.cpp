@@ -10,7 +10,7 @@ namespace {
 
 const std::string folder = std::string(BF_BINARY_DIRECTORY) + "/test_plugins";
 
-template <class F> std::string error_of(F&& f) {
+template <class F> std::string plugin_error_of(F&& f) {
     try {
         f();
     } catch (const PluginError& error) {
@@ -72,7 +72,7 @@ TEST(Registry, ReadsItsSearchPathFromTheEnvironment) {
 TEST(Registry, SaysWhereItSearchedAndWhatIsSimilar) {
     Registry registry;
     registry.add_search_path(folder);
-    EXPECT_EQ(error_of([&] { registry.load_plugin("TestPlugn"); }),
+    EXPECT_EQ(plugin_error_of([&] { registry.load_plugin("TestPlugn"); }),
               "plugin 'TestPlugn' was not found: searched " + folder +
                   "; did you mean 'TestPlugin'?; set BLOCKFACTORY_PLUGIN_PATH to the folder that holds "
                   "TestPlugn.so");
@@ -80,7 +80,7 @@ TEST(Registry, SaysWhereItSearchedAndWhatIsSimilar) {
 
 TEST(Registry, NamesTheSymbolThatAPluginMisses) {
     Registry registry;
-    const auto text = error_of([&] { registry.load_plugin(folder + "/MissesASymbol.so"); });
+    const auto text = plugin_error_of([&] { registry.load_plugin(folder + "/MissesASymbol.so"); });
     EXPECT_NE(text.find("MissesASymbol.so cannot be loaded: "), std::string::npos) << text;
     EXPECT_NE(text.find("undefined symbol: bf_test_function_that_nobody_defines"), std::string::npos) << text;
     EXPECT_NE(text.find("install what it misses or build it against this version"), std::string::npos)
@@ -89,7 +89,7 @@ TEST(Registry, NamesTheSymbolThatAPluginMisses) {
 
 TEST(Registry, RefusesALibraryWithoutTheEntryOfThisVersion) {
     Registry registry;
-    EXPECT_EQ(error_of([&] { registry.load_plugin(folder + "/HasNoEntry.so"); }),
+    EXPECT_EQ(plugin_error_of([&] { registry.load_plugin(folder + "/HasNoEntry.so"); }),
               "plugin " + folder +
                   "/HasNoEntry.so has no symbol bf_plugin_v1: it is no BlockFactory plugin or was built for "
                   "another "
@@ -98,12 +98,12 @@ TEST(Registry, RefusesALibraryWithoutTheEntryOfThisVersion) {
 
 TEST(Registry, RefusesAPluginOfAnotherLayoutBeforeItTouchesAnything) {
     Registry registry;
-    const auto other = error_of([&] { registry.load_plugin(folder + "/OtherLayout.so"); });
+    const auto other = plugin_error_of([&] { registry.load_plugin(folder + "/OtherLayout.so"); });
     EXPECT_TRUE(other.starts_with(
         "plugin " + folder + "/OtherLayout.so was built for interface layout 7.abc, this program has 1."))
         << other;
     EXPECT_TRUE(other.ends_with("; build the plugin again with the headers of this installation")) << other;
-    const auto none = error_of([&] { registry.load_plugin(folder + "/NoLayout.so"); });
+    const auto none = plugin_error_of([&] { registry.load_plugin(folder + "/NoLayout.so"); });
     EXPECT_NE(none.find("NoLayout.so was built for interface layout 0 (none is given), this program has 1."),
               std::string::npos)
         << none;
@@ -111,17 +111,17 @@ TEST(Registry, RefusesAPluginOfAnotherLayoutBeforeItTouchesAnything) {
 
 TEST(Registry, RefusesAFileThatIsNoLibrary) {
     Registry registry;
-    const auto text = error_of([&] { registry.load_plugin(folder + "/IsNoLibrary.so"); });
+    const auto text = plugin_error_of([&] { registry.load_plugin(folder + "/IsNoLibrary.so"); });
     EXPECT_NE(text.find("IsNoLibrary.so cannot be loaded: "), std::string::npos) << text;
     EXPECT_NE(text.find("file too short"), std::string::npos) << text;
 }
 
 TEST(Registry, RefusesTwoBlocksOfOneName) {
     Registry registry;
-    EXPECT_EQ(error_of([&] { registry.load_plugin(folder + "/RegistersTwice.so"); }),
+    EXPECT_EQ(plugin_error_of([&] { registry.load_plugin(folder + "/RegistersTwice.so"); }),
               "block 'RegistersTwice/Same' is registered twice; give one of them another name");
     registry.add(library_with("Gain"));
-    EXPECT_EQ(error_of([&] { registry.add(library_with("Gain")); }),
+    EXPECT_EQ(plugin_error_of([&] { registry.add(library_with("Gain")); }),
               "block 'Gain' is registered twice; give one of them another name");
 }
 
@@ -130,10 +130,11 @@ TEST(Registry, SuggestsBlocksLikeTheOneAskedFor) {
     registry.add(library_with("Gain"));
     registry.add_search_path(folder);
     registry.load_plugin("TestPlugin");
-    EXPECT_EQ(error_of([&] { registry.find("gian"); }), "there is no block 'gian'; did you mean 'Gain'?");
-    EXPECT_EQ(error_of([&] { registry.find("Double"); }),
+    EXPECT_EQ(plugin_error_of([&] { registry.find("gian"); }),
+              "there is no block 'gian'; did you mean 'Gain'?");
+    EXPECT_EQ(plugin_error_of([&] { registry.find("Double"); }),
               "there is no block 'Double'; did you mean 'TestPlugin/Double'?");
-    EXPECT_EQ(error_of([&] { registry.find("Nonsense"); }),
+    EXPECT_EQ(plugin_error_of([&] { registry.find("Nonsense"); }),
               "there is no block 'Nonsense'; `bf describe` lists all blocks");
 }
 

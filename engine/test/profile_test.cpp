@@ -22,7 +22,7 @@ class Slow final : public Block {
     }
 };
 
-const std::string model_text = R"m(
+const std::string profiled_model = R"m(
 model: m
 step: 0.1
 blocks:
@@ -47,7 +47,7 @@ const Profiler::Row& row(const std::vector<Profiler::Row>& rows, const std::stri
 
 TEST(Profile, CountsCallsAndFindsTheSlowBlockAndRate) {
     const Library blocks = library();
-    Session run(model_text, &blocks);
+    Session run(profiled_model, &blocks);
     const Profiler profiler(*run.simulation);
     run.trace("gain", 20);
     const auto rows = profiler.blocks();
@@ -65,7 +65,7 @@ TEST(Profile, CountsCallsAndFindsTheSlowBlockAndRate) {
 
 TEST(Profile, ChangesNoResultAndLeavesNothingBehind) {
     const Library blocks = library();
-    Session plain(model_text, &blocks), profiled(model_text, &blocks);
+    Session plain(profiled_model, &blocks), profiled(profiled_model, &blocks);
     {
         const Profiler profiler(*profiled.simulation);
         EXPECT_EQ(plain.trace("sum", 7), profiled.trace("sum", 7));
@@ -84,7 +84,7 @@ TEST(Profile, ChangesNoResultAndLeavesNothingBehind) {
 
 TEST(Profile, TraceHoldsTheLastCallsInOrder) {
     const Library blocks = library();
-    Session run(model_text, &blocks);
+    Session run(profiled_model, &blocks);
     const Profiler profiler(*run.simulation, 8);
     run.trace("gain", 10);
     std::ostringstream text;

@@ -13,7 +13,6 @@ namespace {
 
 using V = Vector<double>;
 using D = std::vector<double>;
-constexpr double inf = std::numeric_limits<double>::infinity();
 
 /// One scalar filter, run by the kernels.
 struct Filter {

@@ -6,9 +6,13 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <limits>
 #include <vector>
 
 namespace bf::kernels {
+
+inline constexpr double inf = std::numeric_limits<double>::infinity();
+inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// View of an Eigen matrix or vector.
 template <class D> View<typename D::Scalar> view(Eigen::PlainObjectBase<D>& m) {

@@ -22,8 +22,6 @@ namespace {
 using V = Vector<double>;
 using D = std::vector<double>;
 using B = std::vector<bool>;
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double inf = std::numeric_limits<double>::infinity();
 
 B flags(const std::vector<double>& y) { return {y.begin(), y.end()}; }
 

@@ -14,8 +14,6 @@ namespace {
 
 using V = Vector<double>;
 using D = std::vector<double>;
-constexpr double inf = std::numeric_limits<double>::infinity();
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// A table over its points, asked at one place.
 struct Table {

@@ -4,8 +4,7 @@
 
 #include "../groups.hpp"
 #include "../reset.hpp"
-
-#include <limits>
+#include "../shapes.hpp"
 
 namespace bf::blocks {
 
@@ -13,8 +12,6 @@ namespace {
 
 using Numbers = Array<double>;
 using GuardRow = GuardOf<Numbers>;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// dz/dt = u between limits, with reset. z = x + base, so that an external initial value can be taken over:
 /// base is that value, known in the first step or at a reset, and x begins at 0.

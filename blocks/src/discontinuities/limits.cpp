@@ -4,14 +4,11 @@
 
 #include "../groups.hpp"
 #include "../guards.hpp"
-
-#include <limits>
+#include "../shapes.hpp"
 
 namespace bf::blocks {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// What sets blocks with a lower and an upper bound apart.
 struct Clipped {

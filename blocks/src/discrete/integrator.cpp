@@ -5,14 +5,11 @@
 
 #include "../groups.hpp"
 #include "../reset.hpp"
-
-#include <limits>
+#include "../shapes.hpp"
 
 namespace bf::blocks {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Integral of K u over the steps, between limits.
 ///

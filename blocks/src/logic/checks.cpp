@@ -5,13 +5,10 @@
 #include "../shapes.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace bf::blocks {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Stops the run, after the step is complete, when an element of u is 0.
 class Assertion final : public Block {

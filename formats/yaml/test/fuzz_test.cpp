@@ -10,13 +10,13 @@
 namespace bf::formats {
 namespace {
 
-const std::filesystem::path folder = BF_SOURCE_DIRECTORY "/tests/models/yaml";
+const std::filesystem::path seed_folder = BF_SOURCE_DIRECTORY "/tests/models/yaml";
 
 std::vector<std::string> samples() {
     std::vector<std::string> texts;
     for (const char* name : {"two_masses.yaml", "pd.yaml", "nested.yaml"}) {
         std::ostringstream text;
-        text << std::ifstream(folder / name, std::ios::binary).rdbuf();
+        text << std::ifstream(seed_folder / name, std::ios::binary).rdbuf();
         texts.push_back(text.str());
     }
     return texts;
@@ -25,7 +25,7 @@ std::vector<std::string> samples() {
 /// Reads `text`: either it is refused with places in the file, or what is written is read back and written
 /// again the same. Returns whether it was read.
 bool survives(const std::string& text) {
-    const std::string name = (folder / "text.yaml").string();
+    const std::string name = (seed_folder / "text.yaml").string();
     std::string once;
     try {
         once = write_yaml(read_yaml_text(text, name));
@@ -61,7 +61,7 @@ bool in_literal(const std::string& sample, std::size_t end) {
 }
 
 TEST(Fuzz, ACommentAtAnyPositionIsKeptOnce) {
-    const std::string name = (folder / "text.yaml").string(), mark = "# a further comment";
+    const std::string name = (seed_folder / "text.yaml").string(), mark = "# a further comment";
     int kept = 0;
     for (const std::string& sample : samples())
         for (std::size_t end = 0; (end = sample.find('\n', end)) != std::string::npos; ++end)

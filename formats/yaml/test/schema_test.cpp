@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 const std::filesystem::path schema_file = BF_SOURCE_DIRECTORY "/formats/yaml/model.schema.json";
-const std::filesystem::path folder = BF_SOURCE_DIRECTORY "/tests/models/yaml";
+const std::filesystem::path valid_folder = BF_SOURCE_DIRECTORY "/tests/models/yaml";
 
 /// A document as editors see it: by yaml-cpp's own tree and YAML's types of plain scalars.
 json to_json(const YAML::Node& node) {
@@ -72,7 +72,7 @@ bool is_read(const std::string& text) {
 
 TEST(Schema, AcceptsEverySample) {
     json documents = json::array();
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
+    for (const auto& entry : std::filesystem::directory_iterator(valid_folder))
         if (entry.path().extension() == ".yaml") documents.push_back(to_json(YAML::LoadFile(entry.path())));
     ASSERT_GE(documents.size(), 3u);
     EXPECT_EQ(validate(documents), std::vector<bool>(documents.size(), true));
@@ -161,7 +161,7 @@ TEST(Schema, EveryListedKeyIsRead) {
         if (key == "enumerations" || key == "variables" || key == "blocks" || key == "connections" ||
             key == "plots" || key == "with")
             return "{}";
-        if (key == "file") return (folder / "pd.yaml").string();
+        if (key == "file") return (valid_folder / "pd.yaml").string();
         return key == "inputs" || key == "outputs" || key == "record" || key == "plugins" ? "[]" : "x";
     };
     auto all = [&](const keys::Keys& known) {

@@ -79,11 +79,13 @@ static void mdlInitializeSizes(SimStruct* S) {
         if (!prototype.declaration().provisions.empty())
             Scope::instance().enter(ssGetPath(S), prototype.type(), prototype.arguments);
 
-        // Their number follows from the sizes of the ports.
+        // What mdlSetWorkWidths sets must be open before: numbers follow from the sizes of the ports.
         ssSetNumContStates(S, prototype.has(Role::continuous_state) ? DYNAMICALLY_SIZED : 0);
         ssSetNumDiscStates(S, 0); // discrete states are work vectors with names and types
+        ssSetNumNonsampledZCs(S, DYNAMICALLY_SIZED);
         ssSetNumSampleTimes(S, 1);
-        ssSetNumPWork(S, 1);
+        ssSetNumPWork(S, DYNAMICALLY_SIZED);
+        if (!ssSetNumDWork(S, DYNAMICALLY_SIZED)) return;
         ssSetSimStateCompliance(S, USE_CUSTOM_SIM_STATE);
         ssSetOptions(S, SS_OPTION_WORKS_WITH_CODE_REUSE | SS_OPTION_EXCEPTION_FREE_CODE |
                             SS_OPTION_ALLOW_INPUT_SCALAR_EXPANSION | SS_OPTION_USE_TLC_WITH_ACCELERATOR |
@@ -248,8 +250,8 @@ static void mdlTerminate(SimStruct* S) {
 #define MDL_RTW
 static void mdlRTW(SimStruct* S) {
     guarded(S, "mdlRTW", [&] {
-        const double period = running(S) ? running(S)->period(S) : ssGetSampleTime(S, 0);
-        write_record(S, Prototype(S), std::max(0.0, period));
+        const Prototype prototype(S);
+        write_record(S, prototype, prototype.period_of_steps(S));
     });
 }
 

@@ -221,6 +221,12 @@ bool Prototype::has_state() const {
     return has(Role::discrete_state) || !declaration().objects.empty() || type_->methods.update;
 }
 
+double Prototype::period_of_steps(SimStruct* S) const {
+    const double sample_time = ssGetSampleTime(S, 0);
+    if (sample_time > 0 && std::isfinite(sample_time)) return sample_time;
+    return has(Role::continuous_state) || ssIsVariableStepSolver(S) ? 0 : ssGetFixedStepSize(S);
+}
+
 void Prototype::learn(SimStruct* S) {
     if (std::any_of(bindings.begin(), bindings.end(), [](const auto& b) { return !b.provider; })) return;
     auto& d = declaration();
@@ -338,9 +344,10 @@ void Running::declare_work(SimStruct* S, const Prototype& prototype) {
         if (slot.role == Role::guard) crossings += slot.size.count();
         if (slot.role == Role::discrete_state && slot.size.count() > 0) states.push_back(&slot);
     }
-    ssSetNumContStates(S, continuous);
+    if (continuous > 0) ssSetNumContStates(S, continuous);
     ssSetNumNonsampledZCs(S, crossings);
-    ssSetNumDWork(S, first_state_work + static_cast<int>(states.size()));
+    ssSetNumPWork(S, pointers_work);
+    if (!ssSetNumDWork(S, first_state_work + static_cast<int>(states.size()))) return;
     const auto declare = [&](int i, int width, DTypeId type, const char* name, bool is_state) {
         ssSetDWorkWidth(S, i, width);
         ssSetDWorkDataType(S, i, type);
@@ -432,15 +439,9 @@ void Running::run(const std::vector<Task>& tasks) {
         if (const Status status = task(); !status) throw std::runtime_error(status.text());
 }
 
-double Running::period(SimStruct* S) const {
-    const double sample_time = ssGetSampleTime(S, 0);
-    if (sample_time > 0 && std::isfinite(sample_time)) return sample_time;
-    return continuous_.empty() && !ssIsVariableStepSolver(S) ? ssGetFixedStepSize(S) : 0;
-}
-
 void Running::take_clock(SimStruct* S) {
     const double* steps = static_cast<const double*>(ssGetDWork(S, steps_work));
-    context_->clock(0) = {ssGetT(S), period(S), static_cast<std::int64_t>(*steps)};
+    context_->clock(0) = {ssGetT(S), prototype_.period_of_steps(S), static_cast<std::int64_t>(*steps)};
 }
 
 void Running::take_inputs(SimStruct* S, bool only_feedthrough) {

@@ -14,6 +14,9 @@
 
 namespace bf::simulink {
 
+/// Pointers that Simulink keeps for a block: the running block; generated code has one more.
+constexpr int pointers_work = 2;
+
 /// The block as the parameters make it, told what the model says of its ports so far. Simulink keeps no
 /// object between the callbacks of a compilation, so each of them makes one anew.
 class Prototype {
@@ -42,6 +45,8 @@ class Prototype {
     bool feeds_through(int input) const; ///< the slot of an input
     bool has_state() const;              ///< beside continuous ones
     bool has(Role role) const;
+    /// s; 0 when steps are as long as the solver likes.
+    double period_of_steps(SimStruct* S) const;
 
     std::shared_ptr<Block> block() const { return block_; }
     std::vector<int> inputs, outputs;              ///< slots of the ports
@@ -79,7 +84,6 @@ class Running {
     void take_parameters(const Prototype& changed);
     mxArray* save(SimStruct* S);
     void restore(SimStruct* S, const mxArray* state);
-    double period(SimStruct* S) const;
 
   private:
     struct Port {

@@ -131,7 +131,7 @@ void write_record(SimStruct* S, const Prototype& prototype, double period) {
                            SSWRITE_VALUE_NUM, "texts", texts, SSWRITE_VALUE_VECT, "lengths",
                            record.lengths.data(), static_cast<int>(record.lengths.size()));
     }
-    if (!good || !ssWriteRTWWorkVect(S, "PWork", 1, "blockPWork", 2))
+    if (!good || !ssWriteRTWWorkVect(S, "PWork", 1, "blockPWork", pointers_work))
         throw std::runtime_error("the record for generated code cannot be written");
 }
 

@@ -186,8 +186,10 @@ void Model::compile() {
 
     // Memory of signals, states and work; what nothing drives is grounded.
     for (auto& block : blocks_) {
-        if (block->wanted_states == DYNAMICALLY_SIZED)
-            throw Error(block->path + ": the number of its states is still open");
+        for (const int count :
+             {block->wanted_states, block->wanted_pointers, block->wanted_crossings, block->wanted_work})
+            if (count == DYNAMICALLY_SIZED)
+                throw Error(block->path + ": a number of its states or work vectors is still open");
         block->states.assign(static_cast<std::size_t>(block->wanted_states), 0);
         block->rates = block->states;
         block->pointers.assign(static_cast<std::size_t>(block->wanted_pointers), nullptr);
@@ -397,6 +399,9 @@ std::vector<double>& Model::continuous_states(int block) {
 }
 const std::vector<std::string>& Model::warnings(int block) const {
     return blocks_[static_cast<std::size_t>(block)]->warnings;
+}
+const std::vector<std::pair<std::string, int>>& Model::pointer_names(int block) const {
+    return blocks_[static_cast<std::size_t>(block)]->pointer_names;
 }
 const std::vector<std::string>& Model::calls(int block) const {
     return blocks_[static_cast<std::size_t>(block)]->calls;

@@ -16,6 +16,12 @@ int SimStruct_tag::Port::width() const {
     return count;
 }
 
+void SimStruct_tag::set_count(int& count, int number, const char* what) {
+    const bool is_open = phase == "mdlSetWorkWidths" && count == DYNAMICALLY_SIZED;
+    if (phase != "mdlInitializeSizes" && !is_open) forbid("the number of " + std::string(what) + " is set");
+    count = number;
+}
+
 SimStruct_tag::~SimStruct_tag() {
     for (auto* array : parameters) mxDestroyArray(array);
 }
@@ -149,25 +155,21 @@ time_T ssGetFixedStepSize(SimStruct* S) { return S->step_size; }
 int_T ssIsMajorTimeStep(SimStruct* S) { return S->is_major; }
 int_T ssIsVariableStepSolver(SimStruct*) { return 0; }
 
-void ssSetNumContStates(SimStruct* S, int_T number) {
-    if (S->phase != "mdlInitializeSizes" && S->phase != "mdlSetWorkWidths")
-        S->forbid("the number of states is set");
-    S->wanted_states = number;
-}
+void ssSetNumContStates(SimStruct* S, int_T number) { S->set_count(S->wanted_states, number, "states"); }
 void ssSetNumDiscStates(SimStruct*, int_T) {}
 real_T* ssGetContStates(SimStruct* S) { return S->states.data(); }
 real_T* ssGetdX(SimStruct* S) { return S->rates.data(); }
 void ssSetSolverNeedsReset(SimStruct*) {}
 void ssSetNumNonsampledZCs(SimStruct* S, int_T number) {
+    S->set_count(S->wanted_crossings, number, "zero crossings");
     S->zero_crossings.resize(static_cast<std::size_t>(number < 0 ? 0 : number));
 }
 real_T* ssGetNonsampledZCs(SimStruct* S) { return S->zero_crossings.data(); }
-void ssSetNumPWork(SimStruct* S, int_T number) { S->wanted_pointers = number; }
+void ssSetNumPWork(SimStruct* S, int_T number) { S->set_count(S->wanted_pointers, number, "pointers"); }
 void** ssGetPWork(SimStruct* S) { return S->pointers.empty() ? nullptr : S->pointers.data(); }
 int ssSetNumDWork(SimStruct* S, int_T number) {
-    if (S->phase != "mdlInitializeSizes" && S->phase != "mdlSetWorkWidths")
-        S->forbid("the number of work vectors is set");
-    S->work.assign(static_cast<std::size_t>(number), {});
+    S->set_count(S->wanted_work, number, "work vectors");
+    S->work.assign(static_cast<std::size_t>(number < 0 ? 0 : number), {});
     return 1;
 }
 void ssSetDWorkWidth(SimStruct* S, int_T index, int_T width) {
@@ -208,6 +210,11 @@ int ssWriteRTWParamSettings(SimStruct* S, int_T number, ...) {
     va_end(arguments);
     return 1;
 }
-int ssWriteRTWWorkVect(SimStruct*, const char*, int_T, const char*, int_T) { return 1; }
+int ssWriteRTWWorkVect(SimStruct* S, const char* vector, int_T number, const char* name, int_T width) {
+    if (std::string(vector) != "PWork" || number != 1 || width != S->wanted_pointers)
+        S->forbid("names are given to work that the block does not have");
+    S->pointer_names = {{name, width}};
+    return 1;
+}
 
 } // extern "C"

@@ -37,11 +37,14 @@ struct SimStruct_tag {
     double sample_time = INHERITED_SAMPLE_TIME, offset = 0, time = 0, step_size = 0;
     bool is_major = true, was_started = false;
     std::vector<double> states, rates, zero_crossings;
-    int wanted_states = 0, wanted_pointers = 0;
+    int wanted_states = 0, wanted_pointers = 0, wanted_crossings = 0, wanted_work = 0;
     std::vector<Work> work;
     std::vector<void*> pointers;
     std::vector<std::vector<simstruct::Setting>> settings;
+    std::vector<std::pair<std::string, int>> pointer_names;
 
+    /// A count of states or work: mdlSetWorkWidths may set what mdlInitializeSizes left open.
+    void set_count(int& count, int number, const char* what);
     void forbid(const std::string& what) { forbidden.push_back(what + " in " + phase); }
 };
 

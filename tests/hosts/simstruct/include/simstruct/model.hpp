@@ -59,6 +59,8 @@ class Model {
     mxArray* save(int block);
     void restore(int block, const mxArray* state);
     std::vector<std::vector<Setting>> rtw(int block);
+    /// What the record calls the pointers of a block, and how many each name has.
+    const std::vector<std::pair<std::string, int>>& pointer_names(int block) const;
     void terminate();
 
     double time() const;

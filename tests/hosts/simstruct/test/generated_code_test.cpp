@@ -1,0 +1,191 @@
+// BlockFactory.tlc prints code for the record that the S-function writes; the code is built and run without
+// MATLAB, and does what the S-function does.
+#include "simstruct/model.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <limits>
+#include <sstream>
+#include <unistd.h>
+
+extern "C" const SimStructMethods simstruct_methods;
+
+namespace {
+
+using simstruct::logical;
+using simstruct::matrix;
+using simstruct::Model;
+using simstruct::number;
+using simstruct::text;
+using simstruct::texts;
+
+constexpr int steps = 4;
+const std::array<double, 3> signal{0.5, 1.5, -2.5};
+
+std::string json(const std::string& text) {
+    std::string quoted = "\"";
+    for (const char c : text)
+        if (c == '"' || c == '\\')
+            quoted += std::string("\\") + c;
+        else if (c == '\n')
+            quoted += "\\n";
+        else
+            quoted += c;
+    return quoted + "\"";
+}
+std::string json(double x) {
+    if (std::isnan(x)) return "NaN";
+    if (std::isinf(x)) return x > 0 ? "Infinity" : "-Infinity";
+    std::ostringstream text;
+    text.precision(17);
+    text << std::showpoint << x;
+    return text.str();
+}
+template <class T> std::string json(const std::vector<T>& list) {
+    std::string text;
+    for (const auto& x : list) text += (text.empty() ? "" : ", ") + json(x);
+    return "[" + text + "]";
+}
+std::string json(const std::vector<simstruct::Setting>& record) {
+    std::string text;
+    for (const auto& setting : record)
+        text += (text.empty() ? "" : ", ") + json(setting.name) + ": " +
+                std::visit([](const auto& value) { return json(value); }, setting.value);
+    return "{" + text + "}";
+}
+
+/// Blocks beside each other: each has `inputs` inputs of three elements.
+struct Beside {
+    Model model{simstruct_methods, 0.01};
+    std::vector<int> blocks, inputs;
+
+    void add(const std::string& path, std::vector<mxArray*> parameters, int count) {
+        blocks.push_back(model.add(path, std::move(parameters)));
+        inputs.push_back(count);
+        for (int i = 0; i < count; ++i) {
+            const int source = model.add_input(3, 0, SS_DOUBLE);
+            model.connect(source, 0, blocks.back(), i);
+            sources_.push_back(source);
+        }
+    }
+    /// Outputs of all blocks, step by step.
+    std::vector<double> run() {
+        model.compile();
+        model.start();
+        for (const int source : sources_) std::memcpy(model.input(source), signal.data(), sizeof(signal));
+        std::vector<double> all;
+        for (int k = 0; k < steps; ++k) {
+            model.step();
+            for (const int block : blocks)
+                for (int port = 0; port < model.outputs(block); ++port) {
+                    const auto* y = static_cast<const double*>(model.output(block, port));
+                    all.insert(all.end(), y, y + model.output_dimensions(block, port).at(0));
+                }
+        }
+        return all;
+    }
+    std::string record() {
+        std::string text;
+        for (std::size_t b = 0; b < blocks.size(); ++b) {
+            const int block = blocks[b];
+            std::string settings, in, out, work;
+            for (const auto& record : model.rtw(block))
+                settings += (settings.empty() ? "" : ", ") + json(record);
+            for (int i = 0; i < inputs[b]; ++i)
+                in += std::string(i ? ", " : "") + "{\"dims\": [3], \"type\": 0, \"values\": " +
+                      json(std::vector<double>(signal.begin(), signal.end())) + "}";
+            for (int i = 0; i < model.outputs(block); ++i)
+                out += std::string(i ? ", " : "") + "{\"dims\": [" +
+                       std::to_string(model.output_dimensions(block, i).at(0)) + "], \"type\": 0}";
+            for (const auto& [name, width] : model.pointer_names(block))
+                work += (work.empty() ? "" : ", ") + json(name) + ": " + std::to_string(width);
+            text += (text.empty() ? "" : ", ") + std::string("{\"name\": \"b") + std::to_string(b) +
+                    "\", \"PWork\": {" + work + "}, \"settings\": [" + settings + "], \"inputs\": [" + in +
+                    "], \"outputs\": [" + out + "]}";
+        }
+        return "{\"steps\": " + std::to_string(steps) + ", \"blocks\": [" + text + "]}";
+    }
+
+  private:
+    std::vector<int> sources_;
+};
+
+/// What the program that is made of the record prints.
+std::string printed(const std::string& record) {
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::path(testing::TempDir()) / ("bf_tlc_" + std::to_string(getpid()));
+    fs::create_directories(folder);
+    std::ofstream(folder / "record.json") << record;
+    const std::string in = folder.string() + "/", source = BF_SOURCE_DIRECTORY "/",
+                      library = BF_BINARY_DIRECTORY "/lib";
+    const std::string command = "python3 " + source + "tests/hosts/simstruct/test/expand_tlc.py " + source +
+                                "hosts/simulink/BlockFactory.tlc " + in + "record.json " + in +
+                                "code.cpp && " BF_COMPILE " -DMODEL=M -I" + source + "boundary/include -I" +
+                                source + "hosts/simulink_coder/include " + in + "code.cpp -o " + in +
+                                "code -L" + library +
+                                " -lBlockFactorySimulinkCoder -lBlockFactoryCore -Wl,-rpath," + library +
+                                " && BLOCKFACTORY_PLUGIN_PATH=" BF_TEST_PLUGINS ":" BF_PLUGIN_DIRECTORY
+                                ":" BF_PLUGIN_DIRECTORY "/legacy " +
+                                in + "code >" + in + "printed";
+    const int status = std::system(command.c_str());
+    std::ifstream file(folder / "printed");
+    std::stringstream text;
+    text << file.rdbuf();
+    fs::remove_all(folder);
+    return text.str() + (status == 0 ? "" : "failed\n");
+}
+
+TEST(GeneratedCode, PrintedForTheRecordsOfBlocksRunsAsTheSFunction) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const char* field = "field";
+    mxArray* structure = mxCreateStructMatrix(1, 1, 1, &field);
+    mxSetField(structure, 0, field, number(-1));
+    Beside beside;
+    beside.add("m/all \"kinds\"\n of \\ them",
+               {text("AllParameters"), text("LegacyPlugin"), number(7), logical(true), number(0.1),
+                text("f\"o\nu\\r"), matrix(1, 3, {1, 2, 3}), texts({"a", ""}), structure},
+               0);
+    beside.add("m/old",
+               {text("Accumulate"), text("LegacyPlugin"), number(2), matrix(1, 3, {0.1, 0.2, 1e-300})}, 2);
+    beside.add("m/new",
+               {text("Accumulate"), text("NativePlugin"), number(2), matrix(1, 3, {1, 2, 3}), number(-1)}, 2);
+    beside.add("m/limits", {text("Saturate"), text("standard"), number(-infinity), number(1), number(-1)}, 1);
+    beside.add("m/delay", {text("UnitDelay"), text("standard"), matrix(1, 3, {1, 2, 3}), number(-1)}, 1);
+    std::ostringstream expected;
+    for (const double y : beside.run()) {
+        char digits[32];
+        std::snprintf(digits, sizeof(digits), "%.17g\n", y);
+        expected << digits;
+    }
+    const std::string names =
+        "block m/all \"kinds\"\n of \\ them\nblock m/delay\nblock m/limits\nblock m/new\nblock m/old\n";
+    EXPECT_EQ(printed(beside.record()), names + expected.str());
+}
+
+TEST(GeneratedCode, PrintedForABlockThatFailsSaysWhichAndWhy) {
+    const auto failing = [](const char* misdeed) {
+        Beside beside;
+        beside.add("m/bad", {text("Misbehaves"), text("LegacyPlugin"), text("none")}, 1);
+        beside.run();
+        std::string record = beside.record();
+        // The record of a block that sizes well and fails only when it runs.
+        std::string codes, none;
+        for (const char* c = misdeed; *c; ++c) codes += (codes.empty() ? "" : ", ") + json(double(*c));
+        for (const char c : std::string("none")) none += (none.empty() ? "" : ", ") + json(double(c));
+        record.replace(record.find("[" + none + "]"), none.size() + 2, "[" + codes + "]");
+        const std::string length = json(std::vector<double>{4}),
+                          longer = json(std::vector<double>{double(std::strlen(misdeed))});
+        record.replace(record.rfind("\"lengths\": " + length) + 11, length.size(), longer);
+        return printed(record);
+    };
+    EXPECT_EQ(failing("initialize returns false"), "block m/bad\n[Initialize]refused on purpose\nfailed\n");
+    EXPECT_NE(failing("output returns false").find("[Output]refused on purpose\nfailed\n"),
+              std::string::npos);
+}
+
+} // namespace

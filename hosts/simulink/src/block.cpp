@@ -351,7 +351,7 @@ void Running::declare_work(SimStruct* S, const Prototype& prototype) {
     const auto declare = [&](int i, int width, DTypeId type, const char* name, bool is_state) {
         ssSetDWorkWidth(S, i, width);
         ssSetDWorkDataType(S, i, type);
-        ssSetDWorkName(S, i, name);
+        ssSetDWorkName(S, i, const_cast<char_T*>(name)); // documented so, and only kept
         ssSetDWorkUsedAsDState(S, i, is_state);
     };
     static std::set<std::string> names; // Simulink keeps the pointer

@@ -71,6 +71,27 @@ TEST_F(GeneratedModel, ReportsAFailedStepAndStops) {
     EXPECT_FALSE(model.step());
 }
 
+TEST_F(GeneratedModel, SurvivesABlockThatThrows) {
+    for (const char* how : {"throws", "throws 7"}) {
+        const std::string reason =
+            std::string(how) == "throws" ? ": thrown on purpose {0}" : " of unknown type";
+        const auto misdeed = [&](const char* call) { return call + std::string(" ") + how; };
+        const std::string initialize = misdeed("initialize"), output = misdeed("output"),
+                          terminate = misdeed("terminate");
+        TestModel_misdeed = initialize.c_str();
+        EXPECT_FALSE(model.initialize());
+        EXPECT_EQ(model.getErrors(), "[Initialize]a block threw an exception" + reason);
+        TestModel_misdeed = output.c_str();
+        ASSERT_TRUE(model.initialize()) << model.getErrors();
+        EXPECT_FALSE(model.step());
+        EXPECT_EQ(model.getErrors(), "[Output]a block threw an exception" + reason);
+        TestModel_misdeed = terminate.c_str();
+        ASSERT_TRUE(model.initialize()) << model.getErrors();
+        EXPECT_FALSE(model.terminate());
+        EXPECT_EQ(model.getErrors(), "[Terminate]a block threw an exception" + reason);
+    }
+}
+
 TEST_F(GeneratedModel, SaysThatThereIsNoneYet) {
     EXPECT_FALSE(model.step());
     EXPECT_FALSE(model.terminate());

@@ -112,7 +112,7 @@ void** ssGetPWork(SimStruct* S); /* null until the model is compiled */
 int ssSetNumDWork(SimStruct* S, int_T number);
 void ssSetDWorkWidth(SimStruct* S, int_T index, int_T width);
 void ssSetDWorkDataType(SimStruct* S, int_T index, DTypeId type);
-void ssSetDWorkName(SimStruct* S, int_T index, const char* name);
+void ssSetDWorkName(SimStruct* S, int_T index, char_T* name);
 void ssSetDWorkUsedAsDState(SimStruct* S, int_T index, int_T used);
 void* ssGetDWork(SimStruct* S, int_T index);
 

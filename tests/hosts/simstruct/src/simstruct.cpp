@@ -179,7 +179,7 @@ void ssSetDWorkWidth(SimStruct* S, int_T index, int_T width) {
 void ssSetDWorkDataType(SimStruct* S, int_T index, DTypeId type) {
     S->work.at(static_cast<std::size_t>(index)).type = type;
 }
-void ssSetDWorkName(SimStruct* S, int_T index, const char* name) {
+void ssSetDWorkName(SimStruct* S, int_T index, char_T* name) {
     S->work.at(static_cast<std::size_t>(index)).name = name;
 }
 void ssSetDWorkUsedAsDState(SimStruct* S, int_T index, int_T used) {

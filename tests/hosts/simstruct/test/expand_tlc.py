@@ -330,8 +330,11 @@ int main() {{
     if (!good) break;
 {show}
   }}
+  const bool ran = good;
   if (!good) std::printf("%s\\n", model.getErrors().c_str());
-  return good && model.terminate() ? 0 : 1;
+  good = model.terminate();
+  if (ran && !good) std::printf("%s\\n", model.getErrors().c_str());
+  return ran && good ? 0 : 1;
 }}
 """)
 

@@ -183,9 +183,23 @@ TEST(GeneratedCode, PrintedForABlockThatFailsSaysWhichAndWhy) {
         record.replace(record.rfind("\"lengths\": " + length) + 11, length.size(), longer);
         return printed(record);
     };
-    EXPECT_EQ(failing("initialize returns false"), "block m/bad\n[Initialize]refused on purpose\nfailed\n");
-    EXPECT_NE(failing("output returns false").find("[Output]refused on purpose\nfailed\n"),
-              std::string::npos);
+    const std::string block = "plugin 'LegacyPlugin', block 'm/bad', ";
+    EXPECT_EQ(failing("initialize returns false"),
+              "block m/bad\n[Initialize]" + block + "initialize: refused on purpose\nfailed\n");
+    EXPECT_EQ(failing("initialize throws"),
+              "block m/bad\n[Initialize]" + block +
+                  "initialize: threw an exception: thrown on purpose {0}\nfailed\n");
+    EXPECT_EQ(failing("initializeInitialConditions throws 7"),
+              "block m/bad\n[InitializeInitialConditions]" + block +
+                  "initializeInitialConditions: threw an exception of unknown type\nfailed\n");
+    const auto ends = [](const std::string& text, const std::string& end) { return text.ends_with(end); };
+    EXPECT_TRUE(
+        ends(failing("output returns false"), "[Output]" + block + "output: refused on purpose\nfailed\n"));
+    EXPECT_TRUE(ends(failing("updateDiscreteState throws"),
+                     "[Update]" + block +
+                         "updateDiscreteState: threw an exception: thrown on purpose {0}\nfailed\n"));
+    EXPECT_TRUE(ends(failing("terminate returns false"),
+                     "[Terminate]" + block + "terminate: refused on purpose\nfailed\n"));
 }
 
 } // namespace

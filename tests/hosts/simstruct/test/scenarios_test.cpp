@@ -110,6 +110,16 @@ TEST(SFunctionParameters, OfANativeBlockAreMatricesTextsListsAndSwitches) {
     One constant(standard("Constant", {logical(true), matrix(1, 2, {3, 4}, mxUINT8_CLASS), number(-1)}), {});
     constant.go();
     EXPECT_EQ(constant.model.output_type(constant.block, 0), SS_UINT8);
+    // A cell array of numbers, as it is and as the field of a struct.
+    for (const bool in_struct : {false, true}) {
+        mxArray* cells = mxCreateCellMatrix(1, 3);
+        for (std::size_t i = 0; i < 3; ++i) mxSetCell(cells, i, i == 1 ? logical(true) : number(4));
+        One listed(
+            standard("Constant", {logical(true), in_struct ? structure("value", cells) : cells, number(-1)}),
+            {});
+        listed.go().model.step();
+        EXPECT_EQ(output(listed.model, listed.block, 3), (std::vector<double>{4, 1, 4}));
+    }
 }
 
 TEST(SFunctionParameters, ThatDoNotFitAreNamedWithPathAndCallback) {

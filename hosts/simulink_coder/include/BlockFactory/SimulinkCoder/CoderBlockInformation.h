@@ -4,6 +4,7 @@
 
 #include <BlockFactory/Core/BlockInformation.h>
 #include <BlockFactory/Core/Parameters.h>
+#include <BlockFactory/Core/Signal.h>
 
 #include <map>
 #include <memory>

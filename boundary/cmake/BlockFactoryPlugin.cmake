@@ -2,15 +2,18 @@
 include(GNUInstallDirs)
 
 # register_blockfactory_block(BLOCK_NAME <b> PLUGIN_NAME <p> SOURCES <file>... HEADERS <file>...)
-# Adds the files of one block to plugin <p>, before add_blockfactory_plugin(<p>).
+# Adds the files of one block to plugin <p>, before add_blockfactory_plugin(<p>). Files are those of the folder that
+# calls this or, when it has none of that name, of the one that makes the plugin.
 function(register_blockfactory_block)
     cmake_parse_arguments(arg "" "BLOCK_NAME;PLUGIN_NAME" "SOURCES;HEADERS" ${ARGN})
-    if(NOT arg_BLOCK_NAME OR NOT arg_PLUGIN_NAME OR NOT arg_SOURCES)
-        message(FATAL_ERROR "register_blockfactory_block needs BLOCK_NAME, PLUGIN_NAME and SOURCES")
+    if(NOT arg_BLOCK_NAME OR NOT arg_PLUGIN_NAME)
+        message(FATAL_ERROR "register_blockfactory_block needs BLOCK_NAME and PLUGIN_NAME")
     endif()
     foreach(kind SOURCES HEADERS)
         foreach(file ${arg_${kind}})
-            get_filename_component(file ${file} ABSOLUTE)
+            if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+                set(file ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+            endif()
             set_property(GLOBAL APPEND PROPERTY ${arg_PLUGIN_NAME}_${kind} ${file})
         endforeach()
     endforeach()
@@ -35,7 +38,8 @@ function(install_blockfactory_plugin name)
     install(TARGETS ${name} EXPORT ${name}Export
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/blockfactory
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/blockfactory
-        RUNTIME DESTINATION bin/blockfactory)
+        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR}/blockfactory
+        PUBLIC_HEADER DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${name}/Block)
     get_property(headers GLOBAL PROPERTY ${name}_HEADERS)
     install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${name}/Block)
 endfunction()

@@ -2,10 +2,9 @@
 #include "TestModel.h"
 
 #include <BlockFactory/SimulinkCoder/GeneratedCodeWrapper.h>
-#include <iostream>
 
 int main() {
-    blockfactory::coder::GeneratedCodeWrapper<TestModelModelClass> model;
+    blockfactory::coder::GeneratedCodeWrapper<TestModelModelClass> model = {"TestModel", 2};
     bool good = model.initialize();
     for (int step = 0; good && step < 10; ++step) good = model.step();
     std::cerr << model.getErrors() << std::endl;

@@ -11,6 +11,7 @@ cmake -S "$source/boundary/test/outside" -B made -DSOURCES="$source" -DCMAKE_PRE
 cmake --build made -j2 >build.log 2>&1 || { cat build.log; exit 1; }
 cmake --install made >>build.log
 test -f plugin/include/LegacyPlugin/Block/LegacyPlugin.hpp
+test -f plugin/include/LegacyPlugin/Block/Public.h
 export BLOCKFACTORY_PLUGIN_PATH=$work/plugin/lib/blockfactory:$work/prefix/lib/blockfactory:$work/prefix/lib/blockfactory/legacy
 prefix/bin/blockfactory-exists LegacyPlugin Accumulate
 prefix/bin/blockfactory-exists WholeBodyToolbox MassMatrix

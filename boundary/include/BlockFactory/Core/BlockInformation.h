@@ -6,6 +6,8 @@
 
 #include <memory>
 #include <string>
+#include <tuple>   // for plugins that rely on it
+#include <utility> // as well
 #include <vector>
 
 namespace blockfactory {

@@ -2,6 +2,7 @@
 #ifndef BLOCKFACTORY_CORE_LOG_H
 #define BLOCKFACTORY_CORE_LOG_H
 
+#include <memory> // for plugins that rely on it
 #include <sstream>
 #include <string>
 

@@ -34,8 +34,8 @@ class blockfactory::core::Signal {
   public:
     enum class DataFormat { NONCONTIGUOUS = 0, CONTIGUOUS = 1, CONTIGUOUS_ZEROCOPY = 2 };
 
-    explicit Signal(const DataFormat& format = DataFormat::CONTIGUOUS_ZEROCOPY,
-                    const Port::DataType& type = Port::DataType::DOUBLE)
+    Signal(const DataFormat& format = DataFormat::CONTIGUOUS_ZEROCOPY,
+           const Port::DataType& type = Port::DataType::DOUBLE)
         : type_(type), format_(format) {}
     Signal(const Signal& other);
     Signal(Signal&& other) noexcept;

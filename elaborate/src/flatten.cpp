@@ -379,6 +379,7 @@ class Flattener {
         node.where = block.where;
         auto& d = node.block->declaration();
         for (const auto& problem : d.problems) e_.report.add(block.where, path, problem);
+        if (!d.problems.empty() && d.slots.empty()) return; // what it declares is not known
         give_parameters(scope, path, d, parameters, block.where);
         node.sources.resize(d.slots.size());
         node.providers.resize(d.requirements.size());

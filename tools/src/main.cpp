@@ -78,6 +78,7 @@ int main(int argc, char** argv) {
                            add_export, add_generate, add_deploy, add_doctor})
         add(app);
     const int code = run(app, argc, argv);
+    show_warnings();
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
         std::fprintf(stderr, "bf: cannot write the standard output: %s\n", std::strerror(errno));
         return code ? code : 1;

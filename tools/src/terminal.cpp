@@ -1,8 +1,11 @@
 #include "terminal.hpp"
 
+#include <BlockFactory/Core/Log.h>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <map>
+#include <sstream>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -69,6 +72,21 @@ void Waiting::run(const std::string& what) {
     do line.show("  " + what + " ... " + std::to_string(static_cast<int>(now() - begin)) + " s");
     while (!changed_.wait_for(lock, std::chrono::milliseconds(300), over));
     if (isatty(STDERR_FILENO)) std::fputs("\r\033[K", stderr);
+}
+
+void show_warnings() {
+    auto& log = blockfactory::core::Log::getSingleton();
+    std::istringstream lines(log.getWarnings());
+    log.clearWarnings();
+    std::map<std::string, int> counts;
+    std::vector<std::string> order;
+    for (std::string line; std::getline(lines, line);)
+        if (++counts[line] == 1) order.push_back(line);
+    for (const auto& line : order) {
+        const int count = counts[line];
+        std::fprintf(stderr, "bf: warning: %s%s\n", line.c_str(),
+                     count > 1 ? (" (" + std::to_string(count) + " times)").c_str() : "");
+    }
 }
 
 InterruptGuard::InterruptGuard() {

@@ -39,6 +39,9 @@ class Waiting {
     std::thread thread_;
 };
 
+/// Tells on standard error what blocks of plugins warned of, each text once.
+void show_warnings();
+
 /// Ended by a signal; the command exits with 128 + its number, 130 for Ctrl-C.
 struct Interrupted : CommandError {
     Interrupted(int number, const std::string& text) : CommandError(text), signal(number) {}

@@ -33,6 +33,28 @@ TEST_F(BadInput, UnknownBlock) {
     expect_refused("m.yaml:6:14: a: there is no block 'Gian'; did you mean 'Gain'");
 }
 
+TEST_F(BadInput, OldBlockThatMisbehaves) {
+    const auto run = [&](const std::string& misdeed) {
+        write("m.yaml", "model: m\nplugins: [LegacyPlugin]\nstep: 0.1\nstop: 0.3\nblocks:\n"
+                        "  c: {block: Constant, value: \"[1 2 3]\"}\n"
+                        "  x: {block: LegacyPlugin/Misbehaves, misdeed: " +
+                            misdeed + "}\nconnections: {c: x}\n");
+        return bf("run m.yaml", "BLOCKFACTORY_PLUGIN_PATH=" BF_TEST_PLUGINS);
+    };
+    const std::string block = "plugin 'LegacyPlugin', block 'Misbehaves', ";
+    const auto refused = run("configureSizeAndPorts returns false");
+    EXPECT_EQ(refused.code, 1);
+    // Its ports are not known, so nothing is said of its connections.
+    EXPECT_EQ(refused.err,
+              "m.yaml:7:3: x: " + block + "configureSizeAndPorts: returned false: refused on purpose\n");
+    // What does not end a run is told all the same.
+    const auto leaving = run("terminate returns false");
+    EXPECT_EQ(leaving.code, 0);
+    EXPECT_CONTAINS(leaving.err, "bf: warning: " + block + "terminate: returned false: refused on purpose\n");
+    EXPECT_CONTAINS(run("shrinks").err, "bf: warning: " + block + "output: Only 2 of the 3 elements");
+    EXPECT_CONTAINS(run("shrinks").err, " (3 times)\n");
+}
+
 TEST_F(BadInput, UnknownPort) {
     model("  a: {block: Constant}\n  b: {block: Gain}\n", "connections:\n  a: b.v\n");
     expect_refused("m.yaml:9:6: b: there is no input 'v'; did you mean 'u'?");

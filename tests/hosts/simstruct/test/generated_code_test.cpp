@@ -15,6 +15,7 @@
 
 extern "C" const SimStructMethods simstruct_methods;
 
+namespace generated_code {
 namespace {
 
 using simstruct::logical;
@@ -203,3 +204,4 @@ TEST(GeneratedCode, PrintedForABlockThatFailsSaysWhichAndWhy) {
 }
 
 } // namespace
+} // namespace generated_code

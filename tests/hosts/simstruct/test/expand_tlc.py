@@ -160,6 +160,8 @@ class Machine:
     def look_up(self, name):
         if name in self.scopes[-1]:
             return self.scopes[-1][name]
+        if len(self.scopes) > 1:
+            raise NameError(f"there is no {name}: a function that another calls does not see the block")
         if name in self.block["PWork"]:
             return ("PWork", name)
         known = {"SFcnParamSettings": self.settings, "Type": "S-Function", "Name": "block"}

@@ -182,7 +182,7 @@ TEST(QP, StopsTheRunWithTheEntryAtFault) {
 
 TEST(QP, RefusesImpossibleArgumentsAndSizes) {
     expect_contains(refusal(problem(2, 1, ", max_iterations: 0", {"H", "g", "A", "ubA"})),
-                    "qp: argument 'max_iterations' is 0; give at least 1");
+                    "qp: argument 'max_iterations' must be at least 1, but is 0");
     const auto solver = refusal(problem(2, 1, ", solver: qpoases", {"H", "g", "A", "ubA"}));
     expect_contains(solver, "qp: ");
     expect_contains(solver, "daqp");

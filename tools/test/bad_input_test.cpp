@@ -299,7 +299,7 @@ TEST_F(BadInput, ValuesOutsideOfTheirLimits) {
           "model: m\nstep: 0.1\nstop: 1\nvariables: {T: 2}\nblocks: {p: {block: Pulse, cycle: T}}\n");
     expect_error("run m.yaml --set p.width=200", "p: parameter 'width' must be from 0 to 100, but is 200");
     expect_error("run m.yaml --set T=0",
-                 "m.yaml:5:37: p: parameter 'cycle' must be greater than 0, but is 0");
+                 "m.yaml:5:35: p: parameter 'cycle' must be greater than 0, but is 0");
     write("p.yaml", "p:\n  width: 100\n  cycle: -1\n");
     expect_error("run m.yaml --params p.yaml",
                  "p.yaml:3:10: p: parameter 'cycle' must be greater than 0, but is -1");

@@ -349,7 +349,7 @@ std::vector<Guarded> Generator::activities(const std::vector<Segment>& segments,
                 : activity.loop >= 0
                     ? "// " + comment(diagram_.plan.loops[static_cast<std::size_t>(activity.loop)].path) +
                           "\nif (" +
-                          (runs_once(diagram_.plan.loops[static_cast<std::size_t>(activity.loop)])
+                          (diagram_.runs_once(diagram_.plan.loops[static_cast<std::size_t>(activity.loop)])
                                ? "!is_again_ && "
                                : "") +
                           "!loop_" + number(activity.loop) + "()) return false;\n"

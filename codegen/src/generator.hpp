@@ -49,14 +49,10 @@ class Generator {
 
     void check() const;
     bool has_continuous_states() const { return !continuous_.empty(); }
-    /// Not again when the signals inside a step are computed.
-    bool runs_once(const Loop& loop) const {
-        return diagram_.rates[static_cast<std::size_t>(loop.rate)].is_continuous &&
-               diagram_.keeps_states(loop);
-    }
     bool has_loop_that_runs_once() const {
         const auto& loops = diagram_.plan.loops;
-        return std::any_of(loops.begin(), loops.end(), [this](const Loop& l) { return runs_once(l); });
+        return std::any_of(loops.begin(), loops.end(),
+                           [this](const Loop& l) { return diagram_.runs_once(l); });
     }
     /// Made by the factory from its plugin at the start of the program, because it is more than rules that
     /// can be printed.

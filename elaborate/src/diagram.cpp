@@ -81,8 +81,9 @@ std::vector<ComputedOutput> Diagram::real_outputs() const {
     return all;
 }
 
-bool Diagram::keeps_states(const Loop& loop) const {
-    return !loop.resets_states && std::any_of(loop.nodes.begin(), loop.nodes.end(), [&](int n) {
+bool Diagram::runs_once(const Loop& loop) const {
+    if (loop.resets_states || !rates[static_cast<std::size_t>(loop.rate)].is_continuous) return false;
+    return std::any_of(loop.nodes.begin(), loop.nodes.end(), [&](int n) {
         const auto& slots = nodes[static_cast<std::size_t>(n)].block->declaration().slots;
         return std::find(loop.counters.begin(), loop.counters.end(), n) == loop.counters.end() &&
                std::any_of(slots.begin(), slots.end(),

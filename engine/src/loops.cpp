@@ -9,7 +9,7 @@ void Simulation::bind_loops() {
     const auto& loops = diagram_.plan.loops;
     for (const auto& loop : loops)
         loops_.push_back(std::make_unique<LoopState>(
-            LoopState{this, &loop, diagram_.keeps_states(loop), {}, {}, {}, {}, nullptr}));
+            LoopState{this, &loop, diagram_.runs_once(loop), {}, {}, {}, {}, nullptr}));
     for (std::size_t l = 0; l < loops.size(); ++l) {
         auto& state = *loops_[l];
         state.outputs = bound(loops[l].outputs, Phase::output);
@@ -57,8 +57,7 @@ Status Simulation::LoopState::run() {
         s.failed_node_ = loop->nodes.front();
         return s.status_ ? solver->failure() : s.status_;
     }
-    if (keeps_states && s.is_again_ && s.diagram_.rates[static_cast<std::size_t>(loop->rate)].is_continuous)
-        return ok;
+    if (runs_once && s.is_again_) return ok;
     if (const Status status = s.reset_nodes(loop->resets_states ? loop->nodes : loop->counters); !status)
         return status;
     const bool is_while = loop->kind == Loop::Kind::while_loop;

@@ -43,7 +43,7 @@ struct Simulation::ConditionState {
 struct Simulation::LoopState {
     Simulation* simulation;
     const Loop* loop;
-    bool keeps_states;
+    bool runs_once; ///< per step, not inside one
     std::vector<BoundSegment> outputs, updates;
     std::vector<CommitSegment> commits;
     std::vector<std::size_t>

@@ -185,8 +185,9 @@ struct Diagram {
     std::vector<SignalName> checks() const;
     /// The outputs of real numbers that are computed in steps, in the order in which their blocks run.
     std::vector<ComputedOutput> real_outputs() const;
-    /// Has a loop states that go on from step to step? Then it runs once per step, not inside one.
-    bool keeps_states(const Loop& loop) const;
+    /// Does a loop of the continuous rate run once per step, not inside one? It does where it has states that
+    /// go on from step to step.
+    bool runs_once(const Loop& loop) const;
     /// Writes the initial value of a conditional subsystem's output into the memory of a run.
     void write_initial(const Condition::Outlet& outlet, Context& context) const;
     /// All signals matching a path in which '*' stands for any text ("a.b.*"), or a plain path as above; in

@@ -244,6 +244,14 @@ struct Program {
     int compiled;
 };
 
+/// The running program is told what this text in Python says, and its assertions hold.
+void expect_commands(const Program& program, const std::string& text) {
+    write_text(program.folder.path / "client.py", "from commanded import Commanded\n" + text);
+    const std::string run =
+        program.at + "PYTHONPATH='" BF_SOURCE_DIRECTORY "/tests/generated' timeout 60 python3 client.py";
+    EXPECT_EQ(std::system(run.c_str()), 0);
+}
+
 TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
     model::Builder m("two gains");
     m.step(0.1).stop(0.2);
@@ -329,44 +337,17 @@ TEST(GeneratedProgram, HoldsParametersToTheirLimits) {
                                            "from 0 to 100\n"),
               std::string::npos)
         << program.text("out.txt");
-    write_text(program.folder.path / "client.py", R"py(
-import pathlib, re, socket, subprocess
-program = subprocess.Popen(["./program", "--realtime", "--stop", "inf", "--command-port", "0"], text=True,
-                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-try:
-    port = None
-    while port is None:
-        found = re.search(r"127\.0\.0\.1:(\d+)", program.stderr.readline())
-        port = found and int(found[1])
-    lines = socket.create_connection(("127.0.0.1", port), timeout=20).makefile("rw")
-
-    def ask(line):
-        lines.write(line + "\n")
-        lines.flush()
-        return lines.readline().strip()
-
-    def values():
-        lines.write("?\n")
-        lines.flush()
-        found = {}
-        while (line := lines.readline().strip()):
-            name, value = line.split(": ", 1)
-            found[name] = value
-        return found["w"], found["c.value"], found["p.cycle"], found["lag.time_constant"]
-
-    before = values()
+    expect_commands(program, R"py(
+names = "w", "c.value", "p.cycle", "lag.time_constant"
+with Commanded("./program") as program:
+    before = program.values(*names)
     assert before == ("4", "3", "0.25", "[0.1, 0.2]"), before
-    assert ask("{c.value: 5, p.cycle: -1}") == "error: parameter 'p.cycle' must be greater than 0, but is -1"
-    assert ask("{c.value: 5, w: -2}") == "error: parameter 'p.cycle' must be greater than 0, but is -0.5"
-    assert values() == before, values()
-    assert ask("{c.value: 5, w: 2}") == "ok"
-    assert values() == ("2", "5", "0.5", "[0.1, 0.2]"), values()
-finally:
-    program.terminate()
-    program.wait(20)
-assert program.returncode == 0, program.returncode
+    assert program.ask("{c.value: 5, p.cycle: -1}") == "error: parameter 'p.cycle' must be greater than 0, but is -1"
+    assert program.ask("{c.value: 5, w: -2}") == "error: parameter 'p.cycle' must be greater than 0, but is -0.5"
+    assert program.values(*names) == before, program.values(*names)
+    assert program.ask("{c.value: 5, w: 2}") == "ok"
+    assert program.values(*names) == ("2", "5", "0.5", "[0.1, 0.2]"), program.values(*names)
 )py");
-    EXPECT_EQ(std::system((program.at + "timeout 60 python3 client.py").c_str()), 0);
 
     std::filesystem::remove(program.folder.path / "main.cpp");
     write_text(program.folder.path / "api.cpp", R"(
@@ -541,48 +522,21 @@ TEST(GeneratedProgram, NamesTheExpressionThatFixesAVariable) {
 TEST(GeneratedProgram, TakesCommandsWhileItRuns) {
     const Program& program = expressions_program();
     ASSERT_EQ(program.compiled, 0);
-    write_text(program.folder.path / "client.py", R"py(
-import re, socket, subprocess
-program = subprocess.Popen(["./program", "--realtime", "--stop", "inf", "--command-port", "0"], text=True,
-                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-try:
-    port = None
-    while port is None:
-        found = re.search(r"127\.0\.0\.1:(\d+)", program.stderr.readline())
-        port = found and int(found[1])
-    lines = socket.create_connection(("127.0.0.1", port), timeout=20).makefile("rw")
-
-    def ask(line):
-        lines.write(line + "\n")
-        lines.flush()
-        return lines.readline().strip()
-
-    def values():
-        lines.write("?\n")
-        lines.flush()
-        found = {}
-        while (line := lines.readline().strip()):
-            name, value = line.split(": ", 1)
-            found[name] = value
-        return found["a"], found["c0.value"], found["v"]
-
-    assert values() == ("2", "2", "[1, -2, 3]"), values()
-    assert ask("a: 3") == "ok"
-    assert values() == ("3", "3", "[1, -2, 3]"), values()
-    assert ask("{a: 4, c0.value: [1, nan]}") == \
+    expect_commands(program, R"py(
+names = "a", "c0.value", "v"
+with Commanded("./program") as program:
+    assert program.values(*names) == ("2", "2", "[1, -2, 3]"), program.values(*names)
+    assert program.ask("a: 3") == "ok"
+    assert program.values(*names) == ("3", "3", "[1, -2, 3]"), program.values(*names)
+    assert program.ask("{a: 4, c0.value: [1, nan]}") == \
         "error: 'c0.value': wrong number of elements (it has 1x1, the file gives 1x2)"
-    assert ask("{a: 4, b: 2}") == "error: 'c32.value', which follows, is not defined for these values"
-    assert values() == ("3", "3", "[1, -2, 3]"), values()
-    assert ask("{a: 4, c0.value: 7}") == "ok"
-    assert values() == ("4", "7", "[1, -2, 3]"), values()
-    assert ask("POST / HTTP/1.1").startswith("error: line:1: write name: value")
-    assert lines.readline() == ""  # disconnected
-finally:
-    program.terminate()
-    program.wait(20)
-assert program.returncode == 0, program.returncode
+    assert program.ask("{a: 4, b: 2}") == "error: 'c32.value', which follows, is not defined for these values"
+    assert program.values(*names) == ("3", "3", "[1, -2, 3]"), program.values(*names)
+    assert program.ask("{a: 4, c0.value: 7}") == "ok"
+    assert program.values(*names) == ("4", "7", "[1, -2, 3]"), program.values(*names)
+    assert program.ask("POST / HTTP/1.1").startswith("error: line:1: write name: value")
+    assert program.lines.readline() == ""  # disconnected
 )py");
-    EXPECT_EQ(std::system((program.at + "timeout 60 python3 client.py").c_str()), 0);
 }
 
 TEST(ParameterFile, AnyTextIsReadOrRefused) {

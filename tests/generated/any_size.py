@@ -2,13 +2,12 @@
 the same parameter file, bit for bit? And does it refuse values outside of their limits, at its start and while it runs?
 """
 import pathlib
-import re
-import socket
 import subprocess
 import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "examples"))
+from commanded import Commanded
 from recorded import compare, read_csv, read_recording, run
 
 bf, model, program = sys.argv[1:]
@@ -33,37 +32,12 @@ with tempfile.TemporaryDirectory() as name:
     assert refused.returncode != 0
     assert "c: parameter 'tracking_time' must be greater than 0, but is 0" in refused.stderr, refused.stderr
 
-running = subprocess.Popen([program, "--realtime", "--stop", "inf", "--command-port", "0"], text=True,
-                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-try:
-    port = None
-    while port is None:
-        found = re.search(r"127\.0\.0\.1:(\d+)", running.stderr.readline())
-        port = found and int(found[1])
-    lines = socket.create_connection(("127.0.0.1", port), timeout=20).makefile("rw")
-
-    def ask(line):
-        lines.write(line + "\n")
-        lines.flush()
-        return lines.readline().strip()
-
-    def values():
-        lines.write("?\n")
-        lines.flush()
-        found = {}
-        while line := lines.readline().strip():
-            key, value = line.split(": ", 1)
-            found[key] = value
-        return found["T"], found["slow.K"], found["c.tracking_time"]
-
-    before = values()
+names = "T", "slow.K", "c.tracking_time"
+with Commanded(program) as running:
+    before = running.values(*names)
     problem = "error: parameter 'c.tracking_time' must be greater than 0, but is "
-    assert ask("{slow.K: 7, c.tracking_time: -1}") == problem + "-1"
-    assert ask("{slow.K: 7, T: -1}") == problem + "-2"
-    assert values() == before == ("0.1", "2", "0.2"), before
-    assert ask("{slow.K: 7, T: 1}") == "ok"
-    assert values() == ("1", "7", "2"), values()
-finally:
-    running.terminate()
-    running.wait(20)
-assert running.returncode == 0, running.returncode
+    assert running.ask("{slow.K: 7, c.tracking_time: -1}") == problem + "-1"
+    assert running.ask("{slow.K: 7, T: -1}") == problem + "-2"
+    assert running.values(*names) == before == ("0.1", "2", "0.2"), before
+    assert running.ask("{slow.K: 7, T: 1}") == "ok"
+    assert running.values(*names) == ("1", "7", "2"), running.values(*names)

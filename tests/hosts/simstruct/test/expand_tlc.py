@@ -285,8 +285,13 @@ class Machine:
         return "\n".join(self.out)
 
 
+def number_of(fields):
+    """JSON has no infinity and no NaN: they are {"float": text}."""
+    return float(fields["float"]) if "float" in fields else fields
+
+
 def main(tlc, record, code):
-    text, model = open(tlc).read(), json.load(open(record))
+    text, model = open(tlc).read(), json.load(open(record), object_hook=number_of)
     includes, members = [], []
     printed = {name: [] for name in ("Start", "Outputs", "Update", "Terminate")}
     for block in model["blocks"]:

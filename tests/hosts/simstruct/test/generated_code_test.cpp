@@ -10,7 +10,9 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <sstream>
+#include <string_view>
 #include <unistd.h>
 
 extern "C" const SimStructMethods simstruct_methods;
@@ -28,36 +30,15 @@ using simstruct::texts;
 constexpr int steps = 4;
 const std::array<double, 3> signal{0.5, 1.5, -2.5};
 
-std::string json(const std::string& text) {
-    std::string quoted = "\"";
-    for (const char c : text)
-        if (c == '"' || c == '\\')
-            quoted += std::string("\\") + c;
-        else if (c == '\n')
-            quoted += "\\n";
-        else
-            quoted += c;
-    return quoted + "\"";
-}
-std::string json(double x) {
-    if (std::isnan(x)) return "NaN";
-    if (std::isinf(x)) return x > 0 ? "Infinity" : "-Infinity";
-    std::ostringstream text;
-    text.precision(17);
-    text << std::showpoint << x;
-    return text.str();
-}
-template <class T> std::string json(const std::vector<T>& list) {
-    std::string text;
-    for (const auto& x : list) text += (text.empty() ? "" : ", ") + json(x);
-    return "[" + text + "]";
-}
-std::string json(const std::vector<simstruct::Setting>& record) {
-    std::string text;
-    for (const auto& setting : record)
-        text += (text.empty() ? "" : ", ") + json(setting.name) + ": " +
-                std::visit([](const auto& value) { return json(value); }, setting.value);
-    return "{" + text + "}";
+using Json = nlohmann::ordered_json;
+
+/// JSON has no infinity and no NaN: they are {"float": "inf"} and the like.
+Json json(double x) { return std::isfinite(x) ? Json(x) : Json{{"float", std::to_string(x)}}; }
+Json json(const std::string& text) { return text; }
+Json json(const std::vector<double>& list) {
+    Json all = Json::array();
+    for (const double x : list) all.push_back(json(x));
+    return all;
 }
 
 /// Blocks beside each other: each has `inputs` inputs of three elements.
@@ -90,26 +71,27 @@ struct Beside {
         }
         return all;
     }
-    std::string record() {
-        std::string text;
+    Json record() {
+        Json all = Json::array();
         for (std::size_t b = 0; b < blocks.size(); ++b) {
             const int block = blocks[b];
-            std::string settings, in, out, work;
-            for (const auto& record : model.rtw(block))
-                settings += (settings.empty() ? "" : ", ") + json(record);
+            Json made{{"name", "b" + std::to_string(b)}, {"PWork", Json::object()}};
+            for (const char* list : {"settings", "inputs", "outputs"}) made[list] = Json::array();
+            for (const auto& record : model.rtw(block)) {
+                Json& settings = made["settings"].emplace_back(Json::object());
+                for (const auto& [name, value] : record)
+                    settings[name] = std::visit([](const auto& v) { return json(v); }, value);
+            }
+            // The S-function names them with its record.
+            for (const auto& [name, width] : model.pointer_names(block)) made["PWork"][name] = width;
             for (int i = 0; i < inputs[b]; ++i)
-                in += std::string(i ? ", " : "") + "{\"dims\": [3], \"type\": 0, \"values\": " +
-                      json(std::vector<double>(signal.begin(), signal.end())) + "}";
+                made["inputs"].push_back({{"dims", Json::array({3})}, {"type", 0}, {"values", signal}});
             for (int i = 0; i < model.outputs(block); ++i)
-                out += std::string(i ? ", " : "") + "{\"dims\": [" +
-                       std::to_string(model.output_dimensions(block, i).at(0)) + "], \"type\": 0}";
-            for (const auto& [name, width] : model.pointer_names(block))
-                work += (work.empty() ? "" : ", ") + json(name) + ": " + std::to_string(width);
-            text += (text.empty() ? "" : ", ") + std::string("{\"name\": \"b") + std::to_string(b) +
-                    "\", \"PWork\": {" + work + "}, \"settings\": [" + settings + "], \"inputs\": [" + in +
-                    "], \"outputs\": [" + out + "]}";
+                made["outputs"].push_back(
+                    {{"dims", Json::array({model.output_dimensions(block, i).at(0)})}, {"type", 0}});
+            all.push_back(std::move(made));
         }
-        return "{\"steps\": " + std::to_string(steps) + ", \"blocks\": [" + text + "]}";
+        return {{"steps", steps}, {"blocks", all}};
     }
 
   private:
@@ -117,7 +99,7 @@ struct Beside {
 };
 
 /// What the program that is made of the record prints.
-std::string printed(const std::string& record) {
+std::string printed(const Json& record) {
     namespace fs = std::filesystem;
     const fs::path folder = fs::path(testing::TempDir()) / ("bf_tlc_" + std::to_string(getpid()));
     fs::create_directories(folder);
@@ -173,15 +155,19 @@ TEST(GeneratedCode, PrintedForABlockThatFailsSaysWhichAndWhy) {
         Beside beside;
         beside.add("m/bad", {text("Misbehaves"), text("LegacyPlugin"), text("none")}, 1);
         beside.run();
-        std::string record = beside.record();
+        Json record = beside.record();
         // The record of a block that sizes well and fails only when it runs.
-        std::string codes, none;
-        for (const char* c = misdeed; *c; ++c) codes += (codes.empty() ? "" : ", ") + json(double(*c));
-        for (const char c : std::string("none")) none += (none.empty() ? "" : ", ") + json(double(c));
-        record.replace(record.find("[" + none + "]"), none.size() + 2, "[" + codes + "]");
-        const std::string length = json(std::vector<double>{4}),
-                          longer = json(std::vector<double>{double(std::strlen(misdeed))});
-        record.replace(record.rfind("\"lengths\": " + length) + 11, length.size(), longer);
+        const auto codes = [](std::string_view text) {
+            return json(std::vector<double>(text.begin(), text.end()));
+        };
+        int found = 0;
+        for (auto& settings : record["blocks"][0]["settings"])
+            if (settings.contains("value") && settings["value"] == codes("none")) {
+                settings["value"] = codes(misdeed);
+                settings["lengths"] = json(std::vector<double>{double(std::strlen(misdeed))});
+                ++found;
+            }
+        EXPECT_EQ(found, 1);
         return printed(record);
     };
     const std::string block = "plugin 'LegacyPlugin', block 'm/bad', ";

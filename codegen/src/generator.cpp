@@ -164,6 +164,14 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
     case Call::Source::constants: {
         const auto& values = *from.constants;
         if (values.empty()) return "empty<const double, 0, 1>()";
+        const auto is_short = [](double x) {
+            return x == std::trunc(x) && std::abs(x) < 1e9 && !(x == 0 && std::signbit(x));
+        };
+        if (values.size() <= 8 && std::all_of(values.begin(), values.end(), is_short)) {
+            std::string text = "numbers<Real";
+            for (const double value : values) text += ", " + number(static_cast<int>(value));
+            return text + ">()";
+        }
         std::string list, name = "constants";
         for (const double value : values) list += (list.empty() ? "" : ", ") + literal(value, real());
         for (int i = 2; constants.find(" " + name + "[]") != std::string::npos; ++i)

@@ -489,9 +489,9 @@ Files Generator::run() {
     std::string preamble = "#include \"" + file_ + ".hpp\"\n\n";
     for (const auto& header : headers) preamble += "#include \"" + header + "\"\n";
     preamble += "\n#include <new>\n\nnamespace kernels = bf::kernels;\n";
-    for (const char* name :
-         {"assign", "call", "commit", "elements", "empty", "failure_of", "find_crossings", "forget",
-          "has_crossed", "has_edge", "has_nan", "in", "is_finite", "is_positive", "list", "out", "reshaped"})
+    for (const char* name : {"assign", "call", "commit", "elements", "empty", "failure_of", "find_crossings",
+                             "forget", "has_crossed", "has_edge", "has_nan", "in", "is_finite", "is_positive",
+                             "list", "numbers", "out", "reshaped"})
         preamble += std::string("using bf::generated::") + name + ";\n";
     preamble += "\n";
     files[file_ + ".hpp"] = header();

@@ -20,8 +20,18 @@ template <class T> kernels::View<const T> in(const Dynamic<T>& x) noexcept {
 }
 template <class T> kernels::View<T> out(Dynamic<T>& x) noexcept { return {x.data, x.rows, x.cols}; }
 
+/// The operands of a kernel that takes a list.
+template <class T, int N> struct DynamicList {
+    using value_type = std::remove_const_t<T>;
+    kernels::View<T> views[N];
+    static constexpr int size() noexcept { return N; }
+    const kernels::View<T>& operator[](int k) const noexcept { return views[k]; }
+    template <class F> void for_each(F&& f) const noexcept {
+        for (const auto& view : views) f(view);
+    }
+};
 template <class T, class... V> auto list(const kernels::View<T>& first, const V&... others) noexcept {
-    return List<kernels::View<T>, 1 + int(sizeof...(V))>{{first, others...}};
+    return DynamicList<T, 1 + int(sizeof...(V))>{{first, others...}};
 }
 
 /// As many elements of a control signal, not looked at yet.

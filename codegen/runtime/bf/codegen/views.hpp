@@ -47,20 +47,37 @@ template <class T, int R, int C> constexpr kernels::FixedView<T, R, C> empty() n
     return kernels::FixedView<T, R, C>{};
 }
 
-/// A fixed number of operands of a kernel that takes a list.
-template <class V, int N> struct List {
-    using value_type = typename V::value_type;
-    V views[N];
-    static constexpr int size() noexcept { return N; }
-    constexpr const V& operator[](int k) const noexcept { return views[k]; }
+/// The operands of a kernel that takes a list: their extents are constants of the type.
+template <class T, class... V> struct List {
+    using value_type = std::remove_const_t<T>;
+    T* data[sizeof...(V)];
+    static constexpr int size() noexcept { return sizeof...(V); }
+    constexpr kernels::View<T> operator[](int k) const noexcept {
+        constexpr int rows[] = {V::rows...}, cols[] = {V::cols...};
+        return {data[k], rows[k], cols[k]};
+    }
+    template <class F> constexpr void for_each(F&& f) const noexcept {
+        int k = 0;
+        (f(kernels::FixedView<T, V::rows, V::cols>{data[k++]}), ...);
+    }
 };
-/// Operands of equal extents keep them as constants.
 template <class T, int R, int C, class... V>
-constexpr auto list(const kernels::FixedView<T, R, C>& first, const V&... others) noexcept {
-    using First = kernels::FixedView<T, R, C>;
-    using Item = std::conditional_t<(std::is_same_v<First, V> && ...), First, kernels::View<T>>;
-    return List<Item, 1 + int(sizeof...(V))>{{first, others...}};
+constexpr List<T, kernels::FixedView<T, R, C>, V...> list(const kernels::FixedView<T, R, C>& first,
+                                                          const V&... others) noexcept {
+    return {{first.data, others.data...}};
 }
+
+/// An operand of whole numbers that the model fixes, e.g. signs or indices.
+template <class T, int... N> struct WholeNumbers {
+    using value_type = T;
+    static constexpr T data[] = {T(N)...};
+    static constexpr int rows = sizeof...(N), cols = 1;
+    static constexpr int size() noexcept { return rows; }
+    constexpr const T& operator[](int i) const noexcept { return data[i]; }
+    constexpr const T& operator()(int i, int) const noexcept { return data[i]; }
+    constexpr operator kernels::View<const T>() const noexcept { return {data, rows, cols}; }
+};
+template <class T, int... N> constexpr WholeNumbers<T, N...> numbers() noexcept { return {}; }
 
 /// Runs a kernel out of line: one copy for all calls with the same kernel, types and extents.
 template <class Kernel, class... Views> [[gnu::noinline]] auto call(Kernel kernel, Views... views) noexcept {

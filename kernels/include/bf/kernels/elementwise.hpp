@@ -50,15 +50,23 @@ struct Sum {
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class S, class L>
     constexpr void operator()(const Y& y, const S& signs, const L& u) const noexcept {
-        for (int k = 0; k < u.size(); ++k) {
-            const auto& x = u[k];
-            const bool minus = signs[pick(k, signs.size())] < 0;
+        if constexpr (is_fixed<Y>) // one pass: the compiler knows operands and signs
             for (int i = 0; i < y.size(); ++i) {
-                const auto value = x[pick(i, x.size())];
-                y[i] = k == 0 ? (minus ? negate(value) : value)
-                              : (minus ? subtract(y[i], value) : add(y[i], value));
+                Element<Y> sum{};
+                for (int k = 0; k < u.size(); ++k) sum = next(k, sum, signs, u[k], i);
+                y[i] = sum;
             }
-        }
+        else
+            for (int k = 0; k < u.size(); ++k)
+                for (int i = 0; i < y.size(); ++i) y[i] = next(k, y[i], signs, u[k], i);
+    }
+
+  private:
+    template <class T, class S, class X>
+    static constexpr T next(int k, T sum, const S& signs, const X& x, int i) noexcept {
+        const T value = x[pick(i, x.size())];
+        const bool minus = signs[pick(k, signs.size())] < 0;
+        return k == 0 ? (minus ? negate(value) : value) : (minus ? subtract(sum, value) : add(sum, value));
     }
 };
 
@@ -68,16 +76,24 @@ struct ElementProduct {
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class E, class L>
     constexpr void operator()(const Y& y, const E& exponents, const L& u) const noexcept {
-        using T = Element<Y>;
-        for (int k = 0; k < u.size(); ++k) {
-            const auto& x = u[k];
-            const bool over = exponents[pick(k, exponents.size())] < 0;
+        if constexpr (is_fixed<Y>) // one pass: the compiler knows operands and exponents
             for (int i = 0; i < y.size(); ++i) {
-                const T value = x[pick(i, x.size())];
-                y[i] = k == 0 ? (over ? divide(T(1), value) : value)
-                              : (over ? divide(y[i], value) : multiply(y[i], value));
+                Element<Y> product{};
+                for (int k = 0; k < u.size(); ++k) product = next(k, product, exponents, u[k], i);
+                y[i] = product;
             }
-        }
+        else
+            for (int k = 0; k < u.size(); ++k)
+                for (int i = 0; i < y.size(); ++i) y[i] = next(k, y[i], exponents, u[k], i);
+    }
+
+  private:
+    template <class T, class E, class X>
+    static constexpr T next(int k, T product, const E& exponents, const X& x, int i) noexcept {
+        const T value = x[pick(i, x.size())];
+        const bool over = exponents[pick(k, exponents.size())] < 0;
+        return k == 0 ? (over ? divide(T(1), value) : value)
+                      : (over ? divide(product, value) : multiply(product, value));
     }
 };
 

@@ -53,72 +53,64 @@ template <class A, class B> constexpr bool lu_solve(const A& a, const B& b) noex
     return regular;
 }
 
-/// R × C elements of y -= a b, the products subtracted in the order of k: a_rk lies at a[r + k a_step], b_kc
-/// at b[k b_step + c b_next]. The differences stay in registers.
+/// C columns of y, R rows, behind `depth` columns of a that are solved already:
+/// y_c := (y_c - Σ_{k < depth} a_k b_kc - Σ_{k < c} y_k b_{depth + k, c}) / b_{depth + c, c}, subtracted in
+/// the order of k. Columns of a and y are `step` apart, b_kc lies at b[k b_step + c b_next]. The differences
+/// stay in registers.
 template <int R, int C, class T>
-constexpr void subtract_tile(T* y, int rows, const T* a, int a_step, const T* b, int b_step, int b_next,
-                             int depth) noexcept {
+constexpr void solve_tile(T* y, const T* a, int step, const T* b, int b_step, int b_next,
+                          int depth) noexcept {
     T left[C][R] = {};
     for (int c = 0; c < C; ++c)
-        for (int r = 0; r < R; ++r) left[c][r] = y[r + c * rows];
-    for (int k = 0; k < depth; ++k, a += a_step, b += b_step)
+        for (int r = 0; r < R; ++r) left[c][r] = y[r + c * step];
+    for (int k = 0; k < depth; ++k, a += step, b += b_step)
         for (int c = 0; c < C; ++c)
-            for (int r = 0; r < R; ++r) left[c][r] -= a[r] * b[c * b_next];
+            for (int r = 0; r < R; ++r) left[c][r] = left[c][r] - a[r] * b[c * b_next];
+    for (int c = 0; c < C; ++c) {
+        for (int k = 0; k < c; ++k)
+            for (int r = 0; r < R; ++r) left[c][r] -= left[k][r] * b[k * b_step + c * b_next];
+        for (int r = 0; r < R; ++r) left[c][r] /= b[c * b_step + c * b_next];
+    }
     for (int c = 0; c < C; ++c)
-        for (int r = 0; r < R; ++r) y[r + c * rows] = left[c][r];
+        for (int r = 0; r < R; ++r) y[r + c * step] = left[c][r];
 }
 
-/// C columns of L from column j on, where those before are there already; a is a symmetric matrix and becomes
-/// L. False when a pivot is not positive.
-template <int C, class T> constexpr bool cholesky_columns(T* a, int n, int j) noexcept {
-    int i = j;
-    for (; i + 4 <= n; i += 4) subtract_tile<4, C>(a + i + j * n, n, a + i, n, a + j, n, 1, j);
-    for (; i < n; ++i) subtract_tile<1, C>(a + i + j * n, n, a + i, n, a + j, n, 1, j);
+/// The same for any number of rows.
+template <int C, class T>
+constexpr void solve_rows(int rows, T* y, const T* a, int step, const T* b, int b_step, int b_next,
+                          int depth) noexcept {
+    int i = 0;
+    for (; i + 8 <= rows; i += 8) solve_tile<8, C>(y + i, a + i, step, b, b_step, b_next, depth);
+    if (i + 4 <= rows) {
+        solve_tile<4, C>(y + i, a + i, step, b, b_step, b_next, depth);
+        i += 4;
+    }
+    if (i + 2 <= rows) {
+        solve_tile<2, C>(y + i, a + i, step, b, b_step, b_next, depth);
+        i += 2;
+    }
+    if (i < rows) solve_tile<1, C>(y + i, a + i, step, b, b_step, b_next, depth);
+}
+
+/// C columns from column j on of (L; (L⁻¹ b)ᵀ), `height` rows, where those before are there already and these
+/// hold (a; bᵀ). False when a pivot is not positive.
+template <int C, class T> constexpr bool cholesky_columns(T* l, int height, int j) noexcept {
+    T* const corner = l + j + j * height;
     bool positive = true;
-    for (int k = j; k < j + C; ++k) {
-        T* const column = a + k * n;
-        positive = positive && column[k] > T(0) && column[k] - column[k] == T(0);
-        column[k] = std::sqrt(column[k]);
-        for (int r = k + 1; r < n; ++r) column[r] /= column[k];
-        for (int c = k + 1; c < j + C; ++c) add_scaled(a + c + c * n, column + c, -column[c], n - c);
-    }
+    for (int c = 0; c < C; ++c)
+        for (int r = c; r < C; ++r) {
+            T left = corner[r + c * height];
+            for (int k = 0; k < j + c; ++k) left -= l[j + r + k * height] * l[j + c + k * height];
+            if (r == c) {
+                positive = positive && left > T(0) && left - left == T(0);
+                left = std::sqrt(left);
+            } else {
+                left /= corner[c + c * height];
+            }
+            corner[r + c * height] = left;
+        }
+    solve_rows<C>(height - j - C, corner + C, l + j + C, height, l + j, height, 1, j);
     return positive;
-}
-
-/// R rows from row i on of C columns of L⁻¹ y, where those before are there already.
-template <int R, int C, class T> constexpr void forward_rows(T* y, const T* l, int n, int i) noexcept {
-    subtract_tile<R, C>(y + i, n, l + i, n, y, 1, n, i);
-    for (int c = 0; c < C; ++c) {
-        T* const x = y + i + c * n;
-        for (int k = 0; k < R; ++k) {
-            const T* const column = l + i + (i + k) * n;
-            x[k] /= column[k];
-            for (int r = k + 1; r < R; ++r) x[r] -= column[r] * x[k];
-        }
-    }
-}
-
-/// R rows from row i on of C columns of L⁻ᵀ y, where those behind are there already; Lᵀ lies above the
-/// diagonal.
-template <int R, int C, class T> constexpr void backward_rows(T* y, const T* l, int n, int i) noexcept {
-    subtract_tile<R, C>(y + i, n, l + i + (n - 1) * n, -n, y + n - 1, -1, n, n - R - i);
-    for (int c = 0; c < C; ++c) {
-        T* const x = y + i + c * n;
-        for (int k = R - 1; k >= 0; --k) {
-            const T* const column = l + i + (i + k) * n;
-            x[k] /= column[k];
-            for (int r = 0; r < k; ++r) x[r] -= column[r] * x[k];
-        }
-    }
-}
-
-/// C columns of y := (L Lᵀ)⁻¹ y.
-template <int C, class T> constexpr void substitute(T* y, const T* l, int n) noexcept {
-    const int whole = n / 4 * 4;
-    for (int i = 0; i < whole; i += 4) forward_rows<4, C>(y, l, n, i);
-    for (int i = whole; i < n; ++i) forward_rows<1, C>(y, l, n, i);
-    for (int i = n - 1; i >= whole; --i) backward_rows<1, C>(y, l, n, i);
-    for (int i = whole - 4; i >= 0; i -= 4) backward_rows<4, C>(y, l, n, i);
 }
 
 } // namespace detail
@@ -173,7 +165,7 @@ struct Inverse {
 };
 
 /// x = a⁻¹ b for symmetric positive definite a = L Lᵀ, of which only the lower triangle is read; a is n × n.
-/// False if a is not positive definite. work: n².
+/// False if a is not positive definite. work: n² + n m for b of n × m.
 struct CholeskySolve {
     static constexpr const char* name = "bf::kernels::CholeskySolve{}";
     static constexpr char failure[] =
@@ -182,18 +174,23 @@ struct CholeskySolve {
     template <class X, class A, class B, class W>
     constexpr bool operator()(const X& x, const A& a, const B& b, const W& work) const noexcept {
         using T = Element<X>;
-        const int n = a.rows;
-        T* const l = work.data; // L below, Lᵀ above the diagonal
-        for (int i = 0; i < a.size(); ++i) l[i] = a[i];
-        for (int i = 0; i < b.size(); ++i) x[i] = b[i];
+        const int n = a.rows, m = b.cols, height = n + m;
+        // (a; bᵀ) becomes (L; (L⁻¹ b)ᵀ), then (L; xᵀ): what is solved lies in columns, as L does.
+        T *const l = work.data, *const z = l + n, *const last = z + (n - 1) * height;
+        for (int j = 0; j < n; ++j) {
+            for (int i = 0; i < n; ++i) l[i + j * height] = a[i + j * n];
+            for (int i = 0; i < m; ++i) z[i + j * height] = b[j + i * n];
+        }
         bool positive = true;
         int j = 0;
-        for (; j + 2 <= n; j += 2) positive = detail::cholesky_columns<2>(l, n, j) && positive;
-        if (j < n) positive = detail::cholesky_columns<1>(l, n, j) && positive;
-        for (int k = 0; k < n; ++k)
-            for (int i = k + 1; i < n; ++i) l[k + i * n] = l[i + k * n];
-        for (j = 0; j + 4 <= b.cols; j += 4) detail::substitute<4>(x.data + j * n, l, n);
-        for (; j < b.cols; ++j) detail::substitute<1>(x.data + j * n, l, n);
+        for (; j + 2 <= n; j += 2) positive = detail::cholesky_columns<2>(l, height, j) && positive;
+        if (j < n) positive = detail::cholesky_columns<1>(l, height, j) && positive;
+        for (j = n - 1; j > 0; j -= 2)
+            detail::solve_rows<2>(m, z + j * height, last, -height, l + n - 1 + j * height, -1, -height,
+                                  n - 1 - j);
+        if (j == 0) detail::solve_rows<1>(m, z, last, -height, l + n - 1, -1, -height, n - 1);
+        for (int i = 0; i < m; ++i)
+            for (j = 0; j < n; ++j) x[j + i * n] = z[i + j * height];
         return positive;
     }
 };

@@ -25,21 +25,23 @@ constexpr void product_tile(T* __restrict y, const T* __restrict a, const T* __r
         for (int r = 0; r < R; ++r) y[r + c * rows] = sum[c][r];
 }
 
-/// C columns of y = a b.
-template <int C, class T>
-constexpr void product_columns(T* y, const T* a, const T* b, int rows, int depth) noexcept {
-    int i = 0;
-    for (; i + 4 <= rows; i += 4) product_tile<4, C>(y + i, a + i, b, rows, depth);
-    for (; i + 2 <= rows; i += 2) product_tile<2, C>(y + i, a + i, b, rows, depth);
-    if (i < rows) product_tile<1, C>(y + i, a + i, b, rows, depth);
+/// C columns of y = a b from row i on, in tiles of at most Tall rows. A last tile that is more than half full
+/// overlaps rows before it: to compute some elements twice costs less than single rows.
+template <int Tall, int C, class T>
+constexpr void product_columns(T* y, const T* a, const T* b, int rows, int depth, int i = 0) noexcept {
+    for (; i + Tall <= rows; i += Tall) product_tile<Tall, C>(y + i, a + i, b, rows, depth);
+    if (rows >= Tall && i + Tall / 2 < rows)
+        product_tile<Tall, C>(y + rows - Tall, a + rows - Tall, b, rows, depth);
+    else if constexpr (Tall > 1)
+        product_columns<Tall / 2, C>(y, a, b, rows, depth, i);
 }
 
 /// y (rows × cols) = a (rows × depth) b (depth × cols).
-template <class T>
+template <int Tall, class T>
 constexpr void product(T* y, const T* a, const T* b, int rows, int depth, int cols) noexcept {
     int j = 0;
-    for (; j + 2 <= cols; j += 2) product_columns<2>(y + j * rows, a, b + j * depth, rows, depth);
-    if (j < cols) product_columns<1>(y + j * rows, a, b + j * depth, rows, depth);
+    for (; j + 2 <= cols; j += 2) product_columns<Tall, 2>(y + j * rows, a, b + j * depth, rows, depth);
+    if (j < cols) product_columns<Tall, 1>(y + j * rows, a, b + j * depth, rows, depth);
 }
 
 } // namespace detail
@@ -51,7 +53,8 @@ struct MatrixProduct {
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
         using T = Element<Y>;
-        detail::product<T>(y.data, a.data, b.data, a.rows, a.cols, b.cols);
+        // Sums of a tall tile stay in registers only where the compiler knows the extents.
+        detail::product<is_fixed<Y> ? 8 : 4, T>(y.data, a.data, b.data, a.rows, a.cols, b.cols);
     }
 };
 
@@ -62,7 +65,7 @@ struct StateSpace {
     template <class Y, class M, class N, class X, class U>
     constexpr void operator()(const Y& y, const M& m, const N& n, const X& x, const U& u) const noexcept {
         using T = Element<Y>;
-        detail::product<T>(y.data, m.data, x.data, m.rows, m.cols, 1);
+        detail::product<4, T>(y.data, m.data, x.data, m.rows, m.cols, 1);
         for (int k = 0; k < u.size(); ++k)
             detail::add_scaled<T>(y.data, n.data + k * y.size(), u[k], y.size());
     }

@@ -13,8 +13,10 @@ struct Concatenate {
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
         int next = 0;
-        for (int k = 0; k < u.size(); ++k)
-            for (int i = 0; i < u[k].size(); ++i) y[next++] = u[k][i];
+        for_each(u, [&](const auto& x) {
+            for (int i = 0; i < x.size(); ++i) y[next + i] = x[i];
+            next += x.size();
+        });
     }
 };
 
@@ -35,9 +37,11 @@ struct ConcatenateVertically {
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
         int top = 0;
-        for (int k = 0; k < u.size(); top += u[k++].rows)
-            for (int j = 0; j < u[k].cols; ++j)
-                for (int i = 0; i < u[k].rows; ++i) y(top + i, j) = u[k](i, j);
+        for_each(u, [&](const auto& x) {
+            for (int j = 0; j < x.cols; ++j)
+                for (int i = 0; i < x.rows; ++i) y(top + i, j) = x(i, j);
+            top += x.rows;
+        });
     }
 };
 
@@ -48,12 +52,12 @@ struct BlockDiagonal {
     template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
         for (int i = 0; i < y.size(); ++i) y[i] = 0;
         int top = 0, left = 0;
-        for (int k = 0; k < u.size(); ++k) {
-            for (int j = 0; j < u[k].cols; ++j)
-                for (int i = 0; i < u[k].rows; ++i) y(top + i, left + j) = u[k](i, j);
-            top += u[k].rows;
-            left += u[k].cols;
-        }
+        for_each(u, [&](const auto& x) {
+            for (int j = 0; j < x.cols; ++j)
+                for (int i = 0; i < x.rows; ++i) y(top + i, left + j) = x(i, j);
+            top += x.rows;
+            left += x.cols;
+        });
     }
 };
 
@@ -63,8 +67,10 @@ struct Split {
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class L, class U> constexpr void operator()(const L& y, const U& u) const noexcept {
         int next = 0;
-        for (int k = 0; k < y.size(); ++k)
-            for (int i = 0; i < y[k].size(); ++i) y[k][i] = u[next++];
+        for_each(y, [&](const auto& x) {
+            for (int i = 0; i < x.size(); ++i) x[i] = u[next + i];
+            next += x.size();
+        });
     }
 };
 

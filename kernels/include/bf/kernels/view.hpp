@@ -47,6 +47,10 @@ template <class T, int R, int C = 1> struct FixedView {
     constexpr operator View<T>() const noexcept { return {data, R, C}; }
 };
 
+/// Are the extents of this view known to the compiler?
+template <class V> inline constexpr bool is_fixed = false;
+template <class T, int R, int C> inline constexpr bool is_fixed<FixedView<T, R, C>> = true;
+
 /// A variable number of operands: points at an array of views which the caller keeps.
 template <class T> struct ListView {
     using value_type = std::remove_const_t<T>;
@@ -61,6 +65,15 @@ template <class T> struct ListView {
     constexpr int size() const noexcept { return count; }
     constexpr const View<T>& operator[](int i) const noexcept { return views[i]; }
 };
+
+/// f(view) for each operand of a list in its order. A list whose operands have extents that the compiler
+/// knows does it by itself.
+template <class L, class F> constexpr auto for_each(const L& u, F&& f) noexcept -> decltype(u.for_each(f)) {
+    u.for_each(f);
+}
+template <class T, class F> constexpr void for_each(const ListView<T>& u, F&& f) noexcept {
+    for (int k = 0; k < u.size(); ++k) f(u[k]);
+}
 
 /// Type of the elements of a view or of a list, without const.
 template <class V> using Element = typename V::value_type;

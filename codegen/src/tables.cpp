@@ -98,7 +98,7 @@ std::string Generator::tables() const {
         variables += "    {" + literal(v.path) + ", \"\", " + literal(v.uses.empty() ? "" : "= " + v.text) +
                      ", Type::float64, Where::variables, " + std::to_string(v.value.rows()) + ", " +
                      std::to_string(v.value.cols()) + ", offsetof(" + class_ + "::Variables, " +
-                     field.member + "), " + number(formula_of(v.path)) + "},\n";
+                     field.member + "), " + number(formula_of(v.path)) + limits_text(v.limits) + "},\n";
     }
     for (const auto& field : parameters_) parameters += table_row(field.path, field.end);
     std::unordered_set<std::string> seen;

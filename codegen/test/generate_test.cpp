@@ -302,12 +302,12 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
     EXPECT_NE(program("--overrun never"), 0);
 }
 
-/// A lag and a wave whose parameters have limits and follow from variables.
+/// A lag and a wave whose parameters have limits and follow from variables, which have limits too.
 const char* const limited_model = R"m(model: limited
 step: 0.1
 stop: 0.1
 solver: euler
-variables: {w: 4}
+variables: {w: {value: 4, minimum: -5, maximum: 9}, twice: {value: 2*w, maximum: 12}}
 blocks:
   c: {block: Constant, value: 3}
   v: {block: Constant, value: [1, 2]}
@@ -316,7 +316,7 @@ blocks:
 connections: {v: lag}
 )m";
 
-TEST(GeneratedProgram, HoldsParametersToTheirLimits) {
+TEST(GeneratedProgram, HoldsParametersAndVariablesToTheirLimits) {
     const Elaborated model(formats::read_yaml_text(limited_model, "m.yaml"));
     const Program program(model.diagram, "limited");
     ASSERT_EQ(program.compiled, 0);
@@ -332,11 +332,16 @@ TEST(GeneratedProgram, HoldsParametersToTheirLimits) {
     EXPECT_EQ(errors("c.value: 1\nw: -4\n"),
               "p.yaml: parameter 'p.cycle' must be greater than 0, but is -0.25\n");
     EXPECT_EQ(errors("w: -4\np.cycle: 2\n"), "none") << "what was given follows no more";
+    EXPECT_EQ(errors("c.value: 1\nw: 9.5\n"), "p.yaml:2: variable 'w' must be from -5 to 9, but is 9.5\n");
+    EXPECT_EQ(errors("w: 7\n"), "p.yaml: variable 'twice' must be at most 12, but is 14\n");
+    EXPECT_EQ(errors("w: 7\ntwice: 12\n"), "none");
     ASSERT_EQ(program("--list"), 0);
     EXPECT_NE(program.text("out.txt").find("p.width: 50  # 1x1 part of the cycle that is high, in percent; "
                                            "from 0 to 100\n"),
               std::string::npos)
         << program.text("out.txt");
+    EXPECT_TRUE(program.text("out.txt").starts_with(
+        "w: 4  # 1x1; from -5 to 9\ntwice: 8  # 1x1 = 2*w; at most 12\nc.value: 3 "));
     expect_commands(program, R"py(
 names = "w", "c.value", "p.cycle", "lag.time_constant"
 with Commanded("./program") as program:
@@ -344,6 +349,8 @@ with Commanded("./program") as program:
     assert before == ("4", "3", "0.25", "[0.1, 0.2]"), before
     assert program.ask("{c.value: 5, p.cycle: -1}") == "error: parameter 'p.cycle' must be greater than 0, but is -1"
     assert program.ask("{c.value: 5, w: -2}") == "error: parameter 'p.cycle' must be greater than 0, but is -0.5"
+    assert program.ask("{c.value: 5, w: 9.5}") == "error: variable 'w' must be from -5 to 9, but is 9.5"
+    assert program.ask("{c.value: 5, w: 7}") == "error: variable 'twice' must be at most 12, but is 14"
     assert program.values(*names) == before, program.values(*names)
     assert program.ask("{c.value: 5, w: 2}") == "ok"
     assert program.values(*names) == ("2", "5", "0.5", "[0.1, 0.2]"), program.values(*names)
@@ -356,11 +363,14 @@ with Commanded("./program") as program:
 int main() {
     Limited m;
     if (!m.initialize()) return 1;
-    const double width[] = {-1}, value[] = {7}, w[] = {-4};
+    const double width[] = {-1}, value[] = {7}, w[] = {-4}, much[] = {9.5}, more[] = {7};
     const bf::generated::NewValue changes[] = {{"c.value", value, 1}, {"p.width", width, 1}};
     const bf::generated::NewValue following[] = {{"c.value", value, 1}, {"w", w, 1}};
+    const bf::generated::NewValue variable[] = {{"c.value", value, 1}, {"w", much, 1}};
     std::printf("%s\n", m.set_parameters(changes, 2));
     std::printf("%s\n", m.set_parameters(following, 2));
+    std::printf("%s\n", m.set_parameters(variable, 2));
+    std::printf("%s\n", m.set_parameter("w", more, 1));
     std::printf("%g %g %g\n", m.parameters.c_value, m.parameters.p_width, m.variables.w);
     std::printf("%d %d\n", m.set_parameter("c.value", value, 1) == nullptr, m.step());
 }
@@ -371,6 +381,8 @@ int main() {
               0);
     EXPECT_EQ(program.text("out.txt"), "parameter 'p.width' must be from 0 to 100, but is -1\n"
                                        "parameter 'p.cycle' must be greater than 0, but is -0.25\n"
+                                       "variable 'w' must be from -5 to 9, but is 9.5\n"
+                                       "variable 'twice' must be at most 12, but is 14\n"
                                        "3 50 4\n1 1\n");
 }
 
@@ -383,9 +395,11 @@ TEST(GeneratedCode, ForMicrocontrollersRefusesWithoutFormattingNumbers) {
 #include <cstdio>
 int main() {
     Limited m;
-    const double w[] = {-4}, cycle[] = {-1};
+    const double w[] = {-4}, cycle[] = {-1}, much[] = {9.5}, more[] = {7};
     std::printf("%s\n", m.set_parameter("w", w, 1));
     std::printf("%s\n", m.set_parameter("p.cycle", cycle, 1));
+    std::printf("%s\n", m.set_parameter("w", much, 1));
+    std::printf("%s\n", m.set_parameter("w", more, 1));
     std::printf("%g\n", m.variables.w);
 }
 )");
@@ -397,8 +411,10 @@ int main() {
                     "./api > out.txt && nm -u limited.o limited_tables.o > needs.txt")
                 .c_str()),
         0);
-    EXPECT_EQ(read_text(folder.path / "out.txt"), "a value is outside of the parameter's limits\n"
-                                                  "a value is outside of the parameter's limits\n4\n");
+    EXPECT_EQ(read_text(folder.path / "out.txt"), "a value is outside of its limits\n"
+                                                  "a value is outside of its limits\n"
+                                                  "a value is outside of its limits\n"
+                                                  "a value is outside of its limits\n4\n");
     EXPECT_EQ(read_text(folder.path / "needs.txt").find("printf"), std::string::npos);
 }
 

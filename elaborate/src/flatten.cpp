@@ -140,9 +140,46 @@ class Flattener {
                         given = &other;
                         workspace = &scope.parent->variables;
                     }
-            scope.variables.set(variable.name, value_of(*workspace, *given, prefix));
+            const auto value = value_of(*workspace, *given, prefix);
+            scope.variables.set(variable.name, value);
             scope.variables.paths[variable.name] = prefix + variable.name;
+            hold_to_limits(scope, variable, value, prefix + variable.name, nullptr);
         }
+    }
+
+    /// Checks a variable, wherever its value comes from, against the limits of its declaration, and notes
+    /// these for changes in a run. `where` the struct around it is written; null: it has no value of its own.
+    void hold_to_limits(const Scope& scope, const model::Variable& declared, const matlab::Value& value,
+                        const std::string& name, const model::Location* where) {
+        if (const auto written = written_.find(name); written != written_.end()) where = &written->second;
+        for (const auto& field : declared.fields)
+            if (const auto* part = value.is_struct() ? value.find_field(field.name) : nullptr)
+                hold_to_limits(scope, field, *part, name + "." + field.name, where);
+        const auto limit = [&](const auto& expression, const char* what, double none) {
+            if (!expression) return none;
+            return e_.evaluate_scalar(*expression, scope.variables, name, what).value_or(none);
+        };
+        const Limits limits{limit(declared.minimum, "minimum", -Limits::infinity),
+                            limit(declared.above, "above", -Limits::infinity),
+                            limit(declared.maximum, "maximum", Limits::infinity)};
+        if (!limits.are_given()) return;
+        const std::string variable = "variable '" + name + "' must be ";
+        if (limits.minimum > limits.maximum || limits.above >= limits.maximum)
+            return e_.report.add(declared.where, "", variable + text_of(limits) + ", which no number is",
+                                 "let 'maximum' be the greatest of its limits");
+        if (!where) return; // there is no value, which is reported
+        const auto numbers = to_value(value);
+        if (!numbers || numbers->kind != Value::Kind::number)
+            return e_.report.add(*where, "", variable + "a number, not " + value.describe(),
+                                 "its declaration gives it limits");
+        if (const auto wrong = outside(limits, numbers->data); !wrong.empty())
+            e_.report.add(*where, "", "variable '" + name + "' " + wrong);
+        const auto part = e_.part_of(name);
+        if (part.variable < 0 || part.rest > 0) return;
+        // Structs that are copies share their variables: the limits of all of them hold.
+        Limits& all = e_.diagram.definitions[static_cast<std::size_t>(part.variable)].limits;
+        all = {std::max(all.minimum, limits.minimum), std::max(all.above, limits.above),
+               std::min(all.maximum, limits.maximum)};
     }
 
     /// Each is a struct of numbers of type int32.
@@ -176,9 +213,11 @@ class Flattener {
         const std::string name = prefix + variable.name;
         model::Expression expression = variable.value;
         const bool overridden = override_of(name, expression);
-        if (variable.fields.empty() || overridden)
-            return e_.evaluate(expression, workspace, name, Definition::Kind::variable)
-                .value_or(matlab::Value(0.0));
+        if (variable.fields.empty() || overridden) {
+            const auto value = e_.evaluate(expression, workspace, name, Definition::Kind::variable);
+            if (value) written_[name] = expression.where;
+            return value.value_or(matlab::Value(0.0));
+        }
         matlab::Value::Fields fields;
         // Fields see the struct as far as it is written: Gain: {Kp: 1, Kd: 2*Gain.Kp}.
         Variables partial(&workspace);
@@ -493,6 +532,7 @@ class Flattener {
 
     Elaboration& e_;
     std::vector<Override> overrides_;
+    std::unordered_map<std::string, model::Location> written_; ///< where values of variables are
     std::unordered_map<std::string, const BlockClass*> classes_;
     std::unordered_map<const BlockClass*, std::unique_ptr<Block>> made_;
 };

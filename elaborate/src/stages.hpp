@@ -125,6 +125,13 @@ struct Elaboration {
                                           Definition::Kind kind = Definition::Kind::structure,
                                           const char* what = "");
     void define(Definition definition, const Variables& variables);
+    /// What a path of a variable, or of a part of one, stands for.
+    struct Part {
+        int variable;     ///< that it is or belongs to; -1: none, or a struct of several
+        std::string path; ///< in the original, where the struct is a copy
+        std::size_t rest; ///< characters behind the variable's own path; 0: it is the whole variable
+    };
+    Part part_of(std::string path) const;
     std::map<std::string, int> variable_numbers;               ///< among the definitions, by path
     std::unordered_map<std::string, std::string> same_structs; ///< a struct's path by that of its copy
 

@@ -81,7 +81,8 @@ std::vector<Tuning::Variable> Tuning::variables() const {
                              fixed_[i],
                              {value.data(), value.data() + value.numel()},
                              static_cast<int>(value.rows()),
-                             static_cast<int>(value.cols())});
+                             static_cast<int>(value.cols()),
+                             definition.limits});
     }
     return variables;
 }
@@ -91,6 +92,16 @@ int Tuning::number_of(const std::string& name) const {
         if (diagram_.definitions[i].kind == Kind::variable && diagram_.definitions[i].path == name)
             return static_cast<int>(i);
     return -1;
+}
+
+void Tuning::check_limits(std::size_t number, const std::vector<double>& values) const {
+    const auto& definition = diagram_.definitions[number];
+    std::string wrong;
+    if (definition.kind == Kind::parameter)
+        wrong = outside_limits(diagram_.slot(definition.end), values, definition.path);
+    else if (wrong = outside(definition.limits, values); !wrong.empty())
+        wrong = "variable '" + definition.path + "' " + wrong;
+    if (!wrong.empty()) throw TuningError(wrong);
 }
 
 NamedValues Tuning::change(State& state, const NamedValues& changes) const {
@@ -117,6 +128,7 @@ NamedValues Tuning::change(State& state, const NamedValues& changes) const {
             if (value.is_logical() && x != 0 && x != 1)
                 throw TuningError("variable '" + name + "' takes 0 and 1");
         }
+        check_limits(i, values);
         value = matlab::Value::array(value.type(), value.rows(), value.cols(), values);
         state.is_given[i] = is_stale[i] = true;
     }
@@ -144,9 +156,8 @@ NamedValues Tuning::change(State& state, const NamedValues& changes) const {
             throw TuningError(what + "would become NaN");
         state.values[i] = std::move(value);
         is_stale[i] = true;
+        check_limits(i, numbers);
         if (definition.kind != Kind::parameter) continue;
-        const auto wrong = outside_limits(diagram_.slot(definition.end), numbers, definition.path);
-        if (!wrong.empty()) throw TuningError(wrong);
         result.emplace_back(definition.path, std::move(numbers));
     }
     return result;

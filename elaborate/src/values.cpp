@@ -53,6 +53,20 @@ template <class F> void visit_names(const matlab::Expression& e, std::vector<std
 
 } // namespace
 
+Elaboration::Part Elaboration::part_of(std::string path) const {
+    for (std::string head = path;;) {
+        if (const auto found = variable_numbers.find(head); found != variable_numbers.end())
+            return {found->second, path, path.size() - head.size()};
+        if (const auto same = same_structs.find(head); same != same_structs.end()) {
+            head = path = same->second + path.substr(head.size());
+            continue;
+        }
+        const auto dot = head.rfind('.');
+        if (dot == std::string::npos) return {-1, path, 0};
+        head.resize(dot);
+    }
+}
+
 void Elaboration::define(Definition definition, const Variables& variables) {
     using Kind = Definition::Kind;
     std::vector<std::string> bound;
@@ -67,20 +81,8 @@ void Elaboration::define(Definition definition, const Variables& variables) {
             const std::string root = name.substr(0, name.find('.'));
             const std::string* start = variables.path_of(root);
             if (!start) return; // a function
-            std::string path = *start + name.substr(root.size());
-            // The variable that this is, or is a part of; a struct that is a copy goes by its original's
-            // path.
-            for (std::string head = path;;) {
-                if (const auto found = variable_numbers.find(head); found != variable_numbers.end())
-                    return use(name.substr(0, name.size() - (path.size() - head.size())), found->second);
-                if (const auto same = same_structs.find(head); same != same_structs.end()) {
-                    head = path = same->second + path.substr(head.size());
-                    continue;
-                }
-                const auto dot = head.rfind('.');
-                if (dot == std::string::npos) break;
-                head.resize(dot);
-            }
+            const auto [variable, path, rest] = part_of(*start + name.substr(root.size()));
+            if (variable >= 0) return use(name.substr(0, name.size() - rest), variable);
             // A whole struct.
             for (auto at = variable_numbers.lower_bound(path + ".");
                  at != variable_numbers.end() && at->first.starts_with(path + "."); ++at)

@@ -156,6 +156,77 @@ TEST(Settings, WithOverridesVariablesOfASubsystemInAnotherFile) {
     EXPECT_EQ(m.slot("b.c", "value").initial, (Values{15, 30}));
 }
 
+/// What is wrong with variables that may have limits, written on the third line.
+std::string wrong_variables(const std::string& variables, const Overrides& overrides = {}) {
+    return errors_of("model: m\nstep: 0.1\nvariables: " + variables +
+                         "\nblocks: {s: {variables: {k: {value: 1, maximum: 9}}, blocks: {}}}\n",
+                     overrides);
+}
+
+TEST(Settings, VariablesAreHeldToTheLimitsOfTheirDeclaration) {
+    const std::string variables = "{n: 2, Gain: {Kp: {value: 1, minimum: 0, maximum: 50*n}, row: {value: "
+                                  "\"[1 2]\", above: 0}}, w: {value: n, minimum: 1}}";
+    EXPECT_EQ(wrong_variables(variables), "");
+    EXPECT_EQ(wrong_variables(variables, {{"Gain.Kp", "0"}, {"Gain.row", "[1e-9 7]"}, {"s.k", "9"}}), "");
+    EXPECT_EQ(wrong_variables("{K: {value: -1, minimum: 0, maximum: 100}}"),
+              "m.yaml:3:24: variable 'K' must be from 0 to 100, but is -1");
+    const model::Location there{std::make_shared<const std::string>("p.yaml"), 7, 2};
+    EXPECT_EQ(wrong_variables(variables, {{"Gain.Kp", "101", there}}),
+              "p.yaml:7:2: variable 'Gain.Kp' must be from 0 to 100, but is 101");
+    EXPECT_EQ(wrong_variables(variables, {{"Gain.row", "[3 0]"}}),
+              "variable 'Gain.row' must be greater than 0, but element 2 is 0");
+    EXPECT_EQ(wrong_variables(variables, {{"Gain", "struct('Kp', NaN, 'row', 1)", there}}),
+              "p.yaml:7:2: variable 'Gain.Kp' must be from 0 to 100, but is NaN");
+    EXPECT_EQ(wrong_variables(variables, {{"n", "0.5", there}}),
+              "m.yaml:3:114: variable 'w' must be at least 1, but is 0.5")
+        << "what follows is held, too";
+    EXPECT_EQ(wrong_variables(variables, {{"s.k", "10", there}}),
+              "p.yaml:7:2: variable 's.k' must be at most 9, but is 10");
+    EXPECT_EQ(wrong_variables("{K: {value: unknown_name, minimum: 1}}").find("must be"), std::string::npos);
+}
+
+TEST(Settings, LimitsOfVariablesThatAreWrongAreRefused) {
+    EXPECT_EQ(wrong_variables("{K: {value: 2, minimum: 3, maximum: 1}}"),
+              "m.yaml:3:13: variable 'K' must be from 3 to 1, which no number is; let 'maximum' be the "
+              "greatest of its limits");
+    EXPECT_EQ(wrong_variables("{K: {value: 2, above: 2, maximum: 2}}"),
+              "m.yaml:3:13: variable 'K' must be greater than 2 and at most 2, which no number is; let "
+              "'maximum' be the greatest of its limits");
+    EXPECT_EQ(wrong_variables("{K: {value: 2, minimum: 2, maximum: 2}}"), "");
+    EXPECT_EQ(wrong_variables("{K: {value: 2, minimum: 'low'}}"),
+              "m.yaml:3:36: K: 'minimum' must be a finite number, not 'low'");
+    EXPECT_EQ(wrong_variables("{K: {value: 2, maximum: \"[1 2]\"}}"),
+              "m.yaml:3:36: K: 'maximum' must be a finite number, not [1 2]");
+    EXPECT_EQ(wrong_variables("{K: {value: 2, maximum: 0/0}}"),
+              "m.yaml:3:36: K: 'maximum' must be a finite number, not NaN");
+    EXPECT_EQ(wrong_variables("{K: {value: 'high', maximum: 1}}"),
+              "m.yaml:3:24: variable 'K' must be a number, not 'high'; its declaration gives it limits");
+}
+
+TEST(Settings, ReferencesKeepToTheLimitsOfTheFileThatDeclaresThem) {
+    const std::filesystem::path folder =
+        std::filesystem::path(testing::TempDir()) / ("bf_with_limits_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "inner.yaml")
+        << "model: inner\nvariables:\n  top: 4\n"
+           "  k: {value: 1, maximum: top}\n  Gain: {Kp: {value: 1, minimum: 0}}\nblocks: {}\n";
+    std::ofstream(folder / "outer.yaml")
+        << "model: outer\nstep: 1\nvariables: {k: 5, Gain: {Kp: -2}}\n"
+           "blocks:\n  a: {file: inner.yaml}\n  b: {file: inner.yaml, with: {k: k}}\n"
+           "  c: {file: inner.yaml, with: {Gain: Gain}}\n  d: {file: inner.yaml, with: {Gain: {Kp: -3}}}\n";
+    const auto file = (folder / "outer.yaml").string();
+    std::string found;
+    try {
+        elaborate_model(formats::read_yaml(file));
+    } catch (const model::Errors& errors) {
+        found = errors.what();
+    }
+    EXPECT_EQ(found, file + ":6:35: variable 'b.k' must be at most 4, but is 5\n" + file +
+                         ":7:38: variable 'c.Gain.Kp' must be at least 0, but is -2\n" + file +
+                         ":8:43: variable 'd.Gain.Kp' must be at least 0, but is -3");
+    std::filesystem::remove_all(folder);
+}
+
 TEST(Signals, AreFoundByPathAliasAndPattern) {
     const auto m = elaborate_text(R"m(
 model: m

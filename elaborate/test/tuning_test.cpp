@@ -2,7 +2,10 @@
 
 #include "support.hpp"
 
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace bf::test {
 namespace {
@@ -111,6 +114,68 @@ TEST(Tuning, RefusesParametersThatFollowOutsideOfTheirLimits) {
     EXPECT_EQ(refused({{"w", {-4}}}), "parameter 'inside.p.cycle' must be greater than 0, but is -0.25");
     EXPECT_EQ(tuning.variables()[0].values, std::vector<double>{4});
     EXPECT_EQ(refused({{"w", {60}}, {"inside.p.width", {50}}}), "") << "what was given follows no more";
+}
+
+TEST(Tuning, HoldsVariablesToTheirLimits) {
+    const auto model = elaborate_text(R"m(
+model: m
+step: 1
+variables:
+  top: 100
+  Gain: {Kp: {value: 3, minimum: 0, maximum: top}, Kd: 1}
+  twice: {value: 2*Gain.Kp, maximum: 60}
+  unused: {value: [1, 2], above: 0}
+blocks:
+  inside:
+    variables: {copy: Gain, half: {value: twice/2, above: 1}}
+    blocks: {c: {block: Constant, value: half + copy.Kp}}
+)m");
+    Tuning tuning(model.diagram);
+    const auto refused = [&](const NamedValues& changes) -> std::string {
+        try {
+            tuning.follow(changes);
+            tuning.accept(changes);
+        } catch (const TuningError& error) {
+            return error.what();
+        }
+        return {};
+    };
+    EXPECT_EQ(refused({{"Gain.Kd", {2}}, {"Gain.Kp", {-1}}}),
+              "variable 'Gain.Kp' must be from 0 to 100, but is -1");
+    EXPECT_EQ(refused({{"Gain.Kp", {40}}}), "variable 'twice' must be at most 60, but is 80");
+    EXPECT_EQ(refused({{"Gain.Kp", {0.5}}}), "variable 'inside.half' must be greater than 1, but is 0.5");
+    EXPECT_EQ(refused({{"unused", {1, -2}}}),
+              "variable 'unused' must be greater than 0, but element 2 is -2");
+    EXPECT_EQ(refused({{"top", {200}}}), "variable 'top' cannot change in a run: 'Gain.Kp.maximum' follows "
+                                         "from it: it is fixed when the model is elaborated");
+    for (const auto& variable : tuning.variables()) {
+        if (variable.path == "Gain.Kd") {
+            EXPECT_EQ(variable.values, std::vector<double>{1});
+        } else if (variable.path == "twice") {
+            EXPECT_EQ(text_of(variable.limits), "at most 60");
+        }
+    }
+    EXPECT_EQ(refused({{"Gain.Kp", {40}}, {"twice", {60}}}), "") << "what was given follows no more";
+}
+
+TEST(Tuning, HoldsAStructToTheLimitsOfItsCopies) {
+    const auto folder = std::filesystem::path(testing::TempDir()) / ("bf_copies_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "inner.yaml") << "model: inner\nvariables: {Gain: {Kp: {value: 1, maximum: 5}}}\n"
+                                            "blocks: {c: {block: Constant, value: Gain.Kp}}\n";
+    std::ofstream(folder / "outer.yaml")
+        << "model: outer\nstep: 1\nvariables: {Gain: {Kp: {value: 2, minimum: "
+           "0, maximum: 9}}}\nblocks: {a: {file: inner.yaml, with: {Gain: "
+           "Gain}}}\n";
+    const auto model = elaborate_model(formats::read_yaml(folder / "outer.yaml"));
+    std::filesystem::remove_all(folder);
+    EXPECT_EQ(Tuning(model.diagram).follow({{"Gain.Kp", {5}}}), (NamedValues{{"a.c.value", {5}}}));
+    try {
+        Tuning(model.diagram).follow({{"Gain.Kp", {6}}});
+        ADD_FAILURE();
+    } catch (const TuningError& error) {
+        EXPECT_STREQ(error.what(), "variable 'Gain.Kp' must be from 0 to 5, but is 6");
+    }
 }
 
 TEST(Tuning, IterationsKnowTheirNumberAndShareTheVariables) {

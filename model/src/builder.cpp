@@ -67,8 +67,15 @@ End SystemBuilder::output(std::string name) {
     return {.block = {}, .port = std::move(name)};
 }
 
-void SystemBuilder::variable(std::string name, Value value) {
-    system_->variables.push_back({.name = std::move(name), .value = {.text = std::move(value.text)}});
+void SystemBuilder::variable(std::string name, Value value, VariableLimits limits) {
+    const auto expression = [](std::optional<Value>& limit) {
+        return limit ? std::optional(Expression{.text = std::move(limit->text)}) : std::nullopt;
+    };
+    system_->variables.push_back({.name = std::move(name),
+                                  .value = {.text = std::move(value.text)},
+                                  .minimum = expression(limits.minimum),
+                                  .above = expression(limits.above),
+                                  .maximum = expression(limits.maximum)});
 }
 
 void SystemBuilder::connect(const End& from, std::initializer_list<End> to) {

@@ -136,6 +136,7 @@ async def parameters():
         await refused("parameter 'vector.value' has 2 elements, not 3", gain__K=1, vector__value=[1, 2, 3])
         await refused("parameter 'pulse.width' must be from 0 to 100, but is 101", gain__K=1, pulse__width=101)
         await refused("parameter 'pulse.cycle' must be greater than 0, but is -1", gain__K=1, cycle=-1)
+        await refused("variable 'k' must be at most 50, but is 51", gain__K=1, k=51)
         await refused("takes a number or an array of numbers, not \"fast\"", gain__K="fast")
         await refused("takes a number or an array of numbers, not null", gain__K=None)
         await refused("takes a number or an array of numbers", vector__value=[1, [2]])

@@ -37,7 +37,7 @@ TEST(Server, AnswersAViewerThatIsNotOurs) {
     Loaded loaded(R"m(
 model: served
 step: 0.001
-variables: {k: 3, T: 0.01, cycle: 2}
+variables: {k: {value: 3, maximum: 50}, T: 0.01, cycle: 2}
 blocks:
   twice: {block: Constant, value: "2*k*[1 1]"}
   clock: {block: Clock}

@@ -60,7 +60,8 @@ class Writer {
     std::string model() {
         std::string head = "model: chance\n";
         if (!chance_.one_in(8)) head += std::string("step: ") + chance_.of(periods) + "\n";
-        if (chance_.one_in(4)) head += "variables:\n  step_: 3\n  gains: {a: 1, b: \"[1 2]\"}\n";
+        if (chance_.one_in(4))
+            head += "variables:\n  step_: 3\n  gains: {a: {value: 1, maximum: 9}, b: \"[1 2]\"}\n";
         if (chance_.one_in(5)) head += std::string("solver: ") + (chance_.one_in(2) ? "heun" : "none") + "\n";
         return head + system("", 0, {}, {});
     }

@@ -31,6 +31,10 @@ with tempfile.TemporaryDirectory() as name:
     refused = subprocess.run([program, "--params", file], capture_output=True, text=True)
     assert refused.returncode != 0
     assert "c: parameter 'tracking_time' must be greater than 0, but is 0" in refused.stderr, refused.stderr
+    file.write_text("n: 2\nT: 6\n")
+    refused = subprocess.run([program, "--params", file], capture_output=True, text=True)
+    assert refused.returncode != 0
+    assert "p.yaml:2:4: variable 'T' must be at most 5, but is 6" in refused.stderr, refused.stderr
 
 names = "T", "slow.K", "c.tracking_time"
 with Commanded(program) as running:
@@ -38,6 +42,7 @@ with Commanded(program) as running:
     problem = "error: parameter 'c.tracking_time' must be greater than 0, but is "
     assert running.ask("{slow.K: 7, c.tracking_time: -1}") == problem + "-1"
     assert running.ask("{slow.K: 7, T: -1}") == problem + "-2"
+    assert running.ask("{slow.K: 7, T: 6}") == "error: variable 'T' must be at most 5, but is 6"
     assert running.values(*names) == before == ("0.1", "2", "0.2"), before
     assert running.ask("{slow.K: 7, T: 1}") == "ok"
     assert running.values(*names) == ("1", "7", "2"), running.values(*names)

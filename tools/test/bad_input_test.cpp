@@ -295,11 +295,14 @@ TEST_F(BadInput, ValuesOutsideOfTheirLimits) {
     model("  p: {block: Pulse, width: -1}\n  q: {block: WholeBodyToolbox/QP, max_iterations: 0}\n");
     expect_refused("m.yaml:6:28: p: parameter 'width' must be from 0 to 100, but is -1");
     expect_refused("m.yaml:7:3: q: argument 'max_iterations' must be at least 1, but is 0");
-    write("m.yaml",
-          "model: m\nstep: 0.1\nstop: 1\nvariables: {T: 2}\nblocks: {p: {block: Pulse, cycle: T}}\n");
+    write("m.yaml", "model: m\nstep: 0.1\nstop: 1\nvariables: {T: {value: 2, maximum: 5}}\nblocks: {p: "
+                    "{block: Pulse, cycle: T}}\n");
     expect_error("run m.yaml --set p.width=200", "p: parameter 'width' must be from 0 to 100, but is 200");
     expect_error("run m.yaml --set T=0",
                  "m.yaml:5:35: p: parameter 'cycle' must be greater than 0, but is 0");
+    expect_error("run m.yaml --set T=6", "variable 'T' must be at most 5, but is 6");
+    write("p.yaml", "p.width: 100\nT: 6\n");
+    expect_error("run m.yaml --params p.yaml", "p.yaml:2:4: variable 'T' must be at most 5, but is 6");
     write("p.yaml", "p:\n  width: 100\n  cycle: -1\n");
     expect_error("run m.yaml --params p.yaml",
                  "p.yaml:3:10: p: parameter 'cycle' must be greater than 0, but is -1");

@@ -22,6 +22,12 @@ struct Node {
     int column = 0;
     std::size_t position = 0; ///< of the first character in the text
 
+    /// Is it a map with that key?
+    bool has(std::string_view key) const {
+        for (std::size_t i = 0; is_map() && i < items.size(); i += 2)
+            if (items[i].text == key) return true;
+        return false;
+    }
     bool is_map() const { return kind == Kind::map; }
     bool is_scalar() const { return kind == Kind::scalar; }
     bool is_sequence() const { return kind == Kind::sequence; }

@@ -50,7 +50,7 @@ class Reader {
     LineRange layout_lines;
 
     Model read_model(const Node& node);
-    std::vector<Variable> read_variables(const Node& map, const std::string& path);
+    std::vector<Variable> read_variables(const Node& map, const std::string& path, bool are_declared = false);
     std::vector<Variable> read_enumerations(const Node& map, const std::string& path);
 
   private:
@@ -74,6 +74,7 @@ class Reader {
     Expression read_flow(const Node& value, const std::string& path);
     Expression read_rows(const Node& key, const Node& value, const std::string& path);
 
+    void read_limited(Variable& variable, const Node& map, const std::string& path);
     std::vector<Port> read_ports(const Node& key, const Node& value, const std::string& path,
                                  const keys::Keys& known);
     void read_port(Port& port, const Node& map, const std::string& path, const keys::Keys& known);
@@ -211,12 +212,32 @@ Expression Reader::read_expression(const Node& key, const Node& value, const std
     return {.text = "[]", .where = at(key)};
 }
 
-std::vector<Variable> Reader::read_variables(const Node& map, const std::string& path) {
+/// A value with limits.
+void Reader::read_limited(Variable& variable, const Node& map, const std::string& path) {
+    values.push_back({variable.where.line, map.items.back().line});
+    const std::string what = "the variable '" + variable.name + "', which has a `value`";
+    read_entries(map, path, what, [&](const Node& key, const Node& value) {
+        const std::string& name = key.text;
+        if (!keys::contains(keys::variable, name))
+            report_unknown(key, path, what, keys::variable);
+        else if (name == "value")
+            variable.value = read_expression(key, value, path);
+        else
+            (name == "minimum" ? variable.minimum
+             : name == "above" ? variable.above
+                               : variable.maximum) = read_expression(key, value, path);
+    });
+}
+
+/// A mapping is a struct; where variables are declared, one with `value` is a value with limits.
+std::vector<Variable> Reader::read_variables(const Node& map, const std::string& path, bool are_declared) {
     std::vector<Variable> variables;
     read_entries(map, path, "variables", [&](const Node& key, const Node& value) {
         Variable variable{.name = key.text, .where = at(key)};
-        if (value.is_map() && !is_cell(value))
-            variable.fields = read_variables(value, path);
+        if (are_declared && value.is_map() && value.has("value") && !is_cell(value))
+            read_limited(variable, value, path);
+        else if (value.is_map() && !is_cell(value))
+            variable.fields = read_variables(value, path, are_declared);
         else
             variable.value = read_expression(key, value, path);
         variables.push_back(std::move(variable));
@@ -355,7 +376,7 @@ bool Reader::read_system_key(System& system, const Node& key, const Node& value,
     else if (name == "enumerations")
         system.enumerations = read_enumerations(value, path);
     else if (name == "variables")
-        system.variables = read_variables(value, path);
+        system.variables = read_variables(value, path, true);
     else if (name == "blocks")
         system.blocks = read_blocks(value, path);
     else
@@ -374,12 +395,7 @@ std::vector<Block> Reader::read_blocks(const Node& map, const std::string& path)
 Block Reader::read_block(const Node& name, const Node& map, const std::string& path) {
     Block block{.name = name.text, .where = at(name)};
     block.type_where = block.where;
-    auto has = [&](std::string_view key) {
-        for (std::size_t i = 0; map.is_map() && i < map.items.size(); i += 2)
-            if (map.items[i].text == key) return true;
-        return false;
-    };
-    const bool is_library = has("block"), is_file = has("file"), is_system = has("blocks");
+    const bool is_library = map.has("block"), is_file = map.has("file"), is_system = map.has("blocks");
     const keys::Keys& known = is_library ? keys::library_block : is_file ? keys::reference : keys::subsystem;
     if (!map.is_map() || is_library + is_file + is_system != 1) {
         std::string remedy = "say which it is: of a library, a subsystem, or in a file of its own";

@@ -198,13 +198,24 @@ template <typename Item_> Content list(const std::vector<Item_>& items, std::str
     return content;
 }
 
+Content variables(const std::vector<Variable>& all, bool may_flow);
+
+Content variable(const Variable& variable) {
+    if (!variable.fields.empty()) return variables(variable.fields, true);
+    if (!variable.minimum && !variable.above && !variable.maximum) return expression(variable.value);
+    const std::vector<Key> none;
+    MapBuilder map(none);
+    map.add("value", expression(variable.value));
+    map.add("minimum", variable.minimum);
+    map.add("above", variable.above);
+    map.add("maximum", variable.maximum);
+    return map.build(true);
+}
+
 Content variables(const std::vector<Variable>& all, bool may_flow) {
     Content content{.kind = Content::Kind::map, .may_flow = may_flow};
-    for (const Variable& variable : all)
-        content.items.push_back(
-            {key_text(variable.name),
-             variable.fields.empty() ? expression(variable.value) : variables(variable.fields, true),
-             &variable.comments});
+    for (const Variable& each : all)
+        content.items.push_back({key_text(each.name), variable(each), &each.comments});
     return content;
 }
 

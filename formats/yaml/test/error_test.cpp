@@ -103,6 +103,14 @@ TEST(Errors, RefuseTooDeepNesting) {
         std::string::npos);
 }
 
+TEST(Errors, NameTheKeysOfAVariableWithLimits) {
+    EXPECT_EQ(errors_of("model: m\nvariables: {K: {value: 1, minimun: 0}}\n"),
+              "m.yaml:2:27: unknown key 'minimun' of the variable 'K', which has a `value`; did you mean "
+              "'minimum'?");
+    EXPECT_EQ(errors_of("model: m\nvariables:\n  K:\n    value: 1\n    minimum:\n"),
+              "m.yaml:5:5: 'minimum' has no value; give it one, or remove the key");
+}
+
 TEST(Errors, ExplainValuesThatYamlReadsOtherwise) {
     EXPECT_EQ(errors_of_blocks("  a: {block: Constant, value: zeros(3, 1), u: 2}\n"),
               "m.yaml:3:31: a: the ',' ends the value 'zeros(3'; put the expression in double quotes: "

@@ -156,10 +156,32 @@ TEST(Writer, KeepsCommentsWhenAnEditChangesTheModel) {
     EXPECT_EQ(write_yaml(model), expected);
 }
 
+TEST(Writer, KeepsTheLimitsOfVariables) {
+    const std::string text =
+        "model: m\n"
+        "variables:\n"
+        "  # of the hip\n"
+        "  Gain: {Kp: {value: \"[1 2]\", minimum: 0, above: -1, maximum: 2*pi}, Kd: 3}  # Nm\n"
+        "  K:\n"
+        "    value: zeros(2, 1)\n"
+        "    above: 0\n"
+        "  name: {text: 'l_sole', deep: {values: 1}}\n";
+    EXPECT_EQ(rewritten(text), text);
+    const Variable& gain = read_yaml_text(text).root.variables.at(0).fields.at(0);
+    EXPECT_EQ(gain.value.text, "[1 2]");
+    EXPECT_EQ(gain.minimum->text, "0");
+    EXPECT_EQ(gain.above->text, "-1");
+    EXPECT_EQ(gain.maximum->text, "2*pi");
+    EXPECT_EQ(rewritten("model: m\nvariables:\n  # torque\n  K:\n    minimum: 0\n    value: 1  # Nm\n"),
+              "model: m\nvariables:\n  # torque\n  K: {value: 1, minimum: 0}  # Nm\n");
+}
+
 TEST(Writer, WritesWhatABuilderMade) {
     Builder m{"built"};
     m.step(0.001).record({"a", "s.*"}).plot("Torque: all", {"a"});
     m.variable("k", "[1 2; 3 4]'");
+    m.variable("Kp", 2, {.minimum = 0, .maximum = "10*pi"});
+    m.variable("T", 0.5, {.above = 0});
     const End a = m.add("a", "Gain", {{"K", "[1 2; 3 4]"}, {"text", "'it''s'"}, {"odd", "f(a, b)"}});
     SystemBuilder s = m.atomic_subsystem("s", "0.01");
     s.connect(s.input("u"), s.output("y"));
@@ -169,6 +191,8 @@ TEST(Writer, WritesWhatABuilderMade) {
                     "step: 0.001\n"
                     "variables:\n"
                     "  k: \"[1 2; 3 4]'\"\n"
+                    "  Kp: {value: 2, minimum: 0, maximum: 10*pi}\n"
+                    "  T: {value: 0.5, above: 0}\n"
                     "blocks:\n"
                     "  a:\n"
                     "    block: Gain\n"

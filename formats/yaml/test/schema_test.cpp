@@ -95,6 +95,12 @@ TEST(Schema, AgreesWithTheReaderOnSmallModels) {
         {"model: m\ninputs: {a: {when_disabled: reset}}", false},
         {"model: m\nvariables: {a: {b: {c: 1}}, d: true}", true},
         {"model: m\nvariables: {a: }", false},
+        {"model: m\nvariables: {a: {value: 1, minimum: 0}, S: {b: {value: 1, above: 0, maximum: 2*pi}}}",
+         true},
+        {"model: m\nvariables: {a: {value: 1, minimun: 0}}", false},
+        {"model: m\nvariables: {a: {value: {b: 1}}}", false},
+        {"model: m\nvariables: {a: {value: 1, minimum: }}", false},
+        {"model: m\nvariables: {a: {minimum: 1, maximum: {b: 1}}}", true},
         {"model: m\nenumerations: {Mode: [idle, walk], Sm: {balance: 1, swing: 4}}", true},
         {"model: m\nenumerations: [idle]", false},
         {"model: m\nrecord: all\nlayout: {any: [thing]}", true},
@@ -142,6 +148,7 @@ TEST(Schema, HasTheReadersKeysAndNoOthers) {
     EXPECT_EQ(properties(defs.at("subsystem")), sorted(keys::subsystem));
     EXPECT_EQ(properties(defs.at("library_block")), sorted(keys::library_block));
     EXPECT_EQ(properties(defs.at("reference")), sorted(keys::reference));
+    EXPECT_EQ(properties(defs.at("variable")), sorted(keys::variable));
     EXPECT_EQ(properties(defs.at("input")), sorted(keys::input));
     EXPECT_EQ(properties(defs.at("output")), sorted(keys::output));
     EXPECT_EQ(defs.at("execution").at("enum").get<keys::Keys>(), keys::executions);
@@ -171,11 +178,11 @@ TEST(Schema, EveryListedKeyIsRead) {
     };
     auto is_kept = [](const std::string& text) { return write_yaml(read_yaml_text(text)); };
     const std::string blocks =
-        is_kept("model: m\ninputs: {p: " + all(keys::input) + "}\noutputs: {q: " + all(keys::output) +
-                "}\nblocks:\n  a: " + all(keys::library_block) + "\n  b: " + all(keys::reference) +
-                "\n  c: " + all(keys::subsystem) + "\n");
-    for (const keys::Keys* known :
-         {&keys::input, &keys::output, &keys::library_block, &keys::reference, &keys::subsystem})
+        is_kept("model: m\nvariables: {v: " + all(keys::variable) + "}\ninputs: {p: " + all(keys::input) +
+                "}\noutputs: {q: " + all(keys::output) + "}\nblocks:\n  a: " + all(keys::library_block) +
+                "\n  b: " + all(keys::reference) + "\n  c: " + all(keys::subsystem) + "\n");
+    for (const keys::Keys* known : {&keys::variable, &keys::input, &keys::output, &keys::library_block,
+                                    &keys::reference, &keys::subsystem})
         for (const std::string& key : *known)
             EXPECT_NE(blocks.find(key + ": "), std::string::npos) << key << blocks;
     std::string lines;

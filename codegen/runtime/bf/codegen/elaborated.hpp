@@ -224,7 +224,8 @@ class ElaboratedModel final : public BlocksInContext {
                 variables_.push_back(
                     {keep(variable.path), "", keep(variable.text.empty() ? "" : "= " + variable.text),
                      Type::float64, Where::variables, variable.rows, variable.cols,
-                     reinterpret_cast<std::size_t>(values_.emplace_back(variable.values).data()), -1});
+                     reinterpret_cast<std::size_t>(values_.emplace_back(variable.values).data()), -1,
+                     variable.limits});
         for (const auto& node : diagram_.nodes)
             for (const auto& [name, value] : node.arguments)
                 fixed_.push_back(

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
 #include <type_traits>
 
@@ -137,25 +138,27 @@ template <class F>
 const char* check_limits(const Quantity& q, int count, F&& value, Problem& problem) noexcept {
     char wrong[192];
     if (!kernels::find_outside(q.limits, count, value, wrong, sizeof wrong)) return nullptr;
-    std::snprintf(problem.text, sizeof problem.text, "parameter '%.190s' %s", q.name, wrong);
+    const char* const what = q.where == Where::variables ? "variable" : "parameter";
+    std::snprintf(problem.text, sizeof problem.text, "%s '%.190s' %s", what, q.name, wrong);
     return problem.text;
 }
 
 /// The same where formatting a number would need a heap: a text of its own kind.
 template <class F> const char* check_limits(const Quantity& q, int count, F&& value) noexcept {
     for (int i = 0; i < count; ++i)
-        if (!q.limits.allow(value(i))) return "a value is outside of the parameter's limits";
+        if (!q.limits.allow(value(i))) return "a value is outside of its limits";
     return nullptr;
 }
 
-/// The same of all parameters of a model that follow from its variables, with their present values.
+/// The same of all variables and parameters of a model that follow from variables, with their present values.
 template <class Model, class... To> const char* check_following(const Model& model, To&... problem) noexcept {
-    for (const Quantity& q : model.parameter_table()) {
-        if (q.formula < 0) continue;
-        const void* const data = model.data(q);
-        const auto value = [&](int i) { return read(data, q.type, i); };
-        if (const char* wrong = check_limits(q, q.size(), value, problem...)) return wrong;
-    }
+    for (const Quantities& table : {model.variable_table(), model.parameter_table()})
+        for (const Quantity& q : table) {
+            if (q.formula < 0) continue;
+            const void* const data = model.data(q);
+            const auto value = [&](int i) { return read(data, q.type, i); };
+            if (const char* wrong = check_limits(q, q.size(), value, problem...)) return wrong;
+        }
     return nullptr;
 }
 

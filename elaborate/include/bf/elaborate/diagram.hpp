@@ -148,6 +148,7 @@ struct Definition {
     /// The variables that the expression names, with the name that each has there; earlier definitions.
     std::vector<std::pair<std::string, int>> uses;
     Node::End end = {}; ///< of a parameter
+    Limits limits = {}; ///< of a variable
 };
 
 struct Diagram {

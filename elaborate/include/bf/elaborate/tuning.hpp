@@ -37,11 +37,13 @@ class Tuning {
         std::string fixed; ///< why it cannot be changed; empty: it can
         std::vector<double> values;
         int rows, cols;
+        Limits limits;
     };
     std::vector<Variable> variables() const; ///< of numbers, with their present values
 
     /// The parameters that these variables and parameters lead to, each once. Throws TuningError for a
-    /// variable that is fixed, a wrong number of elements, NaN, or a result that has another size.
+    /// variable that is fixed, a wrong number of elements, NaN, a value outside of its limits, or a result
+    /// that has another size.
     NamedValues follow(const NamedValues& changes) const;
     /// From now on these hold: to be said when they were applied.
     void accept(const NamedValues& changes);
@@ -52,6 +54,7 @@ class Tuning {
         std::vector<char> is_given;
     };
     int number_of(const std::string& name) const;
+    void check_limits(std::size_t definition, const std::vector<double>& values) const;
     NamedValues change(State& state, const NamedValues& changes) const;
 
     const Diagram& diagram_;

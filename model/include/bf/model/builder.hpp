@@ -3,6 +3,7 @@
 #include "bf/model/model.hpp"
 
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -17,6 +18,11 @@ struct Value {
     Value(bool truth) : text(truth ? "true" : "false") {}
 
     std::string text;
+};
+
+/// What a variable may be: every element x has minimum ≤ x, above < x and x ≤ maximum.
+struct VariableLimits {
+    std::optional<Value> minimum = {}, above = {}, maximum = {};
 };
 
 using Settings = std::initializer_list<std::pair<std::string, Value>>;
@@ -43,7 +49,7 @@ class SystemBuilder {
 
     End input(std::string name);
     End output(std::string name);
-    void variable(std::string name, Value value);
+    void variable(std::string name, Value value, VariableLimits limits = {});
 
     void connect(const End& from, std::initializer_list<End> to);
     void connect(const End& from, const End& to) { connect(from, {to}); }
@@ -64,7 +70,7 @@ class SystemBuilder {
 ///     Builder m{"loop"};
 ///     End error = m.add("error", "Sum", {{"signs", "+-"}});
 ///     End plant = m.add("plant", "StateSpace", {{"A", "[0 1; -k 0]"}});
-///     m.variable("k", 3.5);
+///     m.variable("k", 3.5, {.minimum = 0});
 ///     m.connect(error, plant["u"]);
 ///     Model model = m.build();
 class Builder : public SystemBuilder {

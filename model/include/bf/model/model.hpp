@@ -96,10 +96,11 @@ struct Setting {
     Location where = {};
 };
 
-/// A named value; with `fields` it is a struct and `value` is unused.
+/// A named value; with `fields` it is a struct, and `value` and limits are unused.
 struct Variable {
     std::string name;
     Expression value = {};
+    std::optional<Expression> minimum = {}, above = {}, maximum = {}; ///< of every element
     std::vector<Variable> fields = {};
     Comments comments = {};
     Location where = {};

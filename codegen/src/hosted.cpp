@@ -154,7 +154,7 @@ std::string Generator::elaborated_source() const {
     };
     for (const auto* fields : {&inputs_, &parameters_, &signals_, &states_, &continuous_, &workspace_})
         for (const auto& field : *fields) bind("bind", place_of(field.end).text(), field.end);
-    for (const auto& field : outputs_) bind("bind", "outputs." + field.member, field.end);
+    for (const auto& field : outputs_) bind("bind_output", "outputs." + field.member, field.end);
     for (const auto& field : states_) bind("bind_next", "next_." + field.member, field.end);
     for (const auto& field : continuous_) bind("bind_rate", "rates_." + field.member, field.end);
     const auto phase_name = [](Phase phase) {

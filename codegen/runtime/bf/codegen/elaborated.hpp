@@ -14,6 +14,7 @@
 #include "bf/formats/yaml.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <deque>
 #include <filesystem>
 #include <fstream>
@@ -74,6 +75,11 @@ class ElaboratedModel final : public BlocksInContext {
     template <class T> void bind_next(Dynamic<T>& member, int node, int slot) {
         set(member, context_->next_data(node, slot), node, slot);
     }
+    /// Outputs have memory of their own: the solver computes signals anew inside the step.
+    template <class T> void bind_output(Dynamic<T>& member, int node, int slot) {
+        const auto count = static_cast<std::size_t>(diagram_.slot({node, slot}).size.count());
+        set(member, outputs_.emplace_back(count * sizeof(T)).data(), node, slot);
+    }
     template <class T> void bind_rate(Dynamic<T>& member, int node, int slot) {
         set(member, context_->frame(node).rate[slot], node, slot);
     }
@@ -106,10 +112,11 @@ class ElaboratedModel final : public BlocksInContext {
         stop();
         const auto rates = context_->continuous_rate();
         std::fill(rates.begin(), rates.end(), 0.0);
+        for (auto& output : outputs_) std::fill(output.begin(), output.end(), std::byte{0});
         for (int n = 0; n < count(); ++n) {
             const auto& slots = diagram_.nodes[static_cast<std::size_t>(n)].block->declaration().slots;
             for (std::size_t s = 0; s < slots.size(); ++s)
-                if (slots[s].role == Role::output)
+                if (slots[s].role == Role::output && !is_input({n, static_cast<int>(s)}))
                     write_values(context_->data(n, static_cast<int>(s)), slots[s].type, slots[s].size.count(),
                                  {});
         }
@@ -172,6 +179,12 @@ class ElaboratedModel final : public BlocksInContext {
     int count() const override { return static_cast<int>(diagram_.nodes.size()); }
     const std::string& path(int node) const override {
         return diagram_.nodes[static_cast<std::size_t>(node)].path;
+    }
+    /// Is it the memory of an input of the model, which its caller writes?
+    bool is_input(const Node::End& end) const {
+        return std::any_of(diagram_.inputs.begin(), diagram_.inputs.end(), [&](const SignalName& input) {
+            return input.end.node == end.node && input.end.slot == end.slot;
+        });
     }
     static Quantities of(const std::vector<Quantity>& rows) {
         return {rows.data(), static_cast<int>(rows.size())};
@@ -244,6 +257,7 @@ class ElaboratedModel final : public BlocksInContext {
     std::unique_ptr<Tuning> tuning_;
     std::deque<std::string> texts_;
     std::deque<std::vector<double>> values_; ///< of variables
+    std::deque<std::vector<std::byte>> outputs_;
     std::vector<Quantity> parameters_, variables_, recorded_, checks_;
     std::vector<FixedName> fixed_;
     std::string problem_;

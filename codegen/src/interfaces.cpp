@@ -5,12 +5,13 @@ namespace bf::codegen {
 
 namespace {
 
-std::string about(const Field& field) {
+std::string about(const Field& field, bool is_dynamic) {
     const Slot& slot = *field.slot;
     std::string text = comment(field.path);
     if (slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1")
         text += " [" + comment(slot.unit.text) + "]";
-    if (slot.size.cols != 1) text += ", " + number(slot.size.rows) + " x " + number(slot.size.cols);
+    if (slot.size.cols != 1 && !is_dynamic)
+        text += ", " + number(slot.size.rows) + " x " + number(slot.size.cols);
     return text;
 }
 
@@ -27,9 +28,11 @@ const char* ctypes_name(Type type) {
     return names[static_cast<std::size_t>(type)];
 }
 
-/// Replaces @prefix@ and @Class@.
-std::string filled(std::string text, const std::string& prefix, const std::string& class_name) {
-    for (const auto& [mark, value] : {std::pair{std::string("@prefix@"), prefix}, {"@Class@", class_name}})
+using Marks = std::vector<std::pair<std::string, std::string>>;
+
+/// Replaces marks by texts, in their order.
+std::string filled(std::string text, const Marks& marks) {
+    for (const auto& [mark, value] : marks)
         for (auto at = text.find(mark); at != std::string::npos; at = text.find(mark, at + value.size()))
             text.replace(at, mark.size(), value);
     return text;
@@ -67,7 +70,7 @@ int @prefix@_get(const @prefix@_model* model, const char* name, double* values, 
 )~";
 
 constexpr const char* c_source = R"~(
-struct @prefix@_model : @Class@ {};
+struct @prefix@_model : @Class@ {@members@};
 
 extern "C" {
 
@@ -88,12 +91,25 @@ const char* @prefix@_set_parameters(@prefix@_model* model, const @prefix@_value*
     return model->set_parameters(reinterpret_cast<const bf::generated::NewValue*>(changes), count);
 }
 int @prefix@_get(const @prefix@_model* model, const char* name, double* values, int capacity) {
-    const bf::generated::Quantity* quantity = @Class@::find_parameter(name);
-    if (!quantity) quantity = @Class@::recorded_table().find(name);
+    const bf::generated::Quantity* quantity = model->find_parameter(name);
+    if (!quantity) quantity = model->recorded_table().find(name);
     if (!quantity) return -1;
     for (int i = 0; i < quantity->size() && i < capacity; ++i)
         values[i] = bf::generated::read(model->data(*quantity), quantity->type, i);
     return quantity->size();
+}
+)~";
+
+constexpr const char* c_elaborate =
+    R"~(/* Finds sizes and memory with the values of a parameter file, as `bf run --params` takes it; null: with none. Null, or what is
+   wrong, until the next call. @prefix@_initialize does it without a file, if nobody did; `data` of inputs and outputs is null before. */
+const char* @prefix@_elaborate(@prefix@_model* model, const char* parameter_file);
+)~";
+
+constexpr const char* c_elaborate_source =
+    R"~(const char* @prefix@_elaborate(@prefix@_model* model, const char* parameter_file) {
+    model->wrong = model->elaborate(parameter_file ? parameter_file : "");
+    return model->wrong.empty() ? nullptr : model->wrong.c_str();
 }
 )~";
 
@@ -109,6 +125,35 @@ _library = ctypes.CDLL(
 
 def _fields(*fields):
     return [(name + "_" if keyword.iskeyword(name) else name, kind) for name, kind in fields]
+)~";
+
+constexpr const char* python_dynamic = R"~(
+
+def _quantity(kind):
+    members = [("data", ctypes.POINTER(kind)), ("rows", ctypes.c_int), ("cols", ctypes.c_int)]
+    return type("Quantity", (ctypes.Structure,), {"_fields_": members})
+
+
+class _Arrays:
+    """The quantities of a structure, each an array of its elements. One number, when set, is all of them."""
+
+    def __init__(self, structure):
+        for name, _ in structure._fields_:
+            quantity = getattr(structure, name)
+            array = quantity.data._type_ * (quantity.rows * quantity.cols)
+            self.__dict__[name] = (
+                ctypes.cast(quantity.data, ctypes.POINTER(array)).contents if quantity.data else array()
+            )
+
+    def __setattr__(self, name, values):
+        array = getattr(self, name)
+        array[:] = [values] * len(array) if isinstance(values, (int, float)) else values
+)~";
+
+constexpr const char* python_elaborate =
+    R"~(        wrong = _function("elaborate", _text, _model, _text)(self._model, os.fsencode(parameters) or None)
+        if wrong:
+            raise ValueError(wrong.decode())
 )~";
 
 constexpr const char* python_class = R"~(
@@ -143,11 +188,11 @@ class @Class@:
 
     period = _function("period", ctypes.c_double)()
 
-    def __init__(self):
+    def __init__(self@parameters@):
         self._model = _create()
         if not self._model:
             raise MemoryError("@Class@")
-@structures@        self.initialize()
+@elaborate@@structures@        self.initialize()
 
     def __del__(self):
         if getattr(self, "_model", None):
@@ -204,12 +249,16 @@ std::string Generator::c_structure(const char* name, const char* doc,
                                    const std::vector<Field>& fields) const {
     std::string text = std::string("/* ") + doc + " */\ntypedef struct {\n";
     for (const auto& field : fields) {
-        std::string note = about(field);
+        std::string note = about(field, is_dynamic());
         for (auto at = note.find("*/"); at != std::string::npos; at = note.find("*/"))
             note.replace(at, 2, "* /");
-        text += "    " + c_name(type_of(*field.slot)) + " " + field.member +
-                (is_scalar(*field.slot) ? "" : "[" + number(field.slot->size.count()) + "]") + "; /* " +
-                note + " */\n";
+        const std::string type = c_name(type_of(*field.slot));
+        text += "    " +
+                (is_dynamic() ? "struct { " + type + "* data; int rows, cols; } " + field.member
+                 : is_scalar(*field.slot)
+                     ? type + " " + field.member
+                     : type + " " + field.member + "[" + number(field.slot->size.count()) + "]") +
+                "; /* " + note + " */\n";
     }
     return text + "} " + file_ + "_" + name + ";\n\n";
 }
@@ -218,10 +267,14 @@ std::string Generator::python_structure(const char* name, const char* doc,
                                         const std::vector<Field>& fields) const {
     std::string text = std::string("\n\nclass ") + name + "(ctypes.Structure):\n    \"\"\"" + doc +
                        "\"\"\"\n\n    _fields_ = _fields(\n";
-    for (const auto& field : fields)
-        text += "        (\"" + field.member + "\", ctypes." + ctypes_name(type_of(*field.slot)) +
-                (is_scalar(*field.slot) ? "" : " * " + number(field.slot->size.count())) + "),  # " +
-                about(field) + "\n";
+    for (const auto& field : fields) {
+        const std::string type = std::string("ctypes.") + ctypes_name(type_of(*field.slot));
+        text += "        (\"" + field.member + "\", " +
+                (is_dynamic()             ? "_quantity(" + type + ")"
+                 : is_scalar(*field.slot) ? type
+                                          : type + " * " + number(field.slot->size.count())) +
+                "),  # " + about(field, is_dynamic()) + "\n";
+    }
     return text + "    )\n";
 }
 
@@ -240,7 +293,14 @@ void Generator::add_interfaces(Files& files) const {
     std::string python =
         "\"\"\"" + comment(diagram_.name) +
         ", a model generated by BlockFactory: write inputs, call step(), read outputs.\"\"\"\n" + python_head;
+    if (is_dynamic()) python += python_dynamic;
     std::string accessors, structures;
+    const auto add_structure = [&](const char* name, const char* type) {
+        const std::string contents = std::string("_function(\"get_") + name + "\", ctypes.POINTER(" + type +
+                                     "), _model)(self._model).contents";
+        structures += std::string("        self.") + name + " = " +
+                      (is_dynamic() ? "_Arrays(" + contents + ")" : contents) + "\n";
+    };
     if (!inputs_.empty()) {
         header += c_structure("inputs", inputs_doc, inputs_);
         accessors += "/* Valid as long as the model. */\n@prefix@_inputs* "
@@ -249,8 +309,7 @@ void Generator::add_interfaces(Files& files) const {
                   "@prefix@_inputs* @prefix@_get_inputs(@prefix@_model* model) {\n    return "
                   "reinterpret_cast<@prefix@_inputs*>(&model->inputs);\n}\n";
         python += python_structure("Inputs", inputs_doc, inputs_);
-        structures += "        self.inputs = _function(\"get_inputs\", ctypes.POINTER(Inputs), "
-                      "_model)(self._model).contents\n";
+        add_structure("inputs", "Inputs");
     }
     if (!outputs_.empty()) {
         header += c_structure("outputs", outputs_doc, outputs_);
@@ -259,16 +318,24 @@ void Generator::add_interfaces(Files& files) const {
                   "const @prefix@_outputs* @prefix@_get_outputs(const @prefix@_model* model) {\n    return "
                   "reinterpret_cast<const @prefix@_outputs*>(&model->outputs);\n}\n";
         python += python_structure("Outputs", outputs_doc, outputs_);
-        structures += "        self.outputs = _function(\"get_outputs\", ctypes.POINTER(Outputs), "
-                      "_model)(self._model).contents\n";
+        add_structure("outputs", "Outputs");
+    }
+    if (is_dynamic()) {
+        accessors += c_elaborate;
+        source += c_elaborate_source;
     }
     header += accessors + "\n" + c_functions + "\n#ifdef __cplusplus\n}\n#endif\n";
     source += "\n} // extern \"C\"\n";
-    std::string model = python_class;
-    model.replace(model.find("@structures@"), 12, structures);
-    files[file_ + "_c.h"] = filled(header, file_, class_);
-    files[file_ + "_c.cpp"] = filled(source, file_, class_);
-    files[file_ + ".py"] = filled(python + model, file_, class_);
+    const Marks marks{
+        {"@members@", is_dynamic() ? "\n    std::string wrong; // with what was elaborated last\n" : ""},
+        {"@parameters@", is_dynamic() ? ", parameters=\"\"" : ""},
+        {"@elaborate@", is_dynamic() ? python_elaborate : ""},
+        {"@structures@", structures},
+        {"@prefix@", file_},
+        {"@Class@", class_}};
+    files[file_ + "_c.h"] = filled(header, marks);
+    files[file_ + "_c.cpp"] = filled(source, marks);
+    files[file_ + ".py"] = filled(python + python_class, marks);
 }
 
 } // namespace bf::codegen

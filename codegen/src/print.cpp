@@ -432,12 +432,10 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
                 model + " PRIVATE BF_PLUGIN_FOLDER=\"$<TARGET_FILE_DIR:BlockFactory::core>/blockfactory\")\n";
     return text + "\nfind_package(Threads REQUIRED)\nadd_executable(run_" + file_ +
            " main.cpp)\ntarget_link_libraries(run_" + file_ + " PRIVATE " + model + " Threads::Threads)\n" +
-           (is_dynamic() ? ""
-                         : "\n# The model for C and Python: " + file_ +
-                               ".py stands beside the library.\nadd_library(" + file_ + "_c SHARED " + file_ +
-                               "_c.cpp)\ntarget_link_libraries(" + file_ + "_c PRIVATE " + model +
-                               ")\nset_target_properties(" + file_ + "_c PROPERTIES OUTPUT_NAME " + file_ +
-                               ")\nconfigure_file(" + file_ + ".py " + file_ + ".py COPYONLY)\n");
+           "\n# The model for C and Python: " + file_ + ".py stands beside the library.\nadd_library(" +
+           file_ + "_c SHARED " + file_ + "_c.cpp)\ntarget_link_libraries(" + file_ + "_c PRIVATE " + model +
+           ")\nset_target_properties(" + file_ + "_c PROPERTIES OUTPUT_NAME " + file_ + ")\nconfigure_file(" +
+           file_ + ".py " + file_ + ".py COPYONLY)\n";
 }
 
 Files Generator::run() {
@@ -526,7 +524,7 @@ Files Generator::run() {
                             class_ + ">(argc, argv); }\n";
         std::string list;
         for (const auto& source : sources) list += " " + source;
-        if (!is_dynamic()) add_interfaces(files);
+        add_interfaces(files);
         for (const char* support : {"parameter_file", "command_port", "run"})
             add_header(std::string("bf/codegen/") + support + ".hpp", files);
     }

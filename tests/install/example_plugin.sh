@@ -52,3 +52,4 @@ cmake --build sized/build -j2 >build.log 2>&1 || { cat build.log; exit 1; }
 echo '{n: 3, k: 2^2}' >three.yaml
 sized/build/run_sized --params three.yaml --csv sized.csv
 printf 'time,"c.y[0]","c.y[1]","c.y[2]"\n0,4,4,4\n' | cmp - sized.csv
+PYTHONPATH=sized/build python3 -c 'from sized import Sized; assert Sized("three.yaml").get("c.value") == [4, 4, 4]'

@@ -19,7 +19,9 @@ constexpr void product_tile(T* __restrict y, const T* __restrict a, const T* __r
                             int depth) noexcept {
     T sum[C][R] = {};
     for (int k = 0; k < depth; ++k, a += rows, ++b)
+#pragma GCC unroll 16
         for (int c = 0; c < C; ++c)
+#pragma GCC unroll 16
             for (int r = 0; r < R; ++r) sum[c][r] = add(sum[c][r], multiply(a[r], b[c * depth]));
     for (int c = 0; c < C; ++c)
         for (int r = 0; r < R; ++r) y[r + c * rows] = sum[c][r];
@@ -36,12 +38,42 @@ constexpr void product_columns(T* y, const T* a, const T* b, int rows, int depth
         product_columns<Tall / 2, C>(y, a, b, rows, depth, i);
 }
 
-/// y (rows × cols) = a (rows × depth) b (depth × cols).
-template <int Tall, class T>
+/// Columns of y (rows × cols) = a (rows × depth) b (depth × cols) from column j on, in tiles of at most
+/// Tall × Wide.
+template <int Tall, int Wide, class T>
+constexpr void product_tiles(T* y, const T* a, const T* b, int rows, int depth, int cols,
+                             int j = 0) noexcept {
+    for (; j + Wide <= cols; j += Wide)
+        product_columns<Tall, Wide>(y + j * rows, a, b + j * depth, rows, depth);
+    if constexpr (Wide > 1) product_tiles<Tall, Wide / 2>(y, a, b, rows, depth, cols, j);
+}
+
+/// y = a b of one column, four columns of a at a time, each from its top to its bottom.
+template <class T>
+constexpr void product_vector(T* __restrict y, const T* __restrict a, const T* __restrict b, int rows,
+                              int depth) noexcept {
+    for (int i = 0; i < rows; ++i) y[i] = T{};
+    int k = 0;
+    for (; k + 4 <= depth; k += 4, a += 4 * rows)
+        for (int i = 0; i < rows; ++i) {
+            T sum = y[i];
+#pragma GCC unroll 4
+            for (int c = 0; c < 4; ++c) sum = add(sum, multiply(a[i + c * rows], b[k + c]));
+            y[i] = sum;
+        }
+    for (; k < depth; ++k, a += rows) add_scaled(y, a, b[k], rows);
+}
+
+/// y (rows × cols) = a (rows × depth) b (depth × cols). Does the compiler know the extents? Only then do sums
+/// of a tall tile stay in registers.
+template <bool is_known, class T>
 constexpr void product(T* y, const T* a, const T* b, int rows, int depth, int cols) noexcept {
-    int j = 0;
-    for (; j + 2 <= cols; j += 2) product_columns<Tall, 2>(y + j * rows, a, b + j * depth, rows, depth);
-    if (j < cols) product_columns<Tall, 1>(y + j * rows, a, b + j * depth, rows, depth);
+    if constexpr (is_known)
+        product_tiles<8, 4>(y, a, b, rows, depth, cols);
+    else if (cols == 1 && rows >= 16)
+        product_vector(y, a, b, rows, depth);
+    else
+        product_tiles<4, 2>(y, a, b, rows, depth, cols);
 }
 
 } // namespace detail
@@ -52,9 +84,7 @@ struct MatrixProduct {
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
-        using T = Element<Y>;
-        // Sums of a tall tile stay in registers only where the compiler knows the extents.
-        detail::product<is_fixed<Y> ? 8 : 4, T>(y.data, a.data, b.data, a.rows, a.cols, b.cols);
+        detail::product<is_fixed<Y>>(y.data, a.data, b.data, a.rows, a.cols, b.cols);
     }
 };
 
@@ -65,7 +95,7 @@ struct StateSpace {
     template <class Y, class M, class N, class X, class U>
     constexpr void operator()(const Y& y, const M& m, const N& n, const X& x, const U& u) const noexcept {
         using T = Element<Y>;
-        detail::product<4, T>(y.data, m.data, x.data, m.rows, m.cols, 1);
+        detail::product<is_fixed<Y>>(y.data, m.data, x.data, m.rows, m.cols, 1);
         for (int k = 0; k < u.size(); ++k)
             detail::add_scaled<T>(y.data, n.data + k * y.size(), u[k], y.size());
     }

@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
 """Runs the benchmark program, prints a table and writes bench.json.
 
-Usage: report.py PROGRAM OUTPUT [FILTER]. Figures are medians of CPU time over interleaved repetitions; the ratio is
-value / reference of the same run.
+Usage: report.py PROGRAM OUTPUT [FILTER]. Figures are the least CPU time of interleaved repetitions, which other work on
+the machine disturbs least; the ratio is value / reference of the same run.
 """
 import collections
 import json
 import re
-import statistics
 import subprocess
 import sys
 
@@ -45,7 +44,7 @@ ROWS = [
 
 
 def measure(program, pattern):
-    """Median CPU seconds per item (or iteration) by name of the measurement."""
+    """Least CPU seconds per item (or iteration) by name of the measurement."""
     command = [program, "--benchmark_format=json", "--benchmark_repetitions=3", "--benchmark_enable_random_interleaving=true",
                "--benchmark_min_time=0.05"]
     if pattern:
@@ -64,7 +63,7 @@ def measure(program, pattern):
         runs[name].append(seconds)
         if name.endswith("/process_time"):  # of all threads; what a user waits for is
             runs[name + "/wall"].append(entry["real_time"] / SECOND[entry["time_unit"]])
-    return {name: statistics.median(seconds) for name, seconds in runs.items()}
+    return {name: min(seconds) for name, seconds in runs.items()}
 
 
 def main():

@@ -18,6 +18,7 @@ LIBRARIES = {
     "OSMesa": ("GL/",),
     "matio": ("matio.h",),
     "libdeflate": ("libdeflate.h",),
+    "zlib": ("zlib.h",),
     "SUNDIALS": ("cvode/", "kinsol/", "nvector/", "sunlinsol/", "sunmatrix/", "sundials/"),
     "yaml-cpp": ("yaml-cpp/",),
     "DAQP": ("api.h", "types.h", "utils.h", "constants.h"),

@@ -107,8 +107,9 @@ Recorder::Recorder(const Simulation& simulation, std::vector<SignalName> signals
     std::unordered_set<std::string> seen;
     for (const auto& signal : signals) {
         if (!seen.insert(signal.path).second) continue;
-        channels_.push_back({writer_.add_channel(signal.path, channel_info(diagram, signal.end)), signal.end,
-                             rate_of(diagram, signal.end)});
+        channels_[rate_of(diagram, signal.end)].push_back(
+            {writer_.add_channel(signal.path, channel_info(diagram, signal.end)),
+             simulation.context().data(signal.end.node, signal.end.slot)});
     }
     writer_.add_metadata("plots", panels(diagram));
     if (!source.texts.empty()) {
@@ -127,9 +128,9 @@ Recorder::Recorder(const Simulation& simulation, std::vector<SignalName> signals
 void Recorder::observe(const Simulation& simulation) noexcept {
     const auto time = static_cast<std::int64_t>(std::llround(simulation.time() * 1e9));
     const bool are_constants_due = are_constants_due_.exchange(false);
-    for (const auto& channel : channels_)
-        if (channel.rate == constant_rate ? are_constants_due : simulation.is_hit(channel.rate))
-            writer_.append(channel.id, time, simulation.context().data(channel.end.node, channel.end.slot));
+    for (const auto& [rate, channels] : channels_)
+        if (rate == constant_rate ? are_constants_due : simulation.is_hit(rate))
+            for (const auto& channel : channels) writer_.append(channel.id, time, channel.data);
 }
 
 void Recorder::checkpoint(const Simulation& simulation) {

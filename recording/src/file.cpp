@@ -40,7 +40,7 @@ File::File(std::filesystem::path path) : path_(std::move(path)) {
 
 File::~File() { close(); }
 
-void File::write(Bytes bytes, Bytes more) noexcept {
+void File::write(Bytes bytes, Bytes more, std::uint32_t crc_of_more) noexcept {
     for (Bytes left : {bytes, more}) {
         while (!failed() && !left.empty()) {
             const ssize_t count = ::write(descriptor_, left.data(), left.size());
@@ -56,7 +56,7 @@ void File::write(Bytes bytes, Bytes more) noexcept {
         return;
     }
     offset_ += bytes.size() + more.size();
-    crc_ = crc32(more, crc32(bytes, crc_));
+    crc_ = joined_crc(crc32(bytes, crc_), crc_of_more, more.size());
 }
 
 void File::read(std::uint64_t offset, void* to, std::size_t count) noexcept {

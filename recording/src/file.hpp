@@ -15,9 +15,9 @@ class File {
     File(const File&) = delete;
     File& operator=(const File&) = delete;
 
-    /// Appends whole records, given in one or two parts. After an error cuts the file back to the last whole
-    /// record and ignores all that follows.
-    void write(Bytes bytes, Bytes more = {}) noexcept;
+    /// Appends whole records, given in one part, or in two with the CRC of the second. After an error cuts
+    /// the file back to the last whole record and ignores all that follows.
+    void write(Bytes bytes, Bytes more = {}, std::uint32_t crc_of_more = 0) noexcept;
     void read(std::uint64_t offset, void* to, std::size_t count) noexcept; ///< of what was written
     void close() noexcept;
 

@@ -99,8 +99,12 @@ class Parser {
         if (recording_.defect.empty()) recording_.defect = "'" + name_ + "': " + std::move(defect);
     }
 
+    /// A CRC of 0 in the file says that there is none.
+    static bool is_wrong(std::uint32_t stored, std::uint32_t computed) {
+        return stored != 0 && stored != computed;
+    }
     void check(std::uint32_t stored, std::uint32_t computed, const char* what) {
-        if (stored != computed) report(std::string("the checksum of ") + what + " is wrong");
+        if (is_wrong(stored, computed)) report(std::string("the checksum of ") + what + " is wrong");
     }
 
     /// True for the record that ends the file. `crc_before`: of all bytes in front of the record.
@@ -181,7 +185,7 @@ class Parser {
         const Bytes records = cursor.take(cursor.get<std::uint64_t>());
         if (!compression.empty())
             return report("a chunk is compressed with '" + compression + "' and is left out");
-        if (crc != crc32(records))
+        if (is_wrong(crc, crc32(records)))
             return report("the checksum of a chunk is wrong; its messages are left out");
         if (!messages(records)) report("a chunk ends within a message");
     }
@@ -222,7 +226,7 @@ class Parser {
         Attachment attachment{cursor.text(), cursor.text(), {}};
         const Bytes data = cursor.take(cursor.get<std::uint64_t>());
         const Bytes checked = content.first(content.size() - cursor.rest().size());
-        if (cursor.get<std::uint32_t>() != crc32(checked))
+        if (is_wrong(cursor.get<std::uint32_t>(), crc32(checked)))
             return report("the checksum of the attachment '" + attachment.name +
                           "' is wrong; it is left out");
         attachment.data.assign(data.begin(), data.end());

@@ -6,7 +6,10 @@
 #include <atomic>
 #include <bit>
 #include <chrono>
+#include <cstdlib>
+#include <new>
 #include <semaphore.h>
+#include <sys/mman.h>
 #include <time.h>
 
 namespace bf::recording {
@@ -30,6 +33,21 @@ class Wakeup {
 
   private:
     sem_t semaphore_;
+};
+
+/// Memory in pages of 2 MB where the kernel grants them: with ordinary ones a ring passes through more pages
+/// than the processor keeps addresses of.
+template <class T> struct LargePages {
+    using value_type = T;
+    static constexpr std::size_t page = std::size_t{2} << 20;
+    T* allocate(std::size_t count) {
+        const std::size_t size = (count * sizeof(T) + page - 1) / page * page;
+        void* const memory = std::aligned_alloc(page, size);
+        if (memory == nullptr) throw std::bad_alloc();
+        ::madvise(memory, size, MADV_HUGEPAGE); // a wish
+        return static_cast<T*>(memory);
+    }
+    void deallocate(T* memory, std::size_t) noexcept { std::free(memory); }
 };
 
 /// Records on their way from the thread that appends to the thread that writes. Each record is contiguous;
@@ -99,7 +117,7 @@ class Ring {
     Wakeup work; ///< raised when a chunk's worth of records waits
 
   private:
-    std::vector<std::byte> memory_;
+    std::vector<std::byte, LargePages<std::byte>> memory_;
     const std::size_t mask_;
     const std::size_t wake_bytes_;
     Wakeup space_;

@@ -77,6 +77,8 @@ struct Writer::State {
     std::vector<Slot> slots;
     std::optional<Ring> ring;
     std::atomic<std::uint64_t> dropped{0};
+    std::int64_t time_ns = 0; // of the last sample
+    double time = 0;          // the same, s
 
     // The background thread
     std::thread thread;
@@ -210,17 +212,18 @@ void Writer::State::drain(bool everything) {
 }
 
 void Writer::State::write_chunk(Bytes records, const Span& span) {
+    const std::uint32_t crc = crc32(records);
     const std::lock_guard lock(mutex);
     scratch.clear();
     scratch.begin_record(Opcode::Chunk);
     scratch.put(span.first);
     scratch.put(span.last);
     scratch.put(std::uint64_t{records.size()});
-    scratch.put(crc32(records));
+    scratch.put(crc);
     scratch.put_text(""); // no compression
     scratch.put(std::uint64_t{records.size()});
     scratch.end_record(records.size());
-    file.write(scratch.bytes(), records);
+    file.write(scratch.bytes(), records, crc);
     if (file.failed()) return;
     ++chunk_count;
     times.add(span.first);
@@ -464,12 +467,15 @@ void Writer::append(ChannelId channel, std::int64_t time_ns, const void* data) n
         s.dropped.fetch_add(1, std::memory_order_relaxed);
         return;
     }
-    const double seconds = static_cast<double>(time_ns) / 1e9;
+    if (time_ns != s.time_ns) {
+        s.time_ns = time_ns;
+        s.time = static_cast<double>(time_ns) / 1e9;
+    }
     std::memcpy(record, slot.prefix.data(), record_prefix_bytes);
     std::memcpy(record + record_header_bytes + 2, &sequence, 4);
     std::memcpy(record + record_header_bytes + 6, &time_ns, 8);
     std::memcpy(record + record_header_bytes + 14, &time_ns, 8);
-    write_message_prefix(record + record_prefix_bytes - message_prefix_bytes, seconds);
+    write_message_prefix(record + record_prefix_bytes - message_prefix_bytes, s.time);
     std::memcpy(record + record_prefix_bytes, data, slot.payload_bytes);
     s.ring->publish();
 }

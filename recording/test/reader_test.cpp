@@ -1,6 +1,8 @@
+#include "../src/format.hpp"
 #include "support.hpp"
 
 #include <random>
+#include <set>
 #include <sstream>
 
 namespace bf::recording {
@@ -85,6 +87,32 @@ TEST(Reader, LeavesOutAChunkThatFailsItsChecksum) {
     EXPECT_GT(x.samples(), 0u); // of the other chunks
     EXPECT_LT(x.samples(), 6u);
     for (std::size_t k = 0; k < x.samples(); ++k) EXPECT_EQ(x.value(k), 1.5 * double(x.time_ns[k]));
+}
+
+/// https://mcap.dev/spec: a CRC of 0 is none.
+TEST(Reader, AcceptsFilesWithoutChecksums) {
+    std::string file = small_file();
+    std::set<int> cleared;
+    for (std::size_t at = magic.size(); at + magic.size() < file.size();) {
+        const auto opcode = static_cast<Opcode>(file[at]);
+        std::uint64_t length;
+        std::memcpy(&length, &file[at + 1], sizeof length);
+        const std::size_t content = at + record_header_bytes;
+        at = content + length;
+        const std::size_t crc = opcode == Opcode::Chunk        ? content + 24
+                                : opcode == Opcode::Attachment ? at - 4
+                                : opcode == Opcode::DataEnd    ? content
+                                : opcode == Opcode::Footer     ? content + 16
+                                                               : 0;
+        if (crc == 0) continue;
+        std::memset(&file[crc], 0, 4);
+        cleared.insert(static_cast<int>(opcode));
+    }
+    EXPECT_EQ(cleared.size(), 4u);
+    const Recording recording = parse(file);
+    EXPECT_TRUE(recording.complete) << recording.defect;
+    EXPECT_EQ(recording.attachments.size(), 1u);
+    expect_prefix(recording);
 }
 
 TEST(Reader, SurvivesHostileBytes) {

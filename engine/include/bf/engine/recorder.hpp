@@ -62,11 +62,10 @@ class Recorder final : public Simulation::Observer {
   private:
     struct Channel {
         recording::ChannelId id;
-        Node::End end;
-        int rate;
+        const void* data;
     };
     recording::Writer writer_;
-    std::vector<Channel> channels_;
+    std::map<int, std::vector<Channel>> channels_; ///< by their rate
     std::atomic<bool> are_constants_due_ = true;
     int changes_ = 0;
 };

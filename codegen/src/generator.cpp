@@ -236,16 +236,17 @@ std::string Generator::rule(int n, Phase phase, int index) {
     const Call& call = rules[static_cast<std::size_t>(index)];
     const Kernel& kernel = *find_kernel(call.kernel);
     headers_.insert(kernel.header);
-    bool is_scalar = call.operands.size() <= 8;
+    // Longer ones run out of line: each kernel is compiled once for all that have the same extents.
+    bool is_short = call.operands.size() <= 8;
     std::string constants, operands;
     for (std::size_t i = 0; i < call.operands.size(); ++i) {
         const auto& from = call.operands[i];
         if (from.slot >= 0) {
             const Size& size = slot_of(block(n), from.slot).size;
-            is_scalar = is_scalar && size.count() == 1;
+            is_short = is_short && size.rows <= 4 && size.cols == 1;
             has_matrices_ = has_matrices_ || (size.rows > 1 && size.cols > 1);
         }
-        if (from.constants) is_scalar = is_scalar && from.constants->size() <= 8;
+        if (from.constants) is_short = is_short && from.constants->size() <= 8;
         const int k = static_cast<int>(i) - call.list_from;
         if (call.list_from >= 0 && k == 0 && call.list_size > 0)
             operands += (i ? ", " : "") + std::string("list(");
@@ -262,7 +263,7 @@ std::string Generator::rule(int n, Phase phase, int index) {
     std::string printed(call.kernel);
     for (auto at = printed.find("bf::kernels::"); at != std::string::npos; at = printed.find("bf::kernels::"))
         printed.erase(at, 4);
-    std::string text = is_scalar ? printed + "(" + operands + ")" : "call(" + printed + ", " + operands + ")";
+    std::string text = is_short ? printed + "(" + operands + ")" : "call(" + printed + ", " + operands + ")";
     text = wrapped(text, constants.empty() ? 4 : 8);
     if (kernel.can_fail)
         text = "if (!" + text + ") return fail(" + literal(node(n).path) + ", failure_of(" + printed + "));";

@@ -29,6 +29,21 @@ inline constexpr ButcherTableau dormand_prince{
     {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84},
     {0, 1. / 5, 3. / 10, 4. / 5, 8. / 9, 1}};
 
+namespace detail {
+
+/// x = start + h Σ_j weights_j k_j, n elements, where k_j are the first `count` slopes.
+template <class T>
+void advance(T* __restrict x, const T* __restrict start, T h, const double* weights, int count,
+             const T* __restrict slopes, int n) noexcept {
+    for (int e = 0; e < n; ++e) x[e] = 0;
+    for (int j = 0; j < count; ++j, slopes += n)
+        if (const T weight = static_cast<T>(weights[j]); weight != 0)
+            for (int e = 0; e < n; ++e) x[e] += weight * slopes[e];
+    for (int e = 0; e < n; ++e) x[e] = start[e] + h * x[e];
+}
+
+} // namespace detail
+
 /// x(t) -> x(t + h) for n states. `derivative(time)` computes the derivative of what `x` holds into `rate`;
 /// it returns false when the model fails, which ends the step with x as it was at its begin. `start` holds n
 /// elements, `slopes` n for each stage; both mean nothing between two calls.
@@ -37,22 +52,14 @@ bool runge_kutta_step(const ButcherTableau& m, T t, T h, int n, T* x, const T* r
                       Derivative&& derivative) {
     for (int e = 0; e < n; ++e) start[e] = x[e];
     for (int i = 0; i < m.stages; ++i) {
-        for (int e = 0; e < n; ++e) {
-            T sum = 0;
-            for (int j = 0; j < i; ++j) sum += static_cast<T>(m.a[i][j]) * slopes[j * n + e];
-            x[e] = start[e] + h * sum;
-        }
+        if (i > 0) detail::advance(x, start, h, m.a[i], i, slopes, n);
         if (!derivative(t + static_cast<T>(m.c[i]) * h)) {
             for (int e = 0; e < n; ++e) x[e] = start[e];
             return false;
         }
         for (int e = 0; e < n; ++e) slopes[i * n + e] = rate[e];
     }
-    for (int e = 0; e < n; ++e) {
-        T sum = 0;
-        for (int i = 0; i < m.stages; ++i) sum += static_cast<T>(m.b[i]) * slopes[i * n + e];
-        x[e] = start[e] + h * sum;
-    }
+    detail::advance(x, start, h, m.b, m.stages, slopes, n);
     return true;
 }
 

@@ -192,6 +192,9 @@ SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks) {
     spec->option.impratio = options.impratio;
     std::copy_n(options.gravity.data(), 3, spec->option.gravity);
     spec->option.disableflags |= mjDSBL_AUTORESET; // a diverged motion is an error, not a silent restart
+    // One robot on a floor is one island, and feet are few shapes: to search for islands, or to arrange the
+    // shapes of a foot in a tree, takes longer than it saves.
+    spec->option.disableflags |= mjDSBL_ISLAND | mjDSBL_MIDPHASE;
     spec->compiler.fusestatic = 1;
     return owner;
 }

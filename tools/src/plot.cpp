@@ -27,13 +27,13 @@ recording::Panel panel(const recording::Recording& r, const std::string& title,
     recording::Panel result;
     for (const auto& signal : signals) {
         auto part = recording::panel_of(r.channel(signal));
-        const std::string prefix = signals.size() > 1 ? signal + ": " : "";
         for (auto& curve : part.curves) {
             if (signals.size() > 1 && part.curves.size() == 1) curve.name = signal;
             curve.reference = signals.size() == 2 && &signal == &signals.front() && part.curves.size() <= 3;
             result.curves.push_back(std::move(curve));
         }
-        if (result.y_label.empty()) result.y_label = part.y_label;
+        if (&signal == &signals.front()) result.y_label = part.y_label;
+        if (result.y_label != part.y_label) result.y_label.clear(); // no unit is that of all
         if (result.names.empty()) result.names = part.names;
     }
     result.title = title;

@@ -18,9 +18,9 @@ constexpr int palette[] = {0x0072B2, 0xD55E00, 0x009E73, 0xCC79A7, 0xE69F00, 0x5
 // Further rounds through the palette differ by their dashes.
 constexpr const char* dashes[] = {"solid", "(12,4)", "(4,3)", "(12,4,3,4)"};
 
-constexpr int left_margin = 90, right_margin = 18, bottom_margin = 50, panel_title_height = 26,
-              panel_gap = 10;
-constexpr int legend_row = 15;
+constexpr int right_margin = 18, bottom_margin = 50, panel_title_height = 26, panel_gap = 10;
+constexpr int legend_row = 15, letter_width = 7;
+constexpr std::size_t longest_name = 40; // in a legend
 
 struct Range {
     double low = std::numeric_limits<double>::infinity();
@@ -70,6 +70,30 @@ std::size_t letters(const std::string& utf8) {
         std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
+/// Of a long text the beginning and the end.
+std::string shortened(const std::string& text, std::size_t most) {
+    const std::size_t count = letters(text);
+    if (count <= most) return text;
+    const std::size_t begin = most / 2, end = count - (most - 1 - begin);
+    std::string out;
+    std::size_t letter = 0;
+    for (const char c : text) {
+        if ((c & 0xC0) != 0x80 && ++letter == begin + 1) out += "…";
+        if (letter <= begin || letter > end) out += c;
+    }
+    return out;
+}
+
+/// The least of 1, 2, 5, 10, 20, ... (times a power of ten) that leaves `room` pixels from tick to tick.
+double tick_step(Range range, int pixels, int room) {
+    // Halves, as in Range::padded.
+    const double least = (range.high / 2 - range.low / 2) * (2.0 * room / pixels);
+    const double power = std::pow(10, std::floor(std::log10(least)));
+    for (const double factor : {1, 2, 5})
+        if (factor * power >= least) return factor * power;
+    return std::max(10 * power, std::numeric_limits<double>::min());
+}
+
 /// The samples of a curve as a block of gnuplot data: all, or the extremes within each pixel column.
 class Data {
   public:
@@ -116,6 +140,25 @@ class Data {
     bool drawable_ = false;
 };
 
+/// The values of a panel, and where its ticks are.
+struct Axis {
+    Range values;
+    double step;
+    int digits; ///< as many as neighbouring ticks need to differ
+    Axis(const Panel& panel, int height) {
+        bool whole = true;
+        for (const Curve& curve : panel.curves)
+            for (const double value : curve.value) {
+                values.add(value);
+                whole = whole && curve.steps && value == std::floor(value);
+            }
+        values = values.padded(0.06);
+        step = std::max(tick_step(values, height, 22), whole ? 1.0 : 0.0);
+        const double largest = std::max(std::abs(values.low), std::abs(values.high));
+        digits = std::clamp(2 + static_cast<int>(std::log10(largest / step)), 6, 15);
+    }
+};
+
 void check(const Figure& figure) {
     if (figure.panels.empty()) throw std::runtime_error("the figure '" + figure.title + "' has no panel");
     for (const Panel& panel : figure.panels)
@@ -129,34 +172,45 @@ void check(const Figure& figure) {
 
 /// Where everything goes, in pixels from the top left.
 struct Layout {
-    int width, height, top, panel_height, legend_rows, legend_column, legend_width;
+    int width, height, top, left, panel_height, legend_rows, legend_column, legend_width;
+    std::vector<Axis> axes;
 
     Layout(const Figure& figure, int width, int height) : width(width), top(figure.title.empty() ? 10 : 44) {
         const int panels = static_cast<int>(figure.panels.size());
-        std::size_t most = 0, longest = 0;
+        std::size_t most = 0, longest = 0, longest_value = 9;
         for (const Panel& panel : figure.panels) {
             if (panel.curves.size() > 1) most = std::max(most, panel.curves.size());
-            for (const Curve& curve : panel.curves) longest = std::max(longest, letters(curve.name));
+            for (const Curve& curve : panel.curves)
+                longest = std::max(longest, std::min(letters(curve.name), longest_name));
+            for (const auto& [value, name] : panel.names)
+                longest_value = std::max(longest_value, std::min(letters(name), longest_name));
         }
         const int rows = static_cast<int>(most);
         const int fixed = top + bottom_margin + panels * panel_title_height + (panels - 1) * panel_gap;
+        const int highest = std::max(380, (rows + 1) / 2 * legend_row); // a legend of at most two columns
         panel_height = height > 0 ? (height - fixed) / panels
-                                  : std::clamp(rows * legend_row, panels > 2 ? 120 : 190, 380);
+                                  : std::clamp(rows * legend_row, panels > 2 ? 120 : 190, highest);
         if (panel_height < 30)
             throw std::runtime_error(std::to_string(height) + " pixels are too low for " +
                                      std::to_string(panels) + " panels; use at least " +
                                      std::to_string(fixed + 30 * panels));
+        for (const Panel& panel : figure.panels) {
+            axes.emplace_back(panel, panel_height);
+            if (panel.names.empty()) // sign and point
+                longest_value = std::max(longest_value, static_cast<std::size_t>(axes.back().digits) + 2);
+        }
+        left = 27 + static_cast<int>(longest_value) * letter_width;
         this->height = height > 0 ? height : fixed + panels * panel_height;
         legend_rows = std::max(1, panel_height / legend_row);
         const int columns = (rows + legend_rows - 1) / legend_rows;
-        legend_column = static_cast<int>(longest) * 7 + 40;
+        legend_column = static_cast<int>(longest) * letter_width + 40;
         legend_width = columns * legend_column;
         if (plot_width() < 80)
             throw std::runtime_error(std::to_string(width) +
                                      " pixels are too narrow for axes and legend; use at least " +
                                      std::to_string(width - plot_width() + 80));
     }
-    int plot_width() const { return width - left_margin - right_margin - legend_width; }
+    int plot_width() const { return width - left - right_margin - legend_width; }
     int panel_top(int panel) const {
         return top + panel_title_height + panel * (panel_height + panel_title_height + panel_gap);
     }
@@ -183,6 +237,11 @@ class Script {
             for (const Curve& curve : panel.curves)
                 for (const double t : curve.time) time.add(t);
         time_ = time.padded(0);
+        const double step = tick_step(time_, layout_.plot_width(), 60);
+        // The last sample of a run to 20 s is a little before 20, which shall have its tick nevertheless.
+        if (const double tick = step * std::ceil(time_.high / step);
+            tick - time_.high < 0.01 * (time_.high - time_.low))
+            time_.high = tick;
 
         add("set encoding utf8");
         add("set terminal ", png_ ? "pngcairo" : "svg", " size ", layout_.width, ",", layout_.height,
@@ -193,15 +252,18 @@ class Script {
         add("set border 3 lw 0.8 lc rgb '#8a8a8a'");
         add("set grid xtics ytics lt 1 lw 0.6 lc rgb '#e4e4e4'");
         add("set tics nomirror out scale 0.4 textcolor rgb '#404040'");
-        add("set lmargin at ", layout_.x(left_margin));
-        add("set rmargin at ", layout_.x(left_margin + layout_.plot_width()));
+        add("set lmargin at ", layout_.x(layout_.left));
+        add("set rmargin at ", layout_.x(layout_.left + layout_.plot_width()));
+        add("set xtics ", number(step));
         add("set xrange [", number(time_.low), ":", number(time_.high), "]");
-        if (!figure.title.empty()) label(figure.title, left_margin, 22, "left" + font(4.0 / 3, ":Bold"));
+        if (!figure.title.empty())
+            label(figure.title, layout_.left, 22, "left" + font(4.0 / 3, ":Bold"),
+                  letters_to_the_right(4.0 / 3));
         for (std::size_t p = 0; p < figure.panels.size(); ++p) {
             const bool last = p + 1 == figure.panels.size();
             add(last ? "set format x '%h'\nset xlabel 'time (s)' textcolor rgb '#404040'"
                      : "set format x ''");
-            panel(figure.panels[p], layout_.panel_top(static_cast<int>(p)));
+            panel(figure.panels[p], layout_.axes[p], layout_.panel_top(static_cast<int>(p)));
         }
         add("unset multiplot");
         add("unset output");
@@ -222,14 +284,17 @@ class Script {
         return std::string(" font 'DejaVu Sans") + weight + "," + number(9 * scale) + "'";
     }
 
-    void label(const std::string& text, double x, double y, const std::string& how) {
-        add("set label ", quoted(text), " at ", layout_.x(x), ",", layout_.y(y), " ", how,
+    std::size_t letters_to_the_right(double scale) const {
+        return static_cast<std::size_t>((layout_.width - layout_.left) / (1.1 * letter_width * scale));
+    }
+
+    void label(const std::string& text, double x, double y, const std::string& how, std::size_t most) {
+        add("set label ", quoted(shortened(text, most)), " at ", layout_.x(x), ",", layout_.y(y), " ", how,
             " textcolor rgb '#303030'");
     }
 
-    void panel(const Panel& panel, int top) {
+    void panel(const Panel& panel, const Axis& axis, int top) {
         const int bottom = top + layout_.panel_height;
-        Range values;
         std::string plots;
         int counts[2] = {0, 0}, row = 0; // measured curves and references
         // References last, above the curves they belong to.
@@ -239,29 +304,24 @@ class Script {
                 const std::string style = line_style(curve, counts[reference]++);
                 if (panel.curves.size() > 1) legend(curve.name, style, top, row);
                 const Data data(curve, time_, layout_.plot_width());
-                for (const double value : curve.value) values.add(value);
                 const std::string block = "$d" + std::to_string(row++);
                 if (!data.drawable()) continue;
                 add(block, " << end_of_data\n", data.text(), "end_of_data");
                 plots += (plots.empty() ? "plot " : ", ") + block + " using 1:2 with " +
                          (curve.steps ? "steps" : "lines") + style;
             }
-        const auto is_whole = [](const Curve& curve) {
-            return curve.steps && std::all_of(curve.value.begin(), curve.value.end(),
-                                              [](double value) { return value == std::floor(value); });
-        };
-        const bool whole = !panel.curves.empty() && values.high - values.low <= 10 &&
-                           std::all_of(panel.curves.begin(), panel.curves.end(), is_whole);
-        values = values.padded(0.06);
         std::string named;
         for (const auto& [value, name] : panel.names)
-            named += (named.empty() ? "" : ", ") + quoted(name) + " " + number(value);
-        add("set ytics ", !named.empty() ? "(" + named + ")" : whole ? "1" : "autofreq");
-        add("set yrange [", number(values.low), ":", number(values.high), "]");
+            named +=
+                (named.empty() ? "" : ", ") + quoted(shortened(name, longest_name)) + " " + number(value);
+        add("set format y '%.", axis.digits, "h'");
+        add("set ytics ", named.empty() ? number(axis.step) : "(" + named + ")");
+        add("set yrange [", number(axis.values.low), ":", number(axis.values.high), "]");
         add("set tmargin at ", layout_.y(top));
         add("set bmargin at ", layout_.y(bottom));
-        label(panel.title, left_margin, top - 11, "left" + font(1, ":Bold"));
-        label(panel.y_label, 14, (top + bottom) / 2.0, "center rotate");
+        label(panel.title, layout_.left, top - 11, "left" + font(1, ":Bold"), letters_to_the_right(1));
+        label(panel.y_label, 14, (top + bottom) / 2.0, "center rotate",
+              static_cast<std::size_t>(layout_.panel_height / letter_width));
         add(plots.empty() ? "plot NaN" : plots);
         add("unset label");
         add("unset arrow");
@@ -269,11 +329,11 @@ class Script {
 
     void legend(const std::string& name, const std::string& style, int top, int row) {
         const double x =
-            left_margin + layout_.plot_width() + 16 + row / layout_.legend_rows * layout_.legend_column;
+            layout_.left + layout_.plot_width() + 16 + row / layout_.legend_rows * layout_.legend_column;
         const double y = top + 8 + row % layout_.legend_rows * legend_row;
         add("set arrow from ", layout_.x(x), ",", layout_.y(y), " to ", layout_.x(x + 20), ",", layout_.y(y),
             " nohead", style);
-        label(name, x + 26, y, "left");
+        label(name, x + 26, y, "left", longest_name);
     }
 
     const Layout& layout_;

@@ -95,6 +95,26 @@ TEST_F(Plot, NamesAllOfManyCurves) {
     }
 }
 
+TEST_F(Plot, ShortensLongNamesInTheMiddle) {
+    const std::string name = "controller." + std::string(200, 'x') + "é.torques[12]";
+    const std::string svg = draw({name, {{name, name, {line(name, {1, 2}), line("y", {2, 1})}}}}, "a.svg");
+    EXPECT_EQ(count(svg, name), 0u);
+    EXPECT_EQ(count(svg, "controller.xx"), 4u);
+    EXPECT_EQ(count(svg, "é.torques[12]</text>"), 4u);
+    EXPECT_EQ(count(svg, "…"), 4u);
+}
+
+TEST_F(Plot, WritesAsManyDigitsAsTicksNeedToDiffer) {
+    const std::string svg = draw({"", {{"", "", {line("x", {1e6 - 1, 1e6 + 1})}}}}, "a.svg");
+    for (const char* tick : {">999999.5<", ">1000000<", ">1000000.5<"}) EXPECT_CONTAINS(svg, tick);
+}
+
+TEST_F(Plot, EndsTheTimeAxisAtATickThatIsNear) {
+    Curve run = line("x", std::vector<double>(200, 1.0));
+    for (double& t : run.time) t *= 0.1;
+    EXPECT_CONTAINS(draw({"", {{"", "", {run}}}}, "a.svg"), ">20</text>");
+}
+
 TEST_F(Plot, SurvivesConstantsGapsExtremesAndNothing) {
     const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
     const Figure figure{"",

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 
 namespace bf::elaboration {
 
@@ -192,7 +193,9 @@ class Rates {
         const double step = e_.diagram.step;
         const auto ticks = [&](double time, const char* what) -> std::int64_t {
             const double count = std::round(time / step);
-            if (std::abs(count * step - time) > 1e-9 * std::max(time, step) || count < 0)
+            const bool fits = std::abs(count * step - time) <= 1e-9 * std::max(time, step) && count >= 0;
+            // Once: the blocks of a subsystem have its period.
+            if (!fits && misfits_.insert(time).second)
                 e_.report.add(nodes_[static_cast<std::size_t>(n)].where,
                               nodes_[static_cast<std::size_t>(n)].path,
                               std::string(what) + " " + matlab::number_text(time) +
@@ -375,6 +378,7 @@ class Rates {
     std::vector<DiagramNode>& nodes_;
     std::vector<Condition>& conditions_ = e_.diagram.conditions;
     int base_ = 0, continuous_ = -1;
+    std::set<double> misfits_; ///< times that fit no step, s
 };
 
 } // namespace

@@ -256,6 +256,7 @@ class Wiring {
     /// that drives it. `element`: which signal of a bus is meant, "" for a wire that is no bus.
     Node::End resolve(const Scope* scope, const Driver* driver, bool may_be_bus = false) {
         std::string element;
+        open_ = {};
         for (std::size_t hops = 0; hops <= ports_; ++hops) {
             if (!driver->from) return {};
             if (driver->port < 0) return failed();
@@ -283,8 +284,10 @@ class Wiring {
                 if (!inner->outlets.empty()) return inner->outlets[port];
                 scope = inner;
                 driver = &inner->outputs[port];
+                if (!driver->from) return failed(); // name_ports reports it
             } else if (scope->parent) {
                 driver = &scope->inputs[port];
+                if (!driver->from) open_ = {scope, port};
                 scope = scope->parent;
             } else {
                 return e_.diagram.inputs[port].end;
@@ -447,9 +450,20 @@ class Wiring {
             if (from.node >= 0)
                 node.sources[i] = from;
             else if (from.node == -1 && !slots[i].optional && !misspelled_.contains(index))
-                e_.report.add(node.where, node.path, "input '" + slots[i].name + "' is not connected",
-                              "connect a signal to it");
+                report_open(node, slots[i].name);
         }
+    }
+
+    /// The input is open, or the one of a subsystem around it; of that many blocks may read.
+    void report_open(const DiagramNode& node, const std::string& input) {
+        const auto [scope, port] = open_;
+        if (!scope)
+            e_.report.add(node.where, node.path, "input '" + input + "' is not connected",
+                          "connect a signal to it");
+        else if (reported_.insert(&scope->inputs[port]).second)
+            e_.report.add(scope->self->where, scope->path,
+                          "the subsystem's input '" + scope->system->inputs[port].name + "' is not connected",
+                          "connect a signal to it");
     }
 
     void connect_controls(const Scope& scope) {
@@ -619,6 +633,9 @@ class Wiring {
     std::vector<std::vector<Driver>> node_drivers_; ///< per slot of each block
     std::unordered_set<int>
         misspelled_; ///< blocks whose connection names no input of theirs: one is open then
+    std::pair<const Scope*, std::size_t>
+        open_; ///< the input of a subsystem at which the last `resolve` ended
+    std::unordered_set<const Driver*> reported_;
     bool is_circle_reported_ = false;
     std::size_t ports_ = 0; ///< of all subsystems and buses
     struct PartOfInput {

@@ -54,6 +54,15 @@ TEST(Errors, UnconnectedInputIsNamed) {
               "m.yaml:5:3: s: input 'u2' is not connected; connect a signal to it");
 }
 
+TEST(Errors, UnconnectedPortsOfSubsystemsAreNamedOnce) {
+    EXPECT_EQ(
+        wrong("  s:\n    inputs: [a]\n    outputs: [y]\n    blocks: {g: {block: Gain}, h: {block: Gain}}\n"
+              "    connections: {a: [g, h]}\n  z: {block: Gain}\n",
+              "  s: z\n"),
+        "m.yaml:4:3: s: the subsystem's input 'a' is not connected; connect a signal to it\n"
+        "m.yaml:6:15: s.y: the subsystem's output is not connected; connect a block's output to it");
+}
+
 TEST(Errors, UnconnectedSubsystemOutputAndEnableAreNamed) {
     EXPECT_EQ(wrong("  s:\n    execution: enabled\n    outputs: [y]\n    blocks: {}\n"),
               "m.yaml:4:3: s: the subsystem's input 'enable' is not connected; connect a signal to "
@@ -249,6 +258,10 @@ TEST(Errors, SampleTimesMustFitTheBaseStep) {
               "m.yaml:4:3: t: period 0.015 s is no multiple of the base period 0.01 s; change it, or give "
               "the model a 'step' that divides it\n"
               "m.yaml:5:3: s: offset 0.005 s is no multiple of the base period 0.01 s; change it, or give "
+              "the model a 'step' that divides it");
+    EXPECT_EQ(errors_of("model: m\nstep: 0.01\nblocks:\n  s:\n    period: 0.015\n"
+                        "    blocks: {t: {block: Clock}, u: {block: Clock}}\n"),
+              "m.yaml:6:14: s.t: period 0.015 s is no multiple of the base period 0.01 s; change it, or give "
               "the model a 'step' that divides it");
     EXPECT_EQ(errors_of("model: m\nblocks:\n  t: {block: Clock}\n"),
               "m.yaml:1:1: neither the model nor any block names a sample time; give the model a 'step', "

@@ -250,7 +250,7 @@ Node parse(const Source& source, Extents& quoted) {
     }
     std::vector<model::Diagnostic> tabs;
     report_tabs(source, quoted, tabs);
-    builder.wrong.insert(builder.wrong.begin(), tabs.begin(), tabs.end());
+    if (!tabs.empty()) throw model::Errors(std::move(tabs)); // what else is wrong may come of it
     if (!builder.wrong.empty()) throw model::Errors(std::move(builder.wrong));
     return std::move(builder.root);
 }

@@ -68,8 +68,8 @@ TEST(Errors, OfSyntaxAreLocatedAndAdvise) {
               "m.yaml:2:12: the YAML syntax is wrong: end of map not found; check the indentation; put "
               "expressions with ': ', ' #' "
               "or a leading bracket in double quotes");
-    EXPECT_EQ(errors_of("model: m\nblocks:\n\ta: {block: Gain}\n").substr(0, 66),
-              "m.yaml:3:1: a tab in the indentation; indent by blanks\nm.yaml:3:3:");
+    EXPECT_EQ(errors_of("model: m\nblocks:\n\ta: {block: Gain}\n"),
+              "m.yaml:3:1: a tab in the indentation; indent by blanks");
     EXPECT_EQ(errors_of("model: \xff\n"),
               "m.yaml:1:8: a byte that is no text in UTF-8; save the file as UTF-8, and "
               "write control characters as escapes in double quotes");

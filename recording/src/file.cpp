@@ -20,6 +20,7 @@ const char* remedy(int error) {
     case EDQUOT: return "free space, or record to another disk";
     case EFBIG: return "raise the limit on the size of files, or record fewer signals";
     case ENOENT: return "create the folder first";
+    case EISDIR: return "give the name of a file";
     case EACCES:
     case EROFS:
     case EPERM: return "choose a folder that may be written";

@@ -201,11 +201,27 @@ void check_times(const RunOptions& options) {
                            " s is no time; give 0 or a number above 0");
 }
 
+/// Writing takes the place of what was there, which must not be the work of an evening.
+void check_files(const RunOptions& options, const ModelSource& source) {
+    const std::pair<const char*, std::string> outputs[] = {{"--record", options.record},
+                                                           {"--summary", options.summary},
+                                                           {"--snapshot", options.snapshot},
+                                                           {"--profile", options.profile}};
+    std::vector<std::filesystem::path> inputs(options.model.params.begin(), options.model.params.end());
+    for (const auto& [file, text] : source.texts) inputs.push_back(file);
+    for (const auto& [option, output] : outputs)
+        for (const auto& input : inputs)
+            if (std::error_code ignored; std::filesystem::equivalent(output, input, ignored))
+                throw CommandError(std::string(option) + " " + output +
+                                   " is a file that the run reads; give another name");
+}
+
 void execute(const RunOptions& options) {
     check_times(options);
     ModelOptions model = options.model;
     if (!options.stop.empty()) model.sets.push_back("stop=" + options.stop);
     const LoadedModel loaded = load_model(model);
+    check_files(options, loaded.source);
     const Diagram& diagram = loaded.diagram;
     const bool is_endless = !std::isfinite(diagram.stop);
     if (is_endless && options.stop.empty() && !std::isfinite(options.realtime.duration))
@@ -318,21 +334,28 @@ void add_run(CLI::App& app) {
     auto* command = app.add_subcommand("run", "simulate a model");
     auto options = std::make_shared<RunOptions>();
     options->model.add_to(*command);
+    // A shell's empty variable must not mean that nothing is written.
+    const auto has_name = [](const std::string& file) {
+        return std::string(file.empty() ? "give the name of a file" : "");
+    };
     command->add_option("--stop", options->stop, "duration, s (an expression); Inf: until Ctrl-C")
         ->type_name("T");
     auto* record = command
                        ->add_option("--record", options->record,
                                     "write the signals that the model records to this MCAP file")
+                       ->check(has_name)
                        ->type_name("FILE");
     command
         ->add_option("--summary", options->summary,
                      "write times, steps and the model's checks to this JSON file")
+        ->check(has_name)
         ->type_name("FILE");
     options->realtime.add_to(*command);
     auto* realtime = command->get_option("--realtime");
     auto* snapshot = command
                          ->add_option("--snapshot", options->snapshot,
                                       "write the state of the run at its end to this file")
+                         ->check(has_name)
                          ->type_name("FILE")
                          ->excludes(realtime);
     command->add_option("--snapshot-at", options->snapshot_at, "write it before the step at this time, s")

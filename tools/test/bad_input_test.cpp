@@ -225,6 +225,16 @@ TEST_F(BadInput, FilesThatCannotBeWritten) {
     EXPECT_EQ(files(), "m.yaml r.mcap");
 }
 
+TEST_F(BadInput, FilesThatTheRunReadsAreNotOverwritten) {
+    write("m.yaml", sine_model);
+    write("p.yaml", "step: 0.1\n");
+    for (const std::string option : {"--record", "--summary", "--snapshot", "--profile"})
+        for (const std::string file : {"m.yaml", "./p.yaml"})
+            expect_error("run m.yaml --params p.yaml " + option + " " + file,
+                         option + " " + file + " is a file that the run reads; give another name");
+    EXPECT_EQ(bf("check m.yaml --params p.yaml").code, 0);
+}
+
 TEST_F(BadInput, FullDisk) {
     write("m.yaml", sine_model);
     // Links, so that a mistake here could replace nothing but them.
@@ -344,6 +354,7 @@ TEST_F(BadInput, WrongUsageExitsWithTwo) {
     expect_error("", "A subcommand is required\nThe verbs are run, replay", 2);
     expect_error("runn m.yaml", "there is no verb 'runn'; did you mean 'run'?", 2);
     expect_error("run", "MODEL is required\nSee bf run --help", 2);
+    expect_error("run m.yaml --record ''", "--record: give the name of a file", 2);
     expect_error("run m.yaml --stpo 3", "--stpo; did you mean '--stop'?\nSee bf run --help", 2);
     expect_error("film m.yaml r.mcap -o f.mp4 --fps 0", "--fps: Value 0 not in range", 2);
     expect_error("describe Gian", "there is no block 'Gian'; did you mean 'Gain'");

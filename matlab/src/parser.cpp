@@ -51,6 +51,8 @@ class Parser {
         ExpressionPtr result = expression();
         skip_newlines();
         if (is("=")) fail("'=' assigns; compare with '=='");
+        if (at_ > 0 && tokens_[at_ - 1].kind == TokenKind::Number && peek().kind == TokenKind::Name)
+            fail("expected the end of the expression, found " + found() + "; write units in a comment");
         if (peek().kind != TokenKind::Finish) fail("expected the end of the expression, found " + found());
         return result;
     }

@@ -59,6 +59,7 @@ std::vector<std::string> signals_of(const recording::Recording& r, const std::st
                     signals.push_back(channel.name);
         if (signals.size() == before) signals.push_back(part); // reported when it is looked for
     }
+    if (signals.empty()) signals.push_back(text);
     return signals;
 }
 
@@ -92,7 +93,9 @@ void plot(const PlotOptions& options) {
                                    ? fs::path(options.recording).replace_extension(".png").string()
                                    : options.output;
     const Waiting waiting("drawing " + output);
-    recording::save(figure, output, options.width, options.height);
+    OutputFile file(output);
+    recording::save(figure, file.path(), options.width, options.height);
+    file.commit();
     std::printf("%s\n", output.c_str());
 }
 

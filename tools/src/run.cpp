@@ -201,27 +201,16 @@ void check_times(const RunOptions& options) {
                            " s is no time; give 0 or a number above 0");
 }
 
-/// Writing takes the place of what was there, which must not be the work of an evening.
-void check_files(const RunOptions& options, const ModelSource& source) {
-    const std::pair<const char*, std::string> outputs[] = {{"--record", options.record},
-                                                           {"--summary", options.summary},
-                                                           {"--snapshot", options.snapshot},
-                                                           {"--profile", options.profile}};
-    std::vector<std::filesystem::path> inputs(options.model.params.begin(), options.model.params.end());
-    for (const auto& [file, text] : source.texts) inputs.push_back(file);
-    for (const auto& [option, output] : outputs)
-        for (const auto& input : inputs)
-            if (std::error_code ignored; std::filesystem::equivalent(output, input, ignored))
-                throw CommandError(std::string(option) + " " + output +
-                                   " is a file that the run reads; give another name");
-}
-
 void execute(const RunOptions& options) {
     check_times(options);
     ModelOptions model = options.model;
     if (!options.stop.empty()) model.sets.push_back("stop=" + options.stop);
     const LoadedModel loaded = load_model(model);
-    check_files(options, loaded.source);
+    for (const auto& [option, file] : {std::pair{"--record", options.record},
+                                       {"--summary", options.summary},
+                                       {"--snapshot", options.snapshot},
+                                       {"--profile", options.profile}})
+        refuse_overwriting(model, loaded.source, option, file);
     const Diagram& diagram = loaded.diagram;
     const bool is_endless = !std::isfinite(diagram.stop);
     if (is_endless && options.stop.empty() && !std::isfinite(options.realtime.duration))

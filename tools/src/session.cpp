@@ -89,4 +89,14 @@ LoadedModel load_model(const ModelSource& source) {
     return loaded;
 }
 
+void refuse_overwriting(const ModelOptions& options, const ModelSource& source, const std::string& option,
+                        const std::string& file) {
+    std::vector<fs::path> inputs(options.params.begin(), options.params.end());
+    inputs.push_back(options.file);
+    for (const auto& [path, text] : source.texts) inputs.push_back(path);
+    for (const auto& input : inputs)
+        if (std::error_code ignored; fs::equivalent(file, input, ignored))
+            throw CommandError(option + " " + file + " is a file that the run reads; give another name");
+}
+
 } // namespace bf::tools

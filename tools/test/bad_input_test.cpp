@@ -221,7 +221,9 @@ TEST_F(BadInput, FilesThatCannotBeWritten) {
     bf("run m.yaml --record r.mcap");
     expect_error("export r.mcap -o no/r.csv", "cannot write no/r.csv: No such file");
     expect_error("export r.mcap -o no/r.mat", "cannot write no/r.mat: No such file");
-    expect_error("plot r.mcap -o no/r.png", "no/r.png");
+    expect_error("plot r.mcap -o no/r.png", "cannot write no/r.png: No such file");
+    expect_error("plot r.mcap -o r.jpg", "bf: figures are .png or .svg files, not '.jpg'");
+    expect_error("plot r.mcap ''", "the recording has no signal ''");
     EXPECT_EQ(files(), "m.yaml r.mcap");
 }
 
@@ -232,6 +234,7 @@ TEST_F(BadInput, FilesThatTheRunReadsAreNotOverwritten) {
         for (const std::string file : {"m.yaml", "./p.yaml"})
             expect_error("run m.yaml --params p.yaml " + option + " " + file,
                          option + " " + file + " is a file that the run reads; give another name");
+    expect_error("sweep m.yaml -o m.yaml", "-o m.yaml is a file that the run reads");
     EXPECT_EQ(bf("check m.yaml --params p.yaml").code, 0);
 }
 

@@ -172,37 +172,45 @@ void check(const Figure& figure) {
 
 /// Where everything goes, in pixels from the top left.
 struct Layout {
-    int width, height, top, left, panel_height, legend_rows, legend_column, legend_width;
-    std::vector<Axis> axes;
+    struct Place {
+        int top, height;
+        Axis axis;
+        int legend_rows() const { return std::max(1, height / legend_row); }
+    };
+    int width, height, left, legend_column, legend_width;
+    std::vector<Place> places; ///< of the panels
 
-    Layout(const Figure& figure, int width, int height) : width(width), top(figure.title.empty() ? 10 : 44) {
+    Layout(const Figure& figure, int width, int height) : width(width) {
         const int panels = static_cast<int>(figure.panels.size());
-        std::size_t most = 0, longest = 0, longest_value = 9;
+        const int title_height = figure.title.empty() ? 10 : 44;
+        const int fixed =
+            title_height + bottom_margin + panels * panel_title_height + (panels - 1) * panel_gap;
+        if (height > 0 && height < fixed + 30 * panels)
+            throw std::runtime_error(std::to_string(height) + " pixels are too low for " +
+                                     std::to_string(panels) + " panels; use at least " +
+                                     std::to_string(fixed + 30 * panels));
+        int bottom = title_height - panel_gap, columns = 0;
+        std::size_t longest = 0, longest_value = 9;
         for (const Panel& panel : figure.panels) {
-            if (panel.curves.size() > 1) most = std::max(most, panel.curves.size());
+            const int rows = panel.curves.size() > 1 ? static_cast<int>(panel.curves.size()) : 0;
+            const int highest = std::max(380, (rows + 1) / 2 * legend_row); // a legend of at most two columns
+            const int panel_height = height > 0
+                                         ? (height - fixed) / panels
+                                         : std::clamp(rows * legend_row, panels > 2 ? 150 : 190, highest);
+            places.push_back(
+                {bottom + panel_gap + panel_title_height, panel_height, Axis(panel, panel_height)});
+            const Place& place = places.back();
+            bottom = place.top + place.height;
+            columns = std::max(columns, (rows + place.legend_rows() - 1) / place.legend_rows());
             for (const Curve& curve : panel.curves)
                 longest = std::max(longest, std::min(letters(curve.name), longest_name));
             for (const auto& [value, name] : panel.names)
                 longest_value = std::max(longest_value, std::min(letters(name), longest_name));
-        }
-        const int rows = static_cast<int>(most);
-        const int fixed = top + bottom_margin + panels * panel_title_height + (panels - 1) * panel_gap;
-        const int highest = std::max(380, (rows + 1) / 2 * legend_row); // a legend of at most two columns
-        panel_height = height > 0 ? (height - fixed) / panels
-                                  : std::clamp(rows * legend_row, panels > 2 ? 120 : 190, highest);
-        if (panel_height < 30)
-            throw std::runtime_error(std::to_string(height) + " pixels are too low for " +
-                                     std::to_string(panels) + " panels; use at least " +
-                                     std::to_string(fixed + 30 * panels));
-        for (const Panel& panel : figure.panels) {
-            axes.emplace_back(panel, panel_height);
             if (panel.names.empty()) // sign and point
-                longest_value = std::max(longest_value, static_cast<std::size_t>(axes.back().digits) + 2);
+                longest_value = std::max(longest_value, static_cast<std::size_t>(place.axis.digits) + 2);
         }
         left = 27 + static_cast<int>(longest_value) * letter_width;
-        this->height = height > 0 ? height : fixed + panels * panel_height;
-        legend_rows = std::max(1, panel_height / legend_row);
-        const int columns = (rows + legend_rows - 1) / legend_rows;
+        this->height = height > 0 ? height : bottom + bottom_margin;
         legend_column = static_cast<int>(longest) * letter_width + 40;
         legend_width = columns * legend_column;
         if (plot_width() < 80)
@@ -211,9 +219,6 @@ struct Layout {
                                      std::to_string(width - plot_width() + 80));
     }
     int plot_width() const { return width - left - right_margin - legend_width; }
-    int panel_top(int panel) const {
-        return top + panel_title_height + panel * (panel_height + panel_title_height + panel_gap);
-    }
     std::string x(double pixels) const { return "screen " + number(pixels / width); }
     std::string y(double pixels) const { return "screen " + number(1 - pixels / height); }
 };
@@ -263,7 +268,7 @@ class Script {
             const bool last = p + 1 == figure.panels.size();
             add(last ? "set format x '%h'\nset xlabel 'time (s)' textcolor rgb '#404040'"
                      : "set format x ''");
-            panel(figure.panels[p], layout_.axes[p], layout_.panel_top(static_cast<int>(p)));
+            panel(figure.panels[p], layout_.places[p]);
         }
         add("unset multiplot");
         add("unset output");
@@ -293,8 +298,8 @@ class Script {
             " textcolor rgb '#303030'");
     }
 
-    void panel(const Panel& panel, const Axis& axis, int top) {
-        const int bottom = top + layout_.panel_height;
+    void panel(const Panel& panel, const Layout::Place& place) {
+        const auto& [top, height, axis] = place;
         std::string plots;
         int counts[2] = {0, 0}, row = 0; // measured curves and references
         // References last, above the curves they belong to.
@@ -302,7 +307,7 @@ class Script {
             for (const Curve& curve : panel.curves) {
                 if (curve.reference != reference) continue;
                 const std::string style = line_style(curve, counts[reference]++);
-                if (panel.curves.size() > 1) legend(curve.name, style, top, row);
+                if (panel.curves.size() > 1) legend(curve.name, style, place, row);
                 const Data data(curve, time_, layout_.plot_width());
                 const std::string block = "$d" + std::to_string(row++);
                 if (!data.drawable()) continue;
@@ -318,19 +323,19 @@ class Script {
         add("set ytics ", named.empty() ? number(axis.step) : "(" + named + ")");
         add("set yrange [", number(axis.values.low), ":", number(axis.values.high), "]");
         add("set tmargin at ", layout_.y(top));
-        add("set bmargin at ", layout_.y(bottom));
+        add("set bmargin at ", layout_.y(top + height));
         label(panel.title, layout_.left, top - 11, "left" + font(1, ":Bold"), letters_to_the_right(1));
-        label(panel.y_label, 14, (top + bottom) / 2.0, "center rotate",
-              static_cast<std::size_t>(layout_.panel_height / letter_width));
+        label(panel.y_label, 14, top + height / 2.0, "center rotate",
+              static_cast<std::size_t>(height / letter_width));
         add(plots.empty() ? "plot NaN" : plots);
         add("unset label");
         add("unset arrow");
     }
 
-    void legend(const std::string& name, const std::string& style, int top, int row) {
+    void legend(const std::string& name, const std::string& style, const Layout::Place& place, int row) {
         const double x =
-            layout_.left + layout_.plot_width() + 16 + row / layout_.legend_rows * layout_.legend_column;
-        const double y = top + 8 + row % layout_.legend_rows * legend_row;
+            layout_.left + layout_.plot_width() + 16 + row / place.legend_rows() * layout_.legend_column;
+        const double y = place.top + 8 + row % place.legend_rows() * legend_row;
         add("set arrow from ", layout_.x(x), ",", layout_.y(y), " to ", layout_.x(x + 20), ",", layout_.y(y),
             " nohead", style);
         label(name, x + 26, y, "left", longest_name);
@@ -361,7 +366,8 @@ void save(const Figure& figure, const std::filesystem::path& path, int width, in
     };
     const std::string extension = path.extension().string();
     const bool png = extension == ".png";
-    if (!png && extension != ".svg") fail("figures are .png or .svg files, not '" + extension + "'");
+    if (!png && extension != ".svg")
+        throw std::runtime_error("figures are .png or .svg files, not '" + extension + "'");
     check(figure);
     const Layout layout(figure, width, height);
     if (const std::string error = run_gnuplot(Script(layout, png).figure(figure, path.string()));

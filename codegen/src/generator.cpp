@@ -164,10 +164,10 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
     case Call::Source::constants: {
         const auto& values = *from.constants;
         if (values.empty()) return "empty<const double, 0, 1>()";
-        const auto is_short = [](double x) {
+        const auto is_whole = [](double x) {
             return x == std::trunc(x) && std::abs(x) < 1e9 && !(x == 0 && std::signbit(x));
         };
-        if (values.size() <= 8 && std::all_of(values.begin(), values.end(), is_short)) {
+        if (values.size() <= 8 && std::all_of(values.begin(), values.end(), is_whole)) {
             std::string text = "numbers<Real";
             for (const double value : values) text += ", " + number(static_cast<int>(value));
             return text + ">()";

@@ -45,7 +45,7 @@ ROWS = [
 
 def measure(program, pattern):
     """Least CPU seconds per item (or iteration) by name of the measurement."""
-    command = [program, "--benchmark_format=json", "--benchmark_repetitions=3", "--benchmark_enable_random_interleaving=true",
+    command = [program, "--benchmark_format=json", "--benchmark_repetitions=5", "--benchmark_enable_random_interleaving=true",
                "--benchmark_min_time=0.05"]
     if pattern:
         command.append(f"--benchmark_filter={pattern}")

@@ -53,19 +53,20 @@ struct Sum {
         if constexpr (is_fixed<Y>) // one pass: the compiler knows operands and signs
             for (int i = 0; i < y.size(); ++i) {
                 Element<Y> sum{};
-                for (int k = 0; k < u.size(); ++k) sum = next(k, sum, signs, u[k], i);
+                for (int k = 0; k < u.size(); ++k)
+                    sum = next(k, sum, signs[pick(k, signs.size())] < 0, u[k][pick(i, u[k].size())]);
                 y[i] = sum;
             }
         else
-            for (int k = 0; k < u.size(); ++k)
-                for (int i = 0; i < y.size(); ++i) y[i] = next(k, y[i], signs, u[k], i);
+            for (int k = 0; k < u.size(); ++k) {
+                const auto& x = u[k];
+                const bool minus = signs[pick(k, signs.size())] < 0;
+                for (int i = 0; i < y.size(); ++i) y[i] = next(k, y[i], minus, x[pick(i, x.size())]);
+            }
     }
 
   private:
-    template <class T, class S, class X>
-    static constexpr T next(int k, T sum, const S& signs, const X& x, int i) noexcept {
-        const T value = x[pick(i, x.size())];
-        const bool minus = signs[pick(k, signs.size())] < 0;
+    template <class T> static constexpr T next(int k, T sum, bool minus, T value) noexcept {
         return k == 0 ? (minus ? negate(value) : value) : (minus ? subtract(sum, value) : add(sum, value));
     }
 };
@@ -79,19 +80,21 @@ struct ElementProduct {
         if constexpr (is_fixed<Y>) // one pass: the compiler knows operands and exponents
             for (int i = 0; i < y.size(); ++i) {
                 Element<Y> product{};
-                for (int k = 0; k < u.size(); ++k) product = next(k, product, exponents, u[k], i);
+                for (int k = 0; k < u.size(); ++k)
+                    product = next(k, product, exponents[pick(k, exponents.size())] < 0,
+                                   u[k][pick(i, u[k].size())]);
                 y[i] = product;
             }
         else
-            for (int k = 0; k < u.size(); ++k)
-                for (int i = 0; i < y.size(); ++i) y[i] = next(k, y[i], exponents, u[k], i);
+            for (int k = 0; k < u.size(); ++k) {
+                const auto& x = u[k];
+                const bool over = exponents[pick(k, exponents.size())] < 0;
+                for (int i = 0; i < y.size(); ++i) y[i] = next(k, y[i], over, x[pick(i, x.size())]);
+            }
     }
 
   private:
-    template <class T, class E, class X>
-    static constexpr T next(int k, T product, const E& exponents, const X& x, int i) noexcept {
-        const T value = x[pick(i, x.size())];
-        const bool over = exponents[pick(k, exponents.size())] < 0;
+    template <class T> static constexpr T next(int k, T product, bool over, T value) noexcept {
         return k == 0 ? (over ? divide(T(1), value) : value)
                       : (over ? divide(product, value) : multiply(product, value));
     }

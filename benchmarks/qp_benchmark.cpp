@@ -11,9 +11,8 @@ namespace {
 
 using namespace bf::qp;
 
-/// So few that they stay in the cache, as what blocks have just computed does.
 const std::vector<two_feet::Balancing>& problems() {
-    static const auto all = two_feet::sequence(100);
+    static const auto all = two_feet::sequence(two_feet::cached);
     return all;
 }
 

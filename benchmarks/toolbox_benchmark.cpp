@@ -109,7 +109,7 @@ connections:
 
 /// One solve per step; the problems follow each other as in a control loop.
 void qp_block(benchmark::State& run) {
-    const auto problems = bf::qp::two_feet::sequence(100);
+    const auto problems = bf::qp::two_feet::sequence(bf::qp::two_feet::cached);
     Loop loop(R"(
 model: m
 step: 0.01

@@ -72,14 +72,20 @@ TEST(Tuning, KeepsWhatWasGivenByName) {
     }
 }
 
-std::string refusal(const NamedValues& changes) {
-    const auto model = elaborate_text(text);
+/// Why the changes are refused; empty: they hold from now on.
+std::string refusal(Tuning& tuning, const NamedValues& changes) {
     try {
-        Tuning(model.diagram).follow(changes);
+        tuning.follow(changes);
+        tuning.accept(changes);
     } catch (const TuningError& error) {
         return error.what();
     }
     return {};
+}
+std::string refusal(const NamedValues& changes) {
+    const auto model = elaborate_text(text);
+    Tuning tuning(model.diagram);
+    return refusal(tuning, changes);
 }
 
 TEST(Tuning, RefusesWhatIsFixedAndSaysWhy) {
@@ -101,15 +107,7 @@ TEST(Tuning, RefusesParametersThatFollowOutsideOfTheirLimits) {
         elaborate_text("model: m\nstep: 1\nvariables: {w: 4, twice: 2*w}\nblocks:\n"
                        "  inside:\n    blocks: {p: {block: Pulse, cycle: 1/w, width: twice}}\n");
     Tuning tuning(model.diagram);
-    const auto refused = [&](const NamedValues& changes) -> std::string {
-        try {
-            tuning.follow(changes);
-            tuning.accept(changes);
-        } catch (const TuningError& error) {
-            return error.what();
-        }
-        return {};
-    };
+    const auto refused = [&](const NamedValues& changes) { return refusal(tuning, changes); };
     EXPECT_EQ(refused({{"w", {60}}}), "parameter 'inside.p.width' must be from 0 to 100, but is 120");
     EXPECT_EQ(refused({{"w", {-4}}}), "parameter 'inside.p.cycle' must be greater than 0, but is -0.25");
     EXPECT_EQ(tuning.variables()[0].values, std::vector<double>{4});
@@ -131,15 +129,7 @@ blocks:
     blocks: {c: {block: Constant, value: half + copy.Kp}}
 )m");
     Tuning tuning(model.diagram);
-    const auto refused = [&](const NamedValues& changes) -> std::string {
-        try {
-            tuning.follow(changes);
-            tuning.accept(changes);
-        } catch (const TuningError& error) {
-            return error.what();
-        }
-        return {};
-    };
+    const auto refused = [&](const NamedValues& changes) { return refusal(tuning, changes); };
     EXPECT_EQ(refused({{"Gain.Kd", {2}}, {"Gain.Kp", {-1}}}),
               "variable 'Gain.Kp' must be from 0 to 100, but is -1");
     EXPECT_EQ(refused({{"Gain.Kp", {40}}}), "variable 'twice' must be at most 60, but is 80");

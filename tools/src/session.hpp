@@ -45,8 +45,8 @@ LoadedModel load_model(const ModelOptions& options);
 /// description, data - are looked for where they were.
 LoadedModel load_model(const ModelSource& source);
 
-/// Throws CommandError if the file of this option is one that the model is read from: writing takes the place
-/// of what was there, which must not be the work of an evening.
+/// Throws CommandError if the file of this option is one that the model is read from, which writing would
+/// replace.
 void refuse_overwriting(const ModelOptions& options, const ModelSource& source, const std::string& option,
                         const std::string& file);
 

@@ -84,6 +84,9 @@ inline Balancing make(int k) {
     return b;
 }
 
+/// So many problems stay in the cache, as what blocks have just computed does.
+inline constexpr int cached = 100;
+
 inline std::vector<Balancing> sequence(int count) {
     std::vector<Balancing> problems;
     for (int k = 0; k < count; ++k) {

@@ -194,7 +194,8 @@ std::string Generator::crossings_function(const std::string& guards) const {
                        "zero crossings answer one "
                        "another without end: 1000 times at one instant; give one of \"\n                     "
                        "          \"the blocks "
-                       "a dead band or hysteresis\");\n        first = nullptr;\n";
+                       "a dead band or hysteresis\");\n        first = nullptr;\n        if (before_event) "
+                       "before_event();\n";
     for (auto field = guards_.begin(); field != guards_.end();) {
         const int n = field->end.node;
         std::string crossed;

@@ -84,7 +84,8 @@ std::string Generator::header() const {
                         ? "#include \"bf/codegen/hosted.hpp\"\n#include \"bf/codegen/parameter_file.hpp\"\n"
                         : "") +
         (has_continuous_states() ? "#include \"bf/kernels/runge_kutta.hpp\"\n" : "") +
-        "\n#include <cstdint>\n#include <limits>\n" +
+        "\n#include <cstdint>\n" + (guards_.empty() ? "" : "#include <functional>\n") +
+        "#include <limits>\n" +
         (has_hosted() ? "#include <memory>\n#include <string>\n#include <utility>\n#include <vector>\n"
                       : "") +
         "\n"
@@ -117,6 +118,9 @@ std::string Generator::header() const {
                         "initialize().\n    const char* folder = " +
                             literal(options_.folder) + ";\n"
                       : "") +
+        (guards_.empty() ? ""
+                         : "    /// Called with the signals and states at a zero crossing, before blocks "
+                           "answer it.\n    std::function<void()> before_event;\n") +
         "\n"
         "    " +
         class_ + "() noexcept;\n" +

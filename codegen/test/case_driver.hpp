@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <type_traits>
 
 /// The files of a run. Out of line, since hundreds of models use them.
 class CaseFiles {
@@ -42,17 +43,25 @@ class CaseFiles {
     std::FILE *in_, *out_ = nullptr, *text_ = nullptr;
 };
 
+template <class Model, class = void> struct HasEvents : std::false_type {};
+template <class Model>
+struct HasEvents<Model, std::void_t<decltype(Model::before_event)>> : std::true_type {};
+
 template <class Model> void run(const char* name, int steps) {
     CaseFiles files(name);
     if (!files.have_inputs()) return;
     const auto model = std::make_unique<Model>();
+    const auto record = [&] {
+        files.write(model->time());
+        for (const auto& q : Model::recorded_table()) files.write(q, model->data(q));
+    };
+    if constexpr (HasEvents<Model>::value) model->before_event = record;
     bool good = model->initialize();
     for (int k = 0; good && k < steps; ++k) {
         for (const auto& q : Model::recorded_table()) files.read(q, model->data(q));
         good = model->output();
         if (!good) break;
-        files.write(model->time());
-        for (const auto& q : Model::recorded_table()) files.write(q, model->data(q));
+        record();
         good = model->update();
     }
     model->terminate();

@@ -44,7 +44,7 @@ struct Folder {
 
 // ---- bit for bit
 
-/// What a run shows: one row of numbers per step, and the failure that ended it.
+/// What a run shows: one row of numbers per step and before each event, and the failure that ended it.
 struct Recording {
     std::vector<std::vector<double>> rows;
     std::string failure;
@@ -92,8 +92,6 @@ Recording simulate(const Diagram& diagram, const std::vector<std::vector<double>
                     row.push_back(
                         read_value(s.context().data(signal.end.node, signal.end.slot), slot.type, i));
             }
-            // At an event the engine shows the state before it too.
-            if (!to->rows.empty() && to->rows.back()[0] == row[0]) to->rows.pop_back();
             to->rows.push_back(std::move(row));
         }
     } observer;

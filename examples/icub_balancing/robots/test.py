@@ -24,7 +24,7 @@ with tempfile.TemporaryDirectory() as name:
         assert checks["stood"] is True and checks["contact_wrenches_feasible"] is True, (file, checks)
         run(program, "--stop", STOP, "--csv", folder / "program.csv", *parameters)
         signals = read_csv(folder / "program.csv")
-        width = sum(len(next(iter(rows.values()))) for rows in signals.values())
+        width = sum(len(next(iter(rows.values()))[0]) for rows in signals.values())
         widths.add(width)
         same_size = width == max(widths)
         other = run(fixed, "--stop", STOP, "--csv", folder / "fixed.csv", *parameters, code=0 if same_size else 1)

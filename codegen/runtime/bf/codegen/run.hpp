@@ -18,7 +18,7 @@
 
 namespace bf::generated {
 
-/// A CSV file of the recorded signals, one row per step; numbers read back exactly.
+/// A CSV file of the recorded signals, one row per step and one before each event; numbers read back exactly.
 class CsvFile {
   public:
     CsvFile() = default;
@@ -92,6 +92,10 @@ struct IsElaborated<Model, std::void_t<decltype(&Model::elaborate)>> : std::true
 
 template <class Model, class = void> struct HasFolder : std::false_type {};
 template <class Model> struct HasFolder<Model, std::void_t<decltype(Model::folder)>> : std::true_type {};
+
+template <class Model, class = void> struct HasEvents : std::false_type {};
+template <class Model>
+struct HasEvents<Model, std::void_t<decltype(Model::before_event)>> : std::true_type {};
 
 inline bool whole_number(const char* text, int least, int most, int& value) {
     char* end = nullptr;
@@ -222,13 +226,17 @@ template <class Model> int run(int argc, char** argv) {
             std::fprintf(stderr, "warning: %s\n", refused.c_str());
         pacer->start();
     }
+    const auto record = [&] {
+        if (csv.is_open() && !(pacer && pacer->is_degraded())) csv.row(*model);
+    };
+    if constexpr (detail::HasEvents<Model>::value) model->before_event = record;
     const auto begin = std::chrono::steady_clock::now();
     std::int64_t done = 0;
     for (; good && done < steps && !is_asked_to_stop; ++done) {
         if (pacer && !pacer->wait()) break;
         if (commands) commands->apply(*model);
         good = model->output();
-        if (good && csv.is_open() && !(pacer && pacer->is_degraded())) csv.row(*model);
+        if (good) record();
         good = good && model->update();
         if (pacer) pacer->end_step();
     }

@@ -209,6 +209,22 @@ TEST(Functions, AreThoseOfTheStandardLibrary) {
     EXPECT_DOUBLE_EQ(of_one("Trigonometry", 2, by("acosh")), std::acosh(2.0));
 }
 
+TEST(Functions, SineCosineGivesTheNumbersOfSineAndOfCosine) {
+    constexpr int n = 10000;
+    std::mt19937_64 bits(1);
+    Values angles(n);
+    for (int i = 0; i < n; ++i)
+        angles[std::size_t(i)] = std::ldexp(double(std::int64_t(bits())), -63 + i % 24);
+    const auto of = [&](RunBlock block, const char* output) {
+        block.wire("u", vector_size(n)).start().set("u", angles);
+        EXPECT_TRUE(block.output());
+        return list(block.get(output));
+    };
+    for (const char* function : {"sin", "cos"})
+        EXPECT_EQ(of(make("SineCosine"), function), of(make("Trigonometry", {{"function", function}}), "y"))
+            << function;
+}
+
 double of_two(const std::string& block, double a, double b) {
     auto two = make(block).wire("u1", scalar_size()).wire("u2", scalar_size()).start();
     two.set("u1", Values{a}).set("u2", Values{b});

@@ -104,6 +104,7 @@ class Generator {
     struct Calls {
         std::string constants, follow, outputs, updates, commits, guards;
         std::string inner_outputs, derivatives; ///< evaluated by the solver inside a step
+        int inner_statements = 0;               ///< of both
         std::vector<std::string> loops;         ///< the bodies
     };
     std::string main_source(const Calls& calls);

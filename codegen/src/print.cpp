@@ -5,6 +5,7 @@
 #include "texts.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace bf::codegen {
 
@@ -353,6 +354,9 @@ int Generator::continuous_size() const {
 
 std::string Generator::integration(const Calls& calls) const {
     const auto& d = diagram_;
+    // A small system is worth its copies, one for each stage: its signals and states stay in registers.
+    const bool joins =
+        !options_.embedded && stages_of_solver() * calls.inner_statements <= options_.statements_per_function;
     std::string go_to, nan;
     for (std::size_t r = 1; r < d.rates.size(); ++r)
         if (d.rates[r].is_continuous && has_hosted())
@@ -365,14 +369,13 @@ std::string Generator::integration(const Calls& calls) const {
                 ? "    is_again_ = true;\n    const bool is_good = " + calls.inner_outputs +
                       ";\n    is_again_ = false;\n    return is_good"
                 : "    return " + calls.inner_outputs) +
-           ";\n}\n\nbool " + class_ +
-           "::integrate() noexcept {\n    const Real begin = time_; // where the signals were computed "
-           "already\n"
-           "    const auto derivative = [&](Real at) { return (at == begin || evaluate(at)) && " +
+           ";\n}\n\n" + (joins ? "[[gnu::flatten]] " : "") + "bool " + class_ +
+           "::integrate() noexcept {\n    // In stage 0 the signals are computed already.\n"
+           "    const auto derivative = [&](int stage, Real at) { return (stage == 0 || evaluate(at)) && " +
            calls.derivatives +
            "; };\n    is_minor_ = true; // conditions stay what they are\n    const bool good = "
-           "kernels::runge_kutta_step(\n        kernels::" +
-           solver_name() + ", begin, Real(period), " +
+           "kernels::runge_kutta_step<kernels::" +
+           solver_name() + ">(\n        time_, Real(period), " +
            (is_dynamic()
                 ? "continuous_size_, continuous_elements_, rate_elements_, start_.data(), slopes_.data(), "
                 : number(continuous_size()) +
@@ -453,6 +456,9 @@ Files Generator::run() {
     calls.constants = functions("constants", {constants, all.end()});
     all.erase(constants, all.end());
     calls.follow = functions("follow", follow());
+    const auto statement_count = [&] {
+        return std::accumulate(piece_statements_.begin(), piece_statements_.end(), 0);
+    };
     // What the solver evaluates inside a step gets functions of its own.
     const auto is_continuous = [&](const Guarded& g) {
         return diagram_.rates[static_cast<std::size_t>(g.rate)].is_continuous;
@@ -463,9 +469,13 @@ Files Generator::run() {
     for (auto first = all.begin(); first != all.end();) {
         const auto last = std::find_if(
             first, all.end(), [&](const Guarded& g) { return is_continuous(g) != is_continuous(*first); });
+        const int before = statement_count();
         const std::string group = functions("outputs", {first, last});
         append(calls.outputs, group);
-        if (is_continuous(*first)) append(calls.inner_outputs, group);
+        if (is_continuous(*first)) {
+            append(calls.inner_outputs, group);
+            calls.inner_statements += statement_count() - before;
+        }
         first = last;
     }
     for (auto* text : {&calls.outputs, &calls.inner_outputs})
@@ -474,7 +484,9 @@ Files Generator::run() {
     if (diagram_.refuses_non_finite) calls.updates = functions("finite", are_finite()) + " && ";
     calls.updates += functions("updates", activities(plan.updates, Phase::update));
     calls.commits = functions("commits", commits(plan.updates));
+    const int before = statement_count();
     calls.derivatives = functions("derivatives", activities(plan.derivatives, Phase::derivative));
+    calls.inner_statements += statement_count() - before;
     calls.guards = functions("guards", activities(plan.guards, Phase::guards));
     for (std::size_t l = 0; l < plan.loops.size(); ++l) {
         auto body = activities(plan.loops[l].outputs, Phase::output);

@@ -8,52 +8,52 @@ namespace bf {
 
 namespace {
 
-const kernels::ButcherTableau& tableau(SolverMethod method) {
+/// f<tableau of the method>().
+template <class F> auto with_tableau(SolverMethod method, F&& f) {
     switch (method) {
-    case SolverMethod::euler: return kernels::euler;
-    case SolverMethod::heun: return kernels::heun;
-    case SolverMethod::bogacki_shampine: return kernels::bogacki_shampine;
-    case SolverMethod::rk4: return kernels::rk4;
-    default: break;
+    case SolverMethod::euler: return f.template operator()<kernels::euler>();
+    case SolverMethod::heun: return f.template operator()<kernels::heun>();
+    case SolverMethod::bogacki_shampine: return f.template operator()<kernels::bogacki_shampine>();
+    case SolverMethod::rk4: return f.template operator()<kernels::rk4>();
+    default: return f.template operator()<kernels::dormand_prince>();
     }
-    return kernels::dormand_prince;
 }
 
-} // namespace
-
-int order(SolverMethod method) { return tableau(method).order; }
-
-namespace {
-
-class FixedStepSolver final : public Solver {
+template <const kernels::ButcherTableau& method> class FixedStepSolver final : public Solver {
   public:
-    FixedStepSolver(SolverMethod method, double step, ContinuousSystem system)
-        : Solver(std::move(system)), method_(tableau(method)), step_(step), start_(system_.x.size()),
-          slopes_(static_cast<std::size_t>(method_.stages) * system_.x.size()) {}
+    FixedStepSolver(double step, ContinuousSystem system)
+        : Solver(std::move(system)), step_(step), start_(system_.x.size()),
+          slopes_(static_cast<std::size_t>(method.stages) * system_.x.size()) {}
 
     void restart(double) override {}
     void set_history(double, std::span<const double>) override {}
 
     Outcome advance(double& t, double end) override {
+        const auto derivative = [this](int, double at) { return system_.derivatives(at); };
         // end - t would be rounded, so the step is given.
-        if (!kernels::runge_kutta_step(method_, t, step_, static_cast<int>(system_.x.size()),
-                                       system_.x.data(), system_.rate.data(), start_.data(), slopes_.data(),
-                                       system_.derivatives))
+        if (!kernels::runge_kutta_step<method>(t, step_, static_cast<int>(system_.x.size()), system_.x.data(),
+                                               system_.rate.data(), start_.data(), slopes_.data(),
+                                               derivative))
             return Outcome::failed;
         t = end;
         return Outcome::reached;
     }
 
   private:
-    const kernels::ButcherTableau& method_;
     const double step_;
     std::vector<double> start_, slopes_;
 };
 
 } // namespace
 
+int order(SolverMethod method) {
+    return with_tableau(method, []<const kernels::ButcherTableau & tableau> { return tableau.order; });
+}
+
 std::unique_ptr<Solver> make_fixed_step_solver(SolverMethod method, double step, ContinuousSystem system) {
-    return std::make_unique<FixedStepSolver>(method, step, std::move(system));
+    return with_tableau(method, [&]<const kernels::ButcherTableau & tableau>() -> std::unique_ptr<Solver> {
+        return std::make_unique<FixedStepSolver<tableau>>(step, std::move(system));
+    });
 }
 
 std::unique_ptr<Solver> make_solver(const SolverSettings& settings, double step, ContinuousSystem system) {

@@ -296,6 +296,7 @@ template <class T> void reals() {
     run(Power{}, A5<T>(), values<T>(2), random<A5<T>>());
     const auto u = drawn<A5<T>>();
     run(RateLimit{}, A5<T>(), values<T>(1), values<T>(-2), values<double>(0.1), random<A5<T>>(), u);
+    run(SineCosine{}, A5<T>(), A5<T>(), u);
     run(Norm1{}, One<T>(), u);
     run(Norm2{}, One<T>(), u);
     run(NormInf{}, One<T>(), u);

@@ -31,36 +31,57 @@ inline constexpr ButcherTableau dormand_prince{
 
 namespace detail {
 
+// Few states, of a size that the compiler knows, stay in registers: pairs of them would be written one by one
+// and read together, which waits for memory. Hence the unrolled loops.
+
 /// x = start + h Σ_j weights_j k_j, n elements, where k_j are the first `count` slopes.
-template <class T>
-void advance(T* __restrict x, const T* __restrict start, T h, const double* weights, int count,
-             const T* __restrict slopes, int n) noexcept {
-    for (int e = 0; e < n; ++e) x[e] = 0;
-    for (int j = 0; j < count; ++j, slopes += n)
-        if (const T weight = static_cast<T>(weights[j]); weight != 0)
-            for (int e = 0; e < n; ++e) x[e] += weight * slopes[e];
-    for (int e = 0; e < n; ++e) x[e] = start[e] + h * x[e];
+template <const ButcherTableau& method, int stage, class T>
+void advance(T* __restrict x, const T* __restrict start, T h, const T* __restrict slopes, int n) noexcept {
+    constexpr bool is_last = stage == method.stages;
+    constexpr const double* weights = is_last ? method.b : method.a[is_last ? 0 : stage];
+#pragma GCC unroll 8
+    for (int e = 0; e < n; ++e) {
+        T sum = 0;
+        bool is_first = true;
+#pragma GCC unroll 8
+        for (int j = 0; j < stage; ++j) {
+            if (weights[j] == 0) continue;
+            const T term = static_cast<T>(weights[j]) * slopes[j * n + e];
+            sum = is_first ? term : sum + term;
+            is_first = false;
+        }
+        x[e] = start[e] + h * sum;
+    }
+}
+
+template <class T> void copy(T* __restrict to, const T* __restrict from, int n) noexcept {
+#pragma GCC unroll 8
+    for (int e = 0; e < n; ++e) to[e] = from[e];
+}
+
+template <const ButcherTableau& method, int stage, class T, class Derivative>
+bool run_stages(T t, T h, int n, T* x, const T* rate, const T* start, T* slopes, Derivative& derivative) {
+    if constexpr (stage > 0) advance<method, stage>(x, start, h, slopes, n);
+    if constexpr (stage < method.stages) {
+        if (!derivative(stage, t + static_cast<T>(method.c[stage]) * h)) return false;
+        copy(slopes + stage * n, rate, n);
+        return run_stages<method, stage + 1>(t, h, n, x, rate, start, slopes, derivative);
+    }
+    return true;
 }
 
 } // namespace detail
 
-/// x(t) -> x(t + h) for n states. `derivative(time)` computes the derivative of what `x` holds into `rate`;
-/// it returns false when the model fails, which ends the step with x as it was at its begin. `start` holds n
-/// elements, `slopes` n for each stage; both mean nothing between two calls.
-template <class T, class Derivative>
-bool runge_kutta_step(const ButcherTableau& m, T t, T h, int n, T* x, const T* rate, T* start, T* slopes,
-                      Derivative&& derivative) {
-    for (int e = 0; e < n; ++e) start[e] = x[e];
-    for (int i = 0; i < m.stages; ++i) {
-        if (i > 0) detail::advance(x, start, h, m.a[i], i, slopes, n);
-        if (!derivative(t + static_cast<T>(m.c[i]) * h)) {
-            for (int e = 0; e < n; ++e) x[e] = start[e];
-            return false;
-        }
-        for (int e = 0; e < n; ++e) slopes[i * n + e] = rate[e];
-    }
-    detail::advance(x, start, h, m.b, m.stages, slopes, n);
-    return true;
+/// x(t) -> x(t + h) for n states. `derivative(stage, time)` computes the derivative of what `x` holds into
+/// `rate`, in stage 0 that of x(t); it returns false when the model fails, which ends the step with x as it
+/// was at its begin. `start` holds n elements, `slopes` n for each stage; both mean nothing between two
+/// calls.
+template <const ButcherTableau& method, class T, class Derivative>
+bool runge_kutta_step(T t, T h, int n, T* x, const T* rate, T* start, T* slopes, Derivative&& derivative) {
+    detail::copy(start, x, n);
+    if (detail::run_stages<method, 0>(t, h, n, x, rate, start, slopes, derivative)) return true;
+    detail::copy(x, start, n);
+    return false;
 }
 
 } // namespace bf::kernels

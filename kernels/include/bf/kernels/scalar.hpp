@@ -19,8 +19,16 @@ template <class T> inline constexpr bool is_any = is_number<T> || std::is_same_v
 /// x, unknown to the optimiser: it cannot fold or replace a call of <cmath> by its own arithmetic, so every
 /// build asks the same library. Exact functions (sqrt, floor, fmod) do not need it.
 template <class T> inline T opaque(T x) noexcept {
+#if defined(__GNUC__) && defined(__x86_64__)
+    __asm__("" : "+x"(x)); // stays in its register
+    return x;
+#elif defined(__GNUC__) && defined(__aarch64__)
+    __asm__("" : "+w"(x));
+    return x;
+#else
     volatile T hidden = x;
     return hidden;
+#endif
 }
 
 namespace detail {

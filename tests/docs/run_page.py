@@ -8,6 +8,7 @@ Fences of the page, in a temporary folder that looks like the repository with it
     ```text output      what the commands above it print; … stands for anything
     ```LANGUAGE FILE    written to FILE before anything runs
     ```LANGUAGE FILE = PATH    so, and must equal PATH of the repository
+    ```yaml             with `model:` first: a model, which must run
 Relative links of the page must lead somewhere.
 """
 import os
@@ -52,6 +53,10 @@ def main(page, build):
                 blocks.append((line, None))
             elif info == ["text", "output"]:
                 blocks[-1] = (line, content)
+            elif info == ["yaml"] and content.startswith("model:"):
+                (folder / f"line_{line}.yaml").write_text(content)
+                script += [f"bf run --quiet line_{line}.yaml", f"echo '{MARK}'"]
+                blocks.append((line, None))
             elif len(info) > 1 and info[0] not in ("sh", "text"):
                 (folder / info[1]).parent.mkdir(parents=True, exist_ok=True)
                 (folder / info[1]).write_text(content)
@@ -64,7 +69,7 @@ def main(page, build):
     printed = run.stdout.split(MARK + "\n")
     if run.returncode:
         line = blocks[min(len(printed), len(blocks)) - 1][0]
-        problems.append(f"the commands at line {line} fail:\n{printed[-1]}")
+        problems.append(f"what stands at line {line} fails:\n{printed[-1]}")
     for (line, expected), output in zip(blocks, printed):
         if expected is not None and not matches(expected, output):
             problems.append(f"line {line}: the commands print\n{output}")

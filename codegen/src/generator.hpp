@@ -36,6 +36,8 @@ struct Guarded {
 
 /// Empty where a quantity has none.
 std::string unit_text(const Slot& slot);
+/// "path [unit]: doc", for a comment.
+std::string about(const std::string& what, const std::string& unit, const std::string& doc);
 
 class Generator {
   public:

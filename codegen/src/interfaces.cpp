@@ -5,14 +5,12 @@ namespace bf::codegen {
 
 namespace {
 
-std::string about(const Field& field, bool is_dynamic) {
+std::string note_on(const Field& field, bool is_dynamic) {
     const Slot& slot = *field.slot;
-    std::string text = comment(field.path);
-    if (slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1")
-        text += " [" + comment(slot.unit.text) + "]";
-    if (slot.size.cols != 1 && !is_dynamic)
-        text += ", " + number(slot.size.rows) + " x " + number(slot.size.cols);
-    return text;
+    const bool is_matrix = slot.size.cols != 1 && !is_dynamic;
+    return about(field.path +
+                     (is_matrix ? ", " + number(slot.size.rows) + " x " + number(slot.size.cols) : ""),
+                 unit_text(slot), slot.doc);
 }
 
 bool is_scalar(const Slot& slot) { return slot.size.count() == 1 && slot.size.cols == 1; }
@@ -249,7 +247,7 @@ std::string Generator::c_structure(const char* name, const char* doc,
                                    const std::vector<Field>& fields) const {
     std::string text = std::string("/* ") + doc + " */\ntypedef struct {\n";
     for (const auto& field : fields) {
-        std::string note = about(field, is_dynamic());
+        std::string note = note_on(field, is_dynamic());
         for (auto at = note.find("*/"); at != std::string::npos; at = note.find("*/"))
             note.replace(at, 2, "* /");
         const std::string type = c_name(type_of(*field.slot));
@@ -273,7 +271,7 @@ std::string Generator::python_structure(const char* name, const char* doc,
                 (is_dynamic()             ? "_quantity(" + type + ")"
                  : is_scalar(*field.slot) ? type
                                           : type + " * " + number(field.slot->size.count())) +
-                "),  # " + about(field, is_dynamic()) + "\n";
+                "),  # " + note_on(field, is_dynamic()) + "\n";
     }
     return text + "    )\n";
 }

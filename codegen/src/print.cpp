@@ -53,13 +53,9 @@ std::string file_name(const Diagram& diagram) {
 std::string Generator::structure(const char* name, const char* doc, const std::vector<Field>& fields,
                                  bool has_values) const {
     std::string text = std::string("    /// ") + doc + "\n    struct " + name + " {\n";
-    for (const auto& field : fields) {
-        std::string about = comment(field.path);
-        if (const std::string unit = unit_text(*field.slot); !unit.empty()) about += " [" + unit + "]";
-        if (!field.slot->doc.empty()) about += ": " + comment(field.slot->doc);
+    for (const auto& field : fields)
         text += "        " + declarator(field, type_of(*field.slot), has_values, is_dynamic()) + "; ///< " +
-                about + "\n";
-    }
+                about(field.path, unit_text(*field.slot), field.slot->doc) + "\n";
     return text + "    };\n";
 }
 

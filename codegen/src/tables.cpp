@@ -11,6 +11,10 @@ std::string unit_text(const Slot& slot) {
     return slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1" ? std::string(slot.unit.text) : "";
 }
 
+std::string about(const std::string& what, const std::string& unit, const std::string& doc) {
+    return comment(what + (unit.empty() ? "" : " [" + unit + "]") + (doc.empty() ? "" : ": " + doc));
+}
+
 /// The last member of a row; its default allows everything.
 static std::string limits_text(const Limits& limits) {
     if (!limits.are_given()) return "";
@@ -52,7 +56,7 @@ std::string Generator::variables_structure() const {
                     ? "        double " + field.member + " = " + list + ";"
                     : "        bf::generated::Matrix<double, " + std::to_string(d.value.rows()) + ", " +
                           std::to_string(d.value.cols()) + "> " + field.member + " = {{" + list + "}};";
-        text += " ///< " + comment(d.path) + (d.text.empty() ? "" : " = " + comment(d.text)) + "\n";
+        text += " ///< " + about(d.path + (d.text.empty() ? "" : " = " + d.text), d.unit, d.doc) + "\n";
     }
     return text + "    };\n\n";
 }
@@ -95,7 +99,7 @@ std::string Generator::tables() const {
     std::string parameters, recorded, checks, variables;
     for (const auto& field : formulas_.variables) {
         const auto& v = definition(field.definition);
-        variables += "    {" + literal(v.path) + ", \"\", " + literal(v.uses.empty() ? "" : "= " + v.text) +
+        variables += "    {" + literal(v.path) + ", " + literal(v.unit) + ", " + literal(v.about()) +
                      ", Type::float64, Where::variables, " + std::to_string(v.value.rows()) + ", " +
                      std::to_string(v.value.cols()) + ", offsetof(" + class_ + "::Variables, " +
                      field.member + "), " + number(formula_of(v.path)) + limits_text(v.limits) + "},\n";

@@ -305,7 +305,9 @@ const char* const limited_model = R"m(model: limited
 step: 0.1
 stop: 0.1
 solver: euler
-variables: {w: {value: 4, minimum: -5, maximum: 9}, twice: {value: 2*w, maximum: 12}}
+variables:
+  w: {value: 4, minimum: -5, maximum: 9, unit: Hz, doc: of the wave}
+  twice: {value: 2*w, maximum: 12, doc: as fast}
 blocks:
   c: {block: Constant, value: 3}
   v: {block: Constant, value: [1, 2]}
@@ -338,11 +340,17 @@ TEST(GeneratedProgram, HoldsParametersAndVariablesToTheirLimits) {
                                            "from 0 to 100\n"),
               std::string::npos)
         << program.text("out.txt");
-    EXPECT_TRUE(program.text("out.txt").starts_with(
-        "w: 4  # 1x1; from -5 to 9\ntwice: 8  # 1x1 = 2*w; at most 12\nc.value: 3 "));
+    EXPECT_TRUE(program.text("out.txt").starts_with("w: 4  # 1x1 [Hz] of the wave; from -5 to 9\ntwice: 8  # "
+                                                    "1x1 as fast; = 2*w; at most 12\nc.value: 3 "));
+    const std::string header = program.text("limited.hpp");
+    EXPECT_NE(header.find("double w = 4.0; ///< w [Hz]: of the wave\n"), std::string::npos) << header;
+    EXPECT_NE(header.find("double twice = 8.0; ///< twice = 2*w: as fast\n"), std::string::npos) << header;
     expect_commands(program, R"py(
 names = "w", "c.value", "p.cycle", "lag.time_constant"
 with Commanded("./program") as program:
+    assert program.ask("?") == "w: 4  # 1x1 [Hz] of the wave; from -5 to 9"
+    while program.lines.readline().strip():
+        pass
     before = program.values(*names)
     assert before == ("4", "3", "0.25", "[0.1, 0.2]"), before
     assert program.ask("{c.value: 5, p.cycle: -1}") == "error: parameter 'p.cycle' must be greater than 0, but is -1"

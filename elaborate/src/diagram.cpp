@@ -7,6 +7,13 @@
 
 namespace bf {
 
+std::string Definition::about() const {
+    std::string text = doc;
+    if (!uses.empty()) text += (text.empty() ? "= " : "; = ") + this->text;
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
+}
+
 std::vector<Node> Diagram::context_nodes() const {
     std::vector<Node> list;
     list.reserve(nodes.size());

@@ -143,8 +143,19 @@ class Flattener {
             const auto value = value_of(*workspace, *given, prefix);
             scope.variables.set(variable.name, value);
             scope.variables.paths[variable.name] = prefix + variable.name;
+            note_declaration(variable, prefix + variable.name);
             hold_to_limits(scope, variable, value, prefix + variable.name, nullptr);
         }
+    }
+
+    /// What the model says about a variable. Structs that are copies share their variables: the first counts.
+    void note_declaration(const model::Variable& declared, const std::string& name) {
+        for (const auto& field : declared.fields) note_declaration(field, name + "." + field.name);
+        const auto part = e_.part_of(name);
+        if (part.variable < 0 || part.rest > 0) return;
+        auto& definition = e_.diagram.definitions[static_cast<std::size_t>(part.variable)];
+        if (definition.unit.empty()) definition.unit = declared.unit;
+        if (definition.doc.empty()) definition.doc = declared.doc;
     }
 
     /// Checks a variable, wherever its value comes from, against the limits of its declaration, and notes

@@ -77,12 +77,13 @@ std::vector<Tuning::Variable> Tuning::variables() const {
         const matlab::Value& value = state_.values[i];
         if (definition.kind != Kind::variable || !why_not_a_number(value).empty()) continue;
         variables.push_back({definition.path,
-                             definition.text,
                              fixed_[i],
                              {value.data(), value.data() + value.numel()},
                              static_cast<int>(value.rows()),
                              static_cast<int>(value.cols()),
-                             definition.limits});
+                             definition.limits,
+                             definition.unit,
+                             definition.about()});
     }
     return variables;
 }

@@ -114,6 +114,31 @@ TEST(Tuning, RefusesParametersThatFollowOutsideOfTheirLimits) {
     EXPECT_EQ(refused({{"w", {60}}, {"inside.p.width", {50}}}), "") << "what was given follows no more";
 }
 
+TEST(Tuning, ListsUnitsDocsAndWhatVariablesFollowFrom) {
+    const auto model = elaborate_text(R"m(model: m
+step: 1
+variables:
+  Gain: {Kp: {value: 3, unit: N/m, doc: stiffness}, Kd: 1}
+  twice:
+    value: 2*Gain.Kp
+    doc: |
+      in two
+      lines
+  name: 'text'
+blocks:
+  inside:
+    variables:
+      copy: Gain
+      half: {value: copy.Kp/2, unit: N/m}
+    blocks: {c: {block: Constant, value: half}}
+)m");
+    std::string list;
+    for (const auto& variable : Tuning(model.diagram).variables())
+        list += variable.path + " [" + variable.unit + "] " + variable.about + "\n";
+    EXPECT_EQ(list, "Gain.Kp [N/m] stiffness\nGain.Kd [] \ntwice [] in two lines; = 2*Gain.Kp\n"
+                    "inside.half [N/m] = copy.Kp/2\n");
+}
+
 TEST(Tuning, HoldsVariablesToTheirLimits) {
     const auto model = elaborate_text(R"m(
 model: m

@@ -67,15 +67,17 @@ End SystemBuilder::output(std::string name) {
     return {.block = {}, .port = std::move(name)};
 }
 
-void SystemBuilder::variable(std::string name, Value value, VariableLimits limits) {
+void SystemBuilder::variable(std::string name, Value value, VariableOptions options) {
     const auto expression = [](std::optional<Value>& limit) {
         return limit ? std::optional(Expression{.text = std::move(limit->text)}) : std::nullopt;
     };
     system_->variables.push_back({.name = std::move(name),
                                   .value = {.text = std::move(value.text)},
-                                  .minimum = expression(limits.minimum),
-                                  .above = expression(limits.above),
-                                  .maximum = expression(limits.maximum)});
+                                  .minimum = expression(options.minimum),
+                                  .above = expression(options.above),
+                                  .maximum = expression(options.maximum),
+                                  .unit = std::move(options.unit),
+                                  .doc = std::move(options.doc)});
 }
 
 void SystemBuilder::connect(const End& from, std::initializer_list<End> to) {

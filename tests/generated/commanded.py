@@ -38,6 +38,6 @@ class Commanded:
         self.lines.flush()
         found = {}
         while line := self.lines.readline().strip():
-            name, value = line.split(": ", 1)
+            name, value = line.split("  # ")[0].split(": ", 1)
             found[name] = value
         return tuple(found[name] for name in names)

@@ -29,7 +29,8 @@ inline const Keys reference = {"file", "with", "doc", "when", "period", "offset"
 inline const Keys input = {"shape", "type", "unit", "doc", "each"};
 inline const Keys output = {"shape", "type", "unit", "doc", "when_disabled", "initial"};
 
-inline const Keys variable = {"value", "minimum", "above", "maximum"}; ///< of one with limits
+inline const Keys variable = {"value",   "minimum", "above",
+                              "maximum", "unit",    "doc"}; ///< of one that declares more than its value
 
 inline const Keys executions = {"virtual", "atomic", "enabled", "triggered", "enabled_and_triggered",
                                 "for",     "while",  "for_each"}; ///< in the order of model::Execution

@@ -74,7 +74,7 @@ class Reader {
     Expression read_flow(const Node& value, const std::string& path);
     Expression read_rows(const Node& key, const Node& value, const std::string& path);
 
-    void read_limited(Variable& variable, const Node& map, const std::string& path);
+    void read_declared(Variable& variable, const Node& map, const std::string& path);
     std::vector<Port> read_ports(const Node& key, const Node& value, const std::string& path,
                                  const keys::Keys& known);
     void read_port(Port& port, const Node& map, const std::string& path, const keys::Keys& known);
@@ -212,8 +212,8 @@ Expression Reader::read_expression(const Node& key, const Node& value, const std
     return {.text = "[]", .where = at(key)};
 }
 
-/// A value with limits.
-void Reader::read_limited(Variable& variable, const Node& map, const std::string& path) {
+/// A value with limits, unit and doc.
+void Reader::read_declared(Variable& variable, const Node& map, const std::string& path) {
     values.push_back({variable.where.line, map.items.back().line});
     const std::string what = "the variable '" + variable.name + "', which has a `value`";
     read_entries(map, path, what, [&](const Node& key, const Node& value) {
@@ -222,6 +222,10 @@ void Reader::read_limited(Variable& variable, const Node& map, const std::string
             report_unknown(key, path, what, keys::variable);
         else if (name == "value")
             variable.value = read_expression(key, value, path);
+        else if (name == "unit")
+            variable.unit = read_text(key, value, path);
+        else if (name == "doc")
+            variable.doc = read_text(key, value, path);
         else
             (name == "minimum" ? variable.minimum
              : name == "above" ? variable.above
@@ -229,13 +233,14 @@ void Reader::read_limited(Variable& variable, const Node& map, const std::string
     });
 }
 
-/// A mapping is a struct; where variables are declared, one with `value` is a value with limits.
+/// A mapping is a struct; where variables are declared, one with `value` is a value with limits, unit and
+/// doc.
 std::vector<Variable> Reader::read_variables(const Node& map, const std::string& path, bool are_declared) {
     std::vector<Variable> variables;
     read_entries(map, path, "variables", [&](const Node& key, const Node& value) {
         Variable variable{.name = key.text, .where = at(key)};
         if (are_declared && value.is_map() && value.has("value") && !is_cell(value))
-            read_limited(variable, value, path);
+            read_declared(variable, value, path);
         else if (value.is_map() && !is_cell(value))
             variable.fields = read_variables(value, path, are_declared);
         else

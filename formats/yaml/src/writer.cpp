@@ -202,13 +202,17 @@ Content variables(const std::vector<Variable>& all, bool may_flow);
 
 Content variable(const Variable& variable) {
     if (!variable.fields.empty()) return variables(variable.fields, true);
-    if (!variable.minimum && !variable.above && !variable.maximum) return expression(variable.value);
+    if (!variable.minimum && !variable.above && !variable.maximum && variable.unit.empty() &&
+        variable.doc.empty())
+        return expression(variable.value);
     const std::vector<Key> none;
     MapBuilder map(none);
     map.add("value", expression(variable.value));
     map.add("minimum", variable.minimum);
     map.add("above", variable.above);
     map.add("maximum", variable.maximum);
+    map.add_text("unit", variable.unit);
+    map.add_text("doc", variable.doc);
     return map.build(true);
 }
 

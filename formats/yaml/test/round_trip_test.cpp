@@ -156,7 +156,7 @@ TEST(Writer, KeepsCommentsWhenAnEditChangesTheModel) {
     EXPECT_EQ(write_yaml(model), expected);
 }
 
-TEST(Writer, KeepsTheLimitsOfVariables) {
+TEST(Writer, KeepsWhatVariablesDeclare) {
     const std::string text =
         "model: m\n"
         "variables:\n"
@@ -165,6 +165,8 @@ TEST(Writer, KeepsTheLimitsOfVariables) {
         "  K:\n"
         "    value: zeros(2, 1)\n"
         "    above: 0\n"
+        "  m: {value: 2, unit: kg, doc: of the cart}\n"
+        "  d: {value: 0.1, minimum: 0, unit: N s/m}\n"
         "  name: {text: 'l_sole', deep: {values: 1}}\n";
     EXPECT_EQ(rewritten(text), text);
     const Variable& gain = read_yaml_text(text).root.variables.at(0).fields.at(0);
@@ -172,6 +174,9 @@ TEST(Writer, KeepsTheLimitsOfVariables) {
     EXPECT_EQ(gain.minimum->text, "0");
     EXPECT_EQ(gain.above->text, "-1");
     EXPECT_EQ(gain.maximum->text, "2*pi");
+    const Variable mass = read_yaml_text(text).root.variables.at(2);
+    EXPECT_EQ(mass.unit, "kg");
+    EXPECT_EQ(mass.doc, "of the cart");
     EXPECT_EQ(rewritten("model: m\nvariables:\n  # torque\n  K:\n    minimum: 0\n    value: 1  # Nm\n"),
               "model: m\nvariables:\n  # torque\n  K: {value: 1, minimum: 0}  # Nm\n");
 }
@@ -181,7 +186,7 @@ TEST(Writer, WritesWhatABuilderMade) {
     m.step(0.001).record({"a", "s.*"}).plot("Torque: all", {"a"});
     m.variable("k", "[1 2; 3 4]'");
     m.variable("Kp", 2, {.minimum = 0, .maximum = "10*pi"});
-    m.variable("T", 0.5, {.above = 0});
+    m.variable("T", 0.5, {.above = 0, .unit = "s", .doc = "of the filter"});
     const End a = m.add("a", "Gain", {{"K", "[1 2; 3 4]"}, {"text", "'it''s'"}, {"odd", "f(a, b)"}});
     SystemBuilder s = m.atomic_subsystem("s", "0.01");
     s.connect(s.input("u"), s.output("y"));
@@ -192,7 +197,7 @@ TEST(Writer, WritesWhatABuilderMade) {
                     "variables:\n"
                     "  k: \"[1 2; 3 4]'\"\n"
                     "  Kp: {value: 2, minimum: 0, maximum: 10*pi}\n"
-                    "  T: {value: 0.5, above: 0}\n"
+                    "  T: {value: 0.5, above: 0, unit: s, doc: of the filter}\n"
                     "blocks:\n"
                     "  a:\n"
                     "    block: Gain\n"

@@ -97,6 +97,8 @@ TEST(Schema, AgreesWithTheReaderOnSmallModels) {
         {"model: m\nvariables: {a: }", false},
         {"model: m\nvariables: {a: {value: 1, minimum: 0}, S: {b: {value: 1, above: 0, maximum: 2*pi}}}",
          true},
+        {"model: m\nvariables: {a: {value: 1, unit: m, doc: of the cart}, b: {value: 2, unit: 1}}", true},
+        {"model: m\nvariables: {a: {value: 1, doc: [1]}}", false},
         {"model: m\nvariables: {a: {value: 1, minimun: 0}}", false},
         {"model: m\nvariables: {a: {value: {b: 1}}}", false},
         {"model: m\nvariables: {a: {value: 1, minimum: }}", false},

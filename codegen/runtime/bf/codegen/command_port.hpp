@@ -2,8 +2,9 @@
 //
 // Each line is a YAML mapping of names and values, e.g. "Gain.Kp: 0.2" or "{Gain: {Kp: 0.2, Kd: [1, 2]}}".
 // All values of a line are applied together between two steps, or none is. The answer is a line, too: "ok",
-// or "error: " and what is wrong. The line "?" is answered by all present values, one per line, and an empty
-// line. Whoever sends what is no mapping is disconnected, so that a web page's request is none.
+// or "error: " and what is wrong. The line "?" is answered by the lines that --list has for all that can be
+// changed, and an empty line. Whoever sends what is no mapping is disconnected, so that a web page's request
+// is none.
 #pragma once
 
 #include "bf/codegen/parameter_file.hpp"
@@ -135,9 +136,8 @@ class CommandPort {
             std::string text;
             std::size_t at = 0;
             for (const Quantity* q : quantities_) {
-                text += q->name + std::string(q->size() == 1 ? ": " : ": [");
-                for (int i = 0; i < q->size(); ++i) text += (i ? ", " : "") + number_text(values_[at++]);
-                text += q->size() == 1 ? "\n" : "]\n";
+                text += line_of(*q, [&](int i) { return values_[at + static_cast<std::size_t>(i)]; });
+                at += static_cast<std::size_t>(q->size());
             }
             return text + "\n";
         }

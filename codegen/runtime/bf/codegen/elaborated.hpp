@@ -235,8 +235,8 @@ class ElaboratedModel final : public BlocksInContext {
                                                             "; give it in the parameter file")});
             else
                 variables_.push_back(
-                    {keep(variable.path), "", keep(variable.text.empty() ? "" : "= " + variable.text),
-                     Type::float64, Where::variables, variable.rows, variable.cols,
+                    {keep(variable.path), keep(variable.unit), keep(variable.about), Type::float64,
+                     Where::variables, variable.rows, variable.cols,
                      reinterpret_cast<std::size_t>(values_.emplace_back(variable.values).data()), -1,
                      variable.limits});
         for (const auto& node : diagram_.nodes)

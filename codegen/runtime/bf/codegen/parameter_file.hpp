@@ -368,18 +368,24 @@ inline std::string number_text(double x) {
     return text;
 }
 
-/// The present value of a quantity as this format has it.
-template <class Model> std::string value_text(const Model& model, const Quantity& q) {
-    std::string text;
-    const auto element = [&](int i) { return number_text(read(model.data(q), q.type, i)); };
-    if (q.size() == 1) return element(0);
+/// A line of this format: the name, the value whose element i is `element(i)`, and in a comment the size,
+/// unit, doc and limits.
+template <class F> std::string line_of(const Quantity& q, F&& element) {
+    std::string value;
     for (int i = 0; i < (q.cols == 1 ? 1 : q.rows); ++i) {
-        text += text.empty() ? "[" : ", [";
+        value += value.empty() ? "[" : ", [";
         const int count = q.cols == 1 ? q.rows : q.cols;
-        for (int j = 0; j < count; ++j) text += (j ? ", " : "") + element(q.cols == 1 ? j : i + j * q.rows);
-        text += "]";
+        for (int j = 0; j < count; ++j)
+            value += (j ? ", " : "") + number_text(element(q.cols == 1 ? j : i + j * q.rows));
+        value += "]";
     }
-    return q.cols == 1 || q.rows == 1 ? text : "[" + text + "]";
+    if (q.size() == 1) value = number_text(element(0));
+    if (q.cols > 1 && q.rows > 1) value = "[" + value + "]";
+    char limits[96];
+    kernels::describe(q.limits, limits, sizeof limits);
+    return q.name + (": " + value) + "  # " + std::to_string(q.rows) + "x" + std::to_string(q.cols) +
+           (*q.unit ? std::string(" [") + q.unit + "]" : "") + (*q.doc ? " " : "") + q.doc +
+           (*limits ? "; " : "") + limits + "\n";
 }
 
 } // namespace bf::generated

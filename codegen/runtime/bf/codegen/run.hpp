@@ -116,13 +116,8 @@ inline std::optional<realtime::Overrun> overrun_of(const std::string& name) {
 /// All that can be changed with its present value, as a parameter file has it, and what is fixed as comments.
 template <class Model> void list_parameters(const Model& model) {
     for (const auto& table : {model.variable_table(), model.parameter_table()})
-        for (const Quantity& q : table) {
-            char limits[96];
-            kernels::describe(q.limits, limits, sizeof limits);
-            std::printf("%s: %s  # %dx%d%s%s%s%s%s%s%s\n", q.name, value_text(model, q).c_str(), q.rows,
-                        q.cols, *q.unit ? " [" : "", q.unit, *q.unit ? "]" : "", *q.doc ? " " : "", q.doc,
-                        *limits ? "; " : "", limits);
-        }
+        for (const Quantity& q : table)
+            std::fputs(line_of(q, [&](int i) { return read(model.data(q), q.type, i); }).c_str(), stdout);
     if constexpr (detail::HasArguments<Model>::value)
         for (const FixedName& argument : Model::argument_table())
             std::printf("# %s: at the start only; %s\n", argument.name, argument.reason);

@@ -148,7 +148,10 @@ struct Definition {
     /// The variables that the expression names, with the name that each has there; earlier definitions.
     std::vector<std::pair<std::string, int>> uses;
     Node::End end = {}; ///< of a parameter
-    Limits limits = {}; ///< of a variable
+    Limits limits = {}; ///< of a variable, as the next ones
+    std::string unit = {}, doc = {};
+    /// For lists, in one line: "of the cart; = 2*w" has the doc and what the variable follows from.
+    std::string about() const;
 };
 
 struct Diagram {

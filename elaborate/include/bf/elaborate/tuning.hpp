@@ -33,11 +33,12 @@ class Tuning {
     explicit Tuning(const Diagram& diagram); ///< which must outlive it
 
     struct Variable {
-        std::string path, text;
+        std::string path;
         std::string fixed; ///< why it cannot be changed; empty: it can
         std::vector<double> values;
         int rows, cols;
         Limits limits;
+        std::string unit, about;
     };
     std::vector<Variable> variables() const; ///< of numbers, with their present values
 

@@ -20,9 +20,10 @@ struct Value {
     std::string text;
 };
 
-/// What a variable may be: every element x has minimum ≤ x, above < x and x ≤ maximum.
-struct VariableLimits {
+/// What a variable may be (every element x has minimum ≤ x, above < x and x ≤ maximum), and what it is.
+struct VariableOptions {
     std::optional<Value> minimum = {}, above = {}, maximum = {};
+    std::string unit = {}, doc = {};
 };
 
 using Settings = std::initializer_list<std::pair<std::string, Value>>;
@@ -49,7 +50,7 @@ class SystemBuilder {
 
     End input(std::string name);
     End output(std::string name);
-    void variable(std::string name, Value value, VariableLimits limits = {});
+    void variable(std::string name, Value value, VariableOptions options = {});
 
     void connect(const End& from, std::initializer_list<End> to);
     void connect(const End& from, const End& to) { connect(from, {to}); }
@@ -70,7 +71,7 @@ class SystemBuilder {
 ///     Builder m{"loop"};
 ///     End error = m.add("error", "Sum", {{"signs", "+-"}});
 ///     End plant = m.add("plant", "StateSpace", {{"A", "[0 1; -k 0]"}});
-///     m.variable("k", 3.5, {.minimum = 0});
+///     m.variable("k", 3.5, {.minimum = 0, .unit = "N/m"});
 ///     m.connect(error, plant["u"]);
 ///     Model model = m.build();
 class Builder : public SystemBuilder {

@@ -96,11 +96,12 @@ struct Setting {
     Location where = {};
 };
 
-/// A named value; with `fields` it is a struct, and `value` and limits are unused.
+/// A named value; with `fields` it is a struct, and what is declared of one value is unused.
 struct Variable {
     std::string name;
     Expression value = {};
     std::optional<Expression> minimum = {}, above = {}, maximum = {}; ///< of every element
+    std::string unit = {}, doc = {};
     std::vector<Variable> fields = {};
     Comments comments = {};
     Location where = {};

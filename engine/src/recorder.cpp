@@ -107,7 +107,7 @@ Recorder::Recorder(const Simulation& simulation, std::vector<SignalName> signals
     std::unordered_set<std::string> seen;
     for (const auto& signal : signals) {
         if (!seen.insert(signal.path).second) continue;
-        channels_[rate_of(diagram, signal.end)].push_back(
+        samples_[rate_of(diagram, signal.end)].push_back(
             {writer_.add_channel(signal.path, channel_info(diagram, signal.end)),
              simulation.context().data(signal.end.node, signal.end.slot)});
     }
@@ -128,9 +128,9 @@ Recorder::Recorder(const Simulation& simulation, std::vector<SignalName> signals
 void Recorder::observe(const Simulation& simulation) noexcept {
     const auto time = static_cast<std::int64_t>(std::llround(simulation.time() * 1e9));
     const bool are_constants_due = are_constants_due_.exchange(false);
-    for (const auto& [rate, channels] : channels_)
+    for (const auto& [rate, samples] : samples_)
         if (rate == constant_rate ? are_constants_due : simulation.is_hit(rate))
-            for (const auto& channel : channels) writer_.append(channel.id, time, channel.data);
+            writer_.append(samples, time);
 }
 
 void Recorder::checkpoint(const Simulation& simulation) {

@@ -59,15 +59,16 @@ class Ring {
         : memory_(std::bit_ceil(capacity)), mask_(memory_.size() - 1), wake_bytes_(wake_bytes),
           next_wake_(wake_bytes) {}
 
-    /// Place for a record of `size` bytes, or null when there is none and `wait` is false.
+    /// Place for the next record, of `size` bytes, or null when there is none and `wait` is false.
     std::byte* claim(std::size_t size, bool wait) noexcept {
-        const std::uint64_t head = head_.load(std::memory_order_relaxed);
+        const std::uint64_t head = next_;
         const std::size_t to_end = memory_.size() - (head & mask_);
         const std::size_t gap = to_end < size ? to_end : 0;
         while (head + gap + size - seen_tail_ > memory_.size()) {
             const std::uint64_t tail = tail_.load(std::memory_order_acquire);
             if (tail == seen_tail_) {
                 if (!wait) return nullptr;
+                publish(); // what would be waited for may be among the records claimed before
                 space_.wait();
             }
             seen_tail_ = tail;
@@ -77,7 +78,7 @@ class Ring {
         return &memory_[(head + gap) & mask_];
     }
 
-    /// Hands over the record last claimed.
+    /// Hands over the records claimed so far.
     void publish() noexcept {
         head_.store(next_, std::memory_order_release);
         if (next_ >= next_wake_) {

@@ -77,8 +77,6 @@ struct Writer::State {
     std::vector<Slot> slots;
     std::optional<Ring> ring;
     std::atomic<std::uint64_t> dropped{0};
-    std::int64_t time_ns = 0; // of the last sample
-    double time = 0;          // the same, s
 
     // The background thread
     std::thread thread;
@@ -456,27 +454,28 @@ void Writer::begin() {
     s.thread = std::thread([&s] { s.write_background(); });
 }
 
-void Writer::append(ChannelId channel, std::int64_t time_ns, const void* data) noexcept {
+void Writer::append(std::span<const Sample> samples, std::int64_t time_ns) noexcept {
     State& s = *state_;
-    assert(s.ring && !s.closed && static_cast<std::size_t>(channel) < s.slots.size());
+    assert(s.ring && !s.closed);
     if (s.file.failed()) return;
-    Slot& slot = s.slots[static_cast<std::size_t>(channel)];
-    const std::uint32_t sequence = slot.sequence++;
-    std::byte* record = s.ring->claim(record_prefix_bytes + slot.payload_bytes, !s.options_.drop_when_full);
-    if (record == nullptr) {
-        s.dropped.fetch_add(1, std::memory_order_relaxed);
-        return;
+    const double time = static_cast<double>(time_ns) / 1e9;
+    for (const Sample& sample : samples) {
+        assert(static_cast<std::size_t>(sample.channel) < s.slots.size());
+        Slot& slot = s.slots[static_cast<std::size_t>(sample.channel)];
+        const std::uint32_t sequence = slot.sequence++;
+        std::byte* record =
+            s.ring->claim(record_prefix_bytes + slot.payload_bytes, !s.options_.drop_when_full);
+        if (record == nullptr) {
+            s.dropped.fetch_add(1, std::memory_order_relaxed);
+            continue;
+        }
+        std::memcpy(record, slot.prefix.data(), record_prefix_bytes);
+        std::memcpy(record + record_header_bytes + 2, &sequence, 4);
+        std::memcpy(record + record_header_bytes + 6, &time_ns, 8);
+        std::memcpy(record + record_header_bytes + 14, &time_ns, 8);
+        write_message_prefix(record + record_prefix_bytes - message_prefix_bytes, time);
+        std::memcpy(record + record_prefix_bytes, sample.data, slot.payload_bytes);
     }
-    if (time_ns != s.time_ns) {
-        s.time_ns = time_ns;
-        s.time = static_cast<double>(time_ns) / 1e9;
-    }
-    std::memcpy(record, slot.prefix.data(), record_prefix_bytes);
-    std::memcpy(record + record_header_bytes + 2, &sequence, 4);
-    std::memcpy(record + record_header_bytes + 6, &time_ns, 8);
-    std::memcpy(record + record_header_bytes + 14, &time_ns, 8);
-    write_message_prefix(record + record_prefix_bytes - message_prefix_bytes, s.time);
-    std::memcpy(record + record_prefix_bytes, data, slot.payload_bytes);
     s.ring->publish();
 }
 

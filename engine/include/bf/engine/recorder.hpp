@@ -60,12 +60,8 @@ class Recorder final : public Simulation::Observer {
     std::uint64_t dropped() const noexcept { return writer_.dropped(); }
 
   private:
-    struct Channel {
-        recording::ChannelId id;
-        const void* data;
-    };
     recording::Writer writer_;
-    std::map<int, std::vector<Channel>> channels_; ///< by their rate
+    std::map<int, std::vector<recording::Sample>> samples_; ///< by their rate
     std::atomic<bool> are_constants_due_ = true;
     int changes_ = 0;
 };

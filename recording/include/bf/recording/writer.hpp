@@ -27,6 +27,12 @@ struct WriterOptions {
     std::size_t buffer_bytes = std::size_t{8} << 20; ///< memory between `append` and the disk
 };
 
+/// The value of a channel.
+struct Sample {
+    ChannelId channel;
+    const void* data;
+};
+
 /// Writes signals to an MCAP file (https://mcap.dev/spec): messages in CDR with ROS 2 schemas, chunks not
 /// compressed, so that Foxglove and PlotJuggler open the file and doubles stay exact.
 ///
@@ -63,9 +69,13 @@ class Writer {
     /// Ends the declaration of channels and starts the background thread.
     void begin();
 
-    /// Records one sample: `info.bytes()` bytes at `data`, matrices column-major. Between `begin` and
-    /// `close`. `time_ns` is not negative. No heap, no lock; after a write error it does nothing.
-    void append(ChannelId channel, std::int64_t time_ns, const void* data) noexcept;
+    /// Records samples of one instant, each `info.bytes()` bytes at `data`, matrices column-major. Between `begin`
+    /// and `close`. `time_ns` is not negative. No heap, no lock; after a write error it does nothing.
+    void append(std::span<const Sample> samples, std::int64_t time_ns) noexcept;
+    void append(ChannelId channel, std::int64_t time_ns, const void* data) noexcept {
+        const Sample sample{channel, data};
+        append({&sample, 1}, time_ns);
+    }
 
     /// True after a write error (disk full, device gone): what was written before stays readable.
     bool failed() const noexcept;

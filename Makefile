@@ -2,7 +2,7 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test fuzz bench peers lint format build configure deps lock clean
+.PHONY: demo test fuzz bench peers lint format build aarch64 configure deps lock clean
 
 # Builds the program and the plugin, not the tests.
 demo: configure
@@ -28,6 +28,14 @@ peers: build
 
 build: configure
 	ninja -C $(BUILD)
+
+# Installs what `bf deploy --target aarch64` packs in $(BUILD)/aarch64/prefix.
+aarch64:
+	scripts/deps-aarch64
+	@test -f $(BUILD)/aarch64/build.ninja || cmake -S . -B $(BUILD)/aarch64 -G Ninja --toolchain cmake/aarch64.cmake \
+	    --install-prefix $(abspath $(BUILD))/aarch64/prefix $(CMAKE_FLAGS)
+	ninja -C $(BUILD)/aarch64
+	cmake --install $(BUILD)/aarch64 >/dev/null
 
 configure: deps
 	@test -f $(BUILD)/build.ninja || cmake -S . -B $(BUILD) -G Ninja $(CMAKE_FLAGS)

@@ -1,8 +1,12 @@
 # Every library comes from Debian or from the wheels in .deps (see scripts/deps); CMake downloads nothing.
 set(BF_DEPS ${CMAKE_SOURCE_DIR}/.deps CACHE PATH "folder that scripts/deps filled")
-file(GLOB BF_SITE ${BF_DEPS}/venv/lib/python3.*/site-packages)
+if(CMAKE_CROSSCOMPILING)
+    file(GLOB BF_SITE ${BF_DEPS}/${CMAKE_SYSTEM_PROCESSOR}/wheels)
+else()
+    file(GLOB BF_SITE ${BF_DEPS}/venv/lib/python3.*/site-packages)
+endif()
 if(NOT BF_SITE)
-    message(FATAL_ERROR "${BF_DEPS} holds no packages: run 'make deps' first")
+    message(FATAL_ERROR "${BF_DEPS} holds no packages: run 'make deps' or, for aarch64, 'make aarch64'")
 endif()
 set(BF_PYTHON ${BF_DEPS}/venv/bin/python)
 set(BF_SHARE ${BF_DEPS}/venv/share) # robot models of the icub-models wheel
@@ -13,13 +17,10 @@ list(PREPEND CMAKE_PREFIX_PATH ${BF_SITE}/cmeel.prefix ${BF_SITE}/idyntree)
 set(MuJoCo_ROOT ${BF_SITE}/mujoco)
 
 find_package(Threads REQUIRED)
-find_package(Eigen3 3.4 REQUIRED) # before iDynTree, whose targets need Eigen3::Eigen
-find_package(LibXml2 REQUIRED)
+find_package(Eigen3 3.4 REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
-find_package(GTest REQUIRED)
-find_package(benchmark REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(SUNDIALS 6.4 REQUIRED)
 pkg_check_modules(matio REQUIRED IMPORTED_TARGET matio)
@@ -28,8 +29,14 @@ pkg_check_modules(zlib REQUIRED IMPORTED_TARGET zlib)
 find_package(pinocchio 4.1 REQUIRED)
 find_package(proxsuite REQUIRED COMPONENTS proxsuite)
 find_package(MuJoCo REQUIRED)
-find_package(iDynTree 15 REQUIRED)
 
-# iDynTree's archives need std::ios_base_library_init(), which came with GCC 13.
-add_library(bf_gcc13_ios STATIC ${CMAKE_SOURCE_DIR}/cmake/gcc13_ios.cpp)
-set_property(TARGET iDynTree::idyntree-core APPEND PROPERTY INTERFACE_LINK_LIBRARIES bf_gcc13_ios)
+if(NOT CMAKE_CROSSCOMPILING) # what only tests and benchmarks need
+    find_package(GTest REQUIRED)
+    find_package(benchmark REQUIRED)
+    find_package(LibXml2 REQUIRED) # for iDynTree
+    find_package(iDynTree 15 REQUIRED)
+
+    # iDynTree's archives need std::ios_base_library_init(), which came with GCC 13.
+    add_library(bf_gcc13_ios STATIC ${CMAKE_SOURCE_DIR}/cmake/gcc13_ios.cpp)
+    set_property(TARGET iDynTree::idyntree-core APPEND PROPERTY INTERFACE_LINK_LIBRARIES bf_gcc13_ios)
+endif()

@@ -8,7 +8,7 @@
 #   include/bf/          headers of core, kernels, the compiler of models and the standard library
 #
 # A prefix may be moved, but stays on its machine: libraries from wheels and robot models are used where
-# scripts/deps put them.
+# scripts/deps put them. For another processor lib/ holds all shared libraries, and `bf deploy` packs them.
 include(CMakePackageConfigHelpers)
 set(package lib/cmake/BlockFactory)
 
@@ -47,3 +47,13 @@ write_basic_package_version_file(BlockFactoryConfigVersion.cmake COMPATIBILITY S
 install(FILES cmake/bf_plugin.cmake
     ${CMAKE_CURRENT_BINARY_DIR}/BlockFactoryConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/BlockFactoryConfigVersion.cmake
     DESTINATION ${package})
+
+if(CMAKE_CROSSCOMPILING)
+    set(libraries ${CMAKE_SYSROOT}/lib/${CMAKE_LIBRARY_ARCHITECTURE} ${CMAKE_SYSROOT}/usr/lib/${CMAKE_LIBRARY_ARCHITECTURE})
+    install(CODE "
+        set(OBJDUMP ${CMAKE_OBJDUMP})
+        set(FROM ${wheels} ${libraries})
+        set(TO \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/lib)
+        set(FILES \${TO}/../bin/bf \${TO}/blockfactory/WholeBodyToolbox.so)")
+    install(SCRIPT cmake/CopyLibraries.cmake)
+endif()

@@ -1,0 +1,18 @@
+# Copies the shared libraries that FILES need, the C library and its loader too, from the folders FROM into TO.
+# OBJDUMP reads files of their processor.
+set(names)
+while(FILES)
+    list(POP_FRONT FILES file)
+    execute_process(COMMAND ${OBJDUMP} -p ${file} OUTPUT_VARIABLE headers COMMAND_ERROR_IS_FATAL ANY)
+    string(REGEX MATCHALL "NEEDED +[^ \n]+" needed "${headers}")
+    list(TRANSFORM needed REPLACE "NEEDED +" "")
+    list(REMOVE_ITEM needed ${names})
+    list(APPEND names ${needed})
+    foreach(name ${needed})
+        find_file(library ${name} PATHS ${FROM} ${TO} NO_DEFAULT_PATH NO_CACHE REQUIRED)
+        list(APPEND FILES ${library})
+        file(REAL_PATH ${library} library)
+        file(COPY_FILE ${library} ${TO}/${name} ONLY_IF_DIFFERENT)
+        unset(library)
+    endforeach()
+endwhile()

@@ -5,10 +5,10 @@
 #include "terminal.hpp"
 #include "verbs.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <elf.h>
 #include <link.h>
 #include <set>
 #include <sys/utsname.h>
@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 struct DeployOptions {
     ModelOptions model;
-    std::string folder, target;
+    std::string folder, target, prefix;
 };
 
 /// For a shell.
@@ -80,18 +80,59 @@ class OutputFolder {
     fs::path folder_, temporary_;
 };
 
-/// Every shared library of this process by the name under which it was asked for: those of the program, and
-/// of the plugins that the model has loaded.
-std::vector<fs::path> loaded_libraries() {
-    std::vector<fs::path> libraries;
+/// The `bf` command, and the shared libraries and plugins that it loads.
+struct Program {
+    fs::path file;
+    std::vector<fs::path> libraries, plugins;
+};
+
+/// This one, with the plugins of the model that `registry` was filled for.
+Program this_program(const Registry& registry) {
+    Program program{fs::read_symlink("/proc/self/exe"), {}, {}};
+    std::set<fs::path> plugin_folders;
+    for (const auto& folder : registry.search_path()) plugin_folders.insert(fs::weakly_canonical(folder));
+    std::vector<fs::path> loaded;
     dl_iterate_phdr(
         [](dl_phdr_info* info, std::size_t, void* list) {
             if (info->dlpi_name && info->dlpi_name[0] == '/')
                 static_cast<std::vector<fs::path>*>(list)->emplace_back(info->dlpi_name);
             return 0;
         },
-        &libraries);
-    return libraries;
+        &loaded);
+    for (auto& library : loaded) {
+        const bool is_plugin = plugin_folders.contains(fs::weakly_canonical(library.parent_path()));
+        (is_plugin ? program.plugins : program.libraries).push_back(std::move(library));
+    }
+    return program;
+}
+
+bool is_for(const std::string& target, const fs::path& file) {
+    Elf64_Ehdr header{};
+    std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(&header), sizeof header);
+    return header.e_machine == (target == "aarch64" ? EM_AARCH64 : EM_X86_64);
+}
+
+/// The one for `target` in `prefix`, an installation or a package, with plugins named like `plugins`. Throws
+/// CommandError when one is not there; `blocks` says who needs them.
+Program installed_program(const fs::path& prefix, const std::string& target,
+                          const std::vector<fs::path>& plugins, const std::string& blocks) {
+    Program program{prefix / "bin/bf", {}, {}};
+    if (!is_for(target, program.file))
+        throw CommandError("there is no BlockFactory for " + target + " in " + prefix.string() +
+                           (blocks.empty() ? "" : ", which these blocks need:" + blocks) +
+                           "\n'make aarch64' builds it for aarch64; --prefix names the folder of another "
+                           "installation, or of a package made on such a computer");
+    for (const auto& entry : fs::directory_iterator(prefix / "lib"))
+        if (is_for(target, entry.path())) program.libraries.push_back(entry.path());
+    for (const auto& plugin : plugins) {
+        program.plugins.push_back(prefix / "lib/blockfactory" / plugin.filename());
+        if (!is_for(target, program.plugins.back()))
+            throw CommandError("there is no plugin " + program.plugins.back().string() + " for " + target +
+                               "; build it for that (docs/how-to/deploy.md) and put it there, and the "
+                               "libraries that it needs into " +
+                               (prefix / "lib").string());
+    }
+    return program;
 }
 
 bool is_inside(const fs::path& file, const fs::path& folder) {
@@ -124,10 +165,10 @@ std::string service(const std::string& name, const std::string& options) {
            "LimitRTPRIO=98\nLimitMEMLOCK=infinity\n\n[Install]\nWantedBy=multi-user.target\n";
 }
 
-/// This program with everything that it and the model need, and the system's own libraries: nothing but a
-/// kernel and a shell is asked of the other computer.
-void pack_program(const LoadedModel& loaded, const ModelOptions& options, const std::string& name,
-                  const OutputFolder& folder) {
+/// The program and all that the model needs, with the system's own libraries: nothing but a kernel and a
+/// shell is asked of the other computer.
+void pack_program(const Program& program, const LoadedModel& loaded, const ModelOptions& options,
+                  const std::string& name, const OutputFolder& folder) {
     const fs::path model = fs::weakly_canonical(options.file), model_folder = model.parent_path();
     std::set<fs::path> files{model};
     for (const auto& node : loaded.diagram.nodes) {
@@ -138,18 +179,16 @@ void pack_program(const LoadedModel& loaded, const ModelOptions& options, const 
     }
     for (const auto& file : files) folder.copy(file, place_of(file, model_folder));
 
-    folder.copy(fs::read_symlink("/proc/self/exe"), "bin/bf");
-    const auto& plugin_folders = loaded.registry->search_path();
+    folder.copy(program.file, "bin/bf");
     std::string loader;
-    for (const auto& library : loaded_libraries()) {
-        const bool is_plugin =
-            std::any_of(plugin_folders.begin(), plugin_folders.end(), [&](const fs::path& f) {
-                return fs::weakly_canonical(library.parent_path()) == fs::weakly_canonical(f);
-            });
-        folder.copy(library, (is_plugin ? "lib/blockfactory" : "lib") / library.filename());
+    for (const auto& library : program.libraries) {
+        folder.copy(library, "lib" / library.filename());
         if (library.filename().string().starts_with("ld-linux")) loader = library.filename();
     }
-    if (loader.empty()) throw CommandError("this program does not use the dynamic loader of glibc");
+    for (const auto& plugin : program.plugins) folder.copy(plugin, "lib/blockfactory" / plugin.filename());
+    if (loader.empty())
+        throw CommandError("glibc's dynamic loader, ld-linux*, is not among the libraries of " +
+                           program.file.string());
 
     std::string arguments;
     for (std::size_t i = 0; i < options.params.size(); ++i) {
@@ -176,12 +215,6 @@ void pack_program(const LoadedModel& loaded, const ModelOptions& options, const 
 /// The generated program, cross-compiled and linked statically.
 void pack_generated(const LoadedModel& loaded, const std::string& name, const std::string& target,
                     const OutputFolder& folder) {
-    std::string hosted;
-    for (const auto& block : codegen::hosted_blocks(loaded.diagram)) hosted += "\n  " + block;
-    if (!hosted.empty())
-        throw CommandError("these blocks cannot be packed for " + target + ":" + hosted +
-                           "\nthey are made from plugins and libraries that were built for " + machine() +
-                           "; deploy on a computer of that kind, or the part of the model without them");
     const std::string compiler = target + "-linux-gnu-g++";
     const auto project = folder.path() / "source", build = folder.path() / ".build";
     codegen::write(codegen::generate(loaded.diagram), project);
@@ -212,10 +245,19 @@ void execute(const DeployOptions& options) {
     OutputFolder folder(options.folder);
     const std::string name = codegen::file_name(loaded.diagram);
     try {
-        if (options.target == machine())
-            pack_program(loaded, options.model, name, folder);
-        else
+        std::string hosted;
+        for (const auto& block : codegen::hosted_blocks(loaded.diagram)) hosted += "\n  " + block;
+        const bool is_foreign = options.target != machine();
+        if (is_foreign && hosted.empty() && options.prefix.empty()) {
             pack_generated(loaded, name, options.target, folder);
+        } else {
+            fs::path prefix = options.prefix;
+            if (is_foreign && prefix.empty())
+                prefix = BF_BINARY_DIRECTORY / fs::path(options.target) / "prefix";
+            auto program = this_program(*loaded.registry);
+            if (!prefix.empty()) program = installed_program(prefix, options.target, program.plugins, hosted);
+            pack_program(program, loaded, options.model, name, folder);
+        }
         folder.commit();
     } catch (const fs::filesystem_error& error) {
         throw CommandError(std::string("cannot deploy: ") + error.what());
@@ -239,13 +281,19 @@ void add_deploy(CLI::App& app) {
         ->required();
     command
         ->add_option("--target", options->target,
-                     "x86_64 or aarch64; another machine than this one gets the generated program (this "
-                     "machine by default)")
+                     "x86_64 or aarch64; another machine than this one gets the generated program or, where "
+                     "blocks come from plugins, what --prefix holds (this machine by default)")
         ->type_name("MACHINE")
         ->check(CLI::IsMember(std::set<std::string>{"x86_64", "aarch64"}).description(""));
+    command
+        ->add_option("--prefix", options->prefix,
+                     "pack the program, the libraries and the model's plugins from this installation or "
+                     "package for that machine (where 'make aarch64' installs by default)")
+        ->type_name("DIR");
     command->footer("Examples:\n"
                     "  bf deploy examples/icub_balancing/balancing.yaml -o balancing\n"
-                    "  bf deploy docs/start/motor.yaml --target aarch64 -o motor");
+                    "  bf deploy docs/start/motor.yaml --target aarch64 -o motor\n"
+                    "  bf deploy examples/icub_balancing/balancing.yaml --target aarch64 -o balancing_arm");
     command->callback([options] { execute(*options); });
 }
 

@@ -69,8 +69,8 @@ class Writer {
     /// Ends the declaration of channels and starts the background thread.
     void begin();
 
-    /// Records samples of one instant, each `info.bytes()` bytes at `data`, matrices column-major. Between `begin`
-    /// and `close`. `time_ns` is not negative. No heap, no lock; after a write error it does nothing.
+    /// Records samples of one instant, each `info.bytes()` bytes at `data`, matrices column-major. Between
+    /// `begin` and `close`. `time_ns` is not negative. No heap, no lock; after a write error it does nothing.
     void append(std::span<const Sample> samples, std::int64_t time_ns) noexcept;
     void append(ChannelId channel, std::int64_t time_ns, const void* data) noexcept {
         const Sample sample{channel, data};

@@ -65,6 +65,9 @@ TEST_F(Deploy, APackageBringsItsRobotAndPlugin) {
     EXPECT_EQ(foreign.code, 1);
     EXPECT_CONTAINS(foreign.err, "there is no BlockFactory for " + other +
                                      " in package, which these blocks need:\n  robot (");
+    shell("rm again/lib/ld-linux*");
+    EXPECT_CONTAINS(bf("deploy robot.yaml --prefix again -o without").err,
+                    "glibc's dynamic loader, ld-linux*, is not among the libraries of again/bin/bf");
     std::filesystem::remove(folder / "package/lib/blockfactory/WholeBodyToolbox.so");
     const auto without = bf("deploy robot.yaml --prefix package -o without");
     EXPECT_EQ(without.code, 1);

@@ -115,6 +115,10 @@ class Generator {
     int stages_of_solver() const;
     std::string solver_name() const;
     bool uses_standard_library() const; ///< are some hosted blocks standard ones?
+    std::vector<std::string> plugins() const;
+    std::string library_declarations() const;
+    /// Statements that tell the registry what is linked, and where plugins are.
+    std::string add_libraries(const std::string& registry) const;
     std::string cmake_lists(const std::vector<std::string>& sources) const;
     std::string hosted_source() const;
     std::string elaborated_source() const;

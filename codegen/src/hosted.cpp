@@ -3,15 +3,63 @@
 
 #include "bf/elaborate/structure.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <set>
 
 namespace bf::codegen {
+
+namespace {
+
+/// The name that CMake's MAKE_C_IDENTIFIER gives the entry of a plugin that is linked.
+std::string entry_of(const std::string& plugin) {
+    std::string name = "bf_plugin_v1_" + plugin;
+    std::replace_if(
+        name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }, '_');
+    return name;
+}
+
+} // namespace
 
 bool Generator::uses_standard_library() const {
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
         if (is_hosted(static_cast<int>(n)) && diagram_.nodes[n].type.find('/') == std::string::npos)
             return true;
     return false;
+}
+
+std::vector<std::string> Generator::plugins() const {
+    std::set<std::string> names;
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
+        if (const auto& type = diagram_.nodes[n].type; is_hosted(static_cast<int>(n)) || is_dynamic())
+            if (const auto slash = type.find('/'); slash != std::string::npos)
+                names.insert(type.substr(0, slash));
+    return {names.begin(), names.end()};
+}
+
+std::string Generator::library_declarations() const {
+    std::string text = plugins().empty() ? "" : "#include \"bf/codegen/linked.hpp\"\n";
+    if (uses_standard_library() || is_dynamic()) text += "\n#include \"bf/blocks/standard.hpp\"\n";
+    if (plugins().empty()) return text + "\n";
+    text += "\n#ifdef BF_LINK_PLUGINS\n";
+    for (const auto& name : plugins()) text += "extern \"C\" void " + entry_of(name) + "(bf::Library&);\n";
+    return text + "#endif\n\n";
+}
+
+std::string Generator::add_libraries(const std::string& registry) const {
+    std::string text;
+    if (uses_standard_library() || is_dynamic())
+        text += "    " + registry + ".add(bf::standard_library());\n";
+    if (!plugins().empty()) {
+        text += "#ifdef BF_LINK_PLUGINS\n";
+        for (const auto& name : plugins())
+            text += "    " + registry + ".add(bf::generated::linked(" + literal(name) + ", " +
+                    entry_of(name) + "));\n";
+        text += "#endif\n";
+    }
+    return text + "#ifdef BF_PLUGIN_FOLDER\n    " + registry +
+           ".add_search_path(BF_PLUGIN_FOLDER);\n#endif\n";
 }
 
 std::string Generator::hosted_slot(int n, int s) const {
@@ -41,7 +89,6 @@ std::string Generator::hosted_slot(int n, int s) const {
 
 std::string Generator::hosted_source() const {
     const auto& d = diagram_;
-    const bool has_standard = uses_standard_library();
     std::string adds;
     const auto argument = [](const Value& value) -> std::string {
         const auto list = [](const auto& items, auto&& print) {
@@ -103,9 +150,8 @@ std::string Generator::hosted_source() const {
                                                     : "guards") +
                  ", " + number(task.index) + "}";
     return "// Blocks made through the factory, from the plugins in BLOCKFACTORY_PLUGIN_PATH.\n#include \"" +
-           file_ + ".hpp\"\n\n#include \"bf/codegen/hosted_blocks.hpp\"\n" +
-           (has_standard ? "\n#include \"bf/blocks/standard.hpp\"\n" : "") + "\nbf::generated::FixedNames " +
-           class_ + "::argument_table() noexcept {\n" +
+           file_ + ".hpp\"\n\n#include \"bf/codegen/hosted_blocks.hpp\"\n" + library_declarations() +
+           "bf::generated::FixedNames " + class_ + "::argument_table() noexcept {\n" +
            (names.empty()
                 ? "    return {nullptr, 0};\n"
                 : "    static constexpr bf::generated::FixedName rows[] = {\n" + names +
@@ -117,9 +163,8 @@ std::string Generator::hosted_source() const {
            "std::make_unique<bf::generated::HostedBlocks>(folder, "
            "std::vector<double>{" +
            periods + "});\n    blocks->change_arguments(arguments_);\n" +
-           (has_standard ? "    blocks->registry().add(bf::standard_library());\n" : "") +
-           "#ifdef BF_PLUGIN_FOLDER\n    blocks->registry().add_search_path(BF_PLUGIN_FOLDER);\n#endif\n" +
-           adds + "    blocks->finish({" + tasks + "});\n    return blocks;\n}\n\nbool " + class_ +
+           add_libraries("blocks->registry()") + adds + "    blocks->finish({" + tasks +
+           "});\n    return blocks;\n}\n\nbool " + class_ +
            "::start_hosted_blocks() noexcept {\n    try {\n        if (!hosted_) hosted_ = "
            "make_hosted_blocks();\n    } "
            "catch (const std::exception& error) {\n        problem_ = error.what();\n        return "
@@ -179,14 +224,7 @@ std::string Generator::elaborated_source() const {
 #include "@file@.hpp"
 
 #include "bf/codegen/elaborated.hpp"
-
-@standard@
-
-#ifndef BF_PLUGIN_FOLDER
-#define BF_PLUGIN_FOLDER "."
-#endif
-
-using bf::generated::ElaboratedModel;
+@libraries@using bf::generated::ElaboratedModel;
 using bf::generated::FixedNames;
 using bf::generated::NewValue;
 using bf::generated::Quantities;
@@ -220,8 +258,9 @@ std::string @Class@::elaborate(const std::string& parameter_file) {
             for (auto& given : bf::generated::read_overrides(parameter_file)) overrides.push_back(std::move(given));
         hosted_.reset();
         is_initialized_ = false;
-        auto model = std::make_unique<ElaboratedModel>(bf::standard_library(), BF_PLUGIN_FOLDER, folder, texts(),
-                                                       std::move(overrides), structure());
+        const auto add_libraries = [](bf::Registry& registry) {
+@add_libraries@        };
+        auto model = std::make_unique<ElaboratedModel>(add_libraries, folder, texts(), std::move(overrides), structure());
         planned_stop_ = model->stop_time();
         constants_.clear();
 @binds@@constants@@tasks@        hosted_ = std::move(model);
@@ -274,7 +313,8 @@ const char* @Class@::set_parameters(const NewValue* changes, int count) noexcept
                                       {"@binds@", binds},
                                       {"@constants@", constants},
                                       {"@tasks@", tasks},
-                                      {"@standard@", "#include \"bf/blocks/standard.hpp\""}})
+                                      {"@libraries@", library_declarations()},
+                                      {"@add_libraries@", add_libraries("registry")}})
         for (auto at = source.find(mark); at != std::string::npos; at = source.find(mark, at + value.size()))
             source.replace(at, mark.size(), value);
     return source;

@@ -430,9 +430,28 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
                 "installation.\nfind_package(BlockFactory REQUIRED)\n\n";
     text += "set(CMAKE_POSITION_INDEPENDENT_CODE ON)\nadd_library(" + model + " STATIC" + list +
             ")\ntarget_include_directories(" + model + " PUBLIC . include)\n";
-    if (has_hosted())
-        text += "target_link_libraries(" + model + " PUBLIC " + libraries + ")\ntarget_compile_definitions(" +
-                model + " PRIVATE BF_PLUGIN_FOLDER=\"$<TARGET_FILE_DIR:BlockFactory::core>/blockfactory\")\n";
+    if (has_hosted()) {
+        text += "target_link_libraries(" + model + " PUBLIC " + libraries + ")\n";
+        const std::string folder =
+            "target_compile_definitions(" + model +
+            " PRIVATE BF_PLUGIN_FOLDER=\"$<TARGET_FILE_DIR:BlockFactory::core>/blockfactory\")\n";
+        if (plugins().empty()) {
+            text += folder;
+        } else {
+            text += "option(LINK_PLUGINS \"make plugins part of the program instead of opening them when it "
+                    "starts\" "
+                    "OFF)\nif(LINK_PLUGINS)\n    target_compile_definitions(" +
+                    model + " PRIVATE BF_LINK_PLUGINS)\n    foreach(plugin";
+            for (const auto& name : plugins()) text += " " + name;
+            text += ")\n        if(NOT TARGET ${plugin}_static)\n            message(FATAL_ERROR \"there is "
+                    "no target "
+                    "${plugin}_static: add the project of the plugin to this build, before this folder\")\n  "
+                    "      "
+                    "endif()\n        target_link_libraries(" +
+                    model + " PRIVATE ${plugin}_static)\n    endforeach()\nelse()\n    " + folder +
+                    "endif()\n";
+        }
+    }
     return text + "\nfind_package(Threads REQUIRED)\nadd_executable(run_" + file_ +
            " main.cpp)\ntarget_link_libraries(run_" + file_ + " PRIVATE " + model + " Threads::Threads)\n" +
            "\n# The model for C and Python: " + file_ + ".py stands beside the library.\nadd_library(" +
@@ -547,6 +566,7 @@ Files Generator::run() {
         add_header(std::string("bf/codegen/") + support + ".hpp", files);
     if (is_dynamic()) add_header("bf/codegen/elaborated.hpp", files);
     if (has_hosted()) add_header("bf/codegen/hosted_blocks.hpp", files);
+    if (!plugins().empty()) add_header("bf/codegen/linked.hpp", files);
     return files;
 }
 

@@ -37,6 +37,40 @@ prefix/bin/bf run example/model.yaml --record filter.mcap
 prefix/bin/bf export filter.mcap -o filter.csv
 python3 "$source/tests/install/compare.py" filter.csv example/expected.csv 1e-12
 
+# A generated program takes the plugins from their folders, or carries them: then it needs none, and records the same.
+cat >linked.yaml <<END
+model: linked
+step: 0.01
+stop: 1
+blocks:
+  sine: {block: Sine, frequency: 30}
+  filter: {block: MyBlocks/SecondOrderFilter}
+  configuration: {block: WholeBodyToolbox/Configuration, joints: [l_knee, r_knee]}
+  pose: {block: Constant, value: eye(4)}
+  positions: {block: Constant, value: "[0.1; 0.2]"}
+  gravity: {block: WholeBodyToolbox/GetGravityForces}
+connections: {sine: filter, pose: gravity.w_H_b, positions: gravity.s}
+END
+prefix/bin/bf generate linked.yaml -o linked/generated >/dev/null
+cp -r example linked/example
+cat >linked/CMakeLists.txt <<END
+cmake_minimum_required(VERSION 3.16)
+project(linked LANGUAGES CXX)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY \${CMAKE_BINARY_DIR})
+find_package(BlockFactory REQUIRED)
+add_subdirectory(example)
+add_subdirectory(generated)
+END
+for how in OFF ON; do
+    cmake -S linked -B linked/build -DCMAKE_PREFIX_PATH="$work/prefix" -DLINK_PLUGINS=$how >configure.log 2>&1 ||
+        { cat configure.log; exit 1; }
+    cmake --build linked/build -j2 --target run_linked >build.log 2>&1 || { cat build.log; exit 1; }
+    mv linked/build/run_linked run_$how
+done
+./run_OFF --csv opened.csv
+(unset BLOCKFACTORY_PLUGIN_PATH && mv prefix/lib/blockfactory aside && ./run_ON --csv carried.csv && mv aside prefix/lib/blockfactory)
+cmp opened.csv carried.csv
+
 # A generated program that finds its sizes at its start builds against the installation only, too.
 cat >sized.yaml <<END
 model: sized

@@ -37,11 +37,10 @@ class ElaboratedModel final : public BlocksInContext {
     };
     /// The first text is the model's own. Throws what elaboration throws, and std::runtime_error naming the
     /// first part whose structure is another one than `structure`.
-    ElaboratedModel(const Library& library, const char* plugin_folder, const std::string& folder,
+    ElaboratedModel(void (*add_libraries)(Registry&), const std::string& folder,
                     const std::vector<Text>& texts, std::vector<ElaborateOptions::Override> overrides,
                     const std::vector<std::pair<const char*, std::uint64_t>>& structure) {
-        registry_.add(library);
-        registry_.add_search_path(plugin_folder);
+        add_libraries(registry_);
         const auto at = std::filesystem::absolute(folder);
         formats::Files files;
         for (const Text& text : texts) files[(at / text.file).lexically_normal()] = text.content;

@@ -35,6 +35,11 @@ struct SweepOptions {
 struct Row {
     std::vector<std::pair<std::string, double>> results;
     std::string error;
+    double failed_at = -1; ///< s; below 0: before its first step
+
+    std::string failure() const {
+        return failed_at < 0 ? error : "at t = " + number(failed_at) + " s: " + error;
+    }
 };
 
 std::string exact(double x) {
@@ -45,21 +50,20 @@ std::string exact(double x) {
 
 /// Doubles as texts, since JSON has no infinity and no NaN.
 std::string encoded(const Row& row) {
-    Json json{{"error", row.error}, {"results", Json::array()}};
+    Json json{{"error", row.error}, {"failed_at", row.failed_at}, {"results", Json::array()}};
     for (const auto& [name, value] : row.results) json["results"].push_back({name, exact(value)});
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 Row decoded(const std::string& text) {
     const Json json = Json::parse(text);
-    Row row{{}, json["error"]};
+    Row row{{}, json["error"], json["failed_at"]};
     for (const auto& result : json["results"])
         row.results.emplace_back(result[0], std::strtod(result[1].get<std::string>().c_str(), nullptr));
     return row;
 }
 
-/// Keeps what signals were when the last step was observed: after a step the memory of continuous outputs
-/// holds what the solver left there.
+/// Keeps what signals were when the last step was observed: one that fails leaves others.
 class Finals final : public Simulation::Observer {
   public:
     Finals(const Diagram& diagram, const std::vector<SignalName>& signals) {
@@ -120,8 +124,8 @@ Row run_point(const SweepOptions& options, const Point& point) {
         const RunResult result = run(simulation, diagram.stop);
         for (const auto& check : result.checks) row.results.emplace_back(check.name, check.value);
         row.results.insert(row.results.end(), finals.values.begin(), finals.values.end());
-        if (!result.failure.empty())
-            row.error = "at t = " + number(result.simulated) + " s: " + result.failure;
+        row.error = result.failure;
+        if (!row.error.empty()) row.failed_at = result.simulated;
     } catch (const std::exception& error) {
         row.error = error.what();
     }
@@ -145,11 +149,30 @@ class Table {
 
     std::size_t done() const { return done_; }
     std::size_t failed() const { return failed_; }
-    /// The error of the first row that has one.
-    std::string first_error() const {
-        for (const auto& row : rows_)
-            if (row && !row->error.empty()) return row->error;
-        return {};
+    /// How many runs failed, and every error once, as the first run has it.
+    std::string failures() const {
+        struct Failure {
+            std::size_t first, count;
+        };
+        std::vector<Failure> failures;
+        std::map<std::string, std::size_t> numbers;
+        each([&](std::size_t i, const Row& row) {
+            if (row.error.empty()) return;
+            const auto [known, is_new] = numbers.emplace(row.error, failures.size());
+            if (is_new) failures.push_back({i, 0});
+            ++failures[known->second].count;
+        });
+        constexpr std::size_t most = 10;
+        std::string text = std::to_string(failed_) + " of " + std::to_string(rows_.size()) + " runs failed";
+        for (std::size_t f = 0; f < std::min(most, failures.size()); ++f) {
+            const auto& [first, count] = failures[f];
+            text += "\n    run " + std::to_string(first) +
+                    (count > 1 ? " and " + std::to_string(count - 1) + " more: " : ": ") +
+                    rows_[first]->failure();
+        }
+        if (failures.size() > most)
+            text += "\n    and " + std::to_string(failures.size() - most) + " other errors";
+        return text;
     }
 
     std::string csv() const {
@@ -161,7 +184,7 @@ class Table {
             text += std::to_string(i);
             for (const auto& value : values(i)) text += "," + quoted(value);
             for (const auto& name : results_) text += "," + cell(row, name);
-            text += "," + quoted(row.error) + "\n";
+            text += "," + quoted(row.failure()) + "\n";
         });
         return text;
     }
@@ -173,7 +196,7 @@ class Table {
             const auto its = values(i);
             for (std::size_t n = 0; n < names_.size(); ++n) entry["set"][names_[n]] = its[n];
             for (const auto& [name, value] : row.results) entry["results"][name] = value;
-            if (!row.error.empty()) entry["error"] = row.error;
+            if (!row.error.empty()) entry["error"] = row.failure();
             list.push_back(std::move(entry));
         });
         return list;
@@ -194,7 +217,7 @@ class Table {
                     const auto* value = find(row, name);
                     line.push_back(value ? number(*value) : "-");
                 }
-                if (!row.error.empty()) line.push_back(row.error.substr(0, row.error.find('\n')));
+                if (!row.error.empty()) line.push_back("failed");
             });
         } else {
             cells.push_back({"", "mean", "deviation", "least", "most"});
@@ -350,7 +373,7 @@ void execute(const SweepOptions& options) {
     }
     if (options.as_json)
         std::fputs(to_text(table.json()).c_str(), stdout);
-    else
+    else if (table.failed() < count)
         table.print();
     std::fflush(stdout);
     const std::string what = std::to_string(table.done()) + " of " + std::to_string(count) + " runs";
@@ -358,12 +381,9 @@ void execute(const SweepOptions& options) {
         throw Interrupted(InterruptGuard::signal(),
                           "interrupted after " + what +
                               (output ? "; " + options.output + " holds them" : ""));
-    if (table.failed() == count)
-        throw CommandError("no run succeeded; the first one says: " + table.first_error());
+    if (table.failed() == count) throw CommandError(table.failures());
     if (options.as_json) return;
-    if (table.failed() > 0)
-        std::printf("  %zu of %zu runs failed; the column 'error' says why\n",
-                    static_cast<std::size_t>(table.failed()), static_cast<std::size_t>(table.done()));
+    if (table.failed() > 0) std::printf("  %s\n", table.failures().c_str());
     if (output) std::printf("  table in %s\n", options.output.c_str());
 }
 

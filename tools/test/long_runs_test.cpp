@@ -246,9 +246,24 @@ TEST_F(LongRuns, AFailedRunIsARowWithItsError) {
     EXPECT_EQ(sweep.code, 0) << sweep.err;
     EXPECT_CONTAINS(read("t.csv"), "at t = 0.4 s: stop: ");
     EXPECT_CONTAINS(read("t.csv"), "\n1,2,\n");
-    EXPECT_CONTAINS(sweep.out, "1 of 2 runs failed");
+    EXPECT_CONTAINS(
+        sweep.out,
+        "    0   0.35  failed\n    1      2\n  1 of 2 runs failed\n    run 0: at t = 0.4 s: stop: ");
+}
+
+TEST_F(LongRuns, SweepSaysEveryErrorOnceWithItsRuns) {
+    write("stop.yaml",
+          "model: s\nstep: 0.1\nstop: 1\nvariables: {limit: 1}\nblocks:\n  x: {block: Ramp}\n  low: {block: "
+          "CompareToConstant, operator: <, constant: limit}\n  stop: {block: Assertion}\nconnections: {x: "
+          "low, low: stop}\n");
+    const auto sweep = bf("sweep stop.yaml --set 'limit={2 0.35 0.55}' --set 'step={0.1 0}'");
+    EXPECT_EQ(sweep.code, 0) << sweep.err;
+    EXPECT_CONTAINS(sweep.out,
+                    "\n  5 of 6 runs failed\n"
+                    "    run 1 and 2 more: 'step' is 0; give a positive number of seconds\n"
+                    "    run 2 and 1 more: at t = 0.4 s: stop: the asserted condition does not hold\n");
     expect_error("sweep stop.yaml --set limit=0.1:0.1:0.3",
-                 "no run succeeded; the first one says: at t = 0.1 s: stop");
+                 "3 of 3 runs failed\n    run 0 and 2 more: at t = 0.1 s: stop: ");
 }
 
 TEST_F(LongRuns, SweepRefusesWrongValues) {
@@ -265,7 +280,7 @@ TEST_F(LongRuns, SweepRefusesWrongValues) {
                  "'x' in --random 'Kp~uniform(x,2)' is no number");
     expect_error("sweep loop.yaml --samples 3", "would repeat the same runs");
     expect_error("sweep none.yaml --set Kp=1", "there is no model file none.yaml");
-    expect_error("sweep loop.yaml --set Kq=1:2", "no run succeeded; the first one says: ");
+    expect_error("sweep loop.yaml --set Kq=1:2", "2 of 2 runs failed\n    run 0 and 1 more: ");
     EXPECT_FALSE(exists("t.csv"));
 }
 

@@ -291,12 +291,22 @@ std::string Channel::element_name(std::size_t element) const {
 }
 
 const Channel& Recording::channel(std::string_view name) const {
-    std::string known;
+    const std::string prefix = std::string(name) + ".";
+    const Channel* found = nullptr;
+    std::string known, inside;
     for (const Channel& channel : channels) {
         if (channel.name == name) return channel;
         known += (known.empty() ? "" : ", ") + channel.name;
+        if (!channel.name.starts_with(prefix) || channel.name.find('.', prefix.size()) != std::string::npos)
+            continue;
+        found = inside.empty() ? &channel : nullptr;
+        inside += (inside.empty() ? "" : ", ") + channel.name;
     }
-    throw std::runtime_error("the recording has no signal '" + std::string(name) + "'; it has: " + known);
+    if (found) return *found;
+    throw std::runtime_error(inside.empty()
+                                 ? "the recording has no signal '" + std::string(name) + "'; it has: " + known
+                                 : "the recording has several signals of '" + std::string(name) +
+                                       "': " + inside + "; name one");
 }
 
 Recording load(const std::filesystem::path& path) {

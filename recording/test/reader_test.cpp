@@ -150,6 +150,17 @@ TEST(Reader, NamesTheRecordedSignalsWhenOneIsMissing) {
               "the recording has no signal 'y'; it has: x, flags");
 }
 
+TEST(Reader, FindsTheOnlySignalOfABlock) {
+    Recording r;
+    for (const char* name : {"gain.y", "s.g.y", "two.a", "two.b", "two.deeper.y"})
+        r.channels.emplace_back().name = name;
+    EXPECT_EQ(r.channel("gain").name, "gain.y");
+    EXPECT_EQ(r.channel("s.g").name, "s.g.y");
+    EXPECT_EQ(error_of([&] { r.channel("two"); }),
+              "the recording has several signals of 'two': two.a, two.b; name one");
+    EXPECT_CONTAINS(error_of([&] { r.channel("s"); }), "the recording has no signal 's'; it has: gain.y, ");
+}
+
 TEST(Reader, NamesElementsFromZero) {
     Channel channel{.name = "c.M",
                     .topic = {},

@@ -16,23 +16,51 @@ namespace {
 
 struct PlotOptions {
     std::string recording, output;
-    std::vector<std::string> signals;
+    std::vector<std::string> signals, references;
     int width = 1200, height = 0;
 };
 
-/// One panel of several signals: a scalar overlays the others, the first of two equally sized is the
-/// reference.
+/// Does a word of its name say that others follow the signal?
+bool is_called_reference(const std::string& signal) {
+    constexpr std::string_view separators = "._";
+    for (std::size_t begin = 0; begin < signal.size();) {
+        const auto end = std::min(signal.find_first_of(separators, begin), signal.size());
+        const auto word = signal.substr(begin, end - begin);
+        for (const char* known : {"reference", "ref", "setpoint", "desired", "target"})
+            if (word == known) return true;
+        begin = end + 1;
+    }
+    return false;
+}
+
+/// Which signals are drawn as references: those that the user names, otherwise those that are called so. Not
+/// all of a panel.
+std::vector<bool> are_references(const recording::Recording& r, const std::vector<std::string>& signals,
+                                 const std::vector<std::string>& named) {
+    std::vector<bool> are;
+    for (const auto& signal : signals)
+        are.push_back(named.empty() ? is_called_reference(r.channel(signal).name)
+                                    : std::any_of(named.begin(), named.end(), [&](const std::string& name) {
+                                          return &r.channel(name) == &r.channel(signal);
+                                      }));
+    if (std::find(are.begin(), are.end(), false) == are.end()) are.assign(are.size(), false);
+    return are;
+}
+
+/// One panel of several signals.
 recording::Panel panel(const recording::Recording& r, const std::string& title,
-                       const std::vector<std::string>& signals) {
+                       const std::vector<std::string>& signals, const std::vector<std::string>& named) {
     recording::Panel result;
-    for (const auto& signal : signals) {
+    const auto references = are_references(r, signals, named);
+    for (std::size_t i = 0; i < signals.size(); ++i) {
+        const auto& signal = signals[i];
         auto part = recording::panel_of(r.channel(signal));
         for (auto& curve : part.curves) {
             if (signals.size() > 1 && part.curves.size() == 1) curve.name = signal;
-            curve.reference = signals.size() == 2 && &signal == &signals.front() && part.curves.size() <= 3;
+            curve.reference = references[i];
             result.curves.push_back(std::move(curve));
         }
-        if (&signal == &signals.front()) result.y_label = part.y_label;
+        if (i == 0) result.y_label = part.y_label;
         if (result.y_label != part.y_label) result.y_label.clear(); // no unit is that of all
         if (result.names.empty()) result.names = part.names;
     }
@@ -70,14 +98,14 @@ void plot(const PlotOptions& options) {
         figure.title = m->second.at("model");
     if (!options.signals.empty()) {
         for (const auto& signal : options.signals)
-            figure.panels.push_back(panel(r, signal, signals_of(r, signal)));
+            figure.panels.push_back(panel(r, signal, signals_of(r, signal), options.references));
     } else if (const auto plots = r.metadata.find("plots");
                plots != r.metadata.end() && !plots->second.empty()) {
         for (const auto& [key, text] : plots->second) { // "100 title": the number keeps the order
             std::istringstream lines(text);
             std::vector<std::string> signals;
             for (std::string line; std::getline(lines, line);) signals.push_back(line);
-            figure.panels.push_back(panel(r, key.substr(key.find(' ') + 1), signals));
+            figure.panels.push_back(panel(r, key.substr(key.find(' ') + 1), signals, options.references));
         }
     } else {
         constexpr std::size_t most = 8;
@@ -153,6 +181,13 @@ void add_plot(CLI::App& app) {
             "what to draw, a panel each; a,b in one panel; a.* all of a; nothing: the panels that the model "
             "asks for")
         ->type_name("");
+    command
+        ->add_option(
+            "--reference", options->references,
+            "a signal to draw dashed over the one that follows it; may be repeated. Otherwise signals with "
+            "reference, ref, setpoint, desired or target in their name")
+        ->type_name("SIGNAL")
+        ->allow_extra_args(false);
     command->add_option("-o,--output", options->output, "PNG or SVG file; otherwise beside the recording")
         ->type_name("FILE");
     command->add_option("--width", options->width, "pixels")

@@ -165,9 +165,40 @@ TEST_F(Verbs, PlotDrawsThePanelsOfTheModelOrTheSignalsNamed) {
     bf("run sine.yaml --record run.mcap");
     EXPECT_EQ(bf("plot run.mcap").out, "run.png\n");
     EXPECT_EQ(read("run.png").substr(1, 3), "PNG");
-    EXPECT_EQ(bf("plot run.mcap 'source.*' source.y,gain.y -o two.svg").out, "two.svg\n");
-    EXPECT_CONTAINS(read("two.svg"), "source.y,gain.y"); // the panel's title
+    EXPECT_EQ(bf("plot run.mcap 'source.*' source,gain.y -o two.svg").out, "two.svg\n");
+    EXPECT_CONTAINS(read("two.svg"), "source,gain.y"); // the panel's title
     EXPECT_EQ(files(), "run.mcap run.png sine.yaml two.svg");
+}
+
+TEST_F(Verbs, PlotDashesOnlyWhatIsNamedAReference) {
+    write("follow.yaml", R"m(model: m
+step: 0.1
+stop: 1
+blocks:
+  q_desired: {block: Sine}
+  q: {block: Gain, K: 0.9}
+  other: {block: Gain, K: 0.5}
+connections: {q_desired: [q, other]}
+)m");
+    ASSERT_EQ(bf("run follow.yaml --record run.mcap").code, 0);
+    const auto dashes = [&](const std::string& options) {
+        EXPECT_EQ(bf("plot run.mcap -o plot.svg " + options).code, 0) << options;
+        const std::string svg = read("plot.svg");
+        int count = 0;
+        for (auto at = svg.find("stroke-dasharray='"); at != std::string::npos;
+             at = svg.find("stroke-dasharray='", at + 1))
+            count += svg.substr(at + 18, 1) != "2"; // the grid is dotted
+        return count;
+    };
+    const int none = dashes("q,other");
+    EXPECT_EQ(dashes("other,q"), none);
+    EXPECT_EQ(dashes("q_desired"), none) << "nothing follows it";
+    const int one = dashes("q_desired,q");
+    EXPECT_GT(one, none);
+    EXPECT_EQ(dashes("q,q_desired,other"), one);
+    EXPECT_EQ(dashes("q,other --reference other"), one);
+    EXPECT_EQ(dashes("q,q_desired --reference other.y"), none);
+    EXPECT_CONTAINS(bf("plot run.mcap --reference nope q").err, "the recording has no signal 'nope'");
 }
 
 TEST_F(Verbs, ExportWritesExactValues) {

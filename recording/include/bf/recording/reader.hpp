@@ -57,7 +57,8 @@ struct Recording {
     bool complete = false; ///< false when the file was cut or damaged: then the rest is what could be read
     std::string defect;    ///< the first thing found wrong, empty if complete
 
-    /// Throws std::runtime_error that names the recorded signals when `name` is not one of them.
+    /// A signal by its path, or by that of its block or subsystem where this has no other in the recording.
+    /// Throws std::runtime_error that names the recorded signals, or those of the block.
     const Channel& channel(std::string_view name) const;
 };
 

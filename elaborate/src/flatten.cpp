@@ -266,7 +266,7 @@ class Flattener {
         scope.parent = &parent;
         scope.path = path;
         inherit(scope, parent);
-        sample_time(parent, block, path, scope.period, scope.offset);
+        sample_time(parent, block, path, scope.sample_time);
         parent.items[block.name] = {-1, &scope};
         const auto* with = block.reference ? &block.reference->with : nullptr;
         if (content->execution == model::Execution::for_each) return add_parts(scope, with);
@@ -279,8 +279,7 @@ class Flattener {
     static void inherit(Scope& scope, const Scope& parent) {
         scope.condition = parent.condition;
         scope.loop = parent.loop;
-        scope.period = parent.period;
-        scope.offset = parent.offset;
+        scope.sample_time = parent.sample_time;
     }
 
     void add_condition(Scope& scope) {
@@ -440,9 +439,7 @@ class Flattener {
                 definition.end = {index, d.find(definition.path.substr(path.size() + 1), Role::parameter)};
         scope.items[block.name] = {index, nullptr};
         scope.nodes.push_back(index);
-        auto& period = e_.node_periods.emplace_back(scope.period);
-        auto& offset = e_.node_offsets.emplace_back(scope.offset);
-        sample_time(scope, block, path, period, offset);
+        sample_time(scope, block, path, e_.sample_times.emplace_back(scope.sample_time));
         e_.diagram.nodes.push_back(std::move(node));
     }
 
@@ -462,11 +459,12 @@ class Flattener {
 
     /// The sample time a block or subsystem names for itself; an offset belongs to its period.
     void sample_time(const Scope& around, const model::Block& block, const std::string& path,
-                     std::optional<double>& period, std::optional<double>& offset) {
+                     SampleTime& time) {
         if (!block.period) return;
-        period = e_.evaluate_scalar(*block.period, around.variables, path, "period");
-        offset.reset();
-        if (block.offset) offset = e_.evaluate_scalar(*block.offset, around.variables, path, "offset");
+        const auto value = [&](const auto& expression, const char* what) {
+            return expression ? e_.evaluate_scalar(*expression, around.variables, path, what) : std::nullopt;
+        };
+        time = {value(block.period, "period"), value(block.offset, "offset"), &block, path};
     }
 
     /// The block's settings after overrides called path.setting.

@@ -57,12 +57,10 @@ class Rates {
             } else if (is_continuous(nodes_[n])) {
                 if (nodes_[n].loop >= 0) refuse_continuous(nodes_[n], "a loop");
                 nodes_[n].rate = continuous_;
-            } else if (e_.node_periods[n] && *e_.node_periods[n] > 0) {
-                if (never_changes(nodes_[n]) && has_no_inputs(nodes_[n]))
-                    nodes_[n].rate = constant_rate;
-                else
-                    nodes_[n].rate =
-                        given(static_cast<int>(n), *e_.node_periods[n], e_.node_offsets[n].value_or(0));
+            } else if (e_.sample_times[n].period.value_or(0) > 0) {
+                nodes_[n].rate = never_changes(nodes_[n]) && has_no_inputs(nodes_[n])
+                                     ? constant_rate
+                                     : given(e_.sample_times[n]);
             } else if (has_no_inputs(nodes_[n])) {
                 nodes_[n].rate = never_changes(nodes_[n]) ? constant_rate : fastest(nodes_[n]);
             }
@@ -169,7 +167,7 @@ class Rates {
             return a;
         };
         for (std::size_t n = 0; n < nodes_.size(); ++n)
-            for (const auto& time : {e_.node_periods[n], e_.node_offsets[n]})
+            for (const auto& time : {e_.sample_times[n].period, e_.sample_times[n].offset})
                 if (time && *time > 0) {
                     step = step == 0 ? *time : divide(std::max(step, *time), std::min(step, *time));
                     shortest = std::min(shortest, *time);
@@ -189,21 +187,21 @@ class Rates {
         return static_cast<int>(rates.size()) - 1;
     }
 
-    int given(int n, double period, double offset) {
+    int given(const SampleTime& sample_time) {
         const double step = e_.diagram.step;
-        const auto ticks = [&](double time, const char* what) -> std::int64_t {
+        const auto ticks = [&](const std::optional<model::Expression>& key, double time, const char* what) {
             const double count = std::round(time / step);
             const bool fits = std::abs(count * step - time) <= 1e-9 * std::max(time, step) && count >= 0;
-            // Once: the blocks of a subsystem have its period.
-            if (!fits && misfits_.insert(time).second)
-                e_.report.add(nodes_[static_cast<std::size_t>(n)].where,
-                              nodes_[static_cast<std::size_t>(n)].path,
+            // Once: the blocks of a subsystem have its sample time.
+            if (!fits && misfits_.insert(&*key).second)
+                e_.report.add(key->where, sample_time.path,
                               std::string(what) + " " + matlab::number_text(time) +
                                   " s is no multiple of the base period " + matlab::number_text(step) + " s",
                               "change it, or give the model a 'step' that divides it");
             return static_cast<std::int64_t>(count);
         };
-        const std::int64_t p = ticks(period, "period"), o = ticks(offset, "offset");
+        const std::int64_t p = ticks(sample_time.given_by->period, *sample_time.period, "period");
+        const std::int64_t o = ticks(sample_time.given_by->offset, sample_time.offset.value_or(0), "offset");
         if (p < 1) return base_;
         return rate_of({p, o % p, false});
     }
@@ -378,7 +376,7 @@ class Rates {
     std::vector<DiagramNode>& nodes_;
     std::vector<Condition>& conditions_ = e_.diagram.conditions;
     int base_ = 0, continuous_ = -1;
-    std::set<double> misfits_; ///< times that fit no step, s
+    std::set<const model::Expression*> misfits_; ///< that gave times which fit no step
 };
 
 } // namespace

@@ -45,6 +45,13 @@ struct Variables : matlab::Workspace {
     }
 };
 
+/// What a block names as its sample time, or the subsystem around it.
+struct SampleTime {
+    std::optional<double> period, offset; ///< s, where given
+    const model::Block* given_by = nullptr;
+    std::string path; ///< of that block
+};
+
 /// One subsystem of the model while it is being dissolved.
 struct Scope {
     const model::System* system = nullptr;
@@ -53,7 +60,7 @@ struct Scope {
     std::string path;
     Variables variables;
     int condition = 0, loop = -1;
-    std::optional<double> period, offset;
+    SampleTime sample_time;
     std::vector<int> nodes; ///< blocks that stand directly in it
 
     /// What a name in this subsystem stands for.
@@ -102,7 +109,7 @@ struct Elaboration {
     Diagram diagram;
     std::deque<Scope> scopes; ///< stable addresses
     std::vector<Bus> buses;
-    std::vector<std::optional<double>> node_periods, node_offsets; ///< s, where given
+    std::vector<SampleTime> sample_times; ///< by node
 
     /// What the document says about the signal at a subsystem's port.
     struct Declared {

@@ -343,8 +343,7 @@ class Wiring {
         node.condition = scope.condition;
         node.loop = scope.loop;
         node.where = port.where ? port.where : scope.self ? scope.self->where : e_.model.where;
-        e_.node_periods.push_back(scope.period);
-        e_.node_offsets.push_back(scope.offset);
+        e_.sample_times.push_back(scope.sample_time);
         e_.diagram.nodes.push_back(std::move(node));
         return static_cast<int>(e_.diagram.nodes.size()) - 1;
     }

@@ -255,13 +255,16 @@ connections:
 TEST(Errors, SampleTimesMustFitTheBaseStep) {
     EXPECT_EQ(errors_of("model: m\nstep: 0.01\nblocks:\n  t: {block: Clock, period: 0.015}\n"
                         "  s: {block: Clock, period: 0.02, offset: 0.005}\n"),
-              "m.yaml:4:3: t: period 0.015 s is no multiple of the base period 0.01 s; change it, or give "
+              "m.yaml:4:29: t: period 0.015 s is no multiple of the base period 0.01 s; change it, or give "
               "the model a 'step' that divides it\n"
-              "m.yaml:5:3: s: offset 0.005 s is no multiple of the base period 0.01 s; change it, or give "
+              "m.yaml:5:43: s: offset 0.005 s is no multiple of the base period 0.01 s; change it, or give "
               "the model a 'step' that divides it");
     EXPECT_EQ(errors_of("model: m\nstep: 0.01\nblocks:\n  s:\n    period: 0.015\n"
-                        "    blocks: {t: {block: Clock}, u: {block: Clock}}\n"),
-              "m.yaml:6:14: s.t: period 0.015 s is no multiple of the base period 0.01 s; change it, or give "
+                        "    blocks: {t: {block: Clock}, u: {block: Clock}}\n"
+                        "  r:\n    period: 0.015\n    blocks: {t: {blocks: {u: {block: Clock}}}}\n"),
+              "m.yaml:5:13: s: period 0.015 s is no multiple of the base period 0.01 s; change it, or give "
+              "the model a 'step' that divides it\n"
+              "m.yaml:8:13: r: period 0.015 s is no multiple of the base period 0.01 s; change it, or give "
               "the model a 'step' that divides it");
     EXPECT_EQ(errors_of("model: m\nblocks:\n  t: {block: Clock}\n"),
               "m.yaml:1:1: neither the model nor any block names a sample time; give the model a 'step', "

@@ -400,7 +400,8 @@ std::vector<Block> Reader::read_blocks(const Node& map, const std::string& path)
 Block Reader::read_block(const Node& name, const Node& map, const std::string& path) {
     Block block{.name = name.text, .where = at(name)};
     block.type_where = block.where;
-    const bool is_library = map.has("block"), is_file = map.has("file"), is_system = map.has("blocks");
+    const bool is_library = map.has("block"), is_system = map.has("blocks");
+    const bool is_file = map.has("file") && !is_library; // a library's block may have a setting `file`
     const keys::Keys& known = is_library ? keys::library_block : is_file ? keys::reference : keys::subsystem;
     if (!map.is_map() || is_library + is_file + is_system != 1) {
         std::string remedy = "say which it is: of a library, a subsystem, or in a file of its own";
@@ -430,10 +431,10 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
         else if (key.text == "block") {
             block.type = read_text(key, value, path);
             block.type_where = at(value);
-        } else if (key.text == "file") {
+        } else if (is_file && key.text == "file") {
             block.reference->file = read_text(key, value, path);
             block.reference->where = at(value);
-        } else if (key.text == "with")
+        } else if (is_file && key.text == "with")
             block.reference->with = read_variables(value, path);
         else if (key.text == "connections" && is_system)
             connections = &value;

@@ -128,8 +128,11 @@ TEST(Errors, ExplainValuesThatYamlReadsOtherwise) {
               "m.yaml:3:14: a: 'block' is a text; write it on one line or after '|'");
     EXPECT_EQ(errors_of_blocks("  ~: {block: Gain}\n"),
               "m.yaml:3:3: a key that is no text; put the key in double quotes");
-    EXPECT_EQ(errors_of_blocks("  a: {block: Gain, file: x.yaml}\n").substr(0, 78),
+    EXPECT_EQ(errors_of_blocks("  a: {block: Gain, blocks: {}}\n").substr(0, 78),
               "m.yaml:3:3: a: a block has exactly one of `block: TYPE`, `blocks:` and `file:`");
+    EXPECT_EQ(errors_of_blocks("  a: {block: Gain, with: {a: 1}}\n"),
+              "m.yaml:3:26: a: 'with' is an expression, not a mapping; put a struct in `variables` and name "
+              "it here");
 }
 
 TEST(Errors, NameTheChoicesOfAKey) {

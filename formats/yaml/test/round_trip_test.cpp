@@ -181,6 +181,14 @@ TEST(Writer, KeepsWhatVariablesDeclare) {
               "model: m\nvariables:\n  # torque\n  K: {value: 1, minimum: 0}  # Nm\n");
 }
 
+TEST(Writer, KeepsASettingThatIsCalledFile) {
+    const std::string text = "model: m\nblocks:\n  a: {block: SignalFromFile, file: a.csv}\n";
+    EXPECT_EQ(rewritten(text), text);
+    const Block block = std::move(read_yaml_text(text).root.blocks.at(0));
+    EXPECT_FALSE(block.reference);
+    EXPECT_EQ(block.settings.at(0).value.text, "a.csv");
+}
+
 TEST(Writer, WritesWhatABuilderMade) {
     Builder m{"built"};
     m.step(0.001).record({"a", "s.*"}).plot("Torque: all", {"a"});

@@ -392,6 +392,12 @@ int main() {
                                        "3 50 4\n1 1\n");
 }
 
+TEST(GeneratedCode, DefinesNoMacroForThoseWhoIncludeIt) {
+    const Elaborated model(formats::read_yaml_text(limited_model, "m.yaml"));
+    for (const auto& [file, text] : generate(model.diagram))
+        EXPECT_EQ(text.find("#define"), std::string::npos) << file;
+}
+
 TEST(GeneratedCode, ForMicrocontrollersRefusesWithoutFormattingNumbers) {
     const Elaborated model(formats::read_yaml_text(limited_model, "m.yaml"));
     const Folder folder("limited_embedded");

@@ -82,12 +82,13 @@ template <class T, int... N> constexpr WholeNumbers<T, N...> numbers() noexcept 
 /// Runs a kernel out of line: one copy for all calls with the same kernel, types and extents. On x86-64 there
 /// is a second one with vectors of 32 bytes; which one runs is decided when the program is loaded. Both round
 /// alike, for contraction is off.
+template <class Kernel, class... Views>
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__OPTIMIZE__) && !defined(__clang__)
-#define BF_OUT_OF_LINE [[gnu::noinline, gnu::flatten, gnu::target_clones("default", "arch=x86-64-v3")]]
+[[gnu::noinline, gnu::flatten, gnu::target_clones("default", "arch=x86-64-v3")]]
 #else
-#define BF_OUT_OF_LINE [[gnu::noinline]]
+[[gnu::noinline]]
 #endif
-template <class Kernel, class... Views> BF_OUT_OF_LINE auto call(Kernel kernel, Views... views) noexcept {
+auto call(Kernel kernel, Views... views) noexcept {
     return kernel(views...);
 }
 

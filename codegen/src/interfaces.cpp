@@ -44,6 +44,10 @@ void @prefix@_destroy(@prefix@_model* model);
 bool @prefix@_initialize(@prefix@_model* model);
 /* One period. False when the step failed; it then fails until @prefix@_initialize. */
 bool @prefix@_step(@prefix@_model* model);
+/* The two halves of a step. Between them @prefix@_get reads the signals of the step; after it continuous ones are those of the
+   solver's last stage. */
+bool @prefix@_output(@prefix@_model* model);
+bool @prefix@_update(@prefix@_model* model);
 void @prefix@_terminate(@prefix@_model* model);
 
 double @prefix@_period(void);                         /* of a step [s] */
@@ -68,7 +72,9 @@ int @prefix@_get(const @prefix@_model* model, const char* name, double* values, 
 )~";
 
 constexpr const char* c_source = R"~(
-struct @prefix@_model : @Class@ {@members@};
+struct @prefix@_model : @Class@ {
+    std::string wrong@folder_member@; // with the parameter file
+};
 
 extern "C" {
 
@@ -76,6 +82,8 @@ extern "C" {
 void @prefix@_destroy(@prefix@_model* model) { delete model; }
 bool @prefix@_initialize(@prefix@_model* model) { return model->initialize(); }
 bool @prefix@_step(@prefix@_model* model) { return model->step(); }
+bool @prefix@_output(@prefix@_model* model) { return model->output(); }
+bool @prefix@_update(@prefix@_model* model) { return model->update(); }
 void @prefix@_terminate(@prefix@_model* model) { model->terminate(); }
 double @prefix@_period(void) { return @Class@::period; }
 double @prefix@_time(const @prefix@_model* model) { return model->time(); }
@@ -98,6 +106,19 @@ int @prefix@_get(const @prefix@_model* model, const char* name, double* values, 
 }
 )~";
 
+constexpr const char* c_load =
+    R"~(/* Takes the values of a parameter file, as the program does with --params; arguments of blocks before the first
+   @prefix@_initialize. "": none. Null, or what is wrong, until the next call; nothing changes then. */
+const char* @prefix@_load_parameters(@prefix@_model* model, const char* file);
+)~";
+
+constexpr const char* c_load_source =
+    R"~(const char* @prefix@_load_parameters(@prefix@_model* model, const char* file) {
+    model->wrong = *file ? bf::generated::load_parameters(*model, file) : "";
+    return model->wrong.empty() ? nullptr : model->wrong.c_str();
+}
+)~";
+
 constexpr const char* c_elaborate =
     R"~(/* Finds sizes and memory with the values of a parameter file, as `bf run --params` takes it; null: with none. Null, or what is
    wrong, until the next call. @prefix@_initialize does it without a file, if nobody did; `data` of inputs and outputs is null before. */
@@ -108,6 +129,18 @@ constexpr const char* c_elaborate_source =
     R"~(const char* @prefix@_elaborate(@prefix@_model* model, const char* parameter_file) {
     model->wrong = model->elaborate(parameter_file ? parameter_file : "");
     return model->wrong.empty() ? nullptr : model->wrong.c_str();
+}
+)~";
+
+constexpr const char* c_folder =
+    R"~(/* Where relative file names of blocks are meant from, instead of the model's folder; before all that follows creation. */
+void @prefix@_set_folder(@prefix@_model* model, const char* folder);
+)~";
+
+constexpr const char* c_folder_source =
+    R"~(void @prefix@_set_folder(@prefix@_model* model, const char* folder) {
+    model->own_folder = folder;
+    model->folder = model->own_folder.c_str();
 }
 )~";
 
@@ -148,10 +181,9 @@ class _Arrays:
         array[:] = [values] * len(array) if isinstance(values, (int, float)) else values
 )~";
 
-constexpr const char* python_elaborate =
-    R"~(        wrong = _function("elaborate", _text, _model, _text)(self._model, os.fsencode(parameters) or None)
-        if wrong:
-            raise ValueError(wrong.decode())
+constexpr const char* python_folder =
+    R"~(        if folder:
+            _function("set_folder", None, _model, _text)(self._model, os.fsencode(folder))
 )~";
 
 constexpr const char* python_class = R"~(
@@ -167,6 +199,8 @@ _create = _function("create", _model)
 _destroy = _function("destroy", None, _model)
 _initialize = _function("initialize", ctypes.c_bool, _model)
 _step = _function("step", ctypes.c_bool, _model)
+_output = _function("output", ctypes.c_bool, _model)
+_update = _function("update", ctypes.c_bool, _model)
 _terminate = _function("terminate", None, _model)
 _time = _function("time", ctypes.c_double, _model)
 _failed_block = _function("failed_block", _text, _model)
@@ -186,11 +220,15 @@ class @Class@:
 
     period = _function("period", ctypes.c_double)()
 
-    def __init__(self@parameters@):
+    def __init__(self, parameters=""@folder_argument@):
+        """With the values of a parameter file, as the program takes it with --params.@folder_doc@"""
         self._model = _create()
         if not self._model:
             raise MemoryError("@Class@")
-@elaborate@@structures@        self.initialize()
+@set_folder@        wrong = _function("@load@", _text, _model, _text)(self._model, os.fsencode(parameters))
+        if wrong:
+            raise ValueError(wrong.decode().rstrip())
+@structures@        self.initialize()
 
     def __del__(self):
         if getattr(self, "_model", None):
@@ -208,6 +246,15 @@ class @Class@:
     def step(self):
         """One period."""
         self._check(_step(self._model))
+
+    def output(self):
+        """The first half of a step. Afterwards `get` reads its signals; after the step continuous ones are those of the
+        solver's last stage."""
+        self._check(_output(self._model))
+
+    def update(self):
+        """The second half of a step."""
+        self._check(_update(self._model))
 
     @property
     def time(self):
@@ -286,8 +333,9 @@ void Generator::add_interfaces(Files& files) const {
         "typedef struct @prefix@_model @prefix@_model;\n\n";
     std::string source = "// " + comment(diagram_.name) +
                          ": C interface.\n#include \"@prefix@_c.h\"\n\n#include "
-                         "\"@prefix@.hpp\"\n\n#include <new>\n" +
-                         std::string(c_source);
+                         "\"@prefix@.hpp\"\n\n" +
+                         (is_dynamic() ? "" : "#include \"bf/codegen/parameter_file.hpp\"\n\n") +
+                         "#include <new>\n#include <string>\n" + std::string(c_source);
     std::string python =
         "\"\"\"" + comment(diagram_.name) +
         ", a model generated by BlockFactory: write inputs, call step(), read outputs.\"\"\"\n" + python_head;
@@ -318,19 +366,24 @@ void Generator::add_interfaces(Files& files) const {
         python += python_structure("Outputs", outputs_doc, outputs_);
         add_structure("outputs", "Outputs");
     }
-    if (is_dynamic()) {
-        accessors += c_elaborate;
-        source += c_elaborate_source;
+    if (has_hosted()) {
+        accessors += c_folder;
+        source += c_folder_source;
     }
+    accessors += is_dynamic() ? c_elaborate : c_load;
+    source += is_dynamic() ? c_elaborate_source : c_load_source;
     header += accessors + "\n" + c_functions + "\n#ifdef __cplusplus\n}\n#endif\n";
     source += "\n} // extern \"C\"\n";
-    const Marks marks{
-        {"@members@", is_dynamic() ? "\n    std::string wrong; // with what was elaborated last\n" : ""},
-        {"@parameters@", is_dynamic() ? ", parameters=\"\"" : ""},
-        {"@elaborate@", is_dynamic() ? python_elaborate : ""},
-        {"@structures@", structures},
-        {"@prefix@", file_},
-        {"@Class@", class_}};
+    const Marks marks{{"@folder_member@", has_hosted() ? ", own_folder" : ""},
+                      {"@folder_argument@", has_hosted() ? ", folder=\"\"" : ""},
+                      {"@folder_doc@", has_hosted() ? " Relative file names of\n        blocks are meant "
+                                                      "from `folder` instead of the model's folder."
+                                                    : ""},
+                      {"@set_folder@", has_hosted() ? python_folder : ""},
+                      {"@load@", is_dynamic() ? "elaborate" : "load_parameters"},
+                      {"@structures@", structures},
+                      {"@prefix@", file_},
+                      {"@Class@", class_}};
     files[file_ + "_c.h"] = filled(header, marks);
     files[file_ + "_c.cpp"] = filled(source, marks);
     files[file_ + ".py"] = filled(python + python_class, marks);

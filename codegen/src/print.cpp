@@ -100,7 +100,13 @@ std::string Generator::header() const {
         structure("Inputs", "Written by the caller before each step.", inputs_, false) + "\n" +
         structure("Outputs", "Valid after each step.", outputs_, false) + "\n" +
         structure("Parameters", "May change between two steps; see set_parameter.", parameters_, true) +
-        "\n" + variables_structure() + structure("Signals", "What the blocks compute.", signals_, false) +
+        "\n" + variables_structure() +
+        structure("Signals",
+                  has_continuous_states()
+                      ? "What the blocks compute, of the step between output() and update(). After update() "
+                        "continuous\n    /// ones are those of the solver's last stage."
+                      : "What the blocks compute.",
+                  signals_, false) +
         "\n" + structure("States", "What is kept from step to step.", states_, true) + "\n";
     if (has_continuous_states())
         text += structure("ContinuousStates", "What the solver integrates; read as one array of double.",

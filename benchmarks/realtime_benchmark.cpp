@@ -1,6 +1,6 @@
-// What our loop adds, per period, to the machine's own wake-up latency: 99.99th percentiles over 20,000
-// periods of the balancing iCub, controlled at 1 kHz, with all that is not its blocks: pacing, recording,
-// live signals.
+// What our loop adds, per period, to the machine's own wake-up latency, and that latency beside cyclictest's: 99.99th
+// percentiles over 20,000 periods of the balancing iCub, controlled at 1 kHz, recorded as its model says, with a
+// server of live signals.
 #include "session.hpp"
 
 #include "bf/engine/recorder.hpp"
@@ -24,24 +24,35 @@ void report_time(benchmark::State& state, Nanoseconds time) {
     state.SetItemsProcessed(1);
 }
 
+/// Of this thread: what a hypervisor or another program takes away is not the loop's.
+Nanoseconds processor_time() {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return time.tv_sec * 1'000'000'000 + time.tv_nsec;
+}
+
 /// The time when the observers registered before it were done.
 class Stamp final : public bf::Simulation::Observer {
   public:
-    void observe(const bf::Simulation&) noexcept override { time = now(); }
+    void observe(const bf::Simulation&) noexcept override { time = processor_time(); }
     Nanoseconds time = 0;
 };
 
 class Since final : public bf::Simulation::Observer {
   public:
     explicit Since(const Stamp& begin) : begin_(begin) {}
-    void observe(const bf::Simulation&) noexcept override { histogram.add(now() - begin_.time); }
+    void observe(const bf::Simulation&) noexcept override { histogram.add(processor_time() - begin_.time); }
     Histogram histogram;
 
   private:
     const Stamp& begin_;
 };
 
-void with_runner(benchmark::State& state) {
+struct Percentiles {
+    Nanoseconds overhead, latency;
+};
+
+Percentiles with_runner() {
     bf::tools::ModelOptions model;
     model.file = BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml";
     model.sets = {"T_control=0.001", "scenario=1"};
@@ -49,26 +60,28 @@ void with_runner(benchmark::State& state) {
     const auto& diagram = loaded.diagram;
     const auto file =
         std::filesystem::temp_directory_path() / ("bf_rt_" + std::to_string(getpid()) + ".mcap");
-    for (auto _ : state) {
-        bf::Simulation simulation(diagram);
-        bf::Recorder recorder(simulation, diagram.signals(), file, {}, {.drop_when_full = true});
-        RunnerOptions options;
-        options.thread.priority = 50; // as cyclictest; where it is refused, both are ordinary threads
-        Runner runner(simulation, options);
-        Server server(simulation, diagram.signals(), runner.parameters(), {.port = 0});
-        Stamp begin;
-        Since observers(begin);
-        runner.add_observer(begin);
-        runner.add_observer(recorder);
-        runner.add_observer(server);
-        runner.add_observer(observers);
-        runner.run(periods * 0.001, [](const auto&) { return true; });
-        recorder.close();
-        if (const auto failure = runner.failure(); !failure.empty()) throw std::runtime_error(failure);
-        report_time(state,
-                    runner.statistics().latency.percentile(0.9999) + observers.histogram.percentile(0.9999));
-    }
+    bf::Simulation simulation(diagram);
+    bf::Recorder recorder(simulation, diagram.recorded(), file, {}, {.drop_when_full = true});
+    RunnerOptions options;
+    options.thread.priority = 50; // as cyclictest; where it is refused, both are ordinary threads
+    Runner runner(simulation, options);
+    Server server(simulation, diagram.signals(), runner.parameters(), {.port = 0});
+    Stamp begin;
+    Since observers(begin);
+    runner.add_observer(begin);
+    runner.add_observer(recorder);
+    runner.add_observer(server);
+    runner.add_observer(observers);
+    runner.run(periods * 0.001, [](const auto&) { return true; });
+    recorder.close();
     std::filesystem::remove(file);
+    if (const auto failure = runner.failure(); !failure.empty()) throw std::runtime_error(failure);
+    return {observers.histogram.percentile(0.9999), runner.statistics().latency.percentile(0.9999)};
+}
+
+void runner(benchmark::State& state, Nanoseconds Percentiles::*which) {
+    static const Percentiles measured = with_runner();
+    for (auto _ : state) report_time(state, measured.*which);
 }
 
 /// From the histogram that cyclictest prints, lines "latency in us, count".
@@ -87,14 +100,20 @@ void cyclictest(benchmark::State& state) {
 
 } // namespace
 
-BENCHMARK(with_runner)
+BENCHMARK_CAPTURE(runner, overhead, &Percentiles::overhead)
     ->Name("realtime.overhead_p9999")
     ->UseManualTime()
     ->Iterations(1)
     ->Repetitions(1)
     ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(runner, latency, &Percentiles::latency)
+    ->Name("realtime.latency_p9999")
+    ->UseManualTime()
+    ->Iterations(1)
+    ->Repetitions(1)
+    ->Unit(benchmark::kMicrosecond);
 BENCHMARK(cyclictest)
-    ->Name("realtime.overhead_p9999/cyclictest")
+    ->Name("realtime.latency_p9999/cyclictest")
     ->UseManualTime()
     ->Iterations(1)
     ->Repetitions(1)

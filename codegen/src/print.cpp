@@ -423,7 +423,9 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
                        : "# Joining scalar blocks into short vectors costs more than it saves.\n"
                          "set(CMAKE_CXX_FLAGS_RELEASE \"-O3 -fno-tree-slp-vectorize -DNDEBUG\")\n") +
         "# Results equal the simulation's bit for bit only without fused operations.\n"
-        "add_compile_options(-ffp-contract=off)\n\n";
+        "add_compile_options(-ffp-contract=off)\n"
+        "# Functions of a static library are inlined, as nothing can replace them.\n"
+        "add_compile_options(-fno-semantic-interposition)\n\n";
     if (options_.embedded)
         return text + "# No heap, no exceptions, no streams.\nadd_library(" + model + " STATIC" + list +
                ")\ntarget_include_directories(" + model + " PUBLIC . include)\ntarget_compile_options(" +

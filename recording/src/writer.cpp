@@ -177,7 +177,10 @@ void Writer::State::write_background() noexcept {
     auto due = std::chrono::steady_clock::now() + options_.flush_period;
     bool last = false;
     while (!last) {
-        ring->work.wait_until(due);
+        if (options_.drop_when_full) // a thread in real time wakes nobody: that would be a call into the system
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        else
+            ring->work.wait_until(due);
         last = stop.load(std::memory_order_acquire);
         const bool everything = last || std::chrono::steady_clock::now() >= due;
         if (everything) due = std::chrono::steady_clock::now() + options_.flush_period;

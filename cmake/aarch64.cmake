@@ -1,4 +1,4 @@
-# CMake toolchain file for aarch64: Debian's cross compiler, and the libraries that `scripts/deps aarch64` installs.
+# CMake toolchain file for aarch64: Debian's cross compiler, and the libraries that `scripts/deps-aarch64` installs.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)

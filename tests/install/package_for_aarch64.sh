@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # package_for_aarch64.sh BF SOURCE BUILD: builds BlockFactory for aarch64, deploys the balancing iCub for it and runs the
 # package on QEMU; it computes what `bf run` does here but for rounding. So does a plugin that somebody else builds
-# for aarch64. Exit code 77 where the cross compiler or QEMU is missing.
+# for aarch64. Exit code 77 where the cross compiler or QEMU is missing, or the registries cannot be reached.
 set -euo pipefail
 bf=$1 source=$2 build=$3
 unset BLOCKFACTORY_PLUGIN_PATH MAKEFLAGS
@@ -9,6 +9,7 @@ if ! command -v aarch64-linux-gnu-g++ >/dev/null || ! command -v qemu-aarch64 >/
     echo "package_for_aarch64.sh needs g++-aarch64-linux-gnu and qemu-user, which 'scripts/deps test' installs"
     exit 77
 fi
+"$source/scripts/deps-aarch64" || { echo "the libraries for aarch64 cannot be had"; exit 77; }
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"

@@ -1,6 +1,6 @@
-// What our loop adds, per period, to the machine's own wake-up latency, and that latency beside cyclictest's: 99.99th
-// percentiles over 20,000 periods of the balancing iCub, controlled at 1 kHz, recorded as its model says, with a
-// server of live signals.
+// What our loop adds, per period, to the machine's own wake-up latency, and that latency beside
+// cyclictest's: 99.99th percentiles over 20,000 periods of the balancing iCub, controlled at 1 kHz, recorded
+// as its model says, with a server of live signals.
 #include "session.hpp"
 
 #include "bf/engine/recorder.hpp"

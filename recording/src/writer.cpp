@@ -177,7 +177,8 @@ void Writer::State::write_background() noexcept {
     auto due = std::chrono::steady_clock::now() + options_.flush_period;
     bool last = false;
     while (!last) {
-        if (options_.drop_when_full) // a thread in real time wakes nobody: that would be a call into the system
+        // Nobody waits for a thread in real time to wake it: that would be a call into the system.
+        if (options_.drop_when_full)
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         else
             ring->work.wait_until(due);

@@ -21,11 +21,20 @@ struct Place {
     std::string text() const { return structure + "." + member; }
 };
 
+/// Empty where a quantity has none.
+std::string unit_text(const Slot& slot);
+
 /// A member of a structure.
 struct Field {
     Node::End end;
     std::string member, path;
     const Slot* slot;
+    std::string unit = unit_text(*slot), doc = slot->doc;
+    /// What the model says of a port of the root counts more than what the block says that drives it.
+    void declare(const PortText& port) {
+        if (!port.unit.empty()) unit = port.unit;
+        if (!port.doc.empty()) doc = port.doc;
+    }
 };
 
 /// Statements that run under one guard.
@@ -34,8 +43,6 @@ struct Guarded {
     std::vector<std::string> statements;
 };
 
-/// Empty where a quantity has none.
-std::string unit_text(const Slot& slot);
 /// "path [unit]: doc", for a comment.
 std::string about(const std::string& what, const std::string& unit, const std::string& doc);
 

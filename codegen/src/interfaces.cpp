@@ -10,7 +10,7 @@ std::string note_on(const Field& field, bool is_dynamic) {
     const bool is_matrix = slot.size.cols != 1 && !is_dynamic;
     return about(field.path +
                      (is_matrix ? ", " + number(slot.size.rows) + " x " + number(slot.size.cols) : ""),
-                 unit_text(slot), slot.doc);
+                 field.unit, field.doc);
 }
 
 bool is_scalar(const Slot& slot) { return slot.size.count() == 1 && slot.size.cols == 1; }

@@ -55,7 +55,7 @@ std::string Generator::structure(const char* name, const char* doc, const std::v
     std::string text = std::string("    /// ") + doc + "\n    struct " + name + " {\n";
     for (const auto& field : fields)
         text += "        " + declarator(field, type_of(*field.slot), has_values, is_dynamic()) + "; ///< " +
-                about(field.path, unit_text(*field.slot), field.slot->doc) + "\n";
+                about(field.path, field.unit, field.doc) + "\n";
     return text + "    };\n";
 }
 

@@ -398,6 +398,24 @@ TEST(GeneratedCode, DefinesNoMacroForThoseWhoIncludeIt) {
         EXPECT_EQ(text.find("#define"), std::string::npos) << file;
 }
 
+TEST(GeneratedCode, TellsUnitsAndDocsOfInputsAndOutputs) {
+    const Elaborated model(formats::read_yaml_text(R"m(model: m
+step: 0.1
+inputs: {u: {unit: N, doc: of the hand}}
+outputs: {y: {unit: N m}}
+blocks: {g: {block: Gain}}
+connections: {u: g, g: y}
+)m",
+                                                   "m.yaml"));
+    const Files files = generate(model.diagram);
+    EXPECT_NE(files.at("m_c.h").find("double u; /* u [N]: of the hand */"), std::string::npos)
+        << files.at("m_c.h");
+    EXPECT_NE(files.at("m.py").find("# u [N]: of the hand\n"), std::string::npos) << files.at("m.py");
+    EXPECT_NE(files.at("m.hpp").find("double u; ///< u [N]: of the hand\n"), std::string::npos)
+        << files.at("m.hpp");
+    EXPECT_NE(files.at("m.hpp").find("double y; ///< y [N m]\n"), std::string::npos) << files.at("m.hpp");
+}
+
 TEST(GeneratedCode, ForMicrocontrollersRefusesWithoutFormattingNumbers) {
     const Elaborated model(formats::read_yaml_text(limited_model, "m.yaml"));
     const Folder folder("limited_embedded");

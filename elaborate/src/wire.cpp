@@ -354,7 +354,13 @@ class Wiring {
             auto block = std::make_unique<RootInput>(e_.declared_port(root, port, port.name));
             e_.diagram.inputs.push_back(
                 {port.name, {add_internal(std::move(block), port, "Inport", root), 0}});
+            e_.diagram.input_texts.push_back({port.unit, port.doc});
         }
+    }
+
+    void add_root_output(const model::Port& port, const Node::End& end) {
+        e_.diagram.outputs.push_back({port.name, end});
+        e_.diagram.output_texts.push_back({port.unit, port.doc});
     }
 
     void add_outlets(Scope& scope) {
@@ -519,7 +525,7 @@ class Wiring {
             declare(port, end);
             if (end.node < 0) continue;
             e_.diagram.aliases.push_back({inside(scope, port.name), end});
-            if (!scope.parent) e_.diagram.outputs.push_back({port.name, end});
+            if (!scope.parent) add_root_output(port, end);
         }
     }
 

@@ -113,6 +113,11 @@ struct SignalName {
     Node::End end;
 };
 
+/// What the model says of a port; empty where it does not.
+struct PortText {
+    std::string unit, doc;
+};
+
 /// An output and when its block runs.
 struct ComputedOutput {
     Node::End end;
@@ -165,6 +170,7 @@ struct Diagram {
     bool refuses_non_finite = false;     ///< NaN or infinity in an output ends the run
     std::vector<Condition> conditions;
     std::vector<SignalName> inputs, outputs; ///< of the root; the end of an input is the port's own memory
+    std::vector<PortText> input_texts, output_texts; ///< of these, one each
     std::vector<SignalName> record;
     std::vector<PlotPanel> plots;
     std::vector<EnumeratedSignal> enumerated; ///< of signals whose port names an enumeration as its type

@@ -56,9 +56,8 @@ void Simulation::bind_guards() {
     crossed_.resize(guard_values_.size());
 }
 
-/// The outputs that derivatives, guards and conditions depend on; the solver asks for no others inside a
-/// step.
-void Simulation::bind_minor_outputs() {
+/// The nodes whose outputs derivatives, guards and conditions depend on.
+std::vector<char> Simulation::needed_inside_a_step() const {
     std::vector<int> pending;
     std::vector<char> is_needed(diagram_.nodes.size());
     const auto need = [&](int node) {
@@ -77,6 +76,11 @@ void Simulation::bind_minor_outputs() {
         pending.pop_back();
         for (const auto& from : node.sources) need(from.node);
     }
+    return is_needed;
+}
+
+/// The solver asks for no other outputs inside a step.
+void Simulation::bind_minor_outputs(const std::vector<char>& is_needed) {
     for (const auto& segment : outputs_) {
         if (!diagram_.rates[static_cast<std::size_t>(segment.rate)].is_continuous) continue;
         BoundSegment minor{segment.rate, segment.condition, {}, {}};
@@ -91,7 +95,7 @@ void Simulation::bind_minor_outputs() {
 }
 
 /// What may change under the solver's feet: signals of other rates and discrete states of continuous blocks.
-void Simulation::find_held() {
+void Simulation::find_held(const std::vector<char>& is_needed) {
     const auto is_continuous = [&](const DiagramNode& node) {
         return diagram_.rates[static_cast<std::size_t>(node.rate)].is_continuous && node.type != "Inport";
     };
@@ -111,7 +115,7 @@ void Simulation::find_held() {
     };
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
         const auto& node = diagram_.nodes[n];
-        if (!is_continuous(node)) continue;
+        if (!is_needed[n] || !is_continuous(node)) continue;
         for (const auto& from : node.sources) hold_source(from);
         const auto& slots = node.block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
@@ -119,6 +123,31 @@ void Simulation::find_held() {
     }
     for (const auto& condition : diagram_.conditions)
         for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) hold_source(signal);
+}
+
+/// Stretches of memory from one output of the continuous rate to another: what else lies in them does not
+/// change while the solver runs. Left out is where the next step begins with what was evaluated last: a
+/// conditional subsystem holds it, and a solution of an algebraic loop is near it.
+void Simulation::find_seen() {
+    std::vector<char> is_left_out(diagram_.nodes.size());
+    for (std::size_t n = 0; n < is_left_out.size(); ++n) is_left_out[n] = diagram_.nodes[n].condition > 0;
+    for (const auto& loop : diagram_.plan.loops)
+        for (const int node : loop.nodes) is_left_out[static_cast<std::size_t>(node)] = 1;
+    bool goes_on = false;
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
+        const auto& node = diagram_.nodes[n];
+        goes_on = goes_on && !is_left_out[n];
+        if (is_left_out[n] || !diagram_.rates[static_cast<std::size_t>(node.rate)].is_continuous) continue;
+        const auto& slots = node.block->declaration().slots;
+        for (std::size_t i = 0; i < slots.size(); ++i) {
+            if (slots[i].role != Role::output) continue;
+            auto* now = static_cast<std::byte*>(context_.data(static_cast<int>(n), static_cast<int>(i)));
+            if (!goes_on) seen_.push_back({now, {}});
+            seen_.back().last.resize(static_cast<std::size_t>(now - seen_.back().now) +
+                                     static_cast<std::size_t>(slots[i].size.count() * bytes(slots[i].type)));
+            goes_on = true;
+        }
+    }
 }
 
 /// Since it was asked before.
@@ -284,7 +313,7 @@ bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
 void Simulation::observe_event() noexcept {
     for (std::size_t r = 1; r < hit_.size(); ++r) hit_at_event_[r] = runs_inside(static_cast<int>(r));
     hit_.swap(hit_at_event_);
-    for (Observer* observer : observers_) observer->observe(*this);
+    observe();
     hit_.swap(hit_at_event_);
 }
 

@@ -49,8 +49,10 @@ void Simulation::bind() {
         }
     bind_guards();
     if (context_.continuous_state().empty()) return;
-    find_held();
-    bind_minor_outputs();
+    const auto is_needed = needed_inside_a_step();
+    find_held(is_needed);
+    find_seen();
+    bind_minor_outputs(is_needed);
     solver_ = make_solver(diagram_.solver, diagram_.step, continuous_system());
 }
 
@@ -203,6 +205,15 @@ void Simulation::start() {
         for (const auto& outlet : condition.outlets) diagram_.write_initial(outlet, context_);
 }
 
+void Simulation::observe() noexcept {
+    for (Observer* observer : observers_) observer->observe(*this);
+    for (auto& seen : seen_) std::memcpy(seen.last.data(), seen.now, seen.last.size());
+}
+
+void Simulation::show_what_was_seen() noexcept {
+    for (const auto& seen : seen_) std::memcpy(seen.now, seen.last.data(), seen.last.size());
+}
+
 Status Simulation::step() noexcept {
     if (!status_) return status_;
     const double t = time();
@@ -218,8 +229,13 @@ Status Simulation::step() noexcept {
     for (const auto& segment : outputs_)
         if (is_due(segment.rate, segment.condition) && !run(segment)) return status_;
     if (!guard_bindings_.empty() && !find_crossings()) return status_;
-    for (Observer* observer : observers_) observer->observe(*this);
-    if (!are_outputs_finite() || !update_blocks(false) || (solver_ && !integrate(t))) return status_;
+    observe();
+    if (!are_outputs_finite() || !update_blocks(false)) return status_;
+    if (solver_) {
+        const bool is_good = integrate(t);
+        show_what_was_seen();
+        if (!is_good) return status_;
+    }
     ++steps_;
     return ok;
 }

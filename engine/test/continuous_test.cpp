@@ -18,7 +18,7 @@ std::string oscillator(const std::string& solver) {
            "connections: {x: [k, d], k: v, v: x}\n";
 }
 
-/// A signal at each step, as observers see it: inside a step the solver uses the memory of outputs.
+/// A signal at each step, as observers see it.
 class Trace final : public Simulation::Observer {
   public:
     Trace(Session& session, const std::string& path) : end_(session.diagram.find_signal(path)) {
@@ -69,6 +69,29 @@ TEST(Continuous, OutputsInsideAStepAreThoseOfTheMinorTime) {
     Session run("model: m\nstep: 0.5\nsolver: heun\nblocks:\n  t: {block: Clock}\n  x: {block: Integrator}\n"
                 "connections: {t: x}\n");
     EXPECT_EQ(observed(run, "x", 4), (Values{0, 0.125, 0.5, 1.125}));
+}
+
+TEST(Continuous, OutputsAfterAStepAreWhatObserversSawLast) {
+    for (const std::string solver : {"euler", "rk4", "dormand_prince45", "cvode_bdf"}) {
+        Session run("model: ball\nstep: 0.1\nsolver: " + solver +
+                    "\nblocks:\n  g: {block: Constant, value: -10}\n"
+                    "  v: {block: LimitedIntegrator, reset: falling, initial_source: external}\n"
+                    "  up: {block: Step, period: 0.1, time: 0.1, after: 3}\n"
+                    "  h: {block: Integrator, initial: 1}\n  k: {block: Gain, K: 2}\n"
+                    "connections: {g: v.u, up: v.x0, v: h, h: [v.reset, k]}\n");
+        Trace v(run, "v"), k(run, "k");
+        bool has_bounced = false;
+        for (int step = 0; step < 8; ++step) {
+            ASSERT_TRUE(run.simulation->step()) << run.simulation->failure();
+            EXPECT_EQ(run("v"), v.values.back()) << solver << step;
+            EXPECT_EQ(run("k"), k.values.back()) << solver << step;
+            has_bounced = has_bounced || run("v") > 0;
+        }
+        EXPECT_TRUE(has_bounced) << solver;
+        run.simulation->leave_outputs_of_solver();
+        ASSERT_TRUE(run.simulation->step()) << run.simulation->failure();
+        EXPECT_EQ(run("v") == v.values.back(), solver == "euler") << solver; // evaluates nothing inside
+    }
 }
 
 TEST(Continuous, DiscreteBlocksHoldTheirOutputInsideAStep) {

@@ -42,6 +42,7 @@ RunResult run(Simulation& simulation, double stop, const RunHooks& hooks) {
     using Clock = std::chrono::steady_clock;
     const double count = std::round(stop / simulation.diagram().step);
     const auto steps = count < 9e18 ? static_cast<std::int64_t>(count) : INT64_MAX;
+    simulation.leave_outputs_of_solver();
     if (!hooks.is_started) simulation.start();
     const std::int64_t first = simulation.steps();
     const auto begin = Clock::now();

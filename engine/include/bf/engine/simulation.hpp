@@ -44,8 +44,8 @@ struct CheckResult {
 ///                NaN being a failure
 ///             5. continuous states go from t to t + step by the diagram's solver, which evaluates
 ///                derivatives and the outputs they depend on inside the step while all other outputs keep
-///                their value (afterwards the memory of continuous outputs holds whatever was evaluated
-///                last, until the next step);  k := k + 1
+///                their value;  afterwards outputs are again what observers saw last, see step();
+///                k := k + 1
 ///     event:  a zero-crossing function of a block of the continuous rate changed its sign: at the located
 ///     instant
 ///             (adaptive solvers), or in the first step after it (fixed steps, and jumps at a sample hit:
@@ -68,8 +68,13 @@ class Simulation {
 
     /// Throws RunError when a device cannot be opened or an initial state fails; what was opened is closed.
     void start();
-    /// One base step. On failure the status says why; failure() adds the block.
+    /// One base step. On failure the status says why; failure() adds the block. Afterwards outputs are what
+    /// observers saw last, but in algebraic loops and conditional subsystems of the continuous rate what the
+    /// solver evaluated last.
     Status step() noexcept;
+    /// From now on all outputs of the continuous rate are what the solver evaluated last: each step saves a
+    /// copy of them, where outputs are looked at by observers alone.
+    void leave_outputs_of_solver() { seen_.clear(); }
     void stop() noexcept;
 
     /// Steps until an event: `event` is asked in every step when its outputs are there (3. above), and the
@@ -183,10 +188,17 @@ class Simulation {
         bool is_signal; ///< it jumps; states are memories, and blocks that make them jump have guards
     };
     enum class Change : std::uint8_t { none, memory, jump };
+    /// Outputs of the continuous rate, and what observers saw of them last: the solver writes over them.
+    struct Seen {
+        std::byte* now;
+        std::vector<std::byte> last;
+    };
     ContinuousSystem continuous_system();
     void bind_guards();
-    void bind_minor_outputs();
-    void find_held();
+    std::vector<char> needed_inside_a_step() const;
+    void bind_minor_outputs(const std::vector<char>& is_needed);
+    void find_held(const std::vector<char>& is_needed);
+    void find_seen();
     Change held_change() noexcept;
     bool runs_inside(int rate) const noexcept;
     void set_continuous_time(double t) noexcept;
@@ -200,6 +212,8 @@ class Simulation {
     bool compare_guards() noexcept;
     bool find_crossings() noexcept;
     bool answer_crossings(double t, bool is_inside_step) noexcept;
+    void observe() noexcept;
+    void show_what_was_seen() noexcept;
     void observe_event() noexcept;
     bool fail(Status status, int node) noexcept;
     bool commit(const CommitSegment& segment) noexcept;
@@ -218,6 +232,7 @@ class Simulation {
     std::vector<double> guard_values_, guard_before_; ///< of all guards; NaN where they do not run
     std::vector<std::int8_t> crossed_;
     std::vector<Held> held_;
+    std::vector<Seen> seen_;         ///< none without continuous states
     std::unique_ptr<Solver> solver_; ///< null without continuous states
     bool must_restart_ = true;       ///< the continuous state has changed by a jump
     bool is_at_event_ = false;

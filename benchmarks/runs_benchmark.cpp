@@ -61,6 +61,7 @@ void run(benchmark::State& state, What what) {
     const auto& diagram = balancing().diagram;
     const auto file =
         std::filesystem::temp_directory_path() / ("bf_runs_" + std::to_string(::getpid()) + ".mcap");
+    ::sync(); // what a build or another measurement has left for the disk
     for (auto _ : state) {
         bf::Simulation simulation(diagram);
         std::optional<bf::Recorder> recorder;

@@ -118,6 +118,9 @@ class Generator {
     };
     std::string main_source(const Calls& calls);
     std::string integration(const Calls& calls) const;
+    /// Of a small continuous system the functions of a step are joined, with a copy of it for each stage of
+    /// the solver: signals and states then stay in registers.
+    const char* flattened(const Calls& calls) const;
     int continuous_size() const; ///< elements
     int stages_of_solver() const;
     std::string solver_name() const;

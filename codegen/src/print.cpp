@@ -283,7 +283,7 @@ std::string Generator::main_source(const Calls& calls) {
                                  4);
     text += "    return true;\n}\n\n";
 
-    text += "bool " + class_ +
+    text += flattened(calls) + ("bool " + class_) +
             "::output() noexcept {\n    if (failure_) return false;\n    time_ = Real(time());\n";
     text += trigger_resets(-1);
     text += each_rate([&](const std::string& r, const SampleRate& rate) {
@@ -303,8 +303,8 @@ std::string Generator::main_source(const Calls& calls) {
             text += "    assign(outputs." + field.member + ", " + place_of(field.end).text() + ");\n";
         text += "    return good;\n}\n\n";
     }
-    text += "bool " + class_ + "::update() noexcept {\n    if (failure_ || !(" + calls.updates + " && " +
-            calls.commits + (has_continuous_states() ? " && integrate()" : "") +
+    text += flattened(calls) + ("bool " + class_) + "::update() noexcept {\n    if (failure_ || !(" +
+            calls.updates + " && " + calls.commits + (has_continuous_states() ? " && integrate()" : "") +
             ")) return false;\n    ++steps_;\n    return true;\n}\n\n"
             "void " +
             class_ + "::terminate() noexcept {" +
@@ -354,11 +354,14 @@ int Generator::continuous_size() const {
     return size;
 }
 
+const char* Generator::flattened(const Calls& calls) const {
+    const bool is_small =
+        !options_.embedded && stages_of_solver() * calls.inner_statements <= options_.statements_per_function;
+    return has_continuous_states() && is_small ? "[[gnu::flatten]] " : "";
+}
+
 std::string Generator::integration(const Calls& calls) const {
     const auto& d = diagram_;
-    // A small system is worth its copies, one for each stage: its signals and states stay in registers.
-    const bool joins =
-        !options_.embedded && stages_of_solver() * calls.inner_statements <= options_.statements_per_function;
     std::string go_to, nan;
     for (std::size_t r = 1; r < d.rates.size(); ++r)
         if (d.rates[r].is_continuous && has_hosted())
@@ -371,7 +374,7 @@ std::string Generator::integration(const Calls& calls) const {
                 ? "    is_again_ = true;\n    const bool is_good = " + calls.inner_outputs +
                       ";\n    is_again_ = false;\n    return is_good"
                 : "    return " + calls.inner_outputs) +
-           ";\n}\n\n" + (joins ? "[[gnu::flatten]] " : "") + "bool " + class_ +
+           ";\n}\n\n" + flattened(calls) + "bool " + class_ +
            "::integrate() noexcept {\n    // In stage 0 the signals are computed already.\n"
            "    const auto derivative = [&](int stage, Real at) { return (stage == 0 || evaluate(at)) && " +
            calls.derivatives +

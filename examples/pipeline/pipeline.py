@@ -80,7 +80,7 @@ def drawing(signal, top):
     colours = ["#d0d0d0", "#f2a33a", "#2f8f5b", "#3366cc", "#000000"]
     width, height, left = 860, 200, 70
     reference = steps[0][1][signal]
-    values = [x for row in reference.values() for x in row]
+    values = [x for rows in reference.values() for row in rows for x in row]
     low, high = min(values), max(values)
     high = high if high > low else low + 1
     end = max(reference) or 1
@@ -90,8 +90,7 @@ def drawing(signal, top):
         parts.append(f'<text x="{left - 6}" y="{y}" text-anchor="end">{value:.3g}</text>')
     parts.append(f'<text x="{left}" y="{top - 6}">{signal}</text>')
     for k, (name, signals, _) in enumerate(steps):
-        rows = sorted(signals[signal].items())
-        rows = [row for row in rows if row[0] in reference]
+        rows = [(t, row) for t, rows in sorted(signals[signal].items()) if t in reference for row in rows]
         rows = rows[:: max(1, len(rows) // 300)]
         for i in range(len(rows[0][1])):
             points = " ".join(place(t, row[i]) for t, row in rows)

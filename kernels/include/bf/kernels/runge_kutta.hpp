@@ -34,7 +34,7 @@ namespace detail {
 // Few states, of a size that the compiler knows, stay in registers: pairs of them would be written one by one
 // and read together, which waits for memory. Hence the unrolled loops.
 
-/// x = start + h Σ_j weights_j k_j, n elements, where k_j are the first `count` slopes.
+/// x = start + Σ_j (h weights_j) k_j, n elements, where k_j are the slopes of the stages before.
 template <const ButcherTableau& method, int stage, class T>
 void advance(T* __restrict x, const T* __restrict start, T h, const T* __restrict slopes, int n) noexcept {
     constexpr bool is_last = stage == method.stages;
@@ -46,11 +46,11 @@ void advance(T* __restrict x, const T* __restrict start, T h, const T* __restric
 #pragma GCC unroll 8
         for (int j = 0; j < stage; ++j) {
             if (weights[j] == 0) continue;
-            const T term = static_cast<T>(weights[j]) * slopes[j * n + e];
+            const T term = h * static_cast<T>(weights[j]) * slopes[j * n + e];
             sum = is_first ? term : sum + term;
             is_first = false;
         }
-        x[e] = start[e] + h * sum;
+        x[e] = start[e] + sum;
     }
 }
 

@@ -80,6 +80,8 @@ void reduce(bf::Diagram& d) {
         if (end.node < 0) throw std::runtime_error("the controller has no signal " + path);
         d.outputs.push_back({path, end});
     }
+    d.input_texts.resize(d.inputs.size());
+    d.output_texts.resize(d.outputs.size());
 }
 
 bf::tools::LoadedModel balancing() {

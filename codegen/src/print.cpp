@@ -5,7 +5,6 @@
 #include "texts.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace bf::codegen {
 
@@ -482,8 +481,8 @@ Files Generator::run() {
     calls.constants = functions("constants", {constants, all.end()});
     all.erase(constants, all.end());
     calls.follow = functions("follow", follow());
-    const auto statement_count = [&] {
-        return std::accumulate(piece_statements_.begin(), piece_statements_.end(), 0);
+    const auto count_inner = [&](const Guarded& g) {
+        calls.inner_statements += static_cast<int>(g.statements.size());
     };
     // What the solver evaluates inside a step gets functions of its own.
     const auto is_continuous = [&](const Guarded& g) {
@@ -495,12 +494,11 @@ Files Generator::run() {
     for (auto first = all.begin(); first != all.end();) {
         const auto last = std::find_if(
             first, all.end(), [&](const Guarded& g) { return is_continuous(g) != is_continuous(*first); });
-        const int before = statement_count();
         const std::string group = functions("outputs", {first, last});
         append(calls.outputs, group);
         if (is_continuous(*first)) {
             append(calls.inner_outputs, group);
-            calls.inner_statements += statement_count() - before;
+            std::for_each(first, last, count_inner);
         }
         first = last;
     }
@@ -510,9 +508,9 @@ Files Generator::run() {
     if (diagram_.refuses_non_finite) calls.updates = functions("finite", are_finite()) + " && ";
     calls.updates += functions("updates", activities(plan.updates, Phase::update));
     calls.commits = functions("commits", commits(plan.updates));
-    const int before = statement_count();
-    calls.derivatives = functions("derivatives", activities(plan.derivatives, Phase::derivative));
-    calls.inner_statements += statement_count() - before;
+    const auto derivatives = activities(plan.derivatives, Phase::derivative);
+    calls.derivatives = functions("derivatives", derivatives);
+    std::for_each(derivatives.begin(), derivatives.end(), count_inner);
     calls.guards = functions("guards", activities(plan.guards, Phase::guards));
     for (std::size_t l = 0; l < plan.loops.size(); ++l) {
         auto body = activities(plan.loops[l].outputs, Phase::output);

@@ -237,11 +237,14 @@ TEST_F(LongRuns, SweepIsTheSameForEveryNumberOfJobsAndDependsOnTheSeed) {
     EXPECT_EQ(lines("a.csv"), 13);
 }
 
+/// Its run fails when a ramp reaches the variable.
+constexpr const char* fails_at_limit =
+    "model: s\nstep: 0.1\nstop: 1\nvariables: {limit: 1}\nblocks:\n  x: {block: Ramp}\n  low: {block: "
+    "CompareToConstant, operator: <, constant: limit}\n  stop: {block: Assertion}\nconnections: {x: "
+    "low, low: stop}\n";
+
 TEST_F(LongRuns, AFailedRunIsARowWithItsError) {
-    write("stop.yaml",
-          "model: s\nstep: 0.1\nstop: 1\nvariables: {limit: 1}\nblocks:\n  x: {block: Ramp}\n  low: {block: "
-          "CompareToConstant, operator: <, constant: limit}\n  stop: {block: Assertion}\nconnections: {x: "
-          "low, low: stop}\n");
+    write("stop.yaml", fails_at_limit);
     const auto sweep = bf("sweep stop.yaml --set 'limit={0.35 2}' -o t.csv");
     EXPECT_EQ(sweep.code, 0) << sweep.err;
     EXPECT_CONTAINS(read("t.csv"), "at t = 0.4 s: stop: ");
@@ -252,10 +255,7 @@ TEST_F(LongRuns, AFailedRunIsARowWithItsError) {
 }
 
 TEST_F(LongRuns, SweepSaysEveryErrorOnceWithItsRuns) {
-    write("stop.yaml",
-          "model: s\nstep: 0.1\nstop: 1\nvariables: {limit: 1}\nblocks:\n  x: {block: Ramp}\n  low: {block: "
-          "CompareToConstant, operator: <, constant: limit}\n  stop: {block: Assertion}\nconnections: {x: "
-          "low, low: stop}\n");
+    write("stop.yaml", fails_at_limit);
     const auto sweep = bf("sweep stop.yaml --set 'limit={2 0.35 0.55}' --set 'step={0.1 0}'");
     EXPECT_EQ(sweep.code, 0) << sweep.err;
     EXPECT_CONTAINS(sweep.out,

@@ -33,9 +33,9 @@ void Simulation::bind_guards() {
             for (std::size_t i = 0; i < slots.size(); ++i) {
                 if (slots[i].role != Role::guard) continue;
                 const auto count = static_cast<std::size_t>(slots[i].size.count());
-                guard_bindings_.push_back({node, segment.condition,
-                                           static_cast<double*>(context_.data(node, static_cast<int>(i))),
-                                           guard_values_.size(), count, false, block.methods.event});
+                guard_bindings_.push_back({node, segment.condition, context_.data(node, static_cast<int>(i)),
+                                           Type::float64, guard_values_.size(), count, false,
+                                           block.methods.event});
                 guard_values_.resize(guard_values_.size() + count);
             }
         }
@@ -43,13 +43,13 @@ void Simulation::bind_guards() {
     // Continuous signals that control subsystems are watched as they are.
     for (const auto& condition : diagram_.conditions)
         for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) {
-            if (!locates || signal.node < 0 || diagram_.slot(signal).type != Type::float64) continue;
+            if (!locates || signal.node < 0) continue;
             const int rate = diagram_.nodes[static_cast<std::size_t>(signal.node)].rate;
             if (!diagram_.rates[static_cast<std::size_t>(rate)].is_continuous) continue;
-            const auto count = static_cast<std::size_t>(diagram_.slot(signal).size.count());
-            guard_bindings_.push_back({signal.node, condition.parent,
-                                       static_cast<double*>(context_.data(signal.node, signal.slot)),
-                                       guard_values_.size(), count, true, false});
+            const Slot& slot = diagram_.slot(signal);
+            const auto count = static_cast<std::size_t>(slot.size.count());
+            guard_bindings_.push_back({signal.node, condition.parent, context_.data(signal.node, signal.slot),
+                                       slot.type, guard_values_.size(), count, true, false});
             guard_values_.resize(guard_values_.size() + count);
         }
     guard_before_.resize(guard_values_.size());
@@ -227,10 +227,12 @@ bool Simulation::evaluate_guards() noexcept {
     for (const auto& guard : guard_bindings_)
         for (std::size_t i = 0; i < guard.count; ++i) {
             double& value = guard_values_[guard.first + i];
-            value = is_active(guard.condition) ? guard.values[i] : std::numeric_limits<double>::quiet_NaN();
-            // Subsystems run above 0, so 0 lies on the other side; its product with another guard must not
-            // underflow in a solver that compares signs by it.
-            if (guard.is_control && value == 0) value = -1e-100;
+            value = is_active(guard.condition) ? read_value(guard.data, guard.type, static_cast<int>(i))
+                                               : std::numeric_limits<double>::quiet_NaN();
+            // Subsystems run above 0, so 0 lies on the other side: as near as a number that comes to it may
+            // (its product with another guard must not underflow in a solver that compares signs by it), and
+            // as far as 1 for what jumps, so that a crossing is found by halves.
+            if (guard.is_control && value == 0) value = guard.type == Type::float64 ? -1e-100 : -1;
         }
     return true;
 }
@@ -289,8 +291,9 @@ bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
                    !guard_bindings_[g].is_control;
                  ++g)
                 for (std::size_t i = 0; i < guard_bindings_[g].count; ++i) {
-                    guard_bindings_[g].values[i] = crossed_[guard_bindings_[g].first + i];
-                    is_crossed = is_crossed || guard_bindings_[g].values[i] != 0;
+                    const auto direction = crossed_[guard_bindings_[g].first + i];
+                    static_cast<double*>(guard_bindings_[g].data)[i] = direction;
+                    is_crossed = is_crossed || direction != 0;
                 }
             if (!is_crossed || !guard.has_event) continue;
             if (first < 0) first = guard.node;

@@ -237,11 +237,18 @@ class DormandPrince final : public Solver {
         double low = begin_, high = end_;
         if (std::find(before_.begin(), before_.end(), 0.0) != before_.end()) {
             // What begins at zero may leave it and come back within the step.
-            low += std::max(64 * epsilon * std::abs(low), 1e-8 * (high - low));
-            interpolate(low);
-            if (!system_.evaluate_guards(low, false)) return false;
+            const double left_zero = low + std::max(64 * epsilon * std::abs(low), 1e-8 * (high - low));
+            interpolate(left_zero);
+            if (!system_.evaluate_guards(left_zero, false)) return false;
+            std::copy(system_.guards.begin(), system_.guards.end(), middle_.begin());
             for (std::size_t i = 0; i < before_.size(); ++i)
-                if (before_[i] == 0) before_[i] = system_.guards[i];
+                if (before_[i] == 0) before_[i] = middle_[i];
+            if (has_crossing(middle_)) {
+                high = left_zero;
+                after_.swap(middle_);
+            } else {
+                low = left_zero;
+            }
         }
         if (!has_crossing(after_)) {
             before_ = after_;

@@ -186,6 +186,31 @@ TEST(Adaptive, DiscreteControllersAreSampledExactly) {
     }
 }
 
+TEST(Adaptive, AJumpJustBehindASampleIsPassed) {
+    // The limit is reached at t = 0.5, the end of a base step, but for a rounding error.
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+        Session run("model: m\nstep: 0.1\nstop: 3\nsolver: " + std::string(solver) +
+                    "\nblocks:\n  u: {block: Constant, value: 1}\n  x0: {block: Constant, value: 0.25}\n"
+                    "  x: {block: LimitedIntegrator, initial_source: external, upper: 0.75}\n"
+                    "connections: {u: x.u, x0: x.x0}\n");
+        Log x(run, "x");
+        run.trace("x", 11);
+        EXPECT_NEAR(x.values.back(), 0.75, 1e-12) << solver;
+    }
+}
+
+TEST(Adaptive, AnEventJustBeforeASampleIsPassed) {
+    // The solver finds the step at t = 0.5 a rounding error before the end of a base step.
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+        Session run("model: m\nstep: 0.1\nstop: 3\nsolver: " + std::string(solver) +
+                    "\nblocks:\n  u: {block: Step, time: 0.5, before: 1, after: -1}\n"
+                    "  x: {block: Integrator}\nconnections: {u: x}\n");
+        Log x(run, "x");
+        run.trace("x", 11);
+        EXPECT_NEAR(x.values.back(), 0, 1e-5) << solver;
+    }
+}
+
 TEST(Adaptive, StepsWithoutEndAreGivenUp) {
     // A stable explicit step of x' = -1e7 x is at most 3.3e-7 s long.
     Session run("model: m\nstep: 1\nsolver: dormand_prince45\nblocks:\n  x: {block: Integrator, initial: 1}\n"
@@ -218,6 +243,21 @@ TEST(Events, EnablingSignalsAreLocated) {
     Log x(run, "s.x");
     run.trace("s.x", 21);
     EXPECT_NEAR(x.values.back(), 3, 1e-9);
+}
+
+TEST(Events, TruthValuesThatEnableAreLocated) {
+    // x' = 1 from t = 0.35 on: where the crossing is found, t - 0.35 is 0 and `>` does not hold yet.
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+        Session run("model: m\nstep: 0.1\nstop: 1\nsolver: " + std::string(solver) +
+                    "\nblocks:\n  t: {block: Clock}\n"
+                    "  late: {block: CompareToConstant, operator: '>', constant: 0.35}\n"
+                    "  s:\n    execution: enabled\n    outputs: [y]\n    blocks:\n"
+                    "      one: {block: Constant, value: 1}\n      x: {block: Integrator}\n"
+                    "    connections: {one: x, x: y}\nconnections: {t: late, late: s.enable}\n");
+        Log x(run, "s.x");
+        run.trace("s.x", 11);
+        EXPECT_NEAR(x.values.back(), 0.65, 1e-12) << solver;
+    }
 }
 
 TEST(Events, OfControlSignalsThatAccumulateEndTheRunByName) {

@@ -147,7 +147,8 @@ class Simulation {
     /// The zero-crossing functions in one slot of a node, or its output that controls a subsystem.
     struct GuardBinding {
         int node, condition;
-        double* values;
+        void* data; ///< doubles of a guard, or the signal
+        Type type;
         std::size_t first, count; ///< place among all guards
         bool is_control, has_event;
         struct Recent {

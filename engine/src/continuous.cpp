@@ -320,6 +320,23 @@ void Simulation::observe_event() noexcept {
     hit_.swap(hit_at_event_);
 }
 
+/// The first continuous state that is NaN, or would be a moment after t, before which a solver gives up; or
+/// -1.
+int Simulation::nan_state(double t, bool looks_ahead) noexcept {
+    const auto x = context_.continuous_state(), rate = context_.continuous_rate();
+    const auto found = [&] {
+        const auto at = std::find_if(x.begin(), x.end(), [](double value) { return std::isnan(value); });
+        return at == x.end() ? -1 : static_cast<int>(at - x.begin());
+    };
+    const double moment = 1e-6 * diagram_.step;
+    for (int looks = looks_ahead ? 2 : 0; found() < 0 && looks > 0; --looks, t += moment) {
+        const Raised minor(is_minor_);
+        if (!evaluate_minor_outputs(t) || !evaluate_derivatives()) break;
+        for (std::size_t i = 0; i < x.size(); ++i) x[i] += moment * rate[i];
+    }
+    return found();
+}
+
 bool Simulation::integrate(double t) noexcept {
     const Change change = held_change();
     if (must_restart_ || change == Change::jump)
@@ -331,17 +348,16 @@ bool Simulation::integrate(double t) noexcept {
     const auto x = context_.continuous_state();
     for (int events = 0;;) {
         const auto outcome = solver_->advance(t, end);
-        if (outcome == Solver::Outcome::failed) {
-            if (!status_) return false;
-            const int worst = solver_->worst_state();
-            return fail(solver_->failure(), worst < 0 ? -1 : owner(Role::continuous_state, x.data() + worst));
-        }
-        const auto nan = std::find_if(x.begin(), x.end(), [](double value) { return std::isnan(value); });
-        if (nan != x.end())
+        if (outcome == Solver::Outcome::failed && !status_) return false;
+        if (const int state = nan_state(t, outcome == Solver::Outcome::failed); state >= 0)
             return fail(Status::failure(
                             "a continuous state became NaN: look for a division by zero or a value out of "
                             "range, or give a smaller step"),
-                        owner(Role::continuous_state, &*nan));
+                        owner(Role::continuous_state, x.data() + state));
+        if (outcome == Solver::Outcome::failed) {
+            const int worst = solver_->worst_state();
+            return fail(solver_->failure(), worst < 0 ? -1 : owner(Role::continuous_state, x.data() + worst));
+        }
         if (outcome == Solver::Outcome::reached) return true;
         std::copy(solver_->crossings().begin(), solver_->crossings().end(), crossed_.begin());
         if (const int node = accumulating(t, ++events); node >= 0 || events == most_events)

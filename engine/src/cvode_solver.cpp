@@ -71,8 +71,11 @@ class Cvode final : public Solver {
         double reached = t;
         const int flag = CVode(memory_.get(), end, x_.get(), &reached, CV_NORMAL);
         // After an event a rounding error before the end, the first step is left to the next advance.
-        if (flag < 0 && flag != CV_TOO_CLOSE) return failed(flag);
         std::copy_n(N_VGetArrayPointer(x_.get()), system_.x.size(), system_.x.begin());
+        if (flag < 0 && flag != CV_TOO_CLOSE) {
+            t = reached;
+            return failed(flag);
+        }
         if (flag == CV_ROOT_RETURN) {
             t = std::max(t, reached); // a root at the start may be found a rounding error before it
             CVodeGetRootInfo(memory_.get(), roots_.data());

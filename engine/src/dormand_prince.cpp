@@ -36,6 +36,7 @@ class DormandPrince final : public Solver {
                 std::copy(x_.begin(), x_.end(), system_.x.begin());
                 is_started_ = false; // an event changes the state, or the equations
                 has_crossed_ = false;
+                is_behind_crossing_ = true;
                 step_ = std::max(step_, std::exchange(step_before_crossing_, 0));
                 return Outcome::crossed;
             }
@@ -44,10 +45,10 @@ class DormandPrince final : public Solver {
                 t = end;
                 return Outcome::reached;
             }
-            if (!step(end)) return Outcome::failed;
+            if (!step(end)) return failed(t);
             if (++steps == most_steps) {
                 failure_ = too_many_steps();
-                return Outcome::failed;
+                return failed(t);
             }
         }
     }
@@ -59,7 +60,8 @@ class DormandPrince final : public Solver {
                                 step_before_crossing_,
                                 last_error_,
                                 is_started_ ? 1.0 : 0.0,
-                                has_crossed_ ? 1.0 : 0.0};
+                                has_crossed_ ? 1.0 : 0.0,
+                                is_behind_crossing_ ? 1.0 : 0.0};
         const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
         add(x_);
         add(slopes_[0]);
@@ -72,10 +74,11 @@ class DormandPrince final : public Solver {
     void set_history(double t, std::span<const double> all) override {
         restart(t);
         step_ = step_before_crossing_ = 0;
+        is_behind_crossing_ = false;
         if (all.empty()) return;
         begin_ = all[0], end_ = all[1], step_ = all[2], step_before_crossing_ = all[3], last_error_ = all[4];
-        is_started_ = all[5] != 0, has_crossed_ = all[6] != 0;
-        const double* from = all.data() + 7;
+        is_started_ = all[5] != 0, has_crossed_ = all[6] != 0, is_behind_crossing_ = all[7] != 0;
+        const double* from = all.data() + 8;
         const auto get = [&](auto& values) {
             for (auto& value : values) value = static_cast<std::decay_t<decltype(value)>>(*from++);
         };
@@ -178,7 +181,7 @@ class DormandPrince final : public Solver {
                 densify(h);
                 x_.swap(trial_);
                 slopes_[0].swap(slopes_[6]);
-                return watch();
+                return watch(end);
             }
             worst_state_ = 0; // what to name if no step is small enough
             for (std::size_t i = 1; i < x_.size(); ++i)
@@ -188,6 +191,12 @@ class DormandPrince final : public Solver {
             was_rejected = true;
             if (is_cut && step_ < 16 * epsilon * std::abs(t)) return give_up();
         }
+    }
+
+    Outcome failed(double& t) {
+        t = end_;
+        std::copy(x_.begin(), x_.end(), system_.x.begin());
+        return Outcome::failed;
     }
 
     bool give_up() {
@@ -229,15 +238,17 @@ class DormandPrince final : public Solver {
     }
 
     /// Looks for the first crossing in the last step, and ends the step there.
-    bool watch() {
+    bool watch(double end) {
         if (before_.empty()) return true;
         if (!system_.evaluate_guards(end_, true)) return false;
         std::copy(system_.guards.begin(), system_.guards.end(), after_.begin());
         at_begin_ = before_;
         double low = begin_, high = end_;
-        if (std::find(before_.begin(), before_.end(), 0.0) != before_.end()) {
-            // What begins at zero may leave it and come back within the step.
-            const double left_zero = low + std::max(64 * epsilon * std::abs(low), 1e-8 * (high - low));
+        if (std::exchange(is_behind_crossing_, false) ||
+            std::find(before_.begin(), before_.end(), 0.0) != before_.end()) {
+            // What begins at zero, or just behind it, may leave it and come back within the step.
+            const double left_zero =
+                low + std::max(64 * epsilon * std::abs(low), 1e-8 * (std::min(high, end) - low));
             interpolate(left_zero);
             if (!system_.evaluate_guards(left_zero, false)) return false;
             std::copy(system_.guards.begin(), system_.guards.end(), middle_.begin());
@@ -324,6 +335,7 @@ class DormandPrince final : public Solver {
     double step_before_crossing_ = 0; ///< not 0: while a crossing is approached
     double last_error_ = 1e-4;
     bool is_started_ = false, has_crossed_ = false;
+    bool is_behind_crossing_ = false; ///< until the first step from there on
     std::vector<double> x_, trial_;
     std::array<std::vector<double>, 7> slopes_;
     std::array<std::vector<double>, 5> dense_;

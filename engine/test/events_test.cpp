@@ -135,6 +135,26 @@ TEST(Events, ThatAccumulateEndTheRunByName) {
     EXPECT_NEAR(run.simulation->time(), 1.3, 0.1); // bounces accumulate at 3 t_1 = 1.35 s
 }
 
+/// A ball from blocks: the speed is reset where the height passes 0, which leaves the height as it is.
+std::string ball_of_blocks() {
+    return "model: m\nstep: 0.1\nsolver: dormand_prince45\nmax_step: 0.5\nblocks:\n"
+           "  g: {block: Constant, value: -9.81}\n  v: {block: LimitedIntegrator, reset: falling, "
+           "initial_source: external, state_port: true}\n"
+           "  e: {block: Step, period: 0.1, time: 0.1, after: -0.8}\n  r: {block: Product}\n"
+           "  h: {block: Integrator, initial: 1}\n"
+           "connections: {g: v.u, v.y: h, v.state: r.u1, e: r.u2, r: v.x0, h: v.reset}\n";
+}
+
+TEST(Events, AWayOutAndBackWithinAStepOfTheSolverIsSeen) {
+    Session run(ball_of_blocks());
+    Log h(run, "h");
+    while (run.simulation->time() < 5 && run.simulation->step()) {
+    }
+    EXPECT_EQ(run.simulation->failure().substr(0, 36), "v: its zero crossings accumulate (Ze");
+    EXPECT_NEAR(h.times.back(), 9 * std::sqrt(2 / g), 1e-5); // 1 + 2 (0.8 + 0.8^2 + ...) times the fall
+    EXPECT_GT(*std::min_element(h.values.begin(), h.values.end()), -1e-9);
+}
+
 TEST(Events, LetTheBallComeToRest) {
     Session run(ball("dormand_prince45", ", rest_below: 1e-3"), &library());
     run.trace("ball.height", 30);
@@ -208,6 +228,17 @@ TEST(Adaptive, AnEventJustBeforeASampleIsPassed) {
         Log x(run, "x");
         run.trace("x", 11);
         EXPECT_NEAR(x.values.back(), 0, 1e-5) << solver;
+    }
+}
+
+TEST(Adaptive, ADerivativeThatIsNaNNamesItsState) {
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+        Session run("model: m\nstep: 0.1\nsolver: " + std::string(solver) +
+                    "\nblocks:\n  t: {block: Clock}\n  u: {block: Bias, bias: -1}\n  r: {block: Sqrt}\n"
+                    "  y: {block: Integrator}\n  x: {block: Integrator}\n"
+                    "connections: {t: [u, y], u: r, r: x}\n");
+        EXPECT_FALSE(run.simulation->step()) << solver;
+        EXPECT_EQ(run.simulation->failure().substr(0, 37), "x: a continuous state became NaN: loo") << solver;
     }
 }
 

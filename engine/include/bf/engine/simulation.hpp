@@ -207,6 +207,7 @@ class Simulation {
     bool evaluate_minor_outputs(double t) noexcept;
     bool evaluate_derivatives() noexcept;
     bool evaluate_guards() noexcept;
+    int nan_state(double t, bool looks_ahead) noexcept;
     bool integrate(double t) noexcept;
     bool crossed(const GuardBinding& guard) const noexcept;
     int accumulating(double t, int events) noexcept;

@@ -43,7 +43,7 @@ class Solver {
     enum class Outcome : std::uint8_t {
         reached, ///< x is the state at the end
         crossed, ///< x is the state at `t`, just behind the first crossings
-        failed   ///< a block refused (then `failure` is ok), or the solver gave up
+        failed   ///< a block refused (then `failure` is ok), or the solver gave up: x is what it had at `t`
     };
 
     virtual ~Solver() = default;

@@ -375,6 +375,13 @@ class Flattener {
         if (bus.names.empty())
             e_.report.add(block.where, path, "a " + block.type + " needs 'signals'",
                           "give a list of names, e.g. signals: [position, velocity]");
+        std::unordered_set<std::string_view> ports;
+        for (const auto& name : bus.names)
+            if (!ports.insert(last_name(name)).second)
+                e_.report.add(block.where, path,
+                              "'signals' has two that are called '" + std::string(last_name(name)) + "'",
+                              kind == Kind::creator ? "give them different names"
+                                                    : "put one into another " + block.type);
         bus.drivers.resize(bus.names.size() + 1);
         scope.items[block.name] = {-1, nullptr, static_cast<int>(e_.buses.size())};
         e_.buses.push_back(std::move(bus));

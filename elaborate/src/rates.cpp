@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <map>
@@ -285,6 +286,11 @@ class Rates {
         static constexpr std::array transitions{"RateTransition", "ZeroOrderHold", "UnitDelay", "Delay",
                                                 "Memory"};
         const bool inserts = e_.model.rate_transitions == model::RateTransitions::inserted;
+        const auto period_text = [&](int rate) { // 3 times 0.1 as 0.3
+            char text[32];
+            std::snprintf(text, sizeof text, "%.12g", e_.diagram.period(rate));
+            return std::string(text);
+        };
         std::map<std::array<int, 3>, int> made; // source, slot, rate of the reader
         const std::size_t count = nodes_.size();
         for (std::size_t n = 0; n < count; ++n) {
@@ -303,9 +309,8 @@ class Rates {
                 }
                 const Slot& slot = nodes_[n].block->declaration().slots[i];
                 e_.report.add(nodes_[n].where, nodes_[n].path,
-                              "input '" + slot.name + "' at " + matlab::number_text(e_.diagram.period(b)) +
-                                  " s reads " + e_.diagram.end_path(from) + " at " +
-                                  matlab::number_text(e_.diagram.period(a)) + " s",
+                              "input '" + slot.name + "' at " + period_text(b) + " s reads " +
+                                  e_.diagram.end_path(from) + " at " + period_text(a) + " s",
                               "put a RateTransition in between, or say `rate_transitions: inserted`");
             }
         }

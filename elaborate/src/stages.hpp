@@ -81,10 +81,15 @@ struct Scope {
     std::vector<Driver> inputs;     ///< one per port, then the control ports; they stand in the parent
     std::vector<Driver> outputs;    ///< one per port
     std::vector<Node::End> outlets; ///< what holds each output of a conditional or for_each subsystem
-    std::vector<Scope*> parts;      ///< of a for_each subsystem: its iterations, which have the blocks
+    /// Of a bus that leaves a conditional subsystem: what holds each of its signals, by port and path.
+    std::map<std::pair<std::size_t, std::string>, Node::End> bus_outlets;
+    std::vector<Scope*> parts; ///< of a for_each subsystem: its iterations, which have the blocks
 
     explicit Scope(const Variables* enclosing) : variables(enclosing) {}
 };
+
+/// The name of a bus's signal within the bus that it stands in: a BusSelector's or BusAssignment's port.
+inline std::string_view last_name(std::string_view path) { return path.substr(path.rfind('.') + 1); }
 
 /// A block that groups signals, or takes them apart: it is gone after wiring.
 struct Bus {
@@ -153,6 +158,15 @@ std::optional<Value> to_value(const matlab::Value& value);
 /// The value of a setting whose argument is a text or a list of texts.
 std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const model::Setting& setting,
                                   bool is_list, const std::string& path);
+
+/// What follows the name of a bus's signal in a path: "" for the signal itself, nothing for another.
+std::optional<std::string> below(const std::string& path, const std::string& name);
+/// The paths of the signals that a wire in `scope` carries, {""} if it is no bus. It is followed through
+/// `hops` ports.
+std::vector<std::string> signals_of(const Elaboration& e, const Scope& scope, const Scope::Driver& wire,
+                                    std::size_t hops);
+/// What a BusAssignment replaces must be there.
+void check_assignments(Elaboration& e, std::size_t hops);
 
 void flatten(Elaboration& e);      ///< scopes, nodes with arguments and parameters
 void wire(Elaboration& e);         ///< sources of inputs, conditions, resources, named signals

@@ -103,6 +103,7 @@ class Wiring {
                 if (n < blocks) connect_inputs(scope, n);
         for (auto& scope : e_.scopes) connect_controls(scope);
         for (auto& scope : e_.scopes) connect_parts(scope);
+        check_assignments(e_, ports_);
         for (int n = 0; n < blocks; ++n) mark_iteration(n);
         for (auto& scope : e_.scopes) name_ports(scope);
         for (int n = 0; n < blocks; ++n) bind_resources(n);
@@ -157,13 +158,11 @@ class Wiring {
         const bool has_names = (role == Role::input) == (bus.kind != Bus::Kind::selector);
         if (has_names)
             for (const auto& name : bus.names)
-                ports.push_back({role == Role::input ? std::string_view(name) : last_name(name),
-                                 static_cast<int>(ports.size())});
+                ports.push_back({last_name(name), static_cast<int>(ports.size())});
         if (!has_names || (role == Role::input && bus.kind == Bus::Kind::assignment))
             ports.push_back({"bus", static_cast<int>(bus.names.size())});
         return ports;
     }
-    static std::string_view last_name(std::string_view path) { return path.substr(path.rfind('.') + 1); }
 
     std::vector<NamedPort> ports_of(const Scope::Item& item, Role role) {
         if (item.bus >= 0) return bus_ports(e_.buses[static_cast<std::size_t>(item.bus)], role);
@@ -254,8 +253,8 @@ class Wiring {
 
     /// Follows a wire that stands in `scope` through the ports of subsystems and through buses to the block
     /// that drives it. `element`: which signal of a bus is meant, "" for a wire that is no bus.
-    Node::End resolve(const Scope* scope, const Driver* driver, bool may_be_bus = false) {
-        std::string element;
+    Node::End resolve(const Scope* scope, const Driver* driver, bool may_be_bus = false,
+                      std::string element = {}) {
         open_ = {};
         for (std::size_t hops = 0; hops <= ports_; ++hops) {
             if (!driver->from) return {};
@@ -270,8 +269,12 @@ class Wiring {
                 continue;
             }
             const Scope* inner = driver->item.scope;
-            const bool ends =
-                driver->item.node >= 0 || (inner && !inner->outlets.empty()) || (!inner && !scope->parent);
+            if (inner && !element.empty())
+                if (const auto held = inner->bus_outlets.find({port, element});
+                    held != inner->bus_outlets.end())
+                    return held->second;
+            const bool is_held = inner && !inner->outlets.empty() && inner->outlets[port].node >= 0;
+            const bool ends = driver->item.node >= 0 || is_held || (!inner && !scope->parent);
             if (ends && !element.empty()) {
                 e_.report.add(driver->from->where, scope->path,
                               "'" + driver->from->text() + "' is no bus, so it has no signal '" + element +
@@ -281,7 +284,7 @@ class Wiring {
             }
             if (driver->item.node >= 0) return {driver->item.node, driver->port};
             if (inner) {
-                if (!inner->outlets.empty()) return inner->outlets[port];
+                if (is_held) return inner->outlets[port];
                 scope = inner;
                 driver = &inner->outputs[port];
                 if (!driver->from) return failed(); // name_ports reports it
@@ -315,14 +318,13 @@ class Wiring {
                           "take a signal out of it with a BusSelector");
             return nullptr;
         }
-        const auto dot = element.find('.');
-        const std::string first = element.substr(0, dot);
-        const auto found = std::find(bus.names.begin(), bus.names.end(), first);
-        if (found != bus.names.end()) {
-            element = dot == std::string::npos ? "" : element.substr(dot + 1);
-            return &bus.drivers[static_cast<std::size_t>(found - bus.names.begin())];
-        }
+        for (std::size_t i = 0; i < bus.names.size(); ++i)
+            if (const auto rest = below(element, bus.names[i])) {
+                element = *rest;
+                return &bus.drivers[i];
+            }
         if (bus.kind == Bus::Kind::assignment) return &bus.drivers.back();
+        const std::string first = element.substr(0, element.find('.'));
         e_.report.add(bus.where, bus.path,
                       "the bus has no signal '" + first + "'" + did_you_mean(first, bus.names),
                       "its signals: " + names);
@@ -365,14 +367,19 @@ class Wiring {
 
     void add_outlets(Scope& scope) {
         if (!is_conditional(scope)) return;
-        for (const auto& port : scope.system->outputs) {
-            const int node = add_internal(std::make_unique<Outlet>(), port, "Outport", scope);
-            scope.outlets.push_back({node, 1});
-            scope.nodes.push_back(node);
-            Condition::Outlet outlet{{node, 1}, {}, {}, port.when_disabled == model::WhenDisabled::reset};
-            if (port.initial) read_initial(scope, port, outlet);
-            e_.diagram.conditions[static_cast<std::size_t>(scope.condition)].outlets.push_back(
-                std::move(outlet));
+        for (std::size_t i = 0; i < scope.outputs.size(); ++i) {
+            scope.outlets.push_back(failed()); // of a bus, whose signals are held one by one
+            for (const auto& element : signals_of(e_, scope, scope.outputs[i], ports_)) {
+                model::Port port = scope.system->outputs[i];
+                if (!element.empty()) port.name += "." + element;
+                const int node = add_internal(std::make_unique<Outlet>(), port, "Outport", scope);
+                (element.empty() ? scope.outlets.back() : scope.bus_outlets[{i, element}]) = {node, 1};
+                scope.nodes.push_back(node);
+                Condition::Outlet outlet{{node, 1}, {}, {}, port.when_disabled == model::WhenDisabled::reset};
+                if (port.initial) read_initial(scope, port, outlet);
+                e_.diagram.conditions[static_cast<std::size_t>(scope.condition)].outlets.push_back(
+                    std::move(outlet));
+            }
         }
     }
 
@@ -489,8 +496,13 @@ class Wiring {
         }
         if (is_conditional(scope))
             for (std::size_t i = 0; i < scope.outlets.size(); ++i)
-                if (const auto from = resolve(&scope, &scope.outputs[i]); from.node >= 0)
-                    e_.node(scope.outlets[i].node).sources[0] = from;
+                if (scope.outlets[i].node >= 0)
+                    if (const auto from = resolve(&scope, &scope.outputs[i]); from.node >= 0)
+                        e_.node(scope.outlets[i].node).sources[0] = from;
+        for (const auto& [signal, end] : scope.bus_outlets)
+            if (const auto from = resolve(&scope, &scope.outputs[signal.first], false, signal.second);
+                from.node >= 0)
+                e_.node(end.node).sources[0] = from;
         for (int c = scope.condition; c > 0; c = e_.diagram.conditions[static_cast<std::size_t>(c)].parent)
             for (const int node : scope.nodes)
                 e_.diagram.conditions[static_cast<std::size_t>(c)].nodes.push_back(node);
@@ -527,6 +539,8 @@ class Wiring {
             e_.diagram.aliases.push_back({inside(scope, port.name), end});
             if (!scope.parent) add_root_output(port, end);
         }
+        for (const auto& [signal, end] : scope.bus_outlets)
+            e_.diagram.aliases.push_back({e_.node(end.node).path, end});
     }
 
     /// The nearest enclosing subsystem that offers the resource; several at the same level are an error.

@@ -47,6 +47,10 @@ bool ControlSignal::has_edge() {
     return is_found;
 }
 
+bool ControlSignal::was_on() const {
+    return std::any_of(before_.begin(), before_.end(), [](double value) { return value > 0; });
+}
+
 void ControlSignal::forget() {
     std::fill(before_.begin(), before_.end(), std::numeric_limits<double>::quiet_NaN());
 }
@@ -60,7 +64,10 @@ Status Simulation::ConditionState::test() {
     const bool ran = condition.triggered_rate >= 0 && simulation->is_hit(condition.triggered_rate);
     const bool fires =
         !trigger.is_given() || ran || (!(is_call && simulation->is_at_event_) && trigger.has_edge());
-    const bool resets = reset.is_given() && reset.has_edge();
+    // A level that ends between the base steps held the states until then.
+    const bool ends =
+        simulation->is_at_event_ && condition.reset_edge == model::Edge::level && reset.was_on();
+    const bool resets = reset.is_given() && (reset.has_edge() || ends);
     if (!enabled && is_enabled) disable();
     const bool is_new = enabled && !is_enabled;
     is_enabled = enabled;

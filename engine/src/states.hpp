@@ -13,8 +13,9 @@ class ControlSignal {
   public:
     ControlSignal(const Diagram& diagram, Context& context, const Node::End& end, model::Edge edge);
     bool is_given() const { return data_ != nullptr; }
-    bool is_on() const; ///< any element above 0
-    bool has_edge();    ///< any element, since the last look
+    bool is_on() const;  ///< any element above 0
+    bool was_on() const; ///< at the last look
+    bool has_edge();     ///< any element, since the last look
     void forget();
     std::vector<double>& before() { return before_; }
     const std::vector<double>& before() const { return before_; }

@@ -276,6 +276,18 @@ TEST(Events, EnablingSignalsAreLocated) {
     EXPECT_NEAR(x.values.back(), 3, 1e-9);
 }
 
+TEST(Events, ALevelThatResetsIsLocatedWhereItEnds) {
+    // sin(2 pi t + 0.3) falls through 0 at t = 0.5 - 0.3/(2 pi).
+    Session run("model: m\nstep: 0.1\nstop: 2\nsolver: dormand_prince45\nblocks:\n  one: {block: Constant, "
+                "value: 1}\n"
+                "  u: {block: Sine, frequency: 2*pi, phase: 0.3}\n  s:\n    reset: level\n    inputs: [u]\n"
+                "    outputs: [y]\n    blocks: {x: {block: Integrator}}\n    connections: {u: x, x: y}\n"
+                "connections: {one: s.u, u: s.reset}\n");
+    Log x(run, "s.x");
+    run.trace("s.x", 9);
+    EXPECT_NEAR(x.values.back(), 0.3 + 0.3 / (2 * std::acos(-1)), 1e-9);
+}
+
 TEST(Events, TruthValuesThatEnableAreLocated) {
     // x' = 1 from t = 0.35 on: where the crossing is found, t - 0.35 is 0 and `>` does not hold yet.
     for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {

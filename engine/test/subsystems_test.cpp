@@ -283,6 +283,46 @@ TEST(Buses, GroupSignalsAndGiveThemBackByName) {
     EXPECT_EQ(session.values("b"), Values{99});
 }
 
+/// A bus {in: {a: [1; 2], b: t}, v: t} and a BusAssignment of one of its signals to 5.
+std::string assignment(const std::string& signal, const std::string& port) {
+    return "model: m\nstep: 1\nblocks:\n  t: {block: Clock}\n  p: {block: Constant, value: [1, 2]}\n"
+           "  five: {block: Constant, value: 5}\n  in: {block: BusCreator, signals: [a, b]}\n"
+           "  bus: {block: BusCreator, signals: [in, v]}\n  new: {block: BusAssignment, signals: [" +
+           signal +
+           "]}\n  take: {block: BusSelector, signals: [in.a, in.b, v]}\n"
+           "  a: {block: Gain}\n  b: {block: Gain}\n  v: {block: Gain}\n"
+           "connections: {t: [in.b, bus.v], p: in.a, in: bus.in, bus: new.bus, five: new." +
+           port + ", new: take, take.a: a, take.b: b, take.v: v}\n";
+}
+
+TEST(Buses, AssignmentsReachIntoABusWithinABus) {
+    Steps session(assignment("in.b", "b"));
+    EXPECT_EQ(session.trace("b", 2), (Values{5, 5}));
+    EXPECT_EQ(session.values("a"), (Values{1, 2}));
+    EXPECT_EQ(session("v"), 1);
+}
+
+TEST(Buses, LeaveSubsystemsThatDoNotAlwaysRun) {
+    const auto model = [](const std::string& port) {
+        return "model: m\nstep: 1\nblocks:\n  t: {block: Clock}\n"
+               "  on: {block: IntervalTest, lower: 1, upper: 2}\n  s:\n    execution: enabled\n"
+               "    inputs: [t]\n    outputs: {all: {" +
+               port +
+               "}}\n    blocks: {g: {block: Gain, K: 10}, two: {block: Gain, K: 2}, in: {block: BusCreator, "
+               "signals: [two]}, bus: {block: BusCreator, signals: [ten, in]}}\n"
+               "    connections: {t: [g, two], g: bus.ten, two: in.two, in: bus.in, bus: all}\n"
+               "  take: {block: BusSelector, signals: [ten, in.two]}\n  a: {block: Gain}\n  b: {block: "
+               "Gain}\n"
+               "connections: {t: [on, s.t], on: s.enable, s: take, take.ten: a, take.two: b}\n"
+               "record: [s.all.ten, s.all.in.two]\n";
+    };
+    Steps held(model(""));
+    EXPECT_EQ(held.trace("a", 5), (Values{0, 10, 20, 20, 20}));
+    Steps reset(model("initial: -1, when_disabled: reset"));
+    EXPECT_EQ(reset.trace("b", 5), (Values{-1, 2, 4, -1, -1}));
+    EXPECT_EQ(reset("s.all.in.two"), -1);
+}
+
 TEST(Buses, MistakesNameTheBusAndItsSignals) {
     const std::string begin = "model: m\nstep: 1\nblocks:\n  p: {block: Constant, value: 1}\n"
                               "  bus: {block: BusCreator, signals: [position]}\n  g: {block: Gain}\n";
@@ -295,6 +335,10 @@ TEST(Buses, MistakesNameTheBusAndItsSignals) {
     EXPECT_EQ(message(begin + "  s: {block: BusSelector, signals: [position]}\n"
                               "connections: {p: [bus.position, s], s: g}\n"),
               "m.yaml:8:15: 'p' is no bus, so it has no signal 'position'; connect a BusCreator");
+    EXPECT_EQ(message(assignment("in.bb", "bb")), "m.yaml:9:3: new: the bus has no signal 'in.bb'; did you "
+                                                  "mean 'in.b' or 'in.a'?; its signals: in.a, in.b, v");
+    EXPECT_EQ(message(begin + "  s: {block: BusSelector, signals: [one.x, two.x]}\nconnections: {p: g}\n"),
+              "m.yaml:7:3: s: 'signals' has two that are called 'x'; put one into another BusSelector");
 }
 
 TEST(AlgebraicLoops, AreSolvedWhereTheModelAsksForIt) {

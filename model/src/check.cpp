@@ -212,7 +212,8 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
         const std::string_view name = rest.substr(0, rest.find('.'));
         const bool is_last = name.size() == rest.size();
         if (name.find('*') != name.npos) return; // what it matches depends on the blocks' declarations
-        if (is_last && (system->find_output(name) || system->find_input(name))) return;
+        if (system->find_output(name)) return;   // with more after it a signal of a bus: its wiring tells
+        if (is_last && system->find_input(name)) return;
         const Block* block = system->find_block(name);
         if (!block) {
             std::vector<std::string> known = names_of(system->blocks);

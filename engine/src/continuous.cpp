@@ -314,6 +314,7 @@ bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
 
 /// Observers see an event as a hit of the continuous rate, and of what it triggers, alone.
 void Simulation::observe_event() noexcept {
+    const Raised event(shows_event_);
     for (std::size_t r = 1; r < hit_.size(); ++r) hit_at_event_[r] = runs_inside(static_cast<int>(r));
     hit_.swap(hit_at_event_);
     observe();

@@ -114,6 +114,8 @@ class Simulation {
     /// Was the rate hit in this step, and is the condition true?
     bool is_hit(int rate) const { return hit_[static_cast<std::size_t>(rate)] != 0; }
     bool is_active(int condition) const;
+    /// Do observers see an event, not the whole step?
+    bool shows_event() const { return shows_event_; }
 
     /// Everything a run needs to go on bit for bit.
     std::vector<std::byte> snapshot() const; ///< throws RunError naming a block that refuses
@@ -238,6 +240,7 @@ class Simulation {
     std::unique_ptr<Solver> solver_; ///< null without continuous states
     bool must_restart_ = true;       ///< the continuous state has changed by a jump
     bool is_at_event_ = false;
+    bool shows_event_ = false;
     double event_time_ = 0;
     std::vector<CommitSegment> commits_;
     std::vector<Watched> watched_; ///< none unless the model asks for it

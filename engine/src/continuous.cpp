@@ -34,7 +34,7 @@ void Simulation::bind_guards() {
                 if (slots[i].role != Role::guard) continue;
                 const auto count = static_cast<std::size_t>(slots[i].size.count());
                 guard_bindings_.push_back({node, segment.condition, context_.data(node, static_cast<int>(i)),
-                                           Type::float64, guard_values_.size(), count, false,
+                                           slots[i].type, guard_values_.size(), count, false,
                                            block.methods.event});
                 guard_values_.resize(guard_values_.size() + count);
             }
@@ -53,6 +53,7 @@ void Simulation::bind_guards() {
             guard_values_.resize(guard_values_.size() + count);
         }
     guard_before_.resize(guard_values_.size());
+    edges_.resize(guard_values_.size());
     crossed_.resize(guard_values_.size());
 }
 
@@ -232,6 +233,7 @@ bool Simulation::evaluate_guards() noexcept {
             // Subsystems run above 0, so 0 lies on the other side: as near as a number that comes to it may
             // (its product with another guard must not underflow in a solver that compares signs by it), and
             // as far as 1 for what jumps, so that a crossing is found by halves.
+            if (guard.counts()) value = value == edges_[guard.first + i] ? 1 : -1;
             if (guard.is_control && value == 0) value = guard.type == Type::float64 ? -1e-100 : -1;
         }
     return true;
@@ -255,6 +257,16 @@ int Simulation::accumulating(double t, int events) noexcept {
     return -1;
 }
 
+/// What counts crosses where it differs from now.
+void Simulation::count_edges() noexcept {
+    for (const auto& guard : guard_bindings_)
+        for (std::size_t i = 0; guard.counts() && i < guard.count; ++i) {
+            edges_[guard.first + i] = read_value(guard.data, guard.type, static_cast<int>(i));
+            if (is_active(guard.condition))
+                guard_values_[guard.first + i] = guard_before_[guard.first + i] = 1;
+        }
+}
+
 /// Which guards crossed since they were compared before; true if any did.
 bool Simulation::compare_guards() noexcept {
     bool is_crossed = false;
@@ -269,7 +281,9 @@ bool Simulation::compare_guards() noexcept {
 /// Crossings between the last look and this step: those of a fixed-step solver, and jumps.
 bool Simulation::find_crossings() noexcept {
     if (!evaluate_guards()) return false;
-    return !compare_guards() || answer_crossings(time(), false);
+    const bool is_crossed = compare_guards();
+    count_edges();
+    return !is_crossed || answer_crossings(time(), false);
 }
 
 /// x⁺ of the blocks whose guards crossed, until nothing more crosses at this instant.
@@ -371,6 +385,7 @@ bool Simulation::integrate(double t) noexcept {
         event_time_ = t;
         if (!evaluate_outputs(t) || !evaluate_guards()) return false;
         guard_before_ = guard_values_;
+        count_edges();
         if (!answer_crossings(t, true) || !update_blocks(true)) return false;
         held_change();
         solver_->restart(t);

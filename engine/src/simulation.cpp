@@ -175,6 +175,7 @@ void Simulation::start() {
     reset_conditions();
     std::fill(hit_.begin(), hit_.end(), std::uint8_t{0});
     std::fill(guard_before_.begin(), guard_before_.end(), std::numeric_limits<double>::quiet_NaN());
+    std::fill(edges_.begin(), edges_.end(), 0.0);
     for (auto& guard : guard_bindings_) guard.recent = {};
     if (solver_) solver_->set_history(0, {});
     must_restart_ = true;
@@ -305,6 +306,7 @@ std::vector<std::byte> Simulation::snapshot() const {
     const auto conditions = save_conditions();
     put(conditions.data(), conditions.size() * sizeof(double));
     put(guard_before_.data(), guard_before_.size() * sizeof(double));
+    put(edges_.data(), edges_.size() * sizeof(double));
     for (const auto& guard : guard_bindings_) put(&guard.recent, sizeof(guard.recent));
     for (const auto& held : held_) put(held.last.data(), held.last.size());
     if (solver_) {
@@ -319,7 +321,8 @@ std::vector<std::byte> Simulation::snapshot() const {
 
 void Simulation::restore(const std::vector<std::byte>& snapshot) {
     std::size_t fixed = context_.snapshot_size() + sizeof(steps_) + until_hit_.size() * sizeof(std::int64_t) +
-                        save_conditions().size() * sizeof(double) + guard_before_.size() * sizeof(double) +
+                        save_conditions().size() * sizeof(double) +
+                        2 * guard_before_.size() * sizeof(double) +
                         guard_bindings_.size() * sizeof(GuardBinding::Recent);
     for (const auto& held : held_) fixed += held.last.size();
     const std::byte* from = snapshot.data();
@@ -345,6 +348,7 @@ void Simulation::restore(const std::vector<std::byte>& snapshot) {
     get(conditions.data(), conditions.size() * sizeof(double));
     restore_conditions(conditions);
     get(guard_before_.data(), guard_before_.size() * sizeof(double));
+    get(edges_.data(), edges_.size() * sizeof(double));
     for (auto& guard : guard_bindings_) get(&guard.recent, sizeof(guard.recent));
     for (auto& held : held_) get(held.last.data(), held.last.size());
     if (solver_) {

@@ -155,6 +155,17 @@ TEST(Events, AWayOutAndBackWithinAStepOfTheSolverIsSeen) {
     EXPECT_GT(*std::min_element(h.values.begin(), h.values.end()), -1e-9);
 }
 
+TEST(Events, OfAPulseShorterThanAStepOfTheSolverAreSeen) {
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+        Session run("model: m\nstep: 1\nstop: 100\nsolver: " + std::string(solver) +
+                    "\nblocks:\n  u: {block: Pulse, cycle: 0.5, width: 2, delay: 0.1}\n"
+                    "  x: {block: Integrator}\nconnections: {u: x}\n");
+        Log x(run, "x");
+        run.trace("x", 21);
+        EXPECT_NEAR(x.values.back(), 0.4, 1e-5) << solver; // 40 pulses of 10 ms
+    }
+}
+
 TEST(Events, LetTheBallComeToRest) {
     Session run(ball("dormand_prince45", ", rest_below: 1e-3"), &library());
     run.trace("ball.height", 30);

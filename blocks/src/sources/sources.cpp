@@ -117,8 +117,8 @@ class Pulse final : public Block {
     Parameter<Real> delay{this, "delay", {.initial = {0}, .unit = unit<"s">, .doc = "first rise"}};
     Output<Real> y{this, "y", any()};
     OutputRule rule{this, kernels::Pulse{}, y, amplitude, cycle, width, delay, at_time};
-    GuardOf<Real> at_edge{this, "at_edge", any("1 while high, else -1")};
-    GuardRule guard{this, kernels::PulseSign{}, at_edge, cycle, width, delay, at_time};
+    GuardOf<Array<std::int32_t>> at_edge{this, "at_edge", any("edges so far")};
+    GuardRule guard{this, kernels::PulseEdges{}, at_edge, cycle, width, delay, at_time};
 
     void infer(Inference& inference) const override {
         broadcast(*this, inference, slots(cycle, width, delay), at_edge.index());

@@ -416,7 +416,11 @@ Running::Running(SimStruct* S) : prototype_(S) {
         for (int e = 0; e < slot.size.count(); ++e) {
             if (slot.role == Role::continuous_state)
                 continuous_.emplace_back(data + e, static_cast<double*>(context_->frame(0).rate[i]) + e);
-            if (slot.role == Role::guard) crossings_.push_back(data + e);
+            if (slot.role == Role::guard)
+                crossings_.push_back(
+                    {reinterpret_cast<std::byte*>(data) +
+                         static_cast<std::size_t>(e) * static_cast<std::size_t>(bytes(slot.type)),
+                     slot.type});
         }
         if (slot.role == Role::discrete_state && slot.size.count() > 0)
             discrete_.push_back({data, bytes_of(slot), false});
@@ -503,11 +507,11 @@ bool Running::cross(SimStruct* S) {
     auto* last = static_cast<double*>(ssGetDWork(S, crossings_work));
     bool any = false;
     for (std::size_t i = 0; i < crossings_.size(); ++i) {
-        const double now = *crossings_[i];
+        const double now = crossings_[i].sign();
         const double direction = last[i] < 0 && now >= 0 ? 1 : last[i] > 0 && now <= 0 ? -1 : 0;
         any = any || direction != 0;
         last[i] = now;
-        *crossings_[i] = direction;
+        if (crossings_[i].type == Type::float64) *static_cast<double*>(crossings_[i].data) = direction;
     }
     return any;
 }
@@ -537,7 +541,7 @@ void Running::zero_crossings(SimStruct* S) {
     take_states(S);
     run(guards_);
     double* values = ssGetNonsampledZCs(S);
-    for (const double* crossing : crossings_) *values++ = *crossing;
+    for (const auto& crossing : crossings_) *values++ = crossing.sign();
 }
 
 void Running::check_parameters(const Prototype& changed) const {

@@ -8,6 +8,7 @@
 
 #include <simstruc.h>
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -106,7 +107,16 @@ class Running {
     std::vector<Port> input_ports_, output_ports_;
     std::vector<Port> discrete_;                          ///< in the order of the work vectors
     std::vector<std::pair<double*, double*>> continuous_; ///< state and rate, element by element
-    std::vector<double*> crossings_;
+    /// An element of a guard. One that counts, of whole numbers, shows Simulink a sign that changes with it.
+    struct Crossing {
+        void* data;
+        Type type;
+        double sign() const {
+            if (type == Type::float64) return *static_cast<double*>(data);
+            return std::fmod(read_value(data, type, 0), 2) != 0 ? 1 : -1;
+        }
+    };
+    std::vector<Crossing> crossings_;
     bool has_started_ = false;
 };
 

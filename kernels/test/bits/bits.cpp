@@ -265,7 +265,7 @@ void states() {
     const auto e = random<A5<double>>();
     const auto b = values<double>(0.5, 1, -1, 2), a = values<double>(1, 0.3, 0.2, 0.1);
     run(LimitedRate{}, A5<double>(), values<double>(-1), values<double>(1), e, e);
-    run(PulseSign{}, A5<double>(), values<double>(2), values<double>(50), e, values<double>(4.6));
+    run(PulseEdges{}, A5<double>(), values<double>(2), values<double>(50), e, values<double>(4.6));
     run(LimitReached{}, A5<double>(), values<double>(-1), values<double>(1), e);
     run(Lag{}, A5<double>(), values<double>(0.3), e, e);
     run(CompanionOutput{}, A5<double>(), b, a, x, e);

@@ -48,7 +48,9 @@ template <class T = Any> using DiscreteState = Key<T, Role::discrete_state>;
 template <class T = Vector> using ContinuousState = Key<T, Role::continuous_state>;
 template <class T = Vector> using Workspace = Key<T, Role::workspace>;
 /// A zero-crossing function, or a row of them with the shape of a signal. `guards` writes its value; in
-/// `event` it reads +1 where it rose through zero, -1 where it fell, 0 elsewhere.
+/// `event` it reads +1 where it rose through zero, -1 where it fell, 0 elsewhere. One of type int32 counts,
+/// and crosses wherever it changes: for edges of which several may lie in a step of a solver. It is for
+/// blocks without `event`.
 template <class T> using GuardOf = Key<T, Role::guard>;
 using Guard = GuardOf<double>;
 

@@ -149,10 +149,12 @@ class Simulation {
     /// The zero-crossing functions in one slot of a node, or its output that controls a subsystem.
     struct GuardBinding {
         int node, condition;
-        void* data; ///< doubles of a guard, or the signal
+        void* data; ///< of the guard, or the signal
         Type type;
         std::size_t first, count; ///< place among all guards
         bool is_control, has_event;
+        /// A guard of whole numbers counts what it tells of, and crosses wherever it changes.
+        bool counts() const { return !is_control && type != Type::float64; }
         struct Recent {
             double last = -1;       ///< when it crossed [s]
             std::int64_t close = 0; ///< how often in a row it crossed at once again
@@ -213,6 +215,7 @@ class Simulation {
     bool integrate(double t) noexcept;
     bool crossed(const GuardBinding& guard) const noexcept;
     int accumulating(double t, int events) noexcept;
+    void count_edges() noexcept;
     bool compare_guards() noexcept;
     bool find_crossings() noexcept;
     bool answer_crossings(double t, bool is_inside_step) noexcept;
@@ -234,6 +237,7 @@ class Simulation {
     std::vector<BoundSegment> constants_, outputs_, updates_, derivatives_, guards_, minor_outputs_;
     std::vector<GuardBinding> guard_bindings_;
     std::vector<double> guard_values_, guard_before_; ///< of all guards; NaN where they do not run
+    std::vector<double> edges_; ///< of guards that count, when they were compared before
     std::vector<std::int8_t> crossed_;
     std::vector<Held> held_;
     std::vector<Seen> seen_;         ///< none without continuous states

@@ -79,16 +79,18 @@ struct Pulse {
     }
 };
 
-/// g = 1 while a pulse is high, else -1.
-struct PulseSign {
-    static constexpr const char* name = "bf::kernels::PulseSign{}";
+/// g counts the edges of a pulse: odd while it is high.
+struct PulseEdges {
+    static constexpr const char* name = "bf::kernels::PulseEdges{}";
     template <class G, class P, class W, class D, class T>
     void operator()(const G& g, const P& period, const W& width, const D& delay, const T& t) const noexcept {
-        for (int i = 0; i < g.size(); ++i)
-            g[i] = detail::is_high(t[0], period[pick(i, period.size())], width[pick(i, width.size())],
-                                   delay[pick(i, delay.size())])
-                       ? 1
-                       : -1;
+        for (int i = 0; i < g.size(); ++i) {
+            const double cycle = period[pick(i, period.size())], late = delay[pick(i, delay.size())];
+            const double since = t[0] - late, slack = detail::rounding(t[0], late);
+            const double before = since < -slack ? -1 : std::floor((since + slack) / cycle);
+            const bool high = detail::is_high(t[0], cycle, width[pick(i, width.size())], late);
+            g[i] = static_cast<Element<G>>(std::fmod(2 * before, 1 << 30) + (high ? 1 : 2));
+        }
     }
 };
 

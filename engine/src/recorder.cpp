@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <unordered_set>
+#include <map>
 
 namespace bf {
 
@@ -89,27 +89,32 @@ recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end
     return info;
 }
 
-Recorder::Recorder(const Simulation& simulation, std::vector<SignalName> signals,
+Recorder::Recorder(const Simulation& simulation, const std::vector<SignalName>& signals,
                    const std::filesystem::path& file, const ModelSource& source,
                    const recording::WriterOptions& options)
     : writer_(file, {{"model", simulation.diagram().name}, {"step", digits(simulation.diagram().step)}},
               options) {
     const Diagram& diagram = simulation.diagram();
-    const auto outside = outside_signals(simulation);
-    const auto recorded = [&](const Node::End& end) {
-        return std::any_of(signals.begin(), signals.end(), [&](const SignalName& signal) {
-            return signal.end.node == end.node && signal.end.slot == end.slot;
-        });
+    // A subsystem's output is the signal of a block inside: recorded once, under the name that comes first.
+    using Names = std::vector<std::string>;
+    std::vector<std::pair<Node::End, Names>> named;
+    std::map<std::pair<int, int>, std::size_t> position;
+    const auto names_of = [&](const Node::End& end) -> Names& {
+        const auto [found, is_new] = position.try_emplace({end.node, end.slot}, named.size());
+        if (is_new) named.push_back({end, {}});
+        return named[found->second].second;
     };
-    for (const auto& signal : outside)
-        if (!recorded(signal.end)) signals.push_back(signal);
+    for (const auto& [path, end] : signals)
+        if (Names& names = names_of(end); std::find(names.begin(), names.end(), path) == names.end())
+            names.push_back(path);
+    for (const auto& [path, end] : outside_signals(simulation))
+        if (Names& names = names_of(end); names.empty()) names.push_back(path);
 
-    std::unordered_set<std::string> seen;
-    for (const auto& signal : signals) {
-        if (!seen.insert(signal.path).second) continue;
-        samples_[rate_of(diagram, signal.end)].push_back(
-            {writer_.add_channel(signal.path, channel_info(diagram, signal.end)),
-             simulation.context().data(signal.end.node, signal.end.slot)});
+    for (const auto& [end, names] : named) {
+        auto info = channel_info(diagram, end);
+        info.other_names.assign(names.begin() + 1, names.end());
+        samples_[rate_of(diagram, end)].push_back(
+            {writer_.add_channel(names.front(), info), simulation.context().data(end.node, end.slot)});
     }
     writer_.add_metadata("plots", panels(diagram));
     if (!source.texts.empty()) {

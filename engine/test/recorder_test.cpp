@@ -109,6 +109,18 @@ TEST_F(RecorderTest, HoldsSignalsOfDisabledSubsystemsAndConstantsOnce) {
     EXPECT_TRUE(recording.channel("c.y").info.is_held);
 }
 
+TEST_F(RecorderTest, StoresTheOutputOfASubsystemWithTheSignalItIs) {
+    Session run("model: m\nstep: 1\nblocks:\n  s:\n    outputs: [y]\n    blocks: {t: {block: Clock}}\n"
+                "    connections: {t: y}\n");
+    record(run, 3);
+    const auto recording = recording::load(file);
+    EXPECT_EQ(recording.channel("s.t.y").values(0), (Values{0, 1, 2}));
+    EXPECT_EQ(recording.channel("s.y").values(0), (Values{0, 1, 2}));
+    std::ifstream stream(file, std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+    EXPECT_TRUE((bytes.find("/s/t/y") == std::string::npos) != (bytes.find("/s/y") == std::string::npos));
+}
+
 TEST_F(RecorderTest, KeepsTheNamesOfAnEnumeration) {
     Session run(
         "model: m\nstep: 1\nenumerations: {Mode: [idle, walk], Far: {away: -7}}\nblocks:\n  s:\n"
@@ -198,7 +210,7 @@ TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLastChunk) {
         Session run(model_text);
         Recorder recorder(*run.simulation, run.diagram.signals(), file);
         run.simulation->add_observer(recorder);
-        for (int k = 0; k < 20'000; ++k) static_cast<void>(run.simulation->step());
+        for (int k = 0; k < 200'000; ++k) static_cast<void>(run.simulation->step());
         ::kill(::getpid(), SIGKILL);
     }
     int status = -1;

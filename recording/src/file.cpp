@@ -30,12 +30,18 @@ const char* remedy(int error) {
 
 } // namespace
 
-File::File(std::filesystem::path path) : path_(std::move(path)) {
-    descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+File::File(const std::filesystem::path& path, Kind kind) : path_(path.string()) {
+    if (kind == Kind::named) {
+        descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    } else {
+        std::string name = path_ + ".XXXXXX";
+        descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
+        if (descriptor_ >= 0) ::unlink(name.c_str());
+    }
     if (descriptor_ < 0) {
         const int error = errno;
-        throw std::runtime_error("cannot create the recording '" + path_.string() + "': " + reason(error) +
-                                 "; " + remedy(error));
+        throw std::runtime_error("cannot create the recording '" + path_ + "': " + reason(error) + "; " +
+                                 remedy(error));
     }
 }
 
@@ -88,7 +94,7 @@ void File::fail(int error) noexcept {
 std::string File::status() const {
     const int error = error_.load();
     if (error == 0) return {};
-    return "cannot write the recording '" + path_.string() + "': " + reason(error) +
+    return "cannot write the recording '" + path_ + "': " + reason(error) +
            "; what was written before stays readable; " + remedy(error);
 }
 

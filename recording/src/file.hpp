@@ -10,7 +10,9 @@ namespace bf::recording {
 /// The file under a Writer: appends records, keeps the CRC of what was written, and latches the first error.
 class File {
   public:
-    explicit File(std::filesystem::path path); ///< throws std::runtime_error
+    /// Nameless: a file beside `path` that ends with the program, however that ends.
+    enum class Kind { named, nameless };
+    explicit File(const std::filesystem::path& path, Kind kind = Kind::named); ///< throws std::runtime_error
     ~File();
     File(const File&) = delete;
     File& operator=(const File&) = delete;
@@ -24,12 +26,13 @@ class File {
     std::uint64_t offset() const noexcept { return offset_; }
     std::uint32_t crc() const noexcept { return crc_; }
     void reset_crc() noexcept { crc_ = 0; }
-    bool failed() const noexcept { return error_.load(std::memory_order_relaxed) != 0; }
+    bool failed() const noexcept { return error() != 0; }
+    int error() const noexcept { return error_.load(std::memory_order_relaxed); } ///< errno of it, or 0
     void fail(int error) noexcept; ///< latches an error number if it is the first
     std::string status() const;
 
   private:
-    std::filesystem::path path_;
+    const std::string path_;
     int descriptor_ = -1;
     std::uint64_t offset_ = 0;
     std::uint32_t crc_ = 0;

@@ -76,6 +76,7 @@ class Parser {
         if (ended && message_count_ != counted_)
             report("the file does not hold as many messages as it counts");
         recording_.complete = recording_.defect.empty();
+        give_every_name_its_channel();
         return std::move(recording_);
     }
 
@@ -137,6 +138,28 @@ class Parser {
         return false;
     }
 
+    void give_every_name_its_channel() {
+        std::vector<Channel> channels;
+        for (Channel& channel : recording_.channels) {
+            const auto names = std::exchange(channel.info.other_names, {});
+            channels.push_back(std::move(channel));
+            for (std::size_t original = channels.size() - 1; const std::string& name : names) {
+                channels.push_back(channels[original]);
+                channels.back().name = name;
+                channels.back().topic = topic_of(name);
+            }
+        }
+        recording_.channels = std::move(channels);
+    }
+
+    static std::vector<std::string> lines_of(const std::string& text) {
+        std::vector<std::string> lines;
+        std::istringstream stream(text);
+        for (std::string line; std::getline(stream, line);)
+            if (!line.empty()) lines.push_back(line);
+        return lines;
+    }
+
     /// Lines "0 idle".
     static std::vector<std::pair<double, std::string>> names_of(const std::string& text) {
         std::vector<std::pair<double, std::string>> names;
@@ -172,7 +195,8 @@ class Parser {
                         text_of(metadata, "doc"),
                         number<double>(metadata, "period").value_or(0),
                         text_of(metadata, "held") == "true",
-                        names_of(text_of(metadata, "names"))};
+                        names_of(text_of(metadata, "names")),
+                        lines_of(text_of(metadata, "other names"))};
         if (positions_.try_emplace(id, recording_.channels.size()).second)
             recording_.channels.push_back(std::move(channel));
     }

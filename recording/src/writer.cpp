@@ -18,11 +18,13 @@
 namespace bf::recording {
 namespace {
 
+/// How often the background thread looks for records.
+constexpr std::chrono::milliseconds poll_period{5};
+
 constexpr std::size_t record_prefix_bytes = record_header_bytes + message_header_bytes + message_prefix_bytes;
 
-/// What `append` needs about one channel: the bytes in front of the payload, and the payload's size.
+/// What `append` needs about one channel.
 struct Slot {
-    std::array<std::byte, record_prefix_bytes> prefix;
     std::size_t payload_bytes;
     std::uint32_t sequence = 0;
 };
@@ -47,24 +49,19 @@ std::string shortest(double value) {
     return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
-Slot make_slot(std::uint16_t id, std::size_t payload_bytes) {
-    Builder record;
-    record.begin_record(Opcode::Message);
-    record.put(id);
-    record.put(std::uint32_t{0}); // sequence, log time, publish time: filled by append
-    record.put(std::uint64_t{0});
-    record.put(std::uint64_t{0});
-    record.end_record(message_prefix_bytes + payload_bytes);
-    Slot slot{{}, payload_bytes};
-    std::copy(record.bytes().begin(), record.bytes().end(), slot.prefix.begin()); // the rest: append
-    return slot;
+/// In blocks the compiler knows the size of: for a signal's size std::memcpy takes instructions for strings,
+/// which need as long as the copy to begin.
+void copy(std::byte* to, const std::byte* from, std::size_t size) noexcept {
+    constexpr std::size_t block = 64;
+    for (; size >= block; size -= block, to += block, from += block) std::memcpy(to, from, block);
+    std::memcpy(to, from, size);
 }
 
 } // namespace
 
 struct Writer::State {
-    State(std::filesystem::path path, const WriterOptions& options)
-        : options_(options), file(std::move(path)) {}
+    State(const std::filesystem::path& path, const WriterOptions& options)
+        : options_(options), file(path), chunk_indices(path, File::Kind::nameless) {}
 
     const WriterOptions options_;
 
@@ -83,6 +80,7 @@ struct Writer::State {
     std::atomic<bool> stop{false};
     std::vector<std::vector<IndexEntry>> index; // of the current chunk, per channel
     Builder scratch;
+    Builder chunk_index;
     std::vector<std::uint64_t> message_counts;
     Span times;
     std::uint32_t chunk_count = 0;
@@ -90,7 +88,7 @@ struct Writer::State {
     // The file, shared by both under `mutex`; `append` does not touch it
     std::mutex mutex;
     File file;
-    std::uint64_t first_chunk_offset = 0;
+    File chunk_indices; // of the summary; in memory they would grow with time
     Builder attachment_indices, metadata_indices;
     std::uint32_t attachment_count = 0, metadata_count = 0;
     bool begun = false, closed = false;
@@ -101,7 +99,7 @@ struct Writer::State {
     void drain(bool everything);
     void write_chunk(Bytes records, const Span& span);
     void write_summary();
-    void write_chunk_indices(std::uint64_t end);
+    void write_chunk_indices();
 };
 
 void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) {
@@ -117,9 +115,18 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
     if (!info.is_matrix && info.cols != 1)
         reject("it is 1-D but has " + std::to_string(info.cols) + " columns; set is_matrix");
     if (slots.size() > 0xFFFF) reject("a recording holds at most 65536 signals; record fewer");
-    const std::string topic = topic_of(name);
-    if (!names.insert(topic).second)
-        reject("another signal has the topic '" + topic + "'; rename one of them");
+    const auto claim = [&](std::string_view name) {
+        std::string topic = topic_of(name);
+        if (!names.insert(topic).second)
+            reject("another signal has the topic '" + topic + "'; rename one of them");
+        return topic;
+    };
+    const std::string topic = claim(name);
+    std::string other_names;
+    for (const auto& other : info.other_names) {
+        claim(other);
+        other_names += other + "\n";
+    }
 
     const auto [schema, is_new] =
         schema_ids.try_emplace(message_type(info), static_cast<std::uint16_t>(schema_ids.size() + 1));
@@ -148,9 +155,10 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
                       {"doc", info.doc},
                       {"period", shortest(info.period)},
                       {"held", info.is_held ? "true" : "false"},
-                      {"names", value_names}});
+                      {"names", value_names},
+                      {"other names", other_names}});
     channels.end_record();
-    slots.push_back(make_slot(id, info.bytes()));
+    slots.push_back({info.bytes()});
 }
 
 void Writer::State::write_start() {
@@ -158,7 +166,6 @@ void Writer::State::write_start() {
     begun = true;
     file.write(schemas.bytes());
     file.write(channels.bytes());
-    first_chunk_offset = file.offset();
     index.resize(slots.size());
     message_counts.resize(slots.size());
 }
@@ -177,11 +184,7 @@ void Writer::State::write_background() noexcept {
     auto due = std::chrono::steady_clock::now() + options_.flush_period;
     bool last = false;
     while (!last) {
-        // Nobody waits for a thread in real time to wake it: that would be a call into the system.
-        if (options_.drop_when_full)
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        else
-            ring->work.wait_until(due);
+        ring->work.wait_until(std::chrono::steady_clock::now() + poll_period);
         last = stop.load(std::memory_order_acquire);
         const bool everything = last || std::chrono::steady_clock::now() >= due;
         if (everything) due = std::chrono::steady_clock::now() + options_.flush_period;
@@ -196,7 +199,7 @@ void Writer::State::drain(bool everything) {
         Span span;
         Bytes run;
         try {
-            run = ring->run(end, [&](std::size_t offset, Bytes record) {
+            run = ring->run(end, options_.chunk_bytes, [&](std::size_t offset, Bytes record) {
                 std::uint16_t channel;
                 std::uint64_t time;
                 std::memcpy(&channel, &record[record_header_bytes], sizeof channel);
@@ -216,6 +219,7 @@ void Writer::State::drain(bool everything) {
 void Writer::State::write_chunk(Bytes records, const Span& span) {
     const std::uint32_t crc = crc32(records);
     const std::lock_guard lock(mutex);
+    const std::uint64_t chunk_start = file.offset();
     scratch.clear();
     scratch.begin_record(Opcode::Chunk);
     scratch.put(span.first);
@@ -231,10 +235,20 @@ void Writer::State::write_chunk(Bytes records, const Span& span) {
     times.add(span.first);
     times.add(span.last);
 
+    const std::uint64_t chunk_end = file.offset();
+    chunk_index.clear();
+    chunk_index.begin_record(Opcode::ChunkIndex);
+    chunk_index.put(span.first);
+    chunk_index.put(span.last);
+    chunk_index.put(chunk_start);
+    chunk_index.put(chunk_end - chunk_start);
+    const std::size_t offsets = chunk_index.begin_array();
     scratch.clear();
     for (std::size_t channel = 0; channel < index.size(); ++channel) {
         if (index[channel].empty()) continue;
         message_counts[channel] += index[channel].size();
+        chunk_index.put(static_cast<std::uint16_t>(channel));
+        chunk_index.put(chunk_end + scratch.size());
         scratch.begin_record(Opcode::MessageIndex);
         scratch.put(static_cast<std::uint16_t>(channel));
         const std::size_t at = scratch.begin_array();
@@ -244,6 +258,14 @@ void Writer::State::write_chunk(Bytes records, const Span& span) {
         index[channel].clear();
     }
     file.write(scratch.bytes());
+    chunk_index.end_array(offsets);
+    chunk_index.put(std::uint64_t{scratch.size()});
+    chunk_index.put_text(""); // no compression
+    chunk_index.put(std::uint64_t{records.size()});
+    chunk_index.put(std::uint64_t{records.size()});
+    chunk_index.end_record();
+    chunk_indices.write(chunk_index.bytes());
+    if (chunk_indices.failed()) file.fail(chunk_indices.error());
 }
 
 // ---- the end of the file ----
@@ -294,7 +316,7 @@ void Writer::State::write_summary() {
         scratch.end_record();
         file.write(scratch.bytes());
     });
-    group(Opcode::ChunkIndex, [&] { write_chunk_indices(data_end); });
+    group(Opcode::ChunkIndex, [&] { write_chunk_indices(); });
     group(Opcode::AttachmentIndex, [&] { file.write(attachment_indices.bytes()); });
     group(Opcode::MetadataIndex, [&] { file.write(metadata_indices.bytes()); });
 
@@ -310,63 +332,24 @@ void Writer::State::write_summary() {
     file.write(scratch.bytes());
 }
 
-/// Reads the headers of the chunks back, since keeping them would let memory grow with time.
-void Writer::State::write_chunk_indices(std::uint64_t end) {
-    struct Header {
-        Opcode opcode;
-        std::uint64_t length;
-    };
-    // Indices of messages follow one another in small records: many come with one reading.
-    std::vector<std::byte> window(std::size_t{1} << 16);
-    std::uint64_t begin = end;
-    const auto bytes_at = [&](std::uint64_t offset, std::size_t count) {
-        if (offset < begin || offset + count > begin + window.size()) {
-            begin = offset;
-            const auto left = std::min<std::uint64_t>(window.size(), file.offset() - offset);
-            file.read(begin, window.data(), static_cast<std::size_t>(left));
-        }
-        return Bytes(window).subspan(static_cast<std::size_t>(offset - begin), count);
-    };
-    const auto header_at = [&](std::uint64_t offset) {
-        Cursor cursor(bytes_at(offset, record_header_bytes));
-        return Header{cursor.get<Opcode>(), cursor.get<std::uint64_t>()};
-    };
-    std::uint64_t offset = first_chunk_offset;
-    while (offset < end && !file.failed()) {
-        const Header chunk = header_at(offset);
-        const std::uint64_t chunk_start = offset;
-        offset += record_header_bytes + chunk.length;
-        if (chunk.opcode != Opcode::Chunk) continue;
-
-        std::array<std::byte, 24> fields; // start time, end time, size
-        std::ranges::copy(bytes_at(chunk_start + record_header_bytes, fields.size()), fields.begin());
-        scratch.clear();
-        scratch.begin_record(Opcode::ChunkIndex);
-        scratch.put_bytes(Bytes(fields).first(16));
-        scratch.put(chunk_start);
-        scratch.put(offset - chunk_start);
-        const std::uint64_t indices_start = offset;
-        const std::size_t at = scratch.begin_array();
-        for (Header next; offset < end && !file.failed(); offset += record_header_bytes + next.length) {
-            next = header_at(offset);
-            if (next.opcode != Opcode::MessageIndex) break;
-            scratch.put_bytes(bytes_at(offset + record_header_bytes, sizeof(std::uint16_t)));
-            scratch.put(offset);
-        }
-        scratch.end_array(at);
-        scratch.put(offset - indices_start);
-        scratch.put_text(""); // no compression
-        scratch.put_bytes(Bytes(fields).last(8));
-        scratch.put_bytes(Bytes(fields).last(8));
-        scratch.end_record();
-        file.write(scratch.bytes());
+void Writer::State::write_chunk_indices() {
+    std::vector<std::byte> record;
+    for (std::uint64_t at = 0; at < chunk_indices.offset(); at += record.size()) {
+        record.resize(record_header_bytes);
+        chunk_indices.read(at, record.data(), record.size());
+        Cursor header(record);
+        header.get<Opcode>();
+        record.resize(record_header_bytes + header.get<std::uint64_t>());
+        chunk_indices.read(at, record.data(), record.size());
+        file.write(record);
     }
+    if (chunk_indices.failed()) file.fail(chunk_indices.error());
 }
 
 // ---- the public functions ----
 
-Writer::Writer(std::filesystem::path path, Metadata metadata, const WriterOptions& options)
-    : state_(std::make_unique<State>(std::move(path), options)) {
+Writer::Writer(const std::filesystem::path& path, Metadata metadata, const WriterOptions& options)
+    : state_(std::make_unique<State>(path, options)) {
     Builder start;
     start.put_bytes(bytes_of(magic));
     start.begin_record(Opcode::Header);
@@ -453,8 +436,7 @@ void Writer::begin() {
     s.write_start();
     std::size_t record = 0;
     for (const Slot& slot : s.slots) record = std::max(record, record_prefix_bytes + slot.payload_bytes);
-    s.ring.emplace(std::max({s.options_.buffer_bytes, 4 * s.options_.chunk_bytes, 4 * record}),
-                   s.options_.chunk_bytes);
+    s.ring.emplace(std::max({s.options_.buffer_bytes, 4 * s.options_.chunk_bytes, 4 * record}));
     s.thread = std::thread([&s] { s.write_background(); });
 }
 
@@ -462,7 +444,10 @@ void Writer::append(std::span<const Sample> samples, std::int64_t time_ns) noexc
     State& s = *state_;
     assert(s.ring && !s.closed);
     if (s.file.failed()) return;
-    const double time = static_cast<double>(time_ns) / 1e9;
+    std::array<std::byte, 2 * sizeof time_ns + message_prefix_bytes> instant;
+    std::memcpy(&instant[0], &time_ns, sizeof time_ns);              // log time
+    std::memcpy(&instant[sizeof time_ns], &time_ns, sizeof time_ns); // publish time
+    write_message_prefix(&instant[2 * sizeof time_ns], static_cast<double>(time_ns) / 1e9);
     for (const Sample& sample : samples) {
         assert(static_cast<std::size_t>(sample.channel) < s.slots.size());
         Slot& slot = s.slots[static_cast<std::size_t>(sample.channel)];
@@ -473,12 +458,16 @@ void Writer::append(std::span<const Sample> samples, std::int64_t time_ns) noexc
             s.dropped.fetch_add(1, std::memory_order_relaxed);
             continue;
         }
-        std::memcpy(record, slot.prefix.data(), record_prefix_bytes);
-        std::memcpy(record + record_header_bytes + 2, &sequence, 4);
-        std::memcpy(record + record_header_bytes + 6, &time_ns, 8);
-        std::memcpy(record + record_header_bytes + 14, &time_ns, 8);
-        write_message_prefix(record + record_prefix_bytes - message_prefix_bytes, time);
-        std::memcpy(record + record_prefix_bytes, sample.data, slot.payload_bytes);
+        const auto put = [&record](const auto& value) {
+            std::memcpy(record, &value, sizeof value);
+            record += sizeof value;
+        };
+        put(Opcode::Message);
+        put(std::uint64_t{message_header_bytes + message_prefix_bytes + slot.payload_bytes});
+        put(sample.channel);
+        put(sequence);
+        put(instant);
+        copy(record, static_cast<const std::byte*>(sample.data), slot.payload_bytes);
     }
     s.ring->publish();
 }

@@ -144,6 +144,36 @@ TEST(Writer, KeepsSamplesOfUnlikeSizesOverManyRoundsOfTheBuffer) {
     }
 }
 
+TEST(Writer, StoresASignalWithSeveralNamesOnceAndGivesItUnderEach) {
+    const Folder folder;
+    const auto path = folder / "names.mcap";
+    {
+        Writer writer(path);
+        const ChannelId y = writer.add_channel("base.J.y", {.rows = 1000, .other_names = {"base.J_c", "J"}});
+        const ChannelId x = writer.add_channel("x", {});
+        EXPECT_CONTAINS(error_of([&] { writer.add_channel("base.J_c", {}); }), "has the topic '/base/J_c'");
+        writer.begin();
+        for (int k = 0; k < 10; ++k) {
+            writer.append(y, k * ms, noise(8000, k, ElementType::Double).data());
+            writer.append(x, k * ms, noise(8, k, ElementType::Double).data());
+        }
+        writer.close();
+    }
+    EXPECT_LT(std::filesystem::file_size(path), 2 * 10 * 8000u);
+    const Recording recording = load(path);
+    EXPECT_TRUE(recording.complete) << recording.defect;
+    std::string order;
+    for (const Channel& channel : recording.channels) order += channel.topic + " ";
+    EXPECT_EQ(order, "/base/J/y /base/J_c /J /x ");
+    const Channel& first = recording.channel("base.J.y");
+    ASSERT_EQ(first.samples(), 10u);
+    for (const char* name : {"base.J_c", "J"}) {
+        EXPECT_EQ(recording.channel(name).time_ns, first.time_ns);
+        EXPECT_EQ(recording.channel(name).data, first.data);
+        EXPECT_EQ(recording.channel(name).info, first.info);
+    }
+}
+
 TEST(Writer, AppendsWithoutHeap) {
     const Folder folder;
     Writer writer(folder / "run.mcap", {}, {.chunk_bytes = 1 << 16, .buffer_bytes = 1 << 18});
@@ -297,7 +327,7 @@ TEST(Writer, DropsAndCountsWhenTheDiskIsTooSlowForRealTime) {
     EXPECT_GT(dropped, count - 1000);
     EXPECT_LT(dropped, count - 100);
     disk.recover();
-    EXPECT_CONTAINS(error_of([&] { writer.close(); }), "ESPIPE"); // a pipe cannot be indexed
+    EXPECT_NO_THROW(writer.close());
     EXPECT_GE(disk.finish(), std::int64_t(sizeof x * (count - dropped)));
 }
 
@@ -317,7 +347,7 @@ TEST(Writer, WaitsForASlowDiskInSimulation) {
     disk.recover();
     simulation.join();
     EXPECT_EQ(writer.dropped(), 0u);
-    EXPECT_THROW(writer.close(), std::runtime_error);
+    EXPECT_NO_THROW(writer.close());
     EXPECT_GE(disk.finish(), std::int64_t(sizeof x * 10'000));
 }
 

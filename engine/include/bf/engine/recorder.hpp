@@ -29,8 +29,9 @@ struct ModelSource {
         overrides; ///< names and expressions, the last one counts
 };
 
-/// Writes signals to an MCAP file, each at its own rate, as the observers of a step see them. For a replay it
-/// adds the inputs of the root and what comes from devices, and
+/// Writes signals to an MCAP file, each at its own rate, as the observers of a step see them. A signal with
+/// several names, such as the output of a subsystem, is stored once. For a replay it adds the inputs of the
+/// root and what comes from devices, and
 ///
 ///     attachment "model"               text of the model
 ///     attachment "model/PATH"          text of a file it refers to; PATH is relative to the model's folder
@@ -42,8 +43,9 @@ struct ModelSource {
 class Recorder final : public Simulation::Observer {
   public:
     /// Opens the file for the signals; throws std::runtime_error when it cannot be created.
-    Recorder(const Simulation& simulation, std::vector<SignalName> signals, const std::filesystem::path& file,
-             const ModelSource& source = {}, const recording::WriterOptions& options = {});
+    Recorder(const Simulation& simulation, const std::vector<SignalName>& signals,
+             const std::filesystem::path& file, const ModelSource& source = {},
+             const recording::WriterOptions& options = {});
 
     void observe(const Simulation& simulation) noexcept override;
 

@@ -28,6 +28,7 @@ struct ChannelInfo {
     double period = 0;      ///< sample time in seconds; 0 when samples are not periodic
     bool is_held = false;   ///< keeps its value until the next sample: plots draw stairs
     std::vector<std::pair<double, std::string>> names = {}; ///< of values, for people; empty: they have none
+    std::vector<std::string> other_names = {};              ///< of the same signal, which is stored once
 
     std::size_t elements() const noexcept { return std::size_t{rows} * cols; }
     std::size_t bytes() const noexcept { return elements() * size_of(type); } ///< of one sample

@@ -51,7 +51,8 @@ struct Attachment {
 
 /// Everything a file holds.
 struct Recording {
-    std::vector<Channel> channels; ///< in the order in which they were declared
+    /// In the order in which they were declared. One with several names stands under each.
+    std::vector<Channel> channels;
     std::map<std::string, std::map<std::string, std::string>> metadata;
     std::vector<Attachment> attachments;
     bool complete = false; ///< false when the file was cut or damaged: then the rest is what could be read

@@ -50,7 +50,8 @@ class Writer {
   public:
     /// Creates the file, replacing an existing one. `metadata` (model name, tool version, ...) becomes the
     /// metadata record "recording". Throws std::runtime_error when the file cannot be created.
-    explicit Writer(std::filesystem::path path, Metadata metadata = {}, const WriterOptions& options = {});
+    explicit Writer(const std::filesystem::path& path, Metadata metadata = {},
+                    const WriterOptions& options = {});
     ~Writer(); ///< closes the file if `close` was not called; its errors are lost then
     Writer(Writer&&) noexcept;
     Writer& operator=(Writer&&) noexcept;

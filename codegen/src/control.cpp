@@ -54,7 +54,7 @@ std::string Generator::control_declarations() const {
     for (std::size_t l = 0; l < diagram_.plan.loops.size(); ++l)
         text += "    bool loop_" + number(static_cast<int>(l)) + "() noexcept; // " +
                 comment(diagram_.plan.loops[l].path) + "\n";
-    if (!guards_.empty()) text += "    bool answer_crossings() noexcept;\n";
+    if (!guards_.empty()) text += "    bool refresh() noexcept;\n    bool answer_crossings() noexcept;\n";
     return text;
 }
 
@@ -179,23 +179,25 @@ int Generator::guard_count() const {
     return count;
 }
 
-std::string Generator::crossings_function(const std::string& guards) const {
+std::string Generator::crossings_function(const Calls& calls) const {
     const std::string count = number(guard_count());
-    std::string text = "// Crossings of zero since the last step, and those that the answers cause.\nbool " +
-                       class_ +
-                       "::answer_crossings() noexcept {\n    const char* first = nullptr;\n    for (int "
-                       "round = 0;; ++round) {\n"
-                       "        forget(elements<double>(guards_), " +
-                       count + "); // of subsystems that do not run\n        if (!(" + guards +
-                       ")) return false;\n        if (!find_crossings(elements<double>(guards_), "
-                       "elements<double>(guards_before_), " +
-                       count +
-                       ")) return true;\n        if (round > 1000)\n            return fail(first, \"its "
-                       "zero crossings answer one "
-                       "another without end: 1000 times at one instant; give one of \"\n                     "
-                       "          \"the blocks "
-                       "a dead band or hysteresis\");\n        first = nullptr;\n        if (before_event) "
-                       "before_event();\n";
+    std::string text =
+        "// Continuous signals after an event.\nbool " + class_ + "::refresh() noexcept {\n" +
+        once_more(calls.continuous_outputs) +
+        "}\n\n// Crossings of zero since the last step, and those that the answers cause.\nbool " + class_ +
+        "::answer_crossings() noexcept {\n    const char* first = nullptr;\n    for (int "
+        "round = 0;; ++round) {\n"
+        "        forget(elements<double>(guards_), " +
+        count + "); // of subsystems that do not run\n        if (!(" + calls.guards +
+        ")) return false;\n        if (!find_crossings(elements<double>(guards_), "
+        "elements<double>(guards_before_), " +
+        count +
+        ")) return true;\n        if (round > 1000)\n            return fail(first, \"its "
+        "zero crossings answer one "
+        "another without end: 1000 times at one instant; give one of \"\n                     "
+        "          \"the blocks "
+        "a dead band or hysteresis\");\n        first = nullptr;\n        if (before_event) "
+        "before_event();\n";
     for (auto field = guards_.begin(); field != guards_.end();) {
         const int n = field->end.node;
         std::string crossed;
@@ -206,7 +208,7 @@ std::string Generator::crossings_function(const std::string& guards) const {
                 ";\n            if (!hosted_->event(" + number(hosted_[static_cast<std::size_t>(n)]) +
                 ")) return fail(" + path + ", hosted_->failure());\n        }\n";
     }
-    return text + "        if (!evaluate(time_)) return false;\n    }\n}\n\n";
+    return text + "        if (!refresh()) return false;\n    }\n}\n\n";
 }
 
 } // namespace bf::codegen

@@ -49,7 +49,7 @@ std::vector<std::string> hosted_blocks(const Diagram& diagram) {
 bool has_hosted_blocks(const Diagram& diagram) { return !hosted_blocks(diagram).empty(); }
 
 Generator::Generator(const Diagram& diagram, const Options& options)
-    : diagram_(diagram), options_(options),
+    : diagram_(diagram), options_(options), is_needed_inside_a_step_(diagram.needed_inside_a_step()),
       formulas_(options.has_runtime_sizes ? Formulas() : formulas_of(diagram)), class_(class_name(diagram)),
       file_(file_name(diagram)) {
     for (const auto& formula : formulas_.formulas)
@@ -243,7 +243,7 @@ std::string Generator::rule(int n, Phase phase, int index) {
     const Kernel& kernel = *find_kernel(call.kernel);
     headers_.insert(kernel.header);
     // Longer ones run out of line: each kernel is compiled once for all that have the same extents.
-    bool is_short = call.operands.size() <= 8;
+    bool is_short = call.operands.size() <= 16;
     std::string constants, operands;
     for (std::size_t i = 0; i < call.operands.size(); ++i) {
         const auto& from = call.operands[i];
@@ -343,7 +343,7 @@ std::vector<Guarded> Generator::are_finite() const {
     for (const auto& [end, place, rate, condition] : diagram_.real_outputs()) {
         if (place_of(end).member.empty()) continue;
         if (all.empty() || all.back().rate != rate || all.back().condition != condition)
-            all.push_back({rate, condition, {}});
+            all.push_back({.rate = rate, .condition = condition});
         all.back().statements.push_back(
             "if (!is_finite(" + place_of(end).text() + ")) return fail(" + literal(node(end.node).path) +
             ", \"its output " + number(place) +
@@ -356,9 +356,15 @@ std::vector<Guarded> Generator::are_finite() const {
 std::vector<Guarded> Generator::activities(const std::vector<Segment>& segments, Phase phase) {
     std::vector<Guarded> all;
     for (const auto& segment : segments) {
-        all.push_back({segment.rate, segment.condition, {}});
+        all.push_back({.rate = segment.rate, .condition = segment.condition});
+        const bool has_choice = phase == Phase::output && has_continuous_states() &&
+                                diagram_.rates[static_cast<std::size_t>(segment.rate)].is_continuous;
         for (const auto& activity : segment.activities) {
             if (phase == Phase::guards && !answers_crossings(diagram_, node(activity.node))) continue;
+            const bool is_inner = !has_choice || activity.node < 0 ||
+                                  is_needed_inside_a_step_[static_cast<std::size_t>(activity.node)] != 0;
+            if (is_inner != all.back().is_inner)
+                all.push_back({.rate = segment.rate, .condition = segment.condition, .is_inner = is_inner});
             all.back().statements.push_back(
                 activity.node >= 0 ? statement(activity.node, phase, activity.index)
                 : activity.loop >= 0
@@ -380,7 +386,7 @@ std::vector<Guarded> Generator::activities(const std::vector<Segment>& segments,
 std::vector<Guarded> Generator::commits(const std::vector<Segment>& segments) const {
     std::vector<Guarded> all;
     for (const auto& segment : segments) {
-        all.push_back({segment.rate, segment.condition, {}});
+        all.push_back({.rate = segment.rate, .condition = segment.condition});
         int last = -1;
         for (const auto& activity : segment.activities) {
             if (activity.node == last) continue;

@@ -40,6 +40,7 @@ struct Field {
 /// Statements that run under one guard.
 struct Guarded {
     int rate = 1, condition = 0;
+    bool is_inner = true; ///< the solver evaluates it inside a step, where its rate is continuous
     std::vector<std::string> statements;
 };
 
@@ -92,6 +93,15 @@ class Generator {
     std::vector<Guarded> are_finite() const;
     std::vector<Guarded> commits(const std::vector<Segment>& segments) const;
 
+    /// Calls of the functions that make up each phase, joined by &&.
+    struct Calls {
+        std::string constants, follow, outputs, updates, commits, guards;
+        std::string continuous_outputs;         ///< all that are continuous
+        std::string inner_outputs, derivatives; ///< evaluated by the solver inside a step
+        int inner_statements = 0;               ///< of both
+        std::vector<std::string> loops;         ///< the bodies
+    };
+
     // Subsystems that do not always run, or several times, and zero crossings.
     std::string is_active(int condition) const;
     std::string control_declarations() const;
@@ -99,7 +109,7 @@ class Generator {
     std::string trigger_resets(int loop) const; ///< before each step, or each iteration of a loop
     std::string condition_functions(int condition) const;
     std::string loop_function(int loop, const std::string& body) const;
-    std::string crossings_function(const std::string& guards) const;
+    std::string crossings_function(const Calls& calls) const;
     int guard_count() const; ///< elements
 
     /// Spreads guarded statements over functions `family_1`, ... and returns the calls of all.
@@ -108,19 +118,17 @@ class Generator {
 
     std::string structure(const char* name, const char* doc, const std::vector<Field>& fields,
                           bool has_values) const;
-    std::string header() const;
-    /// Calls of the functions that make up each phase, joined by &&.
-    struct Calls {
-        std::string constants, follow, outputs, updates, commits, guards;
-        std::string inner_outputs, derivatives; ///< evaluated by the solver inside a step
-        int inner_statements = 0;               ///< of both
-        std::vector<std::string> loops;         ///< the bodies
-    };
+    std::string header(const Calls& calls) const;
     std::string main_source(const Calls& calls);
     std::string integration(const Calls& calls) const;
+    /// Statements that return whether these outputs could be computed a second time in a step.
+    std::string once_more(const std::string& outputs) const;
     /// Of a small continuous system the functions of a step are joined, with a copy of it for each stage of
-    /// the solver: signals and states then stay in registers.
+    /// the solver: signals, states and what the solver works with then stay in registers.
+    bool is_joined(const Calls& calls) const;
     const char* flattened(const Calls& calls) const;
+    /// Declarators of what the solver works with.
+    std::string solver_memory(const std::string& start, const std::string& slopes) const;
     int continuous_size() const; ///< elements
     int stages_of_solver() const;
     std::string solver_name() const;
@@ -150,6 +158,7 @@ class Generator {
 
     const Diagram& diagram_;
     Options options_;
+    const std::vector<char> is_needed_inside_a_step_; ///< by node
     const Formulas formulas_;
     std::map<std::string, int> formula_numbers_; ///< by the name of what they give
     std::string class_, file_;

@@ -44,8 +44,8 @@ void @prefix@_destroy(@prefix@_model* model);
 bool @prefix@_initialize(@prefix@_model* model);
 /* One period. False when the step failed; it then fails until @prefix@_initialize. */
 bool @prefix@_step(@prefix@_model* model);
-/* The two halves of a step. Between them @prefix@_get reads the signals of the step; after it continuous ones are those of the
-   solver's last stage. */
+/* The two halves of a step. Between them @prefix@_get reads the signals of the step; after it continuous ones may be those of
+   the solver's last stage. */
 bool @prefix@_output(@prefix@_model* model);
 bool @prefix@_update(@prefix@_model* model);
 void @prefix@_terminate(@prefix@_model* model);
@@ -248,8 +248,8 @@ class @Class@:
         self._check(_step(self._model))
 
     def output(self):
-        """The first half of a step. Afterwards `get` reads its signals; after the step continuous ones are those of the
-        solver's last stage."""
+        """The first half of a step. Afterwards `get` reads its signals; after the step continuous ones may be those of
+        the solver's last stage."""
         self._check(_output(self._model))
 
     def update(self):

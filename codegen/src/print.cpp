@@ -58,7 +58,7 @@ std::string Generator::structure(const char* name, const char* doc, const std::v
     return text + "    };\n";
 }
 
-std::string Generator::header() const {
+std::string Generator::header(const Calls& calls) const {
     const auto& d = diagram_;
     std::string rates;
     for (std::size_t r = 1; r < d.rates.size(); ++r)
@@ -103,7 +103,7 @@ std::string Generator::header() const {
         structure("Signals",
                   has_continuous_states()
                       ? "What the blocks compute, of the step between output() and update(). After update() "
-                        "continuous\n    /// ones are those of the solver's last stage."
+                        "continuous\n    /// ones may be those of the solver's last stage."
                       : "What the blocks compute.",
                   signals_, false) +
         "\n" + structure("States", "What is kept from step to step.", states_, true) + "\n";
@@ -216,9 +216,10 @@ std::string Generator::header() const {
                "start_, "
                "slopes_; // of the solver\n"
          : has_continuous_states()
-             ? "    ContinuousStates rates_; // derivatives\n    Real start_[" + number(continuous_size()) +
-                   "], slopes_[" + number(continuous_size()) + " * bf::kernels::" + solver_name() +
-                   ".stages]; // of the solver\n"
+             ? "    ContinuousStates rates_; // derivatives\n" +
+                   (is_joined(calls)
+                        ? ""
+                        : "    Real " + solver_memory("start_", "slopes_") + "; // of the solver\n")
              : "") +
         (is_dynamic()
              ? "    std::unique_ptr<bf::generated::Hosted> hosted_; // the elaborated model\n    "
@@ -318,7 +319,7 @@ std::string Generator::main_source(const Calls& calls) {
     for (std::size_t c = 1; c < d.conditions.size(); ++c) text += condition_functions(static_cast<int>(c));
     for (std::size_t l = 0; l < d.plan.loops.size(); ++l)
         text += loop_function(static_cast<int>(l), calls.loops[l]);
-    if (!guards_.empty()) text += crossings_function(calls.guards);
+    if (!guards_.empty()) text += crossings_function(calls);
     text += "bool " + class_ +
             "::fail(const char* block, const char* text) noexcept {\n"
             "    failed_block_ = block;\n    failure_ = text;\n    return false;\n}\n\n"
@@ -353,10 +354,24 @@ int Generator::continuous_size() const {
     return size;
 }
 
+bool Generator::is_joined(const Calls& calls) const {
+    return has_continuous_states() && !options_.embedded &&
+           stages_of_solver() * calls.inner_statements <= options_.statements_per_function;
+}
+
 const char* Generator::flattened(const Calls& calls) const {
-    const bool is_small =
-        !options_.embedded && stages_of_solver() * calls.inner_statements <= options_.statements_per_function;
-    return has_continuous_states() && is_small ? "[[gnu::flatten]] " : "";
+    return is_joined(calls) ? "[[gnu::flatten]] " : "";
+}
+
+std::string Generator::solver_memory(const std::string& start, const std::string& slopes) const {
+    const std::string size = number(continuous_size());
+    return start + "[" + size + "], " + slopes + "[" + size + " * bf::kernels::" + solver_name() + ".stages]";
+}
+
+std::string Generator::once_more(const std::string& outputs) const {
+    return has_loop_that_runs_once() ? "    is_again_ = true;\n    const bool is_good = " + outputs +
+                                           ";\n    is_again_ = false;\n    return is_good;\n"
+                                     : "    return " + outputs + ";\n";
 }
 
 std::string Generator::integration(const Calls& calls) const {
@@ -367,14 +382,11 @@ std::string Generator::integration(const Calls& calls) const {
             go_to = "    hosted_->go_to(" + number(static_cast<int>(r)) + ", at);\n";
     for (const auto& field : continuous_)
         nan += "has_nan(continuous." + field.member + ") ? " + literal(node(field.end.node).path) + " : ";
-    return "// Signals of continuous blocks inside the step, then derivatives.\nbool " + class_ +
-           "::evaluate(Real at) noexcept {\n    time_ = at;\n" + go_to +
-           (has_loop_that_runs_once()
-                ? "    is_again_ = true;\n    const bool is_good = " + calls.inner_outputs +
-                      ";\n    is_again_ = false;\n    return is_good"
-                : "    return " + calls.inner_outputs) +
-           ";\n}\n\n" + flattened(calls) + "bool " + class_ +
-           "::integrate() noexcept {\n    // In stage 0 the signals are computed already.\n"
+    return "// Inside a step: the continuous signals that derivatives depend on.\nbool " + class_ +
+           "::evaluate(Real at) noexcept {\n    time_ = at;\n" + go_to + once_more(calls.inner_outputs) +
+           "}\n\n" + flattened(calls) + "bool " + class_ + "::integrate() noexcept {\n" +
+           (is_joined(calls) ? "    Real " + solver_memory("start", "slopes") + ";\n" : "") +
+           "    // In stage 0 the signals are computed already.\n"
            "    const auto derivative = [&](int stage, Real at) { return (stage == 0 || evaluate(at)) && " +
            calls.derivatives +
            "; };\n    is_minor_ = true; // conditions stay what they are\n    const bool good = "
@@ -382,8 +394,8 @@ std::string Generator::integration(const Calls& calls) const {
            solver_name() + ">(\n        time_, Real(period), " +
            (is_dynamic()
                 ? "continuous_size_, continuous_elements_, rate_elements_, start_.data(), slopes_.data(), "
-                : number(continuous_size()) +
-                      ", elements<Real>(continuous), elements<Real>(rates_), start_, slopes_, ") +
+                : number(continuous_size()) + ", elements<Real>(continuous), elements<Real>(rates_), " +
+                      (is_joined(calls) ? "start, slopes, " : "start_, slopes_, ")) +
            "derivative);\n    is_minor_ = false;\n    if (!good) return false;\n    const char* const block "
            "= " +
            nan +
@@ -494,15 +506,24 @@ Files Generator::run() {
     for (auto first = all.begin(); first != all.end();) {
         const auto last = std::find_if(
             first, all.end(), [&](const Guarded& g) { return is_continuous(g) != is_continuous(*first); });
-        const std::string group = functions("outputs", {first, last});
-        append(calls.outputs, group);
         if (is_continuous(*first)) {
-            append(calls.inner_outputs, group);
-            std::for_each(first, last, count_inner);
+            // What no derivative depends on can wait until the others are computed.
+            const auto others =
+                std::stable_partition(first, last, [](const Guarded& g) { return g.is_inner; });
+            const std::string inner = functions("outputs", {first, others});
+            const std::string outer = functions("outputs", {others, last});
+            append(calls.inner_outputs, inner);
+            for (auto* text : {&calls.outputs, &calls.continuous_outputs}) {
+                append(*text, inner);
+                append(*text, outer);
+            }
+            std::for_each(first, others, count_inner);
+        } else {
+            append(calls.outputs, functions("outputs", {first, last}));
         }
         first = last;
     }
-    for (auto* text : {&calls.outputs, &calls.inner_outputs})
+    for (auto* text : {&calls.outputs, &calls.continuous_outputs, &calls.inner_outputs})
         if (text->empty()) *text = "true";
     const auto& plan = diagram_.plan;
     if (diagram_.refuses_non_finite) calls.updates = functions("finite", are_finite()) + " && ";
@@ -532,7 +553,7 @@ Files Generator::run() {
                              "list", "numbers", "out", "reshaped"})
         preamble += std::string("using bf::generated::") + name + ";\n";
     preamble += "\n";
-    files[file_ + ".hpp"] = header();
+    files[file_ + ".hpp"] = header(calls);
     std::string text =
         "// " + comment(diagram_.name) + ": initialize, step, terminate.\n" + preamble + main_source(calls);
     int statements = 0;

@@ -398,6 +398,18 @@ TEST(GeneratedCode, DefinesNoMacroForThoseWhoIncludeIt) {
         EXPECT_EQ(text.find("#define"), std::string::npos) << file;
 }
 
+TEST(GeneratedCode, AsksInsideAStepOnlyForWhatDerivativesDependOn) {
+    const Elaborated model(formats::read_yaml_text(
+        "model: m\nstep: 0.1\nblocks: {shown: {block: Gain}, x: {block: Integrator}, fed: {block: Gain}}\n"
+        "connections: {x: [shown, fed], fed: x}\n",
+        "m.yaml"));
+    const std::string source = generate(model.diagram).at("m.cpp");
+    EXPECT_NE(source.find("return outputs_1();"), std::string::npos) << source; // in evaluate()
+    const auto others = source.find("::outputs_2() noexcept {");
+    EXPECT_LT(source.find("out(signals.fed_y)"), others) << source;
+    EXPECT_GT(source.find("out(signals.shown_y)"), others) << source;
+}
+
 TEST(GeneratedCode, TellsUnitsAndDocsOfInputsAndOutputs) {
     const Elaborated model(formats::read_yaml_text(R"m(model: m
 step: 0.1

@@ -98,6 +98,28 @@ bool Diagram::runs_once(const Loop& loop) const {
     });
 }
 
+std::vector<char> Diagram::needed_inside_a_step() const {
+    std::vector<int> pending;
+    std::vector<char> is_needed(nodes.size());
+    const auto need = [&](int node) {
+        if (node >= 0 && !std::exchange(is_needed[static_cast<std::size_t>(node)], 1))
+            pending.push_back(node);
+    };
+    for (const auto* segments : {&plan.derivatives, &plan.guards})
+        for (const auto& segment : *segments)
+            for (const auto& activity : segment.activities) need(activity.node);
+    for (const auto& condition : conditions)
+        for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) need(signal.node);
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+        if (nodes[n].condition > 0 || nodes[n].loop >= 0) need(static_cast<int>(n));
+    while (!pending.empty()) {
+        const auto& node = nodes[static_cast<std::size_t>(pending.back())];
+        pending.pop_back();
+        for (const auto& from : node.sources) need(from.node);
+    }
+    return is_needed;
+}
+
 void Diagram::write_initial(const Condition::Outlet& outlet, Context& context) const {
     const Slot& to = slot(outlet.end);
     void* const memory = context.data(outlet.end.node, outlet.end.slot);

@@ -57,29 +57,6 @@ void Simulation::bind_guards() {
     crossed_.resize(guard_values_.size());
 }
 
-/// The nodes whose outputs derivatives, guards and conditions depend on.
-std::vector<char> Simulation::needed_inside_a_step() const {
-    std::vector<int> pending;
-    std::vector<char> is_needed(diagram_.nodes.size());
-    const auto need = [&](int node) {
-        if (node >= 0 && !std::exchange(is_needed[static_cast<std::size_t>(node)], 1))
-            pending.push_back(node);
-    };
-    for (const auto* segments : {&derivatives_, &guards_})
-        for (const auto& segment : *segments)
-            for (const int node : segment.nodes) need(node);
-    for (const auto& condition : diagram_.conditions)
-        for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) need(signal.node);
-    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
-        if (diagram_.nodes[n].condition > 0 || diagram_.nodes[n].loop >= 0) need(static_cast<int>(n));
-    while (!pending.empty()) {
-        const auto& node = diagram_.nodes[static_cast<std::size_t>(pending.back())];
-        pending.pop_back();
-        for (const auto& from : node.sources) need(from.node);
-    }
-    return is_needed;
-}
-
 /// The solver asks for no other outputs inside a step.
 void Simulation::bind_minor_outputs(const std::vector<char>& is_needed) {
     for (const auto& segment : outputs_) {

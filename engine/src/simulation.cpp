@@ -49,7 +49,7 @@ void Simulation::bind() {
         }
     bind_guards();
     if (context_.continuous_state().empty()) return;
-    const auto is_needed = needed_inside_a_step();
+    const auto is_needed = diagram_.needed_inside_a_step();
     find_held(is_needed);
     find_seen();
     bind_minor_outputs(is_needed);

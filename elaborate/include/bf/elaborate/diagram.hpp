@@ -198,6 +198,9 @@ struct Diagram {
     /// Does a loop of the continuous rate run once per step, not inside one? It does where it has states that
     /// go on from step to step.
     bool runs_once(const Loop& loop) const;
+    /// For each node, whether derivatives, guards or conditions depend on its outputs: a solver asks for no
+    /// others inside a step.
+    std::vector<char> needed_inside_a_step() const;
     /// Writes the initial value of a conditional subsystem's output into the memory of a run.
     void write_initial(const Condition::Outlet& outlet, Context& context) const;
     /// All signals matching a path in which '*' stands for any text ("a.b.*"), or a plain path as above; in

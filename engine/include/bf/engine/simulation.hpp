@@ -200,7 +200,6 @@ class Simulation {
     };
     ContinuousSystem continuous_system();
     void bind_guards();
-    std::vector<char> needed_inside_a_step() const;
     void bind_minor_outputs(const std::vector<char>& is_needed);
     void find_held(const std::vector<char>& is_needed);
     void find_seen();

@@ -100,9 +100,12 @@ blocks:
     execution: triggered
     trigger: function_call
     inputs: [u]
-    outputs: [y]
-    blocks: {i: {block: DiscreteIntegrator}}
-    connections: {u: i, i: y}
+    outputs: [y, v, w]
+    blocks:
+      i: {block: DiscreteIntegrator}
+      d: {block: DiscreteDerivative}
+      c: {block: DiscretePID, I: 3, D: 0.1, method: trapezoidal}
+    connections: {u: [i, d, c], i: y, d: v, c: w}
 )m" + branch("a", "p: [d, y]") +
                                branch("b", "p: d, d: y") + branch("c", "p: [d, y]") +
                                branch("one", "p: d, d: y") + branch("other", "p: [d, y]") + R"m(

@@ -13,11 +13,13 @@ namespace {
 
 /// Integral of K u over the steps, between limits.
 ///
-///   forward      y = x                x⁺ = y + K T u
-///   backward     y = x + K T u        x⁺ = y
-///   trapezoidal  y = x + K T/2 u      x⁺ = y + K T/2 u
+///   forward      y[k] = y[k-1] + K T u[k-1]
+///   backward     y[k] = y[k-1] + K T u[k]
+///   trapezoidal  y[k] = y[k-1] + K T (u[k-1] + u[k])/2
 ///
-/// On a reset, and with an external initial value in the first step, y is that value instead.
+/// T is the time since the step before, which in a triggered subsystem is known in its next run alone:
+/// therefore u[k-1] is a state. On a reset, and with an external initial value in the first step, y is that
+/// value instead.
 class DiscreteIntegrator final : public Block {
   public:
     explicit DiscreteIntegrator(const Arguments& arguments) : Block(arguments) {
@@ -35,12 +37,8 @@ class DiscreteIntegrator final : public Block {
             if (has_reset) OutputRule(this, kernels::Copy{}, restarts, edge);
             declare_outputs(initial);
         }
-        if (*method == "forward")
-            UpdateRule(this, kernels::Accumulate{}, next(x), gain, at_period, lower, upper, y, u);
-        else if (*method == "backward")
-            UpdateRule(this, kernels::Copy{}, next(x), y);
-        else
-            UpdateRule(this, kernels::AccumulateHalf{}, next(x), gain, at_period, lower, upper, y, u);
+        UpdateRule(this, kernels::Copy{}, next(x), y);
+        if (looks_back) UpdateRule(this, kernels::Copy{}, next(before), u);
         if (has_reset) reset_input.declare_memory(this);
     }
 
@@ -54,7 +52,7 @@ class DiscreteIntegrator final : public Block {
                                          {.initial = "internal",
                                           .doc = "initial value from the parameter or from an input",
                                           .choices = {"internal", "external"}}};
-    const bool is_external = *initial_source == "external";
+    const bool is_external = *initial_source == "external", looks_back = *method != "backward";
 
     AnyShape shape{this};
     Parameter<> gain{this, "gain", {.initial = {1}, .unit = any_unit, .doc = "factor K"}};
@@ -72,7 +70,11 @@ class DiscreteIntegrator final : public Block {
     DiscreteState<Any> x{
         this,
         "x",
-        {.shape = shape, .unit = any_unit, .doc = "integral so far", .initial_from = initial.index()}};
+        {.shape = shape, .unit = any_unit, .doc = "y of the step before", .initial_from = initial.index()}};
+    DiscreteState<Any> before{
+        this,
+        "before",
+        {.shape = shape, .unit = any_unit, .doc = "u of the step before", .present = looks_back}};
     DiscreteState<bool> started{
         this, "started", {.doc = "false before the first step", .present = is_external}};
     const bool may_restart = has_reset || is_external;
@@ -107,11 +109,13 @@ class DiscreteIntegrator final : public Block {
     }
     template <class Target> void accumulate(const Target& target) {
         if (*method == "forward")
-            OutputRule(this, kernels::Saturate{}, target, lower, upper, x);
+            OutputRule(this, kernels::Accumulate{}, target, gain, at_period, lower, upper, x, before);
         else if (*method == "backward")
             OutputRule(this, kernels::Accumulate{}, target, gain, at_period, lower, upper, x, u);
-        else
-            OutputRule(this, kernels::AccumulateHalf{}, target, gain, at_period, lower, upper, x, u);
+        else {
+            OutputRule(this, kernels::AccumulateHalf{}, target, gain, at_period, lower, upper, x, before);
+            OutputRule(this, kernels::AccumulateHalf{}, target, gain, at_period, lower, upper, target, u);
+        }
     }
 };
 
@@ -119,12 +123,12 @@ class DiscreteIntegrator final : public Block {
 
 void add_integrators(Library& library) {
     library.group("discrete")
-        .add<DiscreteIntegrator>("DiscreteIntegrator",
-                                 "Integral of K u. Forward y = x, x⁺ = y + K T u; backward y = x + K T u; "
-                                 "trapezoidal adds K T/2 u before "
-                                 "and after. Limits hold y; a reset or, in the first step, the external "
-                                 "input x0 puts y to its initial "
-                                 "value.");
+        .add<DiscreteIntegrator>(
+            "DiscreteIntegrator",
+            "Integral of K u. y[k] = y[k-1] + K T u[k-1] forward, + K T u[k] backward, the mean "
+            "of both trapezoidal. Limits hold y; a reset or, in the first step, the external "
+            "input x0 puts y to its initial "
+            "value.");
 }
 
 } // namespace bf::blocks

@@ -26,29 +26,19 @@ double theta(const std::string& method) {
 template <bool has_setpoint> class DiscretePID final : public Block {
   public:
     explicit DiscretePID(const Arguments& arguments) : Block(arguments) {
-        const double i = theta(*method), d = theta(*filter_method);
-        const bool resets = reset_input.is_present();
-        if (resets) {
-            reset_input.declare_edge<OutputRule>(this, restarts);
-            begin<OutputRule>();
-            q.template declare<OutputRule>(this, q.y, slope_i, slope_d, at_period, i, d, now_i, now_d);
-            reset_input.declare_edge<UpdateRule>(this, restarts);
-            begin<UpdateRule>();
-            q.template declare<UpdateRule>(this, now_y, slope_i, slope_d, at_period, i, d, now_i, now_d);
-            UpdateRule(this, kernels::Advance{}, next(x_i), at_period, now_i, slope_i);
-            UpdateRule(this, kernels::Advance{}, next(x_d), at_period, now_d, slope_d);
-            reset_input.declare_memory(this);
-        } else {
-            q.template declare<OutputRule>(this, q.y, slope_i, slope_d, at_period, i, d, x_i, x_d);
-            q.template declare<UpdateRule>(this, now_y, slope_i, slope_d, at_period, i, d, x_i, x_d);
-            UpdateRule(this, kernels::Advance{}, next(x_i), at_period, x_i, slope_i);
-            UpdateRule(this, kernels::Advance{}, next(x_d), at_period, x_d, slope_d);
-        }
+        compute<OutputRule>(q.y);
+        compute<UpdateRule>(now_y);
+        UpdateRule(this, kernels::Advance{}, next(x_i), Constants({i}), at_period, now_i, slope_i);
+        UpdateRule(this, kernels::Advance{}, next(x_d), Constants({d}), at_period, now_d, slope_d);
+        UpdateRule(this, kernels::Copy{}, next(before_i), slope_i);
+        UpdateRule(this, kernels::Copy{}, next(before_d), slope_d);
+        if (reset_input.is_present()) reset_input.declare_memory(this);
     }
     Argument<std::string> method{
         this, "method", {.initial = "forward", .doc = "rule of integration", .choices = methods()}};
     Argument<std::string> filter_method{
         this, "filter_method", {.initial = "forward", .doc = "rule of the filter", .choices = methods()}};
+    const double i = theta(*method), d = theta(*filter_method);
     AnyShape shape{this};
     PidQuantities q{this, shape, has_setpoint};
     ResetInput reset_input{this};
@@ -57,18 +47,26 @@ template <bool has_setpoint> class DiscretePID final : public Block {
         "x_i",
         {.shape = shape, .unit = any_unit, .doc = "integral part", .initial_from = q.initial.index()}};
     DiscreteState<Numbers> x_d{this, "x_d", any(shape, "filtered error")};
+    DiscreteState<Numbers> before_i{this, "before_i", any(shape, "slope of x_i in the step before")};
+    DiscreteState<Numbers> before_d{this, "before_d", any(shape, "slope of x_d in the step before")};
     Workspace<Numbers> slope_i{this, "slope_i", {.shape = shape}};
     Workspace<Numbers> slope_d{this, "slope_d", {.shape = shape}};
     Workspace<Numbers> now_y{this, "now_y", {.shape = shape}};
-    Workspace<Numbers> now_i{this, "now_i", {.shape = shape, .present = reset_input.is_present()}};
-    Workspace<Numbers> now_d{this, "now_d", {.shape = shape, .present = reset_input.is_present()}};
+    Workspace<Numbers> now_i{this, "now_i", {.shape = shape}};
+    Workspace<Numbers> now_d{this, "now_d", {.shape = shape}};
     Workspace<bool> restarts{this, "restarts", {.present = reset_input.is_present()}};
 
   private:
-    /// The states with which the step begins.
-    template <class Rule> void begin() {
-        Rule(this, kernels::Choose{}, now_i, q.initial, restarts, x_i);
-        Rule(this, kernels::Choose{}, now_d, Constants({0}), restarts, x_d);
+    /// The slopes of the step before hold, by their part, until this step: only now is it known how long.
+    template <class Rule, class Y> void compute(const Y& to_y) {
+        Rule(this, kernels::Advance{}, now_i, Constants({1 - i}), at_period, x_i, before_i);
+        Rule(this, kernels::Advance{}, now_d, Constants({1 - d}), at_period, x_d, before_d);
+        if (reset_input.is_present()) {
+            reset_input.declare_edge<Rule>(this, restarts);
+            Rule(this, kernels::Choose{}, now_i, q.initial, restarts, now_i);
+            Rule(this, kernels::Choose{}, now_d, Constants({0}), restarts, now_d);
+        }
+        q.template declare<Rule>(this, to_y, slope_i, slope_d, at_period, i, d, now_i, now_d);
     }
 };
 

@@ -278,7 +278,8 @@ void states() {
             values<std::uint32_t>(4), values<double>(5));
     run(KeepSample{}, Array<double, 3>(), Array<double, 3, 5>(), One<std::uint32_t>(), times, x,
         values<std::uint32_t>(4), values<double>(5), e);
-    run(Advance{}, A5<double>(), values<double>(0.01), random<A5<double>>(), random<A5<double>>());
+    run(Advance{}, A5<double>(), values<double>(0.5), values<double>(0.01), random<A5<double>>(),
+        random<A5<double>>());
     run(NextDraw{}, Array<std::uint32_t, 2>(), values<std::uint32_t>(0xFFFFFFFFu, 3));
     run(CountUp{}, One<std::uint32_t>(), values<std::uint32_t>(3), values<std::uint32_t>(3));
     const auto bit = random<One<bool>>();

@@ -6,8 +6,7 @@
 /// ones and writes the next ones, or an output. A unit delay is `Copy` both ways; T is the period [s].
 namespace bf::kernels {
 
-/// y = clamp(x + K T u, lower, upper). Forward Euler: y is the next state and x the output. Backward Euler: y
-/// is the output and the next state.
+/// y = clamp(x + K T u, lower, upper): an integral after u held for T.
 struct Accumulate {
     static constexpr const char* name = "bf::kernels::Accumulate{}";
     template <class T> static constexpr bool accepts = is_real<T>;
@@ -23,8 +22,7 @@ struct Accumulate {
     }
 };
 
-/// y = clamp(x + K T/2 u, lower, upper). Trapezoidal rule: the output from the state, then the next state
-/// from the output.
+/// y = clamp(x + K T/2 u, lower, upper): half of the trapezoidal rule, with u from either end of T.
 struct AccumulateHalf {
     static constexpr const char* name = "bf::kernels::AccumulateHalf{}";
     template <class T> static constexpr bool accepts = is_real<T>;
@@ -76,15 +74,16 @@ struct LevelReset {
     }
 };
 
-/// y = (u - previous) / T.
+/// y = (u - previous) / T, or 0 where no time has passed: in the first run of a triggered subsystem.
 struct Difference {
     static constexpr const char* name = "bf::kernels::Difference{}";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class Y, class P, class X, class U>
     constexpr void operator()(const Y& y, const P& period, const X& previous, const U& u) const noexcept {
+        using T = Element<Y>;
+        const T step = static_cast<T>(period[0]);
         for (int i = 0; i < y.size(); ++i)
-            y[i] = (u[pick(i, u.size())] - previous[pick(i, previous.size())]) /
-                   static_cast<Element<Y>>(period[0]);
+            y[i] = step > T(0) ? (u[pick(i, u.size())] - previous[pick(i, previous.size())]) / step : T(0);
     }
 };
 

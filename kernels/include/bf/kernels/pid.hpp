@@ -48,12 +48,13 @@ struct Pid {
     }
 };
 
-/// next = x + T slope.
+/// y = x + part T slope: the integral after the slope held for that part of T.
 struct Advance {
     static constexpr const char* name = "bf::kernels::Advance{}";
-    template <class Y, class P, class X, class S>
-    constexpr void operator()(const Y& next, const P& period, const X& x, const S& slope) const noexcept {
-        for (int i = 0; i < next.size(); ++i) next[i] = x[i] + period[0] * slope[i];
+    template <class Y, class A, class P, class X, class S>
+    constexpr void operator()(const Y& y, const A& part, const P& period, const X& x,
+                              const S& slope) const noexcept {
+        for (int i = 0; i < y.size(); ++i) y[i] = x[i] + part[0] * period[0] * slope[i];
     }
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <gtest/gtest.h>
 
 using namespace bf;
@@ -164,6 +165,34 @@ TEST(Events, OfAPulseShorterThanAStepOfTheSolverAreSeen) {
         run.trace("x", 21);
         EXPECT_NEAR(x.values.back(), 0.4, 1e-5) << solver; // 40 pulses of 10 ms
     }
+}
+
+TEST(Events, OfAnythingShorterThanAStepOfTheSolverAreSeen) {
+    // All are 0 but for 10 ms, between steps of seconds.
+    const std::string file = testing::TempDir() + "rows.csv";
+    std::ofstream(file) << "0,0\n5,1\n5.01,0\n";
+    const struct {
+        std::string blocks, connections;
+        double area;
+    } cases[] = {
+        {"y: {block: IntervalTest, lower: 5, upper: 5.01}\n  c: {block: Convert}", "t: y, y: c, c: x", 0.01},
+        {"y: {block: SignalFromFile, file: " + file + "}", "y: x", 0.01},
+        {"y: {block: MultiportSwitch, indices: [501, 0]}\n  o: {block: Constant}\n  z: {block: Constant, "
+         "value: 0}",
+         "k: y.control, o: y.u1, z: y.u2, y: x", 0.01},
+        {"y: {block: SwitchCase, cases: [501]}\n  c: {block: Convert}", "k: y, y.y1: c, c: x", 0.01},
+    };
+    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"})
+        for (const auto& [blocks, connections, area] : cases) {
+            Session run(
+                "model: m\nstep: 1\nstop: 10\nmax_step: 5\nsolver: " + std::string(solver) +
+                "\nblocks:\n  t: {block: Clock}\n  k: {block: Gain, K: 100}\n"
+                "  x: {block: Integrator}\n  " +
+                blocks + "\nconnections: {t: " +
+                (connections.starts_with("t: ") ? "[k, y]" + connections.substr(4) : "k, " + connections) +
+                "}\n");
+            EXPECT_NEAR(run.trace("x", 11).back(), area, 1e-5) << solver << ": " << blocks;
+        }
 }
 
 TEST(Events, LetTheBallComeToRest) {

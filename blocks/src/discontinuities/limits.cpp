@@ -90,9 +90,9 @@ class Quantize final : public Block {
                          {.initial = {0.5}, .above = 0, .unit = any_unit, .doc = "distance of the steps, q"}};
     Input<> u{this, "u", any()};
     Output<> y{this, "y", any()};
-    GuardOf<Array<double>> at_edge{this, "at_edge", {.doc = "zero halfway between two values of y"}};
+    GuardOf<Array<std::int32_t>> at_edge{this, "at_edge", {.doc = "steps of y from 0"}};
     OutputRule rule{this, kernels::Quantize{}, y, interval, u};
-    GuardRule guard{this, kernels::QuantizeEdge{}, at_edge, interval, u};
+    GuardRule guard{this, kernels::QuantizeEdges{}, at_edge, interval, u};
 
     void infer(Inference& inference) const override {
         broadcast(*this, inference, slots(u, interval), y.index());

@@ -5,7 +5,7 @@
 #include "bf/kernels/routing.hpp"
 
 #include "../groups.hpp"
-#include "../shapes.hpp"
+#include "../guards.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -70,8 +70,12 @@ class IntervalTest final : public Block {
     OutputRule rule{
         this, kernels::Inside{}, y, Constants({double(*closed_lower), double(*closed_upper)}), lower, upper,
         u};
+    Crossing at_lower{this, "at_lower", u, lower};
+    Crossing at_upper{this, "at_upper", u, upper};
 
     void infer(Inference& inference) const override {
+        at_lower.infer(*this, inference);
+        at_upper.infer(*this, inference);
         broadcast(*this, inference, slots(u, lower, upper), y.index());
     }
 };

@@ -177,6 +177,8 @@ class MultiportSwitch final : public Block {
     Workspace<double> wanted{this, "wanted", {}};
     OutputRule rule_wanted{this, kernels::Copy{}, wanted, control};
     OutputRule rule{this, kernels::MultiportSwitch{}, y, Constants(cases()), wanted, u};
+    GuardOf<std::int32_t> at_change{this, "at_change", {.doc = "index wanted"}};
+    GuardRule guard{this, kernels::WholeNumber{}, at_change, control};
 
     void infer(Inference& inference) const override {
         if (const Size* s = inference.size(control); s && !s->is_scalar())
@@ -209,6 +211,8 @@ class LookUpRow final : public Block {
     Workspace<double> wanted{this, "wanted", {}};
     OutputRule rule_wanted{this, kernels::Copy{}, wanted, row};
     OutputRule rule{this, kernels::LookUpRow{}, y, table, wanted};
+    GuardOf<std::int32_t> at_change{this, "at_change", {.doc = "row wanted"}};
+    GuardRule guard{this, kernels::WholeNumber{}, at_change, row};
 
     void infer(Inference& inference) const override {
         if (const Size* s = inference.size(row); s && !s->is_scalar())

@@ -2,6 +2,7 @@
 #include "../groups.hpp"
 #include "../shapes.hpp"
 #include "bf/blocks/kernels.hpp"
+#include "bf/kernels/continuous.hpp"
 
 #include <vector>
 
@@ -87,6 +88,8 @@ class SwitchCase final : public Block {
                        "y",
                        static_cast<int>(cases->size()) + 1,
                        {.doc = "enables the action; the last one is the default"}};
+    GuardOf<std::int32_t> at_change{this, "at_change", {.doc = "number of the case wanted"}};
+    GuardRule guard{this, kernels::WholeNumber{}, at_change, u};
     std::vector<OutputRule> rules = [this] {
         const Constants numbers(std::vector<double>(cases->begin(), cases->end()));
         std::vector<OutputRule> made;

@@ -29,8 +29,11 @@ class SignalGenerator final : public Block {
         this, "frequency", {.initial = {1}, .unit = unit<"Hz">, .doc = "cycles per second"}};
     Output<Real> y{this, "y", any()};
     OutputRule rule{this, kernels::Wave{}, y, form(), amplitude, frequency, at_time};
+    GuardOf<Array<std::int32_t>> at_edge{this, "at_edge", any("jumps and corners so far")};
+    GuardRule guard{this, kernels::WaveEdges{}, at_edge, form(), frequency, at_time};
 
     void infer(Inference& inference) const override {
+        broadcast(*this, inference, slots(frequency), at_edge.index());
         broadcast(*this, inference, slots(amplitude, frequency), y.index());
     }
 
@@ -64,6 +67,8 @@ class RepeatingSequence final : public Block {
     Workspace<double> within{this, "within", {}};
     OutputRule rule_within{this, kernels::WithinCycle{}, within, points(), at_time};
     OutputRule rule{this, kernels::Interpolate{}, y, points(), values, within};
+    GuardOf<std::int32_t> at_point{this, "at_point", {.doc = "points passed so far"}};
+    GuardRule guard{this, kernels::CycleEdges{}, at_point, points(), at_time};
 
   private:
     Constants points() const { return times->empty() ? Constants({0}) : Constants(*times); }

@@ -78,8 +78,11 @@ class Ramp final : public Block {
         this, "initial", {.initial = {0}, .unit = any_unit, .doc = "value before the ramp"}};
     Output<Real> y{this, "y", any()};
     OutputRule rule{this, kernels::Ramp{}, y, slope, start, initial, at_time};
+    GuardOf<Real> at_start{this, "at_start", any("zero where the ramp begins")};
+    GuardRule guard{this, kernels::Margin{}, at_start, at_time, start};
 
     void infer(Inference& inference) const override {
+        broadcast(*this, inference, slots(start), at_start.index());
         broadcast(*this, inference, slots(slope, start, initial), y.index());
     }
 };
@@ -156,11 +159,12 @@ class SignalFromFile final : public Block {
                                          .choices = {"hold", "linear"}}};
     const Table table = read();
     Output<Real> y{this, "y", any({Extent(table.width)}, "the columns after the time")};
+    GuardOf<std::int32_t> at_row{this, "at_row", {.doc = "rows so far"}};
 
     Status output(Now at, Out out) const noexcept override {
         const auto& times = table.times;
         const double t = at.time();
-        const auto after = std::upper_bound(times.begin(), times.end(), t);
+        const auto after = times.begin() + rows_until(t);
         const auto row = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - times.begin() - 1, 0));
         const bool between = is_linear && after != times.end() && after != times.begin();
         const double part = between ? (t - times[row]) / (times[row + 1] - times[row]) : 0.0;
@@ -170,10 +174,17 @@ class SignalFromFile final : public Block {
         }
         return ok;
     }
+    Status guards(Now at, Guards guard) const noexcept override {
+        guard[at_row] = static_cast<std::int32_t>(rows_until(at.time()));
+        return ok;
+    }
 
   private:
     const bool is_linear = *interpolation == "linear";
 
+    std::ptrdiff_t rows_until(double t) const noexcept {
+        return std::upper_bound(table.times.begin(), table.times.end(), t) - table.times.begin();
+    }
     Table read() {
         if (file->empty())
             problem("argument 'file' is empty; name a CSV file whose first column is time");

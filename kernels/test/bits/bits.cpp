@@ -266,6 +266,10 @@ void states() {
     const auto b = values<double>(0.5, 1, -1, 2), a = values<double>(1, 0.3, 0.2, 0.1);
     run(LimitedRate{}, A5<double>(), values<double>(-1), values<double>(1), e, e);
     run(PulseEdges{}, A5<double>(), values<double>(2), values<double>(50), e, values<double>(4.6));
+    for (const int waveform : {0, 1, 2, 3})
+        run(WaveEdges{}, A5<std::int32_t>(), values<double>(waveform), e, values<double>(4.6));
+    run(CycleEdges{}, One<std::int32_t>(), values<double>(-1, 0, 2), values<double>(4.6));
+    run(WholeNumber{}, A5<std::int32_t>(), e);
     run(LimitReached{}, A5<double>(), values<double>(-1), values<double>(1), e);
     run(Lag{}, A5<double>(), values<double>(0.3), e, e);
     run(CompanionOutput{}, A5<double>(), b, a, x, e);
@@ -363,7 +367,7 @@ template <class T> void reals() {
     run(PoseInverse{}, A44<T>(), h);
 
     run(StopMargins{}, A5<double>(), A5<double>(), values<T>(0.5), random<A5<T>>(), u);
-    run(QuantizeEdge{}, A5<double>(), values<T>(0.5), u);
+    run(QuantizeEdges{}, A5<std::int32_t>(), values<T>(0.5), u);
     run(Polynomial{}, A5<T>(), random<Array<T, 4>>(), u);
     run(Backlash{}, A5<T>(), values<T>(0.5), random<A5<T>>(), u);
     run(Friction{}, A5<T>(), values<T>(0.5), values<T>(2), u);

@@ -176,15 +176,24 @@ struct StopMargins {
     }
 };
 
-/// g crosses zero where round(u / q) changes: cos(π u / q).
-struct QuantizeEdge {
-    static constexpr const char* name = "bf::kernels::QuantizeEdge{}";
+/// g counts the steps of a quantizer: round(u / q).
+struct QuantizeEdges {
+    static constexpr const char* name = "bf::kernels::QuantizeEdges{}";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class G, class Q, class U>
     void operator()(const G& g, const Q& interval, const U& u) const noexcept {
         for (int i = 0; i < g.size(); ++i)
-            g[i] = std::cos(opaque(3.14159265358979323846 * static_cast<double>(u[pick(i, u.size())]) /
-                                   static_cast<double>(interval[pick(i, interval.size())])));
+            g[i] = detail::counted(std::round(u[pick(i, u.size())] / interval[pick(i, interval.size())]));
+    }
+};
+
+/// g = u without its fraction: changes wherever a choice by a number does.
+struct WholeNumber {
+    static constexpr const char* name = "bf::kernels::WholeNumber{}";
+    template <class T> static constexpr bool accepts = is_any<T>;
+    template <class G, class U> void operator()(const G& g, const U& u) const noexcept {
+        for (int i = 0; i < g.size(); ++i)
+            g[i] = detail::counted(std::trunc(static_cast<double>(u[pick(i, u.size())])));
     }
 };
 

@@ -125,4 +125,12 @@ template <class T> constexpr T remainder(T x, T y) noexcept {
         return y == T(0) ? T(0) : static_cast<T>(std::int64_t(x) % std::int64_t(y));
 }
 
+namespace detail {
+/// What a zero-crossing function counts, less what does not fit into its type; 0 for NaN and infinities.
+inline std::int32_t counted(double number) noexcept {
+    const double rest = std::fmod(number, 1 << 30);
+    return rest == rest ? static_cast<std::int32_t>(rest) : 0;
+}
+} // namespace detail
+
 } // namespace bf::kernels

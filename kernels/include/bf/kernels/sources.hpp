@@ -89,7 +89,7 @@ struct PulseEdges {
             const double since = t[0] - late, slack = detail::rounding(t[0], late);
             const double before = since < -slack ? -1 : std::floor((since + slack) / cycle);
             const bool high = detail::is_high(t[0], cycle, width[pick(i, width.size())], late);
-            g[i] = static_cast<Element<G>>(std::fmod(2 * before, 1 << 30) + (high ? 1 : 2));
+            g[i] = detail::counted(2 * before + (high ? 1 : 2));
         }
     }
 };
@@ -159,6 +159,20 @@ struct Wave {
     }
 };
 
+/// g counts the jumps and corners of a wave.
+struct WaveEdges {
+    static constexpr const char* name = "bf::kernels::WaveEdges{}";
+    template <class G, class W, class F, class T>
+    void operator()(const G& g, const W& waveform, const F& frequency, const T& t) const noexcept {
+        const auto shape = static_cast<Waveform>(static_cast<int>(waveform[0]));
+        const int per_turn = shape == Waveform::sine ? 0 : shape == Waveform::sawtooth ? 1 : 2;
+        for (int i = 0; i < g.size(); ++i) {
+            const double turns = frequency[pick(i, frequency.size())] * t[0];
+            g[i] = detail::counted(std::floor(per_turn * (turns + detail::rounding(turns))));
+        }
+    }
+};
+
 /// t brought into one cycle: first + mod(t - first, last - first), of the points' first and last time.
 struct WithinCycle {
     static constexpr const char* name = "bf::kernels::WithinCycle{}";
@@ -168,6 +182,21 @@ struct WithinCycle {
         const double first = points[0], last = points[points.size() - 1];
         y[0] =
             maximum(first, first + detail::within(t[0] - first, last - first, detail::rounding(t[0], first)));
+    }
+};
+
+/// g counts the points that t has passed, cycle after cycle.
+struct CycleEdges {
+    static constexpr const char* name = "bf::kernels::CycleEdges{}";
+    template <class G, class X, class T>
+    void operator()(const G& g, const X& points, const T& t) const noexcept {
+        const int last = points.size() - 1;
+        const double since = t[0] - points[0], cycle = points[last] - points[0];
+        double at = 0;
+        WithinCycle{}(FixedView<double, 1>{&at}, points, t);
+        int k = 0;
+        while (k < last - 1 && at >= points[k + 1]) ++k;
+        g[0] = detail::counted(std::floor((since + detail::rounding(t[0], points[0])) / cycle) * last + k);
     }
 };
 

@@ -1,6 +1,8 @@
 #include "bf/engine/simulation.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 namespace bf {
 
@@ -16,24 +18,27 @@ class EventWatch final : public Simulation::Observer {
     const std::function<bool(const Simulation&)>& event_;
 };
 
-/// The first step that does not stand before that time.
-double step_at(double time, double period) { return std::round(time / period); }
-
 } // namespace
+
+std::int64_t Simulation::steps_before(double time) const {
+    // Both numbers are rounded: 2.1 / 0.7 is a little more than 3.
+    const double count = std::ceil(time / diagram_.step * (1 - 4 * std::numeric_limits<double>::epsilon()));
+    return count < 9e18 ? static_cast<std::int64_t>(count) : INT64_MAX;
+}
 
 bool Simulation::run_until(const std::function<bool(const Simulation&)>& event, double limit) {
     EventWatch watch(event);
     observers_.push_back(&watch);
-    const double last = step_at(limit, diagram_.step);
-    while (!watch.happened && static_cast<double>(steps_) < last && step()) {
+    const std::int64_t last = steps_before(limit);
+    while (!watch.happened && steps_ < last && step()) {
     }
     std::erase(observers_, &watch);
     return watch.happened && status_;
 }
 
 bool Simulation::run_until(double time) {
-    const double last = step_at(time, diagram_.step);
-    while (static_cast<double>(steps_) < last)
+    const std::int64_t last = steps_before(time);
+    while (steps_ < last)
         if (!step()) return false;
     return true;
 }

@@ -49,6 +49,14 @@ TEST(RunUntil, ATimeStopsBeforeTheStepAtThatTime) {
     EXPECT_EQ(run.simulation->steps(), 3);
 }
 
+TEST(RunUntil, ARunHasTheStepsThatStandBeforeItsEnd) {
+    for (const auto& [end, steps] : {std::pair{3.05, 31}, {3.0, 30}, {3.01, 31}, {0.7, 7}, {0.0, 0}}) {
+        Session run(ramp);
+        EXPECT_TRUE(run.simulation->run_until(end));
+        EXPECT_EQ(run.simulation->steps(), steps) << end;
+    }
+}
+
 TEST(RunUntil, EndsWhereAStepFails) {
     Session run(
         "model: m\nstep: 0.1\nblocks:\n  x: {block: Ramp}\n  low: {block: CompareToConstant, "

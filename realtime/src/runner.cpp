@@ -109,8 +109,7 @@ Runner::~Runner() = default;
 void Runner::add_observer(Simulation::Observer& observer) { gate_->observers.push_back(&observer); }
 
 void Runner::run(double stop, const std::function<bool(const Progress&)>& monitor) {
-    const double count = std::round(stop / simulation_.diagram().step);
-    const auto steps = count < 9e18 ? static_cast<std::int64_t>(count) : INT64_MAX;
+    const std::int64_t steps = simulation_.steps_before(stop);
     if (const std::string reasons = not_for_real_time(simulation_.diagram()); !reasons.empty())
         throw RunError(reasons);
     std::exception_ptr error;

@@ -40,8 +40,7 @@ nlohmann::ordered_json RunResult::to_json() const {
 
 RunResult run(Simulation& simulation, double stop, const RunHooks& hooks) {
     using Clock = std::chrono::steady_clock;
-    const double count = std::round(stop / simulation.diagram().step);
-    const auto steps = count < 9e18 ? static_cast<std::int64_t>(count) : INT64_MAX;
+    const std::int64_t steps = simulation.steps_before(stop);
     simulation.leave_outputs_of_solver();
     if (!hooks.is_started) simulation.start();
     const std::int64_t first = simulation.steps();
@@ -148,8 +147,7 @@ class SnapshotFile {
         if (at > diagram.stop || at < simulation.time())
             throw CommandError("--snapshot-at " + number(at) + " s is not within the run, from " +
                                number(simulation.time()) + " s to " + number(diagram.stop) + " s");
-        const double steps = std::round(at / diagram.step);
-        step_ = steps < 9e18 ? static_cast<std::int64_t>(steps) : INT64_MAX;
+        step_ = simulation.steps_before(at);
         is_at_end_ = !options.snapshot_at;
         file_.emplace(options.snapshot);
     }

@@ -210,7 +210,8 @@ template <class Model> int run(int argc, char** argv) {
         std::fprintf(stderr, "takes commands at 127.0.0.1:%d\n", commands->port());
     }
     for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { is_asked_to_stop = 1; });
-    const double count = std::round(stop / Model::period);
+    // Those that stand before `stop`; both numbers are rounded.
+    const double count = std::ceil(stop / Model::period * (1 - 4 * std::numeric_limits<double>::epsilon()));
     const std::int64_t steps =
         count < 9e18 ? static_cast<std::int64_t>(count) : std::numeric_limits<std::int64_t>::max();
     bool good = model->initialize();

@@ -84,6 +84,8 @@ class Simulation {
                    double limit = std::numeric_limits<double>::infinity());
     /// Steps on to that time [s]; false when a step fails.
     bool run_until(double time);
+    /// How many steps stand before that time [s].
+    std::int64_t steps_before(double time) const;
 
     /// Of the step, or of the event while observers see one [s].
     double time() const { return is_at_event_ ? event_time_ : static_cast<double>(steps_) * diagram_.step; }

@@ -106,7 +106,7 @@ class Cvode final : public Solver {
     Outcome failed(int flag) {
         if (flag == CV_RHSFUNC_FAIL || flag == CV_RTFUNC_FAIL) return Outcome::failed; // a block said why
         failure_ = flag == CV_TOO_MUCH_WORK
-                       ? too_many_steps()
+                       ? too_many_steps(settings_.method)
                        : Status::failure(
                              "CVODE gave up (flag {}): look for a state that grows without bound or a jump "
                              "without a zero crossing, or use larger tolerances",

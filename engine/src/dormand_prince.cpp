@@ -47,7 +47,7 @@ class DormandPrince final : public Solver {
             }
             if (!step(end)) return failed(t);
             if (++steps == most_steps) {
-                failure_ = too_many_steps();
+                failure_ = too_many_steps(SolverMethod::dormand_prince45);
                 return failed(t);
             }
         }

@@ -1,6 +1,7 @@
 // Parts of the order that run several times in a step.
 #include "states.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace bf {
@@ -9,14 +10,17 @@ void Simulation::bind_loops() {
     const auto& loops = diagram_.plan.loops;
     for (const auto& loop : loops)
         loops_.push_back(std::make_unique<LoopState>(
-            LoopState{this, &loop, diagram_.runs_once(loop), {}, {}, {}, {}, nullptr}));
+            LoopState{this, &loop, diagram_.runs_once(loop), {}, {}, {}, {}, {}, nullptr}));
     for (std::size_t l = 0; l < loops.size(); ++l) {
         auto& state = *loops_[l];
         state.outputs = bound(loops[l].outputs, Phase::output);
         state.updates = bound(loops[l].updates, Phase::update);
         for (const auto& condition : diagram_.conditions)
-            if (condition.loop == static_cast<int>(l) && condition.triggered_rate >= 0)
-                state.triggered.push_back(static_cast<std::size_t>(condition.triggered_rate));
+            for (int at = condition.loop; condition.triggered_rate >= 0 && at >= 0;
+                 at = loops[static_cast<std::size_t>(at)].parent)
+                if (at == static_cast<int>(l))
+                    state.triggered.push_back(static_cast<std::size_t>(condition.triggered_rate));
+        state.has_run.resize(state.triggered.size());
         for (const auto& segment : loops[l].updates) state.commits.push_back(commits_of(segment));
         if (loops[l].kind != Loop::Kind::algebraic) continue;
         std::vector<std::span<double>> unknowns;
@@ -44,10 +48,19 @@ bool Simulation::LoopState::iterate() {
         if (s.is_due(segment.rate, segment.condition) && !s.run(segment)) return false;
     for (const auto& segment : commits)
         if (s.is_due(segment.rate, segment.condition) && !s.commit(segment)) return false;
+    for (std::size_t i = 0; i < triggered.size(); ++i)
+        if (s.hit_[triggered[i]]) has_run[i] = 1;
     return true;
 }
 
 Status Simulation::LoopState::run() {
+    std::fill(has_run.begin(), has_run.end(), std::uint8_t{0});
+    const Status status = run_iterations();
+    for (std::size_t i = 0; i < triggered.size(); ++i) simulation->hit_[triggered[i]] = has_run[i];
+    return status;
+}
+
+Status Simulation::LoopState::run_iterations() {
     Simulation& s = *simulation;
     const auto is_on = [&](const Node::End& end) {
         return read_value(s.context_.data(end.node, end.slot), s.diagram_.slot(end).type, 0) > 0;

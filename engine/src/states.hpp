@@ -47,11 +47,13 @@ struct Simulation::LoopState {
     bool runs_once; ///< per step, not inside one
     std::vector<BoundSegment> outputs, updates;
     std::vector<CommitSegment> commits;
-    std::vector<std::size_t>
-        triggered; ///< rates of the triggered subsystems inside: each iteration looks anew
+    /// Rates of the triggered subsystems inside: each iteration looks anew, observers see what ran in any.
+    std::vector<std::size_t> triggered;
+    std::vector<std::uint8_t> has_run;
     std::unique_ptr<AlgebraicSolver> solver; ///< of an algebraic loop
 
     Status run();
+    Status run_iterations();
     bool iterate();
 };
 

@@ -275,6 +275,20 @@ TEST(Loops, ForEachHasStatesForEachPart) {
     EXPECT_EQ(session.values("s(2).past"), (Values{30, 40}));
 }
 
+TEST(Loops, ShowWhatRanInAnyOfTheirIterations) {
+    Steps session(
+        "model: m\nstep: 1\nblocks:\n  s:\n    execution: for\n    iterations: 3\n    outputs: [y]\n"
+        "    blocks:\n      i: {block: Iteration}\n"
+        "      two: {block: CompareToConstant, operator: '==', constant: 2}\n      t:\n"
+        "        execution: triggered\n        inputs: [u]\n        outputs: [y]\n"
+        "        blocks: {g: {block: Gain}}\n        connections: {u: g, g: y}\n"
+        "    connections: {i: [two, t.u], two: t.trigger, t: y}\n");
+    const auto end = session.diagram.find_signal("s.t.g");
+    const int rate = session.diagram.nodes[static_cast<std::size_t>(end.node)].rate;
+    EXPECT_TRUE(session.simulation->run_until([&](const Simulation& s) { return s.is_hit(rate); }, 1));
+    EXPECT_EQ(session("s.y"), 2);
+}
+
 TEST(Variants, KeepOnlyWhatIsWanted) {
     const auto text = [](const std::string& mode) {
         return "model: m\nstep: 1\nvariables: {mode: " + mode +

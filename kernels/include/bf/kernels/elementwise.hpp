@@ -44,30 +44,42 @@ struct Gain {
     }
 };
 
+/// y_i = f(1, f(0, 0, s_0, u_0i), s_1, u_1i) and so on over the operands, where s_k says that sign k is
+/// negative. y is none of the operands.
+template <class Y, class S, class L, class F>
+constexpr void fold(const Y& y, const S& signs, const L& u, const F& f) noexcept {
+    const auto is_negative = [&](int k) { return signs[pick(k, signs.size())] < 0; };
+    const auto element_by_element = [&] {
+        for (int i = 0; i < y.size(); ++i) {
+            Element<Y> folded{};
+            for (int k = 0; k < u.size(); ++k)
+                folded = f(k, folded, is_negative(k), u[k][pick(i, u[k].size())]);
+            y[i] = folded;
+        }
+    };
+    if constexpr (is_fixed<Y>) // the compiler knows operands and signs
+        element_by_element();
+    else if (y.size() == 1) // one number stays in a register
+        element_by_element();
+    else
+        for (int k = 0; k < u.size(); ++k) {
+            const auto& x = u[k];
+            const bool is_minus = is_negative(k);
+            for (int i = 0; i < y.size(); ++i) y[i] = f(k, y[i], is_minus, x[pick(i, x.size())]);
+        }
+}
+
 /// y = ± u_0 ± u_1 …, from left to right; signs_k < 0 subtracts operand k. y is none of the operands.
 struct Sum {
     static constexpr const char* name = "bf::kernels::Sum{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class S, class L>
     constexpr void operator()(const Y& y, const S& signs, const L& u) const noexcept {
-        if constexpr (is_fixed<Y>) // one pass: the compiler knows operands and signs
-            for (int i = 0; i < y.size(); ++i) {
-                Element<Y> sum{};
-                for (int k = 0; k < u.size(); ++k)
-                    sum = next(k, sum, signs[pick(k, signs.size())] < 0, u[k][pick(i, u[k].size())]);
-                y[i] = sum;
-            }
-        else
-            for (int k = 0; k < u.size(); ++k) {
-                const auto& x = u[k];
-                const bool minus = signs[pick(k, signs.size())] < 0;
-                for (int i = 0; i < y.size(); ++i) y[i] = next(k, y[i], minus, x[pick(i, x.size())]);
-            }
-    }
-
-  private:
-    template <class T> static constexpr T next(int k, T sum, bool minus, T value) noexcept {
-        return k == 0 ? (minus ? negate(value) : value) : (minus ? subtract(sum, value) : add(sum, value));
+        using T = Element<Y>;
+        fold(y, signs, u, [](int k, T sum, bool minus, T value) {
+            return k == 0 ? (minus ? negate(value) : value)
+                          : (minus ? subtract(sum, value) : add(sum, value));
+        });
     }
 };
 
@@ -77,26 +89,11 @@ struct ElementProduct {
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class E, class L>
     constexpr void operator()(const Y& y, const E& exponents, const L& u) const noexcept {
-        if constexpr (is_fixed<Y>) // one pass: the compiler knows operands and exponents
-            for (int i = 0; i < y.size(); ++i) {
-                Element<Y> product{};
-                for (int k = 0; k < u.size(); ++k)
-                    product = next(k, product, exponents[pick(k, exponents.size())] < 0,
-                                   u[k][pick(i, u[k].size())]);
-                y[i] = product;
-            }
-        else
-            for (int k = 0; k < u.size(); ++k) {
-                const auto& x = u[k];
-                const bool over = exponents[pick(k, exponents.size())] < 0;
-                for (int i = 0; i < y.size(); ++i) y[i] = next(k, y[i], over, x[pick(i, x.size())]);
-            }
-    }
-
-  private:
-    template <class T> static constexpr T next(int k, T product, bool over, T value) noexcept {
-        return k == 0 ? (over ? divide(T(1), value) : value)
-                      : (over ? divide(product, value) : multiply(product, value));
+        using T = Element<Y>;
+        fold(y, exponents, u, [](int k, T product, bool over, T value) {
+            return k == 0 ? (over ? divide(T(1), value) : value)
+                          : (over ? divide(product, value) : multiply(product, value));
+        });
     }
 };
 

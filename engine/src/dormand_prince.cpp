@@ -294,7 +294,9 @@ class DormandPrince final : public Solver {
                 was_left = true, was_right = false;
             }
         }
-        if (jumps() && high - begin_ > 1e3 * tolerance) return approach(high);
+        // Interpolation from behind the crossing knows nothing of what lies before it.
+        const bool is_before_all_stages = high - begin_ < 0.2 * length_;
+        if ((jumps() || is_before_all_stages) && high - begin_ > 1e3 * tolerance) return approach(high);
         interpolate(high);
         std::copy(system_.x.begin(), system_.x.end(), x_.begin());
         end_ = high;
@@ -303,12 +305,15 @@ class DormandPrince final : public Solver {
         return true;
     }
 
-    /// Did the slope change in the last step by more than the tolerance allows for? A crossing at which it
-    /// jumps spoils the interpolation of the step that contains it.
+    /// Did the slope change within the last step by more than the tolerance allows for? A crossing at which
+    /// it jumps, or has a corner, spoils the interpolation of the step that contains it.
     bool jumps() const {
-        return norm([&](std::size_t i) {
-                   return length_ * (slopes_[0][i] - slopes_[6][i]) / scale(x_[i], dense_[0][i]);
-               }) > 1;
+        const auto& at_begin = slopes_[6];
+        return std::any_of(slopes_.begin(), slopes_.begin() + 6, [&](const auto& slope) {
+            return norm([&](std::size_t i) {
+                       return length_ * (slope[i] - at_begin[i]) / scale(x_[i], dense_[0][i]);
+                   }) > 1;
+        });
     }
 
     /// Takes the last step back, to go most of the way to a crossing in a step that does not contain it.

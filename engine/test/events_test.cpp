@@ -177,6 +177,8 @@ TEST(Events, OfAnythingShorterThanAStepOfTheSolverAreSeen) {
     } cases[] = {
         {"y: {block: IntervalTest, lower: 5, upper: 5.01}\n  c: {block: Convert}", "t: y, y: c, c: x", 0.01},
         {"y: {block: SignalFromFile, file: " + file + "}", "y: x", 0.01},
+        {"y: {block: RepeatingSequence, times: \"[0 5 5.005 5.01 20]\", values: \"[0 0 1 0 0]\"}", "y: x",
+         0.005},
         {"y: {block: MultiportSwitch, indices: [501, 0]}\n  o: {block: Constant}\n  z: {block: Constant, "
          "value: 0}",
          "k: y.control, o: y.u1, z: y.u2, y: x", 0.01},

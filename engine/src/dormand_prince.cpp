@@ -296,7 +296,8 @@ class DormandPrince final : public Solver {
         }
         // Interpolation from behind the crossing knows nothing of what lies before it.
         const bool is_before_all_stages = high - begin_ < 0.2 * length_;
-        if ((jumps() || is_before_all_stages) && high - begin_ > 1e3 * tolerance) return approach(high);
+        const double shortest = 1e3 * std::max(tolerance, 8 * epsilon * (end - begin_));
+        if ((jumps() || is_before_all_stages) && high - begin_ > shortest) return approach(high);
         interpolate(high);
         std::copy(system_.x.begin(), system_.x.end(), x_.begin());
         end_ = high;

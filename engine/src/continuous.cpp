@@ -283,7 +283,8 @@ bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
                  ++g)
                 for (std::size_t i = 0; i < guard_bindings_[g].count; ++i) {
                     const auto direction = crossed_[guard_bindings_[g].first + i];
-                    static_cast<double*>(guard_bindings_[g].data)[i] = direction;
+                    if (!guard_bindings_[g].counts())
+                        static_cast<double*>(guard_bindings_[g].data)[i] = direction;
                     is_crossed = is_crossed || direction != 0;
                 }
             if (!is_crossed || !guard.has_event) continue;

@@ -197,6 +197,24 @@ TEST(Events, OfAnythingShorterThanAStepOfTheSolverAreSeen) {
         }
 }
 
+TEST(Events, OfOneBlockLeaveTheMemoryOfOthersAlone) {
+    // Memory in the order of the blocks: what the pulses count, then what the switch noted at the start.
+    Session run("model: m\nstep: 0.1\nsolver: dormand_prince45\nblocks:\n  ball: {block: Ball}\n"
+                "  pulses: {block: Pulse, cycle: \"[3 3 3 3 3]\", delay: 10}\n"
+                "  two: {block: Constant, value: 2}\n  one: {block: Constant}\n"
+                "  choice: {block: MultiportSwitch, indices: [1, 2]}\n"
+                "connections: {two: [choice.control, choice.u1], one: choice.u2}\n",
+                &library());
+    const int node = run.diagram.find_node("choice");
+    const auto& block = *run.diagram.nodes[static_cast<std::size_t>(node)].block;
+    const int slot = block.declaration().find("wanted", Role::workspace);
+    const auto wanted = [&] { return *static_cast<double*>(run.simulation->context().data(node, slot)); };
+    EXPECT_EQ(wanted(), 2);
+    run.trace("ball.count", 6);
+    EXPECT_EQ(run("ball.count"), 1);
+    EXPECT_EQ(wanted(), 2);
+}
+
 TEST(Events, LetTheBallComeToRest) {
     Session run(ball("dormand_prince45", ", rest_below: 1e-3"), &library());
     run.trace("ball.height", 30);

@@ -1,8 +1,5 @@
 #include "bf/engine/simulation.hpp"
-
-#include <cmath>
-#include <cstdint>
-#include <limits>
+#include "bf/kernels/steps.hpp"
 
 namespace bf {
 
@@ -21,9 +18,7 @@ class EventWatch final : public Simulation::Observer {
 } // namespace
 
 std::int64_t Simulation::steps_before(double time) const {
-    // Both numbers are rounded: 2.1 / 0.7 is a little more than 3.
-    const double count = std::ceil(time / diagram_.step * (1 - 4 * std::numeric_limits<double>::epsilon()));
-    return count < 9e18 ? static_cast<std::int64_t>(count) : INT64_MAX;
+    return kernels::steps_before(time, diagram_.step);
 }
 
 bool Simulation::run_until(const std::function<bool(const Simulation&)>& event, double limit) {

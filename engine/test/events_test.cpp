@@ -83,6 +83,20 @@ class Log final : public Simulation::Observer {
     Node::End end_;
 };
 
+constexpr const char* adaptive_solvers[] = {"dormand_prince45", "cvode_bdf", "cvode_adams"};
+
+/// Runs a model of that step and stop and these blocks with each adaptive solver, and expects what x is in
+/// the end.
+void expect_last(const std::string& x, double expected, double error, int steps, const std::string& timing,
+                 const std::string& blocks) {
+    for (const std::string solver : adaptive_solvers) {
+        Session run("model: m\n" + timing + "solver: " + solver + "\nblocks:\n" + blocks);
+        Log log(run, x);
+        run.trace(x, steps);
+        EXPECT_NEAR(log.values.back(), expected, error) << solver;
+    }
+}
+
 std::string ball(const std::string& solver, const std::string& settings = "") {
     return "model: ball\nstep: 0.1\nstop: 3\nsolver: " + solver + "\nblocks:\n  ball: {block: Ball" +
            settings + "}\n";
@@ -99,7 +113,7 @@ double bounce(int n, double e) {
 } // namespace
 
 TEST(Events, AreLocatedInsideAStep) {
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+    for (const auto* solver : adaptive_solvers) {
         Session run(ball(solver), &library());
         Log log(run, "ball.count");
         run.trace("ball.height", 12);
@@ -157,14 +171,10 @@ TEST(Events, AWayOutAndBackWithinAStepOfTheSolverIsSeen) {
 }
 
 TEST(Events, OfAPulseShorterThanAStepOfTheSolverAreSeen) {
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
-        Session run("model: m\nstep: 1\nstop: 100\nsolver: " + std::string(solver) +
-                    "\nblocks:\n  u: {block: Pulse, cycle: 0.5, width: 2, delay: 0.1}\n"
-                    "  x: {block: Integrator}\nconnections: {u: x}\n");
-        Log x(run, "x");
-        run.trace("x", 21);
-        EXPECT_NEAR(x.values.back(), 0.4, 1e-5) << solver; // 40 pulses of 10 ms
-    }
+    // 40 pulses of 10 ms.
+    expect_last("x", 0.4, 1e-5, 21, "step: 1\nstop: 100\n",
+                "  u: {block: Pulse, cycle: 0.5, width: 2, delay: 0.1}\n"
+                "  x: {block: Integrator}\nconnections: {u: x}\n");
 }
 
 TEST(Events, OfAnythingShorterThanAStepOfTheSolverAreSeen) {
@@ -184,7 +194,7 @@ TEST(Events, OfAnythingShorterThanAStepOfTheSolverAreSeen) {
          "k: y.control, o: y.u1, z: y.u2, y: x", 0.01},
         {"y: {block: SwitchCase, cases: [501]}\n  c: {block: Convert}", "k: y, y.y1: c, c: x", 0.01},
     };
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"})
+    for (const auto* solver : adaptive_solvers)
         for (const auto& [blocks, connections, area] : cases) {
             Session run(
                 "model: m\nstep: 1\nstop: 10\nmax_step: 5\nsolver: " + std::string(solver) +
@@ -268,31 +278,21 @@ TEST(Adaptive, DiscreteControllersAreSampledExactly) {
 
 TEST(Adaptive, AJumpJustBehindASampleIsPassed) {
     // The limit is reached at t = 0.5, the end of a base step, but for a rounding error.
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
-        Session run("model: m\nstep: 0.1\nstop: 3\nsolver: " + std::string(solver) +
-                    "\nblocks:\n  u: {block: Constant, value: 1}\n  x0: {block: Constant, value: 0.25}\n"
-                    "  x: {block: LimitedIntegrator, initial_source: external, upper: 0.75}\n"
-                    "connections: {u: x.u, x0: x.x0}\n");
-        Log x(run, "x");
-        run.trace("x", 11);
-        EXPECT_NEAR(x.values.back(), 0.75, 1e-12) << solver;
-    }
+    expect_last("x", 0.75, 1e-12, 11, "step: 0.1\nstop: 3\n",
+                "  u: {block: Constant, value: 1}\n  x0: {block: Constant, value: 0.25}\n"
+                "  x: {block: LimitedIntegrator, initial_source: external, upper: 0.75}\n"
+                "connections: {u: x.u, x0: x.x0}\n");
 }
 
 TEST(Adaptive, AnEventJustBeforeASampleIsPassed) {
     // The solver finds the step at t = 0.5 a rounding error before the end of a base step.
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
-        Session run("model: m\nstep: 0.1\nstop: 3\nsolver: " + std::string(solver) +
-                    "\nblocks:\n  u: {block: Step, time: 0.5, before: 1, after: -1}\n"
-                    "  x: {block: Integrator}\nconnections: {u: x}\n");
-        Log x(run, "x");
-        run.trace("x", 11);
-        EXPECT_NEAR(x.values.back(), 0, 1e-5) << solver;
-    }
+    expect_last("x", 0, 1e-5, 11, "step: 0.1\nstop: 3\n",
+                "  u: {block: Step, time: 0.5, before: 1, after: -1}\n"
+                "  x: {block: Integrator}\nconnections: {u: x}\n");
 }
 
 TEST(Adaptive, ADerivativeThatIsNaNNamesItsState) {
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+    for (const auto* solver : adaptive_solvers) {
         Session run("model: m\nstep: 0.1\nsolver: " + std::string(solver) +
                     "\nblocks:\n  t: {block: Clock}\n  u: {block: Bias, bias: -1}\n  r: {block: Sqrt}\n"
                     "  y: {block: Integrator}\n  x: {block: Integrator}\n"
@@ -350,17 +350,12 @@ TEST(Events, ALevelThatResetsIsLocatedWhereItEnds) {
 
 TEST(Events, TruthValuesThatEnableAreLocated) {
     // x' = 1 from t = 0.35 on: where the crossing is found, t - 0.35 is 0 and `>` does not hold yet.
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
-        Session run("model: m\nstep: 0.1\nstop: 1\nsolver: " + std::string(solver) +
-                    "\nblocks:\n  t: {block: Clock}\n"
-                    "  late: {block: CompareToConstant, operator: '>', constant: 0.35}\n"
-                    "  s:\n    execution: enabled\n    outputs: [y]\n    blocks:\n"
-                    "      one: {block: Constant, value: 1}\n      x: {block: Integrator}\n"
-                    "    connections: {one: x, x: y}\nconnections: {t: late, late: s.enable}\n");
-        Log x(run, "s.x");
-        run.trace("s.x", 11);
-        EXPECT_NEAR(x.values.back(), 0.65, 1e-12) << solver;
-    }
+    expect_last("s.x", 0.65, 1e-12, 11, "step: 0.1\nstop: 1\n",
+                "  t: {block: Clock}\n"
+                "  late: {block: CompareToConstant, operator: '>', constant: 0.35}\n"
+                "  s:\n    execution: enabled\n    outputs: [y]\n    blocks:\n"
+                "      one: {block: Constant, value: 1}\n      x: {block: Integrator}\n"
+                "    connections: {one: x, x: y}\nconnections: {t: late, late: s.enable}\n");
 }
 
 TEST(Events, OfControlSignalsThatAccumulateEndTheRunByName) {
@@ -387,7 +382,7 @@ TEST(Triggered, RunsAtTheLocatedInstantOfAContinuousTrigger) {
                "    connections: {t: when, one: sum.u1, past: sum.u2, sum: [past, count]}\n"
                "connections: {u: s.trigger, one: x}\n";
     };
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+    for (const auto* solver : adaptive_solvers) {
         Session run(model(solver));
         Log log(run, "s.when");
         run.trace("s.when", 14); // to 4.2 s
@@ -405,7 +400,7 @@ TEST(Triggered, RunsAtTheLocatedInstantOfAContinuousTrigger) {
 }
 
 TEST(Enabled, ByASignalThatLeavesZeroAtTheStartRunsFromThereOn) {
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+    for (const auto* solver : adaptive_solvers) {
         Session run(std::string("model: m\nstep: 0.5\nsolver: ") + solver +
                     "\nblocks:\n  t: {block: Clock}\n  s:\n    execution: enabled\n    outputs: [y]\n"
                     "    blocks:\n      u: {block: Constant}\n      x: {block: Integrator}\n"
@@ -449,7 +444,7 @@ TEST(Triggered, AFunctionCallOfAContinuousSignalCountsOncePerStep) {
 TEST(Events, KeepTheirToleranceWhereTheRelayActsOnItsState) {
     // A thermostat: x' = -x + 3 r between 1 and 2. It falls from 2 to 1 in ln 2, and rises from 1 to 2 in
     // ln 2.
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"})
+    for (const auto* solver : adaptive_solvers)
         for (const auto* step : {"0.05", "0.25", "1"}) {
             Session run(
                 std::string("model: m\nstep: ") + step + "\nsolver: " + solver +
@@ -468,7 +463,7 @@ TEST(Events, KeepTheirToleranceWhereTheRelayActsOnItsState) {
 
 TEST(Events, SwitchARelayWhereItsStatePassesThePoint) {
     // x = exp(-t) passes 0.5 at ln 2, whatever the base step.
-    for (const auto* solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"})
+    for (const auto* solver : adaptive_solvers)
         for (const auto* step : {"0.25", "1"}) {
             Session run(std::string("model: m\nstep: ") + step + "\nsolver: " + solver +
                         "\nrelative_tolerance: 1e-9\nabsolute_tolerance: 1e-12\nblocks:\n"

@@ -3,6 +3,7 @@
 
 #include "bf/codegen/command_port.hpp"
 #include "bf/codegen/parameter_file.hpp"
+#include "bf/kernels/steps.hpp"
 #include "bf/realtime/pacer.hpp"
 
 #include <chrono>
@@ -210,10 +211,7 @@ template <class Model> int run(int argc, char** argv) {
         std::fprintf(stderr, "takes commands at 127.0.0.1:%d\n", commands->port());
     }
     for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { is_asked_to_stop = 1; });
-    // Those that stand before `stop`; both numbers are rounded.
-    const double count = std::ceil(stop / Model::period * (1 - 4 * std::numeric_limits<double>::epsilon()));
-    const std::int64_t steps =
-        count < 9e18 ? static_cast<std::int64_t>(count) : std::numeric_limits<std::int64_t>::max();
+    const std::int64_t steps = kernels::steps_before(stop, Model::period);
     bool good = model->initialize();
     std::optional<realtime::Pacer> pacer;
     if (is_paced) {

@@ -274,7 +274,8 @@ class DormandPrince final : public Solver {
             for (std::size_t i = 0; i < left.size(); ++i)
                 if (crossing(left[i], after_[i])) {
                     const double l = left_weight * left[i], r = right_weight * after_[i];
-                    at = std::min(at, low + (high - low) * l / (l - r));
+                    // No secant meets an infinite value.
+                    at = std::min(at, low + (high - low) * (std::isfinite(l - r) ? l / (l - r) : 0.5));
                 }
             at = std::clamp(at, low + 0.5 * tolerance, high - 0.5 * tolerance);
             if (at <= low || at >= high) at = 0.5 * (low + high);

@@ -358,6 +358,18 @@ TEST(Events, TruthValuesThatEnableAreLocated) {
                 "    connections: {one: x, x: y}\nconnections: {t: late, late: s.enable}\n");
 }
 
+TEST(Events, OfSignalsThatBecomeInfiniteAreLocated) {
+    // x' = 1 from t = 0.35 on, where exp(1e4 (t - 0.35)) passes 1; at 0.43 it is infinite.
+    expect_last("s.x", 9.65, 1e-12, 11, "step: 1\nstop: 10\nmax_step: 5\n",
+                "  t: {block: Clock}\n  since: {block: Bias, bias: -0.35}\n  k: {block: Gain, K: 1e4}\n"
+                "  grown: {block: Exp}\n"
+                "  late: {block: CompareToConstant, operator: '>', constant: 1}\n"
+                "  s:\n    execution: enabled\n    outputs: [y]\n    blocks:\n"
+                "      one: {block: Constant, value: 1}\n      x: {block: Integrator}\n"
+                "    connections: {one: x, x: y}\n"
+                "connections: {t: since, since: k, k: grown, grown: late, late: s.enable}\n");
+}
+
 TEST(Events, OfControlSignalsThatAccumulateEndTheRunByName) {
     // x' = 1 below 0 and -1 above it.
     Session run(

@@ -267,9 +267,11 @@ class DormandPrince final : public Solver {
         }
         const double tolerance = 8 * epsilon * std::max(std::abs(low), std::abs(high));
         std::vector<double>& left = before_;
-        // Illinois: a side that stays twice counts half, so that the secant moves off it.
+        // Illinois: a side that stays twice counts half, so that the secant moves off it. Where one value is
+        // larger than the other by many orders, that takes hundreds of secants, so that every fourth halves.
         double left_weight = 1, right_weight = 1;
-        for (bool was_left = false, was_right = false; high - low > tolerance;) {
+        bool was_left = false, was_right = false;
+        for (int tries = 1; high - low > tolerance; ++tries) {
             double at = high;
             for (std::size_t i = 0; i < left.size(); ++i)
                 if (crossing(left[i], after_[i])) {
@@ -277,6 +279,7 @@ class DormandPrince final : public Solver {
                     // No secant meets an infinite value.
                     at = std::min(at, low + (high - low) * (std::isfinite(l - r) ? l / (l - r) : 0.5));
                 }
+            if (tries % 4 == 0) at = 0.5 * (low + high);
             at = std::clamp(at, low + 0.5 * tolerance, high - 0.5 * tolerance);
             if (at <= low || at >= high) at = 0.5 * (low + high);
             if (at <= low || at >= high) break;

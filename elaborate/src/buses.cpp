@@ -14,10 +14,17 @@ std::optional<std::string> below(const std::string& path, const std::string& nam
 std::vector<std::string> signals_of(const Elaboration& e, const Scope& scope, const Scope::Driver& wire,
                                     std::size_t hops) {
     const std::vector<std::string> no_bus{""};
-    if (!wire.from || wire.port < 0 || wire.item.node >= 0 || hops == 0) return no_bus;
+    if (!wire.from || wire.port < 0 || hops == 0) return no_bus;
+    if (wire.item.node >= 0) {
+        const auto merge = e.merges.find(wire.item.node);
+        if (merge == e.merges.end()) return no_bus;
+        return signals_of(e, *merge->second.scope, merge->second.drivers.front(), hops - 1);
+    }
     const auto port = static_cast<std::size_t>(wire.port);
-    if (const Scope* inner = wire.item.scope)
-        return inner->parts.empty() ? signals_of(e, *inner, inner->outputs[port], hops - 1) : no_bus;
+    if (const Scope* front = wire.item.scope) {
+        const Scope& inner = front->parts.empty() ? *front : *front->parts.front();
+        return signals_of(e, inner, inner.outputs[port], hops - 1);
+    }
     if (wire.item.bus < 0)
         return scope.parent ? signals_of(e, *scope.parent, scope.inputs[port], hops - 1) : no_bus;
     const Bus& bus = e.buses[static_cast<std::size_t>(wire.item.bus)];
@@ -35,18 +42,54 @@ std::vector<std::string> signals_of(const Elaboration& e, const Scope& scope, co
     return found;
 }
 
+void split_merges(Elaboration& e, std::size_t hops) {
+    for (auto& [first, merge] : e.merges) {
+        const std::string path = e.node(first).path;
+        const int output = e.declaration(first).find("y", Role::output);
+        for (const auto& element : signals_of(e, *merge.scope, merge.drivers.front(), hops)) {
+            if (element.empty()) break;
+            int node = first;
+            if (!merge.signals.empty()) {
+                const DiagramNode& one = e.node(first);
+                DiagramNode other;
+                other.block = e.registry.find(one.type).make(one.arguments);
+                other.arguments = one.arguments;
+                other.sources.resize(one.sources.size());
+                other.type = one.type;
+                other.condition = one.condition;
+                other.loop = one.loop;
+                other.where = one.where;
+                node = static_cast<int>(e.diagram.nodes.size());
+                e.sample_times.push_back(e.sample_times[static_cast<std::size_t>(first)]);
+                e.diagram.nodes.push_back(std::move(other));
+                merge.scope->nodes.push_back(node);
+            }
+            e.node(node).path = path + "." + element;
+            merge.signals[element] = {node, output};
+        }
+    }
+}
+
+std::string joined(const std::vector<std::string>& names) {
+    std::string list;
+    for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+    return list;
+}
+
+void report_missing(Elaboration& e, const model::Location& where, const std::string& path,
+                    const std::string& name, const std::vector<std::string>& known) {
+    e.report.add(where, path, "the bus has no signal '" + name + "'" + did_you_mean(name, known),
+                 known.empty() ? "connect a BusCreator" : "its signals: " + joined(known));
+}
+
 void check_assignments(Elaboration& e, std::size_t hops) {
     for (const auto& bus : e.buses) {
         if (bus.kind != Bus::Kind::assignment || !bus.drivers.back().from) continue;
         const auto known = signals_of(e, *bus.scope, bus.drivers.back(), hops);
-        std::string list;
-        for (const auto& path : known) list += (list.empty() ? "" : ", ") + path;
         for (const auto& name : bus.names)
             if (std::none_of(known.begin(), known.end(),
                              [&](const auto& path) { return below(path, name).has_value(); }))
-                e.report.add(bus.where, bus.path,
-                             "the bus has no signal '" + name + "'" + did_you_mean(name, known),
-                             list.empty() ? "connect a BusCreator" : "its signals: " + list);
+                report_missing(e, bus.where, bus.path, name, known);
     }
 }
 

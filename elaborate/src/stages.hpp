@@ -91,6 +91,13 @@ struct Scope {
 /// The name of a bus's signal within the bus that it stands in: a BusSelector's or BusAssignment's port.
 inline std::string_view last_name(std::string_view path) { return path.substr(path.rfind('.') + 1); }
 
+/// A Merge, and what it becomes where its inputs are buses: one Merge for each of their signals.
+struct MergedBus {
+    Scope* scope;
+    std::vector<Scope::Driver> drivers; ///< of its inputs
+    std::map<std::string, Node::End> signals;
+};
+
 /// A block that groups signals, or takes them apart: it is gone after wiring.
 struct Bus {
     enum class Kind : std::uint8_t { creator, selector, assignment };
@@ -114,6 +121,7 @@ struct Elaboration {
     Diagram diagram;
     std::deque<Scope> scopes; ///< stable addresses
     std::vector<Bus> buses;
+    std::map<int, MergedBus> merges;      ///< by their node
     std::vector<SampleTime> sample_times; ///< by node
 
     /// What the document says about the signal at a subsystem's port.
@@ -165,6 +173,13 @@ std::optional<std::string> below(const std::string& path, const std::string& nam
 /// `hops` ports.
 std::vector<std::string> signals_of(const Elaboration& e, const Scope& scope, const Scope::Driver& wire,
                                     std::size_t hops);
+/// Where inputs of a Merge are buses, it merges their first signal and others like it the rest.
+void split_merges(Elaboration& e, std::size_t hops);
+/// Names as a list for messages.
+std::string joined(const std::vector<std::string>& names);
+/// Reports that a bus has only the signals `known`.
+void report_missing(Elaboration& e, const model::Location& where, const std::string& path,
+                    const std::string& name, const std::vector<std::string>& known);
 /// What a BusAssignment replaces must be there.
 void check_assignments(Elaboration& e, std::size_t hops);
 

@@ -1,6 +1,5 @@
 // Connections become sources of inputs; resources are found; signals get their names.
-#include "bf/kernels/elementwise.hpp"
-#include "bf/kernels/routing.hpp"
+#include "port_blocks.hpp"
 #include "stages.hpp"
 
 #include <algorithm>
@@ -9,67 +8,6 @@
 namespace bf::elaboration {
 
 namespace {
-
-/// Holds an output of a conditional subsystem while its blocks do not run.
-class Outlet final : public Block {
-  public:
-    using Block::Block;
-    AnyShape s{this};
-    Input<> u{this, "u", {.shape = s, .unit = any_unit}};
-    Output<> y{this, "y", {.shape = s, .unit = any_unit}};
-    OutputRule rule{this, kernels::Copy{}, y, u};
-};
-
-/// The part of an input that one iteration of a for_each subsystem sees: an equal share of the elements, or
-/// of the columns of a matrix.
-class Part final : public Block {
-    int index_, count_;
-
-  public:
-    Part(int index, int count) : index_(index), count_(count) {}
-    void infer(Inference& now) const override {
-        const Size* size = now.size(u);
-        if (!size) return;
-        const int whole = size->is_matrix ? size->cols : size->rows;
-        if (whole % count_ != 0)
-            now.refuse("has " + std::to_string(whole) + (size->is_matrix ? " columns" : " elements") +
-                       ", which cannot be shared among " + std::to_string(count_) + " iterations");
-        const int share = whole / count_;
-        now.set(y, size->is_matrix ? Size{size->rows, share, true} : Size{share, 1, false});
-    }
-    Input<> u{this, "u", {.unit = any_unit}};
-    Output<> y{this, "y", {.unit = any_unit}};
-    Constants which{{static_cast<double>(index_)}};
-    OutputRule rule{this, kernels::PartOf{}, y, u, which};
-};
-
-/// Joins what the iterations of a for_each subsystem put out: elements one after another, or the columns of
-/// matrices.
-class Join final : public Block {
-    int count_;
-
-  public:
-    explicit Join(int count) : count_(count) {}
-    void infer(Inference& now) const override {
-        if (const Size* size = now.size(u[0]))
-            now.set(y, size->is_matrix ? Size{size->rows, size->cols * u.size(), true}
-                                       : Size{size->rows * u.size(), 1, false});
-    }
-    AnyShape part{this};
-    InputList<> u{this, "u", count_, {.shape = part, .unit = any_unit}};
-    Output<> y{this, "y", {.unit = any_unit}};
-    OutputRule rule{this, kernels::Concatenate{}, y, u};
-};
-
-/// A root input: whoever runs the diagram writes its output.
-class RootInput final : public Block {
-  public:
-    explicit RootInput(const Elaboration::Declared& declared) {
-        if (declared.size) offer(declaration(), y.index(), *declared.size);
-        if (declared.type) offer(declaration(), y.index(), *declared.type);
-    }
-    Output<> y{this, "y", {.unit = any_unit}};
-};
 
 /// A port that a connection may mean.
 struct NamedPort {
@@ -96,8 +34,10 @@ class Wiring {
                 for (const auto& connection : scope.system->connections)
                     for (const auto& to : connection.to) drive(scope, connection.from, to);
         add_root_inputs();
+        find_merges();
         for (auto& scope : e_.scopes) add_outlets(scope);
         for (auto& scope : e_.scopes) add_parts(scope);
+        split_merges(e_, ports_);
         for (auto& scope : e_.scopes)
             for (const int n : scope.nodes)
                 if (n < blocks) connect_inputs(scope, n);
@@ -268,6 +208,18 @@ class Wiring {
                 scope = bus.scope;
                 continue;
             }
+            if (const auto merge = e_.merges.find(driver->item.node);
+                merge != e_.merges.end() && !merge->second.signals.empty()) {
+                const auto& signals = merge->second.signals;
+                if (const auto found = signals.find(element); found != signals.end()) return found->second;
+                std::vector<std::string> names;
+                for (const auto& signal : signals) names.push_back(signal.first);
+                if (!element.empty())
+                    report_missing(e_, driver->from->where, scope->path, element, names);
+                else if (!may_be_bus)
+                    report_bus(*driver, *scope, names);
+                return failed();
+            }
             const Scope* inner = driver->item.scope;
             if (inner && !element.empty())
                 if (const auto held = inner->bus_outlets.find({port, element});
@@ -285,8 +237,8 @@ class Wiring {
             if (driver->item.node >= 0) return {driver->item.node, driver->port};
             if (inner) {
                 if (is_held) return inner->outlets[port];
-                scope = inner;
-                driver = &inner->outputs[port];
+                scope = inner->parts.empty() ? inner : inner->parts.front();
+                driver = &scope->outputs[port];
                 if (!driver->from) return failed(); // name_ports reports it
             } else if (scope->parent) {
                 driver = &scope->inputs[port];
@@ -303,6 +255,35 @@ class Wiring {
         return failed();
     }
 
+    /// A bus is read as if it were a signal.
+    void report_bus(const Driver& wire, const Scope& scope, const std::vector<std::string>& names) {
+        e_.report.add(wire.from->where, scope.path,
+                      "'" + wire.from->text() + "' is a bus of " + joined(names),
+                      "take a signal out of it with a BusSelector");
+    }
+
+    void find_merges() {
+        for (auto& scope : e_.scopes)
+            for (const int n : scope.nodes) {
+                if (e_.node(n).type != "Merge") continue;
+                MergedBus merge{&scope, {}, {}};
+                for (const auto& input : slots(n, Role::input))
+                    merge.drivers.push_back(
+                        node_drivers_[static_cast<std::size_t>(n)][static_cast<std::size_t>(input.index)]);
+                ports_ += merge.drivers.size();
+                e_.merges.emplace(n, std::move(merge));
+            }
+    }
+    void connect_merge(const MergedBus& merge, int first) {
+        const auto inputs = slots(first, Role::input);
+        for (const auto& [element, end] : merge.signals)
+            for (std::size_t i = 0; i < inputs.size(); ++i)
+                if (const auto from = resolve(merge.scope, &merge.drivers[i], false, element); from.node >= 0)
+                    e_.node(end.node).sources[static_cast<std::size_t>(inputs[i].index)] = from;
+                else if (from.node == -1)
+                    report_open(e_.node(end.node), std::string(inputs[i].name));
+    }
+
     /// The input of a bus block that its output comes from; null after a report. Takes the bus block's own
     /// name off the element, or puts a selector's in front.
     const Driver* through(const Bus& bus, const Scope& scope, const Driver& wire, std::string& element) {
@@ -311,11 +292,8 @@ class Wiring {
             element = element.empty() ? bus.names[port] : bus.names[port] + "." + element;
             return &bus.drivers.back();
         }
-        std::string names;
-        for (const auto& name : bus.names) names += (names.empty() ? "" : ", ") + name;
         if (element.empty()) {
-            e_.report.add(wire.from->where, scope.path, "'" + wire.from->text() + "' is a bus of " + names,
-                          "take a signal out of it with a BusSelector");
+            report_bus(wire, scope, bus.names);
             return nullptr;
         }
         for (std::size_t i = 0; i < bus.names.size(); ++i)
@@ -324,10 +302,7 @@ class Wiring {
                 return &bus.drivers[i];
             }
         if (bus.kind == Bus::Kind::assignment) return &bus.drivers.back();
-        const std::string first = element.substr(0, element.find('.'));
-        e_.report.add(bus.where, bus.path,
-                      "the bus has no signal '" + first + "'" + did_you_mean(first, bus.names),
-                      "its signals: " + names);
+        report_missing(e_, bus.where, bus.path, element.substr(0, element.find('.')), bus.names);
         return nullptr;
     }
 
@@ -367,20 +342,15 @@ class Wiring {
 
     void add_outlets(Scope& scope) {
         if (!is_conditional(scope)) return;
-        for (std::size_t i = 0; i < scope.outputs.size(); ++i) {
-            scope.outlets.push_back(failed()); // of a bus, whose signals are held one by one
-            for (const auto& element : signals_of(e_, scope, scope.outputs[i], ports_)) {
-                model::Port port = scope.system->outputs[i];
-                if (!element.empty()) port.name += "." + element;
-                const int node = add_internal(std::make_unique<Outlet>(), port, "Outport", scope);
-                (element.empty() ? scope.outlets.back() : scope.bus_outlets[{i, element}]) = {node, 1};
-                scope.nodes.push_back(node);
-                Condition::Outlet outlet{{node, 1}, {}, {}, port.when_disabled == model::WhenDisabled::reset};
-                if (port.initial) read_initial(scope, port, outlet);
-                e_.diagram.conditions[static_cast<std::size_t>(scope.condition)].outlets.push_back(
-                    std::move(outlet));
-            }
-        }
+        add_outlets(scope, scope, [&](const model::Port& port) {
+            const int node = add_internal(std::make_unique<Outlet>(), port, "Outport", scope);
+            scope.nodes.push_back(node);
+            Condition::Outlet outlet{{node, 1}, {}, {}, port.when_disabled == model::WhenDisabled::reset};
+            if (port.initial) read_initial(scope, port, outlet);
+            e_.diagram.conditions[static_cast<std::size_t>(scope.condition)].outlets.push_back(
+                std::move(outlet));
+            return Node::End{node, 1};
+        });
     }
 
     /// The blocks that share out the inputs of a for_each subsystem, and join its outputs.
@@ -399,9 +369,22 @@ class Wiring {
                 parts_.push_back({node, &front, p});
             }
         }
-        for (const auto& port : front.system->outputs) {
+        const Scope& first = *front.parts.front();
+        add_outlets(front, first, [&](const model::Port& port) {
             const int node = add_internal(std::make_unique<Join>(count), port, "Join", front);
-            front.outlets.push_back({node, count});
+            return Node::End{node, count};
+        });
+    }
+
+    /// What holds or joins each output of a subsystem, of a bus each of its signals. `inner` has its wires.
+    template <class Make> void add_outlets(Scope& scope, const Scope& inner, const Make& make) {
+        for (std::size_t i = 0; i < scope.outputs.size(); ++i) {
+            scope.outlets.push_back(failed()); // of a bus
+            for (const auto& element : signals_of(e_, inner, inner.outputs[i], ports_)) {
+                model::Port port = scope.system->outputs[i];
+                if (!element.empty()) port.name += "." + element;
+                (element.empty() ? scope.outlets.back() : scope.bus_outlets[{i, element}]) = make(port);
+            }
         }
     }
 
@@ -410,10 +393,16 @@ class Wiring {
             if (its_front == &front)
                 if (const auto from = resolve(front.parent, &front.inputs[port]); from.node >= 0)
                     e_.node(node).sources[0] = from;
-        for (std::size_t i = 0; i < front.parts.size(); ++i)
-            for (std::size_t p = 0; p < front.outlets.size(); ++p)
-                if (const auto from = resolve(front.parts[i], &front.parts[i]->outputs[p]); from.node >= 0)
-                    e_.node(front.outlets[p].node).sources[i] = from;
+        for (std::size_t i = 0; i < front.parts.size(); ++i) {
+            const auto join = [&](const Node::End& outlet, std::size_t p, const std::string& element) {
+                if (outlet.node < 0) return;
+                if (const auto from = resolve(front.parts[i], &front.parts[i]->outputs[p], false, element);
+                    from.node >= 0)
+                    e_.node(outlet.node).sources[i] = from;
+            };
+            for (std::size_t p = 0; p < front.outlets.size(); ++p) join(front.outlets[p], p, "");
+            for (const auto& [signal, end] : front.bus_outlets) join(end, signal.first, signal.second);
+        }
     }
 
     /// Blocks that a loop looks at: Iteration has its number, While decides whether there is another.
@@ -454,6 +443,9 @@ class Wiring {
     }
 
     void connect_inputs(const Scope& scope, int index) {
+        if (const auto merge = e_.merges.find(index);
+            merge != e_.merges.end() && !merge->second.signals.empty())
+            return connect_merge(merge->second, index);
         DiagramNode& node = e_.node(index);
         const auto& slots = node.block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -499,7 +491,7 @@ class Wiring {
                 if (scope.outlets[i].node >= 0)
                     if (const auto from = resolve(&scope, &scope.outputs[i]); from.node >= 0)
                         e_.node(scope.outlets[i].node).sources[0] = from;
-        for (const auto& [signal, end] : scope.bus_outlets)
+        for (const auto& [signal, end] : scope.bus_outlets) // those of a for_each subsystem have no wire yet
             if (const auto from = resolve(&scope, &scope.outputs[signal.first], false, signal.second);
                 from.node >= 0)
                 e_.node(end.node).sources[0] = from;

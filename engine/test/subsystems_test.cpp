@@ -360,6 +360,50 @@ TEST(Buses, LeaveSubsystemsThatDoNotAlwaysRun) {
     EXPECT_EQ(reset("s.all.in.two"), -1);
 }
 
+TEST(Buses, AreJoinedSignalBySignalWhereTheyLeaveForEach) {
+    const std::string model =
+        "model: m\nstep: 1\nblocks:\n  u: {block: Constant, value: [1, 2]}\n  s:\n    execution: for_each\n"
+        "    iterations: 2\n    inputs: {u: {each: true}}\n    outputs: [all]\n    blocks: {ten: {block: "
+        "Gain, K: "
+        "10}, in: {block: BusCreator, signals: [u]}, bus: {block: BusCreator, signals: [ten, in]}}\n"
+        "    connections: {u: [ten, in.u], ten: bus.ten, in: bus.in, bus: all}\n"
+        "  take: {block: BusSelector, signals: [ten, in.u]}\n  a: {block: Gain}\n  b: {block: Gain}\n"
+        "connections: {u: s.u, s: ";
+    Steps session(model + "take, take.ten: a, take.u: b}\nrecord: [s.all.ten]\n");
+    session.trace("a", 1);
+    EXPECT_EQ(session.values("a"), (Values{10, 20}));
+    EXPECT_EQ(session.values("b"), (Values{1, 2}));
+    EXPECT_EQ(session.values("s.all.ten"), (Values{10, 20}));
+    EXPECT_EQ(message(model + "[take, a], take.ten: b}\n"),
+              "m.yaml:11:61: s(1): 'bus' is a bus of ten, in; take a signal out of it with a BusSelector");
+}
+
+TEST(Buses, AreMergedSignalBySignal) {
+    const auto branch = [](const std::string& name, const std::string& K) {
+        return "  " + name +
+               ":\n    execution: enabled\n    inputs: [t]\n    outputs: [all]\n    blocks: {g: {block: "
+               "Gain, K: " +
+               K +
+               "}, in: {block: BusCreator, signals: [t]}, bus: {block: BusCreator, signals: [g, in]}}\n"
+               "    connections: {t: [g, in.t], g: bus.g, in: bus.in, bus: all}\n";
+    };
+    const std::string model =
+        "model: m\nstep: 1\nblocks:\n  t: {block: Clock}\n  if: {block: If}\n"
+        "  late: {block: CompareToConstant, operator: '>', constant: 1}\n" +
+        branch("ten", "10") + branch("two", "2") +
+        "  m: {block: Merge}\n  take: {block: BusSelector, signals: [g, in.t]}\n"
+        "  a: {block: Gain}\n  b: {block: Gain}\n"
+        "connections: {t: [late, ten.t, two.t], late: if.u1, if.y1: ten.enable, if.y2: two.enable,\n"
+        "  ten: m.u1, two: m.u2, take.g: a, m: ";
+    Steps session(model + "take, take.t: b}\nrecord: [m.g, m.in.t]\n");
+    EXPECT_EQ(session.trace("a", 4), (Values{0, 2, 20, 30}));
+    EXPECT_EQ(session("b"), 3);
+    EXPECT_EQ(session("m.in.t"), 3);
+    EXPECT_TRUE(message(model + "[take, b]}\n")
+                    .find("'m' is a bus of g, in.t; take a signal out of it with a BusSelector") !=
+                std::string::npos);
+}
+
 TEST(Buses, MistakesNameTheBusAndItsSignals) {
     const std::string begin = "model: m\nstep: 1\nblocks:\n  p: {block: Constant, value: 1}\n"
                               "  bus: {block: BusCreator, signals: [position]}\n  g: {block: Gain}\n";

@@ -221,7 +221,7 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
             return report(signal.where, "", "there is no signal '" + signal.path + "'",
                           did_you_mean(name, known));
         }
-        if (is_last) return;
+        if (is_last || block->type == "Merge") return; // of buses has their signals
         rest.remove_prefix(name.size() + 1);
         system = block->content();
     }

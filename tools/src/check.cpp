@@ -1,8 +1,10 @@
 // bf check: elaborates a model and prints what came out.
+#include "bf/kernels/limits.hpp"
 #include "session.hpp"
 #include "verbs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -79,6 +81,46 @@ void add_rows(const Diagram& d, const std::vector<Segment>& segments, const std:
         }
 }
 
+std::string padded(const std::string& text, const std::string& longest) {
+    return text + std::string(longest.size() - text.size() + 2, ' ');
+}
+
+void print_line(std::string text) {
+    text.erase(text.find_last_not_of(' ') + 1);
+    std::puts(text.c_str());
+}
+
+std::string value_text(const matlab::Value& value) {
+    const std::string text = value.to_text();
+    return text.size() <= 40 ? text : value.size_text();
+}
+
+std::string limits_text(const Limits& limits) {
+    char text[96];
+    kernels::describe(limits, text, sizeof text);
+    return text;
+}
+
+/// What --set and --params may change, with the values that they have now.
+void print_variables(const Diagram& d) {
+    std::string name, value, unit;
+    std::vector<std::array<std::string, 4>> rows;
+    for (const auto& variable : d.definitions) {
+        if (variable.kind != Definition::Kind::variable) continue;
+        const std::string limits = limits_text(variable.limits), about = variable.about();
+        rows.push_back({variable.path, value_text(variable.value), variable.unit,
+                        about + (about.empty() || limits.empty() ? "" : "; ") + limits});
+        name = std::max(name, rows.back()[0], is_shorter);
+        value = std::max(value, rows.back()[1], is_shorter);
+        unit = std::max(unit, rows.back()[2], is_shorter);
+    }
+    if (rows.empty()) return;
+    std::printf("\nvariables\n");
+    for (const auto& row : rows)
+        print_line("  " + padded(row[0], name) + padded(row[1], value) +
+                   (unit.empty() ? "" : padded(row[2], unit)) + row[3]);
+}
+
 void print(const Diagram& d) {
     const char* const plain = *colour(0) ? "\033[0m" : "";
     std::printf("%s: %zu blocks, base period %s s, ", d.name.c_str(), d.nodes.size(), number(d.step).c_str());
@@ -86,6 +128,7 @@ void print(const Diagram& d) {
     std::printf("\nrates\n");
     for (int r = 1; r < static_cast<int>(d.rates.size()); ++r)
         std::printf("  %s%s%s\n", colour(r), rate_text(d, r).c_str(), plain);
+    print_variables(d);
 
     std::vector<Row> rows;
     add_rows(d, d.plan.outputs, "", rows);
@@ -99,24 +142,27 @@ void print(const Diagram& d) {
     std::printf("\norder of outputs\n");
     int line = 0;
     for (const auto& row : rows) {
-        const auto pad = [](const std::string& text, const std::string& longest) {
-            return text + std::string(longest.size() - text.size() + 2, ' ');
-        };
-        std::string columns =
-            row.type.empty() ? row.path : pad(row.path, width.path) + pad(row.type, width.type) + row.outputs;
+        std::string columns = row.type.empty()
+                                  ? row.path
+                                  : padded(row.path, width.path) + padded(row.type, width.type) + row.outputs;
         columns.erase(columns.find_last_not_of(' ') + 1);
         std::printf("%5d  %s%s%s%s\n", ++line, colour(row.number),
-                    row.type.empty() ? "" : pad(row.rate, width.rate).c_str(), plain, columns.c_str());
+                    row.type.empty() ? "" : padded(row.rate, width.rate).c_str(), plain, columns.c_str());
     }
 }
 
 nlohmann::ordered_json to_json(const Diagram& d) {
     using Json = nlohmann::ordered_json;
-    Json json{{"model", d.name},
-              {"step", d.step},
-              {"stop", d.stop},
-              {"blocks", Json::array()},
-              {"order", Json::array()}};
+    Json json{{"model", d.name},         {"step", d.step},
+              {"stop", d.stop},          {"variables", Json::array()},
+              {"blocks", Json::array()}, {"order", Json::array()}};
+    for (const auto& variable : d.definitions)
+        if (variable.kind == Definition::Kind::variable)
+            json["variables"].push_back({{"name", variable.path},
+                                         {"value", variable.value.to_text()},
+                                         {"unit", variable.unit},
+                                         {"doc", variable.doc},
+                                         {"limits", limits_text(variable.limits)}});
     for (const auto& node : d.nodes) {
         Json block{{"path", node.path},
                    {"type", node.type},
@@ -167,7 +213,7 @@ void execute(const CheckOptions& options) {
 
 void add_check(CLI::App& app) {
     auto* command = app.add_subcommand(
-        "check", "elaborate a model: all its errors, or its sizes, types, rates and order");
+        "check", "elaborate a model: all its errors, or its variables, sizes, types, rates and order");
     auto options = std::make_shared<CheckOptions>();
     options->model.add_to(*command);
     command->add_flag("--json", options->as_json, "print as JSON, errors too");

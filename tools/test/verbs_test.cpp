@@ -117,16 +117,34 @@ TEST_F(Verbs, CtrlCEndsARunWithARecordingAndASummary) {
     EXPECT_EQ(lines("run.csv"), summary["steps"].get<int>() + 1); // a line of names
 }
 
-TEST_F(Verbs, CheckPrintsSizesRatesAndOrder) {
+TEST_F(Verbs, CheckPrintsVariablesSizesRatesAndOrder) {
     const auto check = bf("check sine.yaml");
     EXPECT_EQ(check.code, 0);
-    EXPECT_EQ(check.out,
-              "sine: 3 blocks, base period 0.01 s, runs for 1 s\n\nrates\n  0.01 s\n\norder of outputs\n"
-              "    1  0.01 s  source  Sine  y:scalar\n"
-              "    2  0.01 s  gain    Gain  y:scalar\n");
+    EXPECT_EQ(check.out, "sine: 3 blocks, base period 0.01 s, runs for 1 s\n\nrates\n  0.01 s\n\nvariables\n"
+                         "  Gain.Kp  2\n  Gain.Kd  1\n\norder of outputs\n"
+                         "    1  0.01 s  source  Sine  y:scalar\n"
+                         "    2  0.01 s  gain    Gain  y:scalar\n");
     const auto json = nlohmann::json::parse(bf("check sine.yaml --json").out);
     EXPECT_EQ(json["blocks"].size(), 3u);
     EXPECT_EQ(json["order"], nlohmann::json({"source", "gain"}));
+}
+
+TEST_F(Verbs, CheckPrintsVariablesWithUnitsLimitsAndWhatTheyFollowFrom) {
+    write("m.yaml", "model: m\nstep: 1\nvariables:\n"
+                    "  K: {value: 3, minimum: 0, maximum: 5, unit: V s/rad, doc: of the speed}\n"
+                    "  twice: 2*K\n  long: zeros(30, 30)\n  name: \"'icub'\"\nblocks: {}\n");
+    EXPECT_CONTAINS(bf("check m.yaml --set K=4").out, "\nvariables\n"
+                                                      "  K      4       V s/rad  of the speed; from 0 to 5\n"
+                                                      "  twice  8                = 2*K\n"
+                                                      "  long   30x30\n"
+                                                      "  name   'icub'\n");
+    const auto json = nlohmann::json::parse(bf("check m.yaml --json").out)["variables"];
+    EXPECT_EQ(json[0], nlohmann::json({{"name", "K"},
+                                       {"value", "3"},
+                                       {"unit", "V s/rad"},
+                                       {"doc", "of the speed"},
+                                       {"limits", "from 0 to 5"}}));
+    EXPECT_EQ(json.size(), 4u);
 }
 
 TEST_F(Verbs, DescribeListsLibrariesAndBlocks) {

@@ -80,8 +80,6 @@ void reduce(bf::Diagram& d) {
         if (end.node < 0) throw std::runtime_error("the controller has no signal " + path);
         d.outputs.push_back({path, end});
     }
-    d.input_texts.resize(d.inputs.size());
-    d.output_texts.resize(d.outputs.size());
 }
 
 bf::tools::LoadedModel balancing() {
@@ -94,9 +92,10 @@ bf::tools::LoadedModel balancing() {
 /// The elements of signals, as they come in the structures of generated code.
 void append(const bf::Simulation& simulation, const std::vector<bf::SignalName>& signals,
             std::vector<double>& to) {
-    for (const auto& [path, end] : signals) {
-        const auto* data = static_cast<const double*>(simulation.context().data(end.node, end.slot));
-        to.insert(to.end(), data, data + simulation.diagram().slot(end).size.count());
+    for (const auto& signal : signals) {
+        const auto* data =
+            static_cast<const double*>(simulation.context().data(signal.end.node, signal.end.slot));
+        to.insert(to.end(), data, data + simulation.diagram().slot(signal.end).size.count());
     }
 }
 
@@ -166,9 +165,9 @@ void engine(benchmark::State& state) {
         std::size_t bytes;
     };
     std::vector<Target> targets;
-    for (const auto& [path, end] : diagram.inputs)
-        targets.push_back({simulation.context().data(end.node, end.slot),
-                           static_cast<std::size_t>(diagram.slot(end).size.count()) * sizeof(double)});
+    for (const auto& input : diagram.inputs)
+        targets.push_back({simulation.context().data(input.end.node, input.end.slot),
+                           static_cast<std::size_t>(diagram.slot(input.end).size.count()) * sizeof(double)});
     const auto run = [&](auto&& after_step) {
         const auto* from = reinterpret_cast<const std::byte*>(law.inputs.data());
         for (int k = 0; k < steps; ++k) {

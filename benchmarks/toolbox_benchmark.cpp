@@ -35,8 +35,9 @@ struct Loop {
         simulation.start();
     }
     double* input(const std::string& name) {
-        for (const auto& [path, end] : diagram.inputs)
-            if (path == name) return static_cast<double*>(simulation.context().data(end.node, end.slot));
+        for (const auto& port : diagram.inputs)
+            if (port.path == name)
+                return static_cast<double*>(simulation.context().data(port.end.node, port.end.slot));
         throw std::runtime_error("no input '" + name + "'");
     }
     const double* signal(const std::string& path) {

@@ -111,10 +111,9 @@ void Generator::place_all() {
         places_[n].resize(slots.size());
         next_[n].resize(slots.size());
     }
-    for (std::size_t i = 0; i < diagram_.inputs.size(); ++i) {
-        const auto& [path, end] = diagram_.inputs[i];
-        place(end, "inputs", inputs_, path);
-        if (!place_of(end).member.empty()) inputs_.back().declare(diagram_.input_texts[i]);
+    for (const auto& input : diagram_.inputs) {
+        place(input.end, "inputs", inputs_, input.path);
+        if (!place_of(input.end).member.empty()) inputs_.back().declare(input);
     }
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
         const auto& slots = diagram_.nodes[n].block->declaration().slots;
@@ -140,11 +139,11 @@ void Generator::place_all() {
         }
     }
     std::set<std::string> taken;
-    for (std::size_t i = 0; i < diagram_.outputs.size(); ++i) {
-        const auto& [path, end] = diagram_.outputs[i];
-        if (place_of(end).member.empty()) continue;
-        outputs_.push_back({end, unique_identifier(path, taken), path, &diagram_.slot(end)});
-        outputs_.back().declare(diagram_.output_texts[i]);
+    for (const auto& output : diagram_.outputs) {
+        if (place_of(output.end).member.empty()) continue;
+        outputs_.push_back(
+            {output.end, unique_identifier(output.path, taken), output.path, &diagram_.slot(output.end)});
+        outputs_.back().declare(output);
     }
 }
 

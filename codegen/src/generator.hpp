@@ -31,7 +31,7 @@ struct Field {
     const Slot* slot;
     std::string unit = unit_text(*slot), doc = slot->doc;
     /// What the model says of a port of the root counts more than what the block says that drives it.
-    void declare(const PortText& port) {
+    void declare(const SignalName& port) {
         if (!port.unit.empty()) unit = port.unit;
         if (!port.doc.empty()) doc = port.doc;
     }
@@ -41,7 +41,7 @@ struct Field {
 struct Guarded {
     int rate = 1, condition = 0;
     bool is_inner = true; ///< the solver evaluates it inside a step, where its rate is continuous
-    std::vector<std::string> statements;
+    std::vector<std::string> statements = {};
 };
 
 /// "path [unit]: doc", for a comment.

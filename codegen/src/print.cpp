@@ -355,7 +355,7 @@ int Generator::continuous_size() const {
 }
 
 bool Generator::is_joined(const Calls& calls) const {
-    return has_continuous_states() && !options_.embedded &&
+    return has_continuous_states() && !options_.embedded && !is_dynamic() &&
            stages_of_solver() * calls.inner_statements <= options_.statements_per_function;
 }
 

@@ -64,7 +64,7 @@ std::string Generator::variables_structure() const {
 std::vector<Guarded> Generator::follow() const {
     std::map<int, std::string> members;
     for (const auto& field : formulas_.variables) members[field.definition] = "variables." + field.member;
-    Guarded all{constant_rate, 0, {}};
+    Guarded all{.rate = constant_rate};
     for (const auto& formula : formulas_.formulas) {
         const auto& d = definition(formula.definition);
         const std::string target =

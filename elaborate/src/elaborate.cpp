@@ -29,7 +29,7 @@ void Report::throw_if_any() {
 } // namespace elaboration
 
 Diagram elaborate(const model::Model& model, Registry& registry, const ElaborateOptions& options) {
-    elaboration::Elaboration e{model, registry, options, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+    elaboration::Elaboration e{model, registry, options};
     for (const auto stage : {elaboration::flatten, elaboration::wire, elaboration::infer_shapes,
                              elaboration::assign_rates, elaboration::sort}) {
         stage(e);

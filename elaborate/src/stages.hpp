@@ -116,13 +116,13 @@ struct Elaboration {
     const model::Model& model;
     Registry& registry;
     const ElaborateOptions& options;
-    Report report;
-    matlab::Interpreter interpreter;
-    Diagram diagram;
-    std::deque<Scope> scopes; ///< stable addresses
-    std::vector<Bus> buses;
-    std::map<int, MergedBus> merges;      ///< by their node
-    std::vector<SampleTime> sample_times; ///< by node
+    Report report = {};
+    matlab::Interpreter interpreter = {};
+    Diagram diagram = {};
+    std::deque<Scope> scopes = {}; ///< stable addresses
+    std::vector<Bus> buses = {};
+    std::map<int, MergedBus> merges = {};      ///< by their node
+    std::vector<SampleTime> sample_times = {}; ///< by node
 
     /// What the document says about the signal at a subsystem's port.
     struct Declared {
@@ -133,7 +133,7 @@ struct Elaboration {
         std::optional<Type> type;
         const matlab::Value* enumeration = nullptr; ///< the struct of its names
     };
-    std::vector<Declared> declared;
+    std::vector<Declared> declared = {};
 
     Scope& root() { return scopes.front(); }
     DiagramNode& node(int i) { return diagram.nodes[static_cast<std::size_t>(i)]; }
@@ -152,8 +152,8 @@ struct Elaboration {
         std::size_t rest; ///< characters behind the variable's own path; 0: it is the whole variable
     };
     Part part_of(std::string path) const;
-    std::map<std::string, int> variable_numbers;               ///< among the definitions, by path
-    std::unordered_map<std::string, std::string> same_structs; ///< a struct's path by that of its copy
+    std::map<std::string, int> variable_numbers = {};               ///< among the definitions, by path
+    std::unordered_map<std::string, std::string> same_structs = {}; ///< a struct's path by that of its copy
 
     /// Size and type that a port declares; wrong ones are reported.
     Declared declared_port(const Scope& scope, const model::Port& port, const std::string& path);

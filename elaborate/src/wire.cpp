@@ -329,15 +329,13 @@ class Wiring {
         const Scope& root = e_.root();
         for (const auto& port : root.system->inputs) {
             auto block = std::make_unique<RootInput>(e_.declared_port(root, port, port.name));
-            e_.diagram.inputs.push_back(
-                {port.name, {add_internal(std::move(block), port, "Inport", root), 0}});
-            e_.diagram.input_texts.push_back({port.unit, port.doc});
+            const int node = add_internal(std::move(block), port, "Inport", root);
+            e_.diagram.inputs.push_back({port.name, {node, 0}, port.unit, port.doc});
         }
     }
 
     void add_root_output(const model::Port& port, const Node::End& end) {
-        e_.diagram.outputs.push_back({port.name, end});
-        e_.diagram.output_texts.push_back({port.unit, port.doc});
+        e_.diagram.outputs.push_back({port.name, end, port.unit, port.doc});
     }
 
     void add_outlets(Scope& scope) {

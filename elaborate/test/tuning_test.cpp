@@ -68,7 +68,8 @@ TEST(Tuning, KeepsWhatWasGivenByName) {
     tuning.accept(both);
     EXPECT_EQ(tuning.follow({{"Gain.Kp", {8}}}), (NamedValues{{"part.g.K", {32}}}));
     for (const auto& variable : tuning.variables()) {
-        if (variable.path == "Gain.Kd") EXPECT_EQ(variable.values, std::vector<double>{1});
+        if (variable.path != "Gain.Kd") continue;
+        EXPECT_EQ(variable.values, std::vector<double>{1});
     }
 }
 

@@ -104,11 +104,12 @@ Recorder::Recorder(const Simulation& simulation, const std::vector<SignalName>& 
         if (is_new) named.push_back({end, {}});
         return named[found->second].second;
     };
-    for (const auto& [path, end] : signals)
-        if (Names& names = names_of(end); std::find(names.begin(), names.end(), path) == names.end())
-            names.push_back(path);
-    for (const auto& [path, end] : outside_signals(simulation))
-        if (Names& names = names_of(end); names.empty()) names.push_back(path);
+    for (const auto& signal : signals)
+        if (Names& names = names_of(signal.end);
+            std::find(names.begin(), names.end(), signal.path) == names.end())
+            names.push_back(signal.path);
+    for (const auto& signal : outside_signals(simulation))
+        if (Names& names = names_of(signal.end); names.empty()) names.push_back(signal.path);
 
     for (const auto& [end, names] : named) {
         auto info = channel_info(diagram, end);

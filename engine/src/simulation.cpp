@@ -283,10 +283,10 @@ std::string Simulation::failure() const {
 
 std::vector<CheckResult> Simulation::checks() const {
     std::vector<CheckResult> results;
-    for (const auto& [name, end] : diagram_.checks()) {
-        const Type type = diagram_.slot(end).type;
-        results.push_back(
-            {name, read_value(context_.data(end.node, end.slot), type, 0), type == Type::boolean});
+    for (const auto& check : diagram_.checks()) {
+        const Type type = diagram_.slot(check.end).type;
+        const void* data = context_.data(check.end.node, check.end.slot);
+        results.push_back({check.path, read_value(data, type, 0), type == Type::boolean});
     }
     return results;
 }

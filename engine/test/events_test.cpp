@@ -523,8 +523,9 @@ TEST(Adaptive, BlocksThatRememberThePastCostNothingWhereNoDerivativeReadsThem) {
                         &blocks);
             Counted::calls = 0;
             run.trace("c", 300);
-            if (reader == "Derivative")
+            if (reader == "Derivative") {
                 EXPECT_NEAR(run("past"), (std::exp(-2.99) - std::exp(-2.98)) / 0.01, 1e-4) << solver;
+            }
             return Counted::calls;
         };
         const int least = evaluations("Gain");

@@ -523,14 +523,14 @@ Server::Server(Simulation& simulation, const std::vector<SignalName>& signals, P
         s.parameters.emplace(variable.path, State::Parameter{Type::float64, variable.values.size() == 1,
                                                              std::move(variable.values)});
     }
-    for (const auto& [path, end] : simulation.parameters()) {
-        const Slot& slot = diagram.slot(end);
+    for (const auto& named : simulation.parameters()) {
+        const Slot& slot = diagram.slot(named.end);
         State::Parameter parameter{slot.type, slot.size.count() == 1, {}};
+        const void* data = simulation.context().data(named.end.node, named.end.slot);
         for (int i = 0; i < slot.size.count(); ++i)
-            parameter.values.push_back(
-                read_value(simulation.context().data(end.node, end.slot), slot.type, i));
-        s.names.push_back(path);
-        s.parameters.emplace(path, std::move(parameter));
+            parameter.values.push_back(read_value(data, slot.type, i));
+        s.names.push_back(named.path);
+        s.parameters.emplace(named.path, std::move(parameter));
     }
     s.listen();
     // Signals are for the threads of the application.

@@ -83,14 +83,14 @@ std::string diagram_of(const BlockClass& block_class, const std::string& setting
 
 void randomise_inputs(Running& run, std::mt19937& random) {
     std::uniform_real_distribution<double> uniform(-0.3, 0.3);
-    for (const auto& [path, end] : run.diagram().inputs) {
-        const Size size = run.diagram().slot(end).size;
+    for (const auto& port : run.diagram().inputs) {
+        const Size size = run.diagram().slot(port.end).size;
         Matrix value = Matrix::NullaryExpr(size.rows, size.cols, [&] { return uniform(random); });
-        if (path == "w_H_b") {
+        if (port.path == "w_H_b") {
             value.topLeftCorner(3, 3).setIdentity();
             value.row(3) << 0, 0, 0, 1;
         }
-        run.set(path, value);
+        run.set(port.path, value);
     }
 }
 

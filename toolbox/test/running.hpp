@@ -38,13 +38,13 @@ class Running {
     }
 
     Running& set(const std::string& input, const Matrix& value) {
-        for (const auto& [path, end] : diagram_.inputs) {
-            if (path != input) continue;
-            const Slot& slot = diagram_.slot(end);
+        for (const auto& port : diagram_.inputs) {
+            if (port.path != input) continue;
+            const Slot& slot = diagram_.slot(port.end);
             if (slot.size.count() != value.size())
                 throw std::runtime_error("input '" + input + "' has size " + slot.size.text());
-            write_values(simulation.context().data(end.node, end.slot), slot.type, slot.size.count(),
-                         {value.data(), value.data() + value.size()});
+            write_values(simulation.context().data(port.end.node, port.end.slot), slot.type,
+                         slot.size.count(), {value.data(), value.data() + value.size()});
             return *this;
         }
         throw std::runtime_error("no input '" + input + "'");

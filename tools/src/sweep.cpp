@@ -67,16 +67,16 @@ Row decoded(const std::string& text) {
 class Finals final : public Simulation::Observer {
   public:
     Finals(const Diagram& diagram, const std::vector<SignalName>& signals) {
-        for (const auto& [path, end] : signals) {
-            const Slot& slot = diagram.slot(end);
+        for (const auto& signal : signals) {
+            const Slot& slot = diagram.slot(signal.end);
             for (int i = 0; i < slot.size.count(); ++i) {
-                std::string name = path;
+                std::string name = signal.path;
                 if (slot.size.is_matrix)
                     name += "[" + std::to_string(i % slot.size.rows) + "][" +
                             std::to_string(i / slot.size.rows) + "]";
                 else if (slot.size.count() > 1)
                     name += "[" + std::to_string(i) + "]";
-                elements_.push_back({end, slot.type, i});
+                elements_.push_back({signal.end, slot.type, i});
                 values.emplace_back(name, std::nan(""));
             }
         }

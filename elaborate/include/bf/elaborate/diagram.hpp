@@ -107,15 +107,11 @@ struct Plan {
     std::vector<Loop> loops;
 };
 
-/// A recorded or plotted signal.
+/// A recorded or plotted signal, or a port of the root.
 struct SignalName {
     std::string path; ///< as the model calls it: "controller.tau"
     Node::End end;
-};
-
-/// What the model says of a port; empty where it does not.
-struct PortText {
-    std::string unit, doc;
+    std::string unit = {}, doc = {}; ///< of a port, where the model says them
 };
 
 /// An output and when its block runs.
@@ -170,7 +166,6 @@ struct Diagram {
     bool refuses_non_finite = false;     ///< NaN or infinity in an output ends the run
     std::vector<Condition> conditions;
     std::vector<SignalName> inputs, outputs; ///< of the root; the end of an input is the port's own memory
-    std::vector<PortText> input_texts, output_texts; ///< of these, one each
     std::vector<SignalName> record;
     std::vector<PlotPanel> plots;
     std::vector<EnumeratedSignal> enumerated; ///< of signals whose port names an enumeration as its type

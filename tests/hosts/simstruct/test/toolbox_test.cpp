@@ -52,8 +52,8 @@ std::vector<mxArray*> parameters(const BlockClass& type, const Arguments& given)
 }
 
 Size size_of(const Running& run, const std::string& input) {
-    for (const auto& [path, end] : run.diagram().inputs)
-        if (path == input) return run.diagram().slot(end).size;
+    for (const auto& port : run.diagram().inputs)
+        if (port.path == input) return run.diagram().slot(port.end).size;
     throw std::runtime_error("no input " + input);
 }
 

@@ -61,12 +61,22 @@ constexpr void fold(const Y& y, const S& signs, const L& u, const F& f) noexcept
         element_by_element();
     else if (y.size() == 1) // one number stays in a register
         element_by_element();
-    else
-        for (int k = 0; k < u.size(); ++k) {
+    else {
+        int k = 0;
+        // Most sums begin with two signals of one size: y is passed once for both.
+        if (u.size() > 1 && u[0].size() == y.size() && u[1].size() == y.size()) {
+            const auto &a = u[0], &b = u[1];
+            const bool is_first_minus = is_negative(0), is_second_minus = is_negative(1);
+            for (int i = 0; i < y.size(); ++i)
+                y[i] = f(1, f(0, Element<Y>{}, is_first_minus, a[i]), is_second_minus, b[i]);
+            k = 2;
+        }
+        for (; k < u.size(); ++k) {
             const auto& x = u[k];
             const bool is_minus = is_negative(k);
             for (int i = 0; i < y.size(); ++i) y[i] = f(k, y[i], is_minus, x[pick(i, x.size())]);
         }
+    }
 }
 
 /// y = ± u_0 ± u_1 …, from left to right; signs_k < 0 subtracts operand k. y is none of the operands.

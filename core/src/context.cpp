@@ -252,8 +252,10 @@ Task Context::task(int node, Phase phase, int i) {
     const Call& call = calls[static_cast<std::size_t>(i)];
     operands_.push_back(std::make_unique<Operand[]>(call.operands.size() + 1));
     Operand* operand = operands_.back().get();
+    bool are_scalars = true;
     for (const auto& from : call.operands) {
         const Size size = from.slot >= 0 ? d.slots[static_cast<std::size_t>(from.slot)].size : Size{};
+        are_scalars = are_scalars && size.count() == 1;
         switch (from.source) {
         case Call::Source::slot: *operand = {frame.now[from.slot], size.rows, size.cols}; break;
         case Call::Source::next: *operand = {frame.next[from.slot], size.rows, size.cols}; break;
@@ -272,7 +274,8 @@ Task Context::task(int node, Phase phase, int i) {
         const auto s = static_cast<std::size_t>(symbol);
         version = version * type_count + (s < d.types.size() ? static_cast<std::size_t>(d.types[s].type) : 0);
     }
-    return {call.run[version], operands_.back().get(), static_cast<int>(call.operands.size())};
+    const auto run = are_scalars && version == 0 && call.run_scalars ? call.run_scalars : call.run[version];
+    return {run, operands_.back().get(), static_cast<int>(call.operands.size())};
 }
 
 Status Context::reset(int node) {

@@ -60,8 +60,9 @@ struct Call {
     std::vector<Reference> operands; ///< a list operand has one reference per element
     int list_from = -1;              ///< where the list begins, -1: no list
     int list_size = 0;
-    int symbols = 0;      ///< how many element types the wiring decides
-    std::vector<Run> run; ///< by element type (symbols = 1) or pair of types; null: not accepted
+    int symbols = 0;           ///< how many element types the wiring decides
+    std::vector<Run> run;      ///< by element type (symbols = 1) or pair of types; null: not accepted
+    Run run_scalars = nullptr; ///< where all operands but constants are of type double with one element
 
     bool writes(int slot) const {
         for (const auto& o : operands)
@@ -139,11 +140,16 @@ template <class T> struct OperandTraits<DerivativeOf<T>> {
 };
 
 /// The view of operand i (or of the list of `length` operands that begins there) with element type E.
-template <class K, bool is_written, class T0, class T1> auto operand(const Operand* o, int i, int length) {
+template <class K, bool is_written, class T0, class T1, bool is_scalar>
+auto operand(const Operand* o, int i, int length) {
     using Element = typename Chosen<typename OperandTraits<K>::Quantity, T0, T1>::type;
     using E = std::conditional_t<is_written, Element, const Element>;
     static_assert(sizeof(Operand) == sizeof(kernels::View<E>));
-    if constexpr (OperandTraits<K>::is_list)
+    if constexpr (OperandTraits<K>::is_list && is_scalar)
+        return kernels::ScalarListView<E>{reinterpret_cast<const kernels::View<E>*>(o + i), length};
+    else if constexpr (is_scalar && !std::is_same_v<K, Constants>)
+        return kernels::FixedView<E, 1>(static_cast<E*>(o[i].data));
+    else if constexpr (OperandTraits<K>::is_list)
         return kernels::ListView<E>(reinterpret_cast<const kernels::View<E>*>(o + i), length);
     else
         return kernels::View<E>(static_cast<E*>(o[i].data), o[i].rows, o[i].cols);
@@ -162,7 +168,7 @@ template <class Kernel, class... Views> Status apply(const Views&... views) {
     }
 }
 
-template <class Kernel, class T0, class T1, bool... written, class... Keys>
+template <class Kernel, class T0, class T1, bool is_scalar = false, bool... written, class... Keys>
 constexpr Call::Run instance(std::integer_sequence<bool, written...>,
                              std::type_identity<std::tuple<Keys...>>) {
     return [](const void* operands, int count) -> Status {
@@ -172,7 +178,7 @@ constexpr Call::Run instance(std::integer_sequence<bool, written...>,
         const auto* o = static_cast<const Operand*>(operands);
         return [&]<std::size_t... i>(std::index_sequence<i...>) {
             const int length = count - static_cast<int>(sizeof...(Keys)) + 1; // of the list, if there is one
-            return apply<Kernel>(operand<Keys, written, T0, T1>(
+            return apply<Kernel>(operand<Keys, written, T0, T1, is_scalar>(
                 o, static_cast<int>(i) + (i > list ? length - 1 : 0), length)...);
         }
         (std::index_sequence_for<Keys...>{});
@@ -248,6 +254,9 @@ template <class Kernel, class... Keys> Call make_call(Kernel, const Keys&... key
         using Written = std::integer_sequence<bool, (first[n] || is_workspace<Keys>)...>;
         c.run = instances<symbols, Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{},
                                            std::make_index_sequence<type_count>{});
+        if constexpr (symbols <= 1 && requires { Kernel::is_elementwise; })
+            c.run_scalars =
+                instance<Kernel, double, double, true>(Written{}, std::type_identity<std::tuple<Keys...>>{});
     }
     (call, std::index_sequence_for<Keys...>{});
     return call;

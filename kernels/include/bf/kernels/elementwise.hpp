@@ -7,15 +7,20 @@
 /// y.
 namespace bf::kernels {
 
+/// A kernel that engines also compile for scalars alone, which are the most frequent signals by far.
+struct Elementwise {
+    static constexpr bool is_elementwise = true;
+};
+
 /// y_i = F::apply(u_i).
-template <class F> struct Unary {
+template <class F> struct Unary : Elementwise {
     template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
         for (int i = 0; i < y.size(); ++i) y[i] = static_cast<Element<Y>>(F::apply(u[pick(i, u.size())]));
     }
 };
 
 /// y_i = F::apply(a_i, b_i), computed in the type of a.
-template <class F> struct Binary {
+template <class F> struct Binary : Elementwise {
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
         using T = Element<A>;
@@ -33,7 +38,7 @@ struct Copy : Unary<Copy> {
 };
 
 /// y_i = K_i u_i.
-struct Gain {
+struct Gain : Elementwise {
     static constexpr const char* name = "bf::kernels::Gain{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class K, class U>
@@ -44,16 +49,16 @@ struct Gain {
     }
 };
 
-/// y_i = f(1, f(0, 0, s_0, u_0i), s_1, u_1i) and so on over the operands, where s_k says that sign k is
+/// y_i = next(first(s_0, u_0i), s_1, u_1i) and so on over the operands, where s_k says that sign k is
 /// negative. y is none of the operands.
-template <class Y, class S, class L, class F>
-constexpr void fold(const Y& y, const S& signs, const L& u, const F& f) noexcept {
+template <class Y, class S, class L, class First, class Next>
+constexpr void fold(const Y& y, const S& signs, const L& u, const First& first, const Next& next) noexcept {
     const auto is_negative = [&](int k) { return signs[pick(k, signs.size())] < 0; };
+    const auto element = [&](int k, int i) { return u[k][pick(i, u[k].size())]; };
     const auto element_by_element = [&] {
         for (int i = 0; i < y.size(); ++i) {
-            Element<Y> folded{};
-            for (int k = 0; k < u.size(); ++k)
-                folded = f(k, folded, is_negative(k), u[k][pick(i, u[k].size())]);
+            auto folded = first(is_negative(0), element(0, i));
+            for (int k = 1; k < u.size(); ++k) folded = next(folded, is_negative(k), element(k, i));
             y[i] = folded;
         }
     };
@@ -62,48 +67,52 @@ constexpr void fold(const Y& y, const S& signs, const L& u, const F& f) noexcept
     else if (y.size() == 1) // one number stays in a register
         element_by_element();
     else {
-        int k = 0;
+        const bool is_first_minus = is_negative(0);
+        const auto& a = u[0];
+        int k = 1;
         // Most sums begin with two signals of one size: y is passed once for both.
-        if (u.size() > 1 && u[0].size() == y.size() && u[1].size() == y.size()) {
-            const auto &a = u[0], &b = u[1];
-            const bool is_first_minus = is_negative(0), is_second_minus = is_negative(1);
+        if (u.size() > 1 && a.size() == y.size() && u[1].size() == y.size()) {
+            const bool is_second_minus = is_negative(1);
+            const auto& b = u[1];
             for (int i = 0; i < y.size(); ++i)
-                y[i] = f(1, f(0, Element<Y>{}, is_first_minus, a[i]), is_second_minus, b[i]);
+                y[i] = next(first(is_first_minus, a[i]), is_second_minus, b[i]);
             k = 2;
+        } else {
+            for (int i = 0; i < y.size(); ++i) y[i] = first(is_first_minus, a[pick(i, a.size())]);
         }
         for (; k < u.size(); ++k) {
             const auto& x = u[k];
             const bool is_minus = is_negative(k);
-            for (int i = 0; i < y.size(); ++i) y[i] = f(k, y[i], is_minus, x[pick(i, x.size())]);
+            for (int i = 0; i < y.size(); ++i) y[i] = next(y[i], is_minus, x[pick(i, x.size())]);
         }
     }
 }
 
 /// y = ± u_0 ± u_1 …, from left to right; signs_k < 0 subtracts operand k. y is none of the operands.
-struct Sum {
+struct Sum : Elementwise {
     static constexpr const char* name = "bf::kernels::Sum{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class S, class L>
     constexpr void operator()(const Y& y, const S& signs, const L& u) const noexcept {
         using T = Element<Y>;
-        fold(y, signs, u, [](int k, T sum, bool minus, T value) {
-            return k == 0 ? (minus ? negate(value) : value)
-                          : (minus ? subtract(sum, value) : add(sum, value));
-        });
+        fold(
+            y, signs, u, [](bool minus, T value) { return minus ? negate(value) : value; },
+            [](T sum, bool minus, T value) { return minus ? subtract(sum, value) : add(sum, value); });
     }
 };
 
 /// y = u_0^±1 u_1^±1 …, from left to right; exponents_k < 0 divides by operand k. y is none of the operands.
-struct ElementProduct {
+struct ElementProduct : Elementwise {
     static constexpr const char* name = "bf::kernels::ElementProduct{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class E, class L>
     constexpr void operator()(const Y& y, const E& exponents, const L& u) const noexcept {
         using T = Element<Y>;
-        fold(y, exponents, u, [](int k, T product, bool over, T value) {
-            return k == 0 ? (over ? divide(T(1), value) : value)
-                          : (over ? divide(product, value) : multiply(product, value));
-        });
+        fold(
+            y, exponents, u, [](bool over, T value) { return over ? divide(T(1), value) : value; },
+            [](T product, bool over, T value) {
+                return over ? divide(product, value) : multiply(product, value);
+            });
     }
 };
 

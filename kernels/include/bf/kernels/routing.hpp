@@ -14,7 +14,10 @@ struct Concatenate {
     template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
         int next = 0;
         for_each(u, [&](const auto& x) {
-            for (int i = 0; i < x.size(); ++i) y[next + i] = x[i];
+            if (x.size() == 1) // most often; a loop would look for vectors of numbers first
+                y[next] = x[0];
+            else
+                for (int i = 0; i < x.size(); ++i) y[next + i] = x[i];
             next += x.size();
         });
     }

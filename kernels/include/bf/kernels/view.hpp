@@ -66,6 +66,17 @@ template <class T> struct ListView {
     constexpr const View<T>& operator[](int i) const noexcept { return views[i]; }
 };
 
+/// The same of scalars.
+template <class T> struct ScalarListView {
+    using value_type = std::remove_const_t<T>;
+
+    const View<T>* views = nullptr;
+    int count = 0;
+
+    constexpr int size() const noexcept { return count; }
+    constexpr FixedView<T, 1> operator[](int i) const noexcept { return FixedView<T, 1>{views[i].data}; }
+};
+
 /// f(view) for each operand of a list in its order. A list whose operands have extents that the compiler
 /// knows does it by itself.
 template <class L, class F> constexpr auto for_each(const L& u, F&& f) noexcept -> decltype(u.for_each(f)) {

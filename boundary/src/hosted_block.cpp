@@ -106,8 +106,7 @@ void HostedBlock::declare(const Arguments& arguments) {
         parameters_.push_back(metadata);
         declaration().arguments.push_back({argument_name(metadata.name),
                                            "parameter " + std::to_string(metadata.index),
-                                           default_value(metadata),
-                                           {}});
+                                           default_value(metadata)});
     }
     const auto& missing = described.information.missing();
     if (!missing.empty())

@@ -1,5 +1,4 @@
 // bf check: elaborates a model and prints what came out.
-#include "bf/kernels/limits.hpp"
 #include "session.hpp"
 #include "verbs.hpp"
 
@@ -95,19 +94,13 @@ std::string value_text(const matlab::Value& value) {
     return text.size() <= 40 ? text : value.size_text();
 }
 
-std::string limits_text(const Limits& limits) {
-    char text[96];
-    kernels::describe(limits, text, sizeof text);
-    return text;
-}
-
 /// What --set and --params may change, with the values that they have now.
 void print_variables(const Diagram& d) {
     std::string name, value, unit;
     std::vector<std::array<std::string, 4>> rows;
     for (const auto& variable : d.definitions) {
         if (variable.kind != Definition::Kind::variable) continue;
-        const std::string limits = limits_text(variable.limits), about = variable.about();
+        const std::string limits = text_of(variable.limits), about = variable.about();
         rows.push_back({variable.path, value_text(variable.value), variable.unit,
                         about + (about.empty() || limits.empty() ? "" : "; ") + limits});
         name = std::max(name, rows.back()[0], is_shorter);
@@ -162,7 +155,7 @@ nlohmann::ordered_json to_json(const Diagram& d) {
                                          {"value", variable.value.to_text()},
                                          {"unit", variable.unit},
                                          {"doc", variable.doc},
-                                         {"limits", limits_text(variable.limits)}});
+                                         {"limits", text_of(variable.limits)}});
     for (const auto& node : d.nodes) {
         Json block{{"path", node.path},
                    {"type", node.type},

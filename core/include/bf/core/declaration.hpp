@@ -124,9 +124,9 @@ struct Slot {
 /// One structural value: fixed when the block is made, may decide which ports exist.
 struct ArgumentDeclaration {
     std::string name, doc;
-    Value initial;                    ///< the default
-    std::vector<std::string> choices; ///< texts allowed; empty: any
-    Limits limits;                    ///< of numbers
+    Value initial;                         ///< the default
+    std::vector<std::string> choices = {}; ///< texts allowed; empty: any
+    Limits limits = {};                    ///< of numbers
 };
 
 /// An object that belongs to one running diagram: workspace, outside state or an opened resource.

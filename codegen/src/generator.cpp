@@ -166,6 +166,9 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
                      " period = " + literal(is_continuous ? 0 : diagram_.period(rate), real()) + ";\n";
         return "in(period)";
     }
+    case Call::Source::trigger:
+        return "numbers<Real, " +
+               number(diagram_.rates[static_cast<std::size_t>(node(n).rate)].trigger > 0 ? 1 : 0) + ">()";
     case Call::Source::constants: {
         const auto& values = *from.constants;
         if (values.empty()) return "empty<const double, 0, 1>()";

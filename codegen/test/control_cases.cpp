@@ -140,7 +140,7 @@ blocks:
     execution: for
     states: )m" + states + R"m(
     inputs: [u]
-    outputs: [y, z, t]
+    outputs: [y, z, t, r]
     blocks:
       i: {block: Iteration}
       three: {block: Constant, value: 3}
@@ -157,14 +157,15 @@ blocks:
       counter:
         execution: triggered
         trigger: either
-        inputs: [u]
-        outputs: [y]
+        inputs: [u, i]
+        outputs: [y, r]
         blocks:
           c: {block: DiscreteIntegrator}
           half: {execution: enabled, inputs: [u], outputs: [y], blocks: {g: {block: UnitDelay}}, connections: {u: g, g: y}}
-        connections: {u: [c, half.u, half.enable], half: y}
-    connections: {u: [add.u1, inner.u, counter.u], i: [add.u2, odd], past: add.u3, add: [past, y], inner: z,
-                  odd: counter.trigger, counter: t}
+          relay: {block: Relay, on_point: 5, off_point: 3}
+        connections: {u: [c, half.u, half.enable], half: y, i: relay, relay: r}
+    connections: {u: [add.u1, inner.u, counter.u], i: [add.u2, odd, counter.i], past: add.u3, add: [past, y], inner: z,
+                  odd: counter.trigger, counter.y: t, counter.r: r}
   root:
     execution: while
     states: )m" + states + R"m(

@@ -262,6 +262,7 @@ Task Context::task(int node, Phase phase, int i) {
         case Call::Source::rate: *operand = {frame.rate[from.slot], size.rows, size.cols}; break;
         case Call::Source::time: *operand = {const_cast<double*>(&frame.clock->time), 1, 1}; break;
         case Call::Source::period: *operand = {const_cast<double*>(&frame.clock->period), 1, 1}; break;
+        case Call::Source::trigger: *operand = {const_cast<double*>(&frame.clock->trigger), 1, 1}; break;
         case Call::Source::constants:
             *operand = {const_cast<double*>(from.constants->data()), static_cast<int>(from.constants->size()),
                         1};

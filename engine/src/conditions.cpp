@@ -86,6 +86,7 @@ void Simulation::ConditionState::fire(int rate) {
     const double t = simulation->time();
     clock.period = clock.step < 0 ? 0 : t - clock.time;
     clock.time = t;
+    clock.trigger = 1;
     ++clock.step;
     simulation->hit_[static_cast<std::size_t>(rate)] = 1;
 }

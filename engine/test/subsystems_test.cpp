@@ -207,6 +207,22 @@ TEST(Loops, EachIterationLooksAtTriggersAnew) {
     EXPECT_EQ(session.trace("s.y", 3), (Values{2, 4, 6}));
 }
 
+TEST(Triggered, ARelaySwitchesInEachOfSeveralRunsAtOneInstant) {
+    // cos(pi i) rises in the iterations 2, 4 and 6, in which the relay is off, on, and as it was.
+    Steps session(
+        "model: m\nstep: 1\nblocks:\n  s:\n    execution: for\n    iterations: 6\n    outputs: [y]\n    "
+        "blocks:\n"
+        "      i: {block: Iteration}\n      phase: {block: Gain, K: pi}\n"
+        "      cos: {block: Trigonometry, function: cos}\n"
+        "      u: {block: Lookup1D, breakpoints: [2, 4, 6], table: [0, 3, 2]}\n"
+        "      t:\n        execution: triggered\n        inputs: [u]\n        outputs: [y]\n"
+        "        blocks:\n          relay: {block: Relay, on_point: 2.5, off_point: 1.5}\n"
+        "          sum: {block: Sum, signs: ++}\n          past: {block: UnitDelay}\n"
+        "        connections: {u: relay, relay: sum.u1, past: sum.u2, sum: [past, y]}\n"
+        "    connections: {i: [phase, u], phase: cos, cos: t.trigger, u: t.u, t: y}\n");
+    EXPECT_EQ(session.trace("s.y", 3), (Values{2, 4, 6}));
+}
+
 TEST(Loops, StatesGoOnFromStepToStepUnlessReset) {
     Steps session(
         "model: m\nstep: 1\nblocks:\n  s:\n    execution: for\n    iterations: 3\n    outputs: [y]\n"

@@ -1,5 +1,6 @@
 // Limits, zones, steps and plays.
 #include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/logic.hpp"
 #include "bf/kernels/nonlinear.hpp"
 
 #include "../groups.hpp"
@@ -117,14 +118,15 @@ class Relay final : public Block {
     Input<> u{this, "u", any(shape)};
     Output<> y{this, "y", any(shape)};
     DiscreteState<Array<bool>> mode{this, "mode", {.shape = shape, .doc = "on or off"}};
-    DiscreteState<bool> started{this, "started", {.doc = "false before the first step"}};
+    DiscreteState<bool> started{
+        this, "started", {.doc = "false before the first step, and where a trigger runs it"}};
     Workspace<Array<bool>> wanted{this, "wanted", {.shape = shape}};
     Workspace<Array<bool>> now_on{this, "now_on", {.shape = shape}};
     OutputRule rule_wanted{this, kernels::RelayMode{}, wanted, on_point, off_point, mode, u};
     OutputRule rule_mode{this, kernels::ShownMode{}, now_on, at_period, started, mode, wanted};
     OutputRule rule_y{this, kernels::Choose{}, y, on_value, now_on, off_value};
     UpdateRule update_mode{this, kernels::RelayMode{}, next(mode), on_point, off_point, mode, u};
-    UpdateRule update_started{this, kernels::Copy{}, next(started), Constants({1})};
+    UpdateRule update_started{this, kernels::Not{}, next(started), at_trigger};
     Crossing at_on{this, "at_on", u, on_point};
     Crossing at_off{this, "at_off", u, off_point};
 

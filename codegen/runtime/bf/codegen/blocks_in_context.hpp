@@ -45,6 +45,7 @@ class BlocksInContext : public Hosted {
     void fire(int rate, double time) noexcept override {
         Clock& clock = context_->clock(rate);
         clock.period = clock.step < 0 ? 0 : time - clock.time;
+        clock.trigger = 1;
         hit(rate, time);
     }
     const char* failure() const noexcept override { return failure_.c_str(); }

@@ -12,6 +12,7 @@ struct Clock {
     double time = 0;       ///< of this step [s]
     double period = 0;     ///< of the block's sample time [s]; 0 for a continuous block
     std::int64_t step = 0; ///< how often this rate was hit before
+    double trigger = 0;    ///< 1 in a triggered subsystem, whose period is 0 when it runs again at once
 };
 
 /// Where the quantities of one block lie. Made by the engine; blocks see it through Now, Out, Next, ...

@@ -31,11 +31,14 @@ class Constants {
     std::shared_ptr<const std::vector<double>> values_;
 };
 
-/// Operands that stand for the time and the period of the step [s].
+/// Operands that stand for the time and the period of the step [s], and for 1 where a trigger runs it, else
+/// 0.
 struct AtTime {};
 struct AtPeriod {};
+struct AtTrigger {};
 inline constexpr AtTime at_time;
 inline constexpr AtPeriod at_period;
+inline constexpr AtTrigger at_trigger;
 
 /// The next value of a discrete state, target of an UpdateRule.
 template <class T> struct NextOf { int index; };
@@ -47,7 +50,7 @@ template <class T> DerivativeOf<T> derivative(const ContinuousState<T>& x) { ret
 
 /// A kernel call as declared: what is printed, what is run for each element type, on which operands.
 struct Call {
-    enum class Source : std::uint8_t { slot, next, rate, time, period, constants };
+    enum class Source : std::uint8_t { slot, next, rate, time, period, trigger, constants };
     struct Reference {
         Source source = Source::slot;
         int slot = -1;
@@ -122,6 +125,13 @@ template <> struct OperandTraits<AtPeriod> {
     static constexpr bool is_list = false, is_target = false;
     static void add(Call& call, AtPeriod, bool) {
         call.operands.push_back({Call::Source::period, -1, false, nullptr});
+    }
+};
+template <> struct OperandTraits<AtTrigger> {
+    using Quantity = double;
+    static constexpr bool is_list = false, is_target = false;
+    static void add(Call& call, AtTrigger, bool) {
+        call.operands.push_back({Call::Source::trigger, -1, false, nullptr});
     }
 };
 template <class T> struct OperandTraits<NextOf<T>> {

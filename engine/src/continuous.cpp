@@ -227,7 +227,7 @@ int Simulation::accumulating(double t, int events) noexcept {
     for (auto& guard : guard_bindings_) {
         if (!crossed(guard)) continue;
         auto& recent = guard.recent;
-        recent.close = t - recent.last < 1e-6 * diagram_.step ? recent.close + 1 : 0;
+        recent.close = t - recent.last < 1e-4 * diagram_.step ? recent.close + 1 : 0;
         recent.last = t;
         if (recent.close == 3 || events == most_events) return guard.node;
     }

@@ -17,8 +17,9 @@ namespace {
 class DormandPrince final : public Solver {
   public:
     DormandPrince(const SolverSettings& settings, ContinuousSystem system)
-        : Solver(std::move(system)), settings_(settings), x_(system_.x.size()), trial_(x_),
-          at_begin_(system_.guards.size()), before_(at_begin_), after_(at_begin_), middle_(at_begin_) {
+        : Solver(std::move(system)), settings_(settings), x_(system_.x.size()), rest_(x_), trial_(x_),
+          trial_rest_(x_), at_begin_(system_.guards.size()), before_(at_begin_), after_(at_begin_),
+          middle_(at_begin_) {
         for (auto& k : slopes_) k.resize(x_.size());
         for (auto& c : dense_) c.resize(x_.size());
     }
@@ -64,6 +65,8 @@ class DormandPrince final : public Solver {
                                 is_behind_crossing_ ? 1.0 : 0.0};
         const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
         add(x_);
+        add(rest_);
+        add(trial_rest_);
         add(slopes_[0]);
         for (const auto& c : dense_) add(c);
         add(before_);
@@ -83,6 +86,8 @@ class DormandPrince final : public Solver {
             for (auto& value : values) value = static_cast<std::decay_t<decltype(value)>>(*from++);
         };
         get(x_);
+        get(rest_);
+        get(trial_rest_);
         get(slopes_[0]);
         for (auto& c : dense_) get(c);
         get(before_);
@@ -113,6 +118,7 @@ class DormandPrince final : public Solver {
     bool start(double t, double end) {
         begin_ = end_ = t;
         std::copy(system_.x.begin(), system_.x.end(), x_.begin());
+        std::fill(rest_.begin(), rest_.end(), 0.0);
         if (!slope(t, x_, slopes_[0])) return false;
         if (!system_.evaluate_guards(t, true)) return false;
         std::copy(system_.guards.begin(), system_.guards.end(), before_.begin());
@@ -160,7 +166,9 @@ class DormandPrince final : public Solver {
                 for (std::size_t i = 0; i < x_.size(); ++i) {
                     double sum = 0;
                     for (std::size_t j = 0; j < s; ++j) sum += a[s][j] * slopes_[j][i];
-                    trial_[i] = x_[i] + h * sum;
+                    const double change = h * sum + rest_[i];
+                    trial_[i] = x_[i] + change;
+                    if (s == 6) trial_rest_[i] = std::isfinite(trial_[i]) ? change - (trial_[i] - x_[i]) : 0;
                 }
                 if (!slope(t + c[s] * h, trial_, slopes_[s])) return false;
             }
@@ -180,6 +188,7 @@ class DormandPrince final : public Solver {
                 end_ = is_cut ? end : t + h;
                 densify(h);
                 x_.swap(trial_);
+                rest_.swap(trial_rest_);
                 slopes_[0].swap(slopes_[6]);
                 return watch(end);
             }
@@ -214,7 +223,8 @@ class DormandPrince final : public Solver {
                                                  69997945. / 29380423};
         length_ = h;
         for (std::size_t i = 0; i < x_.size(); ++i) {
-            const double difference = trial_[i] - x_[i], bend = h * slopes_[0][i] - difference;
+            const double difference = trial_[i] - x_[i] + (trial_rest_[i] - rest_[i]);
+            const double bend = h * slopes_[0][i] - difference;
             double sum = 0;
             for (std::size_t s = 0; s < 7; ++s) sum += d[s] * slopes_[s][i];
             dense_[0][i] = x_[i];
@@ -234,7 +244,8 @@ class DormandPrince final : public Solver {
         const double s = (t - begin_) / length_, r = 1 - s;
         for (std::size_t i = 0; i < x_.size(); ++i)
             system_.x[i] = dense_[0][i] +
-                           s * (dense_[1][i] + r * (dense_[2][i] + s * (dense_[3][i] + r * dense_[4][i])));
+                           (trial_rest_[i] +
+                            s * (dense_[1][i] + r * (dense_[2][i] + s * (dense_[3][i] + r * dense_[4][i]))));
     }
 
     /// Looks for the first crossing in the last step, and ends the step there.
@@ -244,22 +255,26 @@ class DormandPrince final : public Solver {
         std::copy(system_.guards.begin(), system_.guards.end(), after_.begin());
         at_begin_ = before_;
         double low = begin_, high = end_;
-        if (std::exchange(is_behind_crossing_, false) ||
-            std::find(before_.begin(), before_.end(), 0.0) != before_.end()) {
-            // What begins at zero, or just behind it, may leave it and come back within the step.
-            const double left_zero =
-                low + std::max(64 * epsilon * std::abs(low), 1e-8 * (std::min(high, end) - low));
-            interpolate(left_zero);
-            if (!system_.evaluate_guards(left_zero, false)) return false;
-            std::copy(system_.guards.begin(), system_.guards.end(), middle_.begin());
-            for (std::size_t i = 0; i < before_.size(); ++i)
-                if (before_[i] == 0) before_[i] = middle_[i];
-            if (has_crossing(middle_)) {
-                high = left_zero;
-                after_.swap(middle_);
-            } else {
+        const bool is_behind = std::exchange(is_behind_crossing_, false);
+        if (is_behind || std::find(before_.begin(), before_.end(), 0.0) != before_.end()) {
+            // What begins at zero, or just behind it, may leave it and come back within the step: the less it
+            // moves, the later it can be told from zero.
+            double ahead = std::max(64 * epsilon * std::abs(low), 1e-8 * (std::min(high, end) - low));
+            do {
+                const double left_zero = begin_ + ahead;
+                interpolate(left_zero);
+                if (!system_.evaluate_guards(left_zero, false)) return false;
+                std::copy(system_.guards.begin(), system_.guards.end(), middle_.begin());
+                for (std::size_t i = 0; i < before_.size(); ++i)
+                    if (before_[i] == 0) before_[i] = middle_[i];
+                if (has_crossing(middle_)) {
+                    high = left_zero;
+                    after_.swap(middle_);
+                    break;
+                }
                 low = left_zero;
-            }
+                ahead *= 10;
+            } while (is_behind && ahead < end_ - begin_);
         }
         if (!has_crossing(after_)) {
             before_ = after_;
@@ -301,7 +316,10 @@ class DormandPrince final : public Solver {
         // Interpolation from behind the crossing knows nothing of what lies before it.
         const bool is_before_all_stages = high - begin_ < 0.2 * length_;
         const double shortest = 1e3 * std::max(tolerance, 8 * epsilon * (end - begin_));
-        if ((jumps() || is_before_all_stages) && high - begin_ > shortest) return approach(high);
+        if ((jumps() || is_before_all_stages) && high - begin_ > shortest) {
+            is_behind_crossing_ = is_behind;
+            return approach(high);
+        }
         interpolate(high);
         std::copy(system_.x.begin(), system_.x.end(), x_.begin());
         end_ = high;
@@ -325,6 +343,7 @@ class DormandPrince final : public Solver {
     bool approach(double crossing) {
         step_before_crossing_ = std::max(step_before_crossing_, step_);
         std::copy(dense_[0].begin(), dense_[0].end(), x_.begin());
+        rest_.swap(trial_rest_);
         slopes_[0].swap(slopes_[6]);
         before_ = at_begin_;
         end_ = begin_;
@@ -346,7 +365,9 @@ class DormandPrince final : public Solver {
     double last_error_ = 1e-4;
     bool is_started_ = false, has_crossed_ = false;
     bool is_behind_crossing_ = false; ///< until the first step from there on
-    std::vector<double> x_, trial_;
+    /// What rounding takes from x_ is added in the next step: however short, steps move it in the end.
+    std::vector<double> x_, rest_;
+    std::vector<double> trial_, trial_rest_; ///< after the step: what they were at its begin
     std::array<std::vector<double>, 7> slopes_;
     std::array<std::vector<double>, 5> dense_;
     std::vector<double> at_begin_, before_, after_, middle_; ///< guards

@@ -67,6 +67,14 @@ void split_merges(Elaboration& e, std::size_t hops) {
             e.node(node).path = path + "." + element;
             merge.signals[element] = {node, output};
         }
+        if (merge.signals.empty()) continue;
+        for (std::size_t i = 1; i < merge.drivers.size(); ++i)
+            for (const auto& element : signals_of(e, *merge.scope, merge.drivers[i], hops))
+                if (!element.empty() && !merge.signals.contains(element))
+                    e.report.add(e.node(first).where, path,
+                                 "the bus of input " + std::to_string(i + 1) + " has a signal '" + element +
+                                     "', that of the first has none",
+                                 "merge buses of the same signals");
     }
 }
 

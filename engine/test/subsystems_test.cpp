@@ -415,6 +415,13 @@ TEST(Buses, AreMergedSignalBySignal) {
     EXPECT_EQ(session.trace("a", 4), (Values{0, 2, 20, 30}));
     EXPECT_EQ(session("b"), 3);
     EXPECT_EQ(session("m.in.t"), 3);
+    std::string wider = model;
+    const std::string two = "[g, in]}}", more = "[g, in, g2]}, g2: {block: Clock}}";
+    wider.replace(wider.rfind(two), two.size(), more).replace(wider.rfind("g: bus.g"), 0, "g2: bus.g2, ");
+    EXPECT_TRUE(message(wider + "take, take.t: b}\n")
+                    .find("m: the bus of input 2 has a signal 'g2', that of the first has none; merge buses "
+                          "of the same signals") != std::string::npos)
+        << message(wider + "take, take.t: b}\n");
     EXPECT_TRUE(message(model + "[take, b]}\n")
                     .find("'m' is a bus of g, in.t; take a signal out of it with a BusSelector") !=
                 std::string::npos);

@@ -1,6 +1,5 @@
 // Sample times: given, inherited from sources, or constant.
-#include "bf/kernels/elementwise.hpp"
-#include "stages.hpp"
+#include "internal_blocks.hpp"
 
 #include <algorithm>
 #include <array>
@@ -15,15 +14,6 @@
 namespace bf::elaboration {
 
 namespace {
-
-class HoldTransition final : public Block {
-  public:
-    using Block::Block;
-    AnyShape s{this};
-    Input<> u{this, "u", {.shape = s, .unit = any_unit}};
-    Output<> y{this, "y", {.shape = s, .unit = any_unit}};
-    OutputRule rule{this, kernels::Copy{}, y, u};
-};
 
 class DelayTransition final : public Block {
   public:
@@ -326,7 +316,7 @@ class Rates {
         if (to_faster)
             node.block = std::make_unique<DelayTransition>();
         else
-            node.block = std::make_unique<HoldTransition>();
+            node.block = std::make_unique<Hold>();
         const Slot& slot = e_.diagram.slot(from);
         offer(node.block->declaration(), 0, slot.size);
         offer(node.block->declaration(), 0, slot.type);

@@ -1,5 +1,5 @@
 // Connections become sources of inputs; resources are found; signals get their names.
-#include "port_blocks.hpp"
+#include "internal_blocks.hpp"
 #include "stages.hpp"
 
 #include <algorithm>
@@ -117,11 +117,8 @@ class Wiring {
         for (const auto& port : ports)
             if (port.name == end.port) return port.index;
         std::vector<std::string> names;
-        std::string list;
-        for (const auto& port : ports) {
-            names.emplace_back(port.name);
-            list += (list.empty() ? "" : ", ") + names.back();
-        }
+        for (const auto& port : ports) names.emplace_back(port.name);
+        const std::string list = joined(names);
         const std::string path = inside(scope, end.block);
         if (!end.port.empty())
             e_.report.add(end.where, path,
@@ -341,7 +338,7 @@ class Wiring {
     void add_outlets(Scope& scope) {
         if (!is_conditional(scope)) return;
         add_outlets(scope, scope, [&](const model::Port& port) {
-            const int node = add_internal(std::make_unique<Outlet>(), port, "Outport", scope);
+            const int node = add_internal(std::make_unique<Hold>(), port, "Outport", scope);
             scope.nodes.push_back(node);
             Condition::Outlet outlet{{node, 1}, {}, {}, port.when_disabled == model::WhenDisabled::reset};
             if (port.initial) read_initial(scope, port, outlet);

@@ -117,15 +117,17 @@ class Cvode final : public Solver {
     static constexpr int most_retries = 100; ///< of a step with a doubtful crossing
 
     static int derivative(double t, N_Vector x, N_Vector rate, void* self) {
-        auto& system = static_cast<Cvode*>(self)->system_;
-        static_cast<Cvode*>(self)->load(x);
+        auto& solver = *static_cast<Cvode*>(self);
+        auto& system = solver.system_;
+        solver.load(x);
         if (!system.derivatives(t)) return -1;
         std::copy(system.rate.begin(), system.rate.end(), N_VGetArrayPointer(rate));
         return 0;
     }
     static int guards(double t, N_Vector x, double* values, void* self) {
-        auto& system = static_cast<Cvode*>(self)->system_;
-        static_cast<Cvode*>(self)->load(x);
+        auto& solver = *static_cast<Cvode*>(self);
+        auto& system = solver.system_;
+        solver.load(x);
         if (!system.evaluate_guards(t, false)) return -1;
         std::copy(system.guards.begin(), system.guards.end(), values);
         return 0;

@@ -84,9 +84,9 @@ std::string padded(const std::string& text, const std::string& longest) {
     return text + std::string(longest.size() - text.size() + 2, ' ');
 }
 
-void print_line(std::string text) {
-    text.erase(text.find_last_not_of(' ') + 1);
-    std::puts(text.c_str());
+std::string trimmed(std::string line) {
+    line.erase(line.find_last_not_of(' ') + 1);
+    return line;
 }
 
 std::string value_text(const matlab::Value& value) {
@@ -110,8 +110,9 @@ void print_variables(const Diagram& d) {
     if (rows.empty()) return;
     std::printf("\nvariables\n");
     for (const auto& row : rows)
-        print_line("  " + padded(row[0], name) + padded(row[1], value) +
-                   (unit.empty() ? "" : padded(row[2], unit)) + row[3]);
+        std::puts(trimmed("  " + padded(row[0], name) + padded(row[1], value) +
+                          (unit.empty() ? "" : padded(row[2], unit)) + row[3])
+                      .c_str());
 }
 
 void print(const Diagram& d) {
@@ -135,10 +136,9 @@ void print(const Diagram& d) {
     std::printf("\norder of outputs\n");
     int line = 0;
     for (const auto& row : rows) {
-        std::string columns = row.type.empty()
-                                  ? row.path
-                                  : padded(row.path, width.path) + padded(row.type, width.type) + row.outputs;
-        columns.erase(columns.find_last_not_of(' ') + 1);
+        const std::string columns = trimmed(
+            row.type.empty() ? row.path
+                             : padded(row.path, width.path) + padded(row.type, width.type) + row.outputs);
         std::printf("%5d  %s%s%s%s\n", ++line, colour(row.number),
                     row.type.empty() ? "" : padded(row.rate, width.rate).c_str(), plain, columns.c_str());
     }

@@ -1,4 +1,4 @@
-// The blocks that stand for ports: of the model, of conditional and of for_each subsystems.
+// Blocks that no library has: they stand for ports of the model and of subsystems, and between rates.
 #pragma once
 
 #include "bf/kernels/elementwise.hpp"
@@ -7,8 +7,8 @@
 
 namespace bf::elaboration {
 
-/// Holds an output of a conditional subsystem while its blocks do not run.
-class Outlet final : public Block {
+/// y = u while it runs, held between: an output of a conditional subsystem, or a signal at a slower rate.
+class Hold final : public Block {
   public:
     using Block::Block;
     AnyShape s{this};

@@ -12,6 +12,7 @@
 include(CMakePackageConfigHelpers)
 set(package lib/cmake/BlockFactory)
 
+set_target_properties(bf_base PROPERTIES EXPORT_NAME base)
 set_target_properties(bf_core PROPERTIES EXPORT_NAME core)
 set_target_properties(bf_kernels PROPERTIES EXPORT_NAME kernels)
 set_target_properties(bf_blocks PROPERTIES EXPORT_NAME blocks)
@@ -25,7 +26,7 @@ target_compile_options(bf_core INTERFACE $<INSTALL_INTERFACE:-ffp-contract=off>)
 target_compile_definitions(bf_core INTERFACE
     $<INSTALL_INTERFACE:EIGEN_MAX_ALIGN_BYTES=16> $<INSTALL_INTERFACE:EIGEN_MALLOC_ALREADY_ALIGNED=1>)
 
-install(TARGETS bf_core bf_kernels bf_blocks bf EXPORT BlockFactory
+install(TARGETS bf_base bf_core bf_kernels bf_blocks bf EXPORT BlockFactory
     RUNTIME DESTINATION bin LIBRARY DESTINATION lib ARCHIVE DESTINATION lib INCLUDES DESTINATION include)
 install(TARGETS WholeBodyToolbox LIBRARY DESTINATION lib/blockfactory)
 install(TARGETS bf_elaborate bf_model bf_matlab bf_yaml EXPORT BlockFactoryElaborate
@@ -36,7 +37,7 @@ endforeach()
 install(EXPORT BlockFactoryElaborate NAMESPACE BlockFactory:: FILE BlockFactoryElaborateExports.cmake
     DESTINATION ${package})
 install(FILES cmake/BlockFactory-Elaborate.cmake DESTINATION ${package})
-install(DIRECTORY core/include/ kernels/include/ elaborate/include/ model/include/ matlab/include/
+install(DIRECTORY base/include/ core/include/ kernels/include/ elaborate/include/ model/include/ matlab/include/
     formats/yaml/include/ DESTINATION include)
 install(FILES blocks/include/bf/blocks/standard.hpp DESTINATION include/bf/blocks)
 install(FILES formats/yaml/model.schema.json DESTINATION share/blockfactory)

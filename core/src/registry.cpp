@@ -1,9 +1,10 @@
 #include "bf/core/registry.hpp"
 
+#include "bf/base/names.hpp"
+
 #include <algorithm>
 #include <cstdlib>
 #include <dlfcn.h>
-#include <numeric>
 #include <sstream>
 
 namespace bf {
@@ -11,24 +12,6 @@ namespace bf {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// Edit distance between two names, upper and lower case being alike.
-std::size_t distance(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const bool same = std::tolower(static_cast<unsigned char>(a[i - 1])) ==
-                              std::tolower(static_cast<unsigned char>(b[j - 1]));
-            const std::size_t replaced = diagonal + (same ? 0 : 1);
-            diagonal = row[j];
-            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-        }
-    }
-    return row.back();
-}
 
 /// "Name" of Name.so and libName.so.
 std::string plugin_name(const fs::path& file) {
@@ -56,7 +39,7 @@ std::vector<std::string> similar(const std::string& text, const std::vector<std:
     std::vector<std::pair<std::size_t, std::string>> ranked;
     const std::size_t limit = std::max<std::size_t>(2, text.size() / 3);
     for (const auto& name : known)
-        if (const std::size_t d = distance(text, name); d <= limit) ranked.emplace_back(d, name);
+        if (const std::size_t d = edit_distance(text, name); d <= limit) ranked.emplace_back(d, name);
     std::stable_sort(ranked.begin(), ranked.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
     std::vector<std::string> best;

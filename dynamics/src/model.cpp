@@ -2,6 +2,8 @@
 
 #include "content.hpp"
 
+#include "bf/base/names.hpp"
+
 #include <console_bridge/console.h>
 #include <pinocchio/algorithm/joint-configuration.hpp>
 #include <pinocchio/algorithm/model.hpp>
@@ -56,21 +58,6 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& xml, const fs::path& path
     return urdf;
 }
 
-/// Number of single-letter edits between two words (Levenshtein).
-std::size_t distance(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), 0u);
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = std::exchange(row[0], i + 1);
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i] != b[j]);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-        }
-    }
-    return row.back();
-}
-
 std::string quoted(const std::vector<std::string>& names) {
     std::string text;
     for (const std::string& name : names) text += (text.empty() ? "'" : ", '") + name + "'";
@@ -79,11 +66,7 @@ std::string quoted(const std::vector<std::string>& names) {
 
 /// The names most similar to a wrong one, best first.
 std::string similar(const std::string& name, std::vector<std::string> names) {
-    if (names.empty()) return "none";
-    std::stable_sort(names.begin(), names.end(),
-                     [&](const auto& a, const auto& b) { return distance(name, a) < distance(name, b); });
-    names.resize(std::min<std::size_t>(names.size(), 3));
-    return quoted(names);
+    return names.empty() ? "none" : quoted(nearest_first(name, std::move(names)));
 }
 
 bool is_single(const urdf::Joint& joint) {

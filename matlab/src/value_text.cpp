@@ -1,3 +1,5 @@
+#include "bf/base/names.hpp"
+#include "bf/base/numbers.hpp"
 #include "bf/matlab/error.hpp"
 #include "bf/matlab/syntax.hpp"
 #include "bf/matlab/value.hpp"
@@ -90,28 +92,12 @@ std::string struct_text(const Value& value) {
     return "struct(" + text + ")";
 }
 
-std::size_t distance(std::string_view a, std::string_view b) {
-    const auto lower = [](unsigned char c) { return std::tolower(c); };
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t(0));
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = std::exchange(row[0], i + 1);
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replace = diagonal + (lower(a[i]) != lower(b[j]));
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, replace});
-        }
-    }
-    return row[b.size()];
-}
-
 } // namespace
 
 std::string number_text(double x) {
     if (std::isnan(x)) return "NaN";
     if (std::isinf(x)) return x > 0 ? "inf" : "-inf";
-    char buffer[40];
-    return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x).ptr};
+    return bf::number_text(x);
 }
 
 std::string suggestion(std::string_view name, const std::vector<std::string_view>& candidates) {
@@ -120,7 +106,7 @@ std::string suggestion(std::string_view name, const std::vector<std::string_view
     std::string_view nearest;
     for (const std::string_view candidate : candidates) {
         if (candidate.size() > name.size() + 3) continue;
-        const std::size_t d = distance(name, candidate);
+        const std::size_t d = edit_distance(name, candidate);
         if (d < best) {
             best = d;
             nearest = candidate;

@@ -1,9 +1,10 @@
 #include "urdf.hpp"
 
+#include "bf/base/names.hpp"
+
 #include <algorithm>
 #include <fstream>
 #include <iterator>
-#include <numeric>
 #include <stdexcept>
 
 namespace bf::physics {
@@ -46,27 +47,10 @@ bool is_tag(std::string_view tag, std::string_view name) {
             tag[name.size()] == '/');
 }
 
-/// Edits that turn one name into the other (Levenshtein).
-size_t distance(std::string_view a, std::string_view b) {
-    std::vector<size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), size_t{0});
-    for (size_t i = 0; i < a.size(); ++i) {
-        size_t diagonal = row[0]++;
-        for (size_t j = 0; j < b.size(); ++j) {
-            const size_t replaced = diagonal + (a[i] != b[j]);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({replaced, diagonal + 1, row[j] + 1});
-        }
-    }
-    return row.back();
-}
-
 std::string similar_names(std::string_view wanted, std::vector<std::string> names) {
-    std::stable_sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
-        return distance(wanted, a) < distance(wanted, b);
-    });
     std::string text;
-    for (size_t i = 0; i < std::min<size_t>(3, names.size()); ++i) text += (i ? ", " : "") + names[i];
+    for (const auto& name : nearest_first(wanted, std::move(names)))
+        text += (text.empty() ? "" : ", ") + name;
     return text;
 }
 

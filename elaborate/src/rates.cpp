@@ -63,8 +63,8 @@ class Rates {
                 condition.rate = fastest_of(condition.nodes, static_cast<int>(c));
                 continue;
             }
-            const int around = triggered_rate(condition.parent), seen = looked_at(condition);
-            condition.rate = around >= 0 ? around : seen <= constant_rate ? base_ : seen;
+            const int around = triggered_rate(condition.parent);
+            condition.rate = around >= 0 ? around : seen_outside(condition.triggered_rate);
         }
         for (auto& loop : e_.diagram.plan.loops) loop.rate = fastest_of(loop.nodes, loop.condition);
         // Inner conditions come after those around them: an output may inherit from theirs.
@@ -85,22 +85,27 @@ class Rates {
     }
 
     /// The fastest of the signals that control a condition; -1 while one is unknown.
-    int looked_at(const Condition& condition) const {
+    int looked_at(const Condition& condition) {
         int rate = constant_rate;
         for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) {
             if (signal.node < 0) continue;
-            const int its = outside(nodes_[static_cast<std::size_t>(signal.node)].rate);
+            const int its = seen_outside(nodes_[static_cast<std::size_t>(signal.node)].rate);
             if (its < 0) return -1;
-            rate = faster(rate, its);
+            rate = common(rate, its);
         }
         return rate;
     }
 
-    /// The rate at which others see signals of a rate: triggered ones change when their trigger is looked at.
-    int outside(int rate) const {
+    /// The rate at which others see signals of a rate: triggered ones change when their trigger is looked at,
+    /// which for a constant trigger is as often as whatever is around it may run.
+    int seen_outside(int rate) {
         if (rate < 0) return rate;
         const int trigger = e_.diagram.rates[static_cast<std::size_t>(rate)].trigger;
-        return trigger == 0 ? rate : looked_at(conditions_[static_cast<std::size_t>(trigger)]);
+        if (trigger == 0) return rate;
+        const auto& condition = conditions_[static_cast<std::size_t>(trigger)];
+        if (const int seen = looked_at(condition); seen != constant_rate) return seen;
+        const int around = triggered_rate(condition.parent);
+        return around >= 0 ? seen_outside(around) : base_;
     }
 
     void refuse_continuous(const DiagramNode& node, const std::string& place) {
@@ -197,7 +202,7 @@ class Rates {
         return rate_of({p, o % p, false});
     }
 
-    /// Without a sample time of its own a block runs as fast as the fastest signal it reads.
+    /// Without a sample time of its own a block is there whenever a signal that it reads may change.
     void inherit() {
         std::vector<std::vector<int>> consumers(nodes_.size());
         for (std::size_t n = 0; n < nodes_.size(); ++n)
@@ -211,58 +216,63 @@ class Rates {
                     for (const auto& outlet : condition.outlets)
                         for (const int to : consumers[static_cast<std::size_t>(outlet.end.node)])
                             consumers[static_cast<std::size_t>(signal.node)].push_back(to);
+        std::vector<char> inherits;
+        for (const auto& node : nodes_) inherits.push_back(node.rate < 0);
         std::vector<int> queue;
         const auto settle = [&](int n, int rate) {
             nodes_[static_cast<std::size_t>(n)].rate = rate;
             for (const int to : consumers[static_cast<std::size_t>(n)]) queue.push_back(to);
         };
+        // What is read only makes a rate faster, so the order of the blocks decides nothing.
         const auto work = [&](bool all_known) {
             for (std::size_t next = 0; next < queue.size(); ++next) {
                 const int n = queue[next];
-                if (nodes_[static_cast<std::size_t>(n)].rate >= 0) continue;
-                if (const int rate = inherited(nodes_[static_cast<std::size_t>(n)], all_known); rate >= 0)
+                auto& node = nodes_[static_cast<std::size_t>(n)];
+                if (!inherits[static_cast<std::size_t>(n)]) continue;
+                if (const int rate = inherited(node, all_known); rate >= 0 && rate != node.rate)
                     settle(n, rate);
             }
             queue.clear();
         };
-        for (std::size_t n = 0; n < nodes_.size(); ++n) queue.push_back(static_cast<int>(n));
-        work(true);
-        // Loops through delays: what is known decides.
+        const auto work_on_all = [&](bool all_known) {
+            for (std::size_t n = 0; n < nodes_.size(); ++n) queue.push_back(static_cast<int>(n));
+            work(all_known);
+        };
+        work_on_all(true);
+        work_on_all(false); // loops through delays: what is known decides
         for (std::size_t n = 0; n < nodes_.size(); ++n)
-            if (nodes_[n].rate < 0)
-                if (const int rate = inherited(nodes_[n], false); rate > constant_rate) {
-                    settle(static_cast<int>(n), rate);
-                    work(true);
-                }
-        for (auto& node : nodes_)
-            if (node.rate < 0) node.rate = fastest(node);
+            if (nodes_[n].rate < 0) settle(static_cast<int>(n), fastest(nodes_[n]));
+        work(false);
     }
 
-    int inherited(const DiagramNode& node, bool all_known) const {
-        int rate = -1;
+    /// Of what is known; -1 while that does not tell.
+    int inherited(const DiagramNode& node, bool all_known) {
+        int rate = constant_rate;
+        bool is_partial = false, reads = false;
         for (const auto& from : node.sources) {
             if (from.node < 0) continue;
-            const int source = outside(nodes_[static_cast<std::size_t>(from.node)].rate);
-            if (source < 0) {
-                if (all_known) return -1;
-                continue;
-            }
-            rate = rate < 0 ? source : faster(rate, source);
+            reads = true;
+            const int source = seen_outside(nodes_[static_cast<std::size_t>(from.node)].rate);
+            if (source < 0)
+                is_partial = true;
+            else
+                rate = common(rate, source);
         }
+        if (!reads || (is_partial && (all_known || rate == constant_rate))) return -1;
         if (rate == constant_rate && (!never_changes(node) || node.condition > 0)) return fastest(node);
         return rate == continuous_ ? fastest(node) : rate;
     }
 
-    /// Rates whose hits do not nest have no common faster one among them: the base rate serves both.
-    int faster(int a, int b) const {
+    /// The slowest rate that is hit wherever one of the two is: the faster one if their hits nest, else that
+    /// of the greatest common divisor of their periods and the distance of their offsets.
+    int common(int a, int b) {
         if (a == b || b == constant_rate) return a;
         if (a == constant_rate) return b;
         if (a == continuous_ || b == continuous_) return continuous_;
-        const auto& x = e_.diagram.rates[static_cast<std::size_t>(a)];
-        const auto& y = e_.diagram.rates[static_cast<std::size_t>(b)];
-        if (y.ticks % x.ticks == 0 && (y.offset - x.offset) % x.ticks == 0) return a;
-        if (x.ticks % y.ticks == 0 && (x.offset - y.offset) % y.ticks == 0) return b;
-        return base_;
+        const auto &x = e_.diagram.rates[static_cast<std::size_t>(a)],
+                   &y = e_.diagram.rates[static_cast<std::size_t>(b)];
+        const auto ticks = std::gcd(std::gcd(x.ticks, y.ticks), x.offset - y.offset);
+        return rate_of({ticks, x.offset % ticks, false});
     }
 
     /// Is it a rate with a period?
@@ -348,10 +358,10 @@ class Rates {
     }
 
     /// Of the blocks inside a condition, or inside a loop under one.
-    int fastest_of(const std::vector<int>& nodes, int condition) const {
+    int fastest_of(const std::vector<int>& nodes, int condition) {
         int rate = constant_rate;
         for (const int n : nodes)
-            rate = faster(rate, seen_from(condition, nodes_[static_cast<std::size_t>(n)].rate));
+            rate = common(rate, seen_from(condition, nodes_[static_cast<std::size_t>(n)].rate));
         return rate == constant_rate ? base_ : rate;
     }
 

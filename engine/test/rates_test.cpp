@@ -1,5 +1,6 @@
 #include "support.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 namespace bf::test {
@@ -83,6 +84,60 @@ connections:
     EXPECT_EQ(ticks("b"), 2);
     EXPECT_EQ(ticks("c"), 1); // rates that do not nest meet in the base rate
     EXPECT_EQ(ticks("d"), 4); // a constant does not count
+}
+
+/// The rate of a block, in steps.
+SampleRate rate_of(const Session& run, const char* path) {
+    const auto& node = run.diagram.nodes[static_cast<std::size_t>(run.diagram.find_node(path))];
+    return run.diagram.rates[static_cast<std::size_t>(node.rate)];
+}
+
+TEST(Rates, ThatDoNotNestMeetInTheirGreatestCommonDivisor) {
+    Session run("model: m\nstep: 0.1\nblocks:\n  four: {block: Clock, period: 0.4}\n"
+                "  six: {block: Clock, period: 0.6}\n  late: {block: Clock, period: 0.6, offset: 0.3}\n"
+                "  odd: {block: Clock, period: 0.6, offset: 0.5}\n  a: {block: Sum}\n  b: {block: Sum}\n"
+                "  c: {block: Sum}\n"
+                "connections: {four: a.u1, six: [a.u2, b.u1], late: [b.u2, c.u1], odd: c.u2}\n");
+    EXPECT_EQ(rate_of(run, "a"), (SampleRate{2, 0}));
+    EXPECT_EQ(rate_of(run, "b"), (SampleRate{3, 0}));
+    EXPECT_EQ(rate_of(run, "c"), (SampleRate{2, 1})); // 3, 9, 15, ... and 5, 11, 17, ...
+}
+
+TEST(Rates, AreTheSameWhateverTheOrderOfInputsAndBlocks) {
+    std::vector<std::string> inputs{"u1", "u2", "u3"};
+    do {
+        std::vector<std::string> loop{"  x: {block: Sum}\n", "  y: {block: Sum}\n",
+                                      "  z: {block: UnitDelay}\n"};
+        do {
+            Session run("model: m\nstep: 0.1\nblocks:\n" + loop[0] + loop[1] + loop[2] +
+                        "  two: {block: Clock, period: 0.2}\n  four: {block: Clock, period: 0.4}\n"
+                        "  six: {block: Clock, period: 0.6}\n  sum: {block: Sum, signs: +++}\n"
+                        "connections:\n  two: sum." +
+                        inputs[0] + "\n  four: [x.u1, sum." + inputs[1] + "]\n  six: [y.u1, sum." +
+                        inputs[2] + "]\n  x: y.u2\n  y: z\n  z: x.u2\n");
+            EXPECT_EQ(rate_of(run, "sum"), (SampleRate{2, 0}));
+            for (const auto* path : {"x", "y", "z"})
+                EXPECT_EQ(rate_of(run, path), (SampleRate{2, 0})) << path;
+        } while (std::next_permutation(loop.begin(), loop.end()));
+    } while (std::next_permutation(inputs.begin(), inputs.end()));
+}
+
+TEST(Rates, AReaderOfASubsystemThatAConstantCallsFollowsIt) {
+    for (const std::string trigger : {"{block: Constant}", R"({block: Constant, value: "[1 0]"})"}) {
+        Session run(
+            "model: m\nstep: 0.5\nblocks:\n  call: " + trigger +
+            "\n  sub:\n    execution: triggered\n    trigger: function_call\n    inputs: [go]\n"
+            "    outputs: [y, z]\n    blocks:\n      c: {block: Clock}\n      inner:\n"
+            "        execution: triggered\n        trigger: function_call\n        outputs: [y]\n"
+            "        blocks: {c: {block: Clock}}\n        connections: {c: y}\n      h: {block: Gain}\n"
+            "      one: {block: Constant}\n"
+            "    connections: {one: inner.trigger, inner: h, c: y, h: z}\n  g: {block: Gain, K: 2}\n"
+            "  gz: {block: Gain}\n  d: {block: UnitDelay}\n"
+            "connections: {call: [sub.trigger, sub.go], sub.y: [g, d], sub.z: gz}\n");
+        EXPECT_EQ(run.trace("g", 4), (Values{0, 1, 2, 3}));
+        EXPECT_EQ(run("d"), 1);
+        EXPECT_EQ(run("gz"), 1.5);
+    }
 }
 
 TEST(Rates, APeriodOfASubsystemHoldsForWhatIsInside) {

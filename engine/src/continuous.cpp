@@ -193,6 +193,14 @@ bool Simulation::evaluate_outputs(double t) noexcept {
     return true;
 }
 
+/// A solver may have evaluated last somewhere else. What a conditional subsystem holds when it is disabled at
+/// t is its output of that instant.
+bool Simulation::finish_outputs(double t) noexcept {
+    if (!must_finish_outputs_) return true;
+    const Raised minor(is_minor_);
+    return evaluate_outputs(t);
+}
+
 bool Simulation::evaluate_derivatives() noexcept {
     for (const auto& segment : derivatives_)
         if (is_active(segment.condition) && !run(segment)) return false;
@@ -351,7 +359,7 @@ bool Simulation::integrate(double t) noexcept {
             const int worst = solver_->worst_state();
             return fail(solver_->failure(), worst < 0 ? -1 : owner(Role::continuous_state, x.data() + worst));
         }
-        if (outcome == Solver::Outcome::reached) return true;
+        if (outcome == Solver::Outcome::reached) return finish_outputs(end);
         std::copy(solver_->crossings().begin(), solver_->crossings().end(), crossed_.begin());
         if (const int node = accumulating(t, ++events); node >= 0 || events == most_events)
             return fail(
@@ -359,6 +367,7 @@ bool Simulation::integrate(double t) noexcept {
                     "its zero crossings accumulate (Zeno behaviour or chattering): let the block rest "
                     "below a small speed, or give it hysteresis"),
                 node);
+        if (!finish_outputs(t)) return false;
         const Raised event(is_at_event_);
         event_time_ = t;
         if (!evaluate_outputs(t) || !evaluate_guards()) return false;

@@ -53,6 +53,11 @@ void Simulation::bind() {
     find_held(is_needed);
     find_seen();
     bind_minor_outputs(is_needed);
+    must_finish_outputs_ = is_adaptive(diagram_.solver.method) &&
+                           std::any_of(outputs_.begin(), outputs_.end(), [&](const auto& segment) {
+                               return segment.condition > 0 &&
+                                      diagram_.rates[static_cast<std::size_t>(segment.rate)].is_continuous;
+                           });
     solver_ = make_solver(diagram_.solver, diagram_.step, continuous_system());
 }
 

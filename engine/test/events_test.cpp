@@ -317,6 +317,28 @@ TEST(Events, EnablingSignalsAreLocated) {
     EXPECT_NEAR(x.values.back(), 3, 1e-9);
 }
 
+TEST(Events, ADisabledSubsystemHoldsItsOutputsOfThatInstant) {
+    // x' = cos t from t = 0 on; it is disabled where sin(1.3 t + 0.2) falls through 0, or at the sample 1.5.
+    for (const std::string solver : adaptive_solvers)
+        for (const auto& [enable, end] :
+             {std::pair<std::string, double>{"Sine, frequency: 1.3, phase: 0.2", (std::acos(-1) - 0.2) / 1.3},
+              {"Step, time: 1.5, before: 1, after: 0, period: 0.1", 1.5}}) {
+            Session run("model: m\nstep: 0.1\nmax_step: 0.5\nrelative_tolerance: 1e-9\nsolver: " + solver +
+                        "\nblocks:\n  on: {block: " + enable +
+                        "}\n  u: {block: Sine, phase: pi/2}\n"
+                        "  s:\n    execution: enabled\n    inputs: [u]\n    outputs: [y, v]\n    blocks:\n"
+                        "      x: {block: Integrator}\n      square: {block: Square}\n"
+                        "    connections: {u: [x, square], x: y, square: v}\n"
+                        "  z: {block: Integrator}\n"
+                        "connections: {on: s.enable, u: s.u, s.y: z}\n");
+            run.trace("s.y", 26);
+            EXPECT_NEAR(run("s.x"), std::sin(end), 1e-7) << solver << ' ' << enable;
+            EXPECT_EQ(run("s.y"), run("s.x")) << solver << ' ' << enable;
+            EXPECT_NEAR(run("s.v"), std::cos(end) * std::cos(end), 1e-12) << solver << ' ' << enable;
+            EXPECT_NEAR(run("z"), 1 - std::cos(end) + (2.5 - end) * std::sin(end), 1e-6) << solver << enable;
+        }
+}
+
 TEST(Events, ALevelThatResetsIsLocatedWhereItEnds) {
     // sin(2 pi t + 0.3) falls through 0 at t = 0.5 - 0.3/(2 pi).
     Session run("model: m\nstep: 0.1\nstop: 2\nsolver: dormand_prince45\nblocks:\n  one: {block: Constant, "

@@ -210,6 +210,7 @@ class Simulation {
     void set_continuous_time(double t) noexcept;
     bool evaluate_outputs(double t) noexcept;
     bool evaluate_minor_outputs(double t) noexcept;
+    bool finish_outputs(double t) noexcept;
     bool evaluate_derivatives() noexcept;
     bool evaluate_guards() noexcept;
     int nan_state(double t, bool looks_ahead) noexcept;
@@ -241,9 +242,10 @@ class Simulation {
     std::vector<double> edges_; ///< of guards that count, when they were compared before
     std::vector<std::int8_t> crossed_;
     std::vector<Held> held_;
-    std::vector<Seen> seen_;         ///< none without continuous states
-    std::unique_ptr<Solver> solver_; ///< null without continuous states
-    bool must_restart_ = true;       ///< the continuous state has changed by a jump
+    std::vector<Seen> seen_;           ///< none without continuous states
+    std::unique_ptr<Solver> solver_;   ///< null without continuous states
+    bool must_restart_ = true;         ///< the continuous state has changed by a jump
+    bool must_finish_outputs_ = false; ///< an adaptive solver evaluates those of conditional subsystems
     bool is_at_event_ = false;
     bool shows_event_ = false;
     double event_time_ = 0;

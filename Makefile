@@ -4,6 +4,9 @@ CMAKE_FLAGS ?=
 
 .PHONY: demo test fuzz bench peers lint format build aarch64 configure deps lock clean
 
+# What a build says while it goes on: how much is done, and since when.
+export NINJA_STATUS = [%p, %es] 
+
 # Builds the program and the plugin, not the tests.
 demo: configure
 	ninja -C $(BUILD) bf
@@ -38,7 +41,8 @@ aarch64:
 	cmake --install $(BUILD)/aarch64 >/dev/null
 
 configure: deps
-	@test -f $(BUILD)/build.ninja || cmake -S . -B $(BUILD) -G Ninja $(CMAKE_FLAGS)
+	@test -f $(BUILD)/build.ninja || { echo "configuring $(BUILD)" && \
+	    cmake -S . -B $(BUILD) -G Ninja $(CMAKE_FLAGS) --log-level=WARNING; }
 
 deps:
 	scripts/deps

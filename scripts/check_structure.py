@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks the sources against the table "Folders and arrows" of ARCHITECTURE.md and the size limits of STYLE.md.
+"""Checks the sources against the table "Folders and arrows" of ARCHITECTURE.md and the size limits of STYLE.md. The
+table stands once: a folder's README does not repeat its row.
 
 Usage: check_structure.py [ROOT]. A folder may include its own headers, those of the folders that its row names, and
 the outside libraries that its row names. Exits 1 and lists every violation with its file and line.
@@ -91,6 +92,13 @@ def main():
             for library, prefixes in LIBRARIES.items():
                 if header.startswith(prefixes) and library not in allowed and not (path.parent / header).exists():
                     problems.append(f"{name}:{number}: {folder}/ may not include {header} ({library})")
+    for path in sorted(ROOT.glob("*/**/README.md")):
+        relative = path.relative_to(ROOT)
+        if relative.parts[0].startswith((".", "build")):
+            continue
+        for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
+            if "may include" in line.lower():
+                problems.append(f"{relative}:{number}: who may include whom is said in ARCHITECTURE.md alone")
     if not table:
         problems.append("ARCHITECTURE.md: the table of folders was not found")
     for problem in problems:

@@ -17,6 +17,7 @@ CASES = {
     "high/src/b.cpp": ("// b\n#include <mujoco/mujoco.h>\n", "high/src/b.cpp:2: high/ may not include mujoco/mujoco.h (MuJoCo)"),
     "low/include/bf/low/c.hpp": ("//\n" * 401, "low/include/bf/low/c.hpp: 401 lines, the limit is 400"),
     "low/src/d.cpp": ("//\n" * 701, "low/src/d.cpp: 701 lines, the limit is 700"),
+    "low/README.md": ("# low\n\nMay include: Eigen.\n", "low/README.md:3: who may include whom is said in ARCHITECTURE.md alone"),
     "odd/src/e.cpp": ("", "odd/src/e.cpp: the folder has no row in ARCHITECTURE.md"),
 }
 

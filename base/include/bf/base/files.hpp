@@ -1,0 +1,65 @@
+// Files and folders that appear whole or not at all.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace bf {
+
+/// "cannot write FILE: reason; remedy".
+struct FileError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A file written beside its place, under a name that nobody can foresee, and put there by `commit`. What
+/// stands in its place keeps its permissions; a link stays one, and what it points to is replaced. What is no
+/// regular file (/dev/stdout, a pipe) is written as it is.
+class OutputFile {
+  public:
+    /// Throws FileError when it cannot be written, before any work is done.
+    explicit OutputFile(std::filesystem::path file);
+    ~OutputFile(); ///< without `commit` nothing stays behind
+    OutputFile(OutputFile&& other) noexcept;
+    OutputFile& operator=(OutputFile&&) = delete;
+
+    /// Where to write until `commit`, for libraries that open files themselves; its ending is the file's.
+    const std::filesystem::path& path() const { return temporary_; }
+    /// The whole content. Throws FileError, e.g. on a full disk.
+    void write(std::string_view text);
+    void commit();
+    /// Throws the FileError of an error number, for those who write to `path`.
+    [[noreturn]] void fail(int error) const;
+
+  private:
+    std::filesystem::path file_, target_, temporary_;
+    int descriptor_ = -1; ///< of the temporary file; -1: the file is written as it is
+};
+
+/// A folder made beside its place, as OutputFile is, for a place that is empty or does not exist.
+class OutputFolder {
+  public:
+    explicit OutputFolder(std::filesystem::path folder); ///< throws FileError
+    ~OutputFolder();                                     ///< without `commit` nothing stays behind
+    OutputFolder(const OutputFolder&) = delete;
+    OutputFolder& operator=(const OutputFolder&) = delete;
+
+    /// Where it is until `commit`.
+    const std::filesystem::path& path() const { return temporary_; }
+    /// A file in the folder, with the folders above it. Throws FileError.
+    void write(const std::filesystem::path& name, std::string_view text, bool is_program = false) const;
+    /// Copies a file, unless there is one of that name already. Throws FileError.
+    void copy(const std::filesystem::path& from, const std::filesystem::path& name) const;
+    void commit();
+
+  private:
+    [[noreturn]] void fail(const std::string& reason) const;
+    std::filesystem::path folder_, target_, temporary_;
+};
+
+/// The whole text of a regular file. Throws FileError with the reason when it cannot be read, is no regular
+/// file, which may have no end, or is larger than `most` bytes.
+std::string read_text_file(const std::filesystem::path& file, std::size_t most = std::size_t{1} << 30);
+
+} // namespace bf

@@ -1,0 +1,162 @@
+#include "bf/base/files.hpp"
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <sys/stat.h>
+
+namespace bf {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FilesTest : public testing::Test {
+  protected:
+    FilesTest() { fs::create_directories(at); }
+    ~FilesTest() override { fs::remove_all(at); }
+
+    void put(const std::string& name, const std::string& text) const { std::ofstream(at / name) << text; }
+    std::string text_of(const std::string& name) const { return read_text_file(at / name); }
+    std::size_t count() const {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(at), fs::directory_iterator()));
+    }
+    static std::string error_of(const std::function<void()>& f) {
+        try {
+            f();
+        } catch (const FileError& error) {
+            return error.what();
+        }
+        return "";
+    }
+
+    const fs::path at = fs::temp_directory_path() / ("bf_files_" + std::to_string(::getpid()));
+};
+
+TEST_F(FilesTest, AppearWholeOrNotAtAll) {
+    {
+        OutputFile file(at / "a.txt");
+        file.write("half");
+        EXPECT_FALSE(fs::exists(at / "a.txt"));
+        EXPECT_EQ(file.path().extension(), ".txt");
+    }
+    EXPECT_EQ(count(), 0u);
+    OutputFile file(at / "a.txt");
+    file.write("longer than the second");
+    file.write("whole");
+    file.commit();
+    EXPECT_EQ(text_of("a.txt"), "whole");
+    EXPECT_EQ(count(), 1u);
+}
+
+TEST_F(FilesTest, AreWrittenUnderNamesThatNobodyForesees) {
+    const OutputFile a(at / "a.txt"), b(at / "a.txt");
+    EXPECT_NE(a.path(), b.path());
+    EXPECT_EQ(a.path().string().find("a.txt"), std::string::npos);
+}
+
+TEST_F(FilesTest, KeepLinksAndPermissions) {
+    fs::create_directory(at / "folder");
+    put("folder/target", "old");
+    fs::permissions(at / "folder/target", fs::perms(0640));
+    fs::create_symlink("folder/target", at / "link");
+    OutputFile file(at / "link");
+    EXPECT_EQ(file.path().parent_path(), at / "folder");
+    file.write("new");
+    EXPECT_EQ(text_of("link"), "old");
+    file.commit();
+    EXPECT_TRUE(fs::is_symlink(at / "link"));
+    EXPECT_EQ(text_of("folder/target"), "new");
+    EXPECT_EQ(fs::status(at / "folder/target").permissions(), fs::perms(0640));
+}
+
+TEST_F(FilesTest, MakeWhatALinkLeadsTo) {
+    fs::create_symlink("not yet", at / "link");
+    OutputFile file(at / "link");
+    file.write("new");
+    file.commit();
+    EXPECT_TRUE(fs::is_symlink(at / "link"));
+    EXPECT_EQ(text_of("not yet"), "new");
+}
+
+TEST_F(FilesTest, AreWrittenAsTheyAreWhereTheyAreNoRegularFiles) {
+    ASSERT_EQ(::mkfifo((at / "pipe").c_str(), 0600), 0);
+    std::string got;
+    std::thread reader([&] { std::getline(std::ifstream(at / "pipe"), got); });
+    OutputFile file(at / "pipe");
+    EXPECT_EQ(file.path(), at / "pipe");
+    file.write("through\n");
+    file.commit();
+    reader.join();
+    EXPECT_EQ(got, "through");
+    EXPECT_TRUE(fs::is_fifo(at / "pipe"));
+}
+
+TEST_F(FilesTest, SayWhyTheyCannotBeWritten) {
+    EXPECT_EQ(error_of([&] { OutputFile(at / "no/a.txt"); }),
+              "cannot write " + (at / "no/a.txt").string() +
+                  ": No such file or directory; give a file in a folder that may be written");
+    EXPECT_EQ(error_of([&] { OutputFile{at}; }),
+              "cannot write " + at.string() + ": Is a directory; give the name of a file");
+    EXPECT_EQ(error_of([&] { OutputFile("/dev/full").write("x"); }),
+              "cannot write /dev/full: No space left on device; free space, or write to another disk");
+    EXPECT_EQ(error_of([&] { OutputFile(at / std::string(300, 'x')).commit(); }),
+              "cannot write " + (at / std::string(300, 'x')).string() +
+                  ": File name too long; give a shorter name");
+}
+
+TEST_F(FilesTest, AreNotReadWhereTheyHaveNoEnd) {
+    EXPECT_EQ(error_of([] { read_text_file("/dev/zero"); }),
+              "cannot read /dev/zero: it is no regular file, which has an end; write the text to one");
+    put("large", std::string(2 << 20, 'x'));
+    EXPECT_EQ(error_of([&] { read_text_file(at / "large", 1 << 20); }),
+              "cannot read " + (at / "large").string() + ": it is larger than 1 MB");
+    EXPECT_EQ(error_of([&] { read_text_file(at / "none"); }),
+              "cannot read " + (at / "none").string() + ": No such file or directory");
+}
+
+TEST_F(FilesTest, FoldersAppearWholeOrNotAtAll) {
+    {
+        const OutputFolder folder(at / "new");
+        folder.write("a/b", "text");
+        EXPECT_FALSE(fs::exists(at / "new"));
+    }
+    EXPECT_EQ(count(), 0u);
+    OutputFolder folder(at / "new/");
+    folder.write("a/b", "text");
+    folder.write("run", "#!/bin/sh\n", true);
+    folder.copy(folder.path() / "a/b", "c/d");
+    folder.commit();
+    EXPECT_EQ(text_of("new/c/d"), "text");
+    EXPECT_NE(fs::status(at / "new/run").permissions() & fs::perms::owner_exec, fs::perms::none);
+    EXPECT_EQ(count(), 1u);
+}
+
+TEST_F(FilesTest, FoldersDeleteNothing) {
+    for (const char* name : {".new.part", "new.part", "new.part1"}) {
+        fs::create_directory(at / name);
+        put(std::string(name) + "/thesis.txt", "years of work");
+    }
+    fs::create_directory(at / "target");
+    fs::create_directory_symlink("target", at / "new");
+    OutputFolder folder(at / "new");
+    folder.write("a", "text");
+    folder.commit();
+    EXPECT_TRUE(fs::is_symlink(at / "new"));
+    EXPECT_EQ(text_of("target/a"), "text");
+    EXPECT_EQ(text_of(".new.part/thesis.txt"), "years of work");
+    EXPECT_EQ(count(), 5u);
+    EXPECT_EQ(error_of([&] { OutputFolder(at / "target"); }),
+              "cannot write the folder " + (at / "target").string() +
+                  ": the folder is not empty; empty it or name another one");
+
+    OutputFolder late(at / "late");
+    fs::create_directory(at / "late");
+    put("late/mine", "x");
+    EXPECT_EQ(error_of([&] { late.commit(); }),
+              "cannot write the folder " + (at / "late").string() + ": Directory not empty");
+    EXPECT_EQ(text_of("late/mine"), "x");
+}
+
+} // namespace
+} // namespace bf

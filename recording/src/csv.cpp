@@ -1,27 +1,21 @@
 #include "bf/recording/export.hpp"
 
+#include "bf/base/escape.hpp"
+#include "bf/base/files.hpp"
+
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fstream>
+#include <set>
 #include <span>
-#include <stdexcept>
 
 namespace bf::recording {
 namespace {
 
-/// RFC 4180: a field with a separator, a quote or a line break stands in quotes.
-std::string quoted(const std::string& text) {
-    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-    std::string out = "\"";
-    for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-    return out + '"';
-}
-
 std::string heading(const std::string& name, const std::string& unit) {
-    return quoted(unit.empty() ? name : name + " (" + unit + ")");
+    return escape::csv(unit.empty() ? name : name + " (" + unit + ")");
 }
 
 /// The shortest text that reads back as the same number (at most 17 digits).
@@ -34,8 +28,8 @@ void append_number(std::string& line, double value, ElementType type) {
     line.append(text, result.ptr);
 }
 
-void write_table(std::span<const Channel* const> channels, const std::filesystem::path& path) {
-    std::ofstream file(path, std::ios::binary);
+void write_table(std::span<const Channel* const> channels, const OutputFile& output) {
+    std::ofstream file(output.path(), std::ios::binary);
     std::string line = "time (s)";
     for (const Channel* channel : channels)
         for (std::size_t i = 0; i < channel->info.elements(); ++i)
@@ -54,7 +48,21 @@ void write_table(std::span<const Channel* const> channels, const std::filesystem
             }
     }
     file.close();
-    if (!file) throw std::runtime_error("cannot write '" + path.string() + "': " + std::strerror(errno));
+    if (!file) output.fail(errno);
+}
+
+/// One for each channel. Names of signals may differ in no more than what a name of a file cannot hold.
+std::vector<std::filesystem::path> file_names(std::span<const Channel* const> channels,
+                                              const std::filesystem::path& path) {
+    std::vector<std::filesystem::path> names;
+    std::set<std::string> taken;
+    for (const Channel* channel : channels) {
+        const std::string plain = path.stem().string() + "_" + escape::file_name(channel->name);
+        std::string name = plain;
+        for (int i = 2; !taken.insert(name).second; ++i) name = plain + "_" + std::to_string(i);
+        names.push_back(path.parent_path() / (name + path.extension().string()));
+    }
+    return names;
 }
 
 } // namespace
@@ -65,18 +73,14 @@ std::vector<std::filesystem::path> write_csv(const Recording& recording, const s
     const bool together = std::all_of(channels.begin(), channels.end(), [&](const Channel* channel) {
         return channel->time_ns == channels.front()->time_ns;
     });
-    if (together) {
-        write_table(channels, path);
-        return {path};
-    }
-    std::vector<std::filesystem::path> paths;
-    for (const Channel*& channel : channels) {
-        std::string name = channel->name;
-        std::replace(name.begin(), name.end(), '/', '_');
-        paths.push_back(path.parent_path() / (path.stem().string() + "_" + name + path.extension().string()));
-        write_table({&channel, 1}, paths.back());
-    }
-    return paths;
+    const auto files = together ? std::vector{path} : file_names(channels, path);
+    // All are written before the first is put in its place.
+    std::vector<OutputFile> outputs(files.begin(), files.end());
+    for (std::size_t i = 0; i < files.size(); ++i)
+        write_table(together ? std::span<const Channel* const>(channels) : std::span(&channels[i], 1),
+                    outputs[i]);
+    for (auto& output : outputs) output.commit();
+    return files;
 }
 
 } // namespace bf::recording

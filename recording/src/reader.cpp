@@ -100,8 +100,9 @@ class Parser {
         if (recording_.defect.empty()) recording_.defect = "'" + name_ + "': " + std::move(defect);
     }
 
-    /// A CRC of 0 in the file says that there is none.
-    static bool is_wrong(std::uint32_t stored, std::uint32_t computed) {
+    /// A CRC of 0 in the file says that there is none; ours have one.
+    bool is_wrong(std::uint32_t stored, std::uint32_t computed) {
+        recording_.unchecked = recording_.unchecked || (stored == 0 && computed != 0);
         return stored != 0 && stored != computed;
     }
     void check(std::uint32_t stored, std::uint32_t computed, const char* what) {
@@ -240,6 +241,8 @@ class Parser {
         const Bytes payload = cursor.rest();
         if (payload.size() != channel.info.bytes())
             return report("a message of '" + channel.name + "' has the wrong size");
+        if (time < (channel.time_ns.empty() ? 0 : channel.time_ns.back()))
+            return report("the time stamps of '" + channel.name + "' go back; what follows is left out");
         channel.time_ns.push_back(time);
         channel.data.insert(channel.data.end(), payload.begin(), payload.end());
     }

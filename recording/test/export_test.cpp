@@ -44,14 +44,36 @@ TEST(Csv, WritesOneFilePerSignalWhenTimesDiffer) {
     EXPECT_FALSE(std::filesystem::exists(folder / "run.csv"));
 }
 
+TEST(Csv, GivesEachSignalAFileWhateverItsName) {
+    const Folder folder;
+    const std::string endless(300, 'x');
+    const auto paths = write_csv(recording_of({signal("a/b", {0}, {1}), signal("a_b", {1}, {2}),
+                                               signal("../../x\n", {2}, {3}), signal(endless, {3}, {4})}),
+                                 folder / "run.csv");
+    ASSERT_EQ(paths,
+              (std::vector{folder / "run_a_b.csv", folder / "run_a_b_2.csv", folder / "run_.._.._x_.csv",
+                           folder / ("run_" + std::string(120, 'x') + ".csv").c_str()}));
+    EXPECT_EQ(read_file(paths[0]), "time (s),a/b\n0,1\n");
+    EXPECT_EQ(read_file(paths[1]), "time (s),a_b\n1e-09,2\n");
+    EXPECT_EQ(read_file(paths[2]), "time (s),\"../../x\n\"\n2e-09,3\n");
+}
+
+TEST(Csv, AppearsWholeOrNotAtAll) {
+    const Folder folder;
+    std::filesystem::create_directory(folder / "run_y.csv");
+    const auto recording = recording_of({signal("x", {0, 1}, {1, 2}), signal("y", {0}, {3})});
+    EXPECT_CONTAINS(error_of([&] { write_csv(recording, folder / "run.csv"); }), "Is a directory");
+    EXPECT_FALSE(std::filesystem::exists(folder / "run_x.csv"));
+}
+
 TEST(Export, NamesTheFileThatCannotBeWritten) {
     const Recording recording =
         recording_of({signal("x", std::vector<std::int64_t>(5000), std::vector<double>(5000))});
     EXPECT_CONTAINS(error_of([&] { write_csv(recording, "/nowhere/run.csv"); }),
-                    "cannot write '/nowhere/run.csv'");
+                    "cannot write /nowhere/run.csv");
     EXPECT_CONTAINS(error_of([&] { write_mat(recording, "/nowhere/run.mat"); }),
                     "cannot write '/nowhere/run.mat'");
-    EXPECT_CONTAINS(error_of([&] { write_csv(recording, "/dev/full"); }), "cannot write '/dev/full'");
+    EXPECT_CONTAINS(error_of([&] { write_csv(recording, "/dev/full"); }), "cannot write /dev/full");
     EXPECT_CONTAINS(error_of([&] { write_mat(recording, "/dev/full"); }), "cannot write '/dev/full'");
 }
 

@@ -90,7 +90,7 @@ TEST(Reader, LeavesOutAChunkThatFailsItsChecksum) {
 }
 
 /// https://mcap.dev/spec: a CRC of 0 is none.
-TEST(Reader, AcceptsFilesWithoutChecksums) {
+TEST(Reader, AcceptsFilesWithoutChecksumsAndTellsSo) {
     std::string file = small_file();
     std::set<int> cleared;
     for (std::size_t at = magic.size(); at + magic.size() < file.size();) {
@@ -113,6 +113,8 @@ TEST(Reader, AcceptsFilesWithoutChecksums) {
     EXPECT_TRUE(recording.complete) << recording.defect;
     EXPECT_EQ(recording.attachments.size(), 1u);
     expect_prefix(recording);
+    EXPECT_TRUE(recording.unchecked);
+    EXPECT_FALSE(parse(small_file()).unchecked);
 }
 
 TEST(Reader, SurvivesHostileBytes) {

@@ -1,5 +1,6 @@
 #include "bf/recording/plot.hpp"
 
+#include "bf/base/escape.hpp"
 #include "gnuplot.hpp"
 
 #include <algorithm>
@@ -46,16 +47,6 @@ struct Range {
 std::string number(double value) {
     char text[32];
     return {text, std::to_chars(text, std::end(text), value).ptr};
-}
-
-/// A string of gnuplot's: in single quotes nothing is substituted.
-std::string quoted(const std::string& text) {
-    std::string out = "'";
-    for (const char c : text) {
-        if (c == '\'') out += '\'';
-        out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
-    }
-    return out + "'";
 }
 
 std::string colour(int rgb, double shade = 1) {
@@ -251,7 +242,7 @@ class Script {
         add("set encoding utf8");
         add("set terminal ", png_ ? "pngcairo" : "svg", " size ", layout_.width, ",", layout_.height,
             " noenhanced background '#ffffff'", font(1, ""));
-        add("set output ", quoted(output));
+        add("set output ", escape::gnuplot(output));
         add("set multiplot");
         add("unset key");
         add("set border 3 lw 0.8 lc rgb '#8a8a8a'");
@@ -294,8 +285,8 @@ class Script {
     }
 
     void label(const std::string& text, double x, double y, const std::string& how, std::size_t most) {
-        add("set label ", quoted(shortened(text, most)), " at ", layout_.x(x), ",", layout_.y(y), " ", how,
-            " textcolor rgb '#303030'");
+        add("set label ", escape::gnuplot(shortened(text, most)), " at ", layout_.x(x), ",", layout_.y(y),
+            " ", how, " textcolor rgb '#303030'");
     }
 
     void panel(const Panel& panel, const Layout::Place& place) {
@@ -317,8 +308,8 @@ class Script {
             }
         std::string named;
         for (const auto& [value, name] : panel.names)
-            named +=
-                (named.empty() ? "" : ", ") + quoted(shortened(name, longest_name)) + " " + number(value);
+            named += (named.empty() ? "" : ", ") + escape::gnuplot(shortened(name, longest_name)) + " " +
+                     number(value);
         add("set format y '%.", axis.digits, "h'");
         add("set ytics ", named.empty() ? number(axis.step) : "(" + named + ")");
         add("set yrange [", number(axis.values.low), ":", number(axis.values.high), "]");

@@ -11,8 +11,8 @@ namespace bf::recording {
 
 /// Writes a table: a line of names with units, "time (s),tau[0] (N m),...", then one line per sample; numbers
 /// are exact. Signals sampled at the same times share the one file `path`; otherwise each signal gets a file
-/// of its own, "run.csv" becoming "run_controller.tau.csv". Returns the files written. Throws
-/// std::runtime_error when one cannot be written.
+/// of its own, "run.csv" becoming "run_controller.tau.csv". Returns the files written; all appear, or none.
+/// Throws FileError when one cannot be written.
 std::vector<std::filesystem::path> write_csv(const Recording& recording, const std::filesystem::path& path);
 
 /// Writes a MAT-file (version 5), one "Structure With Time" per signal, as To Workspace makes it: `time` (N x

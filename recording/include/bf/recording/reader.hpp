@@ -55,8 +55,9 @@ struct Recording {
     std::vector<Channel> channels;
     std::map<std::string, std::map<std::string, std::string>> metadata;
     std::vector<Attachment> attachments;
-    bool complete = false; ///< false when the file was cut or damaged: then the rest is what could be read
-    std::string defect;    ///< the first thing found wrong, empty if complete
+    bool complete = false;  ///< false when the file was cut or damaged: then the rest is what could be read
+    std::string defect;     ///< the first thing found wrong, empty if complete
+    bool unchecked = false; ///< a part has no checksum, as ours all have: somebody edited it
 
     /// A signal by its path, or by that of its block or subsystem where this has no other in the recording.
     /// Throws std::runtime_error that names the recorded signals, or those of the block.

@@ -103,8 +103,9 @@ bool HostInformation::parseParameters(Parameters& parameters) {
         if (std::none_of(declared_.begin(), declared_.end(), same)) declared_.push_back(metadata);
         // Base and subclass may both declare a name, and initialize may run again.
         if (!parameters.existName(metadata.name)) good = parse(metadata, parameters) && good;
+        if (awaited_) awaited_->erase(metadata.index);
     }
-    return good;
+    return good && !(awaited_ && awaited_->empty());
 }
 
 bool HostInformation::parse(Metadata metadata, Parameters& to) {

@@ -6,6 +6,8 @@
 #include "BlockFactory/Core/Signal.h"
 #include "bf/core/value.hpp"
 
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,9 @@ class HostInformation final : public blockfactory::core::BlockInformation {
     /// Ports with their final sizes; signals refer to memory given later by `point`.
     void run_on(Ports inputs, Ports outputs);
     void point(bool is_output, std::size_t index, void* memory);
+    /// parseParameters is refused once these parameters are declared: the block is only asked for them, and
+    /// what it does when it has them must not happen.
+    void end_when_declared(std::set<unsigned> indices) { awaited_ = std::move(indices); }
 
     const Ports& inputs() const { return inputs_; }
     const Ports& outputs() const { return outputs_; }
@@ -53,6 +58,7 @@ class HostInformation final : public blockfactory::core::BlockInformation {
     Arguments arguments_;
     std::vector<Metadata> pending_, declared_;
     std::vector<std::string> missing_;
+    std::optional<std::set<unsigned>> awaited_;
     Ports inputs_, outputs_;
     Signals input_signals_, output_signals_;
     bool has_ports_ = false, is_running_ = false;

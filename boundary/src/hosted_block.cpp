@@ -2,7 +2,7 @@
 
 #include "bf/boundary/positional.hpp"
 #include "data_type.hpp"
-#include "legacy_class.hpp"
+#include "legacy_description.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -14,10 +14,13 @@ namespace bf::boundary {
 namespace core = blockfactory::core;
 
 LegacyClass::LegacyClass(const std::string& file, std::string in_library, std::string its_name)
-    : library(std::move(in_library)), name(std::move(its_name)), factory_(std::make_unique<Factory>()) {
-    if (!factory_->open(file.c_str(), name.c_str()))
+    : LegacyClass(std::make_shared<const Factory>(file.c_str(), its_name.c_str()), std::move(in_library),
+                  its_name) {
+    if (!factory_->isValid())
         throw PluginError("plugin '" + library + "', block '" + name + "': " + factory_->getError());
 }
+LegacyClass::LegacyClass(std::shared_ptr<const Factory> factory, std::string in_library, std::string its_name)
+    : library(std::move(in_library)), name(std::move(its_name)), factory_(std::move(factory)) {}
 
 std::string LegacyClass::locate(const char* call, const std::string& reason) const {
     return "plugin '" + library + "', block '" + name + "', " + call + ": " + reason;
@@ -66,12 +69,6 @@ void LegacyObject::explain(const char* what, bool good, const std::string& throw
 
 namespace {
 
-std::string list(const std::vector<std::string>& names) {
-    std::string text;
-    for (const auto& name : names) text += (text.empty() ? "'" : ", '") + name + "'";
-    return text;
-}
-
 /// A default of the kind that the metadata asks for: zeros and empty texts.
 Value default_value(const core::ParameterMetadata& metadata) {
     const bool is_scalar = metadata.rows == 1 && metadata.cols == 1;
@@ -91,36 +88,18 @@ HostedBlock::HostedBlock(std::shared_ptr<const LegacyClass> legacy, const Argume
 }
 
 void HostedBlock::declare(const Arguments& arguments) {
-    // The first object only says which parameters there are, as engines run it apart from the ports.
-    LegacyObject described(legacy_, arguments), sized(legacy_, arguments);
-    const bool parsed =
-        described.call("parseParameters", [](core::Block& block, HostInformation& information) {
-            return block.core::Block::parseParameters(&information) && block.parseParameters(&information);
-        });
-    const bool configured =
-        sized.call("configureSizeAndPorts", [](core::Block& block, HostInformation& information) {
-            return block.configureSizeAndPorts(&information);
-        });
-    for (const auto& metadata : described.information.declared()) {
+    const LegacyDescription told(legacy_, arguments);
+    for (const auto& metadata : told.parameters) {
         if (metadata.index < core::Block::NumberOfParameters) continue;
         parameters_.push_back(metadata);
         declaration().arguments.push_back({argument_name(metadata.name),
                                            "parameter " + std::to_string(metadata.index),
                                            default_value(metadata)});
     }
-    const auto& missing = described.information.missing();
-    if (!missing.empty())
-        problem(legacy_->locate("parseParameters",
-                                (missing.size() == 1 ? "the argument " : "the arguments ") + list(missing) +
-                                    (missing.size() == 1 ? " is" : " are") + " missing; give a value"));
-    else if (!parsed)
-        problem(described.message());
-    else if (!configured)
-        problem(sized.message());
-    if (!configured) return;
-    for (const auto& port : sized.information.inputs())
+    if (!told.problem.empty()) problem(told.problem);
+    for (const auto& port : told.inputs)
         declare_port(false, port.index, port.dimension, native(port.dataType));
-    for (const auto& port : sized.information.outputs())
+    for (const auto& port : told.outputs)
         declare_port(true, port.index, port.dimension, native(port.dataType));
 }
 
@@ -239,16 +218,9 @@ core::Parameters stored_parameters(const std::string& library, const std::string
     LogCapture log;
     const auto factory = core::ClassFactorySingleton::getInstance().getClassFactory({library, name});
     if (!factory) throw std::runtime_error(log.take());
-    HostInformation information(library, name, values);
-    const std::unique_ptr<core::Block, std::function<void(core::Block*)>> block(
-        factory->create(), [&](core::Block* made) { factory->destroy(made); });
-    core::Parameters parameters;
-    if (!block || !block->core::Block::parseParameters(&information) ||
-        !block->parseParameters(&information) || !block->getParameters(parameters))
-        throw std::runtime_error(log.take());
-    if (!information.missing().empty())
-        throw std::runtime_error("no value is given for " + list(information.missing()));
-    return parameters;
+    const LegacyDescription told(std::make_shared<const LegacyClass>(factory, library, name), values);
+    if (!told.problem.empty()) throw std::runtime_error(told.problem);
+    return told.values;
 }
 
 std::vector<std::string> legacy_labels(const std::filesystem::path& path) {

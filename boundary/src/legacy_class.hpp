@@ -17,6 +17,7 @@ class LegacyClass {
 
     /// Throws PluginError.
     LegacyClass(const std::string& file, std::string library, std::string name);
+    LegacyClass(std::shared_ptr<const Factory> factory, std::string library, std::string name);
 
     const std::string library, name;
     const Factory& factory() const { return *factory_; }
@@ -24,7 +25,7 @@ class LegacyClass {
     std::string locate(const char* call, const std::string& reason) const;
 
   private:
-    std::unique_ptr<Factory> factory_;
+    std::shared_ptr<const Factory> factory_;
 };
 
 /// An object of a plugin's class together with what its engine tells it. Nothing that the plugin does wrong

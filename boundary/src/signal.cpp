@@ -104,11 +104,15 @@ bool Signal::setElements(const void* data, std::size_t length, Port::DataType ty
                          : "The data to set are null.");
         return false;
     }
+    if (!data_) {
+        bfError << "The signal has no memory yet.";
+        return false;
+    }
     if (format_ == DataFormat::CONTIGUOUS) {
         own(data, length);
         return true;
     }
-    if (!data_ || length > width_) {
+    if (length > width_) {
         bfError << length << " elements were set in a signal that has " << width_ << ".";
         return false;
     }

@@ -47,10 +47,10 @@ TEST_F(Hosted, AnOldPluginIsLoadedLikeAnyOther) {
     registry.load_plugin("LegacyPlugin");
     std::vector<std::string> names;
     for (const auto& known : registry.classes()) names.push_back(known->qualified_name());
-    EXPECT_EQ(names, (std::vector<std::string>{"LegacyPlugin/Accumulate", "LegacyPlugin/AllParameters",
-                                               "LegacyPlugin/CannotBeMade", "LegacyPlugin/Diary",
-                                               "LegacyPlugin/Matrices", "LegacyPlugin/Misbehaves",
-                                               "LegacyPlugin/Nothing"}));
+    EXPECT_EQ(names, (std::vector<std::string>{
+                         "LegacyPlugin/Accumulate", "LegacyPlugin/AllParameters", "LegacyPlugin/CannotBeMade",
+                         "LegacyPlugin/Diary", "LegacyPlugin/LateOffset", "LegacyPlugin/Matrices",
+                         "LegacyPlugin/Misbehaves", "LegacyPlugin/Nothing", "LegacyPlugin/Offset"}));
 }
 
 TEST_F(Hosted, ParametersAreArgumentsAndOpenSizesAreWired) {
@@ -85,6 +85,40 @@ TEST_F(Hosted, ParametersOfAllTypesArrive) {
     Vector told(9);
     told << 3, 1, 0.5, 4, 7, 8, 9, 2, 6.5;
     EXPECT_EQ(run.get("y1"), told);
+}
+
+TEST_F(Hosted, ParametersThatABaseClassDeclaresAreAmongThem) {
+    const Arguments given{{"gain", 2.0}, {"unit", "m"}, {"label", "four"}, {"shift", 0.5}};
+    for (const std::string name : {"Offset", "LateOffset"}) {
+        SCOPED_TRACE(name);
+        auto run = make(name, given);
+        std::vector<std::string> arguments;
+        for (const auto& argument : run.declaration().arguments) arguments.push_back(argument.name);
+        std::vector<std::string> expected{"gain", "unit", "label", "shift"};
+        if (name == "LateOffset") expected.push_back("ParamIndex_5"); // counted, and never declared
+        EXPECT_EQ(arguments, expected);
+        run.start().context().start(0);
+        run.set("u1", std::vector<double>{10});
+        ASSERT_TRUE(run.step());
+        EXPECT_EQ(run.get("y1")(0), 2 * 10 + 4 + 0.5);
+
+        const auto stored = stored_parameters("LegacyPlugin", name, given); // for generated code
+        double shift = 0, gain = 0;
+        EXPECT_TRUE(stored.getParameter("shift", shift) && stored.getParameter("gain", gain));
+        EXPECT_EQ(gain + shift, 2.5);
+        try {
+            make(name, {{"gain", 2.0}, {"unit", "m"}, {"shift", 0.5}});
+            FAIL() << "made without a label";
+        } catch (const std::exception& error) {
+            EXPECT_TRUE(has(error.what(), "the argument 'label' is missing; give a value")) << error.what();
+        }
+        try {
+            make(name, {{"gain", "much"}, {"unit", "m"}, {"label", "four"}, {"shift", 0.5}});
+            FAIL() << "made with a text for a number";
+        } catch (const std::exception& error) {
+            EXPECT_TRUE(has(error.what(), "parameter 'gain' must be a number")) << error.what();
+        }
+    }
 }
 
 TEST_F(Hosted, LivesByTheOrderOfCallsThatOldEnginesKeep) {
@@ -208,6 +242,9 @@ TEST_F(Hosted, MisuseOfTheInterfaceIsReported) {
         << error_of("wrong type");
     EXPECT_TRUE(has(error_of("signal too early"), "input port 0 has no signal yet"))
         << error_of("signal too early");
+    EXPECT_TRUE(has(error_of("logs in a log"), "parameter 7 is called '', which is wrong\n"
+                                               "There is no parameter of index 7."))
+        << error_of("logs in a log");
     auto grows = misbehave("grows");
     grows.context().start(0);
     EXPECT_TRUE(has(grows.step().text(), "4 elements were set in a signal that has 3"));

@@ -13,6 +13,6 @@ int main(int argc, char** argv) {
         return 1;
     }
     if (ClassFactorySingleton::getInstance().getClassFactory({argv[1], argv[2]})) return 0;
-    std::cerr << Log::getSingleton().getErrors() << "\n";
+    std::cerr << Log::getSingleton().getErrors();
     return 1;
 }

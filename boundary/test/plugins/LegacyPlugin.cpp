@@ -9,46 +9,29 @@ using namespace blockfactory::core;
 const unsigned Accumulate::NumberOfParameters = Block::NumberOfParameters + 2;
 
 bool Accumulate::parseParameters(BlockInformation* blockInfo) {
-    const std::vector<ParameterMetadata> metadata{
-        {ParameterType::DOUBLE, 2, 1, 1, "factor"},
-        {ParameterType::DOUBLE, 3, 1, ParameterMetadata::DynamicSize, "bias"}};
-    for (const auto& md : metadata) {
-        if (!blockInfo->addParameterMetadata(md)) {
-            bfError << "Failed to store parameter metadata";
-            return false;
-        }
-    }
-    return blockInfo->parseParameters(m_parameters);
+    const int open = ParameterMetadata::DynamicSize;
+    return blockInfo->addParameterMetadata({ParameterType::DOUBLE, 2, 1, 1, "factor"}) &&
+           blockInfo->addParameterMetadata({ParameterType::DOUBLE, 3, 1, open, "bias"}) &&
+           blockInfo->parseParameters(m_parameters);
 }
 
 bool Accumulate::configureSizeAndPorts(BlockInformation* blockInfo) {
-    if (!Block::initialize(blockInfo)) return false;
-    const InputPortsInfo inputs{{0, {Port::DynamicSize}, Port::Port::DataType::DOUBLE},
-                                {1, {Port::DynamicSize}, Port::DataType::DOUBLE}};
-    const OutputPortsInfo outputs{{0, {Port::DynamicSize}, Port::DataType::DOUBLE}};
-    if (!blockInfo->setPortsInfo(inputs, outputs)) {
-        bfError << "Failed to configure input / output ports.";
-        return false;
-    }
-    return true;
+    // As other people's code spells it, through the name that a class has inside itself.
+    const auto type = Port::Port::DataType::DOUBLE;
+    return Block::initialize(blockInfo) &&
+           blockInfo->setPortsInfo({{0, {Port::DynamicSize}, type}, {1, {Port::DynamicSize}, type}},
+                                   {{0, {Port::DynamicSize}, type}});
 }
 
 bool Accumulate::initialize(BlockInformation* blockInfo) {
-    if (!Block::initialize(blockInfo)) return false;
-    if (!parseParameters(blockInfo)) {
-        bfError << "Failed to parse parameters.";
+    if (!Block::initialize(blockInfo) || !parseParameters(blockInfo) ||
+        !m_parameters.getParameter("factor", factor_) || !m_parameters.getParameter("bias", offset_))
         return false;
-    }
-    const bool ok =
-        m_parameters.getParameter("factor", factor_) && m_parameters.getParameter("bias", offset_);
-    if (!ok) return false;
-    if (static_cast<int>(offset_.size()) != blockInfo->getInputPortWidth(0) ||
-        blockInfo->getInputPortWidth(0) != blockInfo->getInputPortWidth(1)) {
-        bfError << "The inputs have " << blockInfo->getInputPortWidth(0) << " and "
-                << blockInfo->getInputPortWidth(1) << " elements, the offset has " << offset_.size();
-        return false;
-    }
-    return true;
+    const int widths[] = {blockInfo->getInputPortWidth(0), blockInfo->getInputPortWidth(1)};
+    if (widths[0] == widths[1] && widths[0] == static_cast<int>(offset_.size())) return true;
+    bfError << "The inputs have " << widths[0] << " and " << widths[1] << " elements, the offset has "
+            << offset_.size();
+    return false;
 }
 
 bool Accumulate::initializeInitialConditions(const BlockInformation*) {
@@ -60,10 +43,7 @@ bool Accumulate::output(const BlockInformation* blockInfo) {
     InputSignalPtr u1 = blockInfo->getInputPortSignal(0);
     InputSignalPtr u2 = blockInfo->getInputPortSignal(1);
     OutputSignalPtr y = blockInfo->getOutputPortSignal(0);
-    if (!u1 || !u2 || !y) {
-        bfError << "Signals not valid";
-        return false;
-    }
+    if (!u1 || !u2 || !y) return false;
     for (unsigned i = 0; i < u1->getWidth(); ++i)
         if (!y->set(i, factor_ * (u1->get<double>(i) + u2->get<double>(i)) + offset_[i] + steps_))
             return false;
@@ -132,6 +112,51 @@ bool Matrices::output(const BlockInformation* blockInfo) {
     return true;
 }
 
+const unsigned Labelled::NumberOfParameters = Block::NumberOfParameters + 2;
+
+bool Labelled::parseParameters(BlockInformation* blockInfo) {
+    return blockInfo->addParameterMetadata({ParameterType::STRUCT_DOUBLE, 2, 1, 1, "gain"}) &&
+           blockInfo->addParameterMetadata({ParameterType::STRUCT_STRING, 2, 1, 1, "unit"}) &&
+           blockInfo->addParameterMetadata({ParameterType::STRING, 3, 1, 1, "label"}) &&
+           blockInfo->parseParameters(m_parameters);
+}
+bool Labelled::configureSizeAndPorts(BlockInformation* blockInfo) {
+    return Block::configureSizeAndPorts(blockInfo) && Labelled::parseParameters(blockInfo);
+}
+bool Labelled::initialize(BlockInformation* blockInfo) {
+    std::string label;
+    if (!Block::initialize(blockInfo) || !Labelled::parseParameters(blockInfo) ||
+        !m_parameters.getParameter("gain", gain_) || !m_parameters.getParameter("label", label))
+        return false;
+    offset_ = static_cast<double>(label.size());
+    return true;
+}
+bool Labelled::output(const BlockInformation* blockInfo) {
+    return blockInfo->getOutputPortSignal(0)->set(
+        0, gain_ * blockInfo->getInputPortSignal(0)->get<double>(0) + offset_);
+}
+
+bool Offset::parseParameters(BlockInformation* blockInfo) {
+    double gain = 0;
+    return blockInfo->addParameterMetadata({ParameterType::DOUBLE, 4, 1, 1, "shift"}) &&
+           blockInfo->parseParameters(m_parameters) && m_parameters.getParameter("gain", gain);
+}
+bool Offset::configureSizeAndPorts(BlockInformation* blockInfo) {
+    return Labelled::configureSizeAndPorts(blockInfo) && parseParameters(blockInfo) &&
+           blockInfo->setPortsInfo({{0, {1}, Port::DataType::DOUBLE}}, {{0, {1}, Port::DataType::DOUBLE}});
+}
+bool Offset::initialize(BlockInformation* blockInfo) {
+    double offset = 0;
+    if (!Labelled::initialize(blockInfo) || !parseParameters(blockInfo) ||
+        !m_parameters.getParameter("shift", offset))
+        return false;
+    offset_ += offset;
+    return true;
+}
+
+bool LateOffset::configureSizeAndPorts(BlockInformation* blockInfo) {
+    return blockInfo->setPortsInfo({{0, {1}, Port::DataType::DOUBLE}}, {{0, {1}, Port::DataType::DOUBLE}});
+}
 Misbehaves::Misbehaves() = default;
 
 bool Misbehaves::outcome(const std::string& call) const {
@@ -139,6 +164,12 @@ bool Misbehaves::outcome(const std::string& call) const {
     if (misdeed_ == call + " throws 7") throw 7;
     if (misdeed_ != call + " returns false") return true;
     bfError << "refused on purpose";
+    return false;
+}
+
+/// A message whose text asks for what logs a message of its own.
+bool Misbehaves::log_in_a_log() const {
+    bfError << "parameter 7 is called '" << m_parameters.getParamName(7) << "', which is wrong";
     return false;
 }
 
@@ -165,7 +196,8 @@ bool Misbehaves::configureSizeAndPorts(BlockInformation* blockInfo) {
 }
 
 bool Misbehaves::initialize(BlockInformation* blockInfo) {
-    return Block::initialize(blockInfo) && parseParameters(blockInfo) && outcome("initialize");
+    if (!Block::initialize(blockInfo) || !parseParameters(blockInfo)) return false;
+    return misdeed_ == "logs in a log" ? log_in_a_log() : outcome("initialize");
 }
 bool Misbehaves::initializeInitialConditions(const BlockInformation*) {
     return outcome("initializeInitialConditions");

@@ -56,8 +56,39 @@ class Matrices : public core::Block {
     bool output(const core::BlockInformation* blockInfo) override;
 };
 
+/// A base as those of robots: it has a struct and a text, which it declares where it is configured and where
+/// it is initialised. y = gain u + the number of letters of the label.
+class Labelled : public core::Block {
+  public:
+    static const unsigned NumberOfParameters;
+    unsigned numberOfParameters() override { return NumberOfParameters; }
+    bool parseParameters(core::BlockInformation* blockInfo) override;
+    bool configureSizeAndPorts(core::BlockInformation* blockInfo) override;
+    bool initialize(core::BlockInformation* blockInfo) override;
+    bool output(const core::BlockInformation* blockInfo) override;
+
+  protected:
+    double gain_ = 0, offset_ = 0;
+};
+
+/// Leaves the base's parameters to it, and has an offset. Where it parses its own it looks at the base's.
+class Offset : public Labelled {
+  public:
+    unsigned numberOfParameters() override { return Labelled::NumberOfParameters + 1; }
+    bool parseParameters(core::BlockInformation* blockInfo) override;
+    bool configureSizeAndPorts(core::BlockInformation* blockInfo) override;
+    bool initialize(core::BlockInformation* blockInfo) override;
+};
+
+/// The same, but no parameter is needed to configure it. The last one that it counts it never reads.
+class LateOffset : public Offset {
+  public:
+    unsigned numberOfParameters() override { return Labelled::NumberOfParameters + 2; }
+    bool configureSizeAndPorts(core::BlockInformation* blockInfo) override;
+};
+
 /// Does what its parameter `misdeed` names: "<call> returns false", "<call> throws", "<call> throws 7",
-/// "ports twice", "port index twice", "shrinks", "wrong type", "signal too early", "grows".
+/// "ports twice", "port index twice", "shrinks", "wrong type", "signal too early", "grows", "logs in a log".
 class Misbehaves : public core::Block {
   public:
     Misbehaves();
@@ -72,6 +103,7 @@ class Misbehaves : public core::Block {
 
   private:
     bool outcome(const std::string& call) const;
+    bool log_in_a_log() const;
     std::string misdeed_;
 };
 

@@ -131,7 +131,7 @@ bool CoderBlockInformation::setOutputPort(const Port::Info& portInfo, void* sign
 
 bool CoderBlockInformation::getUniqueName(std::string& blockUniqueName) const {
     blockUniqueName = pImpl->name;
-    return !pImpl->name.empty();
+    return true;
 }
 bool CoderBlockInformation::optionFromKey(const std::string&, double&) const { return true; }
 

@@ -25,6 +25,8 @@ template <typename To, typename From> To convertValue(const From& value) {
             used = 0;
         }
         if (used == 0) throw std::invalid_argument("the text '" + value + "' is no number");
+        if (!std::is_same_v<To, double> && number != std::floor(number))
+            throw std::invalid_argument("the text '" + value + "' is no whole number");
         return convertValue<To>(number);
     } else if constexpr (std::is_same_v<To, std::string>) {
         return std::to_string(value);

@@ -43,13 +43,13 @@ class blockfactory::core::Log {
 
     static Log& getSingleton();
 
-    /// A stream of this thread for one new message, complete when the thread asks for the next one or reads
-    /// the log.
+    /// A stream for one new message, of this thread alone. What is written is in the log at once; an
+    /// expression that writes may call what logs itself.
     std::stringstream& getLogStringStream(const Type& type, const std::string& file, const unsigned& line,
                                           const std::string& function,
                                           const Verbosity& verbosity = Verbosity::BF_LOG_VERBOSITY);
 
-    /// All messages, one per line; reading does not clear.
+    /// All messages, each with a line break behind it; reading does not clear.
     std::string getErrors() const;
     std::string getWarnings() const;
     void clearErrors();

@@ -20,8 +20,8 @@ const std::string PARAM_INVALID_NAME = {};
 /// A container of named values with metadata; lists come in the order in which they were stored.
 ///
 /// Values are converted on the way in (to the metadata's type) and out (to the asked one): double → int
-/// truncates, any number → bool is != 0, text ↔ number as written. What cannot be converted is an error:
-/// false, and a message in the Log. T: int, bool, double, std::string.
+/// truncates, any number → bool is != 0, text ↔ number as written (for int and bool a whole one). What cannot
+/// be converted is an error: false, and a message in the Log. T: int, bool, double, std::string.
 class blockfactory::core::Parameters {
   public:
     using ParamIndex = int;

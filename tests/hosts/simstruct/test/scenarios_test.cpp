@@ -99,6 +99,22 @@ TEST(SFunctionParameters, OfAllEncodingsReachAnOldBlock) {
     EXPECT_EQ(output(one.model, one.block, 9), (std::vector<double>{7, 1, 2.5, 4, 1, 2, 3, 2, -1}));
 }
 
+TEST(SFunctionParameters, OfTheBaseOfAnOldBlockAreGivenWithItsOwn) {
+    for (const char* name : {"Offset", "LateOffset"}) {
+        const char* names[] = {"gain", "unit"};
+        mxArray* fields = mxCreateStructMatrix(1, 1, 2, names);
+        mxSetField(fields, 0, "gain", number(2));
+        mxSetField(fields, 0, "unit", text("m"));
+        std::vector<mxArray*> parameters{fields, text("four"), number(0.5)};
+        if (name == std::string("LateOffset")) parameters.push_back(text("never read"));
+        One one(legacy(name, parameters), {1});
+        one.go();
+        write(one.model, one.inputs[0], {10});
+        one.model.step();
+        EXPECT_EQ(output(one.model, one.block, 1), (std::vector<double>{24.5})) << name;
+    }
+}
+
 TEST(SFunctionParameters, OfANativeBlockAreMatricesTextsListsAndSwitches) {
     One gain(standard("Gain", {text("K*u"), text("wrap"), matrix(2, 3, {1, 2, 3, 4, 5, 6}), number(-1)}),
              {3});

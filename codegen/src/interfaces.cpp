@@ -311,7 +311,8 @@ std::string Generator::c_structure(const char* name, const char* doc,
 std::string Generator::python_structure(const char* name, const char* doc,
                                         const std::vector<Field>& fields) const {
     std::string text = std::string("\n\nclass ") + name + "(ctypes.Structure):\n    \"\"\"" + doc +
-                       "\"\"\"\n\n    _fields_ = _fields(\n";
+                       "\"\"\"\n\n    __slots__ = ()  # a misspelled name is an AttributeError\n"
+                       "    _fields_ = _fields(\n";
     for (const auto& field : fields) {
         const std::string type = std::string("ctypes.") + ctypes_name(type_of(*field.slot));
         text += "        (\"" + field.member + "\", " +

@@ -11,6 +11,19 @@ function(bf_group)
     endforeach()
 endfunction()
 
+# The version of the paper's API (blockfactory::core) that is offered.
+set(BF_API_VERSION 1.0.1)
+
+# bf_package(NAME VERSION TEMPLATE): installs the package NAME; component or package is what the template calls it.
+function(bf_package package version template)
+    string(REGEX REPLACE "^BlockFactory" "" component ${package})
+    include(CMakePackageConfigHelpers)
+    configure_file(${template} ${package}Config.cmake @ONLY)
+    write_basic_package_version_file(${package}ConfigVersion.cmake VERSION ${version} COMPATIBILITY AnyNewerVersion)
+    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${package}Config.cmake ${CMAKE_CURRENT_BINARY_DIR}/${package}ConfigVersion.cmake
+        DESTINATION lib/cmake/${package})
+endfunction()
+
 # bf_library(NAME [SHARED] [PUBLIC target...] [PRIVATE target...])
 #
 # Target bf_NAME (alias bf::NAME) from src/*.cpp, include/ and what it links; header-only when src/ is empty.

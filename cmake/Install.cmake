@@ -44,7 +44,7 @@ install(FILES formats/yaml/model.schema.json DESTINATION share/blockfactory)
 
 install(EXPORT BlockFactory NAMESPACE BlockFactory:: FILE BlockFactoryExports.cmake DESTINATION ${package})
 configure_package_config_file(cmake/BlockFactoryConfig.cmake.in BlockFactoryConfig.cmake INSTALL_DESTINATION ${package})
-write_basic_package_version_file(BlockFactoryConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+write_basic_package_version_file(BlockFactoryConfigVersion.cmake VERSION ${BF_API_VERSION} COMPATIBILITY AnyNewerVersion)
 install(FILES cmake/bf_plugin.cmake
     ${CMAKE_CURRENT_BINARY_DIR}/BlockFactoryConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/BlockFactoryConfigVersion.cmake
     DESTINATION ${package})

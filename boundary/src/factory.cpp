@@ -67,6 +67,12 @@ SharedLibraryFactory::SharedLibraryFactory(const char* dll_name, const char* fac
     : SharedLibraryFactory() {
     open(dll_name, factory_name);
 }
+SharedLibraryFactory::SharedLibraryFactory(const char* dll_name, std::int32_t startCheck,
+                                           std::int32_t endCheck, std::int32_t systemVersion,
+                                           const char* factory_name)
+    : SharedLibraryFactory() {
+    open(dll_name, startCheck, endCheck, systemVersion, factory_name);
+}
 SharedLibraryFactory::~SharedLibraryFactory() = default;
 
 bool SharedLibraryFactory::openNative(const std::string& class_name) {
@@ -117,8 +123,14 @@ bool SharedLibraryFactory::fail(Status status, const std::string& error) {
 }
 
 bool SharedLibraryFactory::open(const char* dll_name, const char* factory_name) {
+    return open(dll_name, SHLIBPP_DEFAULT_START_CHECK, SHLIBPP_DEFAULT_END_CHECK,
+                SHLIBPP_DEFAULT_SYSTEM_VERSION, factory_name);
+}
+
+bool SharedLibraryFactory::open(const char* dll_name, std::int32_t startCheck, std::int32_t endCheck,
+                                std::int32_t systemVersion, const char* factory_name) {
     const std::string name(dll_name);
-    name_ = factory_name ? factory_name : SHLIBPP_DEFAULT_FACTORY_NAME;
+    name_ = factory_name ? factory_name : SHLIBPP_DEFAULT_FACTORY_NAME_STRING;
     std::vector<std::string> folders = search_path_;
     for (const auto& folder : folders_of(environment("SHLIBPP_PLUGIN_PATH"))) folders.push_back(folder);
 
@@ -148,7 +160,7 @@ bool SharedLibraryFactory::open(const char* dll_name, const char* factory_name) 
 
     const std::string where = "the plugin '" + name + "'";
     // A function that happens to be called like the class must not be called as a factory.
-    auto* hook = reinterpret_cast<int (*)(void*, int)>(library_.getSymbol(name_.c_str()));
+    auto* hook = reinterpret_cast<std::int32_t (*)(void*, std::size_t)>(library_.getSymbol(name_.c_str()));
     if (!hook || !library_.getSymbol((name_ + "_getAbi").c_str())) {
         try {
             if (openNative(name_)) return true;
@@ -159,16 +171,20 @@ bool SharedLibraryFactory::open(const char* dll_name, const char* factory_name) 
                     where + " has no class '" + name_ +
                         "': no such symbol of SHLIBPP_DEFINE_SHARED_SUBCLASS is exported");
     }
-    const int answer = hook(&api_, static_cast<int>(sizeof(api_)));
-    if (answer != SHLIBPP_START_CODE || api_.startCheck != SHLIBPP_START_CODE ||
-        api_.endCheck != SHLIBPP_END_CODE || api_.structureSize != static_cast<int>(sizeof(api_)) ||
-        api_.systemVersion != SHLIBPP_SYSTEM_VERSION || !api_.create || !api_.destroy) {
-        const std::string found = api_.startCheck == SHLIBPP_START_CODE && api_.systemVersion > 0
+    const std::int32_t answer = hook(&api_, sizeof(api_));
+    constexpr std::int32_t other_size = -1; // of the struct, in other headers
+    if (answer != startCheck && answer != other_size)
+        return fail(Status::FactoryNotFound,
+                    where + ", class '" + name_ + "', is meant for other programs: its marks are others");
+    if (answer != startCheck || api_.startCheck != startCheck || api_.endCheck != endCheck ||
+        api_.structureSize != static_cast<std::int32_t>(sizeof(api_)) ||
+        api_.systemVersion != systemVersion || !api_.create || !api_.destroy) {
+        const std::string found = api_.startCheck == startCheck && api_.systemVersion > 0
                                       ? std::to_string(api_.systemVersion)
                                       : "unknown";
         return fail(Status::FactoryNotFunctional,
                     where + ", class '" + name_ + "', was built against another interface version (" + found +
-                        ", here " + std::to_string(SHLIBPP_SYSTEM_VERSION) + "): rebuild it");
+                        ", here " + std::to_string(systemVersion) + "): rebuild it");
     }
     char text[256];
     api_.getClassName(text, sizeof(text));

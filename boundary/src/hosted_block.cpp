@@ -15,12 +15,12 @@ namespace core = blockfactory::core;
 
 LegacyClass::LegacyClass(const std::string& file, std::string in_library, std::string its_name)
     : LegacyClass(std::make_shared<const Factory>(file.c_str(), its_name.c_str()), std::move(in_library),
-                  its_name) {
+                  its_name) {}
+LegacyClass::LegacyClass(std::shared_ptr<const Factory> factory, std::string in_library, std::string its_name)
+    : library(std::move(in_library)), name(std::move(its_name)), factory_(std::move(factory)) {
     if (!factory_->isValid())
         throw PluginError("plugin '" + library + "', block '" + name + "': " + factory_->getError());
 }
-LegacyClass::LegacyClass(std::shared_ptr<const Factory> factory, std::string in_library, std::string its_name)
-    : library(std::move(in_library)), name(std::move(its_name)), factory_(std::move(factory)) {}
 
 std::string LegacyClass::locate(const char* call, const std::string& reason) const {
     return "plugin '" + library + "', block '" + name + "', " + call + ": " + reason;
@@ -257,8 +257,10 @@ void add_legacy_classes(Library& library) {
         const auto& listed = library.classes();
         if (std::any_of(listed.begin(), listed.end(), [&](const auto& c) { return c.name == label; }))
             continue;
-        const auto legacy =
-            std::make_shared<const LegacyClass>(library.file().string(), library.name(), label);
+        const auto factory =
+            std::make_shared<const LegacyClass::Factory>(library.file().c_str(), label.c_str());
+        if (factory->getStatus() == LegacyClass::Factory::Status::FactoryNotFound) continue; // not for us
+        const auto legacy = std::make_shared<const LegacyClass>(factory, library.name(), label);
         library.group("hosted").add({library.name(), label, "hosted",
                                      "Hosted block " + legacy->factory().getClassName() + ".",
                                      [legacy](const Arguments& arguments) -> std::unique_ptr<Block> {

@@ -15,7 +15,7 @@ class LegacyClass {
   public:
     using Factory = blockfactory::core::ClassFactorySingleton::ClassFactory;
 
-    /// Throws PluginError.
+    /// Both throw PluginError.
     LegacyClass(const std::string& file, std::string library, std::string name);
     LegacyClass(std::shared_ptr<const Factory> factory, std::string library, std::string name);
 

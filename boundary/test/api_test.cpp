@@ -6,6 +6,7 @@
 #include "BlockFactory/Core/Signal.h"
 
 #include <cstdlib>
+#include <future>
 #include <gtest/gtest.h>
 #include <thread>
 
@@ -88,6 +89,9 @@ TEST(LegacySignal, KeepsItsWidthWhenFewerElementsAreSet) {
     EXPECT_NE(Log::getSingleton().getWarnings().find("Only 2 of the 3 elements"), std::string::npos);
     EXPECT_FALSE(signal.setBuffer(two, 4));
     errors();
+    Signal empty(Signal::DataFormat::CONTIGUOUS);
+    EXPECT_FALSE(empty.setBuffer(two, 2));
+    EXPECT_NE(errors().find("The signal has no memory yet."), std::string::npos);
 }
 
 TEST(LegacyParameters, ConvertValuesOnTheWayInAndOut) {
@@ -116,6 +120,10 @@ TEST(LegacyParameters, ReportWhatCannotBeConvertedInsteadOfThrowing) {
     Parameters p;
     EXPECT_FALSE(p.storeParameter(std::string("fast"), {ParameterType::DOUBLE, 2, 1, 1, "speed"}));
     EXPECT_NE(errors().find("'speed' cannot be stored: the text 'fast' is no number"), std::string::npos);
+    for (const auto type : {ParameterType::INT, ParameterType::BOOL}) {
+        EXPECT_FALSE(p.storeParameter(std::string("0.5"), {type, 2, 1, 1, "half"}));
+        EXPECT_NE(errors().find("the text '0.5' is no whole number"), std::string::npos);
+    }
     EXPECT_FALSE(p.storeParameter(1e30, {ParameterType::INT, 2, 1, 1, "count"}));
     EXPECT_NE(errors().find("does not fit an int"), std::string::npos);
     ASSERT_TRUE(p.storeParameter(std::string("fast"), {ParameterType::STRING, 2, 1, 1, "speed"}));
@@ -170,6 +178,38 @@ TEST(LegacyLog, CollectsUntilClearedFromAllThreads) {
     Log::getSingleton().clear();
 }
 
+TEST(LegacyLog, KeepsTextsApartThatAreWrittenWithinEachOther) {
+    Log::getSingleton().clear();
+    const auto many = [] {
+        for (int i = 0; i < 20; ++i) bfWarning << "inner " << i;
+        return "middle";
+    };
+    bfError << "outer " << many() << " end";
+    EXPECT_EQ(Log::getSingleton().getErrors(), "outer middle end\n");
+    EXPECT_NE(Log::getSingleton().getWarnings().find("inner 0\ninner 1\n"), std::string::npos);
+    const auto clear = [] {
+        Log::getSingleton().clear();
+        return 7;
+    };
+    bfError << "cleared " << clear() << " while it is written";
+    EXPECT_EQ(Log::getSingleton().getErrors(), "");
+}
+
+TEST(LegacyLog, ShowsAllThreadsWhatOneHasWritten) {
+    Log::getSingleton().clear();
+    std::promise<void> written, read;
+    std::thread other([&] {
+        bfError << "from a thread that lives on";
+        written.set_value();
+        read.get_future().wait();
+    });
+    written.get_future().wait();
+    EXPECT_EQ(Log::getSingleton().getErrors(), "from a thread that lives on\n");
+    read.set_value();
+    other.join();
+    Log::getSingleton().clear();
+}
+
 TEST(LegacyLog, IsBounded) {
     for (int i = 0; i < 5000; ++i) bfError << "x";
     EXPECT_LT(Log::getSingleton().getErrors().size(), 200000u);
@@ -202,6 +242,18 @@ TEST(LegacyFactory, SaysWhyThereIsNone) {
                   "interface version (4, here 5): rebuild it"),
         std::string::npos)
         << text;
+}
+
+TEST(LegacyFactory, OpensAClassOfOtherMarksWhenItIsAskedFor) {
+    const std::string file = BF_TEST_PLUGINS "/libOtherVersion.so";
+    const shlibpp::SharedLibraryClassFactory<Block> other(file.c_str(), SHLIBPP_DEFAULT_START_CHECK,
+                                                          SHLIBPP_DEFAULT_END_CHECK, 4, "Matrices");
+    EXPECT_TRUE(other.isValid()) << other.getError();
+    Block* block = other.create();
+    ASSERT_NE(block, nullptr);
+    other.destroy(block);
+    const shlibpp::SharedLibraryClassFactory<Block> own(file.c_str(), "Matrices");
+    EXPECT_EQ(own.getStatus(), shlibpp::SharedLibraryFactory::Status::FactoryNotFunctional);
 }
 
 TEST(LegacyFactory, IsMadeOnceAndDestroyedWhenNobodyHoldsIt) {

@@ -31,4 +31,6 @@ class SharedLibrary {
 
 } // namespace sharedlibpp
 
+namespace shlibpp = sharedlibpp; // its name until BlockFactory 1.0
+
 #endif

@@ -5,6 +5,7 @@
 #include "sharedlibpp/SharedLibrary.h"
 #include "sharedlibpp/SharedLibraryClassApi.h"
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ class SharedLibraryFactory {
     SharedLibraryFactory();
     /// Like open().
     explicit SharedLibraryFactory(const char* dll_name, const char* factory_name = nullptr);
+    SharedLibraryFactory(const char* dll_name, std::int32_t startCheck, std::int32_t endCheck,
+                         std::int32_t systemVersion, const char* factory_name = nullptr);
     SharedLibraryFactory(const SharedLibraryFactory&) = delete;
     SharedLibraryFactory& operator=(const SharedLibraryFactory&) = delete;
     virtual ~SharedLibraryFactory();
@@ -33,6 +36,9 @@ class SharedLibraryFactory {
     /// functions of the class `factory_name` from it. A plugin without them that lists a native block of that
     /// name offers it as a blockfactory::core::Block.
     bool open(const char* dll_name, const char* factory_name = nullptr);
+    /// For classes of SHLIBPP_DEFINE_SHARED_SUBCLASS_CUSTOM with these marks and version.
+    bool open(const char* dll_name, std::int32_t startCheck, std::int32_t endCheck,
+              std::int32_t systemVersion, const char* factory_name = nullptr);
     /// Adds a folder (or several, separated by ':') to be searched before SHLIBPP_PLUGIN_PATH.
     void extendSearchPath(const std::string& path);
 

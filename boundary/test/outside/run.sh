@@ -18,22 +18,25 @@ prefix/bin/blockfactory-exists WholeBodyToolbox MassMatrix
 prefix/bin/blockfactory-exists standard UnitDelay
 if prefix/bin/blockfactory-exists LegacyPlugin NoSuchBlock 2>/dev/null; then exit 1; fi
 prefix/bin/bf describe LegacyPlugin/Accumulate | grep -q factor
+prefix/bin/blockfactory-exists Plugin2019 Label
+made/engine2019 plugin/lib/blockfactory/libPlugin2019.so
 made/driver
 
-# The plugin runs in our engine: y = 2 (1 + 10) + 0.5 + the number of steps before.
+# The plugins run in our engine: y = 2 (1 + 10) + 0.5 + the number of steps before, and 1 + the length of "four".
 cat >model.yaml <<END
 model: hosted
-plugins: [LegacyPlugin]
+plugins: [LegacyPlugin, Plugin2019]
 step: 0.5
 stop: 1
 blocks:
   one: {block: Constant, value: 1}
   ten: {block: Constant, value: 10}
   sum: {block: LegacyPlugin/Accumulate, factor: 2, bias: 0.5}
-connections: {one: sum.u1, ten: sum.u2}
-record: [sum.y1]
+  label: {block: Plugin2019/Label, text: "'four'"}
+connections: {one: [sum.u1, label.u1], ten: sum.u2}
+record: [sum.y1, label.y1]
 END
-printf 'time,sum.y1\n0,22.5\n0.5,23.5\n' >expected.csv
+printf 'time,sum.y1,label.y1\n0,22.5,5\n0.5,23.5,5\n' >expected.csv
 prefix/bin/bf run model.yaml --record hosted.mcap
 prefix/bin/bf export hosted.mcap -o hosted.csv
 python3 "$source/tests/install/compare.py" hosted.csv expected.csv 0

@@ -36,8 +36,9 @@ template <class F> void guarded(SimStruct* S, const char* callback, F&& f) noexc
     try {
         f();
         auto& log = core::Log::getSingleton();
-        if (const std::string warnings = log.getWarnings(); !warnings.empty()) {
+        if (std::string warnings = log.getWarnings(); !warnings.empty()) {
             log.clearWarnings();
+            warnings.pop_back(); // the last line break
             ssWarning(S, warnings.c_str());
         }
     } catch (const std::exception& error) {

@@ -29,14 +29,14 @@ struct GeneratedModel : testing::Test {
 TEST_F(GeneratedModel, RunsItsBlocksAndStates) {
     ASSERT_TRUE(model.initialize()) << model.getErrors();
     EXPECT_EQ(Log::getSingleton().getErrors(), ""); // the dummy configuration leaves no noise
-    for (int i = 0; i < 3; ++i) model.model()->TestModel_U.input2[i] = 10 * i;
+    for (int i = 0; i < 3; ++i) model.model()->TestModel_U.summand[i] = 10 * i;
     for (int step = 0; step < 4; ++step) {
         ASSERT_TRUE(model.step()) << model.getErrors();
         const double offset[] = {0.5, 0.25, 0.125};
         for (int i = 0; i < 3; ++i) {
             const double delayed = step == 0 ? 0 : 10 * i + i + 1;
-            EXPECT_EQ(model.model()->TestModel_Y.Result[i], 2 * (delayed + 10 * i) + offset[i]);
-            EXPECT_EQ(model.model()->TestModel_Y.Ones[i], 1);
+            EXPECT_EQ(model.model()->TestModel_Y.sum[i], 2 * (delayed + 10 * i) + offset[i]);
+            EXPECT_EQ(model.model()->TestModel_Y.ones[i], 1);
         }
     }
     EXPECT_NEAR(model.model()->getRTM()->Timing.t[0], 0.04, 1e-15);
@@ -126,6 +126,15 @@ TEST_F(Information, RefusesPortsThatCannotBe) {
     EXPECT_EQ(information.getInputPortSignal(1), nullptr);
     EXPECT_NE(errors().find("there is no input port 1"), std::string::npos);
     EXPECT_EQ(information.getInputPortSignal(0).get(), information.getInputPortSignal(0).get());
+}
+
+TEST_F(Information, IsCalledAsTheGeneratedCodeSays) {
+    std::string name = "?";
+    EXPECT_TRUE(information.getUniqueName(name)); // code that gives no name has an empty one
+    EXPECT_EQ(name, "");
+    EXPECT_TRUE(information.setBlockName("model/old"));
+    EXPECT_TRUE(information.getUniqueName(name));
+    EXPECT_EQ(name, "model/old");
 }
 
 TEST_F(Information, ComparesDeclaredPortsWithTheGeneratedOnes) {

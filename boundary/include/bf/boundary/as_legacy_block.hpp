@@ -61,9 +61,10 @@ const char bf_inside_this_plugin = 0;
 }
 
 #define BF_LEGACY_BLOCK(label)                                                                               \
-    SHLIBPP_DEFINE_HOOK(label, bf::boundary::make_legacy_block(&bf_inside_this_plugin, #label),              \
-                        delete static_cast<blockfactory::core::Block*>(object), #label,                      \
-                        "blockfactory::core::Block")
+    SHLIBPP_DEFINE_HOOK(                                                                                     \
+        SHLIBPP_DEFAULT_START_CHECK, SHLIBPP_DEFAULT_END_CHECK, SHLIBPP_DEFAULT_SYSTEM_VERSION, label,       \
+        bf::boundary::make_legacy_block(&bf_inside_this_plugin, #label),                                     \
+        delete static_cast<blockfactory::core::Block*>(object), #label, "blockfactory::core::Block")
 
 /// Beside bf_plugin_v1, at global scope: exports the named blocks through the old factory symbols too.
 ///   BF_LEGACY_BLOCKS(MassMatrix, Jacobian)

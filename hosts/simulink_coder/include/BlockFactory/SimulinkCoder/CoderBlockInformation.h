@@ -25,6 +25,8 @@ class blockfactory::coder::CoderBlockInformation final : public blockfactory::co
     ~CoderBlockInformation() override;
 
     bool setUniqueBlockName(const std::string& blockUniqueName);
+    /// What code generated before BlockFactory 0.8 calls it.
+    bool setBlockName(const std::string& blockName) { return setUniqueBlockName(blockName); }
     /// Error when there are none.
     bool storeRTWParameters(const blockfactory::core::Parameters& parameters);
     /// Errors: an index given before, a null address, not one or two lengths above 0, an unknown type.

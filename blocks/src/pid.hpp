@@ -68,14 +68,31 @@ class PidQuantities {
     template <class Rule, class Y, class SI, class SD, class Period, class XI, class XD>
     void declare(Block* owner, const Y& to_y, const SI& slope_i, const SD& slope_d, const Period& period,
                  double theta_i, double theta_d, const XI& x_i, const XD& x_d) const {
+        with_operands(period, theta_i, theta_d, x_i, x_d, [&](const auto&... operands) {
+            Rule(owner, kernels::Pid{}, to_y, slope_i, slope_d, operands...);
+        });
+    }
+    /// The guard of a controller in continuous time.
+    template <class Branch, class XI, class XD>
+    void declare_guard(Block* owner, const Branch& branch, const XI& x_i, const XD& x_d) const {
+        with_operands(Constants({0}), 0, 0, x_i, x_d, [&](const auto&... operands) {
+            GuardRule(owner, kernels::PidBranch{}, branch, operands...);
+        });
+    }
+
+  private:
+    /// What the kernels read, as arguments of `make`.
+    template <class Period, class XI, class XD, class MakeRule>
+    void with_operands(const Period& period, double theta_i, double theta_d, const XI& x_i, const XD& x_d,
+                       const MakeRule& make) const {
         const auto kind = *anti_windup == "none"       ? kernels::AntiWindup::none
                           : *anti_windup == "clamping" ? kernels::AntiWindup::clamping
                                                        : kernels::AntiWindup::back_calculation;
         const Constants options({double(kind), double(*has_tracking), theta_i, theta_d}), one({1}), none({0});
         const auto rule = [&](const auto& weight_b, const auto& weight_c, const auto& measured,
                               const auto& follow) {
-            Rule(owner, kernels::Pid{}, to_y, slope_i, slope_d, options, P, I, D, N, weight_b, weight_c,
-                 tracking_time, lower, upper, period, x_i, x_d, r, measured, follow);
+            make(options, P, I, D, N, weight_b, weight_c, tracking_time, lower, upper, period, x_i, x_d, r,
+                 measured, follow);
         };
         if (m.is_present())
             *has_tracking ? rule(b, c, m, tracked) : rule(b, c, m, none);
@@ -83,7 +100,6 @@ class PidQuantities {
             *has_tracking ? rule(one, one, none, tracked) : rule(one, one, none, none);
     }
 
-  private:
     static constexpr double infinity = std::numeric_limits<double>::infinity();
 };
 

@@ -17,12 +17,25 @@ const Slot& slot_of(const Block& block, int slot) {
 
 std::string extents(const Size& size) { return number(size.rows) + ", " + number(size.cols); }
 
+/// A zero-crossing function that counts marks where an adaptive solver must stop, and is not answered.
+bool is_answered(const Slot& slot) { return slot.role == Role::guard && slot.type == Type::float64; }
+
 /// Does the block change its states when one of its zero-crossing functions changes its sign? Its arguments
 /// may leave it without such functions.
 bool answers_crossings(const Diagram& diagram, const DiagramNode& node) {
     const auto& slots = node.block->declaration().slots;
     return node.methods.event && diagram.rates[static_cast<std::size_t>(node.rate)].is_continuous &&
-           std::any_of(slots.begin(), slots.end(), [](const Slot& s) { return s.role == Role::guard; });
+           std::any_of(slots.begin(), slots.end(), is_answered);
+}
+
+/// Does an activity of such a block write what is answered?
+bool writes_answered(const Declaration& d, int activity) {
+    if (activity >= static_cast<int>(d.guard_rules.size())) return true;
+    for (std::size_t s = 0; s < d.slots.size(); ++s)
+        if (is_answered(d.slots[s]) &&
+            d.guard_rules[static_cast<std::size_t>(activity)].writes(static_cast<int>(s)))
+            return true;
+    return false;
 }
 
 /// Can every activity of the block be printed as a call of a kernel?
@@ -133,7 +146,8 @@ void Generator::place_all() {
                 if (!is_hosted(end.node)) place(end, "workspace_", workspace_, path);
                 break;
             case Role::guard:
-                if (answers_crossings(diagram_, diagram_.nodes[n])) place(end, "guards_", guards_, path);
+                if (is_answered(slots[s]) && answers_crossings(diagram_, diagram_.nodes[n]))
+                    place(end, "guards_", guards_, path);
                 break;
             }
         }
@@ -362,7 +376,10 @@ std::vector<Guarded> Generator::activities(const std::vector<Segment>& segments,
         const bool has_choice = phase == Phase::output && has_continuous_states() &&
                                 diagram_.rates[static_cast<std::size_t>(segment.rate)].is_continuous;
         for (const auto& activity : segment.activities) {
-            if (phase == Phase::guards && !answers_crossings(diagram_, node(activity.node))) continue;
+            if (phase == Phase::guards &&
+                (!answers_crossings(diagram_, node(activity.node)) ||
+                 !writes_answered(block(activity.node).declaration(), activity.index)))
+                continue;
             const bool is_inner = !has_choice || activity.node < 0 ||
                                   is_needed_inside_a_step_[static_cast<std::size_t>(activity.node)] != 0;
             if (is_inner != all.back().is_inner)

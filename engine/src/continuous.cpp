@@ -28,14 +28,20 @@ void Simulation::bind_guards() {
             if (node == last) continue;
             last = node;
             const auto& block = diagram_.nodes[static_cast<std::size_t>(node)];
-            if (!locates && !block.methods.event) continue;
             const auto& slots = block.block->declaration().slots;
+            const bool has_states = std::any_of(slots.begin(), slots.end(), [](const Slot& slot) {
+                return slot.role == Role::continuous_state;
+            });
             for (std::size_t i = 0; i < slots.size(); ++i) {
                 if (slots[i].role != Role::guard) continue;
+                // What counts only marks where a solver must stop.
+                const bool counts = slots[i].type != Type::float64;
+                const bool has_event = block.methods.event && !counts;
+                if (!locates && !has_event) continue;
                 const auto count = static_cast<std::size_t>(slots[i].size.count());
                 guard_bindings_.push_back({node, segment.condition, context_.data(node, static_cast<int>(i)),
-                                           slots[i].type, guard_values_.size(), count, false,
-                                           block.methods.event});
+                                           slots[i].type, guard_values_.size(), count, false, has_event,
+                                           counts && has_states});
                 guard_values_.resize(guard_values_.size() + count);
             }
         }
@@ -49,7 +55,7 @@ void Simulation::bind_guards() {
             const Slot& slot = diagram_.slot(signal);
             const auto count = static_cast<std::size_t>(slot.size.count());
             guard_bindings_.push_back({signal.node, condition.parent, context_.data(signal.node, signal.slot),
-                                       slot.type, guard_values_.size(), count, true, false});
+                                       slot.type, guard_values_.size(), count, true, false, false});
             guard_values_.resize(guard_values_.size() + count);
         }
     guard_before_.resize(guard_values_.size());
@@ -213,12 +219,12 @@ bool Simulation::evaluate_guards() noexcept {
     for (const auto& guard : guard_bindings_)
         for (std::size_t i = 0; i < guard.count; ++i) {
             double& value = guard_values_[guard.first + i];
-            value = is_active(guard.condition) ? read_value(guard.data, guard.type, static_cast<int>(i))
-                                               : std::numeric_limits<double>::quiet_NaN();
+            value = is_watched(guard) ? read_value(guard.data, guard.type, static_cast<int>(i))
+                                      : std::numeric_limits<double>::quiet_NaN();
             // Subsystems run above 0, so 0 lies on the other side: as near as a number that comes to it may
             // (its product with another guard must not underflow in a solver that compares signs by it), and
             // as far as 1 for what jumps, so that a crossing is found by halves.
-            if (guard.counts()) value = value == edges_[guard.first + i] ? 1 : -1;
+            if (guard.counts() && !std::isnan(value)) value = value == edges_[guard.first + i] ? 1 : -1;
             if (guard.is_control && value == 0) value = guard.type == Type::float64 ? -1e-100 : -1;
         }
     return true;
@@ -230,16 +236,35 @@ bool Simulation::crossed(const GuardBinding& guard) const noexcept {
                        [](std::int8_t direction) { return direction != 0; });
 }
 
-/// The block whose crossings follow each other so closely that time would hardly go on, or -1.
-int Simulation::accumulating(double t, int events) noexcept {
+bool Simulation::is_watched(const GuardBinding& guard) const noexcept {
+    return is_active(guard.condition) && !guard.is_sliding;
+}
+
+/// Do crossings follow each other so closely that time would hardly go on? Then the run ends. States that
+/// both sides of a jump of their derivative lead back to it slide along it: the solver goes on with steps
+/// that its error control finds short enough, and does not look for the jump until the end of the base step.
+bool Simulation::accumulates(double t, int events) noexcept {
     for (auto& guard : guard_bindings_) {
         if (!crossed(guard)) continue;
         auto& recent = guard.recent;
         recent.close = t - recent.last < 1e-4 * diagram_.step ? recent.close + 1 : 0;
         recent.last = t;
-        if (recent.close == 3 || events == most_events) return guard.node;
+        guard.is_sliding = guard.may_slide && recent.close >= 3;
+        const bool is_close = recent.close == 3 && !guard.may_slide;
+        if (events == most_events || (is_close && guard.counts()))
+            return !fail(
+                Status::failure("it jumps or crosses zero more often than {} times in one base step: "
+                                "give the model a shorter 'step', or let the signal change less often",
+                                events == most_events ? most_events : 10000),
+                guard.node);
+        if (is_close)
+            return !fail(
+                Status::failure(
+                    "its zero crossings accumulate (Zeno behaviour or chattering): let the block rest "
+                    "below a small speed, or give it hysteresis"),
+                guard.node);
     }
-    return -1;
+    return false;
 }
 
 /// What counts crosses where it differs from now.
@@ -247,8 +272,7 @@ void Simulation::count_edges() noexcept {
     for (const auto& guard : guard_bindings_)
         for (std::size_t i = 0; guard.counts() && i < guard.count; ++i) {
             edges_[guard.first + i] = read_value(guard.data, guard.type, static_cast<int>(i));
-            if (is_active(guard.condition))
-                guard_values_[guard.first + i] = guard_before_[guard.first + i] = 1;
+            if (is_watched(guard)) guard_values_[guard.first + i] = guard_before_[guard.first + i] = 1;
         }
 }
 
@@ -289,13 +313,12 @@ bool Simulation::answer_crossings(double t, bool is_inside_step) noexcept {
             for (; g < guard_bindings_.size() && guard_bindings_[g].node == guard.node &&
                    !guard_bindings_[g].is_control;
                  ++g)
-                for (std::size_t i = 0; i < guard_bindings_[g].count; ++i) {
+                for (std::size_t i = 0; guard_bindings_[g].has_event && i < guard_bindings_[g].count; ++i) {
                     const auto direction = crossed_[guard_bindings_[g].first + i];
-                    if (!guard_bindings_[g].counts())
-                        static_cast<double*>(guard_bindings_[g].data)[i] = direction;
+                    static_cast<double*>(guard_bindings_[g].data)[i] = direction;
                     is_crossed = is_crossed || direction != 0;
                 }
-            if (!is_crossed || !guard.has_event) continue;
+            if (!is_crossed) continue;
             if (first < 0) first = guard.node;
             if (const Status status = context_.event(guard.node); !status) return fail(status, guard.node);
         }
@@ -359,14 +382,12 @@ bool Simulation::integrate(double t) noexcept {
             const int worst = solver_->worst_state();
             return fail(solver_->failure(), worst < 0 ? -1 : owner(Role::continuous_state, x.data() + worst));
         }
-        if (outcome == Solver::Outcome::reached) return finish_outputs(end);
+        if (outcome == Solver::Outcome::reached) {
+            for (auto& guard : guard_bindings_) guard.is_sliding = false;
+            return finish_outputs(end);
+        }
         std::copy(solver_->crossings().begin(), solver_->crossings().end(), crossed_.begin());
-        if (const int node = accumulating(t, ++events); node >= 0 || events == most_events)
-            return fail(
-                Status::failure(
-                    "its zero crossings accumulate (Zeno behaviour or chattering): let the block rest "
-                    "below a small speed, or give it hysteresis"),
-                node);
+        if (accumulates(t, ++events)) return false;
         if (!finish_outputs(t)) return false;
         const Raised event(is_at_event_);
         event_time_ = t;

@@ -53,6 +53,14 @@ class Cvode final : public Solver {
         CVodeSetLinearSolver(memory_.get(), linear_.get(), matrix_.get());
         CVodeSetNoInactiveRootWarn(memory_.get());
         roots_.resize(system_.guards.size());
+        guards_at_base_.resize(system_.guards.size());
+        if (roots_.empty()) return;
+        // CVODE's own difference quotients would reach across jumps of the derivative, and Newton's iteration
+        // stands still where it takes such a jump for a slope.
+        if (matrix_)
+            CVodeSetJacFn(memory_.get(), jacobian);
+        else
+            CVodeSetJacTimes(memory_.get(), begin_products, product);
     }
 
     void restart(double t) override {
@@ -133,6 +141,85 @@ class Cvode final : public Solver {
         return 0;
     }
 
+    /// Remembers on which side of its guards the system is at x.
+    bool begin_differences(double t, N_Vector x) {
+        load(x);
+        if (!system_.evaluate_guards(t, false)) return false;
+        std::copy(system_.guards.begin(), system_.guards.end(), guards_at_base_.begin());
+        return true;
+    }
+    /// result := (f(x + moved) - f(x)) / length, backwards where a guard is crossed, and 0 where guards are
+    /// crossed on both sides. Where a guard is not looked at, a state may slide along its jump: of both sides
+    /// the one where f changes less counts. `move(s)` puts x + s moved into the system's memory.
+    template <class Move>
+    bool difference(double t, const double* rate, double length, double* result, const Move& move) {
+        const std::size_t n = system_.x.size();
+        const bool is_doubtful = std::any_of(guards_at_base_.begin(), guards_at_base_.end(),
+                                             [](double guard) { return std::isnan(guard); });
+        bool is_known = false;
+        for (const double sign : {1.0, -1.0}) {
+            move(sign);
+            if (!system_.derivatives(t) || !system_.evaluate_guards(t, true)) return false;
+            if (has_crossed()) continue;
+            for (std::size_t i = 0; i < n; ++i) {
+                const double slope = (system_.rate[i] - rate[i]) / (sign * length);
+                if (!is_known || std::abs(slope) < std::abs(result[i])) result[i] = slope;
+            }
+            is_known = true;
+            if (!is_doubtful) break;
+        }
+        if (!is_known) std::fill_n(result, n, 0.0);
+        return true;
+    }
+    bool has_crossed() const {
+        for (std::size_t i = 0; i < guards_at_base_.size(); ++i)
+            if (crossing(guards_at_base_[i], system_.guards[i]) != 0) return true;
+        return false;
+    }
+    /// Increments as CVODE's own (cvode_ls.c, cvLsDenseDQJac; Hindmarsh and others, User Documentation for
+    /// CVODE, §2.3).
+    static int jacobian(double t, N_Vector x, N_Vector rate, SUNMatrix matrix, void* self, N_Vector weights,
+                        N_Vector, N_Vector) {
+        auto& solver = *static_cast<Cvode*>(self);
+        double h = 0;
+        CVodeGetErrWeights(solver.memory_.get(), weights);
+        CVodeGetCurrentStep(solver.memory_.get(), &h);
+        const double norm = N_VWrmsNorm(rate, weights);
+        const auto n = static_cast<double>(solver.system_.x.size());
+        const double least = norm > 0 ? 1000 * std::abs(h) * epsilon * n * norm : 1;
+        if (!solver.begin_differences(t, x)) return -1;
+        const double *begin = N_VGetArrayPointer(x), *weight = N_VGetArrayPointer(weights);
+        for (std::size_t j = 0; j < solver.system_.x.size(); ++j) {
+            const double length = std::max(std::sqrt(epsilon) * std::abs(begin[j]), least / weight[j]);
+            const auto move = [&](double sign) {
+                solver.load(x);
+                solver.system_.x[j] += sign * length;
+            };
+            if (!solver.difference(t, N_VGetArrayPointer(rate), length,
+                                   SUNDenseMatrix_Column(matrix, static_cast<sunindextype>(j)), move))
+                return -1;
+        }
+        return 0;
+    }
+    static int begin_products(double t, N_Vector x, N_Vector, void* self) {
+        return static_cast<Cvode*>(self)->begin_differences(t, x) ? 0 : -1;
+    }
+    /// Jacobian times v, with a step to x as long as the tolerances are.
+    static int product(N_Vector v, N_Vector result, double t, N_Vector x, N_Vector rate, void* self,
+                       N_Vector weights) {
+        auto& solver = *static_cast<Cvode*>(self);
+        CVodeGetErrWeights(solver.memory_.get(), weights);
+        const double length = 1 / N_VWrmsNorm(v, weights);
+        const double* along = N_VGetArrayPointer(v);
+        const auto move = [&](double sign) {
+            solver.load(x);
+            for (std::size_t i = 0; i < solver.system_.x.size(); ++i)
+                solver.system_.x[i] += sign * length * along[i];
+        };
+        return solver.difference(t, N_VGetArrayPointer(rate), length, N_VGetArrayPointer(result), move) ? 0
+                                                                                                        : -1;
+    }
+
     void load(N_Vector x) { std::copy_n(N_VGetArrayPointer(x), system_.x.size(), system_.x.begin()); }
     /// The state at a time of the last step, in the system's memory.
     void interpolate(double t) {
@@ -189,7 +276,8 @@ class Cvode final : public Solver {
     Owned<SUNLinearSolver, SUNLinSolFree> linear_;
     std::unique_ptr<void, FreeMemory> memory_;
     std::vector<int> roots_;
-    double first_step_ = 0; ///< after the next restart; 0: CVODE finds one
+    std::vector<double> guards_at_base_; ///< where difference quotients begin
+    double first_step_ = 0;              ///< after the next restart; 0: CVODE finds one
 };
 
 } // namespace

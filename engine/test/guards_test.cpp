@@ -79,3 +79,122 @@ TEST(Events, OfStandardBlocksAreLocatedWhereTheseJumpOrBend) {
                     << solver << ": " << block << " at " << time;
         }
 }
+
+TEST(Events, OfAPulseFarFasterThanTheStepEndTheRunWithItsRemedy) {
+    Session run("model: m\nstep: 1\nsolver: dormand_prince45\nblocks:\n  p: {block: Pulse, cycle: 1e-5}\n"
+                "  x: {block: Integrator}\nconnections: {p: x}\n");
+    EXPECT_FALSE(run.simulation->step());
+    EXPECT_EQ(run.simulation->failure(),
+              "p: it jumps or crosses zero more often than 10000 times in one base step: give the model a "
+              "shorter 'step', or let the signal change less often");
+}
+
+namespace {
+
+/// After as many steps of 0.01 s as stand before a time.
+double after(Session& run, const std::string& path, double time) {
+    const auto steps = run.simulation->steps_before(time) - run.simulation->steps() + 1;
+    return run.trace(path, static_cast<int>(steps)).back();
+}
+
+std::string limited_by(const std::string& solver, const std::string& block, const std::string& more) {
+    return "model: m\nstep: 0.01\nstop: 20\nrelative_tolerance: 1e-8\nsolver: " + solver + "\nblocks:\n" +
+           more + "  x: {block: " + block + "}\n  z: {block: Integrator}\n";
+}
+
+const double pi = std::acos(-1);
+
+} // namespace
+
+TEST(Limits, OfAnIntegratorAreLeftWhereTheInputTurns) {
+    // x' = 2 cos t from 0.3: up to 1.2, where it stays until pi/2, down to -0.5 until 3 pi/2, and so on.
+    const auto exact = [](double t) {
+        return t < pi / 2     ? std::min(1.2, 0.3 + 2 * std::sin(t))
+               : t < 1.5 * pi ? std::max(-0.5, 1.2 + 2 * (std::sin(t) - 1))
+                              : std::min(1.2, -0.5 + 2 * (std::sin(t) + 1));
+    };
+    for (const std::string solver : adaptive_solvers)
+        for (const auto* sign : {"", "-"}) { // both limits, from both sides
+            const std::string m = sign,
+                              limits = m.empty() ? "lower: -0.5, upper: 1.2" : "lower: -1.2, upper: 0.5";
+            Session run(limited_by(solver, "LimitedIntegrator, " + limits + ", initial: " + m + "0.3",
+                                   "  u: {block: Sine, amplitude: " + m + "2, phase: pi/2}\n") +
+                        "connections: {u: [x.u, z]}\n");
+            for (const double t : {0.4, 1.0, 1.7, 2.5, 4.0, 4.8, 5.5, 7.0})
+                EXPECT_NEAR(after(run, "x.y", t), (m.empty() ? 1 : -1) * exact(t), 1e-6) << solver << t;
+        }
+}
+
+TEST(Limits, OfTheIntegralAreLeftWhereTheErrorTurns) {
+    // With I alone clamping is a limited integrator.
+    for (const std::string solver : adaptive_solvers) {
+        Session run(
+            limited_by(solver,
+                       "PID, P: 0, I: 1, lower: -0.5, upper: 1.2, initial: 0.3, anti_windup: clamping",
+                       "  u: {block: Sine, amplitude: 2, phase: pi/2}\n") +
+            "connections: {u: [x, z]}\n");
+        for (const double t : {0.4, 1.0, 1.7, 2.5, 4.0, 4.8, 5.5})
+            EXPECT_NEAR(after(run, "x", t),
+                        t < pi / 2     ? std::min(1.2, 0.3 + 2 * std::sin(t))
+                        : t < 1.5 * pi ? std::max(-0.5, 1.2 + 2 * (std::sin(t) - 1))
+                                       : std::min(1.2, -0.5 + 2 * (std::sin(t) + 1)),
+                        1e-6)
+                << solver << t;
+    }
+}
+
+TEST(Limits, LetAStateSlideAlongThem) {
+    // v = cos s + w with s = t + pi/4 - 0.2: below 1 the integral grows faster than cos s falls until t =
+    // 0.2, above 1 it stands still. The solution in the sense of Filippov stays at 1 until then.
+    for (const std::string solver : adaptive_solvers) {
+        Session run(
+            "model: m\nstep: 0.1\nstop: 2\nrelative_tolerance: 1e-5\nabsolute_tolerance: 1e-6\nsolver: " +
+            solver +
+            "\nblocks:\n  u: {block: Sine, phase: 3*pi/4 - 0.2}\n"
+            "  x: {block: PID, P: 1, I: 1, lower: -5, upper: 1, initial: 1 - cos(pi/4 - 0.2), "
+            "anti_windup: clamping}\n  z: {block: Integrator}\nconnections: {u: [x, z]}\n");
+        const auto y = run.trace("x", 16);
+        for (int k = 0; k < 16; ++k) {
+            const double s = 0.1 * k + pi / 4 - 0.2;
+            EXPECT_NEAR(y[static_cast<std::size_t>(k)],
+                        k <= 2 ? 1 : std::cos(s) + std::sin(s) + 1 - 2 * std::sin(pi / 4), 5e-3)
+                << solver << ' ' << k;
+        }
+    }
+}
+
+TEST(Limits, OfPositionAreLeftWhereTheAccelerationTurns) {
+    // v' = 2 sin(t + 0.7), x' = v: each flight ends at a limit at rest, and the next one begins there when
+    // the acceleration leads inwards.
+    struct Flight {
+        double begin, from, end;
+        double at(double t) const {
+            return from +
+                   2 * (std::cos(begin + 0.7) * (t - begin) - std::sin(t + 0.7) + std::sin(begin + 0.7));
+        }
+    };
+    std::vector<Flight> flights{{0, 0, 0}};
+    for (double t = 0; t < 20; t += 1e-5) {
+        Flight& flight = flights.back();
+        if (flight.end == 0) {
+            if (std::abs(flight.at(t)) > 1) flight.end = t;
+        } else if (const double limit = std::copysign(1.0, flight.at(flight.end));
+                   limit * std::sin(t + 0.7) < 0) {
+            flights.push_back({t, limit, 0});
+        }
+    }
+    EXPECT_GT(flights.size(), 4u);
+    const auto exact = [&](double t) {
+        const auto flight =
+            std::find_if(flights.rbegin(), flights.rend(), [&](auto f) { return f.begin <= t; });
+        return flight->end == 0 || t < flight->end ? flight->at(t)
+                                                   : std::copysign(1.0, flight->at(flight->end));
+    };
+    for (const std::string solver : adaptive_solvers) {
+        Session run(limited_by(solver, "SecondOrderIntegrator, lower_x: -1, upper_x: 1",
+                               "  u: {block: Sine, amplitude: 2, phase: 0.7}\n") +
+                    "connections: {u: [x, z]}\n");
+        for (const double t : {0.6, 2.0, 3.1, 5.0, 6.5, 9.0, 13.0, 17.5})
+            EXPECT_NEAR(after(run, "x.x", t), exact(t), 1e-4) << solver << t;
+    }
+}

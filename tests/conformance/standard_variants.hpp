@@ -86,6 +86,7 @@ inline const std::multimap<std::string, Settings>& variants() {
             {"DiscretePID2", {{"anti_windup", "clamping"}, {"filter_method", "trapezoidal"}}},
             {"TransferFunction", {{"numerator", row({1, 2})}}},
             {"PID", {{"reset", "falling"}, {"tracking", true}}},
+            {"PID", {{"anti_windup", "clamping"}}},
             {"LimitedIntegrator",
              {{"reset", "either"},
               {"initial_source", "external"},

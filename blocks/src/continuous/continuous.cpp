@@ -64,6 +64,7 @@ template <bool has_setpoint> class PID final : public Block {
         q.template declare<OutputRule>(this, q.y, slope_i, slope_d, no_period, 0, 0, x_i, x_d);
         q.template declare<DerivativeRule>(this, now_y, bf::derivative(x_i), bf::derivative(x_d), no_period,
                                            0, 0, x_i, x_d);
+        q.declare_guard(this, branch, x_i, x_d);
         if (reset_input.is_present()) reset_input.declare_guard(this, restarts);
     }
     AnyShape shape{this};
@@ -77,6 +78,8 @@ template <bool has_setpoint> class PID final : public Block {
     Workspace<Numbers> slope_i{this, "slope_i", {.shape = shape}};
     Workspace<Numbers> slope_d{this, "slope_d", {.shape = shape}};
     Workspace<Numbers> now_y{this, "now_y", {.shape = shape}};
+    GuardOf<Array<std::int32_t>> branch{
+        this, "branch", {.shape = shape, .doc = "limit that y is at, and whether the integral stands still"}};
     Guard restarts{this, "restarts", {.doc = "sign of the reset input", .present = reset_input.is_present()}};
 
     Status event(Now at, After after) const noexcept override {

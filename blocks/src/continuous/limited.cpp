@@ -12,6 +12,7 @@ namespace {
 
 using Numbers = Array<double>;
 using GuardRow = GuardOf<Numbers>;
+using Sides = GuardOf<Array<std::int32_t>>;
 
 /// dz/dt = u between limits, with reset. z = x + base, so that an external initial value can be taken over:
 /// base is that value, known in the first step or at a reset, and x begins at 0.
@@ -89,10 +90,12 @@ class LimitedIntegrator final : public Block {
     Workspace<Numbers> z{this, "z", {.shape = shape}};
     GuardRow above{this, "above", {.shape = shape, .doc = "distance above the upper limit"}};
     GuardRow below{this, "below", {.shape = shape, .doc = "distance above the lower limit"}};
+    Sides held{this, "held", {.shape = shape, .doc = "limit that u presses against: 1 upper, -1 lower"}};
     Guard restarts{this, "restarts", {.doc = "sign of the reset input", .present = reset_input.is_present()}};
     DerivativeRule derivative_rule{this, kernels::LimitedRate{}, bf::derivative(x), lower, upper, y, u};
     GuardRule guard_above{this, kernels::Subtract{}, above, z, upper};
     GuardRule guard_below{this, kernels::Subtract{}, below, z, lower};
+    GuardRule guard_held{this, kernels::HeldSide{}, held, lower, upper, y, u};
 
     Status event(Now at, After after) const noexcept override {
         const bool begins = reset_input.is_due(at, restarts);
@@ -144,6 +147,10 @@ class SecondOrderIntegrator final : public Block {
     Workspace<Numbers> free_v{this, "free_v", {.shape = shape}};
     GuardRow above{this, "above", {.shape = shape, .doc = "distance above the upper limit of x"}};
     GuardRow below{this, "below", {.shape = shape, .doc = "distance above the lower limit of x"}};
+    Sides held{this, "held", {.shape = shape, .doc = "limit of x that the velocity presses against"}};
+    Sides pressed{this, "pressed", {.shape = shape, .doc = "limit of x that u presses against"}};
+    Sides held_v{this, "held_v", {.shape = shape, .doc = "limit of v that u presses against"}};
+    Sides at_v{this, "at_v", {.shape = shape, .doc = "limit of v that is reached"}};
     OutputRule rule_x{this, kernels::Saturate{}, y, lower_x, upper_x, q};
     OutputRule rule_limits{this, kernels::Saturate{}, free_v, lower_v, upper_v, q_dot};
     OutputRule rule_v{this, kernels::LimitedRate{}, v, lower_x, upper_x, y, free_v};
@@ -152,6 +159,10 @@ class SecondOrderIntegrator final : public Block {
     DerivativeRule rule_q_dot{this, kernels::LimitedRate{}, bf::derivative(q_dot), lower_x, upper_x, y, rate};
     GuardRule guard_above{this, kernels::Subtract{}, above, q, upper_x};
     GuardRule guard_below{this, kernels::Subtract{}, below, q, lower_x};
+    GuardRule guard_held{this, kernels::HeldSide{}, held, lower_x, upper_x, y, q_dot};
+    GuardRule guard_pressed{this, kernels::HeldSide{}, pressed, lower_x, upper_x, y, u};
+    GuardRule guard_held_v{this, kernels::HeldSide{}, held_v, lower_v, upper_v, q_dot, u};
+    GuardRule guard_at_v{this, kernels::LimitReached{}, at_v, lower_v, upper_v, q_dot};
 
     Status event(Now at, After after) const noexcept override {
         for (Eigen::Index i = 0; i < at[q].size(); ++i) {

@@ -155,13 +155,16 @@ class Simulation {
         Type type;
         std::size_t first, count; ///< place among all guards
         bool is_control, has_event;
+        bool may_slide; ///< it tells of a jump in the derivative of the block's own states
+        bool is_sliding = false;
         /// A guard of whole numbers counts what it tells of, and crosses wherever it changes.
         bool counts() const { return !is_control && type != Type::float64; }
         struct Recent {
             double last = -1;       ///< when it crossed [s]
             std::int64_t close = 0; ///< how often in a row it crossed at once again
-        } recent{};
+        } recent = {};
     };
+    bool is_watched(const GuardBinding& guard) const noexcept;
     /// An output that must stay finite.
     struct Watched {
         int rate, condition, node;
@@ -216,7 +219,7 @@ class Simulation {
     int nan_state(double t, bool looks_ahead) noexcept;
     bool integrate(double t) noexcept;
     bool crossed(const GuardBinding& guard) const noexcept;
-    int accumulating(double t, int events) noexcept;
+    bool accumulates(double t, int events) noexcept;
     void count_edges() noexcept;
     bool compare_guards() noexcept;
     bool find_crossings() noexcept;

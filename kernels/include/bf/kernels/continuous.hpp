@@ -6,6 +6,14 @@
 /// Outputs and derivatives of continuous states, element by element, and zero-crossing functions.
 namespace bf::kernels {
 
+namespace detail {
+/// Where a state that shows as y stays because u would lead further out: 1 at the upper limit, -1 at the
+/// lower one, else 0.
+constexpr int held_side(double lower, double upper, double y, double u) noexcept {
+    return y >= upper && u > 0 ? 1 : y <= lower && u < 0 ? -1 : 0;
+}
+} // namespace detail
+
 /// Derivative u of a state that shows as y between lower and upper: 0 where u would lead further out.
 struct LimitedRate {
     static constexpr const char* name = "bf::kernels::LimitedRate{}";
@@ -13,11 +21,23 @@ struct LimitedRate {
     constexpr void operator()(const R& rate, const L& lower, const H& upper, const Y& y,
                               const U& u) const noexcept {
         for (int i = 0; i < rate.size(); ++i) {
-            const double slope = u[pick(i, u.size())], at = y[pick(i, y.size())];
-            const bool is_held = (at >= upper[pick(i, upper.size())] && slope > 0) ||
-                                 (at <= lower[pick(i, lower.size())] && slope < 0);
+            const double slope = u[pick(i, u.size())];
+            const bool is_held = detail::held_side(lower[pick(i, lower.size())], upper[pick(i, upper.size())],
+                                                   y[pick(i, y.size())], slope) != 0;
             rate[i] = is_held ? 0 : slope;
         }
+    }
+};
+
+/// g tells at which limit a LimitedRate is 0: it changes where the state is stopped, and where it leaves.
+struct HeldSide {
+    static constexpr const char* name = "bf::kernels::HeldSide{}";
+    template <class G, class L, class H, class Y, class U>
+    constexpr void operator()(const G& g, const L& lower, const H& upper, const Y& y,
+                              const U& u) const noexcept {
+        for (int i = 0; i < g.size(); ++i)
+            g[i] = detail::held_side(lower[pick(i, lower.size())], upper[pick(i, upper.size())],
+                                     y[pick(i, y.size())], u[pick(i, u.size())]);
     }
 };
 

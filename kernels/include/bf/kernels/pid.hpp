@@ -7,6 +7,38 @@ namespace bf::kernels {
 
 enum class AntiWindup { none, back_calculation, clamping };
 
+namespace detail {
+/// One element of a Pid: `side` is 1 where v is above the upper limit, -1 below the lower one, else 0.
+struct PidElement {
+    double y, slope_i, slope_d;
+    int side;
+    bool stops; ///< the integral, by clamping
+};
+template <class O, class P, class I, class D, class N, class B, class C, class K, class L, class H, class T,
+          class XI, class XD, class R, class M, class A>
+constexpr PidElement pid_element(int k, const O& options, const P& p, const I& i, const D& d,
+                                 const N& bandwidth, const B& b, const C& c, const K& tracking_time,
+                                 const L& lower, const H& upper, const T& period, const XI& x_i,
+                                 const XD& x_d, const R& r, const M& m, const A& tracked) noexcept {
+    const auto anti_windup = static_cast<AntiWindup>(static_cast<int>(options[0]));
+    const auto at = [k](const auto& v) { return v[pick(k, v.size())]; };
+    const double set = at(r), is = at(m), n = at(bandwidth);
+    const double drive = at(i) * (set - is);
+    // q = N (c r - m - x_d - θ T q), solved for q
+    const double q = n * (at(c) * set - is - at(x_d)) / (1 + options[3] * period[0] * n);
+    const double w = at(x_i) + options[2] * period[0] * drive;
+    const double v = at(p) * (at(b) * set - is) + w + at(d) * q;
+    const double low = at(lower), high = at(upper), limited = clamp(v, low, high);
+    const int side = v > high ? 1 : v < low ? -1 : 0;
+    const bool stops = anti_windup == AntiWindup::clamping && side * drive > 0;
+    double slope = drive;
+    if (anti_windup == AntiWindup::back_calculation) slope += (limited - v) / at(tracking_time);
+    if (stops) slope = 0;
+    if (options[1] != 0) slope += (at(tracked) - limited) / at(tracking_time);
+    return {limited, slope, q, side, stops};
+}
+} // namespace detail
+
 /// PID controller of the setpoint r and the measurement m, element by element:
 ///
 ///   e = r - m,   q = N (c r - m - z),   v = P (b r - m) + w + D q,   y = clamp(v, lower, upper)
@@ -19,31 +51,27 @@ enum class AntiWindup { none, back_calculation, clamping };
 /// Åström, Hägglund, Advanced PID Control, §3.5 (limits) and §13.4 (discretisation).
 struct Pid {
     static constexpr const char* name = "bf::kernels::Pid{}";
-    template <class Y, class SI, class SD, class O, class P, class I, class D, class N, class B, class C,
-              class K, class L, class H, class T, class XI, class XD, class R, class M, class A>
-    constexpr void operator()(const Y& y, const SI& slope_i, const SD& slope_d, const O& options, const P& p,
-                              const I& i, const D& d, const N& bandwidth, const B& b, const C& c,
-                              const K& tracking_time, const L& lower, const H& upper, const T& period,
-                              const XI& x_i, const XD& x_d, const R& r, const M& m,
-                              const A& tracked) const noexcept {
-        const auto anti_windup = static_cast<AntiWindup>(static_cast<int>(options[0]));
-        const auto at = [](const auto& v, int k) { return v[pick(k, v.size())]; };
+    template <class Y, class SI, class SD, class... Operands>
+    constexpr void operator()(const Y& y, const SI& slope_i, const SD& slope_d,
+                              const Operands&... operands) const noexcept {
         for (int k = 0; k < y.size(); ++k) {
-            const double set = at(r, k), is = at(m, k), n = at(bandwidth, k);
-            const double drive = at(i, k) * (set - is);
-            // q = N (c r - m - x_d - θ T q), solved for q
-            const double q = n * (at(c, k) * set - is - at(x_d, k)) / (1 + options[3] * period[0] * n);
-            const double w = at(x_i, k) + options[2] * period[0] * drive;
-            const double v = at(p, k) * (at(b, k) * set - is) + w + at(d, k) * q;
-            const double low = at(lower, k), high = at(upper, k), limited = clamp(v, low, high);
-            double slope = drive;
-            if (anti_windup == AntiWindup::back_calculation) slope += (limited - v) / at(tracking_time, k);
-            if (anti_windup == AntiWindup::clamping && ((v > high && drive > 0) || (v < low && drive < 0)))
-                slope = 0;
-            if (options[1] != 0) slope += (at(tracked, k) - limited) / at(tracking_time, k);
-            y[k] = limited;
-            slope_i[k] = slope;
-            slope_d[k] = q;
+            const auto element = detail::pid_element(k, operands...);
+            y[k] = element.y;
+            slope_i[k] = element.slope_i;
+            slope_d[k] = element.slope_d;
+        }
+    }
+};
+
+/// g tells for each element of a Pid at which limit it is, and whether its integral stands still: it changes
+/// where y or a slope has a corner or jumps.
+struct PidBranch {
+    static constexpr const char* name = "bf::kernels::PidBranch{}";
+    template <class G, class... Operands>
+    constexpr void operator()(const G& g, const Operands&... operands) const noexcept {
+        for (int k = 0; k < g.size(); ++k) {
+            const auto element = detail::pid_element(k, operands...);
+            g[k] = 2 * element.side + element.stops;
         }
     }
 };

@@ -277,6 +277,7 @@ bool @Class@::start_hosted_blocks() noexcept {
 
 Quantities @Class@::parameter_table() const noexcept { return hosted_ ? of(hosted_)->parameters() : Quantities{nullptr, 0}; }
 Quantities @Class@::variable_table() const noexcept { return hosted_ ? of(hosted_)->variables() : Quantities{nullptr, 0}; }
+Quantities @Class@::input_table() const noexcept { return hosted_ ? of(hosted_)->inputs() : Quantities{nullptr, 0}; }
 Quantities @Class@::recorded_table() const noexcept { return hosted_ ? of(hosted_)->recorded() : Quantities{nullptr, 0}; }
 Quantities @Class@::check_table() const noexcept { return hosted_ ? of(hosted_)->checks() : Quantities{nullptr, 0}; }
 FixedNames @Class@::fixed_table() const noexcept { return hosted_ ? of(hosted_)->fixed() : FixedNames{nullptr, 0}; }

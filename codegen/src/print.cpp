@@ -173,9 +173,9 @@ std::string Generator::header(const Calls& calls) const {
                "set_arguments(std::vector<bf::generated::Entry> arguments) { arguments_ = "
                "std::move(arguments); }\n"
              : "") +
-        "    " + table + "Quantities recorded_table() " + end +
-        "    /// Values that the model reports at its end.\n    " + table + "Quantities check_table() " +
-        end +
+        "    " + table + "Quantities input_table() " + end + "    " + table + "Quantities recorded_table() " +
+        end + "    /// Values that the model reports at its end.\n    " + table +
+        "Quantities check_table() " + end +
         "    void* data(const bf::generated::Quantity& quantity) noexcept;\n"
         "    const void* data(const bf::generated::Quantity& quantity) const noexcept;\n\n"
         "  private:\n";
@@ -586,8 +586,7 @@ Files Generator::run() {
         std::string list;
         for (const auto& source : sources) list += " " + source;
         add_interfaces(files);
-        for (const char* support : {"parameter_file", "command_port", "run"})
-            add_header(std::string("bf/codegen/") + support + ".hpp", files);
+        add_header("bf/codegen/run.hpp", files);
     }
     files["CMakeLists.txt"] = cmake_lists(sources);
     files["README.md"] = readme();

@@ -96,7 +96,7 @@ std::string Generator::fixed_rows() const {
 
 std::string Generator::tables() const {
     const auto& d = diagram_;
-    std::string parameters, recorded, checks, variables;
+    std::string parameters, inputs, recorded, checks, variables;
     for (const auto& field : formulas_.variables) {
         const auto& v = definition(field.definition);
         variables += "    {" + literal(v.path) + ", " + literal(v.unit) + ", " + literal(v.about()) +
@@ -105,6 +105,8 @@ std::string Generator::tables() const {
                      field.member + "), " + number(formula_of(v.path)) + limits_text(v.limits) + "},\n";
     }
     for (const auto& field : parameters_) parameters += table_row(field.path, field.end);
+    for (const auto& input : d.inputs)
+        if (!place_of(input.end).member.empty()) inputs += table_row(input.path, input.end);
     std::unordered_set<std::string> seen;
     for (const auto& signal : d.recorded())
         if (!place_of(signal.end).member.empty() && seen.insert(signal.path).second)
@@ -131,7 +133,7 @@ std::string Generator::tables() const {
            class_ +
            "::find_parameter(const char* name) noexcept {\n    const Quantity* found = "
            "parameter_table().find(name);\n    return found ? found : variable_table().find(name);\n}\n\n" +
-           table("recorded", recorded) + table("check", checks) + "void* " + class_ +
+           table("input", inputs) + table("recorded", recorded) + table("check", checks) + "void* " + class_ +
            "::data(const Quantity& quantity) noexcept {\n"
            "    return const_cast<void*>(static_cast<const " +
            class_ +

@@ -1,4 +1,5 @@
 #include "cases.hpp"
+#include "program.hpp"
 
 #include "bf/codegen/parameter_file.hpp"
 #include "bf/engine/simulation.hpp"
@@ -20,27 +21,6 @@ namespace bf::codegen::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-void write_text(const fs::path& file, const std::string& text) {
-    fs::create_directories(file.parent_path());
-    std::ofstream(file, std::ios::binary) << text;
-}
-std::string read_text(const fs::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
-}
-
-/// A folder of this test alone, removed at its end.
-struct Folder {
-    fs::path path;
-    explicit Folder(const std::string& name = "folder")
-        : path(fs::temp_directory_path() / ("bf_codegen_" + name + "_" + std::to_string(getpid()))) {
-        fs::remove_all(path);
-        fs::create_directories(path);
-    }
-    ~Folder() { fs::remove_all(path); }
-};
 
 // ---- bit for bit
 
@@ -221,83 +201,6 @@ template <class F> std::string refusal(F&& f) {
         return error.what();
     }
     return "";
-}
-
-/// A generated program in a folder of its own.
-struct Program {
-    explicit Program(const Diagram& diagram, const std::string& name = "program") : folder(name) {
-        write(generate(diagram), folder.path);
-        compiled = std::system((at + BF_CXX
-                                " -std=c++17 -Wall -Wextra -Werror -ffp-contract=off -I. -Iinclude *.cpp "
-                                "-o program")
-                                   .c_str());
-    }
-    int operator()(const std::string& options) const {
-        return std::system((at + "./program " + options + " > out.txt 2> errors.txt").c_str());
-    }
-    std::string text(const std::string& file) const { return read_text(folder.path / file); }
-
-    Folder folder;
-    std::string at = "cd " + folder.path.string() + " && ";
-    int compiled;
-};
-
-/// The running program is told what this text in Python says, and its assertions hold.
-void expect_commands(const Program& program, const std::string& text) {
-    write_text(program.folder.path / "client.py", "from commanded import Commanded\n" + text);
-    const std::string run =
-        program.at + "PYTHONPATH='" BF_SOURCE_DIRECTORY "/tests/generated' timeout 60 python3 client.py";
-    EXPECT_EQ(std::system(run.c_str()), 0);
-}
-
-TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
-    model::Builder m("two gains");
-    m.step(0.1).stop(0.2);
-    m.add("one", "Constant", {{"value", "[1 2]"}});
-    m.add("K", "Gain", {{"K", 3}});
-    m.add("matrix", "Constant", {{"value", "[1 2; 3 4]"}});
-    m.connect(model::End{"one"}, model::End{"K"});
-    m.record({"K.y"});
-    Registry registry;
-    registry.add(standard_library());
-    const Diagram diagram = elaborate(m.build(), registry);
-    const Program program(diagram);
-    ASSERT_EQ(program.compiled, 0);
-    const auto run = [&](const std::string& parameters) {
-        write_text(program.folder.path / "p.yaml", parameters);
-        return program.text(program("--params p.yaml --csv out.csv") == 0 ? "out.csv" : "errors.txt");
-    };
-    EXPECT_EQ(run(""), "time,\"K.y[0]\",\"K.y[1]\"\n0,3,6\n0.10000000000000001,3,6\n");
-    const std::string changed = "time,\"K.y[0]\",\"K.y[1]\"\n0,-2,-2.5\n0.10000000000000001,-2,-2.5\n";
-    EXPECT_EQ(run("# a comment\none.value: [4, 5] # constants follow\nK.K: -0.5\n"), changed);
-    EXPECT_EQ(run("---\none:\n  value:\n  - 4\n  - 5\n\nK:\n    # deeper\n    K: -0.5\n"), changed);
-    EXPECT_EQ(run("{one: {value: [4,\n   5]}, 'K': {K: -5e-1}}\n"), changed);
-    EXPECT_EQ(run("one: {value: \"[4 5]\"}\nK: {K: -.5}\n"), changed);
-    EXPECT_EQ(
-        run("one.value: [1, 2, 3]\nK.k: 1\nK.K: nan\nK.K 1\nK.K: 2*pi\nmatrix.value: [[1, 2], [3]]\nstep: "
-            "1\n"),
-        "p.yaml:4: write name: value, not 'K.K 1'\n"
-        "p.yaml:6: the rows of 'matrix.value' differ in length\n"
-        "p.yaml:1: 'one.value': wrong number of elements (it has 2x1, the file gives 1x3)\n"
-        "p.yaml:2: there is no parameter or variable 'K.k'; --list names all\n"
-        "p.yaml:3: 'K.K': a value is not a number (it has 1x1, the file gives 1x1)\n"
-        "p.yaml:5: 'K.K': '2*pi' is no number; a generated program computes no expressions, write the value\n"
-        "p.yaml:7: 'step' cannot change: it is the period of the generated code\n");
-    ASSERT_EQ(program("--list"), 0);
-    EXPECT_EQ(
-        program.text("out.txt"),
-        "one.value: [1, 2]  # 2x1 the constant; its type is that of y\nK.K: 3  # 1x1 factor\n"
-        "matrix.value: [[1, 2], [3, 4]]  # 2x2 the constant; its type is that of y\n# step is fixed: it "
-        "is the period of the generated code\n# stop is fixed: give it as --stop\n");
-
-    EXPECT_EQ(program("--realtime"), 0);
-    EXPECT_NE(program.text("out.txt").find("period of 100000 us, 2 steps"), std::string::npos);
-    EXPECT_EQ(
-        std::system((program.at + "timeout --preserve-status -s TERM 0.3 ./program --realtime --stop 100 > "
-                                  "report.txt 2> errors.txt")
-                        .c_str()),
-        0);
-    EXPECT_NE(program("--overrun never"), 0);
 }
 
 /// A lag and a wave whose parameters have limits and follow from variables, which have limits too.
@@ -592,28 +495,27 @@ with Commanded("./program") as program:
     assert program.values(*names) == ("3", "3", "[1, -2, 3]"), program.values(*names)
     assert program.ask("{a: 4, c0.value: 7}") == "ok"
     assert program.values(*names) == ("4", "7", "[1, -2, 3]"), program.values(*names)
+    other = program.connect().makefile("rw")
+    program.lines.write("c0.value: 8\\n" * 3000)  # one line of each in turn
+    program.lines.flush()
+    other.write("a: 5\\n")
+    other.flush()
+    assert other.readline() == "ok\\n"
+    answers = 0
+    program.program.poll()
+    while answers < 3000:
+        assert program.lines.readline() == "ok\\n"
+        answers += 1
+    idle = [program.connect() for _ in range(14)]
+    full = program.connect()
+    assert full.recv(1) == b""  # sent away: all places are taken by those who may be here
+    idle.clear()
+    assert program.ask("{a: 1, a: 2}").startswith("error: line:1: a second 'a'")
+    assert program.lines.readline() == ""  # what is no such mapping ends the connection
+with Commanded("./program") as program:
     assert program.ask("POST / HTTP/1.1").startswith("error: line:1: write name: value")
     assert program.lines.readline() == ""  # disconnected
 )py");
-}
-
-TEST(ParameterFile, AnyTextIsReadOrRefused) {
-    std::mt19937 random(1);
-    const std::string alphabet = "ab.:{}[],;'\"# \n\t-1e0\r|&*";
-    std::size_t entries = 0;
-    for (int i = 0; i < 20000; ++i) {
-        std::string text;
-        for (auto length = random() % 40; length > 0; --length) text += alphabet[random() % alphabet.size()];
-        for (const auto& entry : generated::parse_parameters(text, "f").entries) {
-            EXPECT_EQ(entry.items.size(), static_cast<std::size_t>(entry.rows * entry.cols)) << text;
-            ++entries;
-        }
-    }
-    EXPECT_GT(entries, 100u);
-    std::string deep;
-    for (int i = 0; i < 30000; ++i) deep += "{a: ";
-    EXPECT_EQ(generated::parse_parameters(deep + std::string(30000, '}'), "f").errors,
-              "f:1: the names are nested too deeply\n");
 }
 
 TEST(GeneratedProgram, ParametersFitTheirTypeOrAreRefused) {

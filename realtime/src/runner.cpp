@@ -1,5 +1,7 @@
 #include "bf/realtime/runner.hpp"
 
+#include "bf/realtime/watchdog.hpp"
+
 #include <cmath>
 #include <csignal>
 #include <deque>
@@ -153,9 +155,9 @@ void Runner::loop(std::int64_t steps) {
     std::optional<Running> running;
     std::optional<Watchdog> watchdog;
     const int priority = options_.thread.priority > 0 ? std::min(options_.thread.priority + 1, 99) : 0;
-    if (options_.watchdog > 0) {
-        running.emplace(simulation_);
-        watchdog.emplace(static_cast<Nanoseconds>(options_.watchdog * 1e9), priority, [&] {
+    if (options_.watchdog > 0) running.emplace(simulation_);
+    if (options_.watchdog > 0 || ServiceManager().is_there()) {
+        watchdog.emplace(options_.watchdog, priority, [&] {
             if (options_.on_stall) options_.on_stall(steps_.load(), running->block());
         });
     }
@@ -175,6 +177,7 @@ void Runner::loop(std::int64_t steps) {
     while (simulation_.steps() < steps && is_due() && !ends_.load(std::memory_order_relaxed) &&
            pacer_.wait()) {
         parameters_.apply(simulation_);
+        if (options_.before_step) options_.before_step();
         gate_->is_open = !pacer_.is_degraded();
         const Status status = simulation_.step();
         pacer_.end_step();
@@ -188,12 +191,7 @@ void Runner::loop(std::int64_t steps) {
 
 std::string Runner::failure() const {
     if (auto failure = simulation_.failure(); !failure.empty()) return failure;
-    const Statistics& s = pacer_.statistics();
-    if (options_.overrun != Overrun::stop || s.missed() == 0) return {};
-    const auto& miss = s.first_misses.front();
-    return "step " + std::to_string(miss.step) + " missed its deadline by " +
-           std::to_string(miss.late / 1000) + " us: " + text(miss.cause) +
-           "; choose another --overrun than stop, or give the step more time";
+    return options_.overrun == Overrun::stop ? missed_deadline(pacer_.statistics()) : "";
 }
 
 } // namespace bf::realtime

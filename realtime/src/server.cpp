@@ -2,6 +2,7 @@
 
 #include "bf/elaborate/tuning.hpp"
 #include "bf/engine/recorder.hpp"
+#include "bf/realtime/token.hpp"
 #include "bf/recording/message.hpp"
 #include "sample_ring.hpp"
 
@@ -18,6 +19,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <thread>
 
 namespace bf::realtime {
 
@@ -30,29 +32,25 @@ namespace websocket = beast::websocket;
 using tcp = asio::ip::tcp;
 using Json = nlohmann::json;
 
-constexpr std::size_t most_sessions = 64, most_requests = 1000;
 constexpr auto tick = std::chrono::milliseconds(5);
+
+// What one viewer may take of the server's time, so that no other waits for it: so many bytes of questions
+// and answers at once, and in the long run so many per tick. Those who ask for more are read from later.
+constexpr std::ptrdiff_t bytes_at_once = 1 << 16, bytes_per_tick = 1 << 12, bytes_per_message = 1 << 6;
+constexpr int most_unanswered = 100; // changes of parameters
 
 std::string to_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-/// "host:port" or "scheme://host:port" without port and scheme.
-std::string_view host_of(std::string_view text) {
-    if (const auto scheme = text.find("://"); scheme != text.npos) text.remove_prefix(scheme + 3);
-    if (const auto colon = text.rfind(':'); colon != text.npos && text.find(']', colon) == text.npos)
-        text = text.substr(0, colon);
-    return text;
-}
-
-/// Any web page may ask a browser to connect here; only the viewers' own pages are let in. The name under
-/// which this server was asked for must be local, too: else a foreign name was made to point here.
-bool is_welcome(const http::request<http::string_body>& request) {
-    const auto is_local = [](std::string_view host) {
-        return host == "localhost" || host == "127.0.0.1" || host == "[::1]";
-    };
-    const auto origin = request.find(http::field::origin);
-    return is_local(host_of(request[http::field::host])) &&
-           (origin == request.end() || origin->value() == "file://" || is_local(host_of(origin->value())) ||
-            origin->value() == "https://app.foxglove.dev");
+/// Whoever knows the token is let in, from wherever his page or program comes; any web page may ask a browser
+/// to connect here, but does not know it.
+std::string_view token_in(std::string_view address) {
+    const auto query = address.find('?');
+    for (auto at = query; at != address.npos; at = address.find('&', at + 1))
+        if (constexpr std::string_view key = "token="; address.substr(at + 1, key.size()) == key) {
+            const auto token = address.substr(at + 1 + key.size());
+            return token.substr(0, token.find('&'));
+        }
+    return {};
 }
 
 /// What a client says that makes no sense; goes back to it as a status message.
@@ -98,15 +96,18 @@ struct Server::State {
         std::vector<double> values;
     };
     struct Session;
+    /// A viewer's wish to change parameters.
     struct Request {
         std::weak_ptr<Session> session;
         Json id;
-        std::vector<ParameterValue> values;     ///< as asked for
-        std::vector<ParameterValue> parameters; ///< as they follow; known once it is posted
+        std::vector<std::string> names;
     };
 
     State(Simulation& s, ParameterMailbox& p, const ServerOptions& o)
-        : simulation(s), mailbox(p), options(o), tuning(s.diagram()), ring(o.buffer_bytes) {}
+        : simulation(s), mailbox(p), options(o), tuning(s.diagram()), ring(o.buffer_bytes) {
+        if (options.token.empty()) options.token = random_token();
+        if (options.token.empty()) throw std::runtime_error("the system gives no random token");
+    }
 
     void listen();
     void accept();
@@ -115,11 +116,14 @@ struct Server::State {
     void exchange_parameters();
     void finish_change(const ParameterMailbox::Result& result);
     void post_change();
+    void reject(const std::vector<Request>& requests, const std::string& reason);
+    std::vector<ParameterValue> follow(const NamedValues& asked) const;
+    std::size_t viewers() const;
     Json parameters_json(const std::vector<std::string>& names) const;
 
     Simulation& simulation;
     ParameterMailbox& mailbox;
-    const ServerOptions options;
+    ServerOptions options;
     Tuning tuning;
     std::deque<Channel> channels;   // holds atomics: does not move them
     std::vector<std::string> names; ///< of variables and parameters, in document order
@@ -131,9 +135,13 @@ struct Server::State {
     tcp::acceptor acceptor{io};
     std::uint16_t port = 0;
     asio::steady_timer timer{io};
-    std::set<std::shared_ptr<Session>> sessions;
-    std::deque<Request> requests; ///< the first is under way when `is_posted`
-    bool is_posted = false;
+    bool is_accepting = false;
+    std::vector<std::shared_ptr<Session>> sessions; ///< in the order of their arrival
+    // Changes wait for the loop to take those under way, the newest value of each parameter.
+    std::vector<Request> waiting, posted;
+    NamedValues waiting_values, posted_values;
+    std::vector<ParameterValue> posted_parameters; ///< which follow from those values
+    std::size_t longest_message = 0;               ///< bytes
     Json advertisement, server_info;
     std::thread thread;
 };
@@ -153,27 +161,32 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
         for (const auto offered : http::token_list(request[http::field::sec_websocket_protocol]))
             if (protocol.empty() && (offered == "foxglove.websocket.v1" || offered == "foxglove.sdk.v1"))
                 protocol = std::string(offered.data(), offered.size());
-        if (!is_welcome(request))
-            return refuse(http::status::forbidden, "only viewers on this computer are served\n");
+        const auto target = request.target();
+        if (!is_token(token_in({target.data(), target.size()}), state.options.token))
+            return refuse(http::status::forbidden,
+                          "connect to the address with the token, ws://HOST:PORT/?token=..., which the "
+                          "program told when it started\n");
         if (!websocket::is_upgrade(request) || protocol.empty())
             return refuse(
                 http::status::bad_request,
                 "this is a live BlockFactory model; connect a viewer that speaks Foxglove's WebSocket "
                 "protocol (foxglove.websocket.v1)\n");
-        if (state.sessions.size() > most_sessions)
+        if (state.viewers() >= state.options.most_viewers)
             return refuse(http::status::service_unavailable, "too many viewers are connected\n");
         beast::get_lowest_layer(stream).expires_never();
         stream.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
         stream.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& r) {
             r.set(http::field::sec_websocket_protocol, protocol);
         }));
-        stream.read_message_max(1 << 20);
+        stream.read_message_max(state.longest_message);
         stream.async_accept(request, [self = shared_from_this()](auto error) {
             if (error) return self->leave();
             self->is_open = true;
             self->buffer.clear();
+            self->numbers.resize(self->state.channels.size(), -1);
             self->send(self->state.server_info);
             self->send(self->state.advertisement);
+            self->credit = bytes_at_once;
             self->read();
         });
     }
@@ -186,9 +199,15 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
                           [self = shared_from_this(), response](auto, auto) { self->leave(); });
     }
 
+    /// Reads the next message, as soon as this viewer's turn has come and it takes the answers it asked for.
     void read() {
-        stream.async_read(buffer, [self = shared_from_this()](auto error, auto) {
+        if (!is_open || is_reading || credit <= 0 || unanswered >= most_unanswered || !answers.empty())
+            return;
+        is_reading = true;
+        stream.async_read(buffer, [self = shared_from_this()](auto error, std::size_t size) {
+            self->is_reading = false;
             if (error) return self->leave();
+            self->credit -= static_cast<std::ptrdiff_t>(size) + bytes_per_message;
             self->handle();
             self->buffer.clear();
             self->read();
@@ -212,7 +231,9 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
             else if (op == "setParameters")
                 set_parameters(json);
             else if (op == "subscribeParameterUpdates")
-                for (const auto& name : names_or_all(json)) watched.insert(name);
+                for (const auto& name : names_or_all(json)) {
+                    if (state.parameters.count(name)) watched.insert(name);
+                }
             else if (op == "unsubscribeParameterUpdates")
                 for (const auto& name : names_or_all(json)) watched.erase(name);
             else
@@ -229,12 +250,16 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
         return names.empty() ? state.names : names;
     }
 
+    /// The protocol allows a client one subscription per channel.
     void subscribe(std::uint32_t id, std::uint32_t channel) {
         if (channel >= state.channels.size())
             throw ClientError("there is no channel " + std::to_string(channel));
         if (subscriptions.count(id))
             throw ClientError("subscription " + std::to_string(id) + " exists already");
+        if (numbers[channel] >= 0)
+            throw ClientError("channel " + std::to_string(channel) + " is subscribed already");
         subscriptions[id] = channel;
+        numbers[channel] = id;
         ++state.channels[channel].subscribers;
         state.channels[channel].is_wanted.store(true, std::memory_order_relaxed);
     }
@@ -244,6 +269,7 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
         if (at == subscriptions.end()) throw ClientError("there is no subscription " + std::to_string(id));
         Channel& channel = state.channels[at->second];
         if (--channel.subscribers == 0) channel.is_wanted.store(false, std::memory_order_relaxed);
+        numbers[at->second] = -1;
         subscriptions.erase(at);
     }
 
@@ -254,10 +280,15 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
     }
 
     void set_parameters(const Json& json) {
-        Request request{weak_from_this(), id_of(json), {}, {}};
+        State::Request request{weak_from_this(), id_of(json), {}};
         try {
+            NamedValues candidate = state.waiting_values;
+            std::set<std::string> names;
             for (const auto& entry : field<std::vector<Json>>(json, "parameters")) {
                 const auto name = field<std::string>(entry, "name");
+                if (!names.insert(name).second)
+                    throw ClientError("parameter '" + name + "' is given twice; give it once");
+                request.names.push_back(name);
                 std::vector<double> values;
                 const Json value = entry.contains("value") ? entry["value"] : Json();
                 const auto add = [&](const Json& element) {
@@ -270,74 +301,89 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
                     for (const auto& element : value) add(element);
                 else
                     add(value);
-                request.values.push_back({name, std::move(values)});
+                const auto same = std::find_if(candidate.begin(), candidate.end(),
+                                               [&](const auto& other) { return other.first == name; });
+                if (same == candidate.end())
+                    candidate.emplace_back(name, std::move(values));
+                else
+                    same->second = std::move(values);
             }
-            if (state.requests.size() >= most_requests) throw ClientError("too many changes are waiting");
-            state.requests.push_back(std::move(request));
+            static_cast<void>(state.simulation.prepare(state.follow(candidate))); // refuses what is wrong
+            state.waiting_values = std::move(candidate);
+            state.waiting.push_back(std::move(request));
+            ++unanswered;
         } catch (const std::runtime_error& error) {
             reject(request, error.what());
         }
     }
 
     /// Says why, and what the parameters are.
-    void reject(const Request& request, const std::string& reason) {
+    void reject(const State::Request& request, const std::string& reason) {
         status(2, reason + "; nothing was changed");
         if (request.id.is_null()) return;
-        std::vector<std::string> names;
-        for (const auto& value : request.values) names.push_back(value.path);
-        send(names.empty()
+        send(request.names.empty()
                  ? Json{{"op", "parameterValues"}, {"parameters", Json::array()}, {"id", request.id}}
-                 : values_message(names, request.id));
+                 : values_message(request.names, request.id));
     }
 
     void status(int level, const std::string& message) {
         send(Json{{"op", "status"}, {"level", level}, {"message", message}});
     }
 
-    void send(const Json& json) { enqueue({to_text(json), false}); }
-
-    /// Message data: opcode 1, the client's own number for the channel, the time in ns, CDR.
-    void send_sample(std::uint32_t channel, std::int64_t time, const std::vector<std::byte>& value) {
-        for (const auto& [id, subscribed] : subscriptions) {
-            if (subscribed != channel) continue;
-            constexpr std::size_t header = 1 + 4 + 8, prefix = recording::message_prefix_bytes;
-            if (waiting + header + prefix + value.size() > state.options.client_bytes) {
-                ++lost;
-                state.lost_messages.fetch_add(1, std::memory_order_relaxed);
-                continue;
-            }
-            std::string bytes(header + prefix + value.size(), '\1');
-            std::memcpy(&bytes[1], &id, 4);
-            std::memcpy(&bytes[5], &time, 8);
-            recording::write_message_prefix(reinterpret_cast<std::byte*>(&bytes[header]),
-                                            static_cast<double>(time) / 1e9);
-            std::memcpy(&bytes[header + prefix], value.data(), value.size());
-            enqueue({std::move(bytes), true});
-        }
-    }
-
-    struct Message {
-        std::string bytes;
-        bool is_binary;
-    };
-    void enqueue(Message message) {
+    void send(const Json& json) {
         if (!is_open) return;
-        // Answers go past the limit of samples, but a client that asks without reading is no viewer.
-        if (waiting > 4 * state.options.client_bytes) return leave();
-        waiting += message.bytes.size();
-        queue.push_back(std::move(message));
-        if (queue.size() == 1) write();
+        std::string text = to_text(json);
+        credit -= static_cast<std::ptrdiff_t>(text.size());
+        answer_bytes += text.size();
+        answers.push_back(std::move(text));
+        // It asks for no more before it has read these, so they are what others changed.
+        if (answers.size() > 1 && answer_bytes > state.options.client_bytes) return leave();
+        write();
     }
+
+    /// Message data: opcode 1, the client's own number for the channel, the time in ns, CDR. Where a viewer
+    /// reads too slowly, the oldest samples make room.
+    void send_sample(std::uint32_t channel, std::int64_t time, const std::vector<std::byte>& value) {
+        if (!is_open || numbers[channel] < 0) return;
+        const auto id = static_cast<std::uint32_t>(numbers[channel]);
+        constexpr std::size_t header = 1 + 4 + 8, prefix = recording::message_prefix_bytes;
+        std::string bytes(header + prefix + value.size(), '\1');
+        std::memcpy(&bytes[1], &id, 4);
+        std::memcpy(&bytes[5], &time, 8);
+        recording::write_message_prefix(reinterpret_cast<std::byte*>(&bytes[header]),
+                                        static_cast<double>(time) / 1e9);
+        std::memcpy(&bytes[header + prefix], value.data(), value.size());
+        for (; !samples.empty() && sample_bytes + bytes.size() > state.options.client_bytes; ++lost) {
+            sample_bytes -= samples.front().size();
+            samples.pop_front();
+            state.lost_messages.fetch_add(1, std::memory_order_relaxed);
+        }
+        sample_bytes += bytes.size();
+        samples.push_back(std::move(bytes));
+        write();
+    }
+
+    /// Answers go before samples.
     void write() {
-        stream.binary(queue.front().is_binary);
-        stream.async_write(asio::buffer(queue.front().bytes), [self = shared_from_this()](auto error, auto) {
+        if (is_writing) return;
+        const bool is_answer = !answers.empty();
+        auto& queue = is_answer ? answers : samples;
+        if (queue.empty()) {
+            if (lost > 0)
+                status(1, std::to_string(std::exchange(lost, 0)) +
+                              " messages were lost: this viewer reads too slowly");
+            return;
+        }
+        written = std::move(queue.front());
+        queue.pop_front();
+        (is_answer ? answer_bytes : sample_bytes) -= written.size();
+        is_writing = true;
+        stream.binary(!is_answer);
+        stream.async_write(asio::buffer(written), [self = shared_from_this()](auto error, auto) {
+            self->is_writing = false;
             if (error) return self->leave();
-            self->waiting -= self->queue.front().bytes.size();
-            self->queue.pop_front();
-            if (!self->queue.empty()) return self->write();
-            if (self->lost > 0)
-                self->status(1, std::to_string(std::exchange(self->lost, 0)) +
-                                    " messages were lost: this viewer reads too slowly");
+            self->write();
+            self->read();
         });
     }
 
@@ -347,26 +393,32 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
         while (!subscriptions.empty()) unsubscribe(subscriptions.begin()->first);
         beast::error_code ignored;
         beast::get_lowest_layer(stream).socket().close(ignored);
-        state.sessions.erase(shared_from_this());
+        std::erase(state.sessions, shared_from_this());
     }
 
     State& state;
     websocket::stream<beast::tcp_stream> stream;
     beast::flat_buffer buffer;
     http::request<http::string_body> request;
-    bool is_open = false;
+    bool is_open = false, is_reading = false, is_writing = false;
     std::map<std::uint32_t, std::uint32_t> subscriptions; ///< the client's number -> channel
+    std::vector<std::int64_t> numbers;                    ///< channel -> the client's number, or -1
     std::set<std::string> watched;                        ///< parameters
-    std::deque<Message> queue;                            ///< the first is being written
-    std::size_t waiting = 0;                              ///< bytes in the queue
+    std::deque<std::string> answers, samples;             ///< not yet written
+    std::size_t answer_bytes = 0, sample_bytes = 0;       ///< in these
+    std::string written;                                  ///< what is being written
+    std::ptrdiff_t credit = 0;                            ///< bytes; see bytes_at_once
+    int unanswered = 0;                                   ///< changes of parameters
     std::uint64_t lost = 0;
 };
 
 Json Server::State::parameters_json(const std::vector<std::string>& wanted) const {
     Json list = Json::array();
+    std::set<std::string> done;
     for (const auto& name : wanted.empty() ? names : wanted) {
         const auto at = parameters.find(name);
         if (at == parameters.end()) continue; // as the protocol has it: unknown ones are left out
+        if (!done.insert(name).second) continue;
         const auto& [type, is_scalar, values] = at->second;
         const auto element = [&, t = type](double v) { return t == Type::boolean ? Json(v != 0) : Json(v); };
         Json value = Json::array();
@@ -390,25 +442,40 @@ void Server::State::listen() {
         throw std::runtime_error("cannot serve on port " + std::to_string(options.port) + ": " +
                                  error.code().message() + "; give another port, or 0 for any free one");
     }
-    accept();
     run_tick();
 }
 
 void Server::State::accept() {
+    is_accepting = true;
     acceptor.async_accept([this](auto error, tcp::socket socket) {
-        if (error == asio::error::operation_aborted) return;
-        if (!error) {
-            beast::error_code ignored;
-            socket.set_option(tcp::no_delay(true), ignored);
-            (*sessions.insert(std::make_shared<Session>(*this, std::move(socket))).first)->start();
-        }
+        is_accepting = false;
+        if (error) return; // the next tick tries again
+        beast::error_code ignored;
+        socket.set_option(tcp::no_delay(true), ignored);
+        sessions.push_back(std::make_shared<Session>(*this, std::move(socket)));
+        // Whoever has not told the token gives way to those who come later.
+        if (sessions.size() - viewers() > options.most_strangers)
+            (*std::find_if(sessions.begin(), sessions.end(), [](const auto& s) {
+                return !s->is_open;
+            }))->leave();
+        sessions.back()->start();
         accept();
     });
 }
 
+std::size_t Server::State::viewers() const {
+    return static_cast<std::size_t>(
+        std::count_if(sessions.begin(), sessions.end(), [](const auto& s) { return s->is_open; }));
+}
+
 void Server::State::run_tick() {
+    if (!is_accepting) accept();
     deliver();
     exchange_parameters();
+    for (const auto& session : sessions) {
+        session->credit = std::min(session->credit + bytes_per_tick, bytes_at_once);
+        session->read();
+    }
     timer.expires_after(tick);
     timer.async_wait([this](auto error) {
         if (!error) run_tick();
@@ -422,44 +489,47 @@ void Server::State::deliver() {
 }
 
 void Server::State::exchange_parameters() {
-    if (is_posted) {
+    if (!posted.empty()) {
         const auto result = mailbox.take_result();
         if (!result) return;
-        is_posted = false;
         finish_change(*result);
     }
-    while (!requests.empty() && !is_posted) post_change();
+    if (!waiting.empty()) post_change();
+}
+
+std::vector<ParameterValue> Server::State::follow(const NamedValues& asked) const {
+    std::vector<ParameterValue> all;
+    for (auto& [name, values] : tuning.follow(asked)) all.push_back({name, std::move(values)});
+    return all;
 }
 
 void Server::State::post_change() {
-    Request& request = requests.front();
+    posted = std::exchange(waiting, {});
+    posted_values = std::exchange(waiting_values, {});
     try {
-        NamedValues asked;
-        for (const auto& [name, values] : request.values) asked.emplace_back(name, values);
-        for (auto& [name, values] : tuning.follow(asked))
-            request.parameters.push_back({name, std::move(values)});
-        is_posted = mailbox.post(simulation.prepare(request.parameters));
+        posted_parameters = follow(posted_values);
+        mailbox.post(simulation.prepare(posted_parameters));
     } catch (const std::runtime_error& error) {
-        if (const auto session = request.session.lock()) session->reject(request, error.what());
-        requests.pop_front();
+        reject(std::exchange(posted, {}), error.what());
     }
 }
 
+void Server::State::reject(const std::vector<Request>& requests, const std::string& reason) {
+    for (const auto& request : requests)
+        if (const auto session = request.session.lock()) {
+            --session->unanswered;
+            session->reject(request, reason);
+        }
+}
+
 void Server::State::finish_change(const ParameterMailbox::Result& result) {
-    const Request request = std::move(requests.front());
-    requests.pop_front();
-    const auto session = request.session.lock();
-    if (!result.status) {
-        if (session) session->reject(request, result.status.text());
-        return;
-    }
+    const auto requests = std::exchange(posted, {});
+    if (!result.status) return reject(requests, result.status.text());
     changes.fetch_add(1, std::memory_order_relaxed);
-    if (options.on_change) options.on_change(result.step, request.parameters);
-    NamedValues asked;
-    for (const auto& [name, values] : request.values) asked.emplace_back(name, values);
-    tuning.accept(asked);
+    if (options.on_change) options.on_change(result.step, posted_parameters);
+    tuning.accept(posted_values);
     std::vector<std::string> changed;
-    for (const auto& [name, values] : request.parameters) {
+    for (const auto& [name, values] : posted_parameters) {
         auto& parameter = parameters.at(name);
         parameter.values.assign(parameter.values.size(), values[0]);
         if (values.size() > 1) parameter.values = values;
@@ -475,17 +545,20 @@ void Server::State::finish_change(const ParameterMailbox::Result& result) {
     }
     for (auto& channel : channels) // constants may follow from parameters
         if (channel.rate == constant_rate && channel.subscribers > 0) channel.is_wanted.store(true);
-    std::vector<std::string> own;
-    for (const auto& value : request.values) own.push_back(value.path);
-    if (session && !request.id.is_null()) session->send(session->values_message(own, request.id));
-    const auto everyone = sessions;
+    std::map<std::shared_ptr<Session>, std::set<std::string>> answered;
+    for (const auto& request : requests) {
+        const auto session = request.session.lock();
+        if (!session) continue;
+        --session->unanswered;
+        if (request.id.is_null()) continue;
+        session->send(session->values_message(request.names, request.id));
+        answered[session].insert(request.names.begin(), request.names.end());
+    }
+    const auto everyone = sessions; // who reads nothing may leave
     for (const auto& other : everyone) {
         std::vector<std::string> watched;
-        for (const auto& name : changed) {
-            const bool is_answered = other == session && !request.id.is_null() &&
-                                     std::find(own.begin(), own.end(), name) != own.end();
-            if (other->watched.count(name) && !is_answered) watched.push_back(name);
-        }
+        for (const auto& name : changed)
+            if (other->watched.count(name) && !answered[other].count(name)) watched.push_back(name);
         if (!watched.empty()) other->send(other->values_message(watched, {}));
     }
 }
@@ -532,6 +605,10 @@ Server::Server(Simulation& simulation, const std::vector<SignalName>& signals, P
         s.names.push_back(named.path);
         s.parameters.emplace(named.path, std::move(parameter));
     }
+    // A client may name every channel, and give every parameter, in one message.
+    s.longest_message = bytes_at_once + 64 * s.channels.size();
+    for (const auto& [name, parameter] : s.parameters)
+        s.longest_message += 64 + name.size() + 32 * parameter.values.size();
     s.listen();
     // Signals are for the threads of the application.
     sigset_t all, before;
@@ -544,7 +621,7 @@ Server::Server(Simulation& simulation, const std::vector<SignalName>& signals, P
 Server::~Server() {
     asio::post(state_->io, [&s = *state_] {
         s.deliver();
-        if (s.is_posted)
+        if (!s.posted.empty())
             if (const auto result = s.mailbox.take_result()) s.finish_change(*result);
         s.acceptor.close();
         s.timer.cancel();
@@ -573,6 +650,7 @@ void Server::observe(const Simulation& simulation) noexcept {
 }
 
 std::uint16_t Server::port() const { return state_->port; }
+const std::string& Server::token() const { return state_->options.token; }
 
 Server::Counts Server::counts() const {
     return {state_->ring.lost(), state_->lost_messages.load(), state_->changes.load()};

@@ -1,8 +1,9 @@
 """A viewer of a running model, by the Foxglove WebSocket protocol, with a WebSocket library that is not ours.
 
-Run as: check_server.py PORT, against the model in server_test.cpp. Exits 0 when all answers are as they must be.
+Run as: check_server.py PORT TOKEN, against the model in server_test.cpp. Exits 0 when all answers are as they must be.
 """
 import asyncio
+import contextlib
 import itertools
 import json
 import struct
@@ -12,7 +13,8 @@ import websockets
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
-URL = f"ws://127.0.0.1:{sys.argv[1]}"
+BARE = f"ws://127.0.0.1:{sys.argv[1]}"
+URL = f"{BARE}/?token={sys.argv[2]}"
 PROTOCOL = "foxglove.websocket.v1"
 numbers = itertools.count(1)
 
@@ -41,6 +43,9 @@ class Viewer:
                 return message
             if isinstance(message, str) and json.loads(message)["op"] == op:
                 return json.loads(message)
+
+    async def wait_any(self):
+        return json.loads(await asyncio.wait_for(self.socket.recv(), 20))
 
     async def error(self):
         status = await self.wait("status")
@@ -156,6 +161,8 @@ async def nonsense():
             ('{"op": "dance"}', "no operation 'dance'"), ('{"op": "subscribe"}', "'subscriptions' is missing"),
             ('{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 999}]}', "no channel 999"),
             ('{"op": "subscribe", "subscriptions": [7]}', "is missing"),
+            ('{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 0}, {"id": 2, "channelId": 0}]}',
+             "channel 0 is subscribed already"),
             ('{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 1e300}]}', "no whole number of 32 bits"),
             ('{"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 0}]}', "no whole number of 32 bits"),
             ('{"op": "unsubscribe", "subscriptionIds": [0.5]}', "no whole number of 32 bits"),
@@ -168,7 +175,7 @@ async def nonsense():
         await viewer.socket.send(b"\x01bytes")
         assert "takes no data" in await viewer.error()
         assert (await viewer.get("small.value")) == {"small.value": 1}, "the connection lives"
-        await viewer.socket.send("[" * 100_000)
+        await viewer.socket.send("[" * 50_000)
         assert "no JSON object" in await viewer.error()
         try:
             await viewer.socket.send("x" * (2 << 20))
@@ -179,22 +186,28 @@ async def nonsense():
 
 
 async def strangers():
-    async def refused(status, **options):
+    async def refused(status, url=URL, **options):
         try:
-            await websockets.connect(URL, **options)
+            await websockets.connect(url, **options)
         except websockets.InvalidStatus as error:
             assert error.response.status_code == status, error
         else:
-            raise AssertionError(f"{options} was let in")
+            raise AssertionError(f"{url} {options} was let in")
 
-    await refused(403, subprotocols=[PROTOCOL], origin="https://evil.example")
-    await refused(403, subprotocols=[PROTOCOL], origin="null")
+    token = sys.argv[2]
+    assert len(token) == 32, "as many as nobody guesses"
+    for query in ["", "/", "/?token=", f"/?token={token[:-1]}", f"/?token={token}0", f"/?token={token}{token}",
+                  f"/{token}", f"/?nottoken={token}", f"/?token={token[:-1]}{'1' if token[-1] == '0' else '0'}"]:
+        await refused(403, BARE + query, subprotocols=[PROTOCOL])
+        await refused(403, BARE + query, subprotocols=[PROTOCOL], origin="http://localhost:8080")
     await refused(400, subprotocols=["chat"])
     await refused(400)
-    async with websockets.connect(URL, subprotocols=["foxglove.sdk.v1"], origin="http://localhost:8080"):
-        pass
+    for origin in ["https://app.foxglove.dev", "https://viewer.example", "null", None]:
+        async with websockets.connect(f"{BARE}/view?a=b&token={token}&c", subprotocols=["foxglove.sdk.v1"],
+                                      origin=origin):
+            pass
     reader, writer = await asyncio.open_connection("127.0.0.1", int(sys.argv[1]))
-    writer.write(b"GET / HTTP/1.1\r\nHost: evil.example\r\n\r\n")
+    writer.write(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
     assert b"403" in await reader.readline()
     reader, writer = await asyncio.open_connection("127.0.0.1", int(sys.argv[1]))
     writer.write(b"\x00\xff" * 10_000)
@@ -206,11 +219,77 @@ async def strangers():
         assert await viewer.get("small.value") == {"small.value": 1}, "the server lives"
 
 
+async def idlers():
+    """Those who connect and say nothing give way to those who come later."""
+    idle = [await asyncio.open_connection("127.0.0.1", int(sys.argv[1])) for _ in range(200)]
+    async with Viewer() as viewer:
+        assert await viewer.get("small.value") == {"small.value": 1}
+        assert await idle[0][0].read() == b"", "the first one was sent away"
+    for _, writer in idle:
+        writer.close()
+    async with contextlib.AsyncExitStack() as stack:
+        for _ in range(32):
+            await stack.enter_async_context(Viewer())
+        try:
+            await websockets.connect(URL, subprotocols=[PROTOCOL])
+            raise AssertionError("a 33rd viewer was let in")
+        except websockets.InvalidStatus as error:
+            assert error.response.status_code == 503
+
+
+async def newest_counts():
+    """Thousands of changes at once: none is refused, each is answered, and the last one holds."""
+    async with Viewer() as viewer, Viewer() as other:
+        count = 3000
+        for k in range(count):
+            await viewer.say("setParameters", id=str(k), parameters=[
+                {"name": "gain.K", "value": k % 7 if k + 1 < count else 3}, {"name": "k", "value": k % 5}])
+            if k == count // 2:
+                await other.say("setParameters", id="other", parameters=[{"name": "small.value", "value": 5}])
+        for k in range(count):
+            answer = await viewer.wait_any()
+            assert answer["op"] == "parameterValues" and answer["id"] == str(k), answer
+        assert {p["name"]: p["value"] for p in answer["parameters"]} == {"gain.K": 3, "k": (count - 1) % 5}
+        assert (await other.wait("parameterValues"))["id"] == "other"
+        assert await other.get("gain.K", "small.value") == {"gain.K": 3, "small.value": 5}
+        await other.set(small__value=1)
+
+
+async def greedy():
+    """Who asks for more than his share waits, not the others."""
+    async with Viewer() as viewer, Viewer() as other:
+        count = 3000
+        answered = 0
+
+        async def ask():
+            for _ in range(count):
+                await viewer.say("getParameters", parameterNames=[], id="all")
+
+        async def listen():
+            nonlocal answered
+            while True:
+                await viewer.wait("parameterValues")
+                answered += 1
+
+        tasks = [asyncio.create_task(ask()), asyncio.create_task(listen())]
+        while answered < 10:
+            await asyncio.sleep(0.001)
+        for _ in range(20):
+            assert await other.get("small.value") == {"small.value": 1}
+        assert answered < count, "it was not made to wait for all of them"
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
 async def main():
     await signals()
     await parameters()
     await nonsense()
     await strangers()
+    await idlers()
+    await newest_counts()
+    await greedy()
 
 
 asyncio.run(asyncio.wait_for(main(), 60))

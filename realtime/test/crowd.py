@@ -1,6 +1,6 @@
 """Ten viewers of all signals: two read, four are stopped, four are killed.
 
-Run as: crowd.py PORT SECONDS.
+Run as: crowd.py PORT TOKEN SECONDS.
 """
 import asyncio
 import json
@@ -11,11 +11,12 @@ import time
 
 import websockets
 
-PORT, SECONDS = sys.argv[1], float(sys.argv[2])
+PORT, TOKEN, SECONDS = sys.argv[1], sys.argv[2], float(sys.argv[3])
 
 
 async def view():
-    async with websockets.connect(f"ws://127.0.0.1:{PORT}", subprotocols=["foxglove.websocket.v1"]) as socket:
+    address = f"ws://127.0.0.1:{PORT}/?token={TOKEN}"
+    async with websockets.connect(address, subprotocols=["foxglove.websocket.v1"]) as socket:
         await socket.recv()
         channels = json.loads(await socket.recv())["channels"]
         await socket.send(json.dumps({"op": "subscribe", "subscriptions": [

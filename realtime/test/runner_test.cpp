@@ -245,7 +245,7 @@ TEST_F(Running, ParametersChangeBetweenTwoSteps) {
 TEST_F(Running, TheWatchdogNamesTheStepAndTheBlockThatHang) {
     std::atomic<std::int64_t> stalled{-1};
     std::string where;
-    options.watchdog = 0.05;
+    options.watchdog = 50'000'000;
     options.on_stall = [&](std::int64_t step, const std::string& block) {
         where = block;
         stalled = step;

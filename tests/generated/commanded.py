@@ -1,23 +1,26 @@
-"""A generated program that runs in real time and is told values on its command port."""
-import re
+"""A generated program that runs in real time and is told values over its Unix socket."""
+import os
 import socket
 import subprocess
+import tempfile
 
 
 class Commanded:
     """Runs it as long as the `with` lasts; it must end well when it is told to."""
 
-    def __init__(self, program):
-        self.program = subprocess.Popen([program, "--realtime", "--stop", "inf", "--command-port", "0"], text=True,
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    def __init__(self, program, *options):
+        self.folder = tempfile.TemporaryDirectory()
+        self.path = os.path.join(self.folder.name, "commands")
+        self.program = subprocess.Popen([program, "--realtime", "--stop", "inf", "--priority", "0", "--command-port",
+                                         self.path, *options],
+                                        text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
     def __enter__(self):
         try:
-            port = None
-            while port is None:
-                found = re.search(r"127\.0\.0\.1:(\d+)", self.program.stderr.readline())
-                port = found and int(found[1])
-            self.lines = socket.create_connection(("127.0.0.1", port), timeout=20).makefile("rw")
+            while self.path not in self.program.stderr.readline():
+                assert self.program.poll() is None
+            assert os.stat(self.path).st_mode & 0o777 == 0o600
+            self.lines = self.connect().makefile("rw")
         except BaseException:
             self.program.kill()
             raise
@@ -26,7 +29,15 @@ class Commanded:
     def __exit__(self, kind, *_):
         self.program.terminate()
         self.program.wait(20)
-        assert kind or self.program.returncode == 0, self.program.returncode
+        assert kind or self.program.returncode == 128 + 15, self.program.returncode
+        assert kind or not os.path.exists(self.path)
+        self.folder.cleanup()
+
+    def connect(self):
+        connection = socket.socket(socket.AF_UNIX)
+        connection.settimeout(20)
+        connection.connect(self.path)
+        return connection
 
     def ask(self, line):
         self.lines.write(line + "\n")

@@ -1,6 +1,7 @@
 // bf run: simulates a model.
 #include "run.hpp"
 
+#include "bf/codegen/input_file.hpp"
 #include "bf/engine/recorder.hpp"
 #include "bf/engine/snapshot.hpp"
 #include "event.hpp"
@@ -122,7 +123,7 @@ class Progress {
 struct RunOptions {
     ModelOptions model;
     RealtimeOptions realtime;
-    std::string stop, record, summary, until, snapshot, from_snapshot, profile;
+    std::string inputs, stop, record, summary, until, snapshot, from_snapshot, profile;
     std::optional<double> snapshot_at, checkpoint_every; ///< s
     bool is_quiet = false, as_json = false, is_profiled = false;
 };
@@ -182,6 +183,34 @@ class EventObserver final : public Simulation::Observer {
     Event event_;
 };
 
+/// Writes the root inputs of a simulation from a file.
+class Inputs {
+  public:
+    Inputs(Simulation& simulation, const std::string& file) : simulation_(simulation) {
+        const Diagram& diagram = simulation.diagram();
+        for (const auto& input : diagram.inputs) {
+            const Slot& slot = diagram.slot(input.end);
+            void* const data = simulation.context().data(input.end.node, input.end.slot);
+            table_.push_back({input.path.c_str(), "", "", static_cast<generated::Type>(slot.type),
+                              generated::Where::inputs, slot.size.rows, slot.size.cols,
+                              reinterpret_cast<std::size_t>(data), -1});
+        }
+        if (const auto wrong = file_.read(file, {table_.data(), static_cast<int>(table_.size())});
+            !wrong.empty())
+            throw CommandError(wrong);
+    }
+    /// Before a step.
+    void write() noexcept {
+        file_.go_to(simulation_.time(), simulation_.diagram().step,
+                    [](const generated::Quantity& q) { return reinterpret_cast<void*>(q.offset); });
+    }
+
+  private:
+    const Simulation& simulation_;
+    std::vector<generated::Quantity> table_; ///< their offset is their address
+    generated::InputFile file_;
+};
+
 void restore(Simulation& simulation, const std::string& file) {
     const std::string bytes = read_file(file);
     simulation.start();
@@ -227,6 +256,8 @@ void execute(const RunOptions& options) {
     SnapshotFile snapshot(options, simulation);
     if (options.checkpoint_every)
         static_cast<void>(make_snapshot(simulation)); // refuses before the first step
+    std::optional<Inputs> inputs;
+    if (!options.inputs.empty()) inputs.emplace(simulation, options.inputs);
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
         recorder.emplace(simulation, diagram.recorded(), options.record, loaded.source,
@@ -244,12 +275,14 @@ void execute(const RunOptions& options) {
         const auto goes_on = [&] { return !InterruptGuard::signal() && !(recorder && recorder->failed()); };
         if (options.realtime.is_asked) {
             std::string last;
-            result = run_realtime(simulation, options.realtime, recorder ? &*recorder : nullptr,
-                                  diagram.signals(), [&](const std::string& progress) {
-                                      last = progress;
-                                      if (!options.is_quiet && line.is_due()) line.show(progress);
-                                      return goes_on();
-                                  });
+            result =
+                run_realtime(simulation, options.realtime, recorder ? &*recorder : nullptr, diagram.signals(),
+                             inputs ? [&] { inputs->write(); } : std::function<void()>(),
+                             [&](const std::string& progress) {
+                                 last = progress;
+                                 if (!options.is_quiet && line.is_due()) line.show(progress);
+                                 return goes_on();
+                             });
             if (!options.is_quiet) line.finish(last);
         } else {
             const Progress progress(simulation);
@@ -262,8 +295,9 @@ void execute(const RunOptions& options) {
                 options.checkpoint_every
                     ? std::max<std::int64_t>(1, std::llround(*options.checkpoint_every / diagram.step))
                     : 0;
-            if (every || event || !options.snapshot.empty())
+            if (every || event || inputs || !options.snapshot.empty())
                 hooks.between_steps = [&] {
+                    if (inputs) inputs->write();
                     if (event && event->time >= 0) return false;
                     if (every && simulation.steps() > 0 && simulation.steps() % every == 0)
                         recorder->checkpoint(simulation);
@@ -328,6 +362,11 @@ void add_run(CLI::App& app) {
     };
     command->add_option("--stop", options->stop, "duration, s (an expression); Inf: until Ctrl-C")
         ->type_name("T");
+    command
+        ->add_option("--inputs", options->inputs,
+                     "CSV file of the model's inputs: columns time, u, x[0], ...; a row holds until the next")
+        ->check(has_name)
+        ->type_name("FILE");
     auto* record = command
                        ->add_option("--record", options->record,
                                     "write the signals that the model records to this MCAP file")

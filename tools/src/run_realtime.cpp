@@ -1,23 +1,19 @@
 #include "run_realtime.hpp"
 
 #include "bf/realtime/server.hpp"
+#include "bf/realtime/token.hpp"
+#include "bf/realtime/watchdog.hpp"
 #include "session.hpp"
 
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
 
 namespace bf::tools {
 
 namespace {
 
 using namespace realtime;
-
-const std::map<std::string, Overrun> policies{{"skip", Overrun::skip},
-                                              {"catch-up", Overrun::catch_up},
-                                              {"stop", Overrun::stop},
-                                              {"degrade", Overrun::degrade}};
 
 double us(Nanoseconds t) { return static_cast<double>(t) / 1000; }
 
@@ -64,7 +60,8 @@ void RealtimeOptions::add_to(CLI::App& app) {
         ->check(CLI::NonNegativeNumber.description(""));
     option("--overrun", overrun,
            "what a missed deadline leads to: skip, catch-up, stop or degrade (skip by default)", "POLICY")
-        ->check(CLI::IsMember(policies).description(""));
+        ->check(CLI::IsMember(std::vector<std::string>(overrun_names.begin(), overrun_names.end()))
+                    .description(""));
     option("--priority", priority, "of SCHED_FIFO, 1 to 99; 0: the ordinary scheduler (50 by default)", "P")
         ->check(CLI::Range(0, 99).description(""));
     option("--cpu", cpu, "run the loop on this processor alone", "N")
@@ -79,43 +76,51 @@ void RealtimeOptions::add_to(CLI::App& app) {
            "[PORT]")
         ->expected(0, 1)
         ->default_str("8765");
+    app.add_option("--token", token,
+                   "the token that viewers must know is the line in this file, which is made if it is not "
+                   "there (a random one for each run by default)")
+        ->needs("--serve")
+        ->type_name("FILE");
 }
 
 RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, Recorder* recorder,
-                       const std::vector<SignalName>& signals,
+                       const std::vector<SignalName>& signals, std::function<void()> before_step,
                        const std::function<bool(const std::string& progress)>& go_on) {
     const Diagram& diagram = simulation.diagram();
     RunnerOptions how;
     how.factor = options.factor;
-    how.overrun = policies.at(options.overrun);
+    how.overrun = *overrun_of(options.overrun);
     how.thread.priority = options.priority;
     how.thread.cpu = options.cpu;
     how.is_strict = options.is_strict;
     how.duration = options.duration;
-    // A step of a slow model may take as long as its period.
-    how.watchdog = options.watchdog > 0 ? std::max(options.watchdog, 10 * diagram.step / options.factor) : 0;
+    how.watchdog = stall_limit(options.watchdog, std::llround(diagram.step / options.factor * 1e9));
     how.on_stall = [&](std::int64_t step, const std::string& block) {
-        std::fprintf(
-            stderr,
-            "bf: %s: step %lld at t = %s s has not ended for %s s%s%s%s, so the program ends without "
-            "stopping the blocks; look for a block that waits or never ends, or raise --watchdog\n",
-            diagram.name.c_str(), static_cast<long long>(step),
-            number(static_cast<double>(step) * diagram.step).c_str(), number(how.watchdog).c_str(),
-            block.empty() ? "" : "; block '", block.c_str(), block.empty() ? "" : "' is at work");
+        std::fprintf(stderr, "bf: %s: %s\n", diagram.name.c_str(),
+                     stall_text(step, static_cast<double>(step) * diagram.step, how.watchdog, block).c_str());
         std::_Exit(1);
     };
+    how.before_step = std::move(before_step);
     Runner runner(simulation, how);
     if (recorder) runner.add_observer(*recorder);
     std::optional<Server> server;
     if (options.port) {
         ServerOptions served{.port = *options.port};
+        if (!options.token.empty())
+            if (const auto wrong = read_token(options.token, served.token); !wrong.empty())
+                throw CommandError(wrong);
         if (recorder)
             served.on_change = [&](std::int64_t step, const std::vector<ParameterValue>& values) {
                 for (const auto& [path, elements] : values) recorder->parameter_changed(step, path, elements);
             };
         server.emplace(simulation, signals, runner.parameters(), served);
         runner.add_observer(*server);
-        std::fprintf(stderr, "  live at ws://127.0.0.1:%d\n", server->port());
+        if (options.token.empty())
+            std::fprintf(stderr, "  live at ws://127.0.0.1:%d/?token=%s\n", server->port(),
+                         server->token().c_str());
+        else
+            std::fprintf(stderr, "  live at ws://127.0.0.1:%d/?token=..., the line in %s\n", server->port(),
+                         options.token.c_str());
     }
     bool has_warned = false;
     const auto warn = [&] {

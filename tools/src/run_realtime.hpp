@@ -17,14 +17,15 @@ struct RealtimeOptions {
     int cpu = -1, priority = 50;
     std::string overrun = "skip";
     std::optional<std::uint16_t> port;
+    std::string token; ///< file
 
     void add_to(CLI::App& app);
 };
 
-/// As `run`, in real time. `signals` are served to viewers. `go_on`, given what happened so far as a text, is
-/// asked about fifty times a second.
+/// As `run`, in real time. `signals` are served to viewers. `before_step` may be empty. `go_on`, given what
+/// happened so far as a text, is asked about fifty times a second.
 RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, Recorder* recorder,
-                       const std::vector<SignalName>& signals,
+                       const std::vector<SignalName>& signals, std::function<void()> before_step,
                        const std::function<bool(const std::string& progress)>& go_on);
 
 } // namespace bf::tools

@@ -2,7 +2,6 @@
 
 #include <BlockFactory/Core/Log.h>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <map>
 #include <sstream>
@@ -36,9 +35,6 @@ void write(const std::string& text, bool stays) {
         std::fprintf(stderr, "%s\n", text.c_str());
     std::fflush(stderr);
 }
-
-// The only thing that a signal handler may touch.
-volatile std::sig_atomic_t interrupt = 0;
 
 } // namespace
 
@@ -88,21 +84,5 @@ void show_warnings() {
                      count > 1 ? (" (" + std::to_string(count) + " times)").c_str() : "");
     }
 }
-
-InterruptGuard::InterruptGuard() {
-    interrupt = 0;
-    struct sigaction action {};
-    action.sa_handler = [](int number) { interrupt = number; };
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
-}
-
-InterruptGuard::~InterruptGuard() {
-    std::signal(SIGINT, SIG_DFL);
-    std::signal(SIGTERM, SIG_DFL);
-}
-
-int InterruptGuard::signal() { return interrupt; }
 
 } // namespace bf::tools

@@ -1,6 +1,7 @@
 // What a person sees while a verb works: a line on standard error, and Ctrl-C.
 #pragma once
 
+#include "bf/realtime/interrupt.hpp"
 #include "session.hpp"
 
 #include <condition_variable>
@@ -48,13 +49,6 @@ struct Interrupted : CommandError {
     int signal;
 };
 
-/// While one lives, SIGINT and SIGTERM only set a flag, once: a second one ends the program at once.
-class InterruptGuard {
-  public:
-    InterruptGuard();
-    ~InterruptGuard();
-    /// The number of the signal that came, or 0.
-    static int signal();
-};
+using realtime::InterruptGuard;
 
 } // namespace bf::tools

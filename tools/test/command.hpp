@@ -84,6 +84,26 @@ plots:
   Both: [source.y, gain.y]
 )";
 
+/// A step that takes hours: a loop of 100,000 loops of 100,000 iterations.
+inline const std::string hanging_model = R"(model: hang
+step: 0.01
+stop: 5
+blocks:
+  outer:
+    execution: for
+    iterations: 100000
+    outputs: [y]
+    blocks:
+      inner:
+        execution: for
+        iterations: 100000
+        outputs: [y]
+        blocks: {n: {block: Iteration}, m: {block: UnitDelay}, s: {block: Sum}}
+        connections: {n: s.u1, m: s.u2, s: [m, y]}
+    connections: {inner: y}
+record: [outer.y]
+)";
+
 #define EXPECT_CONTAINS(text, part) EXPECT_NE((text).find(part), std::string::npos) << "in: " << (text)
 
 } // namespace bf::tools

@@ -99,11 +99,11 @@ TEST_F(Realtime, AMissedDeadlineEndsTheRunWherePolicySaysSo) {
 }
 
 TEST_F(Realtime, APortThatIsTakenIsNamedBeforeTheRun) {
-    const auto run =
-        shell("'" BF_PROGRAM "' run sine.yaml --realtime --priority 0 --stop Inf --serve 0 --quiet 2>one & "
-              "one=$!; sleep 0.5; port=$(grep -o '[0-9]*$' one); '" BF_PROGRAM
-              "' run sine.yaml --realtime --priority 0 --serve $port; code=$?; kill $one; wait $one; exit "
-              "$code");
+    const auto run = shell(
+        "'" BF_PROGRAM "' run sine.yaml --realtime --priority 0 --stop Inf --serve 0 --quiet 2>one & "
+        "one=$!; sleep 0.5; port=$(grep -o 'ws://127.0.0.1:[0-9]*' one | grep -o '[0-9]*$'); '" BF_PROGRAM
+        "' run sine.yaml --realtime --priority 0 --serve $port; code=$?; kill $one; wait $one; exit "
+        "$code");
     EXPECT_EQ(run.code, 1);
     EXPECT_CONTAINS(run.err, "Address already in use; give another port, or 0 for any free one");
 }
@@ -115,7 +115,7 @@ TEST_F(Realtime, ChangesOfParametersAndVariablesAreReplayed) {
           "  sum: {block: DiscreteIntegrator}\nconnections: {t: [a, b], a: sum}\n");
     write("client.py", R"py(
 import json, sys, time, websockets.sync.client
-url = "ws://localhost:" + sys.argv[1]
+url = sys.argv[1]
 with websockets.sync.client.connect(url, subprotocols=["foxglove.websocket.v1"]) as viewer:
     def change(**values):
         viewer.send(json.dumps({"op": "setParameters", "id": "x", "parameters": [
@@ -132,14 +132,51 @@ with websockets.sync.client.connect(url, subprotocols=["foxglove.websocket.v1"])
 )py");
     const auto run =
         shell("'" BF_PROGRAM "' run tuned.yaml --realtime --priority 0 --stop Inf --serve 0 --quiet "
-              "--record r.mcap --summary s.json 2>err & one=$!; for i in $(seq 200); do port=$(grep -o "
-              "'[0-9]*$' err) && break; sleep 0.05; done; " BF_PYTHON
-              " client.py $port; code=$?; sleep 0.1; kill -TERM $one; wait $one; exit $code");
+              "--record r.mcap --summary s.json 2>err & one=$!; for i in $(seq 200); do url=$(grep -o "
+              "'ws://.*$' err) && break; sleep 0.05; done; " BF_PYTHON
+              " client.py $url; code=$?; sleep 0.1; kill -TERM $one; wait $one; exit $code");
     ASSERT_EQ(run.code, 0) << run.err << read("err");
     EXPECT_EQ(json("s.json")["realtime"]["parameter_changes"], 2);
     const auto replay = bf("replay r.mcap");
     EXPECT_EQ(replay.code, 0) << replay.err;
     EXPECT_CONTAINS(replay.out, "identical: ");
+}
+
+TEST_F(Realtime, ATokenFileServesForEachRunAndIsNotPrinted) {
+    write("look.py", R"py(
+import sys, websockets.sync.client
+websockets.sync.client.connect(sys.argv[1] + "/?token=" + sys.argv[2], subprotocols=["foxglove.websocket.v1"]).close()
+)py");
+    std::string tokens;
+    for (int run = 0; run < 2; ++run) {
+        const auto served = shell(
+            "'" BF_PROGRAM "' run sine.yaml --realtime --priority 0 --stop Inf --serve 0 --token secret "
+            "--quiet 2>err & one=$!; for i in $(seq 200); do url=$(grep -o 'ws://[0-9.:]*' err) && break; "
+            "sleep 0.05; done; " BF_PYTHON
+            " look.py $url $(cat secret); code=$?; kill -TERM $one; wait $one; exit $code");
+        EXPECT_EQ(served.code, 0) << served.err << read("err");
+        EXPECT_EQ(read("err").find(read("secret").substr(0, 32)), std::string::npos);
+        EXPECT_CONTAINS(read("err"), "/?token=..., the line in secret");
+        tokens += read("secret");
+    }
+    EXPECT_EQ(tokens.size(), 66u);
+    EXPECT_EQ(tokens.substr(0, 33), tokens.substr(33));
+    shell("chmod 644 secret");
+    const auto open = bf("run sine.yaml --realtime --priority 0 --serve 0 --token secret");
+    EXPECT_EQ(open.code, 1);
+    EXPECT_CONTAINS(open.err, "the token file secret is open to others than its owner; say chmod 600 secret");
+}
+
+TEST_F(Realtime, AStepThatHangsEndsTheProgramAndAPauseDoesNot) {
+    write("hang.yaml", hanging_model);
+    const auto hang = bf("run hang.yaml --realtime --priority 0 --watchdog 0.3 --quiet");
+    EXPECT_EQ(hang.code, 1);
+    EXPECT_CONTAINS(hang.err, "bf: hang: step 0 at t = 0 s has not ended for 0.3 s");
+    const auto paused =
+        shell("'" BF_PROGRAM "' run sine.yaml --realtime --priority 0 --stop Inf --duration 1.5 "
+              "--watchdog 0.3 --quiet & one=$!; sleep 0.7; kill -STOP $one; sleep 1; kill "
+              "-CONT $one; wait $one");
+    EXPECT_EQ(paused.code, 0) << paused.err;
 }
 
 TEST_F(Realtime, RefusesASolverThatChoosesItsSteps) {
@@ -159,6 +196,7 @@ TEST_F(Realtime, WrongOptionsAreRefused) {
         EXPECT_CONTAINS(run.err, text);
     };
     refused("--serve", "--serve requires --realtime");
+    refused("--realtime --token secret", "--token requires --serve");
     refused("--cpu 0", "--cpu requires --realtime");
     refused("--realtime --overrun hope", "--overrun");
     refused("--realtime --priority 100", "--priority");

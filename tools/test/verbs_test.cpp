@@ -66,6 +66,69 @@ TEST_F(Verbs, StopIsAnExpressionAndWinsOverTheModel) {
     EXPECT_EQ(nlohmann::json::parse(bf("run sine.yaml --json --set stop=3").out)["steps"], 300);
 }
 
+/// Sums its inputs: a scalar, a vector, a matrix and a whole number.
+const std::string inputs_model = R"(model: sums
+step: 0.1
+stop: 0.6
+inputs: {u: {shape: 1}, x: {shape: 2}, M: {shape: "[2 2]"}, n: {shape: 1, type: int8}}
+blocks:
+  gu: {block: Gain}
+  gx: {block: Gain}
+  gM: {block: Gain}
+  gn: {block: Gain}
+connections: {u: gu, x: gx, M: gM, n: gn}
+record: [gu.y, gx.y, gM.y, gn.y]
+)";
+
+TEST_F(Verbs, InputsComeFromAFileAndAreReplayed) {
+    write("sums.yaml", inputs_model);
+    // 0.30000000000000004 is 3 * 0.1; of the two rows at 0.4 the second counts; nothing is read after the
+    // end.
+    write("in.csv",
+          "time,\"u (V)\",x[1],\"M[0][1]\",n\r\n0.1,1,2,3,4\r\n0.30000000000000004,-1.5,0,0,-128\r\n"
+          "0.4,7,7,7,7\r\n0.4,inf,1e-3,+2,0\r\n9,1,1,1,1\r\n");
+    const auto run = bf("run sums.yaml --inputs in.csv --quiet --record r.mcap");
+    ASSERT_EQ(run.code, 0) << run.err;
+    bf("export r.mcap -o r.csv");
+    EXPECT_EQ(read("r.csv").substr(read("r.csv").find('\n') + 1),
+              "0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0\n"
+              "0.1,1,0,2,0,0,3,0,4,1,0,2,0,0,3,0,4\n"
+              "0.2,1,0,2,0,0,3,0,4,1,0,2,0,0,3,0,4\n"
+              "0.3,-1.5,0,0,0,0,0,0,-128,-1.5,0,0,0,0,0,0,-128\n"
+              "0.4,inf,0,0.001,0,0,2,0,0,inf,0,0.001,0,0,2,0,0\n"
+              "0.5,inf,0,0.001,0,0,2,0,0,inf,0,0.001,0,0,2,0,0\n");
+    EXPECT_EQ(bf("replay r.mcap").code, 0);
+    const auto paced = bf("run sums.yaml --inputs in.csv --quiet --realtime --priority 0 --realtime-factor 5 "
+                          "--record p.mcap");
+    ASSERT_EQ(paced.code, 0) << paced.err;
+    bf("export p.mcap -o p.csv");
+    EXPECT_EQ(read("p.csv"), read("r.csv"));
+
+    const auto refused = [&](const std::string& text, const std::string& reason) {
+        write("in.csv", text);
+        const auto wrong = bf("run sums.yaml --inputs in.csv --quiet");
+        EXPECT_EQ(wrong.code, 1) << text;
+        EXPECT_CONTAINS(wrong.err, "bf: in.csv:" + reason);
+    };
+    refused("t,u\n0,1\n", "1: the first column is the time and is called 'time', not 't'");
+    refused("time,v\n0,1\n",
+            "1: the model has no input 'v'; it has u, x, M, n, with elements as x[0], M[0][1]");
+    refused("time,x\n0,1\n", "1: the model has no input 'x'");
+    refused("time,u,u (V)\n0,1,1\n", "1: a second column 'u (V)'");
+    refused("time\n0\n", "1: there is no column besides the time");
+    refused("time,u\n", "1: there is no row of values");
+    refused("time,u\n0,1\n1\n", "3: 1 values, but there are 2 headings");
+    refused("time,u\n0,one\n", "2: 'one' is no number");
+    refused("time,u\n0,\n", "2: '' is no number");
+    refused("time,u\n0,1\n-1,1\n", "3: the time -1 does not follow the one before");
+    refused("time,u\nnan,1\n", "2: the time nan does not follow the one before");
+    refused("time,u\n0,nan\n", "2: 'u': a value is not a number");
+    refused("time,n\n0,128\n", "2: 'n': a value does not fit the integer or boolean type");
+    EXPECT_CONTAINS(bf("run sums.yaml --inputs nowhere.csv").err,
+                    "bf: cannot read the inputs in nowhere.csv");
+    EXPECT_CONTAINS(bf("run sine.yaml --inputs in.csv").err, "the model has no input 'n'; it has none");
+}
+
 TEST_F(Verbs, SetChangesVariablesAndSettingsOfBlocks) {
     const auto largest = [&](const std::string& sets) {
         return nlohmann::json::parse(bf("run sine.yaml --json " + sets).out)["checks"]["largest"]

@@ -126,6 +126,7 @@ class ElaboratedModel final : public BlocksInContext {
 
     Quantities parameters() const { return of(parameters_); }
     Quantities variables() const { return of(variables_); }
+    Quantities inputs() const { return of(inputs_); }
     Quantities recorded() const { return of(recorded_); }
     Quantities checks() const { return of(checks_); }
     FixedNames fixed() const { return {fixed_.data(), static_cast<int>(fixed_.size())}; }
@@ -224,6 +225,8 @@ class ElaboratedModel final : public BlocksInContext {
         };
         for (const auto& check : diagram_.checks())
             if (has_elements(check)) checks_.push_back(row(check.path, check.end, Where::states));
+        for (const auto& input : diagram_.inputs)
+            if (has_elements(input)) inputs_.push_back(row(input.path, input.end, Where::inputs));
         std::set<std::string> seen;
         for (const auto& signal : diagram_.recorded())
             if (has_elements(signal) && seen.insert(signal.path).second)
@@ -257,7 +260,7 @@ class ElaboratedModel final : public BlocksInContext {
     std::deque<std::string> texts_;
     std::deque<std::vector<double>> values_; ///< of variables
     std::deque<std::vector<std::byte>> outputs_;
-    std::vector<Quantity> parameters_, variables_, recorded_, checks_;
+    std::vector<Quantity> parameters_, variables_, inputs_, recorded_, checks_;
     std::vector<FixedName> fixed_;
     std::string problem_;
     Problem outside_;

@@ -7,6 +7,7 @@
 //         limit: "[1 2; 3 4]"
 #pragma once
 
+#include "bf/codegen/number_locale.hpp"
 #include "bf/codegen/quantity.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -208,6 +210,7 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
         std::string prefix;
     };
     std::vector<Level> levels{{-1, ""}};
+    std::map<std::string, int> lines; // of the names so far
     const auto wrong = [&](int line, const std::string& what) {
         result.errors += source + ":" + std::to_string(line) + ": " + what + "\n";
     };
@@ -227,6 +230,11 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
             }
             return;
         }
+        const auto [first, is_new] = lines.emplace(name, line);
+        if (!is_new)
+            return wrong(line, "a second '" + name + "'; remove or rename one; the first is at " + source +
+                                   ":" + std::to_string(first->second));
+        if (value.empty()) return wrong(line, "'" + name + "' has no value; write name: value");
         Entry entry;
         entry.name = name;
         entry.line = line;
@@ -234,12 +242,15 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
             return wrong(line, "the rows of '" + name + "' differ in length");
         result.entries.push_back(std::move(entry));
     };
-    std::string pending; // a key whose value is a sequence of lines
+    std::string pending; // a key whose value stands on the lines that follow
     int pending_line = 0, number = 0, first_line = 0;
     std::string sequence;
-    const auto finish_sequence = [&] {
-        if (!sequence.empty()) add(add, pending, "[" + sequence + "]", pending_line);
+    // The next line, at that depth, is no item of the key's list.
+    const auto finish_pending = [&](int indent) {
+        if (!pending.empty() && (!sequence.empty() || levels.back().indent >= indent))
+            add(add, pending, sequence.empty() ? "" : "[" + sequence + "]", pending_line);
         sequence.clear();
+        pending.clear();
     };
     std::string joined;
     for (std::size_t at = 0; at < text.size();) {
@@ -266,7 +277,7 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
             sequence += (sequence.empty() ? "" : ", ") + detail::trimmed(content.substr(1));
             continue;
         }
-        finish_sequence();
+        finish_pending(indent);
         while (levels.back().indent >= indent) levels.pop_back();
         if (detail::is_between(content, '{', '}') && levels.size() == 1) {
             add(add, "", content, first_line);
@@ -288,7 +299,7 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
             add(add, name, value, first_line);
         }
     }
-    finish_sequence();
+    finish_pending(-1);
     return result;
 }
 
@@ -309,7 +320,13 @@ class ParameterChanges {
         std::vector<double> values;
         if (std::string errors = detail::numbers_of(entry, values); !errors.empty())
             return "'" + entry.name + "': " + errors;
-        if (const char* wrong_value = check_all(*q, values.data(), static_cast<int>(values.size())))
+        const char* wrong_value = check_all(*q, values.data(), static_cast<int>(values.size()));
+        // One element expands, and a vector may be written as a row or as a column.
+        const bool is_vector = std::min(entry.rows, entry.cols) == 1 && std::min(q->rows, q->cols) == 1;
+        if (!wrong_value && values.size() != 1 && !is_vector &&
+            (entry.rows != q->rows || entry.cols != q->cols))
+            wrong_value = "wrong shape";
+        if (wrong_value)
             return "'" + entry.name + "': " + wrong_value + " (it has " + std::to_string(q->rows) + "x" +
                    std::to_string(q->cols) + ", the file gives " + std::to_string(entry.rows) + "x" +
                    std::to_string(entry.cols) + ")";
@@ -336,6 +353,7 @@ class ParameterChanges {
 
 /// Gives a model all values of a file, or none. Returns an empty text, or every mistake on a line of its own.
 template <class Model> std::string load_parameters(Model& model, const std::string& file) {
+    const NumberLocale locale;
     std::ifstream stream(file, std::ios::binary);
     if (!stream) return "cannot read the parameter file " + file + "\n";
     const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};

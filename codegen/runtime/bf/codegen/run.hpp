@@ -2,15 +2,22 @@
 #pragma once
 
 #include "bf/codegen/command_port.hpp"
+#include "bf/codegen/csv_file.hpp"
+#include "bf/codegen/input_file.hpp"
 #include "bf/codegen/parameter_file.hpp"
 #include "bf/kernels/steps.hpp"
+#include "bf/realtime/interrupt.hpp"
 #include "bf/realtime/pacer.hpp"
+#include "bf/realtime/watchdog.hpp"
 
+#include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cinttypes>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -19,72 +26,44 @@
 
 namespace bf::generated {
 
-/// A CSV file of the recorded signals, one row per step and one before each event; numbers read back exactly.
-class CsvFile {
-  public:
-    CsvFile() = default;
-    CsvFile(const CsvFile&) = delete;
-    CsvFile& operator=(const CsvFile&) = delete;
-    ~CsvFile() { close(); }
+/// What the command line says.
+struct RunOptions {
+    std::string parameters, inputs, csv, folder;
+    std::optional<double> stop; ///< s; else what the model says
+    bool is_paced = false, shows_time = false, lists = false;
+    realtime::Overrun overrun = realtime::Overrun::skip;
+    realtime::ThreadOptions thread;
+    double watchdog = 1;                 ///< s; 0: none
+    std::optional<std::string> commands; ///< where they come in
+    std::string token;                   ///< file
 
-    bool open(const std::string& file, Quantities columns) {
-        file_ = std::fopen(file.c_str(), "w");
-        if (!file_) return false;
-        std::fputs("time", file_);
-        for (const Quantity& q : columns)
-            for (int i = 0; i < q.size(); ++i) {
-                std::string name = q.name; // elements are named as in recordings: x[0], M[0][1]
-                if (q.size() > 1) name += "[" + std::to_string(i % q.rows) + "]";
-                if (q.cols > 1) name += "[" + std::to_string(i / q.rows) + "]";
-                std::string quoted;
-                for (const char c : name) quoted += c == '"' ? "\"\"" : c == '\n' ? " " : std::string(1, c);
-                std::fprintf(file_, ",\"%s\"", quoted.c_str());
-            }
-        std::fputc('\n', file_);
-        return true;
-    }
-    template <class Model> void row(const Model& model) {
-        std::fprintf(file_, "%.17g", model.time());
-        for (const Quantity& q : model.recorded_table())
-            for (int i = 0; i < q.size(); ++i) std::fprintf(file_, ",%.17g", read(model.data(q), q.type, i));
-        std::fputc('\n', file_);
-    }
-    bool is_open() const { return file_ != nullptr; }
-    /// False when something could not be written.
-    bool close() {
-        if (!file_) return true;
-        const bool good = std::ferror(file_) == 0;
-        const bool closed = std::fclose(file_) == 0;
-        file_ = nullptr;
-        return good && closed;
-    }
-
-  private:
-    std::FILE* file_ = nullptr;
+    RunOptions() { thread.priority = 50; }
 };
 
-inline int usage(const char* program, int code) {
-    std::fprintf(
-        code == 0 ? stdout : stderr,
-        "usage: %s [OPTION]...\n"
-        "  --stop SECONDS   duration\n"
-        "  --params FILE    YAML of names and values to change before the first step\n"
-        "  --command-port N take changes of parameters while it runs, from this computer: a line of that "
-        "YAML each\n"
-        "  --csv FILE       write the recorded signals\n"
-        "  --folder FOLDER  where relative file names of blocks are meant from\n"
-        "  --realtime       begin each step at its time of the clock\n"
-        "  --overrun WHAT   after a late step: skip (periods), catch_up, stop, degrade (record nothing)\n"
-        "  --priority N     real-time priority 1 ... 99\n"
-        "  --cpu N          run on that processor only\n"
-        "  --list           print all parameters and variables, and what is fixed; end\n"
-        "  --time           print the time per step\n",
-        program);
-    return code;
+inline const char* usage() {
+    return "usage: %s [OPTION]...\n"
+           "  --stop SECONDS   duration; Inf: until Ctrl-C\n"
+           "  --params FILE    YAML of names and values to change before the first step\n"
+           "  --inputs FILE    CSV of the model's inputs: columns time, u, x[0], ...; a row holds until the "
+           "next\n"
+           "  --csv FILE       write the recorded signals\n"
+           "  --folder FOLDER  where relative file names of blocks are meant from\n"
+           "  --realtime       step against the clock\n"
+           "  --overrun POLICY what a missed deadline leads to: skip, catch-up, stop or degrade (skip)\n"
+           "  --priority P     of SCHED_FIFO, 1 to 99; 0: the ordinary scheduler (50)\n"
+           "  --cpu N          run the loop on this processor alone\n"
+           "  --watchdog S     end the program when a step takes longer; 0: never (1)\n"
+           "  --command-port [WHERE]\n"
+           "                   take changes of parameters while it runs, a line of such YAML each, at a Unix "
+           "socket\n"
+           "                   (this path, else one in XDG_RUNTIME_DIR) or, where a number stands, at a TCP "
+           "port\n"
+           "  --token FILE     the token for the TCP port is the line in this file, which is made if it is "
+           "not\n"
+           "                   there (a random one for each run)\n"
+           "  --list           print all parameters and variables, and what is fixed; end\n"
+           "  --time           print the time per step\n";
 }
-
-/// Set by SIGINT and SIGTERM: the step under way is the last one.
-inline volatile std::sig_atomic_t is_asked_to_stop = 0;
 
 namespace detail {
 template <class Model, class = void> struct IsElaborated : std::false_type {};
@@ -98,19 +77,66 @@ template <class Model, class = void> struct HasEvents : std::false_type {};
 template <class Model>
 struct HasEvents<Model, std::void_t<decltype(Model::before_event)>> : std::true_type {};
 
-inline bool whole_number(const char* text, int least, int most, int& value) {
+inline bool number(const char* text, double least, double most, double& value) {
     char* end = nullptr;
-    const long number = std::strtol(text, &end, 10);
-    value = static_cast<int>(number);
-    return end != text && *end == '\0' && number >= least && number <= most;
+    value = std::strtod(text, &end);
+    return end != text && *end == '\0' && value >= least && value <= most;
+}
+inline bool whole_number(const char* text, int least, int most, int& value) {
+    double x = 0;
+    if (!number(text, least, most, x) || x != std::floor(x)) return false;
+    value = static_cast<int>(x);
+    return true;
 }
 
-inline std::optional<realtime::Overrun> overrun_of(const std::string& name) {
-    if (name == "skip") return realtime::Overrun::skip;
-    if (name == "catch_up") return realtime::Overrun::catch_up;
-    if (name == "stop") return realtime::Overrun::stop;
-    if (name == "degrade") return realtime::Overrun::degrade;
-    return std::nullopt;
+/// False for a word that is none of the options, or a value that the option does not take.
+inline bool read_options(int argc, char** argv, RunOptions& options) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    for (int i = 1; i < argc; ++i) {
+        const std::string option = argv[i];
+        const char* const value = i + 1 < argc ? argv[i + 1] : nullptr;
+        double x = 0;
+        bool takes_value = true;
+        if (option == "--list" || option == "--list-parameters") {
+            options.lists = !(takes_value = false);
+        } else if (option == "--time") {
+            options.shows_time = !(takes_value = false);
+        } else if (option == "--realtime") {
+            options.is_paced = !(takes_value = false);
+        } else if (option == "--command-port") {
+            takes_value = value && *value && std::strncmp(value, "--", 2) != 0;
+            options.commands = takes_value ? value : "";
+        } else if (!value || !*value) { // a shell's empty variable
+            return false;
+        } else if (option == "--csv") {
+            options.csv = value;
+        } else if (option == "--params") {
+            options.parameters = value;
+        } else if (option == "--inputs") {
+            options.inputs = value;
+        } else if (option == "--folder") {
+            options.folder = value;
+        } else if (option == "--token") {
+            options.token = value;
+        } else if (option == "--overrun") {
+            const auto known = realtime::overrun_of(value);
+            if (!known) return false;
+            options.overrun = *known;
+        } else if (option == "--priority") {
+            if (!whole_number(value, 0, 99, options.thread.priority)) return false;
+        } else if (option == "--cpu") {
+            if (!whole_number(value, 0, 1 << 20, options.thread.cpu)) return false;
+        } else if (option == "--watchdog") {
+            if (!number(value, 0, 1e9, options.watchdog)) return false;
+        } else if (option == "--stop") {
+            if (!number(value, 0, infinity, x)) return false;
+            options.stop = x;
+        } else {
+            return false;
+        }
+        i += takes_value;
+    }
+    return true;
 }
 } // namespace detail
 
@@ -126,133 +152,143 @@ template <class Model> void list_parameters(const Model& model) {
         std::printf("# %s is fixed: %s\n", fixed.name, fixed.reason);
 }
 
-/// Steps the model until its stop time; returns the exit code of the program.
+/// Steps the model until its stop time; returns the exit code of the program, as of `bf run`.
 template <class Model> int run(int argc, char** argv) {
-    const auto model = std::make_unique<Model>();
-    double stop = -1; // s; below 0: what the model says
-    std::string csv_name, parameters, folder;
-    bool shows_time = false, is_paced = false, lists = false;
-    int port = -1;
-    realtime::ThreadOptions thread;
-    auto overrun = realtime::Overrun::skip;
-    for (int i = 1; i < argc; ++i) {
-        const std::string option = argv[i];
-        const bool has_value = i + 1 < argc;
-        if (option == "--help") return usage(argv[0], 0);
-        if (option == "--list" || option == "--list-parameters") {
-            lists = true;
-        } else if (option == "--time") {
-            shows_time = true;
-        } else if (option == "--realtime") {
-            is_paced = true;
-        } else if (option == "--csv" && has_value) {
-            csv_name = argv[++i];
-        } else if (option == "--params" && has_value) {
-            parameters = argv[++i];
-        } else if (option == "--folder" && has_value) {
-            folder = argv[++i];
-        } else if (option == "--command-port" && has_value) {
-            if (!detail::whole_number(argv[++i], 0, 65535, port)) return usage(argv[0], 2);
-        } else if (option == "--overrun" && has_value) {
-            const auto known = detail::overrun_of(argv[++i]);
-            if (!known) return usage(argv[0], 2);
-            overrun = *known;
-        } else if (option == "--priority" && has_value) {
-            if (!detail::whole_number(argv[++i], 1, 99, thread.priority)) return usage(argv[0], 2);
-        } else if (option == "--cpu" && has_value) {
-            if (!detail::whole_number(argv[++i], 0, 4095, thread.cpu)) return usage(argv[0], 2);
-        } else if (option == "--stop" && has_value) {
-            char* end = nullptr;
-            stop = std::strtod(argv[++i], &end);
-            if (end == argv[i] || *end != '\0' || !(stop >= 0)) return usage(argv[0], 2);
-        } else {
-            return usage(argv[0], 2);
+    const NumberLocale locale;
+    const std::string program = std::string(argv[0]).substr(std::string(argv[0]).rfind('/') + 1);
+    const auto complain = [&](const std::string& text) {
+        std::fprintf(stderr, "%s: %s%s", program.c_str(), text.c_str(), text.back() == '\n' ? "" : "\n");
+    };
+    for (int i = 1; i < argc; ++i)
+        if (std::strcmp(argv[i], "--help") == 0) {
+            std::printf(usage(), argv[0]);
+            return 0;
         }
+    RunOptions options;
+    if (!detail::read_options(argc, argv, options)) {
+        std::fprintf(stderr, usage(), argv[0]);
+        return 2;
     }
+    const auto model = std::make_unique<Model>();
     if constexpr (detail::HasFolder<Model>::value) {
-        if (!folder.empty()) model->folder = folder.c_str();
-    } else if (!folder.empty()) {
-        std::fprintf(stderr, "no block of this model reads a file: leave --folder out\n");
+        if (!options.folder.empty()) model->folder = options.folder.c_str();
+    } else if (!options.folder.empty()) {
+        complain("no block of this model reads a file: leave --folder out");
         return 2;
     }
     double planned = Model::stop_time;
     std::string errors;
     if constexpr (detail::IsElaborated<Model>::value) {
-        errors = model->elaborate(parameters);
+        errors = model->elaborate(options.parameters);
         planned = model->planned_stop();
-    } else if (!parameters.empty()) {
-        errors = load_parameters(*model, parameters);
+    } else if (!options.parameters.empty()) {
+        errors = load_parameters(*model, options.parameters);
     }
     if (!errors.empty()) {
         std::fprintf(stderr, "%s%s", errors.c_str(), errors.back() == '\n' ? "" : "\n");
         return 1;
     }
-    if (lists) {
+    if (options.lists) {
         list_parameters(*model);
         return 0;
     }
-    if (stop < 0) stop = planned;
-    if (!std::isfinite(stop) && !is_paced) {
-        std::fprintf(stderr, "the model names no stop time: give --stop SECONDS\n");
-        return 2;
+    const double stop = options.stop.value_or(planned);
+    if (!std::isfinite(stop) && !options.stop && !options.is_paced) {
+        complain(
+            "the model does not say how long it runs: give --stop SECONDS (--stop Inf runs until Ctrl-C)");
+        return 1;
     }
+    std::optional<InputFile> inputs;
+    if (!options.inputs.empty())
+        if (const std::string wrong = inputs.emplace().read(options.inputs, model->input_table());
+            !wrong.empty()) {
+            complain(wrong);
+            return 1;
+        }
     CsvFile csv;
-    if (!csv_name.empty() && !csv.open(csv_name, model->recorded_table())) {
-        std::fprintf(stderr, "cannot write %s\n", csv_name.c_str());
+    if (!options.csv.empty() && !csv.open(options.csv, model->recorded_table(), options.is_paced)) {
+        complain("cannot write " + options.csv + ": " + std::strerror(errno) +
+                 "; give a file in a folder that may be written");
         return 1;
     }
     std::optional<CommandPort> commands;
-    if (port >= 0) {
+    if (options.commands) {
         commands.emplace(*model);
-        if (const std::string error = commands->listen(port); !error.empty()) {
-            std::fprintf(stderr, "%s\n", error.c_str());
+        if (const std::string wrong = commands->listen(*options.commands, program, options.token);
+            !wrong.empty()) {
+            complain(wrong);
             return 1;
         }
-        std::fprintf(stderr, "takes commands at 127.0.0.1:%d\n", commands->port());
+        std::fprintf(stderr, "takes commands at %s\n", commands->place().c_str());
     }
-    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { is_asked_to_stop = 1; });
+    const realtime::InterruptGuard guard;
     const std::int64_t steps = kernels::steps_before(stop, Model::period);
     bool good = model->initialize();
     std::optional<realtime::Pacer> pacer;
-    if (is_paced) {
-        pacer.emplace(static_cast<realtime::Nanoseconds>(std::llround(Model::period * 1e9)), overrun);
-        for (const std::string& refused : realtime::prepare_thread(thread))
-            std::fprintf(stderr, "warning: %s\n", refused.c_str());
+    std::optional<realtime::Watchdog> watchdog;
+    std::atomic<std::int64_t> done{0};
+    if (options.is_paced) {
+        const auto period = static_cast<realtime::Nanoseconds>(std::llround(Model::period * 1e9));
+        const auto limit = realtime::stall_limit(options.watchdog, period);
+        if (limit > 0 || realtime::ServiceManager().is_there())
+            watchdog.emplace(limit,
+                             options.thread.priority > 0 ? std::min(options.thread.priority + 1, 99) : 0,
+                             [&, limit] {
+                                 const std::int64_t step = done.load();
+                                 complain(realtime::stall_text(
+                                     step, static_cast<double>(step) * Model::period, limit, ""));
+                                 std::_Exit(1);
+                             });
+        pacer.emplace(period, options.overrun);
+        const auto refused = realtime::prepare_thread(options.thread);
+        if (!refused.empty()) complain("warning: the period is not guaranteed on this machine");
+        for (const std::string& text : refused) std::fprintf(stderr, "  %s\n", text.c_str());
         pacer->start();
+        if (watchdog) watchdog->kick();
     }
     const auto record = [&] {
         if (csv.is_open() && !(pacer && pacer->is_degraded())) csv.row(*model);
     };
     if constexpr (detail::HasEvents<Model>::value) model->before_event = record;
     const auto begin = std::chrono::steady_clock::now();
-    std::int64_t done = 0;
-    for (; good && done < steps && !is_asked_to_stop; ++done) {
+    for (std::int64_t k = 0; good && k < steps && !realtime::InterruptGuard::signal(); ++k) {
         if (pacer && !pacer->wait()) break;
         if (commands) commands->apply(*model);
+        if (inputs)
+            inputs->go_to(model->time(), Model::period, [&](const Quantity& q) { return model->data(q); });
         good = model->output();
         if (good) record();
         good = good && model->update();
         if (pacer) pacer->end_step();
+        if (watchdog) watchdog->kick();
+        done.store(k + 1, std::memory_order_relaxed);
     }
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    watchdog.reset();
     model->terminate();
+    const bool is_written = csv.close();
     for (const Quantity& q : model->check_table())
         std::printf("%s = %.17g\n", q.name, read(model->data(q), q.type, 0));
-    if (shows_time && done > 0) std::printf("%.3f ns per step\n", wall * 1e9 / static_cast<double>(done));
+    if (options.shows_time && done > 0)
+        std::printf("%.3f ns per step\n", wall * 1e9 / static_cast<double>(done));
     if (pacer) std::fputs(realtime::report(pacer->statistics()).c_str(), stdout);
+    if (csv.lost() > 0) std::printf("  %" PRIu64 " rows not recorded: the disk was too slow\n", csv.lost());
+    std::fflush(stdout);
+    char at[60];
+    std::snprintf(at, sizeof at, "stopped at t = %g s: ", model->time());
     if (!good) {
         const std::string block = model->failed_block();
-        std::fprintf(stderr, "stopped at t = %g s: %s%s%s\n", model->time(), block.c_str(),
-                     block.empty() ? "" : ": ", model->failure());
+        complain(at + block + (block.empty() ? "" : ": ") + model->failure());
     }
-    if (!csv.close()) {
-        std::fprintf(stderr, "%s could not be written completely\n", csv_name.c_str());
-        return 1;
-    }
-    const bool is_late = pacer && good && done < steps && !is_asked_to_stop;
-    if (is_late)
-        std::fprintf(stderr, "stopped at t = %g s: a step ended after its deadline\n", model->time());
-    return good && !is_late ? 0 : 1;
+    if (!is_written) complain(options.csv + " could not be written completely");
+    const std::string late = good && options.overrun == realtime::Overrun::stop && pacer
+                                 ? realtime::missed_deadline(pacer->statistics())
+                                 : "";
+    if (!late.empty()) complain(at + late);
+    if (!good || !is_written || !late.empty()) return 1;
+    const int signal = realtime::InterruptGuard::signal();
+    if (signal) complain(std::string(at) + "interrupted");
+    return signal ? 128 + signal : 0;
 }
 
 } // namespace bf::generated

@@ -5,18 +5,16 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
-#include <functional>
+#include <optional>
 #include <pthread.h>
 #include <sched.h>
 #include <string>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <thread>
 #include <time.h>
 #include <unistd.h>
 #include <vector>
@@ -264,6 +262,22 @@ enum class Overrun {
     stop,     ///< the run ends
     degrade   ///< as skip, and `is_degraded` until 100 steps in a row were in time
 };
+/// The policies by the names that users give them, in their order.
+inline constexpr std::array<const char*, 4> overrun_names{"skip", "catch-up", "stop", "degrade"};
+inline std::optional<Overrun> overrun_of(const std::string& name) {
+    for (std::size_t i = 0; i < overrun_names.size(); ++i)
+        if (name == overrun_names[i]) return static_cast<Overrun>(i);
+    return std::nullopt;
+}
+
+/// Why a run with the policy to stop ended at its first miss; empty when there was none.
+inline std::string missed_deadline(const Statistics& s) {
+    if (s.missed() == 0) return {};
+    const auto& miss = s.first_misses.front();
+    return "step " + std::to_string(miss.step) + " missed its deadline by " +
+           std::to_string(miss.late / 1000) + " us: " + text(miss.cause) +
+           "; choose another --overrun than stop, or give the step more time";
+}
 
 /// Paces a loop: step k is released at begin + k period, an absolute time, so that errors do not add up.
 ///
@@ -350,45 +364,6 @@ class Pacer {
     Nanoseconds release_ = 0, last_release_ = 0, begin_ = 0, end_ = 0, processor_time_ = 0;
     int in_time_ = recovery;
     bool is_stopped_ = false;
-};
-
-/// Calls a function, once and from a thread of its own, when the loop has not been heard of for too long
-/// after the first `kick`: a step hangs. Make it before `prepare_thread`, so that it does not share the
-/// loop's processor.
-class Watchdog {
-  public:
-    /// `priority` of SCHED_FIFO, where granted; above the loop's, which may never end.
-    Watchdog(Nanoseconds limit, int priority, std::function<void()> on_stall)
-        : limit_(limit), priority_(priority), on_stall_(std::move(on_stall)), thread_([this] { watch(); }) {}
-    ~Watchdog() {
-        is_over_.store(true);
-        thread_.join();
-    }
-    Watchdog(const Watchdog&) = delete;
-    Watchdog& operator=(const Watchdog&) = delete;
-
-    void kick() noexcept { heard_.store(now(), std::memory_order_relaxed); }
-
-  private:
-    void watch() {
-        prepare_thread({priority_, -1, false, 0});
-        const Nanoseconds pause =
-            std::min<Nanoseconds>(std::max<Nanoseconds>(limit_ / 10, 100'000), 20'000'000);
-        while (!is_over_.load()) {
-            sleep_until(now() + pause);
-            const Nanoseconds heard = heard_.load(std::memory_order_relaxed);
-            if (heard == 0 || now() - heard <= limit_) continue;
-            on_stall_();
-            return;
-        }
-    }
-
-    const Nanoseconds limit_;
-    const int priority_;
-    const std::function<void()> on_stall_;
-    std::atomic<Nanoseconds> heard_{0};
-    std::atomic<bool> is_over_{false};
-    std::thread thread_;
 };
 
 } // namespace bf::realtime

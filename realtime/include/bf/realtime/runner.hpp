@@ -45,9 +45,10 @@ struct RunnerOptions {
     ThreadOptions thread;
     bool is_strict = false;                                    ///< what the machine refuses is an error
     double duration = std::numeric_limits<double>::infinity(); ///< s on the clock
-    double watchdog = 0;                                       ///< s without an end of a step; 0: none
+    Nanoseconds watchdog = 0; ///< without an end of a step; 0: none (see stall_limit)
     /// In a thread of its own: the step hangs, in a block of that path (empty: before the first one).
     std::function<void(std::int64_t step, const std::string& block)> on_stall = nullptr;
+    std::function<void()> before_step = nullptr; ///< in the loop's thread, e.g. to write root inputs
 };
 
 /// A thread of its own in which a simulation starts, is stepped at its releases, and stops. The caller's

@@ -1,0 +1,36 @@
+// Ctrl-C and a service manager's request to end.
+//
+// C++17 and POSIX alone, and no other header of BlockFactory: generated projects carry a copy of this file.
+#pragma once
+
+#include <csignal>
+
+namespace bf::realtime {
+
+/// While one lives, SIGINT and SIGTERM only set a flag, once: a second one ends the program at once. A
+/// program that ended because of it exits with 128 + the signal's number.
+class InterruptGuard {
+  public:
+    InterruptGuard() {
+        came_ = 0;
+        struct sigaction action {};
+        action.sa_handler = [](int number) { came_ = number; };
+        action.sa_flags = static_cast<int>(SA_RESETHAND);
+        ::sigaction(SIGINT, &action, nullptr);
+        ::sigaction(SIGTERM, &action, nullptr);
+    }
+    ~InterruptGuard() {
+        std::signal(SIGINT, SIG_DFL);
+        std::signal(SIGTERM, SIG_DFL);
+    }
+    InterruptGuard(const InterruptGuard&) = delete;
+    InterruptGuard& operator=(const InterruptGuard&) = delete;
+
+    /// The number of the signal that came, or 0.
+    static int signal() noexcept { return came_; }
+
+  private:
+    inline static volatile std::sig_atomic_t came_ = 0; // the only thing that a signal handler may touch
+};
+
+} // namespace bf::realtime

@@ -149,20 +149,46 @@ fs::path place_of(const fs::path& file, const fs::path& model_folder) {
                        model_folder.string() + " nor an installed robot; put it beside the model");
 }
 
-/// `options` of the program that make it run until it is told to end.
-std::string service(const std::string& name, const std::string& options) {
-    return "# sudo cp -r . /opt/" + name + " && sudo systemctl enable --now /opt/" + name + "/" + name +
+/// `options` of the program that make it run until it is told to end. The unit grants what real time needs
+/// and takes the rest away: the model may come from somebody else, and its program talks to the network.
+std::string service(const std::string& name, const Diagram& diagram, const std::string& options) {
+    // The program's own watchdog tells more, so it comes first.
+    const double watchdog = std::ceil(2 * std::max(5.0, 10 * diagram.step));
+    const std::string folder = "/opt/" + name;
+    return "# sudo cp -r . " + folder + " && sudo systemctl enable --now " + folder + "/" + name +
            ".service\n"
            "[Unit]\nDescription=BlockFactory model " +
            name +
            "\n\n[Service]\n"
-           "# Not started again by itself: a robot whose controller failed needs a look.\n"
-           "Restart=no\nExecStart=/opt/" +
-           name + "/run " + options +
+           "# Ready when the first step has ended; ended when no step does for so many seconds.\n"
+           "Type=notify\nWatchdogSec=" +
+           number(watchdog) +
+           "\n# Not started again by itself: a robot whose controller failed needs a look.\n"
+           "Restart=no\nExecStart=" +
+           folder + "/run " + options +
            "\n"
            "# The step under way ends, blocks stop, actuators are released.\n"
-           "KillSignal=SIGTERM\nTimeoutStopSec=10\nSuccessExitStatus=143\n"
-           "LimitRTPRIO=98\nLimitMEMLOCK=infinity\n\n[Install]\nWantedBy=multi-user.target\n";
+           "KillSignal=SIGTERM\nTimeoutStopSec=10\nSuccessExitStatus=143\n\n"
+           "# A user of its own, who may write in /var/lib/" +
+           name + " (recordings: --record run.mcap) and /run/" + name +
+           " alone.\n"
+           "DynamicUser=yes\nStateDirectory=" +
+           name + "\nWorkingDirectory=%S/" + name + "\nRuntimeDirectory=" + name +
+           "\nUMask=0077\nProtectSystem=strict\nProtectHome=yes\nPrivateTmp=yes\n\n"
+           "# Real time.\n"
+           "LimitRTPRIO=98\nLimitMEMLOCK=infinity\n"
+           "CapabilityBoundingSet=CAP_SYS_NICE CAP_IPC_LOCK\nAmbientCapabilities=CAP_SYS_NICE "
+           "CAP_IPC_LOCK\n\n"
+           "# A device is allowed by DeviceAllow=/dev/NAME rw, its group by SupplementaryGroups=GROUP.\n"
+           "DevicePolicy=closed\n"
+           "RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_CAN\n"
+           "NoNewPrivileges=yes\nLockPersonality=yes\nMemoryDenyWriteExecute=yes\n"
+           "ProtectClock=yes\nProtectControlGroups=yes\nProtectHostname=yes\nProtectKernelLogs=yes\n"
+           "ProtectKernelModules=yes\nProtectKernelTunables=yes\nProtectProc=invisible\n"
+           "RemoveIPC=yes\nRestrictNamespaces=yes\nRestrictSUIDSGID=yes\n"
+           "SystemCallArchitectures=native\nSystemCallErrorNumber=EPERM\n"
+           "SystemCallFilter=@system-service\nSystemCallFilter=~@privileged\n\n"
+           "[Install]\nWantedBy=multi-user.target\n";
 }
 
 /// The program and all that the model needs, with the system's own libraries: nothing but a kernel and a
@@ -209,7 +235,7 @@ void pack_program(const Program& program, const LoadedModel& loaded, const Model
                  "export YARP_DATA_DIRS=\"$here/share:$here/share/iCub\"\nexec \"$here/lib/" +
                      loader + "\" --library-path \"$here/lib\" \"$here/bin/bf\" \"$@\"\n",
                  true);
-    folder.write(name + ".service", service(name, "--quiet --stop Inf"));
+    folder.write(name + ".service", service(name, loaded.diagram, "--quiet --stop Inf"));
 }
 
 /// The generated program, cross-compiled and linked statically.
@@ -237,7 +263,7 @@ void pack_generated(const LoadedModel& loaded, const std::string& name, const st
                  "\"$here/bin/" +
                      name + "\" --realtime \"$@\"\n",
                  true);
-    folder.write(name + ".service", service(name, "--stop inf --priority 50"));
+    folder.write(name + ".service", service(name, loaded.diagram, "--stop Inf"));
 }
 
 void execute(const DeployOptions& options) {

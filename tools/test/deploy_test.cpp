@@ -43,6 +43,73 @@ TEST_F(Deploy, APackageRunsInARootThatHoldsNothingElseThanAShell) {
     EXPECT_EQ(read("there.csv"), read("here.csv"));
 }
 
+TEST_F(Deploy, TheUnitGrantsRealTimeAndLittleElse) {
+    if (shell("command -v systemd-analyze").code != 0)
+        GTEST_SKIP() << "Debian's package systemd has the tool";
+    ASSERT_EQ(bf("deploy sine.yaml -o sine").code, 0);
+    const auto security =
+        shell("systemd-analyze security --offline=true --no-pager --threshold=30 sine/sine.service");
+    EXPECT_EQ(security.code, 0) << security.out << security.err;
+    EXPECT_CONTAINS(security.out, "Overall exposure level for sine.service: ");
+    for (const char* granted : {"CapabilityBoundingSet=~CAP_SYS_(NICE|RESOURCE)",
+                                "CapabilityBoundingSet=~CAP_IPC_LOCK", "RestrictRealtime="})
+        EXPECT_CONTAINS(security.out, "\u2717 " + std::string(granted));
+    const auto verify = shell("sed 's|/opt/sine/run|/bin/true|' sine/sine.service > there.service; "
+                              "systemd-analyze verify ./there.service");
+    EXPECT_EQ(verify.code, 0);
+    EXPECT_EQ(verify.err, "");
+}
+
+TEST_F(Deploy, ThePackageMakesNoSystemCallThatTheUnitForbids) {
+    if (shell("command -v systemd-analyze strace && strace true").code != 0)
+        GTEST_SKIP() << "scripts/deps test installs strace; Debian's package systemd has the other tool";
+    ASSERT_EQ(bf("deploy sine.yaml -o sine").code, 0);
+    const auto run = shell("strace -f -qq -o calls sine/run --quiet --stop 0.1 --serve 0 --record run.mcap");
+    ASSERT_EQ(run.code, 0) << run.err;
+    write("judge.py", R"py(
+import re, subprocess
+listed = {}
+for line in subprocess.run(["systemd-analyze", "syscall-filter", "--no-pager"], text=True,
+                           capture_output=True).stdout.splitlines():
+    if line.startswith("@"):
+        group = listed.setdefault(line.strip(), [])
+    elif line.startswith("    ") and not line.strip().startswith("#"):
+        group.append(line.strip())
+def calls(name):
+    return set().union(*[calls(n) if n.startswith("@") else {n} for n in listed[name]])
+# systemd itself allows these, for it begins the program.
+allowed = (calls("@system-service") - calls("@privileged")) | calls("@default") | {"execve"}
+made = set(re.findall(r"^\d+ +(\w+)\(", open("calls").read(), re.M))
+assert {"sched_setscheduler", "mlockall"} <= made, made
+assert made <= allowed, made - allowed
+)py");
+    const auto judge = shell("python3 judge.py");
+    EXPECT_EQ(judge.code, 0) << judge.err;
+}
+
+TEST_F(Deploy, TheServiceManagerHearsOfTheFirstStepAndOfThoseThatFollow) {
+    ASSERT_EQ(bf("deploy sine.yaml -o sine").code, 0);
+    write("manager.py", R"py(
+import os, socket, subprocess, sys
+listener = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+listener.bind("notify")
+listener.settimeout(30)
+program = subprocess.Popen(["sine/run", "--quiet", "--stop", "Inf", "--priority", "0", "--record", "run.mcap"],
+                           env={**os.environ, "NOTIFY_SOCKET": os.path.abspath("notify"), "WATCHDOG_USEC": "400000"})
+assert listener.recv(100) == b"READY=1"
+for _ in range(5):
+    assert listener.recv(100) == b"WATCHDOG=1"
+program.terminate()
+while (heard := listener.recv(100)) == b"WATCHDOG=1":
+    pass
+assert heard == b"STOPPING=1"
+sys.exit(program.wait(30))
+)py");
+    const auto run = shell("python3 manager.py");
+    EXPECT_EQ(run.code, 143) << run.err;
+    EXPECT_EQ(bf("replay run.mcap").code, 0) << "the recording is whole";
+}
+
 TEST_F(Deploy, APackageBringsItsRobotAndPlugin) {
     write("robot.yaml",
           "model: robot\nplugins: [WholeBodyToolbox]\nstep: 0.01\nstop: 0.05\nblocks:\n  robot: {block: "
@@ -81,7 +148,7 @@ TEST_F(Deploy, TheGeneratedProgramRunsOnAnotherProcessor) {
     const auto deploy = bf("deploy sine.yaml --target aarch64 -o package");
     ASSERT_EQ(deploy.code, 0) << deploy.err;
     EXPECT_EQ(read("package/bin/sine").substr(18, 1), "\xb7") << "ELF machine 183";
-    EXPECT_CONTAINS(read("package/sine.service"), "ExecStart=/opt/sine/run --stop inf --priority 50");
+    EXPECT_CONTAINS(read("package/sine.service"), "ExecStart=/opt/sine/run --stop Inf\n");
     const auto run = shell("qemu-aarch64 package/bin/sine");
     EXPECT_EQ(run.code, 0) << run.err;
     const auto here = nlohmann::json::parse(bf("run sine.yaml --quiet --json").out);

@@ -219,7 +219,7 @@ std::string Generator::elaborated_source() const {
                  "start_.resize(static_cast<std::size_t>(continuous_size_));\n        "
                  "slopes_.resize(start_.size() * bf::kernels::" +
                  solver_name() + ".stages);\n";
-    std::string source =
+    const char* const source =
         R"~(// The model, elaborated when the program starts: sizes, memory and names.
 #include "@file@.hpp"
 
@@ -306,19 +306,16 @@ const char* @Class@::set_parameters(const NewValue* changes, int count) noexcept
     return wrong;
 }
 )~";
-    for (const auto& [mark, value] : {std::pair<std::string, std::string>{"@file@", file_},
-                                      {"@Class@", class_},
-                                      {"@texts@", texts},
-                                      {"@structure@", structure},
-                                      {"@overrides@", overrides},
-                                      {"@binds@", binds},
-                                      {"@constants@", constants},
-                                      {"@tasks@", tasks},
-                                      {"@libraries@", library_declarations()},
-                                      {"@add_libraries@", add_libraries("registry")}})
-        for (auto at = source.find(mark); at != std::string::npos; at = source.find(mark, at + value.size()))
-            source.replace(at, mark.size(), value);
-    return source;
+    return filled(source, {{"@file@", file_},
+                           {"@Class@", class_},
+                           {"@texts@", texts},
+                           {"@structure@", structure},
+                           {"@overrides@", overrides},
+                           {"@binds@", binds},
+                           {"@constants@", constants},
+                           {"@tasks@", tasks},
+                           {"@libraries@", library_declarations()},
+                           {"@add_libraries@", add_libraries("registry")}});
 }
 
 } // namespace bf::codegen

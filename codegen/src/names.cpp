@@ -1,77 +1,37 @@
 #include "names.hpp"
 
 #include "bf/core/context.hpp"
+#include "reserved.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <type_traits>
 
 namespace bf::codegen {
 
 namespace {
 
-/// Keywords and alternative tokens of C++17 to C++26, and macros of the headers that generated code includes.
-const std::set<std::string, std::less<>>& reserved() {
-    static const std::set<std::string, std::less<>> words{"alignas",      "alignof",
-                                                          "and",          "and_eq",
-                                                          "asm",          "auto",
-                                                          "bitand",       "bitor",
-                                                          "bool",         "break",
-                                                          "case",         "catch",
-                                                          "char",         "char8_t",
-                                                          "char16_t",     "char32_t",
-                                                          "class",        "compl",
-                                                          "concept",      "const",
-                                                          "consteval",    "constexpr",
-                                                          "constinit",    "const_cast",
-                                                          "continue",     "contract_assert",
-                                                          "co_await",     "co_return",
-                                                          "co_yield",     "decltype",
-                                                          "default",      "delete",
-                                                          "do",           "double",
-                                                          "dynamic_cast", "else",
-                                                          "enum",         "explicit",
-                                                          "export",       "extern",
-                                                          "false",        "float",
-                                                          "for",          "friend",
-                                                          "goto",         "if",
-                                                          "inline",       "int",
-                                                          "long",         "mutable",
-                                                          "namespace",    "new",
-                                                          "noexcept",     "not",
-                                                          "not_eq",       "nullptr",
-                                                          "operator",     "or",
-                                                          "or_eq",        "private",
-                                                          "protected",    "public",
-                                                          "register",     "reinterpret_cast",
-                                                          "requires",     "restrict",
-                                                          "return",       "short",
-                                                          "signed",       "sizeof",
-                                                          "static",       "static_assert",
-                                                          "static_cast",  "struct",
-                                                          "switch",       "template",
-                                                          "this",         "thread_local",
-                                                          "throw",        "true",
-                                                          "try",          "typedef",
-                                                          "typeid",       "typename",
-                                                          "union",        "unsigned",
-                                                          "using",        "virtual",
-                                                          "void",         "volatile",
-                                                          "wchar_t",      "while",
-                                                          "xor",          "xor_eq",
-                                                          "assert",       "bf",
-                                                          "errno",        "linux",
-                                                          "main",         "offsetof",
-                                                          "stderr",       "stdin",
-                                                          "stdout",       "std",
-                                                          "unix",         "EOF",
-                                                          "INFINITY",     "NAN",
-                                                          "NULL",         "BUFSIZ",
-                                                          "HUGE_VAL",     "HUGE_VALF"};
-    return words;
+/// The structures of a generated class, which has no members of their names, and what its sources use beside
+/// it.
+bool is_own(std::string_view name) {
+    static const std::set<std::string_view> own{
+        "Inputs",     "Outputs",   "Parameters", "Variables", "Signals",        "States", "ContinuousStates",
+        "Workspace",  "Guards",    "Given",      "Real",      "Type",           "Where",  "Quantity",
+        "Quantities", "FixedName", "FixedNames", "NewValue",  "ElaboratedModel"};
+    return own.contains(name);
 }
+
+/// What a class of the generated Python module would hide, and types of C's library.
+bool is_class_elsewhere(std::string_view name) {
+    static const std::set<std::string_view> known{
+        "None", "True", "False", "RuntimeError", "ValueError", "KeyError", "MemoryError", "FILE", "DIR"};
+    return known.contains(name);
+}
+
+/// Of classes and files: systems take names of 255 bytes.
+constexpr std::size_t longest_name = 100;
 
 bool is_plain(char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 && static_cast<unsigned char>(c) < 128;
@@ -88,8 +48,7 @@ std::string identifier(std::string_view name) {
             result += '_';
     while (!result.empty() && result.back() == '_') result.pop_back();
     if (result.empty() || std::isdigit(static_cast<unsigned char>(result[0]))) result = "n" + result;
-    const bool is_macro_like = result.size() > 2 && result[1] == '_' && result[0] == 'M'; // M_PI
-    if (reserved().contains(result) || is_macro_like) result += '_';
+    if (is_reserved(result) || is_own(result)) result += '_';
     return result;
 }
 
@@ -101,6 +60,15 @@ std::string unique_identifier(std::string_view name, std::set<std::string>& take
     return result;
 }
 
+std::string file_identifier(std::string_view name) {
+    std::string result = identifier(name);
+    for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    result.resize(std::min(result.size(), longest_name));
+    while (result.ends_with('_')) result.pop_back();
+    const bool is_taken = result == "main" || is_reserved(result) || is_reserved_for_files(result);
+    return is_taken ? result + "_model" : result;
+}
+
 std::string upper_camel(std::string_view name) {
     std::string result;
     bool starts_word = true;
@@ -109,14 +77,28 @@ std::string upper_camel(std::string_view name) {
             result += starts_word ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
         starts_word = !is_plain(c);
     }
-    static const std::set<std::string, std::less<>> own{"Inputs", "Outputs",          "Parameters", "Signals",
-                                                        "States", "ContinuousStates", "Workspace"};
     if (result.empty() || std::isdigit(static_cast<unsigned char>(result[0]))) result = "Model" + result;
-    if (own.contains(result) || reserved().contains(result)) result += "Model";
+    result.resize(std::min(result.size(), longest_name));
+    if (is_own(result) || is_class_elsewhere(result) || is_reserved(result)) result += "Model";
     return result;
 }
 
 std::string number(int i) { return std::to_string(i); }
+
+std::string filled(const std::string& text, const Marks& marks) {
+    std::string result;
+    for (std::size_t at = 0; at < text.size();) {
+        const auto end = text[at] == '@' ? text.find('@', at + 1) : std::string::npos;
+        const auto mark = end == std::string::npos ? marks.end() : marks.find(text.substr(at, end + 1 - at));
+        if (mark == marks.end()) {
+            result += text[at++];
+        } else {
+            result += mark->second;
+            at = end + 1;
+        }
+    }
+    return result;
+}
 
 std::string indented(const std::string& text, int spaces) {
     std::string result;
@@ -126,33 +108,6 @@ std::string indented(const std::string& text, int spaces) {
         at = end + 1;
     }
     return result;
-}
-
-std::string comment(std::string_view text) {
-    std::string line;
-    for (const char c : text) { // a backslash would join lines, and two question marks begin a trigraph
-        if (c == '?' && line.ends_with('?')) line += ' ';
-        line += static_cast<unsigned char>(c) < 32 || c == 127 ? ' ' : c == '\\' ? '/' : c;
-    }
-    return line;
-}
-
-std::string literal(std::string_view text) {
-    std::string result = "\"";
-    for (const char c : text) {
-        const auto code = static_cast<unsigned char>(c);
-        if (c == '"' || c == '\\' || (c == '?' && result.ends_with('?'))) {
-            result += '\\';
-            result += c;
-        } else if (code < 32 || code == 127) {
-            char octal[8];
-            std::snprintf(octal, sizeof octal, "\\%03o", code);
-            result += octal;
-        } else {
-            result += c;
-        }
-    }
-    return result + "\"";
 }
 
 std::string literal(double value, Type type) {

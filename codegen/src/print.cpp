@@ -43,11 +43,7 @@ std::string declarator(const Field& field, Type element, bool has_values, bool i
 } // namespace
 
 std::string class_name(const Diagram& diagram) { return upper_camel(diagram.name); }
-std::string file_name(const Diagram& diagram) {
-    std::string name = identifier(diagram.name);
-    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return name == "main" || name == "main_" ? "main_model" : name;
-}
+std::string file_name(const Diagram& diagram) { return file_identifier(diagram.name); }
 
 std::string Generator::structure(const char* name, const char* doc, const std::vector<Field>& fields,
                                  bool has_values) const {
@@ -406,8 +402,8 @@ std::string Generator::integration(const Calls& calls) const {
 }
 
 std::string Generator::readme() const {
-    return "# " + comment(diagram_.name) + "\n\nGenerated from a BlockFactory model. `" + class_ + "` in `" +
-           file_ + ".hpp` is the model: write `inputs`, call `step()`\nevery " +
+    return "# " + escape::markdown(diagram_.name) + "\n\nGenerated from a BlockFactory model. `" + class_ +
+           "` in `" + file_ + ".hpp` is the model: write `inputs`, call `step()`\nevery " +
            literal(diagram_.step, Type::float64) +
            " s, read `outputs`. It needs a C++17 compiler and nothing else; `include/` holds the used "
            "kernels.\n\n"
@@ -464,7 +460,7 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
                     "starts\" "
                     "OFF)\nif(LINK_PLUGINS)\n    target_compile_definitions(" +
                     model + " PRIVATE BF_LINK_PLUGINS)\n    foreach(plugin";
-            for (const auto& name : plugins()) text += " " + name;
+            for (const auto& name : plugins()) text += " " + escape::cmake(name);
             text += ")\n        if(NOT TARGET ${plugin}_static)\n            message(FATAL_ERROR \"there is "
                     "no target "
                     "${plugin}_static: add the project of the plugin to this build, before this folder\")\n  "

@@ -12,8 +12,7 @@
 
 namespace bf::codegen {
 
-/// A diagram that cannot be generated, or a folder that cannot be written. The text says which block or
-/// folder, why, and the remedy; nothing was written.
+/// A diagram that cannot be generated. The text says which blocks, why, and the remedy.
 struct GenerationError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -65,8 +64,8 @@ bool has_hosted_blocks(const Diagram& diagram);
 std::string class_name(const Diagram& diagram);
 std::string file_name(const Diagram& diagram);
 
-/// Writes all files into the folder, which must not exist or be empty. Throws GenerationError before anything
-/// is written when it holds something or cannot be written.
+/// Writes all files into the folder, which must not exist or be empty. Throws FileError when it holds
+/// something or cannot be written; it then holds nothing new.
 void write(const Files& files, const std::filesystem::path& folder);
 
 } // namespace bf::codegen

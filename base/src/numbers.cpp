@@ -55,11 +55,4 @@ std::from_chars_result read_number(const char* first, const char* last, double& 
 
 #endif
 
-std::optional<double> number_of(std::string_view text) {
-    double value = 0;
-    const auto [end, error] = read_number(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return value;
-}
-
 } // namespace bf

@@ -1,11 +1,11 @@
 #include "names.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/core/context.hpp"
 #include "reserved.hpp"
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <type_traits>
 
@@ -123,9 +123,7 @@ std::string literal(double value, Type type) {
             const std::string limits = std::string("std::numeric_limits<") + cpp_name(type) + ">::";
             if (std::isnan(stored)) return limits + "quiet_NaN()";
             if (std::isinf(stored)) return (stored < 0 ? "-" : "") + limits + "infinity()";
-            char text[48];
-            const auto end = std::to_chars(text, text + sizeof text, stored).ptr;
-            std::string result(text, end);
+            std::string result = number_text(stored);
             if (result.find_first_of(".e") == std::string::npos) result += ".0";
             return result + (std::is_same_v<T, float> ? "f" : "");
         }

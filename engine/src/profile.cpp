@@ -1,7 +1,8 @@
 #include "bf/engine/profile.hpp"
 
+#include "bf/base/numbers.hpp"
+
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <map>
@@ -33,8 +34,7 @@ std::string quoted(const std::string& text) {
 
 std::string period_text(double period) {
     if (period == 0) return "continuous";
-    char text[32];
-    return std::string(text, std::to_chars(text, text + sizeof text, period).ptr) + " s";
+    return number_text(period) + " s";
 }
 
 } // namespace

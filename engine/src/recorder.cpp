@@ -1,9 +1,9 @@
 #include "bf/engine/recorder.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/engine/snapshot.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 
@@ -25,12 +25,6 @@ recording::ElementType element_type(Type type) {
     case Type::boolean: return ElementType::Boolean;
     }
     return ElementType::Double;
-}
-
-/// The shortest text that reads back as the same number.
-std::string digits(double number) {
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, number).ptr};
 }
 
 recording::Metadata panels(const Diagram& diagram) {
@@ -92,7 +86,7 @@ recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end
 Recorder::Recorder(const Simulation& simulation, const std::vector<SignalName>& signals,
                    const std::filesystem::path& file, const ModelSource& source,
                    const recording::WriterOptions& options)
-    : writer_(file, {{"model", simulation.diagram().name}, {"step", digits(simulation.diagram().step)}},
+    : writer_(file, {{"model", simulation.diagram().name}, {"step", number_text(simulation.diagram().step)}},
               options) {
     const Diagram& diagram = simulation.diagram();
     // A subsystem's output is the signal of a block inside: recorded once, under the name that comes first.
@@ -147,7 +141,7 @@ void Recorder::checkpoint(const Simulation& simulation) {
 void Recorder::parameter_changed(std::int64_t step, const std::string& path,
                                  const std::vector<double>& values) {
     std::string text;
-    for (const double value : values) text += (text.empty() ? "" : " ") + digits(value);
+    for (const double value : values) text += (text.empty() ? "" : " ") + number_text(value);
     writer_.add_metadata("parameter change " + std::to_string(changes_++),
                          {{"step", std::to_string(step)}, {"name", path}, {"values", text}});
     are_constants_due_ = true;

@@ -1,9 +1,9 @@
 #include "bf/engine/replay.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/engine/snapshot.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <tuple>
@@ -15,17 +15,11 @@ namespace {
 constexpr std::string_view checkpoint_prefix = "checkpoint/", file_prefix = "model/",
                            change_prefix = "parameter change ";
 
-std::string shortest(double value) {
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
-
 template <class T> T number(std::string_view text, const std::string& where) {
-    T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size())
+    const auto value = number_of<T>(text);
+    if (!value)
         throw RunError("the recording is damaged: '" + std::string(text) + "' in " + where + " is no number");
-    return value;
+    return *value;
 }
 
 std::string text_of(const std::map<std::string, std::string>& texts, const char* key) {
@@ -162,7 +156,8 @@ void Replay::read_changes() {
 
 void Replay::start(double from) {
     if (from > end())
-        throw RunError("the recording ends at " + shortest(end()) + " s, before " + shortest(from) + " s");
+        throw RunError("the recording ends at " + number_text(end()) + " s, before " + number_text(from) +
+                       " s");
     std::int64_t begin_ns = end_ns_;
     for (const auto& channel : recording_.channels)
         if (channel.samples() > 0) begin_ns = std::min(begin_ns, channel.time_ns.front());
@@ -220,7 +215,7 @@ bool Replay::step() {
             return track.next < track.channel->samples();
         });
         if (difference_.empty() && goes_on)
-            difference_ = "at " + shortest(simulation_.time()) +
+            difference_ = "at " + number_text(simulation_.time()) +
                           " s the replay fails, and the recording goes on: " + simulation_.failure();
         return false;
     }
@@ -239,7 +234,7 @@ void Replay::compare(Track& track, bool is_hit) {
         missing_ += is_hit && track.next < channel.samples();
         return;
     }
-    const auto at = [&] { return "at " + shortest(channel.time(track.next)) + " s '"; };
+    const auto at = [&] { return "at " + number_text(channel.time(track.next)) + " s '"; };
     const bool is_held = track.rate > constant_rate && !is_hit;
     if (is_held && simulation_.shows_event()) return; // its sample of this instant is still to come
     if (channel.time_ns[track.next] < now || is_held) {
@@ -255,8 +250,8 @@ void Replay::compare(Track& track, bool is_hit) {
         while (std::memcmp(data + i * size, &sample[i * size], size) == 0) ++i;
         const Slot& slot = simulation_.diagram().slot(track.end);
         difference_ = at() + channel.element_name(i) + "' is " +
-                      shortest(read_value(data, slot.type, static_cast<int>(i))) + ", in the recording " +
-                      shortest(channel.value(track.next, i));
+                      number_text(read_value(data, slot.type, static_cast<int>(i))) + ", in the recording " +
+                      number_text(channel.value(track.next, i));
         return;
     }
     ++samples_;

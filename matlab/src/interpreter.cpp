@@ -1,9 +1,10 @@
 #include "bf/matlab/interpreter.hpp"
 
+#include "bf/base/numbers.hpp"
+
 #include "state.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 namespace bf::matlab {
 namespace {
@@ -37,10 +38,7 @@ std::optional<double> plain_number(std::string_view text) {
     if (text.size() <= sign) return std::nullopt;
     const char first = text[sign];
     if (first != '.' && !(first >= '0' && first <= '9')) return std::nullopt;
-    double x = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return x;
+    return number_of(text);
 }
 
 bool is_builtin(std::string_view name) { return builtins().contains(name); }

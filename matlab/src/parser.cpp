@@ -1,8 +1,9 @@
 #include "bf/matlab/syntax.hpp"
+
+#include "bf/base/numbers.hpp"
 #include "lexer.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <sstream>
 
 namespace bf::matlab {
@@ -307,7 +308,7 @@ class Parser {
         double x = 0;
         const char* end = token.text.data() + token.text.size();
         // out of range means 0 or infinity, as strtod has it
-        if (std::from_chars(token.text.data(), end, x).ec != std::errc())
+        if (read_number(token.text.data(), end, x).ec != std::errc())
             x = std::strtod(token.text.c_str(), nullptr);
         return x;
     }

@@ -5,7 +5,6 @@
 #include "bf/matlab/value.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -29,11 +28,9 @@ std::string rows_text(const Value& value, const char* brackets, const char* sepa
 
 /// A number of a single: the short text of a float where it reads back exactly.
 std::string single_text(double x) {
-    char buffer[40];
-    const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, static_cast<float>(x));
-    double back = 0;
-    std::from_chars(buffer, end, back);
-    return std::isfinite(x) && static_cast<float>(back) == x ? std::string(buffer, end) : number_text(x);
+    const std::string text = bf::number_text(static_cast<float>(x));
+    const auto back = number_of(text);
+    return std::isfinite(x) && back && static_cast<float>(*back) == x ? text : number_text(x);
 }
 
 std::string quoted(std::string_view text) {

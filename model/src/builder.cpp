@@ -1,8 +1,8 @@
 #include "bf/model/builder.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/model/check.hpp"
 
-#include <charconv>
 #include <cmath>
 
 namespace bf::model {
@@ -11,8 +11,7 @@ namespace {
 std::string shortest(double number) {
     if (std::isnan(number)) return "NaN";
     if (std::isinf(number)) return number > 0 ? "Inf" : "-Inf";
-    char digits[32];
-    return {digits, std::to_chars(digits, digits + sizeof digits, number).ptr};
+    return number_text(number);
 }
 
 std::vector<Signal> to_signals(std::initializer_list<std::string> paths) {

@@ -1,16 +1,12 @@
 #include "bf/recording/export.hpp"
 
+#include "bf/base/numbers.hpp"
+
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 
 namespace bf::recording {
 namespace {
-
-std::string shortest(double value) {
-    char text[32];
-    return {text, std::to_chars(text, std::end(text), value).ptr};
-}
 
 std::optional<Difference> compare(const Channel& a, const Channel& b) {
     if (a.info.type != b.info.type || a.info.rows != b.info.rows || a.info.cols != b.info.cols ||
@@ -18,18 +14,18 @@ std::optional<Difference> compare(const Channel& a, const Channel& b) {
         return Difference{a.name, 0, "the signal '" + a.name + "' has another type or shape"};
     const std::size_t common = std::min(a.samples(), b.samples());
     for (std::size_t k = 0; k < common; ++k) {
-        const std::string at = "at " + shortest(a.time(k)) + " s the signal ";
+        const std::string at = "at " + number_text(a.time(k)) + " s the signal ";
         if (a.time_ns[k] != b.time_ns[k])
             return Difference{a.name, std::min(a.time(k), b.time(k)),
                               at + "'" + a.name + "' is sampled, in the other recording at " +
-                                  shortest(b.time(k)) + " s"};
+                                  number_text(b.time(k)) + " s"};
         if (std::memcmp(a.sample(k).data(), b.sample(k).data(), a.info.bytes()) == 0) continue;
         std::size_t i = 0;
         const std::size_t size = size_of(a.info.type);
         while (std::memcmp(&a.sample(k)[i * size], &b.sample(k)[i * size], size) == 0) ++i;
         return Difference{a.name, a.time(k),
-                          at + "'" + a.element_name(i) + "' is " + shortest(a.value(k, i)) +
-                              ", in the other recording " + shortest(b.value(k, i))};
+                          at + "'" + a.element_name(i) + "' is " + number_text(a.value(k, i)) +
+                              ", in the other recording " + number_text(b.value(k, i))};
     }
     if (a.samples() == b.samples()) return std::nullopt;
     const Channel& longer = a.samples() > b.samples() ? a : b;

@@ -1,10 +1,10 @@
 #include "bf/recording/reader.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/recording/message.hpp"
 #include "format.hpp"
 
 #include <cerrno>
-#include <charconv>
 #include <fstream>
 #include <istream>
 #include <optional>
@@ -16,11 +16,7 @@ namespace {
 template <class T> std::optional<T> number(const std::map<std::string, std::string>& map, const char* key) {
     const auto found = map.find(key);
     if (found == map.end()) return std::nullopt;
-    const std::string& text = found->second;
-    T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return value;
+    return number_of<T>(found->second);
 }
 
 std::string text_of(const std::map<std::string, std::string>& map, const char* key) {

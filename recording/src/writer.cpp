@@ -1,5 +1,6 @@
 #include "bf/recording/writer.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/recording/message.hpp"
 #include "file.hpp"
 #include "ring.hpp"
@@ -7,7 +8,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
-#include <charconv>
 #include <csignal>
 #include <mutex>
 #include <optional>
@@ -43,11 +43,6 @@ struct Span {
     }
     std::uint64_t start() const noexcept { return std::min(first, last); } // 0 when empty
 };
-
-std::string shortest(double value) {
-    std::array<char, 32> text;
-    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
 
 /// In blocks the compiler knows the size of: for a signal's size std::memcpy takes instructions for strings,
 /// which need as long as the copy to begin.
@@ -145,7 +140,7 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
     channels.put_text(topic);
     channels.put_text("cdr");
     std::string value_names;
-    for (const auto& [value, text] : info.names) value_names += shortest(value) + " " + text + "\n";
+    for (const auto& [value, text] : info.names) value_names += number_text(value) + " " + text + "\n";
     channels.put_map({{"name", std::string(name)},
                       {"type", name_of(info.type)},
                       {"rows", std::to_string(info.rows)},
@@ -153,7 +148,7 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
                       {"matrix", info.is_matrix ? "true" : "false"},
                       {"unit", info.unit},
                       {"doc", info.doc},
-                      {"period", shortest(info.period)},
+                      {"period", number_text(info.period)},
                       {"held", info.is_held ? "true" : "false"},
                       {"names", value_names},
                       {"other names", other_names}});

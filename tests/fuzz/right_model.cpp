@@ -1,12 +1,12 @@
 #include "right_model.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/blocks/standard.hpp"
 #include "bf/core/resolve.hpp"
 #include "standard_variants.hpp"
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -34,10 +34,7 @@ const Library& library() {
     return made;
 }
 
-std::string text_of(double x) {
-    char text[32];
-    return {text, std::to_chars(text, std::end(text), x).ptr};
-}
+std::string text_of(double x) { return number_text(x); }
 
 /// A value as a model writes it.
 std::string text_of(const Value& value) {

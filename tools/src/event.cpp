@@ -1,8 +1,9 @@
 #include "event.hpp"
 
+#include "bf/base/numbers.hpp"
+
 #include "session.hpp"
 
-#include <charconv>
 #include <regex>
 
 namespace bf::tools {
@@ -60,8 +61,9 @@ Event parse_event(const Diagram& diagram, const std::string& text) {
     std::smatch parts;
     double limit = 0;
     const auto is_number = [&](const std::string& number) {
-        const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), limit);
-        return error == std::errc() && end == number.data() + number.size() && !number.empty();
+        const auto value = number_of(number);
+        limit = value.value_or(0);
+        return value.has_value();
     };
     if (!std::regex_match(text, parts, form) || !is_number(trimmed(parts[3])))
         throw CommandError("'" + text +

@@ -1,5 +1,7 @@
 // bf sweep: runs a model for many values of its parameters and makes one table of the results.
 #include "event.hpp"
+
+#include "bf/base/numbers.hpp"
 #include "points.hpp"
 #include "run.hpp"
 #include "session.hpp"
@@ -8,7 +10,6 @@
 #include "workers.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -44,8 +45,7 @@ struct Row {
 
 std::string exact(double x) {
     if (std::isnan(x)) return "NaN";
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, x).ptr};
+    return number_text(x);
 }
 
 /// Doubles as texts, since JSON has no infinity and no NaN.
@@ -251,9 +251,8 @@ class Table {
     }
     /// A number with six digits, anything else as it is.
     static std::string short_text(const std::string& value) {
-        double x = 0;
-        const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), x);
-        return error == std::errc() && end == value.data() + value.size() ? number(x) : value;
+        const auto x = number_of(value);
+        return x ? number(*x) : value;
     }
     static const double* find(const Row& row, const std::string& name) {
         for (const auto& [its, value] : row.results)

@@ -1,5 +1,6 @@
 #include "formula.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/kernels/expression.hpp"
 
@@ -166,7 +167,7 @@ class Compiler {
     void number() {
         double value = 0;
         const char* begin = text_.data() + at_;
-        const auto result = std::from_chars(begin, text_.data() + text_.size(), value);
+        const auto result = read_number(begin, text_.data() + text_.size(), value);
         if (result.ec != std::errc()) refuse("this is no number");
         at_ += static_cast<std::size_t>(result.ptr - begin);
         push(Operation::number, value);

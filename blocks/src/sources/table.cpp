@@ -1,6 +1,7 @@
 #include "table.hpp"
 
-#include <charconv>
+#include "bf/base/numbers.hpp"
+
 #include <fstream>
 #include <stdexcept>
 #include <string_view>
@@ -23,7 +24,7 @@ bool parse(std::string_view line, std::vector<double>& numbers, std::string& wor
         while (end < line.size() && !is_separator(line[end])) ++end;
         double number = 0;
         const char *const first = line.data() + i, *const last = line.data() + end;
-        const auto [stop, error] = std::from_chars(*first == '+' ? first + 1 : first, last, number);
+        const auto [stop, error] = read_number(*first == '+' ? first + 1 : first, last, number);
         if (error != std::errc{} || stop != last) {
             word.assign(first, last);
             return false;

@@ -1,10 +1,11 @@
 #include "bf/recording/plot.hpp"
 
 #include "bf/base/escape.hpp"
+#include "bf/base/numbers.hpp"
+
 #include "gnuplot.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -44,10 +45,7 @@ struct Range {
     }
 };
 
-std::string number(double value) {
-    char text[32];
-    return {text, std::to_chars(text, std::end(text), value).ptr};
-}
+std::string number(double value) { return number_text(value); }
 
 std::string colour(int rgb, double shade = 1) {
     char text[16];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <charconv>
+#include <concepts>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,7 +18,16 @@ std::string number_text(float x);
 /// double. libc++ has that function for whole numbers only.
 std::from_chars_result read_number(const char* first, const char* last, double& value);
 
-/// The number that the whole text is; nothing if it is none or fits no double.
-std::optional<double> number_of(std::string_view text);
+inline std::from_chars_result read_number(const char* first, const char* last, std::integral auto& value) {
+    return std::from_chars(first, last, value);
+}
+
+/// The number that the whole text is; nothing if it is none or does not fit.
+template <class T = double> std::optional<T> number_of(std::string_view text) {
+    T value{};
+    const char* const last = text.data() + text.size();
+    const auto [end, error] = read_number(text.data(), last, value);
+    return error == std::errc() && end == last ? std::optional(value) : std::nullopt;
+}
 
 } // namespace bf

@@ -2,7 +2,7 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test fuzz bench peers lint format build aarch64 configure deps lock clean
+.PHONY: demo test check-all fuzz bench peers lint format build aarch64 configure deps lock clean
 
 # What a build says while it goes on: how much is done, and since when.
 export NINJA_STATUS = [%p, %es] 
@@ -15,6 +15,13 @@ demo: configure
 test: build
 	scripts/deps test
 	ctest --test-dir $(BUILD) --output-on-failure -j2
+
+# The whole tree and its tests once more, with Debian's clang.
+check-all: deps
+	scripts/deps test
+	@test -f $(BUILD)/clang/build.ninja || CC=clang-14 CXX=clang++-14 cmake -S . -B $(BUILD)/clang -G Ninja $(CMAKE_FLAGS)
+	ninja -C $(BUILD)/clang
+	ctest --test-dir $(BUILD)/clang --output-on-failure -j2
 
 # Models of chance for some seconds, under sanitizers.
 fuzz: deps

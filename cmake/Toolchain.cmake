@@ -9,7 +9,7 @@ if(NOT CMAKE_BUILD_TYPE)
 endif()
 
 # Interpreter and generated code must agree bit for bit, so no contraction and no fast-math anywhere.
-add_compile_options(-Wall -Wextra -Wshadow=local -ffp-contract=off)
+add_compile_options(-Wall -Wextra $<$<CXX_COMPILER_ID:GNU>:-Wshadow=local> -ffp-contract=off)
 # GCC collects its garbage late: a twentieth of its time, for some hundred MB of memory.
 add_compile_options($<$<COMPILE_LANG_AND_ID:CXX,GNU>:--param=ggc-min-heapsize=600000>)
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")

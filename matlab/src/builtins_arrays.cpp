@@ -230,7 +230,7 @@ Value circshift(const Call& call) {
     const double shift = std::fmod(call.scalar(1), double(n));
     if (!(shift == std::floor(shift)))
         throw Error("circshift needs a whole number, got " + call[1].describe());
-    std::ranges::rotate(s.positions, s.positions.begin() + (n - Index(shift)) % n);
+    std::rotate(s.positions.begin(), s.positions.begin() + (n - Index(shift)) % n, s.positions.end());
     return rearranged(call, rows, s);
 }
 

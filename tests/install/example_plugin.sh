@@ -28,14 +28,19 @@ if(BlockFactory_FOUND)
     message(FATAL_ERROR "a component that does not exist was found")
 endif()
 END
-cmake -S example -B example/build -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" >configure.log 2>&1 ||
-    { cat configure.log; exit 1; }
-cmake --build example/build -j2 >build.log 2>&1 || { cat build.log; exit 1; }
+# Whoever writes blocks may have another compiler than those who built the program.
+for compiler in clang++-14 g++; do
+    rm -rf example/build
+    cmake -S example -B example/build -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=$compiler \
+        -DCMAKE_PREFIX_PATH="$work/prefix" >configure.log 2>&1 || { cat configure.log; exit 1; }
+    cmake --build example/build -j2 >build.log 2>&1 || { cat build.log; exit 1; }
 
-export BLOCKFACTORY_PLUGIN_PATH=$work/example/build
-prefix/bin/bf run example/model.yaml --record filter.mcap
-prefix/bin/bf export filter.mcap -o filter.csv
-python3 "$source/tests/install/compare.py" filter.csv example/expected.csv 1e-12
+    export BLOCKFACTORY_PLUGIN_PATH=$work/example/build
+    prefix/bin/bf run example/model.yaml --record filter.mcap
+    prefix/bin/bf export filter.mcap -o filter.csv
+    python3 "$source/tests/install/compare.py" filter.csv example/expected.csv 1e-12
+    rm filter.mcap filter.csv
+done
 
 # A generated program takes the plugins from their folders, or carries them: then it needs none, and records the same.
 cat >linked.yaml <<END
@@ -61,15 +66,20 @@ find_package(BlockFactory REQUIRED)
 add_subdirectory(example)
 add_subdirectory(generated)
 END
-for how in OFF ON; do
-    cmake -S linked -B linked/build -DCMAKE_PREFIX_PATH="$work/prefix" -DLINK_PLUGINS=$how >configure.log 2>&1 ||
-        { cat configure.log; exit 1; }
-    cmake --build linked/build -j2 --target run_linked >build.log 2>&1 || { cat build.log; exit 1; }
-    mv linked/build/run_linked run_$how
+for how in "g++ OFF" "g++ ON" "clang++-14 ON"; do
+    read -r compiler carries <<<"$how"
+    cmake -S linked -B linked/$compiler -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_CXX_COMPILER=$compiler \
+        -DLINK_PLUGINS=$carries >configure.log 2>&1 || { cat configure.log; exit 1; }
+    cmake --build linked/$compiler -j2 --target run_linked >build.log 2>&1 || { cat build.log; exit 1; }
+    mv linked/$compiler/run_linked "run_$compiler$carries"
 done
-./run_OFF --csv opened.csv
-(unset BLOCKFACTORY_PLUGIN_PATH && mv prefix/lib/blockfactory aside && ./run_ON --csv carried.csv && mv aside prefix/lib/blockfactory)
-cmp opened.csv carried.csv
+./run_g++OFF --csv opened.csv
+for compiler in g++ clang++-14; do
+    (unset BLOCKFACTORY_PLUGIN_PATH && mv prefix/lib/blockfactory aside && ./run_${compiler}ON --csv carried.csv &&
+        mv aside prefix/lib/blockfactory)
+    cmp opened.csv carried.csv
+    rm carried.csv
+done
 
 # A generated program that finds its sizes at its start builds against the installation only, too.
 cat >sized.yaml <<END

@@ -14,20 +14,20 @@ constexpr std::size_t max_width = 110;
 const Comments no_comments;
 
 /// What is to be written, before it is decided what stands on one line.
-struct Item;
-struct Content {
-    enum class Kind { scalar, literal, raw, list, map };
-
-    Kind kind = Kind::scalar;
-    std::string text = {}; ///< of a scalar, ready to print; of a literal, as it is; raw: follows the ':'
-    bool may_flow = true;  ///< whether it may stand in braces
-    std::vector<Item> items = {}; ///< of lists (keys empty) and maps
-};
 struct Item {
+    struct Content {
+        enum class Kind { scalar, literal, raw, list, map };
+
+        Kind kind = Kind::scalar;
+        std::string text = {}; ///< of a scalar, ready to print; of a literal, as it is; raw: follows the ':'
+        bool may_flow = true;  ///< whether it may stand in braces
+        std::vector<Item> items = {}; ///< of lists (keys empty) and maps
+    };
     std::string key;
     Content content;
     const Comments* comments = &no_comments;
 };
+using Content = Item::Content;
 
 class Printer {
   public:

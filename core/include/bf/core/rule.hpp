@@ -259,7 +259,7 @@ template <class Kernel, class... Keys> Call make_call(Kernel, const Keys&... key
     std::size_t i = 0;
     ((OperandTraits<Keys>::add(call, keys, leading[i] || is_workspace<Keys>), ++i), ...);
     i = 0;
-    []<std::size_t... n>(Call & c, std::index_sequence<n...>) {
+    [&]<std::size_t... n>(Call & c, std::index_sequence<n...>) {
         constexpr auto first = written_operands<Keys...>();
         using Written = std::integer_sequence<bool, (first[n] || is_workspace<Keys>)...>;
         c.run = instances<symbols, Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{},

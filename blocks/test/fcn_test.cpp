@@ -44,6 +44,7 @@ TEST(Fcn, AgreesWithMatlab) {
                              "max(u1, u2) - min(u1, 2)",
                              "mod(-u1, u2)",
                              "rem(-7.5, u2)",
+                             "mod(0.3, 0.1*u1/u1)",
                              "exp(-u1)*log(u2) + log10(u1)",
                              "sqrt(abs(-u1)) + sign(-u2)",
                              "floor(-u1) + ceil(u2) + round(2.5) + fix(-2.5)",

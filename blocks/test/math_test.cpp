@@ -285,6 +285,23 @@ TEST(LinearSolve, AgreesWithEigenForEveryMethod) {
     EXPECT_TRUE(right.get("x").isApprox(b.transpose() * A.inverse(), 1e-11));
 }
 
+TEST(LinearSolve, OfTooFewOrDependentEquationsIsTheSolutionOfSmallestNorm) {
+    std::srand(4);
+    const Matrix wide = Matrix::Random(3, 5), lost = Matrix::Random(6, 2) * Matrix::Random(2, 4);
+    for (const Matrix& A : {wide, lost}) {
+        const int rows = static_cast<int>(A.rows()), cols = static_cast<int>(A.cols());
+        const Matrix b = Matrix::Random(rows, 1);
+        auto solve = make("LinearSolve", {{"method", "least_squares"}});
+        solve.wire("A", matrix_size(rows, cols))
+            .wire("b", matrix_size(rows, 1))
+            .start()
+            .set("A", A)
+            .set("b", b);
+        ASSERT_TRUE(solve.output());
+        EXPECT_TRUE(solve.get("x").isApprox(A.completeOrthogonalDecomposition().solve(b), 1e-11));
+    }
+}
+
 TEST(LinearSolve, RefusesCholeskyFromTheRight) {
     EXPECT_EQ(refusal([] {
                   make("LinearSolve", {{"side", "right"}, {"method", "cholesky"}});
@@ -387,6 +404,10 @@ TEST(Geometry, PosesAndRotationsKeepTheirIdentities) {
     EXPECT_TRUE(convert("RotationFromQuaternion", convert("QuaternionFromRotation", R)).isApprox(R, 1e-14));
     EXPECT_TRUE(
         convert("RotationFromRotationVector", convert("RotationVectorFromRotation", R)).isApprox(R, 1e-14));
+    const Matrix twice = 2 * convert("QuaternionFromRotation", R);
+    EXPECT_TRUE(convert("RotationFromQuaternion", twice).isApprox(R, 1e-14));
+    auto of_zero = make("RotationFromQuaternion").start().set("u", Values{0, 0, 0, 0});
+    EXPECT_FALSE(of_zero.output());
     auto pose = make("PoseFromParts").start().set("R", Matrix(R)).set("p", Values{1, 2, 3});
     ASSERT_TRUE(pose.output());
     const Matrix H = pose.get("H");

@@ -279,8 +279,9 @@ std::string Generator::main_source(const Calls& calls) {
                                  4);
     text += "    return true;\n}\n\n";
 
-    text += flattened(calls) + ("bool " + class_) +
-            "::output() noexcept {\n    if (failure_) return false;\n    time_ = Real(time());\n";
+    text +=
+        flattened(calls) + ("bool " + class_) +
+        "::output() noexcept {\n    if (failure_) return false;\n    time_ = Real(steps_) * Real(period);\n";
     text += trigger_resets(-1);
     text += each_rate([&](const std::string& r, const SampleRate& rate) {
         if (rate.trigger > 0) return std::string();

@@ -75,6 +75,12 @@ TEST(Elementwise, ModuloHasTheSignOfTheDivisorRemainderThatOfTheDividend) {
     EXPECT_EQ(elements(Mod{}, 4, V{-7, 7, -7, 5}, V{3, -3, -3, 0}), (D{2, -2, -1, 5}));
     EXPECT_EQ(elements(Rem{}, 3, V{-7, 7, -7}, V{3, -3, -3}), (D{-1, 1, -1}));
     EXPECT_EQ(modulo<std::int8_t>(-7, 3), 2);
+    // With an infinite divisor, as MATLAB documents.
+    const double infinity = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(modulo(5.0, infinity), 5);
+    EXPECT_EQ(modulo(5.0, -infinity), -infinity);
+    EXPECT_EQ(remainder(-5.0, infinity), -5);
+    EXPECT_TRUE(std::isnan(remainder(5.0, 0.0)));
     EXPECT_EQ(modulo<std::uint32_t>(4294967295u, 7u), 4294967295u % 7u);
     EXPECT_EQ(remainder<std::int8_t>(-7, 3), -1);
 }
@@ -247,6 +253,20 @@ TEST(Nonlinear, LimitsAndZones) {
     EXPECT_EQ(elements(Quantize{}, 3, V{0.5}, V{-0.3, 0.2, 0.25}), (D{-0.5, 0, 0.5}));
     EXPECT_EQ(elements(RateLimit{}, 3, V{2}, V{-1}, V{0.5}, V{0}, V{5, -5, 0.1}), (D{1, -0.5, 0.1}));
     EXPECT_TRUE(std::isnan(elements(Saturate{}, 1, V{-1}, V{1}, V{nan})[0]));
+}
+
+TEST(Elementwise, ARemainderThatIsOnlyRoundingIsZero) {
+    for (int k = 1; k < 1000; ++k)
+        for (const double step : {0.1, 0.3, 0.7, 1e-3}) {
+            EXPECT_EQ(modulo(k * step, step), 0) << k << " " << step;
+            EXPECT_EQ(remainder(-k * step, step), 0) << k << " " << step;
+            EXPECT_EQ(modulo(static_cast<float>(k) * static_cast<float>(step), static_cast<float>(step)), 0);
+        }
+    EXPECT_EQ(modulo(0.35, 0.1), std::fmod(0.35, 0.1));
+    EXPECT_EQ(remainder(1e-300, 0.1), 1e-300);
+    EXPECT_EQ(remainder(1e-320, 1.5e10), 1e-320) << "the quotient is 0";
+    // An integer divisor leaves an exact remainder, however small.
+    EXPECT_EQ(remainder(3 - 4e-16, 3.0), 3 - 4e-16);
 }
 
 TEST(Nonlinear, RelayKeepsItsModeBetweenThePoints) {

@@ -72,6 +72,23 @@ TEST(Rotation, QuaternionGoesBothWays) {
         }
 }
 
+TEST(Rotation, OfAQuaternionDependsOnItsDirectionAlone) {
+    const Matrix3d r = rotation(0.7, axes[3]);
+    Vector4d q;
+    QuaternionFromRotation{}(view(q), view(r));
+    for (const double norm : {1e-100, 0.5, -2.0, 1e100}) {
+        const Vector4d scaled = norm * q;
+        Matrix3d back;
+        EXPECT_TRUE(RotationFromQuaternion{}(view(back), view(scaled)));
+        EXPECT_LE((back - r).norm(), 1e-14) << norm;
+    }
+    for (const double norm : {0.0, double(NAN), HUGE_VAL}) {
+        const Vector4d wrong = Vector4d::Constant(norm);
+        Matrix3d back;
+        EXPECT_FALSE(RotationFromQuaternion{}(view(back), view(wrong))) << norm;
+    }
+}
+
 TEST(Rotation, ExpAndLogAreInverse) {
     for (const Vector3d& axis : axes)
         for (double angle : angles) {

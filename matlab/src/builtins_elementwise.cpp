@@ -1,3 +1,5 @@
+#include "bf/kernels/scalar.hpp"
+
 #include "builtins.hpp"
 
 #include <cmath>
@@ -68,20 +70,13 @@ bool isnan_(double x) { return std::isnan(x); }
 bool isinf_(double x) { return std::isinf(x); }
 bool isfinite_(double x) { return std::isfinite(x); }
 
-double remainder_(double x, double y) {
-    if (y == 0) return std::numeric_limits<double>::quiet_NaN();
-    if (std::isinf(y) && std::isfinite(x)) return x;
-    const double quotient = std::abs(x / y);
-    // a fractional divisor leaves a remainder that is only rounding: rem(1, 0.1) is 0
-    if (y != std::floor(y) && std::abs(quotient - std::round(quotient)) <= epsilon * quotient) return 0;
-    return std::fmod(x, y);
-}
-
-double modulus(double x, double y) {
-    if (y == 0) return x;
-    const double r = remainder_(x, y);
-    if (std::isinf(y) && r != 0 && (r < 0) != (y < 0)) return y;
-    return r != 0 && (r < 0) != (y < 0) ? r + y : r;
+/// Numbers of class single are rounded as such, which decides what is an integer but for rounding.
+template <double (*F)(double, double), float (*G)(float, float)> Value apply_real(const Call& call) {
+    const Class type = arithmetic_class(call[0], call[1]);
+    if (type != Class::Single) return apply_two<F>(call);
+    return broadcast(call[0], call[1], type, call.name, call.budget(), [](double x, double y) {
+        return double(G(static_cast<float>(x), static_cast<float>(y)));
+    });
 }
 
 Value round_digits(const Call& call) {
@@ -140,8 +135,8 @@ void add_elementwise(Builtins& t) {
     t["rad2deg"] = {1, 1, apply<rad2deg>};
     t["atan2"] = {2, 2, apply_two<atan2_>};
     t["hypot"] = {2, 2, apply_two<hypot_>};
-    t["mod"] = {2, 2, apply_two<modulus>};
-    t["rem"] = {2, 2, apply_two<remainder_>};
+    t["mod"] = {2, 2, apply_real<kernels::modulo, kernels::modulo>};
+    t["rem"] = {2, 2, apply_real<kernels::remainder, kernels::remainder>};
     t["isnan"] = {1, 1, test<isnan_>};
     t["isinf"] = {1, 1, test<isinf_>};
     t["isfinite"] = {1, 1, test<isfinite_>};

@@ -13,7 +13,7 @@ using Quaternion = Eigen::Vector4d;
 
 constexpr const char* rotation = "rotation matrix";
 constexpr About a_rotation{.doc = rotation};
-constexpr About a_quaternion{.doc = "unit quaternion [w x y z]"};
+constexpr About a_quaternion{.doc = "quaternion [w x y z]"};
 constexpr About a_pose{.unit = mixed_units, .doc = "pose: rotation [1], position [m]"};
 constexpr About angles{.unit = unit<"rad">, .doc = "[roll pitch yaw]"};
 constexpr About a_position{.unit = unit<"m">, .doc = "position of the frame's origin"};
@@ -89,10 +89,11 @@ void add_geometry(Library& library) {
         .add<RotationAboutAxis>("RotationAboutAxis", "Rotation about a coordinate axis. R = R_axis(angle).")
         .add<Conversion<kernels::QuaternionFromRotation, Quaternion, a_quaternion, Matrix3, a_rotation>>(
             "QuaternionFromRotation",
-            "Quaternion of a rotation. q = [w x y z] with w ≥ 0, by Shepperd's method.")
+            "Quaternion of a rotation. q = [w x y z] of norm 1 with w ≥ 0, by Shepperd's method.")
         .add<Conversion<kernels::RotationFromQuaternion, Matrix3, a_rotation, Quaternion, a_quaternion>>(
-            "RotationFromQuaternion",
-            "Rotation of a unit quaternion. R = I + 2 w S + 2 S², S = skew([x y z]).")
+            "RotationFromQuaternion", "Rotation of a quaternion of any norm but 0. R = I + s (w S + S²), S = "
+                                      "skew([x y z]), s = 2/(w² + "
+                                      "x² + y² + z²); a quaternion 0 stops the run.")
         .add<Conversion<kernels::RotationLog, Vector3, a_rotation_vector, Matrix3, a_rotation>>(
             "RotationVectorFromRotation", "Rotation vector of a rotation. R = exp(skew(y)), |y| ≤ π.")
         .add<Conversion<kernels::RotationExp, Matrix3, a_rotation, Vector3, a_rotation_vector>>(

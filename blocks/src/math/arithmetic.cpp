@@ -331,8 +331,10 @@ void add_arithmetic(Library& library) {
             "Maximum", "Largest of its inputs. Element by element over `inputs` inputs, scalars expanding; a "
                        "single input is searched over its elements. NaN is ignored.")
         .add<Binary<kernels::Mod>>(
-            "Mod", "Remainder with the sign of u2. y = u1 - floor(u1/u2) u2; u1 where u2 = 0.")
-        .add<Binary<kernels::Rem>>("Rem", "Remainder with the sign of u1. y = u1 - trunc(u1/u2) u2.")
+            "Mod", "Remainder with the sign of u2. y = u1 - floor(u1/u2) u2; u1 where u2 = 0. As in MATLAB, "
+                   "0 where u2 is no integer and u1/u2 is one but for rounding: mod(0.3, 0.1) = 0.")
+        .add<Binary<kernels::Rem>>("Rem", "Remainder with the sign of u1. y = u1 - trunc(u1/u2) u2; NaN, or "
+                                          "0 for integers, where u2 = 0. Rounded as Mod.")
         .add<Reduction<kernels::ProductOfElements>>("ProductOfElements",
                                                     "Product of all elements. y = Π u_i.")
         .add<Dot>("Dot", "Scalar product. y = Σ u1_i u2_i; a scalar expands.")

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "bf/codegen/views.hpp"
+#include "bf/kernels/limits.hpp"
+#include "bf/kernels/scalar.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -110,14 +112,11 @@ class Formula {
     template <class A, class B> auto max(const A& a, const B& b) noexcept {
         return zip(a, b, [](double x, double y) { return x != x || y > x ? y : x; });
     }
-    template <class A, class B> auto rem(const A& a, const B& b) noexcept { return zip(a, b, remainder); }
+    template <class A, class B> auto rem(const A& a, const B& b) noexcept {
+        return zip(a, b, kernels::remainder<double>);
+    }
     template <class A, class B> auto mod(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) {
-            if (y == 0) return x;
-            const double r = remainder(x, y);
-            const bool is_opposite = r != 0 && (r < 0) != (y < 0);
-            return is_opposite ? std::isinf(y) ? y : r + y : r;
-        });
+        return zip(a, b, kernels::modulo<double>);
     }
 
     template <class A> auto same(const A& a) noexcept { return a; }
@@ -258,15 +257,17 @@ class Formula {
         return stack(transpose(row(transpose(a), transpose(b))), more...);
     }
 
-    /// to = value, one element for all, as the parameter's type takes it; false when that is not defined.
+    /// to = value, one element for all; false when that is not defined, or no number of an integer type.
     template <class To, class A> bool write(To& to, const A& value) noexcept {
         using X = OperandOf<A>;
         const auto target = out(to);
         using T = typename decltype(target)::value_type;
         const double* const x = X::data(value);
-        for (int i = 0; i < X::rows * X::cols; ++i) is_defined = is_defined && !(x[i] != x[i]);
+        constexpr kernels::Range range = kernels::range_of<T>();
+        for (int i = 0; i < X::rows * X::cols; ++i)
+            is_defined = is_defined && (!range.is_whole || range.holds(x[i]));
         if (!is_defined) return false;
-        for (int i = 0; i < target.size(); ++i) target[i] = converted<T>(x[X::rows * X::cols == 1 ? 0 : i]);
+        for (int i = 0; i < target.size(); ++i) target[i] = static_cast<T>(x[X::rows * X::cols == 1 ? 0 : i]);
         return true;
     }
 
@@ -296,27 +297,6 @@ class Formula {
         for (int i = 0; i < OperandOf<A>::rows * OperandOf<A>::cols; ++i)
             all = all && OperandOf<A>::data(a)[i] != 0;
         return all;
-    }
-    static double remainder(double x, double y) noexcept {
-        if (y == 0) return std::numeric_limits<double>::quiet_NaN();
-        if (std::isinf(y) && std::isfinite(x)) return x;
-        const double quotient = std::abs(x / y);
-        // a fractional divisor leaves a remainder that is only rounding
-        if (y != std::floor(y) &&
-            std::abs(quotient - std::round(quotient)) <= std::numeric_limits<double>::epsilon() * quotient)
-            return 0;
-        return std::fmod(x, y);
-    }
-    template <class T> static T converted(double x) noexcept {
-        if constexpr (std::is_same_v<T, bool>) {
-            return x != 0;
-        } else if constexpr (std::is_integral_v<T>) {
-            constexpr double least = std::numeric_limits<T>::min(), most = std::numeric_limits<T>::max();
-            const double r = std::round(x);
-            return static_cast<T>(r < least ? least : r > most ? most : r);
-        } else {
-            return static_cast<T>(x);
-        }
     }
 
     template <class A, class F> auto map(const A& a, F&& f) noexcept {

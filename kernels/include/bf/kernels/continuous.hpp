@@ -9,7 +9,7 @@ namespace bf::kernels {
 namespace detail {
 /// Where a state that shows as y stays because u would lead further out: 1 at the upper limit, -1 at the
 /// lower one, else 0.
-constexpr int held_side(double lower, double upper, double y, double u) noexcept {
+template <class T> constexpr int held_side(T lower, T upper, T y, T u) noexcept {
     return y >= upper && u > 0 ? 1 : y <= lower && u < 0 ? -1 : 0;
 }
 } // namespace detail
@@ -21,7 +21,7 @@ struct LimitedRate {
     constexpr void operator()(const R& rate, const L& lower, const H& upper, const Y& y,
                               const U& u) const noexcept {
         for (int i = 0; i < rate.size(); ++i) {
-            const double slope = u[pick(i, u.size())];
+            const auto slope = u[pick(i, u.size())];
             const bool is_held = detail::held_side(lower[pick(i, lower.size())], upper[pick(i, upper.size())],
                                                    y[pick(i, y.size())], slope) != 0;
             rate[i] = is_held ? 0 : slope;
@@ -68,7 +68,7 @@ struct CompanionOutput {
     template <class Y, class B, class A, class X, class U>
     constexpr void operator()(const Y& y, const B& b, const A& a, const X& x, const U& u) const noexcept {
         for (int j = 0; j < y.size(); ++j) {
-            double sum = b[0] * u[pick(j, u.size())];
+            Element<Y> sum = b[0] * u[pick(j, u.size())];
             for (int i = 0; i < x.rows; ++i) sum += (b[i + 1] - a[i + 1] * b[0]) * x(i, j);
             y[j] = sum;
         }
@@ -81,7 +81,7 @@ struct CompanionRate {
     template <class R, class A, class X, class U>
     constexpr void operator()(const R& rate, const A& a, const X& x, const U& u) const noexcept {
         for (int j = 0; j < x.cols && x.rows > 0; ++j) {
-            double first = u[pick(j, u.size())];
+            Element<R> first = u[pick(j, u.size())];
             for (int i = 0; i < x.rows; ++i) first -= a[i + 1] * x(i, j);
             for (int i = x.rows - 1; i > 0; --i) rate(i, j) = x(i - 1, j);
             rate(0, j) = first;
@@ -95,7 +95,7 @@ struct DifferenceQuotient {
     template <class Y, class S, class P, class X, class L, class T, class U>
     constexpr void operator()(const Y& y, const S& started, const P& t_before, const X& u_before,
                               const L& last, const T& t, const U& u) const noexcept {
-        const double length = t[0] - t_before[0];
+        const auto length = t[0] - t_before[0];
         for (int i = 0; i < y.size(); ++i)
             y[i] = started[0] && length > 0 ? (u[i] - u_before[i]) / length : last[i];
     }
@@ -116,7 +116,8 @@ struct DelayedSample {
         const auto slot = [&](unsigned i) { return static_cast<int>((oldest + i) % capacity); };
         bool known = true;
         for (int j = 0; j < y.size(); ++j) {
-            const double late = delay[pick(j, delay.size())], at = t[0] - (late > 0 ? late : 0.0);
+            using S = Computed<D, T>;
+            const S late = delay[pick(j, delay.size())], at = t[0] - (late > S(0) ? late : S(0));
             if (held == 0 || at < times[slot(0)]) {
                 known = known && (held == 0 || oldest == 0);
                 y[j] = initial[pick(j, initial.size())];
@@ -132,8 +133,8 @@ struct DelayedSample {
             }
             if (low + 1 == held && held > 1) --low; // the line of the last two
             const int a = slot(low), b = slot(held > 1 ? low + 1 : low);
-            const double part = a == b ? 0.0 : (at - times[a]) / (times[b] - times[a]);
-            y[j] = part == 1.0 ? values(b, j) : values(a, j) + part * (values(b, j) - values(a, j));
+            const S part = a == b ? S(0) : (at - times[a]) / (times[b] - times[a]);
+            y[j] = part == S(1) ? values(b, j) : values(a, j) + part * (values(b, j) - values(a, j));
         }
         return known;
     }
@@ -166,8 +167,8 @@ struct Margin {
     template <class G, class U, class L>
     constexpr void operator()(const G& g, const U& u, const L& level) const noexcept {
         for (int i = 0; i < g.size(); ++i)
-            g[i] =
-                static_cast<double>(u[pick(i, u.size())]) - static_cast<double>(level[pick(i, level.size())]);
+            g[i] = static_cast<Element<G>>(u[pick(i, u.size())]) -
+                   static_cast<Element<G>>(level[pick(i, level.size())]);
     }
 };
 
@@ -188,8 +189,9 @@ struct StopMargins {
     constexpr void operator()(const L& lower, const H& upper, const W& width, const X& x,
                               const U& u) const noexcept {
         for (int i = 0; i < lower.size(); ++i) {
-            const double half = static_cast<double>(width[pick(i, width.size())]) / 2;
-            const double offset = static_cast<double>(u[i]) - static_cast<double>(x[i]);
+            using T = Element<L>;
+            const T half = static_cast<T>(width[pick(i, width.size())]) / T(2);
+            const T offset = static_cast<T>(u[i]) - static_cast<T>(x[i]);
             lower[i] = offset + half;
             upper[i] = offset - half;
         }
@@ -212,8 +214,7 @@ struct WholeNumber {
     static constexpr const char* name = "bf::kernels::WholeNumber{}";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class G, class U> void operator()(const G& g, const U& u) const noexcept {
-        for (int i = 0; i < g.size(); ++i)
-            g[i] = detail::counted(std::trunc(static_cast<double>(u[pick(i, u.size())])));
+        for (int i = 0; i < g.size(); ++i) g[i] = detail::counted(detail::whole(u[pick(i, u.size())]));
     }
 };
 

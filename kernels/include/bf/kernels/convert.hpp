@@ -39,15 +39,17 @@ constexpr To converted(From x, Rounding rounding = Rounding::floor,
     } else if constexpr (is_real<To> || std::is_same_v<From, To>) {
         return static_cast<To>(x);
     } else if constexpr (is_real<From>) {
-        const double r = rounded(static_cast<double>(x), rounding);
+        const From r = rounded(x, rounding);
         if (r != r) return 0;
         if (overflow == Overflow::saturate) {
-            if (r >= static_cast<double>(Limits::max())) return Limits::max();
-            if (r <= static_cast<double>(Limits::min())) return Limits::min();
+            if (r >= static_cast<From>(Limits::max())) return Limits::max();
+            if (r <= static_cast<From>(Limits::min())) return Limits::min();
             return static_cast<To>(r);
         }
         if (r - r != 0) return 0; // ±∞
-        return static_cast<To>(static_cast<std::int64_t>(std::fmod(r, 4294967296.0)));
+        const From part = std::fmod(r, From(4294967296));
+        const auto bits = static_cast<std::uint32_t>(std::fabs(part));
+        return static_cast<To>(part < From(0) ? 0u - bits : bits);
     } else {
         const std::int64_t wide = x;
         if (overflow == Overflow::saturate) {
@@ -59,21 +61,26 @@ constexpr To converted(From x, Rounding rounding = Rounding::floor,
 }
 
 /// Does x, once rounded, have a value of its own in To? Never so for NaN and ±∞.
-template <class To> constexpr bool fits(double x, Rounding rounding) noexcept {
+template <class To, class From> constexpr bool fits(From x, Rounding rounding) noexcept {
     using Limits = std::numeric_limits<To>;
-    if (x - x != 0) return false;
-    if constexpr (is_real<To>)
-        return std::fabs(x) <= static_cast<double>(Limits::max());
-    else if constexpr (std::is_same_v<To, bool>)
+    if constexpr (is_real<From>)
+        if (x - x != From(0)) return false;
+    if constexpr (std::is_same_v<To, bool> || std::is_same_v<To, From> || (is_real<To> && !is_real<From>)) {
         return true;
-    else
-        return rounded(x, rounding) >= static_cast<double>(Limits::min()) &&
-               rounded(x, rounding) <= static_cast<double>(Limits::max());
+    } else if constexpr (is_real<To>) {
+        using Wide = std::common_type_t<To, From>;
+        return std::fabs(Wide(x)) <= Wide(Limits::max());
+    } else if constexpr (is_real<From>) {
+        const From r = rounded(x, rounding), above = From(Limits::max() / 2 + 1) * From(2); // a power of 2
+        return r >= static_cast<From>(Limits::min()) && r < above;
+    } else {
+        return std::int64_t(x) >= std::int64_t(Limits::min()) &&
+               std::int64_t(x) <= std::int64_t(Limits::max());
+    }
 }
 
 /// y_i = u_i in the element type of y, see `converted`; options = [rounding overflow], the enumerations as
-/// numbers. u is double, which holds every element type exactly. False for Overflow::error and an element
-/// that does not fit.
+/// numbers. False for Overflow::error and an element that does not fit.
 struct Convert {
     static constexpr const char* name = "bf::kernels::Convert{}";
     static constexpr char failure[] =
@@ -86,7 +93,7 @@ struct Convert {
         const auto overflow = static_cast<Overflow>(static_cast<int>(options[1]));
         bool all_fit = true;
         for (int i = 0; i < y.size(); ++i) {
-            const double x = u[pick(i, u.size())];
+            const auto x = u[pick(i, u.size())];
             if (overflow == Overflow::error) all_fit = all_fit && fits<Element<Y>>(x, rounding);
             y[i] = converted<Element<Y>>(x, rounding, overflow);
         }

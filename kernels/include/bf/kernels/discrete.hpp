@@ -190,7 +190,7 @@ struct LowPassCoefficients {
     template <class B, class A, class F, class P>
     constexpr void operator()(const B& b, const A& a, const F& cutoff, const P& period) const noexcept {
         using T = Element<B>;
-        const T tau = T(1) / (T(2) * T(3.14159265358979323846) * cutoff[0]), step = period[0];
+        const T tau = T(1) / (T(2) * pi<T> * cutoff[0]), step = period[0];
         b[0] = step;
         b[1] = step;
         a[0] = T(2) * tau + step;

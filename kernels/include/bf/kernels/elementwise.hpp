@@ -188,14 +188,14 @@ struct Maximum : Binary<Maximum> {
     template <class T> static constexpr T apply(T a, T b) noexcept { return maximum(a, b); }
 };
 
-/// y = a - floor(a/b) b, sign of b; a for b = 0.
+/// y = a - floor(a/b) b, sign of b; a for b = 0. See `modulo` for quotients near integers.
 struct Mod : Binary<Mod> {
     static constexpr const char* name = "bf::kernels::Mod{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class T> static constexpr T apply(T a, T b) noexcept { return modulo(a, b); }
 };
 
-/// y = a - trunc(a/b) b, sign of a; NaN for b = 0, or 0 for integers.
+/// y = a - trunc(a/b) b, sign of a; NaN for b = 0, or 0 for integers. See `remainder`.
 struct Rem : Binary<Rem> {
     static constexpr const char* name = "bf::kernels::Rem{}";
     template <class T> static constexpr bool accepts = is_number<T>;

@@ -53,9 +53,9 @@ enum class Operation {
     rem ///< of the two on top, the upper one right
 };
 
-/// y_i = value of a formula over elements i of the inputs, computed in double. Scalars expand; true is 1, and
-/// all but 0 is true. `code` has three numbers per instruction: operation, operand, index; it leaves one
-/// number on the stack and never needs more than `depth`.
+/// y_i = value of a formula over elements i of the inputs, computed in the type of p. Scalars expand; true is
+/// 1, and all but 0 is true. `code` has three numbers per instruction: operation, operand, index; it leaves
+/// one number on the stack and never needs more than `depth`.
 struct Expression {
     static constexpr const char* name = "bf::kernels::Expression{}";
     static constexpr int depth = 32;
@@ -63,8 +63,9 @@ struct Expression {
 
     template <class Y, class C, class P, class L>
     void operator()(const Y& y, const C& code, const P& p, const L& u) const noexcept {
+        using Number = Element<P>;
         for (int i = 0; i < y.size(); ++i) {
-            double stack[depth];
+            Number stack[depth];
             stack[0] = 0;
             int top = -1;
             for (int k = 0; k < code.size(); k += 3) {
@@ -73,9 +74,9 @@ struct Expression {
                 if (operation == Operation::number)
                     stack[++top] = code[k + 1];
                 else if (operation == Operation::element)
-                    stack[++top] = static_cast<double>(u[operand][pick(i, u[operand].size())]);
+                    stack[++top] = static_cast<Number>(u[operand][pick(i, u[operand].size())]);
                 else if (operation == Operation::fixed)
-                    stack[++top] = static_cast<double>(u[operand][static_cast<int>(code[k + 2])]);
+                    stack[++top] = static_cast<Number>(u[operand][static_cast<int>(code[k + 2])]);
                 else if (operation == Operation::parameter)
                     stack[++top] = p[operand];
                 else if (operation < Operation::plus)
@@ -90,7 +91,7 @@ struct Expression {
     }
 
   private:
-    static double of_one(Operation operation, double x) noexcept {
+    template <class T> static T of_one(Operation operation, T x) noexcept {
         switch (operation) {
         case Operation::negative: return -x;
         case Operation::logical_not: return x == 0;
@@ -115,7 +116,7 @@ struct Expression {
         default: return Fix::apply(x);
         }
     }
-    static double of_two(Operation operation, double a, double b) noexcept {
+    template <class T> static T of_two(Operation operation, T a, T b) noexcept {
         switch (operation) {
         case Operation::plus: return a + b;
         case Operation::minus: return a - b;

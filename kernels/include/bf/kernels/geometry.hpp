@@ -4,7 +4,7 @@
 #include "bf/kernels/reduce.hpp"
 
 /// Rotations and poses. A rotation R is 3 × 3, orthogonal with determinant 1 (not checked); a pose is 4 × 4,
-/// H = [R p; 0 1]; a quaternion is [w x y z] of norm 1; angles are in rad. Outputs share no memory with
+/// H = [R p; 0 1]; a quaternion is [w x y z]; angles are in rad. Outputs share no memory with
 /// inputs. Reference: Siciliano, Sciavicco, Villani, Oriolo, Robotics: Modelling, Planning and Control,
 /// ch. 2.
 namespace bf::kernels {
@@ -77,7 +77,7 @@ struct RollPitchYawFromRotation {
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class A, class R> void operator()(const A& rpy, const R& r) const noexcept {
         using T = Element<A>;
-        const T down = r(2, 0), right = T(3.14159265358979323846 / 2);
+        const T down = r(2, 0), right = pi<T> / 2;
         if (down >= T(1) || down <= T(-1)) {
             rpy[0] = 0;
             rpy[1] = down > T(0) ? -right : right;
@@ -117,26 +117,40 @@ struct SkewVee {
     }
 };
 
-/// R = I + 2 w S + 2 S², S = skew([x y z]).
+namespace detail {
+
+/// R = I + f w S + f S², S = skew([x y z]), with f = 2/|q|².
+template <class R, class Q, class T>
+constexpr void rotation_of_quaternion(const R& r, const Q& q, T f) noexcept {
+    const T w = q[0], x = q[1], y = q[2], z = q[3];
+    r(0, 0) = T(1) - f * (y * y + z * z);
+    r(1, 0) = f * (x * y + w * z);
+    r(2, 0) = f * (x * z - w * y);
+    r(0, 1) = f * (x * y - w * z);
+    r(1, 1) = T(1) - f * (x * x + z * z);
+    r(2, 1) = f * (y * z + w * x);
+    r(0, 2) = f * (x * z + w * y);
+    r(1, 2) = f * (y * z - w * x);
+    r(2, 2) = T(1) - f * (x * x + y * y);
+}
+
+} // namespace detail
+
+/// R of the quaternion q/|q|. False where |q|² is 0 or not finite.
 struct RotationFromQuaternion {
     static constexpr const char* name = "bf::kernels::RotationFromQuaternion{}";
+    static constexpr char failure[] =
+        "the quaternion is 0 or not finite and stands for no rotation: look at what computes it";
     template <class T> static constexpr bool accepts = is_real<T>;
-    template <class R, class Q> constexpr void operator()(const R& r, const Q& q) const noexcept {
+    template <class R, class Q> constexpr bool operator()(const R& r, const Q& q) const noexcept {
         using T = Element<R>;
-        const T w = q[0], x = q[1], y = q[2], z = q[3];
-        r(0, 0) = T(1) - T(2) * (y * y + z * z);
-        r(1, 0) = T(2) * (x * y + w * z);
-        r(2, 0) = T(2) * (x * z - w * y);
-        r(0, 1) = T(2) * (x * y - w * z);
-        r(1, 1) = T(1) - T(2) * (x * x + z * z);
-        r(2, 1) = T(2) * (y * z + w * x);
-        r(0, 2) = T(2) * (x * z + w * y);
-        r(1, 2) = T(2) * (y * z - w * x);
-        r(2, 2) = T(1) - T(2) * (x * x + y * y);
+        const T square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+        detail::rotation_of_quaternion(r, q, T(2) / square);
+        return square >= std::numeric_limits<T>::min() && square <= std::numeric_limits<T>::max();
     }
 };
 
-/// q = [w x y z] of R with w ≥ 0, from its largest component (Shepperd's method).
+/// q = [w x y z] of R, of norm 1 with w ≥ 0, from its largest component (Shepperd's method).
 struct QuaternionFromRotation {
     static constexpr const char* name = "bf::kernels::QuaternionFromRotation{}";
     template <class T> static constexpr bool accepts = is_real<T>;
@@ -203,7 +217,7 @@ struct RotationExp {
         const T angle = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
         const T scale = angle > T(0) ? Sin::apply<T>(angle / 2) / angle : T(0.5);
         const T q[] = {Cos::apply<T>(angle / 2), scale * w[0], scale * w[1], scale * w[2]};
-        RotationFromQuaternion{}(r, FixedView<const T, 4>{q});
+        detail::rotation_of_quaternion(r, FixedView<const T, 4>{q}, T(2)); // of norm 1 as it is made
     }
 };
 

@@ -224,12 +224,14 @@ struct DampedPinv {
     }
 };
 
-/// x = a \ b for a of any shape m × n: the least-squares solution with at most rank(a) nonzero rows, by
-/// Householder QR with column pivoting. Pivots not above max(m, n) ε |r₁₁| count as 0; false when there is
-/// one. b is m × p; work: m (n + p) + n.
+/// Of all x that make |a x - b| smallest that with the smallest |x|, for a of any shape m × n and each column
+/// of b, m × p: complete orthogonal decomposition, Householder QR with column pivoting and, where columns are
+/// left over, reflections from the right. Pivots not above max(m, n) ε |r₁₁| count as 0. False if a holds NaN
+/// or infinities. work: m (n + p) + n. Reference: §5.4.7, §5.5.
 struct LeastSquares {
     static constexpr const char* name = "bf::kernels::LeastSquares{}";
-    static constexpr char failure[] = "the matrix has lost rank: the least-squares solution is not unique";
+    static constexpr char failure[] =
+        "the matrix holds NaN or infinity, or numbers whose squares are infinite: look at what computes it";
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class X, class A, class B, class W>
     constexpr bool operator()(const X& x, const A& a, const B& b, const W& work) const noexcept {
@@ -243,12 +245,14 @@ struct LeastSquares {
 
         int rank = 0;
         T smallest = 0;
+        bool is_finite = true;
         for (int k = 0; k < most; ++k) {
             int pivot = k;
             T square = -1;
             for (int j = k; j < n; ++j) {
                 T sum = 0;
                 for (int i = k; i < m; ++i) sum += qr(i, j) * qr(i, j);
+                is_finite = is_finite && sum - sum == T(0);
                 if (sum > square) {
                     square = sum;
                     pivot = j;
@@ -277,16 +281,46 @@ struct LeastSquares {
             }
             qr(k, k) = r;
         }
+        // [R S] becomes [L 0], L upper triangular: from the last row on a reflection I - f v vᵀ turns row k
+        // into its diagonal element. v is 1 at k and (k, rank ...) beyond, where it stays.
+        const auto factor = [&](int k) {
+            T sum = 1;
+            for (int j = rank; j < n; ++j) sum += qr(k, j) * qr(k, j);
+            return T(2) / sum;
+        };
+        for (int k = rank - 1; k >= 0 && rank < n; --k) {
+            T sum = qr(k, k) * qr(k, k);
+            for (int j = rank; j < n; ++j) sum += qr(k, j) * qr(k, j);
+            const T norm = std::sqrt(sum), diagonal = qr(k, k) > T(0) ? -norm : norm;
+            const T head = qr(k, k) - diagonal;
+            for (int j = rank; j < n; ++j) qr(k, j) /= head;
+            qr(k, k) = diagonal;
+            const T f = factor(k);
+            for (int i = 0; i < k; ++i) {
+                T along = qr(i, k);
+                for (int j = rank; j < n; ++j) along += qr(i, j) * qr(k, j);
+                qr(i, k) -= f * along;
+                for (int j = rank; j < n; ++j) qr(i, j) -= f * along * qr(k, j);
+            }
+        }
         for (int i = 0; i < x.size(); ++i) x[i] = 0;
         for (int j = 0; j < p; ++j) {
             T* const c = qr.data + (n + j) * m;
+            const auto element = [&](int k) -> T& { return x(static_cast<int>(order[k]), j); };
             for (int k = rank - 1; k >= 0; --k) {
                 c[k] /= qr(k, k);
                 detail::add_scaled<T>(c, qr.data + k * m, -c[k], k);
-                x(static_cast<int>(order[k]), j) = c[k];
+                element(k) = c[k];
+            }
+            for (int k = 0; k < rank && rank < n; ++k) {
+                T along = element(k);
+                for (int i = rank; i < n; ++i) along += qr(k, i) * element(i);
+                along *= factor(k);
+                element(k) -= along;
+                for (int i = rank; i < n; ++i) element(i) -= along * qr(k, i);
             }
         }
-        return rank == most;
+        return is_finite;
     }
 };
 

@@ -6,15 +6,41 @@
 /// Relations and logic. y is bool (or receives 0 and 1); an operand counts as true when it is not 0.
 namespace bf::kernels {
 
-/// y_i = F::apply(a_i, b_i); operands of two types are compared as double, which holds every integer of 32
-/// bits.
+namespace detail {
+
+/// How x compares with a promoted integer n, without rounding: something below, at or above 0, or NaN.
+template <class T, class I> constexpr T compared(T x, I n) noexcept {
+    using Limits = std::numeric_limits<I>;
+    if (!(x >= T(Limits::min()))) return x == x ? T(-1) : x;
+    if (x >= T(Limits::max() / 2 + 1) * T(2)) return T(1);
+    const I part = static_cast<I>(x);
+    return part > n ? T(1) : part < n ? T(-1) : x - static_cast<T>(part);
+}
+
+} // namespace detail
+
+/// y_i = F::apply(a_i, b_i), as the numbers compare, also those of two types.
 template <class F> struct Relation {
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
-        using T = std::conditional_t<std::is_same_v<Element<A>, Element<B>>, Element<A>, double>;
-        for (int i = 0; i < y.size(); ++i)
-            y[i] = F::apply(static_cast<T>(a[pick(i, a.size())]), static_cast<T>(b[pick(i, b.size())]));
+        using TA = Element<A>;
+        using TB = Element<B>;
+        // 64 bits hold all integers, and double all integers and floats.
+        using T = std::conditional_t<is_real<TA> == is_real<TB> && !is_real<TA>, std::int64_t,
+                                     std::common_type_t<TA, TB>>;
+        for (int i = 0; i < y.size(); ++i) {
+            const TA left = a[pick(i, a.size())];
+            const TB right = b[pick(i, b.size())];
+            if constexpr (std::is_same_v<TA, TB>)
+                y[i] = F::apply(left, right);
+            else if constexpr (std::is_same_v<T, float> && !is_real<TB>)
+                y[i] = F::apply(detail::compared(left, +right), 0.0f);
+            else if constexpr (std::is_same_v<T, float>)
+                y[i] = F::apply(0.0f, detail::compared(right, +left));
+            else
+                y[i] = F::apply(static_cast<T>(left), static_cast<T>(right));
+        }
     }
 };
 
@@ -254,7 +280,7 @@ struct ShiftBits {
     template <class Y, class P, class U>
     constexpr void operator()(const Y& y, const P& places, const U& u) const noexcept {
         using T = Element<Y>;
-        const int n = static_cast<int>(clamp<double>(static_cast<double>(places[0]), -32, 32));
+        const int n = static_cast<int>(clamp(places[0], Element<P>(-32), Element<P>(32)));
         for (int i = 0; i < y.size(); ++i) {
             const std::int64_t x = u[pick(i, u.size())]; // 64 bits hold every shift of 32 by 32
             y[i] = static_cast<T>(n < 0 ? x >> -n : x * (std::int64_t(1) << (n < 32 ? n : 32)));

@@ -113,9 +113,9 @@ struct MultiportSwitch {
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class I, class C, class L>
     constexpr void operator()(const Y& y, const I& indices, const C& control, const L& u) const noexcept {
-        const double wanted = std::trunc(static_cast<double>(control[0]));
+        const auto wanted = static_cast<Element<I>>(detail::whole(control[0]));
         int k = 0;
-        while (k < u.size() - 1 && static_cast<double>(indices[k]) != wanted) ++k;
+        while (k < u.size() - 1 && indices[k] != wanted) ++k;
         for (int i = 0; i < y.size(); ++i) y[i] = static_cast<Element<Y>>(u[k][pick(i, u[k].size())]);
     }
 };

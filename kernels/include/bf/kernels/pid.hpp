@@ -9,33 +9,34 @@ enum class AntiWindup { none, back_calculation, clamping };
 
 namespace detail {
 /// One element of a Pid: `side` is 1 where v is above the upper limit, -1 below the lower one, else 0.
-struct PidElement {
-    double y, slope_i, slope_d;
+template <class Number> struct PidElement {
+    Number y, slope_i, slope_d;
     int side;
     bool stops; ///< the integral, by clamping
 };
 template <class O, class P, class I, class D, class N, class B, class C, class K, class L, class H, class T,
           class XI, class XD, class R, class M, class A>
-constexpr PidElement pid_element(int k, const O& options, const P& p, const I& i, const D& d,
-                                 const N& bandwidth, const B& b, const C& c, const K& tracking_time,
-                                 const L& lower, const H& upper, const T& period, const XI& x_i,
-                                 const XD& x_d, const R& r, const M& m, const A& tracked) noexcept {
+constexpr auto pid_element(int k, const O& options, const P& p, const I& i, const D& d, const N& bandwidth,
+                           const B& b, const C& c, const K& tracking_time, const L& lower, const H& upper,
+                           const T& period, const XI& x_i, const XD& x_d, const R& r, const M& m,
+                           const A& tracked) noexcept {
+    using Number = Computed<XI, R, M>;
     const auto anti_windup = static_cast<AntiWindup>(static_cast<int>(options[0]));
     const auto at = [k](const auto& v) { return v[pick(k, v.size())]; };
-    const double set = at(r), is = at(m), n = at(bandwidth);
-    const double drive = at(i) * (set - is);
+    const Number set = at(r), is = at(m), n = at(bandwidth);
+    const Number drive = at(i) * (set - is);
     // q = N (c r - m - x_d - θ T q), solved for q
-    const double q = n * (at(c) * set - is - at(x_d)) / (1 + options[3] * period[0] * n);
-    const double w = at(x_i) + options[2] * period[0] * drive;
-    const double v = at(p) * (at(b) * set - is) + w + at(d) * q;
-    const double low = at(lower), high = at(upper), limited = clamp(v, low, high);
+    const Number q = n * (at(c) * set - is - at(x_d)) / (1 + options[3] * period[0] * n);
+    const Number w = at(x_i) + options[2] * period[0] * drive;
+    const Number v = at(p) * (at(b) * set - is) + w + at(d) * q;
+    const Number low = at(lower), high = at(upper), limited = clamp(v, low, high);
     const int side = v > high ? 1 : v < low ? -1 : 0;
-    const bool stops = anti_windup == AntiWindup::clamping && side * drive > 0;
-    double slope = drive;
+    const bool stops = anti_windup == AntiWindup::clamping && static_cast<Number>(side) * drive > 0;
+    Number slope = drive;
     if (anti_windup == AntiWindup::back_calculation) slope += (limited - v) / at(tracking_time);
     if (stops) slope = 0;
     if (options[1] != 0) slope += (at(tracked) - limited) / at(tracking_time);
-    return {limited, slope, q, side, stops};
+    return PidElement<Number>{limited, slope, q, side, stops};
 }
 } // namespace detail
 

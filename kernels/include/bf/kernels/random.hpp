@@ -26,11 +26,15 @@ struct Philox {
             k1 += 0xBB67AE85u;
         }
     }
-    /// In [0, 1), a multiple of 2^-53, from the words 0 and 1 or 2 and 3.
-    constexpr double uniform(int pair) const noexcept {
-        return (static_cast<double>(word[2 * pair] >> 5) * 67108864.0 +
-                static_cast<double>(word[2 * pair + 1] >> 6)) /
-               9007199254740992.0;
+    /// In [0, 1), a multiple of 2^-53, from the words 0 and 1 or 2 and 3; of 2^-24 from word 0 or 2 in single
+    /// precision.
+    template <class T> constexpr T uniform(int pair) const noexcept {
+        if constexpr (std::is_same_v<T, float>)
+            return static_cast<float>(word[2 * pair] >> 8) / 16777216.0f;
+        else
+            return (static_cast<double>(word[2 * pair] >> 5) * 67108864.0 +
+                    static_cast<double>(word[2 * pair + 1] >> 6)) /
+                   9007199254740992.0;
     }
 };
 
@@ -49,8 +53,10 @@ struct RandomUniform {
     constexpr void operator()(const Y& y, const L& minimum, const H& maximum, const S& seed,
                               const N& count) const noexcept {
         for (int i = 0; i < y.size(); ++i) {
-            const double low = minimum[pick(i, minimum.size())], high = maximum[pick(i, maximum.size())];
-            y[i] = static_cast<Element<Y>>(low + (high - low) * detail::draw(seed, count, i).uniform(0));
+            using T = Computed<L, H>;
+            const T low = minimum[pick(i, minimum.size())], high = maximum[pick(i, maximum.size())];
+            const T part = detail::draw(seed, count, i).template uniform<T>(0);
+            y[i] = static_cast<Element<Y>>(low + (high - low) * part);
         }
     }
 };
@@ -65,12 +71,13 @@ struct RandomNormal {
                     const N& count) const noexcept {
         for (int i = 0; i < y.size(); ++i) {
             const Philox words = detail::draw(seed, count, i);
-            const double radius = std::sqrt(-2 * Log::apply<double>(1 - words.uniform(0)));
-            const double angle = 2 * 3.14159265358979323846 * words.uniform(1);
-            const double p = power[pick(i, power.size())];
-            const double sigma = std::sqrt(period[0] > 0 ? p / period[0] : p);
-            y[i] = static_cast<Element<Y>>(mean[pick(i, mean.size())] +
-                                           sigma * radius * Cos::apply<double>(angle));
+            using R = Computed<M, P>;
+            const R radius = std::sqrt(R(-2) * Log::apply<R>(R(1) - words.uniform<R>(0)));
+            const R angle = R(2) * pi<R> * words.uniform<R>(1);
+            const R p = power[pick(i, power.size())];
+            const R sigma = std::sqrt(period[0] > 0 ? p / period[0] : p);
+            y[i] =
+                static_cast<Element<Y>>(mean[pick(i, mean.size())] + sigma * radius * Cos::apply<R>(angle));
         }
     }
 };

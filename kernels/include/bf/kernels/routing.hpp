@@ -80,19 +80,19 @@ struct Split {
 namespace detail {
 /// Zero-based place of a one-based index, or -1 outside 1 … size.
 template <class I> constexpr int place(I index, int size) noexcept {
-    const double i = static_cast<double>(index);
-    return i >= 1 && i < size + 1.0 ? static_cast<int>(i) - 1 : -1;
+    const auto i = whole(index);
+    return i >= 1 && i <= static_cast<decltype(i)>(size) ? static_cast<int>(i) - 1 : -1;
 }
 } // namespace detail
 
-/// y = index + shift in double, without the fraction: an index as Select takes it.
+/// y = index + shift, without the fraction: an index as Select takes it.
 struct Place {
     static constexpr const char* name = "bf::kernels::Place{}";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class S, class I>
     constexpr void operator()(const Y& y, const S& shift, const I& index) const noexcept {
         for (int i = 0; i < y.size(); ++i)
-            y[i] = std::trunc(static_cast<double>(index[pick(i, index.size())])) + shift[0];
+            y[i] = static_cast<Element<Y>>(detail::whole(index[pick(i, index.size())])) + shift[0];
     }
 };
 

@@ -16,6 +16,8 @@ template <class T> inline constexpr bool is_number = is_real<T> || is_integer<T>
 /// Numbers and bool.
 template <class T> inline constexpr bool is_any = is_number<T> || std::is_same_v<T, bool>;
 
+template <class T> inline constexpr T pi = T(3.14159265358979323846);
+
 /// x, unknown to the optimiser: it cannot fold or replace a call of <cmath> by its own arithmetic, so every
 /// build asks the same library. Exact functions (sqrt, floor, fmod) do not need it.
 template <class T> inline T opaque(T x) noexcept {
@@ -105,11 +107,27 @@ template <class T> constexpr T absolute(T x) noexcept {
         return x;
 }
 
-/// Remainder with the sign of the divisor, x - floor(x/y) y; mod(x, 0) = x.
+/// Remainder with the sign of the dividend, x - trunc(x/y) y; rem(x, 0) is NaN, or 0 for integers. As in
+/// MATLAB and Simulink, a fractional y whose quotient x/y is an integer but for rounding leaves 0: 0.1 is no
+/// binary number, and rem(0.3, 0.1) would be 0.1 less a little.
+template <class T> constexpr T remainder(T x, T y) noexcept {
+    if constexpr (is_real<T>) {
+        const T r = std::fmod(x, y);
+        if (r == T(0) || y == std::floor(y)) return r;
+        const T quotient = std::fabs(x / y);
+        const bool is_whole =
+            std::fabs(quotient - std::round(quotient)) < std::numeric_limits<T>::epsilon() * quotient;
+        return is_whole ? T(0) : r;
+    } else {
+        return y == T(0) ? T(0) : static_cast<T>(std::int64_t(x) % std::int64_t(y));
+    }
+}
+
+/// Remainder with the sign of the divisor, x - floor(x/y) y, rounded as `remainder`; mod(x, 0) = x.
 template <class T> constexpr T modulo(T x, T y) noexcept {
     if (y == T(0)) return x;
     if constexpr (is_real<T>) {
-        const T r = std::fmod(x, y);
+        const T r = remainder(x, y);
         return r != T(0) && (r < T(0)) != (y < T(0)) ? r + y : r;
     } else {
         const std::int64_t r = std::int64_t(x) % std::int64_t(y);
@@ -117,19 +135,22 @@ template <class T> constexpr T modulo(T x, T y) noexcept {
     }
 }
 
-/// Remainder with the sign of the dividend, x - trunc(x/y) y; rem(x, 0) is NaN, or 0 for integers.
-template <class T> constexpr T remainder(T x, T y) noexcept {
-    if constexpr (is_real<T>)
-        return std::fmod(x, y);
-    else
-        return y == T(0) ? T(0) : static_cast<T>(std::int64_t(x) % std::int64_t(y));
-}
-
 namespace detail {
 /// What a zero-crossing function counts, less what does not fit into its type; 0 for NaN and infinities.
-inline std::int32_t counted(double number) noexcept {
-    const double rest = std::fmod(number, 1 << 30);
-    return rest == rest ? static_cast<std::int32_t>(rest) : 0;
+template <class T> constexpr std::int32_t counted(T number) noexcept {
+    if constexpr (is_real<T>) {
+        const T rest = std::fmod(number, T(1 << 30));
+        return rest == rest ? static_cast<std::int32_t>(rest) : 0;
+    } else {
+        return static_cast<std::int32_t>(number % (1 << 30));
+    }
+}
+/// x without its fraction: of integers the value, in 64 bits.
+template <class T> constexpr auto whole(T x) noexcept {
+    if constexpr (is_real<T>)
+        return std::trunc(x);
+    else
+        return static_cast<std::int64_t>(x);
 }
 } // namespace detail
 

@@ -2,7 +2,8 @@
 
 #include "bf/kernels/functions.hpp"
 
-/// Signals as functions of the time t [s], a scalar operand in double; parameters expand.
+/// Signals as functions of the time t [s], a scalar operand; parameters expand. Computed in the type of t and
+/// the parameters.
 namespace bf::kernels {
 
 /// y = before for t < step_time, after from there on.
@@ -26,7 +27,8 @@ struct Ramp {
     constexpr void operator()(const Y& y, const S& slope, const B& start, const I& initial,
                               const T& t) const noexcept {
         for (int i = 0; i < y.size(); ++i) {
-            const double since = maximum<double>(t[0] - start[pick(i, start.size())], 0);
+            using R = Computed<S, T>;
+            const R since = maximum<R>(t[0] - start[pick(i, start.size())], 0);
             y[i] = static_cast<Element<Y>>(initial[pick(i, initial.size())] +
                                            slope[pick(i, slope.size())] * since);
         }
@@ -41,8 +43,8 @@ struct SineWave {
     void operator()(const Y& y, const A& amplitude, const F& frequency, const P& phase, const B& bias,
                     const T& t) const noexcept {
         for (int i = 0; i < y.size(); ++i) {
-            const double angle = frequency[pick(i, frequency.size())] * t[0] + phase[pick(i, phase.size())];
-            y[i] = static_cast<Element<Y>>(amplitude[pick(i, amplitude.size())] * Sin::apply<double>(angle) +
+            const auto angle = frequency[pick(i, frequency.size())] * t[0] + phase[pick(i, phase.size())];
+            y[i] = static_cast<Element<Y>>(amplitude[pick(i, amplitude.size())] * Sin::apply(angle) +
                                            bias[pick(i, bias.size())]);
         }
     }
@@ -51,15 +53,15 @@ struct SineWave {
 namespace detail {
 /// What is left of x after whole cycles. k · step is seldom n · cycle exactly, so an x less than `slack`
 /// before the end of a cycle counts as the beginning of the next one.
-inline double within(double x, double cycle, double slack) noexcept {
+template <class T> T within(T x, T cycle, T slack) noexcept {
     return x - std::floor((x + slack) / cycle) * cycle;
 }
 /// More than rounding makes of a time and of what it was computed from.
-constexpr double rounding(double a, double b = 0) noexcept {
-    return 4 * std::numeric_limits<double>::epsilon() * (absolute(a) + absolute(b));
+template <class T> constexpr T rounding(T a, T b = 0) noexcept {
+    return 4 * std::numeric_limits<T>::epsilon() * (absolute(a) + absolute(b));
 }
-inline bool is_high(double t, double period, double width, double delay) noexcept {
-    const double since = t - delay, slack = rounding(t, delay);
+template <class T> bool is_high(T t, T period, T width, T delay) noexcept {
+    const T since = t - delay, slack = rounding(t, delay);
     return since >= -slack && within(since, period, slack) < period * (width / 100) - slack;
 }
 } // namespace detail
@@ -85,9 +87,9 @@ struct PulseEdges {
     template <class G, class P, class W, class D, class T>
     void operator()(const G& g, const P& period, const W& width, const D& delay, const T& t) const noexcept {
         for (int i = 0; i < g.size(); ++i) {
-            const double cycle = period[pick(i, period.size())], late = delay[pick(i, delay.size())];
-            const double since = t[0] - late, slack = detail::rounding(t[0], late);
-            const double before = since < -slack ? -1 : std::floor((since + slack) / cycle);
+            const auto cycle = period[pick(i, period.size())], late = delay[pick(i, delay.size())];
+            const auto since = t[0] - late, slack = detail::rounding(t[0], late);
+            const auto before = since < -slack ? -1 : std::floor((since + slack) / cycle);
             const bool high = detail::is_high(t[0], cycle, width[pick(i, width.size())], late);
             g[i] = detail::counted(2 * before + (high ? 1 : 2));
         }
@@ -102,9 +104,10 @@ struct Chirp {
     template <class Y, class A, class B, class C, class T>
     void operator()(const Y& y, const A& f0, const B& f1, const C& target, const T& t) const noexcept {
         for (int i = 0; i < y.size(); ++i) {
-            const double f = f0[pick(i, f0.size())], rise = f1[pick(i, f1.size())] - f;
-            const double turns = f * t[0] + rise * t[0] * t[0] / (2 * target[pick(i, target.size())]);
-            y[i] = static_cast<Element<Y>>(Sin::apply<double>(2 * 3.14159265358979323846 * turns));
+            using R = Computed<A, B, C, T>;
+            const R f = f0[pick(i, f0.size())], rise = f1[pick(i, f1.size())] - f;
+            const R turns = f * t[0] + rise * t[0] * t[0] / (2 * target[pick(i, target.size())]);
+            y[i] = static_cast<Element<Y>>(Sin::apply(2 * pi<R> * turns));
         }
     }
 };
@@ -147,13 +150,14 @@ struct Wave {
                     const T& t) const noexcept {
         const auto shape = static_cast<Waveform>(static_cast<int>(waveform[0]));
         for (int i = 0; i < y.size(); ++i) {
-            const double turns = frequency[pick(i, frequency.size())] * t[0], slack = detail::rounding(turns),
-                         p = maximum(detail::within(turns, 1, slack), 0.0);
-            const double value = shape == Waveform::sine ? Sin::apply<double>(2 * 3.14159265358979323846 * p)
-                                 : shape == Waveform::square   ? (p < 0.5 - slack ? 1.0 : -1.0)
-                                 : shape == Waveform::sawtooth ? 2 * p - 1
-                                 : p < 0.5                     ? 4 * p - 1
-                                                               : 3 - 4 * p;
+            using R = Computed<F, T>;
+            const R turns = frequency[pick(i, frequency.size())] * t[0], slack = detail::rounding(turns),
+                    p = maximum(detail::within(turns, R(1), slack), R(0));
+            const R value = shape == Waveform::sine       ? Sin::apply(2 * pi<R> * p)
+                            : shape == Waveform::square   ? R(p < R(0.5) - slack ? 1 : -1)
+                            : shape == Waveform::sawtooth ? 2 * p - 1
+                            : p < R(0.5)                  ? 4 * p - 1
+                                                          : 3 - 4 * p;
             y[i] = static_cast<Element<Y>>(amplitude[pick(i, amplitude.size())] * value);
         }
     }
@@ -167,7 +171,7 @@ struct WaveEdges {
         const auto shape = static_cast<Waveform>(static_cast<int>(waveform[0]));
         const int per_turn = shape == Waveform::sine ? 0 : shape == Waveform::sawtooth ? 1 : 2;
         for (int i = 0; i < g.size(); ++i) {
-            const double turns = frequency[pick(i, frequency.size())] * t[0];
+            const auto turns = frequency[pick(i, frequency.size())] * t[0];
             g[i] = detail::counted(std::floor(per_turn * (turns + detail::rounding(turns))));
         }
     }
@@ -179,7 +183,7 @@ struct WithinCycle {
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class Y, class X, class T>
     void operator()(const Y& y, const X& points, const T& t) const noexcept {
-        const double first = points[0], last = points[points.size() - 1];
+        const Computed<X, T> first = points[0], last = points[points.size() - 1];
         y[0] =
             maximum(first, first + detail::within(t[0] - first, last - first, detail::rounding(t[0], first)));
     }
@@ -191,9 +195,9 @@ struct CycleEdges {
     template <class G, class X, class T>
     void operator()(const G& g, const X& points, const T& t) const noexcept {
         const int last = points.size() - 1;
-        const double since = t[0] - points[0], cycle = points[last] - points[0];
-        double at = 0;
-        WithinCycle{}(FixedView<double, 1>{&at}, points, t);
+        const auto since = t[0] - points[0], cycle = points[last] - points[0];
+        Computed<X, T> at = 0;
+        WithinCycle{}(FixedView<Computed<X, T>, 1>{&at}, points, t);
         int k = 0;
         while (k < last - 1 && at >= points[k + 1]) ++k;
         g[0] = detail::counted(std::floor((since + detail::rounding(t[0], points[0])) / cycle) * last + k);

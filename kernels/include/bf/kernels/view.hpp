@@ -89,6 +89,10 @@ template <class T, class F> constexpr void for_each(const ListView<T>& u, F&& f)
 /// Type of the elements of a view or of a list, without const.
 template <class V> using Element = typename V::value_type;
 
+/// The type in which elements of these operands are computed together: double if one of them is. Code of
+/// single precision has none, and no processor emulates it.
+template <class... V> using Computed = std::common_type_t<Element<V>...>;
+
 /// Index of element i in an operand of `size` elements, where a scalar stands for all elements.
 constexpr int pick(int i, int size) noexcept { return size == 1 ? 0 : i; }
 

@@ -166,7 +166,7 @@ std::string Generator::tables() const {
            "    for (int i = 0; i < count; ++i) {\n"
            "        const Quantity* quantity = find_parameter(changes[i].name);\n"
            "        if (!quantity) return \"there is no parameter of this name\";\n"
-           "        if (const char* wrong = bf::generated::check_all(*quantity, changes[i].values, "
+           "        if (const char* wrong = bf::generated::check_count(*quantity, "
            "changes[i].count))\n            return wrong;\n"
            "        const auto value = [&](int e) { return changes[i].values[e]; };\n"
            "        if (const char* wrong = bf::generated::check_limits(*quantity, changes[i].count, value" +

@@ -295,6 +295,60 @@ int main() {
                                        "3 50 4\n1 1\n");
 }
 
+/// Which function of an object file needs what, a line each: "section symbol".
+std::vector<std::string> needs(const fs::path& relocations) {
+    std::vector<std::string> all;
+    std::istringstream lines(read_text(relocations));
+    std::string section;
+    for (std::string line; std::getline(lines, line);)
+        if (const auto at = line.find("FOR ["); at != std::string::npos)
+            section = line.substr(at + 5, line.find(']') - at - 5);
+        else if (const auto space = line.rfind(' '); space != std::string::npos)
+            all.push_back(section + " " + line.substr(space + 1));
+    return all;
+}
+
+TEST(GeneratedCode, OfSinglePrecisionComputesInFloatOnly) {
+    if (std::system("command -v arm-none-eabi-g++ >/dev/null") != 0)
+        GTEST_SKIP() << "arm-none-eabi-g++ is missing: scripts/deps test installs it";
+    const Folder folder("single");
+    std::string all;
+    int count = 0;
+    for (const auto& one : block_cases()) {
+        const Diagram& diagram = one.elaborated.diagram;
+        if (has_hosted_blocks(diagram)) continue;
+        ++count;
+        for (const auto& [file, text] : generate(diagram, {.embedded = true, .single = true}))
+            write_text(folder.path / file, text);
+        all += "#include \"" + file_name(diagram) + ".cpp\"\n";
+    }
+    EXPECT_GT(count, 100);
+    write_text(folder.path / "all.cpp", all);
+    // A processor with single precision alone: every double would be a call.
+    ASSERT_EQ(
+        std::system(("cd " + folder.path.string() +
+                     " && arm-none-eabi-g++ -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard "
+                     "-std=c++17 -O1 -ffp-contract=off -fno-exceptions -fno-rtti -ffunction-sections -w "
+                     "-I. -Iinclude -c all.cpp && arm-none-eabi-objdump -r -C all.o >needs.txt")
+                        .c_str()),
+        0);
+    // Of the C library what ends in no f computes in double; of the compiler's what has a d.
+    static const std::set<std::string> doubles{
+        "sin",   "cos",   "tan",   "asin",  "acos",  "atan", "atan2", "sinh",   "cosh",
+        "tanh",  "asinh", "acosh", "atanh", "exp",   "log",  "log10", "pow",    "sqrt",
+        "hypot", "floor", "ceil",  "round", "trunc", "fmod", "fabs",  "sincos", "nextafter"};
+    std::size_t calls = 0;
+    for (const auto& need : needs(folder.path / "needs.txt")) {
+        const std::string symbol = need.substr(need.rfind(' ') + 1);
+        const bool is_helper = symbol.starts_with("__aeabi_");
+        calls += is_helper || symbol.ends_with('f');
+        EXPECT_FALSE(doubles.contains(symbol) ||
+                     (is_helper && (symbol.starts_with("__aeabi_d") || symbol.ends_with("2d"))))
+            << need;
+    }
+    EXPECT_GT(calls, 0u);
+}
+
 TEST(GeneratedCode, DefinesNoMacroForThoseWhoIncludeIt) {
     const Elaborated model(formats::read_yaml_text(limited_model, "m.yaml"));
     for (const auto& [file, text] : generate(model.diagram))
@@ -521,20 +575,25 @@ with Commanded("./program") as program:
 TEST(GeneratedProgram, ParametersFitTheirTypeOrAreRefused) {
     using namespace bf::generated;
     const auto attempt = [](generated::Type type, double value) {
-        std::uint64_t memory = 0;
         const Quantity quantity{"p", "", "", type, Where::parameters, 1, 1, 0, -1};
-        const char* wrong = write_all(&memory, quantity, &value, 1);
+        Problem problem;
+        const char* wrong = check_limits(
+            quantity, 1, [&](int) { return value; }, problem);
+        const char* brief = check_limits(quantity, 1, [&](int) { return value; });
+        EXPECT_EQ(wrong == nullptr, brief == nullptr);
         return std::string(wrong ? wrong : "");
     };
-    const std::string misfit = "a value does not fit the integer or boolean type";
     EXPECT_EQ(attempt(generated::Type::int8, -128), "");
-    EXPECT_EQ(attempt(generated::Type::int8, 128), misfit);
+    EXPECT_EQ(attempt(generated::Type::int8, 128),
+              "parameter 'p' must be a whole number from -128 to 127, but is 128");
     EXPECT_EQ(attempt(generated::Type::uint32, 4294967295.0), "");
-    EXPECT_EQ(attempt(generated::Type::uint32, -1), misfit);
-    EXPECT_EQ(attempt(generated::Type::int32, 0.5), misfit);
-    EXPECT_EQ(attempt(generated::Type::boolean, 2), misfit);
+    EXPECT_EQ(attempt(generated::Type::uint32, -1),
+              "parameter 'p' must be a whole number from 0 to 4294967295, but is -1");
+    EXPECT_EQ(attempt(generated::Type::int32, 0.5),
+              "parameter 'p' must be a whole number from -2147483648 to 2147483647, but is 0.5");
+    EXPECT_EQ(attempt(generated::Type::boolean, 2), "parameter 'p' must be 0 or 1, but is 2");
     EXPECT_EQ(attempt(generated::Type::boolean, 1), "");
-    EXPECT_EQ(attempt(generated::Type::float64, 0.0 / 0.0), "a value is not a number");
+    EXPECT_EQ(attempt(generated::Type::float64, 0.0 / 0.0), "parameter 'p' must be a number, but is NaN");
     EXPECT_EQ(attempt(generated::Type::float32, HUGE_VAL), "");
 }
 

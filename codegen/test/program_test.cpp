@@ -50,7 +50,7 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
               "p.yaml:5: the rows of 'matrix.value' differ in length\n"
               "p.yaml:1: 'one.value': wrong number of elements (it has 2x1, the file gives 1x3)\n"
               "p.yaml:2: there is no parameter or variable 'K.k'; --list names all\n"
-              "p.yaml:3: 'K.K': a value is not a number (it has 1x1, the file gives 1x1)\n"
+              "p.yaml:3: parameter 'K.K' must be a number, but is NaN\n"
               "p.yaml:6: 'step' cannot change: it is the period of the generated code\n");
     EXPECT_EQ(run("K.K: 2*pi\n"), "p.yaml:1: 'K.K': '2*pi' is no number; a generated program computes no "
                                   "expressions, write the value\n");

@@ -21,12 +21,22 @@ std::string text_of(const Limits& limits) {
     return text;
 }
 
-std::string outside(const Limits& limits, const std::vector<double>& values) {
+template <class Bounds>
+static std::string text_outside(const Bounds& bounds, const std::vector<double>& values) {
     char text[192];
     const auto value = [&](int i) { return values[static_cast<std::size_t>(i)]; };
     const bool is_found =
-        kernels::find_outside(limits, static_cast<int>(values.size()), value, text, sizeof text);
+        kernels::find_outside(bounds, static_cast<int>(values.size()), value, text, sizeof text);
     return is_found ? text : "";
+}
+
+std::string outside(const Limits& limits, const std::vector<double>& values) {
+    return text_outside(limits, values);
+}
+
+std::string outside(Type type, const std::vector<double>& values) {
+    return with_type(
+        type, [&](auto t) { return text_outside(kernels::range_of<typename decltype(t)::type>(), values); });
 }
 
 Dim::Dim(Block* owner, const char* name, std::function<int()> rule) {
@@ -93,6 +103,7 @@ int declare(Block& owner, Role role, std::string name, const About& about, Shape
     slot.optional = about.optional;
     slot.reported = about.reported;
     slot.as_written = about.as_written;
+    slot.from_path = about.from_path;
     slot.initial_from = about.initial_from;
     slot.initial = about.initial;
     if (role == Role::parameter) slot.limits = {about.minimum, about.above, about.maximum};

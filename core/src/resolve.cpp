@@ -138,8 +138,16 @@ void give(Declaration& d, int index, const Value& value) {
 }
 
 std::string outside_limits(const Slot& slot, const std::vector<double>& values, const std::string& path) {
-    const std::string wrong = outside(slot.limits, values);
+    std::string wrong = outside(slot.limits, values);
+    const bool is_typed = slot.type_known || slot.type_symbol < 0;
+    if (wrong.empty()) wrong = outside(is_typed ? slot.type : Type::float64, values);
     return wrong.empty() ? wrong : "parameter '" + (path.empty() ? slot.name : path) + "' " + wrong;
+}
+
+std::string outside_remedy(const Slot& slot) {
+    if (slot.type_symbol < 0 || !slot.type_known || slot.type == Type::float64) return {};
+    return std::string("the parameter has the type of its signals, ") + name(slot.type) +
+           ": give a value of that type, or convert the signals before the block with a Convert block";
 }
 
 void give_defaults(Declaration& d) {

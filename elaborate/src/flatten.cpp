@@ -1,4 +1,6 @@
 // Scopes and nodes: evaluates variables and settings, makes the blocks.
+#include "bf/core/hash.hpp"
+
 #include "stages.hpp"
 
 #include <algorithm>
@@ -507,13 +509,16 @@ class Flattener {
         const auto check_limits = [&](const Slot& slot, const model::Location& at) {
             const auto wrong =
                 outside_limits(slot, slot.initial.empty() ? std::vector<double>{0} : slot.initial);
-            if (!wrong.empty()) e_.report.add(at, path, wrong);
+            if (!wrong.empty()) e_.report.add(at, path, wrong, outside_remedy(slot));
         };
-        for (const Slot& slot : d.slots) // a default may lie outside: then a value must be given
-            if (slot.role == Role::parameter &&
+        for (Slot& slot : d.slots) {
+            const bool is_default =
+                slot.role == Role::parameter &&
                 std::none_of(parameters.begin(), parameters.end(),
-                             [&](const auto* setting) { return setting->name == slot.name; }))
-                check_limits(slot, where);
+                             [&](const auto* setting) { return setting->name == slot.name; });
+            if (is_default && slot.from_path) slot.initial = {static_cast<double>(number_of_name(path))};
+            if (is_default) check_limits(slot, where); // one may lie outside: then a value must be given
+        }
         for (const auto* setting : parameters) {
             const int index = d.find(setting->name, Role::parameter);
             if (index < 0) {
@@ -537,6 +542,8 @@ class Flattener {
             }
             try {
                 give(d, index, *value);
+                e_.written_parameters[{static_cast<int>(e_.diagram.nodes.size()), index}] =
+                    setting->value.where;
                 check_limits(slot, setting->value.where);
             } catch (const ResolutionError& error) {
                 e_.report.add(setting->value.where, path,

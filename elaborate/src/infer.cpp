@@ -133,8 +133,16 @@ class Spreading {
         e_.diagram.enumerated.push_back(std::move(named));
     }
 
+    static std::vector<double> values_of(const std::vector<double>& initial) {
+        return initial.empty() ? std::vector<double>{0} : initial;
+    }
+
     void check_initial(const Condition::Outlet& outlet) {
-        const int count = e_.diagram.slot(outlet.end).size.count();
+        const Slot& slot = e_.diagram.slot(outlet.end);
+        if (const auto wrong = outside(slot.type, values_of(outlet.initial)); !wrong.empty())
+            e_.report.add(e_.node(outlet.end.node).where, e_.node(outlet.end.node).path, "'initial' " + wrong,
+                          std::string("it has the type of the signal, ") + bf::name(slot.type));
+        const int count = slot.size.count();
         const int given = static_cast<int>(outlet.initial.size());
         if (given <= 1 || given == count) return;
         const auto& node = e_.node(outlet.end.node);
@@ -217,8 +225,16 @@ class Spreading {
                               "' cannot be found from the wiring",
                           "connect the block, or give a parameter with the wanted size");
         }
-        for (const auto& slot : d.slots) {
+        for (std::size_t i = 0; i < d.slots.size(); ++i) {
+            const Slot& slot = d.slots[i];
             const int count = slot.size.count();
+            if (slot.role == Role::parameter && slot.type_symbol >= 0) // the types of others were known
+                if (const auto wrong = outside_limits(slot, values_of(slot.initial)); !wrong.empty()) {
+                    const auto written = e_.written_parameters.find({n, static_cast<int>(i)});
+                    const auto& at =
+                        written == e_.written_parameters.end() ? e_.node(n).where : written->second;
+                    e_.report.add(at, e_.node(n).path, wrong, outside_remedy(slot));
+                }
             if (slot.role == Role::parameter && slot.initial.size() > 1 &&
                 static_cast<int>(slot.initial.size()) != count)
                 e_.report.add(e_.node(n).where, e_.node(n).path,

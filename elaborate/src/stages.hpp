@@ -123,6 +123,8 @@ struct Elaboration {
     std::vector<Bus> buses = {};
     std::map<int, MergedBus> merges = {};      ///< by their node
     std::vector<SampleTime> sample_times = {}; ///< by node
+    /// Where the value of a parameter is written, by node and slot.
+    std::map<std::pair<int, int>, model::Location> written_parameters = {};
 
     /// What the document says about the signal at a subsystem's port.
     struct Declared {

@@ -124,11 +124,9 @@ NamedValues Tuning::change(State& state, const NamedValues& changes) const {
         if (static_cast<matlab::Index>(values.size()) != value.numel())
             throw TuningError("variable '" + name + "' has " + std::to_string(value.numel()) +
                               " elements, not " + std::to_string(values.size()));
-        for (const double x : values) {
-            if (std::isnan(x)) throw TuningError("variable '" + name + "' takes numbers that are not NaN");
-            if (value.is_logical() && x != 0 && x != 1)
-                throw TuningError("variable '" + name + "' takes 0 and 1");
-        }
+        if (value.is_logical())
+            if (const auto wrong = outside(Type::boolean, values); !wrong.empty())
+                throw TuningError("variable '" + name + "' " + wrong);
         check_limits(i, values);
         value = matlab::Value::array(value.type(), value.rows(), value.cols(), values);
         state.is_given[i] = is_stale[i] = true;
@@ -153,8 +151,6 @@ NamedValues Tuning::change(State& state, const NamedValues& changes) const {
                               std::string(value.type_name()) + "; it is a " + before.size_text() + " " +
                               std::string(before.type_name()));
         std::vector<double> numbers(value.data(), value.data() + value.numel());
-        if (std::any_of(numbers.begin(), numbers.end(), [](double x) { return std::isnan(x); }))
-            throw TuningError(what + "would become NaN");
         state.values[i] = std::move(value);
         is_stale[i] = true;
         check_limits(i, numbers);

@@ -326,6 +326,58 @@ TEST(Errors, ValuesOutsideOfTheirLimitsAreRefusedTogether) {
               "m.yaml:5:28: p: parameter 'cycle' must be greater than 0, but is -2");
 }
 
+TEST(Errors, ParametersThatAnIntegerTypeDoesNotHoldAreRefused) {
+    const auto model = [](const std::string& blocks) {
+        return "model: m\nstep: 0.1\nvariables: {k: 1}\nblocks:\n  a: {block: Constant, value: \"uint8([1 2 "
+               "3])\"}\n" +
+               blocks + "connections: {a: g}\n";
+    };
+    const std::string remedy =
+        "; the parameter has the type of its signals, uint8: give a value of that type, or "
+        "convert the signals before the block with a Convert block";
+    EXPECT_EQ(errors_of(model("  g: {block: Gain, K: 0.5}\n")),
+              "m.yaml:6:23: g: parameter 'K' must be a whole number from 0 to 255, but is 0.5" + remedy);
+    EXPECT_EQ(errors_of(model("  g: {block: Gain, K: [1, 2, 300]}\n")),
+              "m.yaml:6:23: g: parameter 'K' must be a whole number from 0 to 255, but element 3 is 300" +
+                  remedy);
+    EXPECT_EQ(errors_of(model("  g: {block: Bias, bias: 2}\n"), {{"g.bias", "-1"}}),
+              "g: parameter 'bias' must be a whole number from 0 to 255, but is -1" + remedy);
+    EXPECT_EQ(errors_of(model("  g: {block: Gain, K: k}\n"), {{"k", "2.5"}}),
+              "m.yaml:6:23: g: parameter 'K' must be a whole number from 0 to 255, but is 2.5" + remedy);
+    EXPECT_EQ(errors_of(model("  g: {block: Gain, K: inf}\n")),
+              "m.yaml:6:23: g: parameter 'K' must be a whole number from 0 to 255, but is inf" + remedy);
+    EXPECT_EQ(errors_of(model("  g: {block: Gain, K: 255}\n")), "");
+    EXPECT_EQ(errors_of(model("  g: {block: UnitDelay, initial: 7.5}\n")),
+              "m.yaml:6:34: g: parameter 'initial' must be a whole number from 0 to 255, but is 7.5" +
+                  remedy);
+}
+
+TEST(Errors, NoParameterIsNan) {
+    const std::string text =
+        "model: m\nstep: 0.1\nvariables: {k: 1}\nblocks:\n  a: {block: Constant, value: k}\n"
+        "  n: {block: RandomNormal, seed: 1.5}\n  b: {block: Constant, value: \"min(k, 2)\"}\n";
+    EXPECT_EQ(errors_of(text),
+              "m.yaml:6:34: n: parameter 'seed' must be a whole number from 0 to 4294967295, but is 1.5");
+    EXPECT_EQ(errors_of(text, {{"k", "NaN"}, {"n.seed", "-1"}}),
+              "m.yaml:5:31: a: parameter 'value' must be a number, but is NaN\n"
+              "n: parameter 'seed' must be a whole number from 0 to 4294967295, but is -1");
+}
+
+TEST(Elaborate, SeedsWithoutAValueFollowFromThePath) {
+    const std::string text =
+        "model: m\nstep: 0.1\nblocks:\n  a: {block: RandomNormal}\n  b: {block: RandomNormal}\n"
+        "  c: {block: WhiteNoise, seed: 7}\n";
+    const auto seed = [](const Elaborated& model, const char* path) {
+        return model.slot(path, "seed").initial;
+    };
+    const auto one = elaborate_text(text), again = elaborate_text(text);
+    EXPECT_NE(seed(one, "a"), seed(one, "b"));
+    EXPECT_EQ(seed(one, "a"), seed(again, "a"));
+    EXPECT_EQ(seed(one, "c"), std::vector<double>{7});
+    // FNV-1a of "a" is af63dc4c8601ec8c; its halves are joined by exclusive or.
+    EXPECT_EQ(seed(one, "a"), std::vector<double>{0xaf63dc4cu ^ 0x8601ec8cu});
+}
+
 TEST(Errors, UnknownSignalToRecordIsNamedWithSimilarOnes) {
     EXPECT_EQ(errors_of("model: m\nstep: 0.1\nblocks:\n  clock: {block: Clock}\nrecord: [clock.z, clokc]\n"),
               "m.yaml:5:19: there is no signal 'clokc'; did you mean 'clock'?");

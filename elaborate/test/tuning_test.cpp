@@ -89,6 +89,25 @@ std::string refusal(const NamedValues& changes) {
     return refusal(tuning, changes);
 }
 
+TEST(Tuning, LetsAVariableBeNanUntilAParameterFollows) {
+    const std::string blocks = "model: m\nstep: 0.1\nvariables: {k: 1}\nblocks:\n";
+    const auto limited = elaborate_text(blocks + "  a: {block: Constant, value: \"min(k, 2)\"}\n");
+    EXPECT_EQ(Tuning(limited.diagram).follow({{"k", {0.0 / 0.0}}}), (NamedValues{{"a.value", {2}}}));
+    const auto plain = elaborate_text(blocks + "  a: {block: Constant, value: k}\n");
+    Tuning tuning(plain.diagram);
+    EXPECT_EQ(refusal(tuning, {{"k", {0.0 / 0.0}}}), "parameter 'a.value' must be a number, but is NaN");
+}
+
+TEST(Tuning, RefusesParametersThatFollowAndAreNoIntegers) {
+    const auto model =
+        elaborate_text("model: m\nstep: 0.1\nvariables: {k: 1}\nblocks:\n  a: {block: Constant, value: "
+                       "uint8(1)}\n  g: {block: Gain, K: k}\nconnections: {a: g}\n");
+    Tuning tuning(model.diagram);
+    EXPECT_EQ(refusal(tuning, {{"k", {0.5}}}),
+              "parameter 'g.K' must be a whole number from 0 to 255, but is 0.5");
+    EXPECT_EQ(refusal(tuning, {{"k", {3}}}), "");
+}
+
 TEST(Tuning, RefusesWhatIsFixedAndSaysWhy) {
     EXPECT_EQ(refusal({{"T", {0.1}}}),
               "variable 'T' cannot change in a run: 'step' follows from it: it is fixed when "
@@ -96,7 +115,7 @@ TEST(Tuning, RefusesWhatIsFixedAndSaysWhy) {
     EXPECT_EQ(refusal({{"n", {3}}}),
               "'sized.value', which follows, would become a 3x1 double; it is a 2x1 double");
     EXPECT_EQ(refusal({{"Gain.row", {1}}}), "variable 'Gain.row' has 2 elements, not 1");
-    EXPECT_EQ(refusal({{"Gain.Kp", {0.0 / 0.0}}}), "variable 'Gain.Kp' takes numbers that are not NaN");
+    EXPECT_EQ(refusal({{"Gain.Kp", {0.0 / 0.0}}}), "parameter 'p.K' must be a number, but is NaN");
     EXPECT_EQ(
         refusal({{"Gain.Kp", {-1}}}),
         "'Gain.Kd', which follows, has no value: sqrt(-1) is complex; complex numbers are not supported");

@@ -3,44 +3,8 @@
 #include "bf/engine/simulation.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 namespace bf {
-
-namespace {
-
-/// What of a parameter's new value its type cannot hold; empty: nothing.
-std::string unfit(Type type, double value) {
-    const auto outside = [&](double least, double greatest) {
-        return value == std::floor(value) && least <= value && value <= greatest
-                   ? std::string()
-                   : std::string("whole numbers from ") + std::to_string(static_cast<long long>(least)) +
-                         " to " + std::to_string(static_cast<long long>(greatest));
-    };
-    const auto range = [&](auto number) {
-        using Limits = std::numeric_limits<decltype(number)>;
-        return outside(static_cast<double>(Limits::min()), static_cast<double>(Limits::max()));
-    };
-    if (std::isnan(value)) return "numbers that are not NaN";
-    switch (type) {
-    case Type::float64: return {};
-    case Type::float32:
-        return std::isfinite(value) && std::abs(value) > std::numeric_limits<float>::max()
-                   ? "numbers of single precision"
-                   : "";
-    case Type::int8: return range(std::int8_t{});
-    case Type::uint8: return range(std::uint8_t{});
-    case Type::int16: return range(std::int16_t{});
-    case Type::uint16: return range(std::uint16_t{});
-    case Type::int32: return range(std::int32_t{});
-    case Type::uint32: return range(std::uint32_t{});
-    case Type::boolean: return outside(0, 1);
-    }
-    return {};
-}
-
-} // namespace
 
 std::vector<SignalName> Simulation::parameters() const {
     std::vector<SignalName> parameters;
@@ -72,9 +36,6 @@ ParameterChange Simulation::prepare(const std::vector<ParameterValue>& changes) 
         if (values.size() != 1 && static_cast<int>(values.size()) != s.size.count())
             throw RunError("parameter '" + path + "' has " + std::to_string(s.size.count()) +
                            " elements, not " + std::to_string(values.size()));
-        for (const double value : values)
-            if (const auto allowed = unfit(s.type, value); !allowed.empty())
-                throw RunError("parameter '" + path + "' takes " + allowed);
         if (const auto wrong = outside_limits(s, values, path); !wrong.empty()) throw RunError(wrong);
         auto* const at = static_cast<std::byte*>(context_.data(node, slot));
         if (std::any_of(result.parts.begin(), result.parts.end(),

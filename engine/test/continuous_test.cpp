@@ -173,8 +173,9 @@ connections: {on: s.enable}
 }
 
 TEST(Continuous, AStateThatBecomesNanEndsTheRunByName) {
-    Session run("model: m\nstep: 1\nblocks:\n  a: {block: Clock}\n  g: {block: Gain, K: NaN}\n"
-                "  x: {block: Integrator}\nconnections: {a: g, g: x}\n");
+    Session run(
+        "model: m\nstep: 1\nblocks:\n  a: {block: Clock}\n  g: {block: Fcn, expression: (u - u)/(u - u)}\n"
+        "  x: {block: Integrator}\nconnections: {a: g, g: x}\n");
     EXPECT_FALSE(run.simulation->step());
     EXPECT_EQ(
         run.simulation->failure(),

@@ -322,7 +322,7 @@ TEST(Parameters, WrongChangesAreRefused) {
         "there is no parameter 'c.valeu'; did you mean 'c.value'?; parameters are called block.parameter");
     EXPECT_EQ(refused("c.value", {1, 2, 3}), "parameter 'c.value' has 2 elements, not 3");
     EXPECT_EQ(refused("c.value", {}), "parameter 'c.value' has 2 elements, not 0");
-    EXPECT_EQ(refused("c.value", {1, NAN}), "parameter 'c.value' takes numbers that are not NaN");
+    EXPECT_EQ(refused("c.value", {1, NAN}), "parameter 'c.value' must be a number, but element 2 is NaN");
     EXPECT_EQ(run.values("c"), (Values{1, 2}));
 }
 
@@ -338,10 +338,15 @@ TEST(Parameters, AreHeldToTheirType) {
         return {};
     };
     EXPECT_EQ(refused("i.value", -128), "");
-    EXPECT_EQ(refused("i.value", 128), "parameter 'i.value' takes whole numbers from -128 to 127");
-    EXPECT_EQ(refused("i.value", 0.5), "parameter 'i.value' takes whole numbers from -128 to 127");
-    EXPECT_EQ(refused("b.value", 2), "parameter 'b.value' takes whole numbers from 0 to 1");
-    EXPECT_EQ(refused("s.value", 1e40), "parameter 's.value' takes numbers of single precision");
+    EXPECT_EQ(refused("i.value", 128),
+              "parameter 'i.value' must be a whole number from -128 to 127, but is 128");
+    EXPECT_EQ(refused("i.value", 0.5),
+              "parameter 'i.value' must be a whole number from -128 to 127, but is 0.5");
+    EXPECT_EQ(refused("b.value", 2), "parameter 'b.value' must be 0 or 1, but is 2");
+    EXPECT_EQ(
+        refused("s.value", 1e40),
+        "parameter 's.value' must be a number of at most 3.40282346638529e+38 in magnitude, but is 1e+40");
+    EXPECT_EQ(refused("s.value", HUGE_VAL), "");
     EXPECT_EQ(run("i"), -128);
 }
 

@@ -33,7 +33,7 @@ with tempfile.TemporaryDirectory() as folder:
     wrong = "from lowpass import Lowpass\nm = Lowpass()\nm.set_parameter('K.K', float('nan'))"
     result = subprocess.run([sys.executable, "-c", wrong], capture_output=True, text=True,
                             env={"PYTHONPATH": str(folder / "build/lowpass")})
-    assert result.stderr.endswith("ValueError: K.K: a value is not a number\n"), result.stderr
+    assert result.stderr.endswith("ValueError: K.K: parameter 'K.K' must be a number, but is NaN\n"), result.stderr
 
     # Without heap, exceptions and streams: the library needs nothing that would bring them.
     for options in (["--embedded"], ["--embedded", "--single"]):

@@ -148,8 +148,8 @@ async def parameters():
         await refused("has 2 elements, not 0", vector__value=[])
         await refused("variable 'T' cannot change in a run: 'slow.period' follows from it", T=0.02)
         await refused("variable 'k' has 1 elements, not 2", k=[1, 2])
-        await refused("takes whole numbers from 0 to 1", flag__value=2)
-        await refused("takes whole numbers from -128 to 127", small__value=128)
+        await refused("must be 0 or 1, but is 2", flag__value=2)
+        await refused("must be a whole number from -128 to 127, but is 128", small__value=128)
 
 
 async def nonsense():

@@ -44,6 +44,7 @@ std::string value_text(const Value& v) {
 
 std::string initial_text(const Slot& slot) {
     const bool is_boolean = slot.type_symbol < 0 && slot.type == Type::boolean;
+    if (slot.from_path) return "by the path";
     if (slot.initial.empty()) return element_text(0, is_boolean);
     std::string text;
     for (const double x : slot.initial) text += (text.empty() ? "" : " ") + element_text(x, is_boolean);

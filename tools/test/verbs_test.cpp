@@ -122,8 +122,8 @@ TEST_F(Verbs, InputsComeFromAFileAndAreReplayed) {
     refused("time,u\n0,\n", "2: '' is no number");
     refused("time,u\n0,1\n-1,1\n", "3: the time -1 does not follow the one before");
     refused("time,u\nnan,1\n", "2: the time nan does not follow the one before");
-    refused("time,u\n0,nan\n", "2: 'u': a value is not a number");
-    refused("time,n\n0,128\n", "2: 'n': a value does not fit the integer or boolean type");
+    refused("time,u\n0,nan\n", "2: input 'u' must be a number, but is NaN");
+    refused("time,n\n0,128\n", "2: input 'n' must be a whole number from -128 to 127, but is 128");
     EXPECT_CONTAINS(bf("run sums.yaml --inputs nowhere.csv").err,
                     "bf: cannot read the inputs in nowhere.csv");
     EXPECT_CONTAINS(bf("run sine.yaml --inputs in.csv").err, "the model has no input 'n'; it has none");

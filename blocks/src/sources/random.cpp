@@ -11,8 +11,10 @@ namespace {
 using Real = Array<double>;
 using Words = Array<std::uint32_t>;
 
-constexpr const char* seed_doc =
-    "each seed gives another sequence, the elements of y differ for one seed too";
+constexpr About a_seed{
+    .doc = "each seed gives another sequence, the elements of y differ for one seed too; without one the "
+           "block's path in the model decides, so that two blocks differ",
+    .from_path = true};
 constexpr const char* count_doc = "numbers drawn so far, low and high word";
 
 /// y uniform in [minimum, maximum).
@@ -21,7 +23,7 @@ class RandomUniform final : public Block {
     using Block::Block;
     Parameter<Real> minimum{this, "minimum", {.initial = {0}, .unit = any_unit, .doc = "smallest y"}};
     Parameter<Real> maximum{this, "maximum", {.initial = {1}, .unit = any_unit, .doc = "y stays below"}};
-    Parameter<std::uint32_t> seed{this, "seed", {.initial = {0}, .doc = seed_doc}};
+    Parameter<std::uint32_t> seed{this, "seed", a_seed};
     Output<Real> y{this, "y", any()};
     DiscreteState<Words> count{this, "count", {.shape = {Extent(2)}, .doc = count_doc}};
     OutputRule rule{this, kernels::RandomUniform{}, y, minimum, maximum, seed, count};
@@ -41,7 +43,7 @@ class RandomNormal final : public Block {
         this,
         "variance",
         {.initial = {1}, .minimum = 0, .unit = any_unit, .doc = "square of the standard deviation"}};
-    Parameter<std::uint32_t> seed{this, "seed", {.initial = {0}, .doc = seed_doc}};
+    Parameter<std::uint32_t> seed{this, "seed", a_seed};
     Output<Real> y{this, "y", any()};
     DiscreteState<Words> count{this, "count", {.shape = {Extent(2)}, .doc = count_doc}};
     OutputRule rule{this, kernels::RandomNormal{}, y, mean, variance, Constants({0}), seed, count};
@@ -60,7 +62,7 @@ class WhiteNoise final : public Block {
         this,
         "power",
         {.initial = {0.1}, .minimum = 0, .unit = any_unit, .doc = "two-sided spectral density, y² per Hz"}};
-    Parameter<std::uint32_t> seed{this, "seed", {.initial = {0}, .doc = seed_doc}};
+    Parameter<std::uint32_t> seed{this, "seed", a_seed};
     Output<Real> y{this, "y", any()};
     DiscreteState<Words> count{this, "count", {.shape = {Extent(2)}, .doc = count_doc}};
     OutputRule rule{this, kernels::RandomNormal{}, y, Constants({0}), power, at_period, seed, count};

@@ -368,6 +368,7 @@ Running::Running(SimStruct* S) : prototype_(S) {
     prototype_.decide_sizes();
     prototype_.decide_types();
     prototype_.require_resolved();
+    check_parameters(prototype_);
     auto& d = prototype_.declaration();
 
     // Node 0 is the block, node 1 drives its wired inputs, the others stand for its providers.
@@ -551,6 +552,8 @@ void Running::check_parameters(const Prototype& changed) const {
             throw std::runtime_error("parameter '" + prototype_.slot(slot).name + "' must keep its " +
                                      std::to_string(count) + " elements while the model runs, not have " +
                                      std::to_string(value.data.size()));
+        if (const auto wrong = outside_limits(prototype_.slot(slot), value.data); !wrong.empty())
+            throw std::runtime_error(wrong);
     }
 }
 

@@ -141,7 +141,7 @@ class ElaboratedModel final : public BlocksInContext {
                 const Quantity* q = parameters().find(changes[i].name);
                 if (!q) q = variables().find(changes[i].name);
                 if (!q) return "there is no parameter of this name";
-                if (const char* wrong = check_all(*q, changes[i].values, changes[i].count)) return wrong;
+                if (const char* wrong = check_count(*q, changes[i].count)) return wrong;
                 const auto value = [&](int e) { return changes[i].values[e]; };
                 if (const char* wrong = check_limits(*q, changes[i].count, value, outside_)) return wrong;
                 asked.emplace_back(q->name, std::vector<double>(static_cast<std::size_t>(q->size())));

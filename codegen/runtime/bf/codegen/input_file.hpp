@@ -46,9 +46,10 @@ class InputFile {
                 if (row[c].empty() || *end != '\0') return problem("'" + row[c] + "' is no number");
                 if (c == 0 && !(std::isfinite(value) && (times_.empty() || value >= times_.back())))
                     return problem("the time " + row[c] + " does not follow the one before");
-                if (c > 0)
-                    if (const char* const wrong = check_all(*columns_[c - 1].input, &value, 1))
-                        return problem("'" + headings[c] + "': " + wrong);
+                Problem wrong;
+                if (c > 0 && check_limits(
+                                 *columns_[c - 1].input, 1, [&](int) { return value; }, wrong))
+                    return problem(wrong.text);
                 if (c == 0)
                     times_.push_back(value);
                 else

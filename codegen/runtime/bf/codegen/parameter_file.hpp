@@ -320,7 +320,7 @@ class ParameterChanges {
         std::vector<double> values;
         if (std::string errors = detail::numbers_of(entry, values); !errors.empty())
             return "'" + entry.name + "': " + errors;
-        const char* wrong_value = check_all(*q, values.data(), static_cast<int>(values.size()));
+        const char* wrong_value = check_count(*q, static_cast<int>(values.size()));
         // One element expands, and a vector may be written as a row or as a column.
         const bool is_vector = std::min(entry.rows, entry.cols) == 1 && std::min(q->rows, q->cols) == 1;
         if (!wrong_value && values.size() != 1 && !is_vector &&

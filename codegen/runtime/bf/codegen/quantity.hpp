@@ -95,58 +95,50 @@ inline double read(const void* from, Type type, int i) noexcept {
     });
 }
 
-/// Element i = x, rounded to the nearest and held within the limits of an integer type.
+/// Element i = x, of integer types and bool a number that they hold.
 inline void write(void* to, Type type, int i, double x) noexcept {
     with_type(type, [&](auto* t) {
         using T = std::remove_pointer_t<decltype(t)>;
         if constexpr (std::is_same_v<T, bool>) {
             static_cast<T*>(to)[i] = x != 0;
-        } else if constexpr (std::is_integral_v<T>) {
-            constexpr double least = std::numeric_limits<T>::min(), most = std::numeric_limits<T>::max();
-            const double r = std::round(x);
-            static_cast<T*>(to)[i] = static_cast<T>(r < least ? least : r > most ? most : r);
         } else {
             static_cast<T*>(to)[i] = static_cast<T>(x);
         }
     });
 }
 
-/// Is x a value of that type? Floating-point types take every number, also infinite ones.
-inline bool fits(Type type, double x) noexcept {
-    return with_type(type, [&](auto* t) {
-        using T = std::remove_pointer_t<decltype(t)>;
-        if constexpr (std::is_integral_v<T>)
-            return x == std::round(x) && x >= static_cast<double>(std::numeric_limits<T>::min()) &&
-                   x <= static_cast<double>(std::numeric_limits<T>::max());
-        else
-            return x == x;
-    });
+/// The numbers that the quantity's type holds.
+inline kernels::Range range_of(const Quantity& q) noexcept {
+    return with_type(q.type, [](auto* t) { return kernels::range_of<std::remove_pointer_t<decltype(t)>>(); });
 }
 
-/// Are these `count` values, or one for all elements, values of the quantity? Null, or what is wrong.
-inline const char* check_all(const Quantity& q, const double* values, int count) noexcept {
-    if (count != q.size() && count != 1) return "wrong number of elements";
-    for (int i = 0; i < count; ++i) {
-        if (std::isnan(values[i])) return "a value is not a number";
-        if (!fits(q.type, values[i])) return "a value does not fit the integer or boolean type";
-    }
-    return nullptr;
+/// Are there `count` elements, or one for all? Null, or what is wrong.
+inline const char* check_count(const Quantity& q, int count) noexcept {
+    return count == q.size() || count == 1 ? nullptr : "wrong number of elements";
 }
 
-/// Do value(0), ..., value(count - 1) keep the quantity's limits? Null, or what is wrong, in `problem`.
+/// Do value(0), ..., value(count - 1) keep the quantity's limits, and does its type hold them? A variable may
+/// be NaN as long as no parameter follows NaN from it. Null, or what is wrong, in `problem`.
 template <class F>
 const char* check_limits(const Quantity& q, int count, F&& value, Problem& problem) noexcept {
     char wrong[192];
-    if (!kernels::find_outside(q.limits, count, value, wrong, sizeof wrong)) return nullptr;
-    const char* const what = q.where == Where::variables ? "variable" : "parameter";
+    const bool is_variable = q.where == Where::variables;
+    if (!kernels::find_outside(q.limits, count, value, wrong, sizeof wrong) &&
+        (is_variable || !kernels::find_outside(range_of(q), count, value, wrong, sizeof wrong)))
+        return nullptr;
+    const char* const what = is_variable ? "variable" : q.where == Where::inputs ? "input" : "parameter";
     std::snprintf(problem.text, sizeof problem.text, "%s '%.190s' %s", what, q.name, wrong);
     return problem.text;
 }
 
 /// The same where formatting a number would need a heap: a text of its own kind.
 template <class F> const char* check_limits(const Quantity& q, int count, F&& value) noexcept {
-    for (int i = 0; i < count; ++i)
+    const kernels::Range range = range_of(q);
+    for (int i = 0; i < count; ++i) {
         if (!q.limits.allow(value(i))) return "a value is outside of its limits";
+        if (q.where != Where::variables && !range.holds(value(i)))
+            return "a value is none of the quantity's type, which has no NaN and rounds to no integer";
+    }
     return nullptr;
 }
 
@@ -162,11 +154,9 @@ template <class Model, class... To> const char* check_following(const Model& mod
     return nullptr;
 }
 
-/// Writes them. Null, or what is wrong; nothing is written then.
-inline const char* write_all(void* to, const Quantity& q, const double* values, int count) noexcept {
-    if (const char* wrong = check_all(q, values, count)) return wrong;
+/// Writes values that were checked.
+inline void write_all(void* to, const Quantity& q, const double* values, int count) noexcept {
     for (int i = 0; i < q.size(); ++i) write(to, q.type, i, values[count == 1 ? 0 : i]);
-    return nullptr;
 }
 
 } // namespace bf::generated

@@ -85,6 +85,9 @@ std::string text_of(const Limits& limits);
 /// What is wrong with the first value that is not allowed: "must be greater than 0, but is -1". Empty:
 /// nothing is.
 std::string outside(const Limits& limits, const std::vector<double>& values);
+/// The same of the first value that the type does not hold: "must be a whole number from 0 to 255, but is
+/// 0.5".
+std::string outside(Type type, const std::vector<double>& values);
 
 /// What a block author says about one quantity. Every member is optional and named at the call.
 struct About {
@@ -102,6 +105,7 @@ struct About {
     bool reported = false;   ///< states: the final value is one of the model's checks in the run's summary
     int initial_from = -1;   ///< states: index() of the parameter that holds the initial value
     bool as_written = false; ///< parameters of any shape: keep a row a 1 x n matrix instead of making it 1-D
+    bool from_path = false;  ///< parameters: the default is a whole number that the block's path decides
 };
 
 /// Everything an engine, exporter or editor may ask about one declared quantity.
@@ -111,7 +115,7 @@ struct Slot {
     Unit unit;
     Shape shape;          ///< as declared
     int type_symbol = -1; ///< -1: `type` is fixed
-    bool feedthrough = true, optional = false, reported = false, as_written = false;
+    bool feedthrough = true, optional = false, reported = false, as_written = false, from_path = false;
     int initial_from = -1;
     std::vector<double> initial; ///< empty: zeros; one element: expands
     Limits limits;               ///< of a parameter

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string_view>
 
 namespace bf {
 
@@ -11,6 +12,12 @@ namespace bf {
 constexpr std::uint64_t fnv1a(std::span<const std::byte> bytes, std::uint64_t hash = 0xcbf29ce484222325) {
     for (const std::byte b : bytes) hash = (hash ^ std::to_integer<std::uint64_t>(b)) * 0x100000001b3;
     return hash;
+}
+
+/// A whole number of 32 bits that a name decides: the same in every program, seldom the same for two names.
+inline std::uint32_t number_of_name(std::string_view name) {
+    const std::uint64_t hash = fnv1a(std::as_bytes(std::span(name.data(), name.size())));
+    return static_cast<std::uint32_t>(hash ^ hash >> 32);
 }
 
 } // namespace bf

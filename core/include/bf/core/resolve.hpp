@@ -22,9 +22,13 @@ bool offer(Declaration& declaration, int index, Type type);
 /// the parameter is a matrix or keeps them as written. Throws ResolutionError.
 void give(Declaration& declaration, int index, const Value& value);
 
-/// What is wrong with the values of a parameter, by its limits: "parameter 'T' must be greater than 0, but is
-/// -1". Empty: nothing is. `path` is how it is called, the slot's name if empty.
+/// What is wrong with the values of a parameter, by its limits and by its type as far as that is known:
+/// "parameter 'T' must be greater than 0, but is -1". Empty: nothing is. No value is rounded to an integer,
+/// and no parameter is NaN. `path` is how it is called, the slot's name if empty.
 std::string outside_limits(const Slot& slot, const std::vector<double>& values, const std::string& path = {});
+/// What to do about a value that the type of the block's signals does not hold; empty where a value alone
+/// helps.
+std::string outside_remedy(const Slot& slot);
 
 /// Parameters that alone decide their size and were not given have the size of their default.
 void give_defaults(Declaration& declaration);

@@ -5,7 +5,8 @@
 #include <cstdlib>
 #include <limits>
 
-/// What values a parameter may have, and the words for one that it may not; nothing here allocates.
+/// What values a parameter may have, and the words for one that it may not; nothing here allocates. Whoever
+/// sets parameters asks here.
 namespace bf::kernels {
 
 /// Bounds of every element of a quantity; those that are infinite are none.
@@ -23,6 +24,23 @@ struct Limits {
         return !are_given() || (x >= minimum && (x > above || above == -infinity) && x <= maximum);
     }
 };
+
+/// The numbers that an element type holds. A real type holds infinities too and rounds to its nearest number
+/// what lies between two of them; nothing stands for NaN.
+struct Range {
+    double least, most; ///< finite numbers
+    bool is_whole;      ///< an integer type or bool
+
+    constexpr bool holds(double x) const noexcept {
+        const bool is_inside = x >= least && x <= most;
+        if (is_whole) return is_inside && x == static_cast<double>(static_cast<long long>(x));
+        return is_inside || (x != 0 && x == x + x);
+    }
+};
+template <class T> constexpr Range range_of() noexcept {
+    using Type = std::numeric_limits<T>;
+    return {static_cast<double>(Type::lowest()), static_cast<double>(Type::max()), Type::is_integer};
+}
 
 namespace detail {
 /// The fewest digits that read back as the same number.
@@ -58,16 +76,33 @@ inline void describe(const Limits& limits, char* text, std::size_t size) noexcep
         text[0] = '\0';
 }
 
-/// Looks for the first of value(0), ..., value(count - 1) that is not allowed, and writes what is wrong with
-/// it: "must be greater than 0, but is -1", or "..., but element 2 is -1" where there are several. False:
-/// all are allowed, and nothing is written.
-template <class F>
-bool find_outside(const Limits& limits, int count, F&& value, char* text, std::size_t size) noexcept {
+/// Writes "0 or 1", "a whole number from -128 to 127", "a number".
+inline void describe(const Range& range, char* text, std::size_t size) noexcept {
+    const detail::NumberText least(range.least), most(range.most);
+    if (!range.is_whole)
+        std::snprintf(text, size, range.most > 1e300 ? "a number" : "a number of at most %s in magnitude",
+                      most.text);
+    else if (range.most == 1)
+        std::snprintf(text, size, "0 or 1");
+    else
+        std::snprintf(text, size, "a whole number from %s to %s", least.text, most.text);
+}
+
+namespace detail {
+inline bool is_good(const Limits& limits, double x) noexcept { return limits.allow(x); }
+inline bool is_good(const Range& range, double x) noexcept { return range.holds(x); }
+} // namespace detail
+
+/// Looks for the first of value(0), ..., value(count - 1) that is outside of the limits or the range, and
+/// writes what is wrong with it: "must be greater than 0, but is -1", or "..., but element 2 is -1" where
+/// there are several. False: none is, and nothing is written.
+template <class Bounds, class F>
+bool find_outside(const Bounds& bounds, int count, F&& value, char* text, std::size_t size) noexcept {
     for (int i = 0; i < count; ++i) {
         const double x = value(i);
-        if (limits.allow(x)) continue;
+        if (detail::is_good(bounds, x)) continue;
         char wanted[96];
-        describe(limits, wanted, sizeof wanted);
+        describe(bounds, wanted, sizeof wanted);
         const detail::NumberText found(x);
         if (count == 1)
             std::snprintf(text, size, "must be %s, but is %s", wanted, found.text);

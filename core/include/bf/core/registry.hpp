@@ -28,6 +28,10 @@ class Library {
   public:
     explicit Library(std::string name, std::filesystem::path file = {})
         : name_(std::move(name)), file_(std::move(file)) {}
+    Library(Library&&) = default;
+    /// `auto group = library.group("a")` would fill a copy that nobody reads; write `auto&`.
+    Library(const Library&) = delete;
+    Library& operator=(const Library&) = delete;
 
     /// The group of the blocks that follow.
     Library& group(std::string name) {

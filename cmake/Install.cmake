@@ -17,8 +17,11 @@ set_target_properties(bf_core PROPERTIES EXPORT_NAME core)
 set_target_properties(bf_kernels PROPERTIES EXPORT_NAME kernels)
 set_target_properties(bf_blocks PROPERTIES EXPORT_NAME blocks)
 set(wheels ${BF_SITE}/cmeel.prefix/lib ${BF_SITE}/mujoco)
+# The build has the same folders. Without that CMake leaves room for the longer path of an installation, as an empty
+# entry, by which the loader takes libraries from whatever folder the program is started in.
 set_target_properties(bf PROPERTIES INSTALL_RPATH "$ORIGIN/../lib;${wheels}")
 set_target_properties(WholeBodyToolbox PROPERTIES INSTALL_RPATH "$ORIGIN/..;${wheels}")
+set_target_properties(bf WholeBodyToolbox PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
 
 # Blocks outside this tree must agree with core on the layout of Eigen's objects and on floating-point arithmetic.
 target_compile_features(bf_core INTERFACE cxx_std_20)

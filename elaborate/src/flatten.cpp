@@ -26,8 +26,11 @@ class Flattener {
         e_.scopes.emplace_back(nullptr);
         Scope& root = e_.root();
         root.system = &e_.model.root;
-        for (const auto& [name, text, where] : e_.options.overrides)
+        for (const auto& [name, text, where] : e_.options.overrides) {
+            by_name_[name] = overrides_.size(); // the last one counts
+            by_block_[name.substr(0, name.rfind('.'))].push_back(overrides_.size());
             overrides_.push_back({name, text, where});
+        }
         variables(root, e_.model.root.variables, "", nullptr);
         read_times();
         fill(root);
@@ -38,7 +41,6 @@ class Flattener {
     struct Override {
         std::string name, text;
         model::Location where;
-        bool is_used = false;
     };
 
     void read_times() {
@@ -88,24 +90,29 @@ class Flattener {
     }
 
     bool override_of(const std::string& name, model::Expression& expression) {
-        bool is_found = false;
-        for (auto& given : overrides_) // the last one counts
-            if (given.name == name) {
-                expression = {.text = given.text, .where = given.where};
-                is_found = given.is_used = true;
-            }
-        return is_found;
+        const auto found = by_name_.find(name);
+        if (found == by_name_.end()) return false;
+        const Override& given = overrides_[found->second];
+        expression = {.text = given.text, .where = given.where};
+        used_.insert(name);
+        return true;
     }
 
     void report_unused() {
         std::vector<std::string> names;
         for (const auto& given : overrides_) {
-            if (given.is_used) continue;
+            if (used_.contains(given.name)) continue;
             if (names.empty()) names = known_names();
             e_.report.add(given.where, "",
-                          "nothing is called '" + given.name + "'" + did_you_mean(given.name, names),
+                          "nothing is called '" + given.name + "'" + suggestion(given.name, names),
                           "give the name of a variable, of a setting as block.setting, step or stop");
         }
+    }
+
+    /// Only for the first errors: each looks through all names.
+    std::string suggestion(const std::string& name, const std::vector<std::string>& names) {
+        constexpr int most = 20;
+        return ++suggestions_ <= most ? did_you_mean(name, names) : std::string();
     }
 
     std::vector<std::string> known_names() const {
@@ -133,15 +140,16 @@ class Flattener {
     void variables(Scope& scope, const std::vector<model::Variable>& list, const std::string& prefix,
                    const std::vector<model::Variable>* with) {
         enumerations(scope);
+        std::unordered_map<std::string_view, const model::Variable*> others;
+        if (with)
+            for (const auto& other : *with) others[other.name] = &other;
         for (const auto& variable : list) {
             const auto* workspace = &scope.variables;
             const auto* given = &variable;
-            if (with)
-                for (const auto& other : *with)
-                    if (other.name == variable.name) {
-                        given = &other;
-                        workspace = &scope.parent->variables;
-                    }
+            if (const auto other = others.find(variable.name); other != others.end()) {
+                given = other->second;
+                workspace = &scope.parent->variables;
+            }
             const auto value = value_of(*workspace, *given, prefix);
             scope.variables.set(variable.name, value);
             scope.variables.paths[variable.name] = prefix + variable.name;
@@ -238,7 +246,9 @@ class Flattener {
         for (const auto& field : variable.fields) {
             fields.emplace_back(field.name, value_of(partial, field, name + "."));
             if (top != variable.name) continue;
-            partial.set(variable.name, matlab::Value::structure(fields));
+            auto so_far = fields.size() == 1 ? matlab::Value::structure() : partial.take(variable.name);
+            so_far.set_field(field.name, fields.back().second);
+            partial.set(variable.name, std::move(so_far));
             partial.paths[variable.name] = name;
         }
         return matlab::Value::structure(std::move(fields));
@@ -261,6 +271,7 @@ class Flattener {
     void add_scope(Scope& parent, const model::Block& block, const std::string& path) {
         const model::System* content = block.content();
         if (!content) return;
+        hold_to_size(path, block.where);
         e_.scopes.emplace_back(&parent.variables);
         Scope& scope = e_.scopes.back();
         scope.system = content;
@@ -322,6 +333,7 @@ class Flattener {
         if (!front.system->iterations) return; // reported by the check of the model
         const auto count = count_of(*front.parent, *front.system->iterations, front.path);
         for (int i = 1; count && i <= *count; ++i) {
+            hold_to_size(front.path, front.self->where);
             Scope& part = e_.scopes.emplace_back(&front.variables);
             part.system = front.system;
             part.self = front.self;
@@ -391,6 +403,7 @@ class Flattener {
     }
 
     void add_node(Scope& scope, const model::Block& block, const std::string& path) {
+        hold_to_size(path, block.where);
         const BlockClass* type = class_of(block, path);
         if (!type) return;
         const Declaration& declared = made_[type]->declaration();
@@ -454,15 +467,24 @@ class Flattener {
 
     /// The class of a block, made once with default arguments: null after a report.
     const BlockClass* class_of(const model::Block& block, const std::string& path) {
+        const auto refuse = [&](const std::string& why) {
+            e_.report.add(block.type_where ? block.type_where : block.where, path, why);
+            return nullptr;
+        };
         const auto known = classes_.find(block.type);
-        if (known != classes_.end()) return known->second;
+        if (known != classes_.end()) return known->second ? known->second : refuse(refused_[block.type]);
+        // Each looks through all names, and through folders.
+        constexpr std::size_t most_refused = 50;
+        if (refused_.size() >= most_refused)
+            return refuse("there were " + std::to_string(most_refused) +
+                          " types of blocks that cannot be had; more are not looked for");
         try {
             const BlockClass* type = &e_.registry.find(block.type);
             made_[type] = type->make({});
             return classes_[block.type] = type;
         } catch (const std::exception& error) {
-            e_.report.add(block.type_where ? block.type_where : block.where, path, error.what());
-            return nullptr;
+            classes_[block.type] = nullptr;
+            return refuse(refused_[block.type] = error.what());
         }
     }
 
@@ -479,15 +501,18 @@ class Flattener {
     /// The block's settings after overrides called path.setting.
     std::vector<model::Setting> overridden_settings(const model::Block& block, const std::string& path) {
         std::vector<model::Setting> settings = block.settings;
-        for (auto& given : overrides_) {
-            if (given.name.rfind('.') != path.size() || !given.name.starts_with(path)) continue;
+        const auto found = by_block_.find(path);
+        if (found == by_block_.end()) return settings;
+        for (const std::size_t i : found->second) {
+            const Override& given = overrides_[i];
+            if (given.name.size() <= path.size()) continue; // it is called as the block is
             const std::string name = given.name.substr(path.size() + 1);
             auto setting =
                 std::find_if(settings.begin(), settings.end(), [&](const auto& s) { return s.name == name; });
             if (setting == settings.end())
                 setting = settings.insert(settings.end(), {.name = name, .value = {}});
             setting->value = {.text = given.text, .where = given.where};
-            given.is_used = true;
+            used_.insert(given.name);
         }
         return settings;
     }
@@ -554,9 +579,28 @@ class Flattener {
     }
 
     Elaboration& e_;
+    /// Refuses models that are larger than memory: files that use each other are copied for each use.
+    void hold_to_size(const std::string& path, const model::Location& where) {
+        constexpr std::size_t most_blocks = 250000, most_values = 4000000;
+        const std::size_t blocks = e_.diagram.nodes.size() + e_.scopes.size();
+        if (blocks <= most_blocks && e_.diagram.definitions.size() <= most_values) return;
+        e_.report.add(where, path,
+                      "the model has more than " + std::to_string(most_blocks) +
+                          " blocks and subsystems, or " + std::to_string(most_values) +
+                          " variables, when each use of a file is counted",
+                      "let files use each other less often, or work on vectors");
+        e_.report.throw_if_any();
+    }
+
     std::vector<Override> overrides_;
-    std::unordered_map<std::string, model::Location> written_; ///< where values of variables are
-    std::unordered_map<std::string, const BlockClass*> classes_;
+    std::unordered_map<std::string, std::size_t> by_name_;
+    std::unordered_map<std::string, std::vector<std::size_t>>
+        by_block_; ///< by what stands before the last dot
+    std::unordered_set<std::string> used_;
+    int suggestions_ = 0;
+    std::unordered_map<std::string, model::Location> written_;   ///< where values of variables are
+    std::unordered_map<std::string, const BlockClass*> classes_; ///< null: it cannot be had
+    std::unordered_map<std::string, std::string> refused_;       ///< why
     std::unordered_map<const BlockClass*, std::unique_ptr<Block>> made_;
 };
 

@@ -124,8 +124,28 @@ Replay::Replay(Simulation& simulation, const recording::Recording& recording, co
         if (channel.samples() > 0) end_ns_ = std::max(end_ns_, channel.time_ns.back());
     }
     if (end_ns_ < 0) throw RunError("the recording holds no samples, so there is nothing to compare");
+    check_times();
     read_changes();
     simulation.add_observer(*this);
+}
+
+/// A damaged time stamp would make a replay endless.
+void Replay::check_times() const {
+    const Diagram& diagram = simulation_.diagram();
+    if (end() > diagram.stop + diagram.step)
+        throw RunError("the recording is damaged: it has a sample at " + number_text(end()) +
+                       " s, but the run ends at " + number_text(diagram.stop) + " s");
+    if (std::isfinite(diagram.stop)) return;
+    constexpr double longest_pause = 1e7; // steps without any sample
+    std::vector<std::int64_t> times{0};
+    for (const auto& channel : recording_.channels)
+        times.insert(times.end(), channel.time_ns.begin(), channel.time_ns.end());
+    std::sort(times.begin(), times.end());
+    for (std::size_t i = 1; i < times.size(); ++i)
+        if (static_cast<double>(times[i] - times[i - 1]) / 1e9 > longest_pause * diagram.step)
+            throw RunError("the recording is damaged: it has no sample between " +
+                           number_text(static_cast<double>(times[i - 1]) / 1e9) + " s and " +
+                           number_text(static_cast<double>(times[i]) / 1e9) + " s");
 }
 
 double Replay::end() const { return static_cast<double>(end_ns_) / 1e9; }

@@ -9,6 +9,8 @@
 namespace bf::model {
 namespace {
 
+constexpr std::size_t most_fields = 10000;
+
 bool is_identifier(std::string_view name) {
     auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
     auto tail = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };
@@ -43,6 +45,13 @@ class Checker {
         found.push_back({where, path, std::move(message), std::move(remedy)});
     }
 
+    /// What was probably meant, of the candidates that `known` lists; only for the first errors, as looking
+    /// through all names for each of many would take a time that grows with the square of the document.
+    template <typename Known> std::string suggestion(std::string_view word, Known&& known) const {
+        constexpr std::size_t most = 20;
+        return found.size() < most ? did_you_mean(word, known()) : std::string();
+    }
+
     /// Whether the endpoint exists; reports if not. `source` tells which end of a connection it is.
     bool check_end(const System& system, const Endpoint& end, bool source, const std::string& path);
 
@@ -72,6 +81,11 @@ void Checker::check_variables(const std::vector<Variable>& variables, const std:
                    "use a letter followed by letters, digits and '_'");
         if (!seen.insert(variable.name).second)
             report(variable.where, path, "a second variable '" + variable.name + "'", "rename one of them");
+        if (variable.fields.size() > most_fields) // each is looked for among all
+            report(variable.where, path,
+                   "the struct '" + variable.name + "' has " + std::to_string(variable.fields.size()) +
+                       " fields",
+                   "give it at most " + std::to_string(most_fields) + ", or use a matrix");
         check_variables(variable.fields, path);
     }
 }
@@ -106,15 +120,18 @@ bool Checker::check_end(const System& system, const Endpoint& end, bool source, 
                    source ? "connect what computes it" : "connect what is to receive it");
             return false;
         }
-        std::vector<std::string> known = names_of(system.blocks);
-        for (std::string& port : names_of(source ? system.inputs : system.outputs)) known.push_back(port);
-        report(end.where, path, "there is no '" + name + "' to connect", did_you_mean(end.port, known));
+        report(end.where, path, "there is no '" + name + "' to connect", suggestion(end.port, [&] {
+                   std::vector<std::string> known = names_of(system.blocks);
+                   for (std::string& port : names_of(source ? system.inputs : system.outputs))
+                       known.push_back(port);
+                   return known;
+               }));
         return false;
     }
     const auto block = blocks_.find(end.block);
     if (block == blocks_.end()) {
         report(end.where, path, "there is no block '" + end.block + "' to connect '" + name + "'",
-               did_you_mean(end.block, names_of(system.blocks)));
+               suggestion(end.block, [&] { return names_of(system.blocks); }));
         return false;
     }
     const System* content = block->second->content();
@@ -160,12 +177,14 @@ void Checker::check_connections(const System& system, const std::string& path) {
 void Checker::check_overrides(const Reference& reference, const std::string& path) {
     check_variables(reference.with, path);
     if (!reference.model) return;
-    const std::vector<std::string> known = names_of(reference.model->root.variables);
+    const auto& variables = reference.model->root.variables;
+    std::unordered_set<std::string_view> known;
+    for (const Variable& variable : variables) known.insert(variable.name);
     for (const Variable& variable : reference.with)
-        if (std::ranges::count(known, variable.name) == 0)
+        if (!known.contains(variable.name))
             report(variable.where, path,
                    "'" + reference.file + "' has no variable '" + variable.name + "' to override",
-                   did_you_mean(variable.name, known));
+                   suggestion(variable.name, [&] { return names_of(variables); }));
 }
 
 void Checker::check_block(const Block& block, const std::string& path, int depth) {
@@ -190,15 +209,16 @@ void Checker::check_system(const System& system, const std::string& path, int de
     check_ports(system, path);
     check_variables(system.enumerations, path);
     check_variables(system.variables, path);
+    std::unordered_map<std::string_view, const Variable*> variables;
+    for (const Variable& variable : system.variables) variables.try_emplace(variable.name, &variable);
     for (const Variable& enumeration : system.enumerations) {
         if (enumeration.fields.empty())
             report(enumeration.where, path, "the enumeration '" + enumeration.name + "' has no values",
                    "list their names, e.g. [idle, walk]");
-        for (const Variable& variable : system.variables)
-            if (variable.name == enumeration.name)
-                report(variable.where, path,
-                       "'" + variable.name + "' names both a variable and an enumeration",
-                       "rename one of them");
+        if (const auto variable = variables.find(enumeration.name); variable != variables.end())
+            report(variable->second->where, path,
+                   "'" + enumeration.name + "' names both a variable and an enumeration",
+                   "rename one of them");
     }
     check_connections(system, path);
     for (const Block& block : system.blocks)
@@ -216,10 +236,11 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
         if (is_last && system->find_input(name)) return;
         const Block* block = system->find_block(name);
         if (!block) {
-            std::vector<std::string> known = names_of(system->blocks);
-            for (std::string& port : names_of(system->outputs)) known.push_back(port);
-            return report(signal.where, "", "there is no signal '" + signal.path + "'",
-                          did_you_mean(name, known));
+            return report(signal.where, "", "there is no signal '" + signal.path + "'", suggestion(name, [&] {
+                              std::vector<std::string> known = names_of(system->blocks);
+                              for (std::string& port : names_of(system->outputs)) known.push_back(port);
+                              return known;
+                          }));
         }
         if (is_last || block->type == "Merge") return; // of buses has their signals
         rest.remove_prefix(name.size() + 1);
@@ -233,6 +254,11 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
 void Checker::check_model(const Model& model) {
     check_system(model.root, "", 0);
     check_unique(model.plugins, "plugin", "");
+    for (const auto& plugin : model.plugins)
+        if (plugin.name.find('/') != std::string::npos) // its code would run before anybody agreed
+            report(plugin.where, "", "the plugin '" + plugin.name + "' is a path",
+                   "give its name only, and its folder as `bf --plugin-path FOLDER` or in "
+                   "BLOCKFACTORY_PLUGIN_PATH");
     for (const Signal& signal : model.record) check_signal(model, signal);
     for (const Panel& panel : model.plots)
         for (const Signal& signal : panel.signals) check_signal(model, signal);

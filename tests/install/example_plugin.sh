@@ -13,6 +13,10 @@ mv made prefix # an installation may be moved
 for binary in prefix/bin/bf prefix/lib/blockfactory/*.so; do
     libraries=$(ldd "$binary")
     if grep "not found" <<<"$libraries"; then echo "$binary misses libraries"; exit 1; fi
+    # Nothing of the build is searched, nor the folder that the program is started in, as an empty entry would.
+    folders=$(readelf -d "$binary" | sed -n 's/.*R.*PATH.*\[\(.*\)\]/\1/p')
+    case ":$folders:" in *::* | *"$build"*) echo "$binary searches '$folders'"; exit 1 ;; esac
+    if grep -q "$build/lib" "$binary"; then echo "$binary knows the folder it was built in"; exit 1; fi
     grep -q "libbf_core.so => $work/prefix/" <<<"$libraries" || { echo "$binary does not use the installed core"; exit 1; }
 done
 prefix/bin/bf describe WholeBodyToolbox/MassMatrix >/dev/null

@@ -1,4 +1,5 @@
 // bf check: elaborates a model and prints what came out.
+#include "bf/base/escape.hpp"
 #include "session.hpp"
 #include "verbs.hpp"
 
@@ -101,8 +102,9 @@ void print_variables(const Diagram& d) {
     for (const auto& variable : d.definitions) {
         if (variable.kind != Definition::Kind::variable) continue;
         const std::string limits = text_of(variable.limits), about = variable.about();
-        rows.push_back({variable.path, value_text(variable.value), variable.unit,
-                        about + (about.empty() || limits.empty() ? "" : "; ") + limits});
+        rows.push_back({variable.path, escape::terminal(value_text(variable.value)),
+                        escape::terminal(variable.unit),
+                        escape::terminal(about + (about.empty() || limits.empty() ? "" : "; ") + limits)});
         name = std::max(name, rows.back()[0], is_shorter);
         value = std::max(value, rows.back()[1], is_shorter);
         unit = std::max(unit, rows.back()[2], is_shorter);
@@ -117,7 +119,8 @@ void print_variables(const Diagram& d) {
 
 void print(const Diagram& d) {
     const char* const plain = *colour(0) ? "\033[0m" : "";
-    std::printf("%s: %zu blocks, base period %s s, ", d.name.c_str(), d.nodes.size(), number(d.step).c_str());
+    std::printf("%s: %zu blocks, base period %s s, ", escape::terminal(d.name).c_str(), d.nodes.size(),
+                number(d.step).c_str());
     std::printf(std::isfinite(d.stop) ? "runs for %s s\n" : "no stop time\n", number(d.stop).c_str());
     std::printf("\nrates\n");
     for (int r = 1; r < static_cast<int>(d.rates.size()); ++r)

@@ -1,17 +1,24 @@
 // bf deploy: one folder that runs a model on a bare computer.
+#include "bf/base/escape.hpp"
 #include "bf/codegen/generate.hpp"
+#include "bf/formats/yaml.hpp"
 #include "bf/toolbox/robot.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <elf.h>
+#include <fcntl.h>
 #include <link.h>
+#include <sched.h>
 #include <set>
 #include <sys/utsname.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 namespace bf::tools {
@@ -25,60 +32,11 @@ struct DeployOptions {
     std::string folder, target, prefix;
 };
 
-/// For a shell.
-std::string quoted(const std::string& text) {
-    std::string result = "'";
-    for (const char c : text) result += c == '\'' ? "'\\''" : std::string(1, c);
-    return result + "'";
-}
-
 std::string machine() {
     utsname system{};
     uname(&system);
     return system.machine;
 }
-
-/// A folder that appears whole or not at all.
-class OutputFolder {
-  public:
-    explicit OutputFolder(const std::string& folder) : folder_(fs::absolute(folder).lexically_normal()) {
-        if (!folder_.has_filename()) folder_ = folder_.parent_path();
-        std::error_code error;
-        if (fs::exists(folder_) && (!fs::is_directory(folder_) || !fs::is_empty(folder_)))
-            throw CommandError("cannot deploy to " + folder + ": it is not empty; give a new folder");
-        temporary_ = folder_.parent_path() / ("." + folder_.filename().string() + ".part");
-        fs::remove_all(temporary_, error);
-        fs::create_directories(temporary_, error);
-        if (error) throw CommandError("cannot deploy to " + folder + ": " + error.message());
-    }
-    ~OutputFolder() {
-        std::error_code ignored;
-        fs::remove_all(temporary_, ignored);
-    }
-    OutputFolder(const OutputFolder&) = delete;
-    OutputFolder& operator=(const OutputFolder&) = delete;
-
-    const fs::path& path() const { return temporary_; }
-    void commit() {
-        fs::remove(folder_); // an empty one
-        fs::rename(temporary_, folder_);
-    }
-    void copy(const fs::path& from, const fs::path& to) const {
-        fs::create_directories((temporary_ / to).parent_path());
-        fs::copy_file(from, temporary_ / to, fs::copy_options::skip_existing);
-    }
-    void write(const fs::path& name, const std::string& text, bool is_program = false) const {
-        fs::create_directories((temporary_ / name).parent_path());
-        std::ofstream stream(temporary_ / name, std::ios::binary);
-        stream << text;
-        stream.close();
-        if (!stream) throw CommandError("cannot write " + (temporary_ / name).string());
-        if (is_program) fs::permissions(temporary_ / name, fs::perms(0755));
-    }
-
-  private:
-    fs::path folder_, temporary_;
-};
 
 /// The `bf` command, and the shared libraries and plugins that it loads.
 struct Program {
@@ -142,11 +100,50 @@ bool is_inside(const fs::path& file, const fs::path& folder) {
 
 /// Where a file of the model's goes, so that it is found there under the name by which it was found here.
 fs::path place_of(const fs::path& file, const fs::path& model_folder) {
-    const auto at = fs::weakly_canonical(file), robots = fs::weakly_canonical(BF_ROBOT_MODELS);
-    if (is_inside(at, model_folder)) return "model" / at.lexically_relative(model_folder);
+    const auto named = fs::absolute(file).lexically_normal(), at = fs::weakly_canonical(file),
+               robots = fs::weakly_canonical(BF_ROBOT_MODELS);
+    if (is_inside(named, model_folder)) return "model" / named.lexically_relative(model_folder);
     if (is_inside(at, robots)) return "share" / at.lexically_relative(robots);
     throw CommandError("cannot deploy " + file.string() + ": it is neither in the model's folder " +
                        model_folder.string() + " nor an installed robot; put it beside the model");
+}
+
+/// The file that a text names for a block of a model's file in `folder`; empty when it is none.
+fs::path file_of(const std::string& text, const fs::path& folder) {
+    std::error_code ignored;
+    const fs::path file = folder / text;
+    return !text.empty() && text.size() < 4096 && fs::is_regular_file(file, ignored) ? file : fs::path();
+}
+
+/// What settings of a system and of the systems in it name, whether their variants are used or not: values
+/// may be changed where the package runs.
+void add_files(const model::System& system, std::set<fs::path>& files) {
+    for (const auto& block : system.blocks) {
+        const fs::path folder = block.where.file ? fs::path(*block.where.file).parent_path() : fs::path();
+        for (const auto& setting : block.settings)
+            if (const auto file = file_of(setting.value.text, folder); !file.empty()) files.insert(file);
+        if (const auto* content = block.content()) add_files(*content, files);
+    }
+}
+
+/// All that the model reads: its documents, the files that arguments name, robots.
+std::set<fs::path> files_of(const LoadedModel& loaded) {
+    std::set<fs::path> files;
+    auto texts = loaded.source.texts;
+    for (const auto& [file, text] : texts) files.insert(file);
+    add_files(formats::read_yaml(loaded.source.file, texts).root, files);
+    for (const auto& node : loaded.diagram.nodes) {
+        for (const auto& [name, value] : node.arguments) {
+            auto names = value.texts;
+            if (value.kind == Value::Kind::text) names.push_back(value.text);
+            for (const auto& text : names)
+                if (const auto file = file_of(text, node.arguments.folder); !file.empty()) files.insert(file);
+        }
+        for (const auto& provision : node.block->declaration().provisions)
+            if (provision.type == toolbox::RobotConfiguration::resource && provision.made)
+                files.insert(static_cast<const toolbox::RobotConfiguration*>(provision.made.get())->urdf);
+    }
+    return files;
 }
 
 /// `options` of the program that make it run until it is told to end. The unit grants what real time needs
@@ -191,19 +188,93 @@ std::string service(const std::string& name, const Diagram& diagram, const std::
            "[Install]\nWantedBy=multi-user.target\n";
 }
 
+/// A command of a package: paths in it begin with the package's folder, which is "" where that is the root.
+struct Trial {
+    std::string loader;
+    std::vector<std::string>
+        files; ///< of the package, each an argument after --params; the first is the model
+    std::vector<std::string> options; ///< as they are
+
+    std::vector<std::string> command(const std::string& root) const {
+        std::vector<std::string> all{root + "/" + loader, "--library-path", root + "/lib", root + "/bin/bf",
+                                     "check"};
+        for (std::size_t i = 0; i < files.size(); ++i) {
+            if (i > 0) all.emplace_back("--params");
+            all.push_back(root + "/" + files[i]);
+        }
+        all.insert(all.end(), options.begin(), options.end());
+        return all;
+    }
+    static std::vector<std::string> environment(const std::string& root) {
+        return {"BLOCKFACTORY_PLUGIN_PATH=" + root + "/lib/blockfactory",
+                "YARP_DATA_DIRS=" + root + "/share:" + root + "/share/iCub"};
+    }
+};
+
+/// For execve.
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+    std::vector<char*> all;
+    for (auto& text : texts) all.push_back(text.data());
+    all.push_back(nullptr);
+    return all;
+}
+
+/// Lets the package check its model with nothing but itself in reach: in a root of its own where the system
+/// allows that, otherwise with no environment and from another folder. Throws CommandError with what it says
+/// when it cannot; gives how it was tried.
+std::string tried(const fs::path& package, const Trial& trial) {
+    const Waiting waiting("checking the package");
+    auto alone = trial.command(""), beside = trial.command(package);
+    auto alone_environment = Trial::environment(""), beside_environment = Trial::environment(package);
+    const auto alone_arguments = pointers(alone), beside_arguments = pointers(beside),
+               alone_variables = pointers(alone_environment), beside_variables = pointers(beside_environment);
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0)
+        throw CommandError(std::string("cannot check the package: ") + std::strerror(errno));
+    const pid_t child = ::fork();
+    if (child == 0) { // calls that are safe beside threads only
+        ::dup2(ends[1], 1);
+        ::dup2(ends[1], 2);
+        // Whoever is not root is it in a namespace of his own.
+        const bool is_alone = ::chdir(package.c_str()) == 0 &&
+                              (::chroot(".") == 0 || (::unshare(CLONE_NEWUSER) == 0 && ::chroot(".") == 0));
+        [[maybe_unused]] const bool is_told = ::write(1, is_alone ? "a" : "b", 1) == 1 && ::chdir("/") == 0;
+        if (is_alone)
+            ::execve(alone_arguments[0], alone_arguments.data(), alone_variables.data());
+        else
+            ::execve(beside_arguments[0], beside_arguments.data(), beside_variables.data());
+        ::_exit(127);
+    }
+    ::close(ends[1]);
+    std::string text;
+    char part[4096];
+    for (ssize_t count = 0; (count = ::read(ends[0], part, sizeof part)) != 0;)
+        if (count > 0)
+            text.append(part, static_cast<std::size_t>(count));
+        else if (errno != EINTR)
+            break;
+    ::close(ends[0]);
+    int status = 0;
+    while (child > 0 && ::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    const bool is_alone = text.starts_with('a');
+    if (!text.empty()) text.erase(0, 1);
+    if (child < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
+        throw CommandError(
+            "the package would not start on another computer; its own check says:\n" + text +
+            "put all files that the model reads beside it and name them relative to it; nothing was "
+            "written");
+    return is_alone ? "checked in an empty root"
+                    : "checked beside the files of this machine, which allows no empty root";
+}
+
 /// The program and all that the model needs, with the system's own libraries: nothing but a kernel and a
 /// shell is asked of the other computer.
-void pack_program(const Program& program, const LoadedModel& loaded, const ModelOptions& options,
-                  const std::string& name, const OutputFolder& folder) {
-    const fs::path model = fs::weakly_canonical(options.file), model_folder = model.parent_path();
-    std::set<fs::path> files{model};
-    for (const auto& node : loaded.diagram.nodes) {
-        if (node.where.file) files.insert(*node.where.file);
-        for (const auto& provision : node.block->declaration().provisions)
-            if (provision.type == toolbox::RobotConfiguration::resource && provision.made)
-                files.insert(static_cast<const toolbox::RobotConfiguration*>(provision.made.get())->urdf);
-    }
-    for (const auto& file : files) folder.copy(file, place_of(file, model_folder));
+/// Gives the command that checks it there.
+Trial pack_program(const Program& program, const LoadedModel& loaded, const ModelOptions& options,
+                   const std::string& name, const OutputFolder& folder) {
+    const fs::path model = loaded.source.file, model_folder = model.parent_path();
+    for (const auto& file : files_of(loaded)) folder.copy(file, place_of(file, model_folder));
 
     folder.copy(program.file, "bin/bf");
     std::string loader;
@@ -216,18 +287,24 @@ void pack_program(const Program& program, const LoadedModel& loaded, const Model
         throw CommandError("glibc's dynamic loader, ld-linux*, is not among the libraries of " +
                            program.file.string());
 
+    Trial trial{"lib/" + loader, {place_of(model, model_folder)}, {}};
     std::string arguments;
     for (std::size_t i = 0; i < options.params.size(); ++i) {
         const std::string to = "model/parameters" + std::to_string(i + 1) + ".yaml";
         folder.copy(options.params[i], to);
         arguments += " --params \"$here/" + to + "\"";
+        trial.files.push_back(to);
     }
-    for (const auto& set : options.sets) arguments += " --set " + quoted(set);
+    for (const auto& set : options.sets) {
+        arguments += " --set " + escape::shell(set);
+        trial.options.insert(trial.options.end(), {"--set", set});
+    }
     folder.write("run",
                  "#!/bin/sh\n# Runs " + name +
                      " in real time; './run --help' tells more. Any other verb: ./bf VERB ...\n"
                      "here=$(cd \"${0%/*}\" && pwd) || exit 1\nexec \"$here/bf\" run \"$here\"/" +
-                     quoted(place_of(model, model_folder)) + " --realtime" + arguments + " \"$@\"\n",
+                     escape::shell(place_of(model, model_folder).string()) + " --realtime" + arguments +
+                     " \"$@\"\n",
                  true);
     folder.write("bf",
                  "#!/bin/sh\nhere=$(cd \"${0%/*}\" && pwd) || exit 1\n"
@@ -236,6 +313,7 @@ void pack_program(const Program& program, const LoadedModel& loaded, const Model
                      loader + "\" --library-path \"$here/lib\" \"$here/bin/bf\" \"$@\"\n",
                  true);
     folder.write(name + ".service", service(name, loaded.diagram, "--quiet --stop Inf"));
+    return trial;
 }
 
 /// The generated program, cross-compiled and linked statically.
@@ -245,15 +323,15 @@ void pack_generated(const LoadedModel& loaded, const std::string& name, const st
     const auto project = folder.path() / "source", build = folder.path() / ".build";
     codegen::write(codegen::generate(loaded.diagram), project);
     const auto log = folder.path() / ".log";
-    const std::string command = "{ cmake -S " + quoted(project) + " -B " + quoted(build) +
-                                " -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=" + target +
-                                " -DCMAKE_CXX_COMPILER=" + compiler +
-                                " -DCMAKE_EXE_LINKER_FLAGS=-static && cmake --build " + quoted(build) +
-                                "; } >" + quoted(log) + " 2>&1";
+    const std::string command =
+        "{ cmake -S " + escape::shell(project.string()) + " -B " + escape::shell(build.string()) +
+        " -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=" + target +
+        " -DCMAKE_CXX_COMPILER=" + compiler + " -DCMAKE_EXE_LINKER_FLAGS=-static && cmake --build " +
+        escape::shell(build.string()) + "; } >" + escape::shell(log.string()) + " 2>&1";
     const Waiting waiting("compiling for " + target);
     if (std::system(command.c_str()) != 0)
-        throw CommandError("the generated program cannot be compiled for " + target + ":\n" + read_file(log) +
-                           "install cmake and Debian's package g++-" +
+        throw CommandError("the generated program cannot be compiled for " + target + ":\n" +
+                           read_text_file(log) + "install cmake and Debian's package g++-" +
                            (target == "x86_64" ? "x86-64" : target) + "-linux-gnu");
     folder.copy(build / ("run_" + codegen::file_name(loaded.diagram)), "bin/" + name);
     fs::remove_all(build);
@@ -270,6 +348,7 @@ void execute(const DeployOptions& options) {
     const LoadedModel loaded = load_model(options.model);
     OutputFolder folder(options.folder);
     const std::string name = codegen::file_name(loaded.diagram);
+    std::string how = "not checked, as it is for another machine";
     try {
         std::string hosted;
         for (const auto& block : codegen::hosted_blocks(loaded.diagram)) hosted += "\n  " + block;
@@ -279,10 +358,12 @@ void execute(const DeployOptions& options) {
         } else {
             fs::path prefix = options.prefix;
             if (is_foreign && prefix.empty())
-                prefix = BF_BINARY_DIRECTORY / fs::path(options.target) / "prefix";
+                prefix = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / options.target /
+                         "prefix";
             auto program = this_program(*loaded.registry);
             if (!prefix.empty()) program = installed_program(prefix, options.target, program.plugins, hosted);
-            pack_program(program, loaded, options.model, name, folder);
+            const Trial trial = pack_program(program, loaded, options.model, name, folder);
+            if (!is_foreign) how = tried(folder.path(), trial);
         }
         folder.commit();
     } catch (const fs::filesystem_error& error) {
@@ -291,8 +372,9 @@ void execute(const DeployOptions& options) {
     std::uintmax_t bytes = 0;
     for (const auto& entry : fs::recursive_directory_iterator(options.folder))
         if (entry.is_regular_file()) bytes += entry.file_size();
-    std::printf("%s (%s MB) for %s; copy it to the robot and start it with: ./run\n", options.folder.c_str(),
-                number(std::round(static_cast<double>(bytes) / 1e5) / 10).c_str(), options.target.c_str());
+    std::printf("%s (%s MB) for %s, %s; copy it to the robot and start it with: ./run\n",
+                options.folder.c_str(), number(std::round(static_cast<double>(bytes) / 1e5) / 10).c_str(),
+                options.target.c_str(), how.c_str());
 }
 
 } // namespace

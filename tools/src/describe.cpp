@@ -177,10 +177,13 @@ void execute(const DescribeOptions& options) {
         for (const auto& type : registry->classes())
             if (type->library == *library) classes.push_back(type.get());
         const std::string text = simulink_library(options.what, classes);
-        if (options.file.empty())
+        if (options.file.empty()) {
             std::fputs(text.c_str(), stdout);
-        else if (std::ofstream to(options.file); !(to << text << std::flush))
-            throw CommandError("cannot write " + options.file + ": " + std::strerror(errno));
+        } else {
+            OutputFile file(options.file);
+            file.write(text);
+            file.commit();
+        }
     } else if (options.as_markdown) {
         if (!library)
             throw CommandError(

@@ -64,7 +64,7 @@ Vector values(const recording::Channel& channel, double t) {
 class Film {
   public:
     Film(const FilmOptions& options, const FilmedRobot& robot)
-        : options_(options), recording_(recording::load(options.recording)),
+        : options_(options), recording_(load_recording(options.recording)),
           world_(world_options(*robot.configuration)), path_(robot.world),
           renderer_(world_, render_options(options)), base_(recording_.channel(path_ + ".w_H_b")),
           joints_(recording_.channel(path_ + ".s")) {

@@ -1,4 +1,5 @@
 // The `bf` command.
+#include "bf/base/escape.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/model/location.hpp"
 #include "terminal.hpp"
@@ -7,6 +8,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <string>
@@ -40,6 +42,24 @@ std::string usage_error(const CLI::App* app, const CLI::Error& error) {
     return "bf: " + text + hint + "\nThe verbs are " + verbs + "; bf --help tells more\n";
 }
 
+/// Which folders code is taken from is for the user to say, on the command line or in the environment, and
+/// never for a document.
+void add_plugin_path(CLI::App& verb) {
+    verb.add_option_function<std::vector<std::string>>(
+            "--plugin-path",
+            [](const std::vector<std::string>& folders) {
+                const char* variable = "BLOCKFACTORY_PLUGIN_PATH";
+                std::string path;
+                for (const auto& folder : folders) path += folder + ":";
+                if (const char* before = std::getenv(variable)) path += before;
+                ::setenv(variable, path.c_str(), 1);
+            },
+            "folder where plugins are looked for before those of BLOCKFACTORY_PLUGIN_PATH; may be repeated")
+        ->check(CLI::ExistingDirectory.description(""))
+        ->type_name("FOLDER")
+        ->allow_extra_args(false);
+}
+
 int run(CLI::App& app, int argc, char** argv) {
     try {
         app.parse(argc, argv);
@@ -47,14 +67,14 @@ int run(CLI::App& app, int argc, char** argv) {
         return app.exit(error) == 0 ? 0 : 2;
     } catch (const bf::model::Errors& errors) {
         const auto count = errors.diagnostics().size();
-        std::fprintf(stderr, "%s\n", errors.what());
+        std::fprintf(stderr, "%s\n", bf::escape::terminal(errors.what()).c_str());
         if (count > 1) std::fprintf(stderr, "%zu errors\n", count);
         return 1;
     } catch (const bf::tools::Interrupted& interrupted) {
-        std::fprintf(stderr, "bf: %s\n", interrupted.what());
+        std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(interrupted.what()).c_str());
         return 128 + interrupted.signal;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "bf: %s\n", error.what());
+        std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(error.what()).c_str());
         return 1;
     }
     return 0;
@@ -77,6 +97,8 @@ int main(int argc, char** argv) {
     for (const auto add : {add_run, add_replay, add_sweep, add_check, add_describe, add_plot, add_film,
                            add_export, add_generate, add_deploy, add_doctor})
         add(app);
+    for (auto* verb : app.get_subcommands({}))
+        if (verb->get_name() != "plot" && verb->get_name() != "export") add_plugin_path(*verb);
     const int code = run(app, argc, argv);
     show_warnings();
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) {

@@ -68,13 +68,6 @@ recording::Panel panel(const recording::Recording& r, const std::string& title,
     return result;
 }
 
-recording::Recording load(const std::string& file) {
-    const Waiting waiting("reading " + file);
-    auto r = recording::load(file);
-    if (!r.complete) std::fprintf(stderr, "%s is not complete: %s\n", file.c_str(), r.defect.c_str());
-    return r;
-}
-
 /// The signals of an argument: one, several with commas between, or all that begin as in "world.*".
 std::vector<std::string> signals_of(const recording::Recording& r, const std::string& text) {
     std::vector<std::string> signals;
@@ -92,7 +85,7 @@ std::vector<std::string> signals_of(const recording::Recording& r, const std::st
 }
 
 void plot(const PlotOptions& options) {
-    const auto r = load(options.recording);
+    const auto r = load_recording(options.recording);
     recording::Figure figure;
     if (const auto m = r.metadata.find("recording"); m != r.metadata.end() && m->second.contains("model"))
         figure.title = m->second.at("model");
@@ -127,37 +120,14 @@ void plot(const PlotOptions& options) {
     std::printf("%s\n", output.c_str());
 }
 
-/// Several files may come of one recording; they are made in a folder of their own and then put in their
-/// place.
-std::vector<fs::path> put_csv(const recording::Recording& r, const fs::path& output) {
-    if (is_special(output)) return recording::write_csv(r, output);
-    struct Folder {
-        fs::path path;
-        ~Folder() {
-            std::error_code ignored;
-            fs::remove_all(path, ignored);
-        }
-    };
-    const Folder folder{fs::path(output).replace_filename("." + output.filename().string() + ".part")};
-    std::error_code error;
-    fs::create_directory(folder.path, error);
-    if (error) throw CommandError("cannot write " + output.string() + ": " + error.message());
-    std::vector<fs::path> files;
-    for (const auto& part : recording::write_csv(r, folder.path / output.filename())) {
-        files.push_back(fs::path(output).replace_filename(part.filename()));
-        fs::rename(part, files.back());
-    }
-    return files;
-}
-
 void execute_export(const std::string& recording_file, const std::string& output) {
     const bool is_csv = output.ends_with(".csv") || output == "/dev/stdout";
     if (!is_csv && !output.ends_with(".mat"))
         throw CommandError("cannot tell the format of " + output + ": give a name that ends in .csv or .mat");
-    const auto r = load(recording_file);
+    const auto r = load_recording(recording_file);
     const Waiting waiting("writing " + output);
     if (is_csv) {
-        for (const auto& file : put_csv(r, output))
+        for (const auto& file : recording::write_csv(r, output))
             if (output != "/dev/stdout") std::printf("%s\n", file.c_str());
         return;
     }

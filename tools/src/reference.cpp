@@ -1,6 +1,8 @@
 // Reference pages in Markdown.
 #include "declared.hpp"
 
+#include "bf/base/escape.hpp"
+
 #include <algorithm>
 
 namespace bf::tools {
@@ -9,22 +11,8 @@ namespace {
 
 using Row = std::vector<std::string>;
 
-/// Text that Markdown shows as it is, also inside a table.
-std::string plain(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        if (c == '|' || c == '*' || c == '<' || c == '\\' || c == '[') result += '\\';
-        result += c == '\n' ? ' ' : c;
-    }
-    return result;
-}
-
-std::string code(const std::string& text) {
-    if (text.empty()) return "";
-    std::string result = "`";
-    for (const char c : text) result += c == '|' ? std::string("\\|") : std::string(1, c);
-    return result + "`";
-}
+using escape::markdown;
+constexpr auto code = escape::markdown_code;
 
 /// Columns that are empty in all rows are left out.
 std::string table(const Row& heads, const std::vector<Row>& rows) {
@@ -47,7 +35,7 @@ std::string argument_table(const Declared& block) {
     for (const auto& a : block.arguments) {
         std::string choices;
         for (const auto& choice : a.choices) choices += (choices.empty() ? "one of " : ", ") + code(choice);
-        const std::string doc = plain(with_limits(a.doc, a.limits));
+        const std::string doc = markdown(with_limits(a.doc, a.limits));
         rows.push_back({code(a.name), a.type, code(a.initial),
                         doc + (doc.empty() || choices.empty() ? "" : "; ") + choices});
     }
@@ -58,15 +46,15 @@ std::string quantity_table(const Declared& block, Role role, const std::string& 
     std::vector<Row> rows;
     for (const auto& q : block.quantities)
         if (q.role == role)
-            rows.push_back({code(q.name), q.size, q.type, plain(q.unit), code(q.initial),
-                            plain(with_limits(q.doc, q.limits)), code(q.condition)});
+            rows.push_back({code(q.name), q.size, q.type, markdown(q.unit), code(q.initial),
+                            markdown(with_limits(q.doc, q.limits)), code(q.condition)});
     const bool is_state = role == Role::discrete_state || role == Role::continuous_state;
     const char* initial = is_state ? "at the start" : role == Role::input ? "unconnected" : "default";
     return rows.empty() ? "" : table({head, "size", "type", "unit", initial, "meaning", "only with"}, rows);
 }
 
 std::string section(const Declared& block) {
-    std::string text = "### " + block.name + "\n\n" + plain(block.doc) + "\n\n" + argument_table(block);
+    std::string text = "### " + block.name + "\n\n" + markdown(block.doc) + "\n\n" + argument_table(block);
     for (const auto& [role, heading] : shown_roles) {
         std::string head = heading;
         head.pop_back(); // the plural's s
@@ -74,7 +62,7 @@ std::string section(const Declared& block) {
     }
     for (const auto& need : block.needs)
         text += "Needs a block around it that provides a " + code(need.type) +
-                (need.doc.empty() ? "" : ": " + plain(need.doc)) + ".\n\n";
+                (need.doc.empty() ? "" : ": " + markdown(need.doc)) + ".\n\n";
     for (const auto& provided : block.provides)
         text += "Provides a " + code(provided.type) + " to the blocks around it.\n\n";
     return text;
@@ -101,11 +89,11 @@ std::string reference_page(const std::string& library, const std::vector<Declare
     for (const auto& block : blocks) {
         if (block.group != group || body.empty()) {
             group = block.group;
-            index += (index.empty() ? "**" : "\n**") + plain(group) + "**\n\n";
-            body += "## Group " + plain(group) + "\n\n";
+            index += (index.empty() ? "**" : "\n**") + markdown(group) + "**\n\n";
+            body += "## Group " + markdown(group) + "\n\n";
         }
-        index +=
-            "- [" + block.name + "](#" + anchor(block.name) + "): " + plain(first_sentence(block.doc)) + "\n";
+        index += "- [" + block.name + "](#" + anchor(block.name) +
+                 "): " + markdown(first_sentence(block.doc)) + "\n";
         body += section(block);
     }
     text += index + "\n" + body;

@@ -40,13 +40,7 @@ std::string sentence(const Replay& replay) {
 }
 
 void execute(const ReplayOptions& options) {
-    const auto recording = [&] {
-        const Waiting waiting("reading " + options.recording);
-        return recording::load(options.recording);
-    }();
-    if (!recording.complete)
-        std::fprintf(stderr, "%s\n",
-                     ("bf: " + recording.defect + "; what could be read is compared").c_str());
+    const auto recording = load_recording(options.recording);
     LoadedModel loaded = load_model(recorded_source(recording));
     const auto devices = play_back_devices(loaded.diagram, recording);
     Simulation simulation(loaded.diagram);

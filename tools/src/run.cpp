@@ -212,7 +212,7 @@ class Inputs {
 };
 
 void restore(Simulation& simulation, const std::string& file) {
-    const std::string bytes = read_file(file);
+    const std::string bytes = read_text_file(file);
     simulation.start();
     restore_snapshot(simulation, std::as_bytes(std::span(bytes)), file);
     if (simulation.time() >= simulation.diagram().stop)

@@ -29,7 +29,8 @@ void collect(const std::vector<model::Variable>& variables, const std::string& p
 std::vector<ElaborateOptions::Override> read_overrides(const ModelOptions& options) {
     std::vector<ElaborateOptions::Override> overrides;
     for (const auto& file : options.params)
-        collect(formats::read_yaml_variables(read_file(file), file), "", overrides);
+        collect(formats::read_yaml_variables(read_text_file(file, std::size_t{64} << 20), file), "",
+                overrides);
     for (const auto& set : options.sets)
         overrides.push_back({set.substr(0, set.find('=')), set.substr(set.find('=') + 1)});
     return overrides;
@@ -51,11 +52,10 @@ void ModelOptions::add_to(CLI::App& app) {
 std::unique_ptr<Registry> make_registry() {
     auto registry = std::make_unique<Registry>();
     registry->add(standard_library());
-    registry->add_search_path(BF_PLUGIN_DIRECTORY);
+    // A build has the folders of an installation; where it was built, an installation does not look.
     std::error_code no_proc; // in a bare root
     const fs::path program = fs::read_symlink("/proc/self/exe", no_proc);
-    const fs::path installed = program.parent_path().parent_path() / "lib" / "blockfactory";
-    if (installed != fs::path(BF_PLUGIN_DIRECTORY)) registry->add_search_path(installed);
+    if (!no_proc) registry->add_search_path(program.parent_path().parent_path() / "lib" / "blockfactory");
     return registry;
 }
 

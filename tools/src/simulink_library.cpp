@@ -1,6 +1,7 @@
 // A Simulink library of masked blocks, as a text model file.
 #include "simulink_library.hpp"
 
+#include "bf/base/escape.hpp"
 #include "bf/boundary/positional.hpp"
 #include "output.hpp"
 
@@ -32,14 +33,11 @@ std::string replaced(std::string text, char from, const std::string& to) {
     return text;
 }
 
-/// A MATLAB text literal.
-std::string literal(const std::string& text) { return "'" + replaced(text, '\'', "''") + "'"; }
-
 std::string expression(const Value& value) {
     std::string text;
-    if (value.kind == Value::Kind::text) return literal(value.text);
+    if (value.kind == Value::Kind::text) return escape::matlab(value.text);
     if (value.kind == Value::Kind::texts) {
-        for (const auto& item : value.texts) text += (text.empty() ? "" : ",") + literal(item);
+        for (const auto& item : value.texts) text += (text.empty() ? "" : ",") + escape::matlab(item);
         return "{" + text + "}";
     }
     for (int i = 0; i < value.rows; ++i)
@@ -131,7 +129,7 @@ std::string port_labels(const Declared& block) {
             if (q.role != role) continue;
             if (!q.condition.empty()) break;
             labels += "port_label(" + std::string(role == Role::input ? "'input'" : "'output'") + "," +
-                      std::to_string(++port) + "," + literal(q.name) + ");\n";
+                      std::to_string(++port) + "," + escape::matlab(q.name) + ");\n";
         }
     }
     return labels;
@@ -167,15 +165,16 @@ void write_block(Writer& file, const BlockClass& type, int index) {
     const Declared block = declared(type);
     const std::string library = type.library.empty() ? "standard" : type.library;
     std::vector<Field> fields;
-    std::string parameters = literal(type.name) + "," + literal(library);
+    std::string parameters = escape::matlab(type.name) + "," + escape::matlab(library);
     unsigned last = 1;
     for (const auto& value : boundary::positional_values(type)) {
         fields.push_back(field_of(value));
         // Fields of one struct of an old block are one parameter.
         const auto type_number = static_cast<int>(value.metadata.type);
         const bool is_field = type_number >= static_cast<int>(blockfactory::core::ParameterType::STRUCT_INT);
-        const std::string own = is_field ? literal(value.metadata.name) + ",{" + fields.back().variable + "}"
-                                         : fields.back().variable;
+        const std::string own =
+            is_field ? escape::matlab(value.metadata.name) + ",{" + fields.back().variable + "}"
+                     : fields.back().variable;
         if (!is_field)
             parameters += "," + own;
         else if (value.metadata.index == last)

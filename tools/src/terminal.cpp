@@ -70,6 +70,19 @@ void Waiting::run(const std::string& what) {
     if (isatty(STDERR_FILENO)) std::fputs("\r\033[K", stderr);
 }
 
+recording::Recording load_recording(const std::string& file) {
+    const Waiting waiting("reading " + file);
+    auto recording = recording::load(file);
+    if (!recording.complete)
+        std::fprintf(stderr, "bf: %s is not complete: %s; the rest is taken\n", file.c_str(),
+                     recording.defect.c_str());
+    if (recording.unchecked)
+        std::fprintf(stderr,
+                     "bf: parts of %s have no checksum, so nobody can tell whether they were changed\n",
+                     file.c_str());
+    return recording;
+}
+
 void show_warnings() {
     auto& log = blockfactory::core::Log::getSingleton();
     std::istringstream lines(log.getWarnings());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/realtime/interrupt.hpp"
+#include "bf/recording/reader.hpp"
 #include "session.hpp"
 
 #include <condition_variable>
@@ -39,6 +40,9 @@ class Waiting {
     bool is_over_ = false;
     std::thread thread_;
 };
+
+/// Reads a recording; tells on standard error when it is not complete, or cannot be trusted to be.
+recording::Recording load_recording(const std::string& file);
 
 /// Tells on standard error what blocks of plugins warned of, each text once.
 void show_warnings();

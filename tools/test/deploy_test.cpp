@@ -142,6 +142,42 @@ TEST_F(Deploy, APackageBringsItsRobotAndPlugin) {
     EXPECT_EQ(files(), "again package robot.yaml sine.yaml");
 }
 
+TEST_F(Deploy, APackageHoldsAllThatTheModelReads) {
+    for (const char* name : {"sub", "sub/deep"}) std::filesystem::create_directory(folder / name);
+    write("data.csv", "0,1\n0.1,2\n");
+    write("other.csv", "0,1\n0.1,2\n");
+    write("sub/deep/alt.csv", "0,1\n0.1,2\n");
+    write("sub/pass.yaml", "model: pass\ninputs: [u]\noutputs: [y]\nblocks: {}\nconnections: {u: y}\n");
+    write("sub/alt.yaml", "model: alt\nblocks: {f: {block: SignalFromFile, file: deep/alt.csv}}\n");
+    write("m.yaml", "model: m\nstep: 0.01\nstop: 0.1\nvariables: {mode: 1, name: \"'other.csv'\"}\nblocks:\n"
+                    "  f: {block: SignalFromFile, file: data.csv}\n  g: {block: SignalFromFile, file: name}\n"
+                    "  pass: {file: sub/pass.yaml}\n  alt: {file: sub/alt.yaml, when: mode == 2}\n"
+                    "connections: {f: pass}\n");
+    const auto deploy = bf("deploy m.yaml -o package");
+    ASSERT_EQ(deploy.code, 0) << deploy.err;
+    EXPECT_CONTAINS(deploy.out, "checked in an empty root");
+    for (const char* file : {"data.csv", "other.csv", "sub/pass.yaml", "sub/alt.yaml", "sub/deep/alt.csv"})
+        EXPECT_TRUE(exists(std::string("package/model/") + file)) << file;
+    for (const char* gone : {"data.csv", "other.csv", "sub", "m.yaml"})
+        std::filesystem::remove_all(folder / gone);
+    for (const std::string mode : {"1", "2"}) {
+        const auto run = shell("package/run --quiet --priority 0 --set mode=" + mode);
+        EXPECT_EQ(run.code, 0) << run.err;
+    }
+}
+
+TEST_F(Deploy, APackageThatCannotStartIsNone) {
+    write("data.csv", "0,1\n0.1,2\n");
+    write("m.yaml", "model: m\nstep: 0.01\nstop: 0.1\nblocks: {f: {block: SignalFromFile, file: " +
+                        (folder / "data.csv").string() + "}}\n");
+    ASSERT_EQ(bf("check m.yaml").code, 0);
+    const auto deploy = bf("deploy m.yaml -o package");
+    EXPECT_EQ(deploy.code, 1);
+    EXPECT_CONTAINS(deploy.err, "the package would not start on another computer; its own check says:\n");
+    EXPECT_CONTAINS(deploy.err, "data.csv");
+    EXPECT_EQ(files(), "data.csv m.yaml sine.yaml");
+}
+
 TEST_F(Deploy, TheGeneratedProgramRunsOnAnotherProcessor) {
     if (shell("command -v aarch64-linux-gnu-g++ qemu-aarch64 cmake").code != 0)
         GTEST_SKIP() << "scripts/deps test installs g++-aarch64-linux-gnu and qemu-user";
@@ -163,12 +199,13 @@ TEST_F(Deploy, WrongInputLeavesNothingBehind) {
         EXPECT_EQ(result.code, code) << arguments;
         EXPECT_CONTAINS(result.err, text);
     };
-    refused("sine.yaml -o .", "cannot deploy to .: it is not empty; give a new folder");
-    refused("sine.yaml -o sine.yaml", "cannot deploy to sine.yaml: it is not empty");
+    refused("sine.yaml -o .",
+            "cannot write the folder .: the folder is not empty; empty it or name another one");
+    refused("sine.yaml -o sine.yaml", "cannot write the folder sine.yaml: it is a file; name a folder");
     refused("nowhere.yaml -o package", "there is no model file nowhere.yaml");
     refused("sine.yaml -o package --target vax", "--target", 2);
     refused("sine.yaml", "--output is required", 2);
-    refused("sine.yaml -o /proc/nowhere/package", "cannot deploy to /proc/nowhere/package: ");
+    refused("sine.yaml -o /proc/nowhere/package", "cannot write the folder /proc/nowhere/package: ");
     std::filesystem::create_directory(folder / "other");
     write("other/arm.urdf",
           "<robot name=\"arm\"><link name=\"base\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" "

@@ -60,6 +60,7 @@ class Replay final : public Simulation::Observer {
         std::vector<double> values;
     };
     std::int64_t time_ns() const;
+    void check_times() const;
     void read_changes();
     void compare(Track& track, bool is_hit);
 

@@ -101,6 +101,7 @@ class Spreading {
         const auto& slots = e_.declaration(node).slots;
         const Slot& initial = slots[static_cast<std::size_t>(state.initial_from)];
         if (!initial.size_known) return;
+        size_from_ = e_.node(node).path + "." + initial.name;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role != Role::input || slots[i].size_known) continue;
             const bool is_alike = state.shape.symbol >= 0 && slots[i].shape.symbol == state.shape.symbol;
@@ -212,7 +213,10 @@ class Spreading {
 
     void report(int node, const std::string& text) {
         if (reported_.insert(text + e_.node(node).path).second)
-            e_.report.add(e_.node(node).where, e_.node(node).path, text);
+            e_.report.add(e_.node(node).where, e_.node(node).path, text,
+                          size_from_.empty() ? ""
+                                             : "if the loop has another size than '" + size_from_ +
+                                                   "', give that parameter as many elements as the signal");
     }
 
     void report_open(int n) {
@@ -266,6 +270,7 @@ class Spreading {
     std::vector<std::vector<Node::End>> consumers_;
     std::unordered_set<std::uint64_t> told_;
     std::unordered_set<std::string> reported_;
+    std::string size_from_; ///< the initial value whose size a loop took last, since nothing else told one
 };
 
 } // namespace

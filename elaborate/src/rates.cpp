@@ -31,6 +31,7 @@ class Rates {
     explicit Rates(Elaboration& elaboration) : e_(elaboration), nodes_(e_.diagram.nodes) {}
 
     void run() {
+        for (std::size_t n = 0; n < nodes_.size(); ++n) check_period(n);
         find_step();
         if (!e_.report.is_empty()) return;
         base_ = rate_of({1, 0, false, false});
@@ -76,6 +77,26 @@ class Rates {
     }
 
   private:
+    /// A period is a time, and nothing that a trigger runs has one.
+    void check_period(std::size_t n) {
+        const SampleTime& time = e_.sample_times[n];
+        if (!time.period || misfits_.contains(&*time.given_by->period)) return;
+        const auto refuse = [&](const std::string& why, const char* remedy) {
+            misfits_.insert(&*time.given_by->period);
+            e_.report.add(time.given_by->period->where, time.path, why, remedy);
+        };
+        if (*time.period < 0)
+            refuse(
+                "period " + matlab::number_text(*time.period) + " s is below 0",
+                "give a multiple of the base step, or leave it out to run as fast as what the block reads");
+        for (int c = nodes_[n].condition; c > 0; c = conditions_[static_cast<std::size_t>(c)].parent) {
+            const auto& condition = conditions_[static_cast<std::size_t>(c)];
+            if (condition.trigger.node >= 0 && (time.path + ".").starts_with(condition.path + "."))
+                return refuse("a triggered subsystem has no period: its trigger says when it runs",
+                              "leave the period out; a FunctionCallGenerator with a period is a trigger");
+        }
+    }
+
     /// The rate of the innermost triggered subsystem around, or -1.
     int triggered_rate(int condition) const {
         for (; condition > 0; condition = conditions_[static_cast<std::size_t>(condition)].parent)

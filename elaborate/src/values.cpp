@@ -119,7 +119,12 @@ std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expr
         model::Location at = where;
         if (where.line > 0 && error.located())
             at = {where.file, error.location().line, error.location().column};
-        report.add(at, path, "'" + expression.text + "': " + error.message());
+        const std::string letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_ ./-";
+        const bool may_be_text = is_variable && expression.quotes == model::Quotes::none &&
+                                 expression.text.find_first_not_of(letters) == std::string::npos;
+        report.add(at, path, "'" + expression.text + "': " + error.message(),
+                   may_be_text ? "if it is a text, give it quotes of its own: \"'" + expression.text + "'\""
+                               : "");
         return std::nullopt;
     }
 }

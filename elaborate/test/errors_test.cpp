@@ -252,6 +252,35 @@ connections:
               "m.yaml:15:6: w: 'w' has no input; remove the connection");
 }
 
+TEST(Errors, ATextWithoutQuotesIsTold) {
+    EXPECT_EQ(
+        errors_of("model: m\nstep: 0.1\nvariables: {gait: fast walk}\nblocks: {c: {block: Clock}}\n"),
+        "m.yaml:3:24: gait: 'fast walk': expected the end of the expression, found 'walk'; if it is a text, "
+        "give it quotes of its own: \"'fast walk'\"");
+}
+
+TEST(Errors, APeriodIsATimeAndNothingThatATriggerRunsHasOne) {
+    EXPECT_EQ(
+        errors_of("model: m\nstep: 0.1\nblocks:\n  a: {block: Clock, period: -0.3, offset: -0.1}\n"),
+        "m.yaml:4:29: a: period -0.3 s is below 0; give a multiple of the base step, or leave it out to run "
+        "as fast as what the block reads");
+    // Around a triggered subsystem a period is right: it holds for what no trigger runs.
+    EXPECT_EQ(
+        errors_of("model: m\nstep: 0.1\nblocks:\n  t: {block: Pulse, period: 0.2}\n  all:\n"
+                  "    period: 0.2\n    inputs: [u]\n    blocks:\n      s:\n        execution: triggered\n"
+                  "        blocks: {c: {block: Clock}}\n    connections: {u: s.trigger}\n"
+                  "connections: {t: all}\n"),
+        "");
+    const std::string rule =
+        "a triggered subsystem has no period: its trigger says when it runs; leave the period "
+        "out; a FunctionCallGenerator with a period is a trigger";
+    EXPECT_EQ(errors_of("model: m\nstep: 0.1\nblocks:\n  t: {block: Pulse}\n  s:\n    execution: triggered\n"
+                        "    period: 0.5\n    blocks:\n      c: {block: Clock, period: 0.3}\n"
+                        "      d: {block: Clock}\n      e: {blocks: {f: {block: Clock, period: 0.1}}}\n"
+                        "connections: {t: s.trigger}\n"),
+              "m.yaml:7:13: s: " + rule + "\nm.yaml:9:33: s.c: " + rule + "\nm.yaml:11:46: s.e.f: " + rule);
+}
+
 TEST(Errors, SampleTimesMustFitTheBaseStep) {
     EXPECT_EQ(errors_of("model: m\nstep: 0.01\nblocks:\n  t: {block: Clock, period: 0.015}\n"
                         "  s: {block: Clock, period: 0.02, offset: 0.005}\n"),

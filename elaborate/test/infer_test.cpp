@@ -6,6 +6,21 @@
 namespace bf::test {
 namespace {
 
+TEST(Infer, ALoopThatTookTheWrongSizeSaysWhereFrom) {
+    // Of two elements it is not told whether they are a row: the loop takes the size of what it begins with.
+    const auto loop = [](const std::string& initial) {
+        return "model: m\nstep: 0.1\nblocks:\n  t: {block: Clock}\n  x: {block: Mux, inputs: 2}\n"
+               "  d: {block: Memory, initial: " +
+               initial +
+               "}\n  h: {block: Selector, indices: \"[1 2]\"}\n"
+               "connections: {t: x.u1, x: d, d: h, h: x.u2}\n";
+    };
+    EXPECT_EQ(errors_of(loop("1")),
+              "m.yaml:7:3: h: input 'u' of size scalar has no element 2; if the loop has another size than "
+              "'d.initial', give that parameter as many elements as the signal");
+    EXPECT_EQ(elaborate_text(loop("\"[1 1 1]\"")).size("x"), "[3]");
+}
+
 TEST(Infer, LoopOfScalarsTakesTheSizeOfTheInitialValue) {
     const auto m = elaborate_text(R"m(
 model: m

@@ -92,7 +92,9 @@ class TappedDelay final : public Block {
         "steps",
         {.initial = 4, .minimum = 1, .maximum = most_samples, .doc = "number of samples kept"}};
     Argument<bool> include_current{
-        this, "include_current", {.initial = false, .doc = "y begins with u[k] instead of u[k-1]"}};
+        this,
+        "include_current",
+        {.initial = false, .doc = "y begins with u[k] before the samples, and so has one row more"}};
     const int length = *steps;
     Parameter<> initial{
         this, "initial", {.shape = scalar, .initial = {0}, .unit = any_unit, .doc = "y in the first steps"}};

@@ -3,6 +3,7 @@
 
 #include "bf/kernels/elementwise.hpp"
 #include "bf/kernels/matrix.hpp"
+#include "bf/kernels/routing.hpp"
 
 namespace bf::kernels {
 
@@ -26,9 +27,8 @@ struct LookUpRow {
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class M, class R>
     constexpr bool operator()(const Y& y, const M& table, const R& row) const noexcept {
-        const double wanted = static_cast<double>(row[0]);
-        const bool inside = wanted >= 1 && wanted < table.rows + 1.0;
-        const int i = inside ? static_cast<int>(wanted) - 1 : 0;
+        const int i = detail::place(row[0], table.rows);
+        const bool inside = i >= 0;
         for (int j = 0; j < y.size(); ++j) y[j] = inside ? table(i, j) : Element<Y>(0);
         return inside;
     }
@@ -52,7 +52,8 @@ struct Count {
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class X, class U, class R>
     constexpr void operator()(const Y& y, const X& x, const U& u, const R& reset) const noexcept {
-        y[0] = reset[0] != 0 ? 0.0 : u[0] != 0 ? x[0] + 1.0 : x[0];
+        using T = Element<Y>;
+        y[0] = reset[0] != 0 ? T(0) : u[0] != 0 ? x[0] + T(1) : x[0];
     }
 };
 
@@ -64,8 +65,8 @@ struct OnDelay {
     template <class Y, class S, class D, class P, class X, class U>
     constexpr void operator()(const Y& y, const S& since, const D& duration, const P& period, const X& before,
                               const U& u) const noexcept {
-        since[0] = u[0] != 0 ? before[0] + period[0] : 0.0;
-        y[0] = u[0] != 0 && before[0] >= duration[0] - 1e-6 * period[0];
+        since[0] = u[0] != 0 ? before[0] + period[0] : Element<S>(0);
+        y[0] = u[0] != 0 && before[0] >= duration[0] - Element<P>(1e-6) * period[0];
     }
 };
 
@@ -83,12 +84,12 @@ struct StateMachine {
         const int count = transitions.size() / 4;
         state[0] = started[0] ? x[0] : initial[0];
         entered[0] = !started[0];
-        time_in_state[0] = started[0] ? time[0] - entry[0] : 0.0;
+        time_in_state[0] = started[0] ? time[0] - entry[0] : Element<S>(0);
         for (int i = 0; i < count; ++i) {
             const int condition = static_cast<int>(transitions[i + 2 * count]);
             // Times are sums of periods, rounded: a millionth of a period does not make a step late.
             if (transitions[i] == state[0] &&
-                time_in_state[0] + 1e-6 * period[0] >= transitions[i + 3 * count] &&
+                time_in_state[0] + Element<P>(1e-6) * period[0] >= transitions[i + 3 * count] &&
                 (condition == 0 || conditions[condition - 1] != 0)) {
                 state[0] = transitions[i + count];
                 time_in_state[0] = 0;
@@ -162,6 +163,7 @@ template <CheckKind kind> struct Check {
                     const L& at_least, const H& at_most, const T& time, const U& u) const noexcept {
         value[0] = old_value[0];
         passed[0] = old_passed[0];
+        using Number = Element<V>;
         sum[0] = old_sum[0];
         count[0] = old_count[0];
         if (time[0] < from_time[0] || u.size() == 0) return;
@@ -172,20 +174,20 @@ template <CheckKind kind> struct Check {
             for (int i = 0; i < u.size(); ++i) holds = holds && u[i] != 0;
             value[0] = holds ? 1 : 0;
         } else if constexpr (kind == CheckKind::final) {
-            value[0] = static_cast<double>(u[0]);
+            value[0] = static_cast<Number>(u[0]);
         } else if constexpr (kind == CheckKind::maximum || kind == CheckKind::minimum) {
             // NaN stays once it was seen: a check must not overlook it.
             for (int i = 0; i < u.size(); ++i) {
-                const double x = static_cast<double>(u[i]);
+                const auto x = static_cast<Number>(u[i]);
                 const bool replaces = kind == CheckKind::maximum ? x > value[0] : x < value[0];
                 if ((is_first && i == 0) || replaces || x != x) value[0] = x;
             }
         } else {
             for (int i = 0; i < u.size(); ++i) {
-                const double x = static_cast<double>(u[i]);
-                sum[0] += kind == CheckKind::rms ? x * x : x / u.size();
+                const auto x = static_cast<Number>(u[i]);
+                sum[0] += kind == CheckKind::rms ? x * x : x / static_cast<Number>(u.size());
             }
-            const double mean = sum[0] / count[0];
+            const Number mean = sum[0] / count[0];
             value[0] = kind == CheckKind::rms ? std::sqrt(mean) : mean;
         }
         passed[0] = value[0] >= at_least[0] && value[0] <= at_most[0];

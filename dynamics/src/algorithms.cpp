@@ -59,15 +59,19 @@ void set_base(Data::Content& data, const Eigen::Ref<const Eigen::Matrix4d>& w_H_
 
 void set_joints(const Model::Content& model, Data::Content& data, const VectorIn& s) {
     if (!replace(data.s, s)) return;
-    for (std::size_t i = 0; i < model.joints.size(); ++i) {
-        const JointIndex& joint = model.joints[i];
-        const double value = s[static_cast<Eigen::Index>(i)];
+    const auto put = [&](const JointIndex& joint, double value) {
         if (joint.angle) {
             data.q[joint.q] = std::cos(value);
             data.q[joint.q + 1] = std::sin(value);
         } else {
             data.q[joint.q] = value;
         }
+    };
+    for (std::size_t i = 0; i < model.joints.size(); ++i) {
+        put(model.joints[i], s[static_cast<Eigen::Index>(i)]);
+    }
+    for (const FollowerIndex& follower : model.moving_followers) {
+        put(follower.index, follower.factor * s[follower.leader] + follower.offset);
     }
     data.has_kinematics = data.has_inertia = data.has_bias = data.has_momentum = false;
 }
@@ -91,40 +95,60 @@ RigidInertia in_world(const pinocchio::SE3& placement, const pinocchio::Inertia&
     return inertia;
 }
 
+/// Gᵀ M G for [nu; velocities of the followers] = G nu.
+void fold_inertia(const Model::Content& model, Data::Content& data) {
+    const Eigen::Index size = data.M.cols();
+    data.M_folded = data.M_wide.leftCols(size);
+    for (std::size_t k = 0; k < model.moving_followers.size(); ++k) {
+        const FollowerIndex& follower = model.moving_followers[k];
+        data.M_folded.col(6 + follower.leader) +=
+            follower.factor * data.M_wide.col(size + static_cast<Eigen::Index>(k));
+    }
+    data.M = data.M_folded.topRows(size);
+    for (std::size_t k = 0; k < model.moving_followers.size(); ++k) {
+        const FollowerIndex& follower = model.moving_followers[k];
+        data.M.row(6 + follower.leader) +=
+            follower.factor * data.M_folded.row(size + static_cast<Eigen::Index>(k));
+    }
+}
+
 /// M by the composite-rigid-body algorithm (Featherstone 2008, table 6.2), its columns about the base's
 /// origin: with the momentum F = Y S of the subtree of joint j, M(base, j) = F and M(i, j) = Sᵢᵀ F for every
 /// joint i that carries j. All other entries are zero since construction.
 void update_inertia(const Model::Content& model, Data::Content& data) {
     if (data.has_inertia) return;
     update_kinematics(model, data);
+    Eigen::MatrixXd& M = model.moving_followers.empty() ? data.M : data.M_wide;
     const std::size_t count = data.composite.size();
     for (std::size_t k = 1; k < count; ++k) {
         data.composite[k] = in_world(data.tree.oMi[k], model.tree.inertias[k]);
     }
     for (std::size_t k = count - 1; k > 1; --k) {
         const RigidInertia& Y = data.composite[k];
-        const std::vector<Support>& supports = model.supports[k];
-        const Support& own = supports.back();
+        const Support& own = model.own[k];
         const Vector3d v = data.tree.J.col(own.column).head<3>();
         const Vector3d omega = data.tree.J.col(own.column).tail<3>();
         const Eigen::Index j = 6 + own.joint;
         Vector6 F;
         F.head<3>() = Y.mass * v + omega.cross(Y.moment);
         F.tail<3>() = Y.rotational * omega + Y.moment.cross(v);
-        data.M.col(j).head<6>() = F;
-        data.M.row(j).head<6>() = F;
-        for (const Support& support : supports) {
-            const Eigen::Index i = 6 + support.joint;
-            data.M(i, j) = data.M(j, i) = data.tree.J.col(support.column).dot(F);
+        M.col(j).head<6>() = F;
+        M.row(j).head<6>() = F;
+        for (const auto* supports : {&model.supports[k], &model.follower_supports[k]}) {
+            for (const Support& support : *supports) {
+                const Eigen::Index i = 6 + support.joint;
+                M(i, j) = M(j, i) = data.tree.J.col(support.column).dot(F);
+            }
         }
         data.composite[model.tree.parents[k]] += Y;
     }
     const RigidInertia& Y = data.composite[1];
     data.com = Y.moment / Y.mass;
-    data.M.topLeftCorner<3, 3>() = Y.mass * Matrix3d::Identity();
-    data.M.block<3, 3>(3, 0) = skew(Y.moment);
-    data.M.block<3, 3>(0, 3) = -skew(Y.moment);
-    data.M.block<3, 3>(3, 3) = Y.rotational;
+    M.topLeftCorner<3, 3>() = Y.mass * Matrix3d::Identity();
+    M.block<3, 3>(3, 0) = skew(Y.moment);
+    M.block<3, 3>(0, 3) = -skew(Y.moment);
+    M.block<3, 3>(3, 3) = Y.rotational;
+    if (!model.moving_followers.empty()) fold_inertia(model, data);
     data.has_inertia = true;
 }
 
@@ -134,11 +158,17 @@ void update_bias(const Model::Content& model, Data::Content& data) {
     for (std::size_t i = 0; i < model.joints.size(); ++i) {
         data.v[model.joints[i].v] = data.s_dot[static_cast<Eigen::Index>(i)];
     }
+    for (const FollowerIndex& follower : model.moving_followers) {
+        data.v[follower.index.v] = follower.factor * data.s_dot[follower.leader];
+    }
     const auto& nle = pinocchio::nonLinearEffects(model.tree, data.tree, VectorIn(data.q), VectorIn(data.v));
     data.h.head<3>() = data.R * nle.head<3>();
     data.h.segment<3>(3) = data.R * nle.segment<3>(3);
     for (std::size_t i = 0; i < model.joints.size(); ++i) {
         data.h[6 + static_cast<Eigen::Index>(i)] = nle[model.joints[i].v];
+    }
+    for (const FollowerIndex& follower : model.moving_followers) {
+        data.h[6 + follower.leader] += follower.factor * nle[follower.index.v];
     }
     data.has_bias = true;
 }
@@ -178,6 +208,17 @@ Vector6 point_velocity(const Data::Content& data, const Support& support, const 
     return column;
 }
 
+/// Adds what the followers that carry a body contribute to the Jacobian of its point p. `first` is the column
+/// of the first joint.
+void add_followers(const Model::Content& model, const Data::Content& data, std::size_t body,
+                   const Vector3d& p, double sign, Eigen::Index first, Matrix6XOut J) {
+    for (const Support& support : model.follower_supports[body]) {
+        const FollowerIndex& follower =
+            model.moving_followers[static_cast<std::size_t>(support.joint) - model.joints.size()];
+        J.col(first + follower.leader) += sign * follower.factor * point_velocity(data, support, p);
+    }
+}
+
 } // namespace
 
 Data::Content::Content(const Model::Content& model)
@@ -188,6 +229,15 @@ Data::Content::Content(const Model::Content& model)
     q[6] = 1.0; // quaternion x, y, z, w
     for (const JointIndex& joint : model.joints) {
         if (joint.angle) q[joint.q] = 1.0;
+    }
+    for (const FollowerIndex& follower : model.moving_followers) {
+        q[follower.index.q] = follower.index.angle ? std::cos(follower.offset) : follower.offset;
+        if (follower.index.angle) q[follower.index.q + 1] = std::sin(follower.offset);
+    }
+    if (!model.moving_followers.empty()) {
+        const Eigen::Index wide = M.cols() + static_cast<Eigen::Index>(model.moving_followers.size());
+        M_wide.setZero(wide, wide);
+        M_folded.resize(wide, M.cols());
     }
 }
 
@@ -257,12 +307,16 @@ void jacobian(const Model& model, Data& data, Frame frame, Matrix6XOut J) noexce
     update_kinematics(model.content(), d);
     const Placement& link = placement(model.content(), frame);
     const Vector3d p = origin(d, link);
+    const Eigen::Index first = model.content().base_velocities;
     J.setZero();
-    J.leftCols<6>().diagonal().setOnes();
-    J.block<3, 3>(0, 3) = -skew(p);
-    for (const Support& support : model.content().supports[link.joint]) {
-        J.col(6 + support.joint) = point_velocity(d, support, p);
+    if (first != 0) {
+        J.leftCols<6>().diagonal().setOnes();
+        J.block<3, 3>(0, 3) = -skew(p);
     }
+    for (const Support& support : model.content().supports[link.joint]) {
+        J.col(first + support.joint) = point_velocity(d, support, p);
+    }
+    add_followers(model.content(), d, link.joint, p, 1.0, first, J);
 }
 
 void bias_acceleration(const Model& model, Data& data, Frame frame, Vector6Out J_dot_nu) noexcept {
@@ -296,7 +350,8 @@ void com_jacobian(const Model& model, Data& data, Matrix3XOut J) noexcept {
     assert(J.cols() == model.velocities());
     update_inertia(model.content(), data.content());
     const double inverse_mass = 1.0 / model.total_mass();
-    for (Eigen::Index j = 0; j < J.cols(); ++j) J.col(j) = inverse_mass * data.content().M.col(j).head<3>();
+    const auto own = data.content().M.rightCols(J.cols());
+    for (Eigen::Index j = 0; j < J.cols(); ++j) J.col(j) = inverse_mass * own.col(j).head<3>();
 }
 
 void com_bias_acceleration(const Model& model, Data& data, Vector3Out J_dot_nu) noexcept {
@@ -308,21 +363,21 @@ void com_bias_acceleration(const Model& model, Data& data, Vector3Out J_dot_nu) 
 void mass_matrix(const Model& model, Data& data, MatrixOut M) noexcept {
     update_inertia(model.content(), data.content());
     assert(M.rows() == model.velocities() && M.cols() == model.velocities());
-    const Eigen::MatrixXd& own = data.content().M;
-    for (Eigen::Index j = 0; j < own.cols(); ++j) std::copy_n(own.col(j).data(), own.rows(), M.col(j).data());
+    const auto own = data.content().M.bottomRightCorner(M.rows(), M.cols());
+    for (Eigen::Index j = 0; j < M.cols(); ++j) std::copy_n(own.col(j).data(), M.rows(), M.col(j).data());
 }
 
 void bias_forces(const Model& model, Data& data, VectorOut h) noexcept {
     update_bias(model.content(), data.content());
     assert(h.size() == model.velocities());
-    h = data.content().h;
+    h = data.content().h.tail(h.size());
 }
 
 void gravity_forces(const Model& model, Data& data, VectorOut g) noexcept {
     update_inertia(model.content(), data.content());
     assert(g.size() == model.velocities());
     // Gravity acts like an acceleration of the base the other way.
-    g.noalias() = data.content().M.leftCols<3>() * -model.content().gravity;
+    g.noalias() = data.content().M.bottomRows(g.size()).leftCols<3>() * -model.content().gravity;
 }
 
 void inverse_dynamics(const Model& model, Data& data, const Eigen::Ref<const Vector6>& base_acceleration,
@@ -331,7 +386,7 @@ void inverse_dynamics(const Model& model, Data& data, const Eigen::Ref<const Vec
     bias_forces(model, data, tau);
     if (base_acceleration.isZero(0.0) && s_ddot.isZero(0.0)) return; // without it M is perhaps never needed
     update_inertia(model.content(), data.content());
-    const Eigen::MatrixXd& M = data.content().M;
+    const auto M = data.content().M.bottomRows(tau.size());
     tau.noalias() += M.leftCols<6>() * base_acceleration;
     tau.noalias() += M.rightCols(s_ddot.size()) * s_ddot;
 }
@@ -345,10 +400,11 @@ void centroidal_momentum_matrix(const Model& model, Data& data, Matrix6XOut A) n
     assert(A.cols() == model.velocities());
     update_inertia(model.content(), data.content());
     const Data::Content& d = data.content();
+    const auto own = d.M.rightCols(A.cols());
     for (Eigen::Index j = 0; j < A.cols(); ++j) {
-        const Vector3d force = d.M.col(j).head<3>();
+        const Vector3d force = own.col(j).head<3>();
         A.col(j).head<3>() = force;
-        A.col(j).tail<3>() = d.M.col(j).segment<3>(3) - d.com.cross(force);
+        A.col(j).tail<3>() = own.col(j).segment<3>(3) - d.com.cross(force);
     }
 }
 
@@ -381,6 +437,8 @@ void relative_jacobian(const Model& model, Data& data, Frame reference, Frame fr
     for (const Support& support : model.content().supports[from.joint]) {
         J.col(support.joint) -= point_velocity(d, support, p);
     }
+    add_followers(model.content(), d, to.joint, p, 1.0, 0, J);
+    add_followers(model.content(), d, from.joint, p, -1.0, 0, J);
     for (Eigen::Index j = 0; j < J.cols(); ++j) {
         const Vector6 column = J.col(j);
         J.col(j).head<3>() = R_transpose * column.head<3>();

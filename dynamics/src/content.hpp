@@ -29,15 +29,27 @@ struct JointIndex {
 /// A joint on the way from the base to a link.
 struct Support {
     int column; ///< in Pinocchio's Jacobian
-    int joint;  ///< in joint_names
+    int joint;  ///< in joint_names, or n + number of the follower
+};
+
+/// A joint whose position is factor * s[leader] + offset.
+struct FollowerIndex {
+    JointIndex index;
+    int leader; ///< in joint_names
+    double factor;
+    double offset;
 };
 
 struct Model::Content {
     pinocchio::Model tree; ///< the listed joints only
     std::vector<std::string> joint_names;
     std::vector<JointIndex> joints;
-    std::vector<std::vector<Support>>
-        supports; ///< by Pinocchio's joint number, base left out, nearest joint last
+    std::vector<Follower> followers;
+    std::vector<FollowerIndex> moving_followers; ///< those with a leader
+    // By Pinocchio's joint number, base left out: the joint itself, and it with those that carry it.
+    std::vector<Support> own;
+    std::vector<std::vector<Support>> supports, follower_supports;
+    int base_velocities = 6; ///< 0 for a fixed base
     double total_mass = 0.0;
     Eigen::Vector3d gravity;
     std::string base_link;
@@ -83,6 +95,7 @@ struct Data::Content {
     std::vector<RigidInertia> composite; ///< inertia: of the subtree of each joint
     Eigen::Vector3d com;                 ///< inertia
     Eigen::MatrixXd M;                   ///< inertia
+    Eigen::MatrixXd M_wide, M_folded;    ///< inertia: M with followers independent, and half way to M
     Eigen::VectorXd h;                   ///< bias
     Eigen::Matrix<double, 6, 1> H;       ///< momentum
 };

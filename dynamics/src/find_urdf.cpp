@@ -1,8 +1,8 @@
 #include "bf/dynamics/find_urdf.hpp"
 
+#include "bf/base/packages.hpp"
+
 #include <algorithm>
-#include <cstdlib>
-#include <sstream>
 #include <stdexcept>
 
 namespace bf::dynamics {
@@ -10,27 +10,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// `directories`, then those of the environment.
-std::vector<fs::path> roots(std::vector<fs::path> directories) {
-    for (const char* variable :
-         {"ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GAZEBO_MODEL_PATH", "YARP_DATA_DIRS"}) {
-        const char* value = std::getenv(variable);
-        std::istringstream list(value ? value : "");
-        for (std::string entry; std::getline(list, entry, ':');) {
-            if (!entry.empty()) directories.emplace_back(entry);
-        }
-    }
-    return directories;
-}
-
 /// Files relative to a folder that the name may stand for.
 std::vector<fs::path> candidates(const std::string& name) {
-    const std::size_t scheme = name.find("://");
-    if (scheme != std::string::npos) {
-        const std::string path = name.substr(scheme + 3);
-        const fs::path file = path.substr(std::min(path.find('/'), path.size() - 1) + 1);
-        return {path, fs::path("share") / path, file};
-    }
+    if (is_package_address(name)) return package_candidates(name);
     return {name, fs::path(name) / "model.urdf", name + ".urdf", fs::path(name) / (name + ".urdf")};
 }
 
@@ -57,7 +39,7 @@ fs::path find_urdf(const std::string& name, const std::vector<fs::path>& directo
         if (fs::is_regular_file(name, ignored)) return name;
         throw std::runtime_error("robot description '" + name + "' does not exist; check the path");
     }
-    const std::vector<fs::path> searched = roots(directories);
+    const std::vector<fs::path> searched = package_folders(directories);
     for (const fs::path& root : searched) {
         for (const fs::path& folder : with_robot_folders(root)) {
             for (const fs::path& candidate : candidates(name)) {
@@ -68,9 +50,8 @@ fs::path find_urdf(const std::string& name, const std::vector<fs::path>& directo
     std::string text = "robot description '" + name + "' was not found; searched in:";
     for (const fs::path& root : searched) text += "\n  " + root.string();
     if (searched.empty()) text += " no folder at all";
-    throw std::runtime_error(text +
-                             "\nGive an absolute path, or add the folder of the robot to ROS_PACKAGE_PATH, "
-                             "AMENT_PREFIX_PATH, GAZEBO_MODEL_PATH or YARP_DATA_DIRS");
+    throw std::runtime_error(text + "\nGive an absolute path, or add the folder of the robot to " +
+                             package_variables);
 }
 
 } // namespace bf::dynamics

@@ -11,8 +11,10 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <numeric>
 #include <set>
@@ -74,6 +76,17 @@ bool is_single(const urdf::Joint& joint) {
            joint.type == urdf::Joint::PRISMATIC;
 }
 
+/// Joints of one degree of freedom that the URDF lets follow another such joint.
+std::map<std::string, urdf::JointMimic> mimics(const urdf::ModelInterface& urdf) {
+    std::map<std::string, urdf::JointMimic> found;
+    for (const auto& [name, joint] : urdf.joints_) {
+        if (!joint->mimic || !is_single(*joint)) continue;
+        const auto leader = urdf.joints_.find(joint->mimic->joint_name);
+        if (leader != urdf.joints_.end() && is_single(*leader->second)) found.emplace(name, *joint->mimic);
+    }
+    return found;
+}
+
 /// Value of an attribute in the text of one XML tag; empty when absent.
 std::string attribute(const std::string& tag, const std::string& name) {
     for (std::size_t at = tag.find(name); at != std::string::npos; at = tag.find(name, at + 1)) {
@@ -89,9 +102,10 @@ std::string attribute(const std::string& tag, const std::string& name) {
     return {};
 }
 
-/// Movable joints in the order of the file, which urdfdom forgets. Joints that transmissions and simulators
-/// mention have no type.
+/// Movable joints that mimic none, in the order of the file, which urdfdom forgets. Joints that transmissions
+/// and simulators mention have no type.
 std::vector<std::string> movable_joints(const std::string& xml, const urdf::ModelInterface& urdf) {
+    const std::map<std::string, urdf::JointMimic> mimicking = mimics(urdf);
     std::vector<std::string> names;
     for (std::size_t at = 0; at < xml.size();) {
         const std::size_t tag = xml.find('<', at);
@@ -102,10 +116,92 @@ std::vector<std::string> movable_joints(const std::string& xml, const urdf::Mode
         const std::string text = xml.substr(tag, at - tag);
         if (!text.starts_with("<joint") || attribute(text, "type").empty()) continue;
         const auto joint = urdf.joints_.find(attribute(text, "name"));
-        if (joint != urdf.joints_.end() && joint->second->type != urdf::Joint::FIXED)
+        if (joint != urdf.joints_.end() && joint->second->type != urdf::Joint::FIXED &&
+            !mimicking.contains(joint->first))
             names.push_back(joint->first);
     }
     return names;
+}
+
+/// What the joints do that are not listed but mimic another.
+std::vector<Follower> find_followers(const std::vector<std::string>& listed, const urdf::ModelInterface& urdf,
+                                     const fs::path& path) {
+    const std::map<std::string, urdf::JointMimic> mimicking = mimics(urdf);
+    const auto is_listed = [&](const std::string& name) {
+        return std::find(listed.begin(), listed.end(), name) != listed.end();
+    };
+    std::vector<Follower> followers;
+    for (const auto& [name, mimic] : mimicking) {
+        if (is_listed(name)) continue;
+        Follower follower{name, name, 1.0, 0.0};
+        for (std::size_t steps = 0; !follower.leader.empty() && !is_listed(follower.leader); ++steps) {
+            const auto next = mimicking.find(follower.leader);
+            if (next == mimicking.end()) {
+                follower.leader.clear(); // locked at zero
+                break;
+            }
+            if (steps > mimicking.size()) {
+                throw std::runtime_error("joint '" + name + "' of '" + path.string() +
+                                         "' mimics itself through others; list one of them as a joint");
+            }
+            follower.offset += follower.multiplier * next->second.offset;
+            follower.multiplier *= next->second.multiplier;
+            follower.leader = next->second.joint_name;
+        }
+        if (!follower.leader.empty() || follower.offset != 0.0) followers.push_back(follower);
+    }
+    return followers;
+}
+
+/// Pinocchio keeps joints and links in one list of names, a URDF in two. No name of a URDF begins like this,
+/// because XML turns line breaks of attributes into spaces.
+std::string inner_name(const std::string& joint) { return "\n" + joint; }
+
+/// Makes `base` the root: every joint on the way turns around. A joint places its child C in its parent P by
+/// P_H_C = T R(q). The reversed joint moves a link V by C_H_V = R(-q), to which P is fixed by V_H_P = T⁻¹.
+void make_root(urdf::ModelInterface& urdf, const std::string& base) {
+    std::vector<urdf::JointSharedPtr> way;
+    for (urdf::LinkSharedPtr link = urdf.links_.at(base); link->parent_joint;
+         link = urdf.links_.at(link->parent_joint->parent_link_name)) {
+        way.push_back(link->parent_joint);
+    }
+    for (const urdf::JointSharedPtr& joint : way) {
+        const urdf::LinkSharedPtr child = urdf.links_.at(joint->child_link_name);
+        const urdf::LinkSharedPtr parent = urdf.links_.at(joint->parent_link_name);
+        std::erase(parent->child_joints, joint);
+        std::erase(parent->child_links, child);
+
+        const auto moved = std::make_shared<urdf::Link>();
+        moved->name = inner_name(parent->name);
+        const auto fixed = std::make_shared<urdf::Joint>();
+        fixed->name = inner_name(moved->name);
+        fixed->type = urdf::Joint::FIXED;
+        fixed->parent_link_name = moved->name;
+        fixed->child_link_name = parent->name;
+        const urdf::Pose& T = joint->parent_to_joint_origin_transform;
+        urdf::Pose& inverse = fixed->parent_to_joint_origin_transform;
+        inverse.rotation = T.rotation.GetInverse();
+        const urdf::Vector3 p = inverse.rotation * T.position;
+        inverse.position = urdf::Vector3(-p.x, -p.y, -p.z);
+        moved->child_joints = {fixed};
+        moved->child_links = {parent};
+        moved->parent_joint = joint;
+        moved->setParent(child);
+        parent->parent_joint = fixed;
+        parent->setParent(moved);
+
+        joint->parent_link_name = child->name;
+        joint->child_link_name = moved->name;
+        joint->parent_to_joint_origin_transform.clear();
+        joint->axis = urdf::Vector3(-joint->axis.x, -joint->axis.y, -joint->axis.z);
+        child->child_joints.push_back(joint);
+        child->child_links.push_back(moved);
+        urdf.links_.emplace(moved->name, moved);
+    }
+    const urdf::LinkSharedPtr root = urdf.links_.at(base);
+    root->parent_joint.reset();
+    root->setParent(nullptr);
+    urdf.root_link_ = root;
 }
 
 void check_joints(const std::vector<std::string>& wanted, const urdf::ModelInterface& urdf,
@@ -138,15 +234,29 @@ void check_joints(const std::vector<std::string>& wanted, const urdf::ModelInter
     }
 }
 
-/// The tree of the wanted joints below a free-flying base.
-pinocchio::Model build(const urdf::ModelInterfaceSharedPtr& urdf, const std::vector<std::string>& wanted) {
+/// The tree of the joints that move, below a free-flying base.
+pinocchio::Model build(const urdf::ModelInterfaceSharedPtr& urdf, const Model::Content& content) {
+    for (const auto& [name, joint] : urdf->joints_) joint->name = inner_name(name);
     pinocchio::Model full;
-    pinocchio::urdf::buildModel(urdf, pinocchio::JointModelFreeFlyer(), full);
+    pinocchio::urdf::buildModel(urdf, pinocchio::JointModelFreeFlyer(), inner_name(""), full);
+    std::set<std::string> moving;
+    for (const std::string& name : content.joint_names) moving.insert(inner_name(name));
+    Eigen::VectorXd q = pinocchio::neutral(full);
+    for (const Follower& follower : content.followers) {
+        if (!follower.leader.empty()) {
+            moving.insert(inner_name(follower.joint));
+            continue;
+        }
+        const pinocchio::JointIndex i = full.getJointId(inner_name(follower.joint));
+        const bool angle = full.nqs[i] == 2;
+        q[full.idx_qs[i]] = angle ? std::cos(follower.offset) : follower.offset;
+        if (angle) q[full.idx_qs[i] + 1] = std::sin(follower.offset);
+    }
     std::vector<pinocchio::JointIndex> locked;
     for (pinocchio::JointIndex i = 2; i < full.names.size(); ++i) {
-        if (std::find(wanted.begin(), wanted.end(), full.names[i]) == wanted.end()) locked.push_back(i);
+        if (!moving.contains(full.names[i])) locked.push_back(i);
     }
-    return pinocchio::buildReducedModel(full, locked, pinocchio::neutral(full));
+    return pinocchio::buildReducedModel(full, locked, q);
 }
 
 void read_limits(const urdf::ModelInterface& urdf, Model::Content& content) {
@@ -157,9 +267,9 @@ void read_limits(const urdf::ModelInterface& urdf, Model::Content& content) {
     for (Eigen::Index i = 0; i < n; ++i) {
         const urdf::Joint& joint = *urdf.joints_.at(content.joint_names[static_cast<std::size_t>(i)]);
         if (!joint.limits) continue;
-        content.velocity_max[i] = joint.limits->velocity;
-        content.effort_max[i] = joint.limits->effort;
-        if (joint.type == urdf::Joint::CONTINUOUS) continue;
+        if (joint.limits->velocity > 0.0) content.velocity_max[i] = joint.limits->velocity;
+        if (joint.limits->effort > 0.0) content.effort_max[i] = joint.limits->effort;
+        if (joint.type == urdf::Joint::CONTINUOUS || joint.limits->lower >= joint.limits->upper) continue;
         content.position_min[i] = joint.limits->lower;
         content.position_max[i] = joint.limits->upper;
     }
@@ -167,23 +277,38 @@ void read_limits(const urdf::ModelInterface& urdf, Model::Content& content) {
 
 void number_joints(Model::Content& content) {
     const pinocchio::Model& tree = content.tree;
-    std::vector<int> listed(static_cast<std::size_t>(tree.njoints), -1);
-    for (const std::string& name : content.joint_names) {
-        const pinocchio::JointIndex number = tree.getJointId(name);
-        listed[number] = static_cast<int>(content.joints.size());
-        content.joints.push_back(
-            {static_cast<int>(number), tree.idx_qs[number], tree.idx_vs[number], tree.nqs[number] == 2});
+    const auto count = static_cast<std::size_t>(tree.njoints);
+    std::vector<int> listed(count, -1);
+    const auto index = [&](const std::string& name, std::size_t position) -> JointIndex {
+        const pinocchio::JointIndex number = tree.getJointId(inner_name(name));
+        listed[number] = static_cast<int>(position);
+        return {static_cast<int>(number), tree.idx_qs[number], tree.idx_vs[number], tree.nqs[number] == 2};
+    };
+    for (const std::string& name : content.joint_names)
+        content.joints.push_back(index(name, content.joints.size()));
+    for (const Follower& follower : content.followers) {
+        if (follower.leader.empty()) continue;
+        const auto leader =
+            std::find(content.joint_names.begin(), content.joint_names.end(), follower.leader);
+        content.moving_followers.push_back(
+            {index(follower.joint, content.joints.size() + content.moving_followers.size()),
+             static_cast<int>(leader - content.joint_names.begin()), follower.multiplier, follower.offset});
     }
-    content.supports.resize(listed.size());
-    for (std::size_t i = 2; i < listed.size(); ++i) {
+    content.own.resize(count);
+    content.supports.resize(count);
+    content.follower_supports.resize(count);
+    for (std::size_t i = 2; i < count; ++i) {
         content.supports[i] = content.supports[tree.parents[i]];
-        content.supports[i].push_back({tree.idx_vs[i], listed[i]});
+        content.follower_supports[i] = content.follower_supports[tree.parents[i]];
+        content.own[i] = {tree.idx_vs[i], listed[i]};
+        const bool follows = static_cast<std::size_t>(listed[i]) >= content.joints.size();
+        (follows ? content.follower_supports : content.supports)[i].push_back(content.own[i]);
     }
 }
 
 void number_frames(Model::Content& content) {
     for (const pinocchio::Frame& frame : content.tree.frames) {
-        if (frame.type != pinocchio::BODY) continue;
+        if (frame.type != pinocchio::BODY || frame.name.starts_with(inner_name(""))) continue;
         content.frame_index.emplace(frame.name, static_cast<int>(content.frames.size()));
         content.frame_names.push_back(frame.name);
         content.frames.push_back(
@@ -194,14 +319,23 @@ void number_frames(Model::Content& content) {
 } // namespace
 
 Model Model::load(const fs::path& path, const std::vector<std::string>& joints,
-                  const Eigen::Vector3d& gravity) {
+                  const Eigen::Vector3d& gravity, const std::string& base_link, bool floating_base) {
     const std::string xml = read(path);
     const urdf::ModelInterfaceSharedPtr urdf = parse(xml, path);
     auto content = std::make_shared<Content>();
     content->joint_names = joints.empty() ? movable_joints(xml, *urdf) : joints;
     check_joints(content->joint_names, *urdf, path);
+    content->followers = find_followers(content->joint_names, *urdf, path);
+    content->base_velocities = floating_base ? 6 : 0;
+    if (!base_link.empty() && !urdf->links_.contains(base_link)) {
+        std::vector<std::string> links;
+        for (const auto& [name, link] : urdf->links_) links.push_back(name);
+        throw std::runtime_error("base link '" + base_link + "' is not a link of '" + path.string() +
+                                 "'; most similar: " + similar(base_link, links));
+    }
     try {
-        content->tree = build(urdf, content->joint_names);
+        if (!base_link.empty()) make_root(*urdf, base_link);
+        content->tree = build(urdf, *content);
     } catch (const std::exception& error) {
         throw std::runtime_error("'" + path.string() + "' has no rigid-body model: " + error.what());
     }
@@ -216,6 +350,8 @@ Model Model::load(const fs::path& path, const std::vector<std::string>& joints,
 
 const std::vector<std::string>& Model::joint_names() const { return content_->joint_names; }
 int Model::joints() const { return static_cast<int>(content_->joints.size()); }
+const std::vector<Follower>& Model::followers() const { return content_->followers; }
+bool Model::has_floating_base() const { return content_->base_velocities != 0; }
 double Model::total_mass() const { return content_->total_mass; }
 const Eigen::Vector3d& Model::gravity() const { return content_->gravity; }
 const std::string& Model::base_link() const { return content_->base_link; }

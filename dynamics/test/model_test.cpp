@@ -127,6 +127,63 @@ TEST_F(Files, LimitsAreInfiniteWhereTheUrdfGivesNone) {
     EXPECT_EQ(model.effort_max(), Eigen::Vector3d(infinity, 7.0, 4.0));
 }
 
+TEST_F(Files, ZerosThatExportersWriteAreNoLimits) {
+    std::string text = assorted;
+    text.replace(text.find("lower='-1' upper='2' velocity='3' effort='4'"), 44, "velocity='0' effort='0'");
+    const Model model = Model::load(write("robot.urdf", text), {"z"});
+    EXPECT_EQ(model.position_max()[0], infinity);
+    EXPECT_EQ(model.position_min()[0], -infinity);
+    EXPECT_EQ(model.velocity_max()[0], infinity);
+    EXPECT_EQ(model.effort_max()[0], infinity);
+}
+
+TEST_F(Files, JointAndLinkMayHaveOneName) {
+    const std::string text = "<robot name='r'><link name='l0'>" + body + "</link><link name='z'>" + body +
+                             "</link><link name='root_joint'/>" + joint("z", "continuous", "l0", "z") +
+                             joint("root_joint", "fixed", "z", "root_joint") + "</robot>";
+    const Model model = Model::load(write("robot.urdf", text));
+    EXPECT_EQ(model.joint_names(), std::vector<std::string>{"z"});
+    EXPECT_EQ(model.frame_names(), (std::vector<std::string>{"l0", "z", "root_joint"}));
+    EXPECT_EQ(Model::load(write("robot.urdf", text), {"z"}).total_mass(), 2.0);
+}
+
+TEST_F(Files, MimickingJointsFollowUnlessTheyAreListed) {
+    const auto mimic = [](const std::string& leader, const std::string& multiplier,
+                          const std::string& offset) {
+        return "<mimic joint='" + leader + "' multiplier='" + multiplier + "' offset='" + offset + "'/>";
+    };
+    const std::string text = "<robot name='r'><link name='l0'>" + body + "</link><link name='l1'>" + body +
+                             "</link><link name='l2'>" + body + "</link><link name='l3'>" + body + "</link>" +
+                             joint("a", "continuous", "l0", "l1") +
+                             joint("b", "continuous", "l1", "l2", mimic("a", "-2", "0.3")) +
+                             joint("c", "prismatic", "l2", "l3", mimic("b", "3", "0.1")) + "</robot>";
+    const fs::path path = write("robot.urdf", text);
+    const auto followers = [&](const std::vector<std::string>& listed) {
+        std::string found;
+        for (const Follower& f : Model::load(path, listed).followers())
+            found += f.joint + "=" + std::to_string(f.multiplier) + "*" + f.leader + "+" +
+                     std::to_string(f.offset) + " ";
+        return found;
+    };
+    EXPECT_EQ(Model::load(path).joint_names(), std::vector<std::string>{"a"});
+    EXPECT_EQ(followers({}), "b=-2.000000*a+0.300000 c=-6.000000*a+1.000000 ");
+    EXPECT_EQ(followers({"a", "b"}), "c=3.000000*b+0.100000 ");
+    EXPECT_EQ(followers({"a", "b", "c"}), "");
+    EXPECT_EQ(followers({"c"}), "b=-2.000000*+0.300000 ");
+    std::string circle = text;
+    circle.replace(circle.find("<mimic joint='a'"), 16, "<mimic joint='c'");
+    expect_parts(error_of([&] { Model::load(write("circle.urdf", circle), {"a"}); }),
+                 {"joint 'b'", "mimics itself through others; list one of them"});
+}
+
+TEST_F(Files, UnknownBaseLinkListsSimilarOnes) {
+    const fs::path path = write("robot.urdf", assorted);
+    expect_parts(error_of([&] {
+                     Model::load(path, {"z"}, {0, 0, -9.81}, "l33");
+                 }),
+                 {"base link 'l33' is not a link of", "most similar: 'l3'"});
+}
+
 TEST_F(Files, WrongJointsAreNamedWithTheRemedy) {
     const fs::path path = write("robot.urdf", assorted);
     const auto load = [&](const std::vector<std::string>& joints) {

@@ -14,6 +14,10 @@
 ///
 /// Equations of motion: M nu_dot + h = [0; tau] + sum of Jᵀ f.
 ///
+/// A fixed base has no velocity: nu = s_dot, and the first six columns of J, A and M and the first six rows
+/// of M, h, g and tau, which are those of the base, are left out. Sizes below are those of a floating base;
+/// in all of them 6+n stands for Model::velocities().
+///
 /// No function allocates memory or throws.
 namespace bf::dynamics {
 

@@ -16,32 +16,50 @@ struct Frame {
     bool operator==(const Frame&) const = default;
 };
 
-/// A floating-base robot with n joints of one degree of freedom each. Immutable: copies share one
-/// description, and any number of threads may use it, each with its own Data.
+/// A joint that is not listed but moves: `position = multiplier * (position of the leader) + offset`. Without
+/// a leader it stands at `offset`.
+struct Follower {
+    std::string joint;
+    std::string leader; ///< a listed joint, or empty
+    double multiplier = 1.0;
+    double offset = 0.0; ///< rad or m
+};
+
+/// A robot with n independent joints of one degree of freedom each, on a floating or a fixed base. Immutable:
+/// copies share one description, and any number of threads may use it, each with its own Data.
 ///
-/// Everything joint-wise is in the order of joint_names(). The base is the root link of the URDF.
+/// Everything joint-wise is in the order of joint_names().
 class Model {
   public:
-    /// Reads a URDF file and keeps the listed joints, in the listed order; all others are locked at zero. An
-    /// empty list keeps every movable joint in the order of the file. Gravity is in the world frame, m/s². A
-    /// joint that mimics another counts as independent.
+    /// Reads a URDF file and keeps the listed joints, in the listed order. Of the others, one that mimics a
+    /// listed joint, directly or through more that mimic, follows it; all else is locked at zero. A listed
+    /// joint is independent even where the URDF lets it mimic another. An empty list keeps every movable
+    /// joint that mimics none, in the order of the file. Gravity is in the world frame, m/s².
     ///
-    /// Throws std::runtime_error for a missing or unreadable file, and for a joint that is unknown, fixed,
-    /// listed twice or of more than one degree of freedom.
+    /// `base_link` is the link whose pose and velocity are those of the base; empty: the root of the URDF. A
+    /// base that does not float has no velocity, and the generalised velocity is that of the joints.
+    ///
+    /// Throws std::runtime_error for a missing or unreadable file, an unknown base link, and for a joint that
+    /// is unknown, fixed, listed twice or of more than one degree of freedom.
     static Model load(const std::filesystem::path& urdf, const std::vector<std::string>& joints = {},
-                      const Eigen::Vector3d& gravity = {0.0, 0.0, -9.81});
+                      const Eigen::Vector3d& gravity = {0.0, 0.0, -9.81}, const std::string& base_link = {},
+                      bool floating_base = true);
 
     const std::vector<std::string>& joint_names() const;
     /// Number of joints, n.
     int joints() const;
-    /// Size of the generalised velocity nu = [pdot; omega; s_dot]: 6 + n.
-    int velocities() const { return 6 + joints(); }
+    /// What moves without being listed, and what stands elsewhere than at zero.
+    const std::vector<Follower>& followers() const;
+    bool has_floating_base() const;
+    /// Size of the generalised velocity: 6 + n for nu = [pdot; omega; s_dot] of a floating base, n for nu =
+    /// s_dot of a fixed one.
+    int velocities() const { return (has_floating_base() ? 6 : 0) + joints(); }
 
     /// kg, all links.
     double total_mass() const;
     /// World frame, m/s².
     const Eigen::Vector3d& gravity() const;
-    /// Name of the root link of the URDF.
+    /// Name of the link that is the base.
     const std::string& base_link() const;
 
     /// Names of all links, those behind fixed or locked joints included.
@@ -50,7 +68,8 @@ class Model {
     /// Throws std::runtime_error for an unknown name and lists the most similar ones.
     Frame frame(const std::string& name) const;
 
-    /// Position limits (n), rad or m; -inf and +inf where the URDF gives none.
+    /// Position limits (n), rad or m; -inf and +inf where the URDF gives none. Exporters write zeros where
+    /// they know no limit: a range of no width, and a velocity or an effort of zero, are none.
     const Eigen::VectorXd& position_min() const;
     const Eigen::VectorXd& position_max() const;
     /// Velocity limits (n), rad/s or m/s; +inf where the URDF gives none.

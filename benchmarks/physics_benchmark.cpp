@@ -23,9 +23,9 @@ WorldOptions standing_icub() {
                       "l_hip_roll",      "l_hip_yaw",      "l_knee",      "l_ankle_pitch",
                       "l_ankle_roll",    "r_hip_pitch",    "r_hip_roll",  "r_hip_yaw",
                       "r_knee",          "r_ankle_pitch",  "r_ankle_roll"};
-    options.initial_s = {0.033,  0,     0,     -0.354, 0.5,   0,      0.801,  -0.354,
-                         0.5,    0,     0.801, 0.208,  0.011, -0.002, -0.499, -0.292,
-                         -0.012, 0.208, 0.011, -0.002, -0.5,  -0.292, -0.012};
+    options.initial_joints = {0.033,  0,     0,     -0.354, 0.5,   0,      0.801,  -0.354,
+                              0.5,    0,     0.801, 0.208,  0.011, -0.002, -0.499, -0.292,
+                              -0.012, 0.208, 0.011, -0.002, -0.5,  -0.292, -0.012};
     options.feet = {{"l_sole"}, {"r_sole"}};
     options.ft_sensors = {"l_foot_ft_sensor", "r_foot_ft_sensor"};
     options.imu_frame = "imu_frame";
@@ -42,7 +42,7 @@ double hold(int i, double target, double s, double s_dot) {
 
 void step_world(benchmark::State& state) {
     Simulation sim(std::make_shared<const World>(standing_icub()));
-    const std::vector<double> target = sim.world().options().initial_s;
+    const std::vector<double> target = sim.world().options().initial_joints;
     std::vector<double> tau(n);
     const auto step = [&] {
         const auto s = sim.s();
@@ -62,7 +62,7 @@ void step_mujoco(benchmark::State& state) {
     const SpecPtr spec = make_spec(world.options(), urdf, Looks::none);
     const ModelPtr model = compile(spec.get(), urdf);
     const DataPtr data = make_data(model.get());
-    const std::vector<double> target = world.options().initial_s;
+    const std::vector<double> target = world.options().initial_joints;
 
     const Eigen::Quaterniond q(Eigen::Matrix3d(start.w_H_b().topLeftCorner<3, 3>()));
     const double base[7] = {

@@ -29,6 +29,7 @@ pkg_check_modules(zlib REQUIRED IMPORTED_TARGET zlib)
 find_package(pinocchio 4.1 REQUIRED)
 find_package(proxsuite REQUIRED COMPONENTS proxsuite)
 find_package(MuJoCo REQUIRED)
+find_package(assimp 6 REQUIRED)
 
 if(NOT CMAKE_CROSSCOMPILING) # what only tests and benchmarks need
     find_package(GTest REQUIRED)

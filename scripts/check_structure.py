@@ -16,6 +16,7 @@ LIBRARIES = {
     "Eigen": ("Eigen/", "unsupported/Eigen"),
     "Pinocchio": ("pinocchio/", "urdf_parser/", "console_bridge/", "urdf_model/", "urdf_world/"),
     "MuJoCo": ("mujoco/",),
+    "Assimp": ("assimp/",),
     "OSMesa": ("GL/",),
     "matio": ("matio.h",),
     "libdeflate": ("libdeflate.h",),

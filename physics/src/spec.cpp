@@ -1,11 +1,15 @@
 #include "spec.hpp"
+#include "inertia.hpp"
+#include "mesh.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <mutex>
+#include <regex>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 
 namespace bf::physics {
 
@@ -31,38 +35,89 @@ mjsBody* body_of(mjSpec* spec, const std::string& link) {
     return body;
 }
 
-SpecPtr parse(const Urdf& urdf, Looks looks) {
-    // MuJoCo reads compiler settings of a URDF from an element <mujoco> inside <robot>.
-    std::string text = urdf.text;
+/// Puts the attribute discardvisual into the element <compiler> of <mujoco> inside <robot>, from which MuJoCo
+/// reads its settings of a URDF; a URDF may have these elements already, and MuJoCo takes each but once.
+std::string with_setting(const Urdf& urdf, Looks looks) {
+    const std::string setting =
+        std::string(" discardvisual=\"") + (looks == Looks::meshes ? "false" : "true") + "\"";
+    std::string text = std::regex_replace(urdf.text, std::regex("<mujoco([^>]*)/>"), "<mujoco$1></mujoco>");
+    std::smatch found;
+    if (std::regex_search(text, found, std::regex("<mujoco[^>]*>"))) {
+        const size_t begin = static_cast<size_t>(found.position() + found.length());
+        const size_t compiler = text.find("<compiler", begin);
+        if (compiler > text.find("</mujoco", begin)) return text.insert(begin, "<compiler" + setting + "/>");
+        const size_t end = text.find('>', compiler);
+        const std::regex own("\\sdiscardvisual\\s*=\\s*(\"[^\"]*\"|'[^']*')");
+        const std::string tag = std::regex_replace(text.substr(compiler, end - compiler), own, "");
+        text.replace(compiler, end - compiler, tag);
+        return text.insert(compiler + std::string_view("<compiler").size(), setting);
+    }
     const size_t robot = text.find("<robot");
     const size_t end = robot == text.npos ? robot : text.find('>', robot);
     if (end == text.npos)
         throw std::runtime_error("'" + urdf.file.string() + "' has no element <robot>; a URDF is expected");
-    text.insert(end + 1, looks == Looks::meshes ? "<mujoco><compiler discardvisual=\"false\"/></mujoco>"
-                                                : "<mujoco><compiler discardvisual=\"true\"/></mujoco>");
+    return text.insert(end + 1, "<mujoco><compiler" + setting + "/></mujoco>");
+}
+
+SpecPtr parse(const Urdf& urdf, Looks looks) {
+    const std::string text = with_setting(urdf, looks);
     std::array<char, 1024> error{};
     SpecPtr spec(mj_parseXMLString(text.c_str(), nullptr, error.data(), static_cast<int>(error.size())));
     if (!spec) throw std::runtime_error("MuJoCo cannot read '" + urdf.file.string() + "': " + error.data());
     return spec;
 }
 
-/// Collisions go (feet bring their own shapes); visual meshes stay on request, with their files found.
-void keep_visuals(mjSpec* spec, const WorldOptions& options, const Urdf& urdf, Looks looks) {
+void set_contact(mjsGeom* geom, const Floor& floor) {
+    geom->condim = 3;
+    geom->friction[0] = floor.friction;
+    std::copy_n(floor.solref.data(), 2, geom->solref);
+}
+
+void make_foot_shape(mjsGeom* geom, const std::string& name, const Floor& floor) {
+    mjs_setName(geom->element, name.c_str());
+    geom->mass = 0.0;
+    geom->group = 3; // not drawn
+    geom->contype = foot_bit;
+    geom->conaffinity = floor_bit;
+    set_contact(geom, floor);
+}
+
+/// Collision shapes go, but for those that a foot touches with; visual ones stay on request. The files of
+/// their meshes are found.
+void keep_shapes(mjSpec* spec, const WorldOptions& options, const Urdf& urdf, Looks looks) {
     std::set<std::string> used;
+    std::vector<int> shapes(options.feet.size(), 0);
     for_each(spec, mjOBJ_GEOM, [&](mjsElement* element) {
         mjsGeom* geom = mjs_asGeom(element);
-        if (looks == Looks::none || geom->contype != 0) {
+        const std::string link = name_of(mjs_getParent(element)->element);
+        const auto foot = std::find_if(options.feet.begin(), options.feet.end(),
+                                       [&](const Foot& f) { return f.has_urdf_shapes && f.frame == link; });
+        if (geom->contype == 0 ? looks == Looks::none : foot == options.feet.end()) {
             mjs_delete(spec, element);
             return;
         }
+        if (geom->contype != 0) {
+            const auto i = static_cast<size_t>(foot - options.feet.begin());
+            make_foot_shape(geom, "foot:" + std::to_string(i) + ":urdf" + std::to_string(shapes[i]++),
+                            options.floor);
+        }
         geom->mass = 0.0;
         const std::string mesh_name = mjs_getString(geom->meshname);
-        if (geom->type != mjGEOM_MESH || !used.insert(mesh_name).second) return;
+        if (geom->type != mjGEOM_MESH) return;
         mjsMesh* mesh = mjs_asMesh(mjs_findElement(spec, mjOBJ_MESH, mesh_name.c_str()));
-        const std::string link = name_of(mjs_getParent(element)->element);
-        const auto file = urdf.mesh_file(mjs_getString(mesh->file), link, options.package_paths);
-        mjs_setString(mesh->file, file.c_str());
+        if (!used.insert(mesh_name).second) return;
+        mesh->inertia = mjMESH_INERTIA_SHELL; // shapes have no mass here, and the volume of some is zero
+        const auto file = urdf.mesh_file(mjs_getString(mesh->file), link, options.package_paths,
+                                         mjs_getString(spec->compiler.meshdir));
+        if (mujoco_reads(file))
+            mjs_setString(mesh->file, file.c_str());
+        else
+            import_mesh(mesh, file);
     });
+    for (size_t i = 0; i < options.feet.size(); ++i)
+        if (options.feet[i].has_urdf_shapes && options.feet[i].shapes.empty() && shapes[i] == 0)
+            throw std::runtime_error("link '" + options.feet[i].frame + "' of '" + urdf.file.string() +
+                                     "' has no <collision> to touch the floor with; give contact points");
     for_each(spec, mjOBJ_MESH, [&](mjsElement* element) {
         if (!used.contains(name_of(element))) mjs_delete(spec, element);
     });
@@ -73,11 +128,54 @@ double entry(const std::vector<double>& list, size_t i, double otherwise) {
     return list.empty() ? otherwise : list[list.size() == 1 ? 0 : i];
 }
 
-void set_joints(mjSpec* spec, const WorldOptions& options, const std::string& floating_link) {
+/// Takes a joint away and leaves its child where it is at `position`.
+void lock(mjSpec* spec, mjsElement* element, double position) {
+    const mjsJoint* joint = mjs_asJoint(element);
+    if (position != 0.0) {
+        mjsBody* body = mjs_getParent(element);
+        const Eigen::Vector3d axis = Eigen::Map<const Eigen::Vector3d>(joint->axis).normalized();
+        const Eigen::Quaterniond q(body->quat[0], body->quat[1], body->quat[2], body->quat[3]);
+        if (joint->type == mjJNT_SLIDE) {
+            Eigen::Map<Eigen::Vector3d>{body->pos} += q * (position * axis);
+        } else {
+            const Eigen::Quaterniond turned = q * Eigen::AngleAxisd(position, axis);
+            const double values[] = {turned.w(), turned.x(), turned.y(), turned.z()};
+            std::copy_n(values, 4, body->quat);
+        }
+    }
+    mjs_delete(spec, element);
+}
+
+/// position = multiplier * leader + offset, as hard as MuJoCo makes a constraint: a share of 1e-4 of the
+/// violating acceleration is left, and a drift fades within two steps.
+void couple(mjSpec* spec, const Follower& follower, double time_step) {
+    mjsEquality* equality = mjs_addEquality(spec, nullptr);
+    equality->type = mjEQ_JOINT;
+    equality->objtype = mjOBJ_JOINT;
+    mjs_setString(equality->name1, follower.joint.c_str());
+    mjs_setString(equality->name2, follower.leader.c_str());
+    std::fill_n(equality->data, mjNEQDATA, 0.0);
+    equality->data[0] = follower.offset;
+    equality->data[1] = follower.multiplier;
+    equality->solref[0] = 2.0 * time_step;
+    equality->solref[1] = 1.0;
+    equality->solimp[0] = equality->solimp[1] = 0.9999;
+}
+
+void set_joints(mjSpec* spec, const WorldOptions& options, const Urdf& urdf) {
+    for_each(spec, mjOBJ_EQUALITY, [&](mjsElement* element) { mjs_delete(spec, element); });
     for_each(spec, mjOBJ_JOINT, [&](mjsElement* element) {
-        const auto found = std::find(options.joints.begin(), options.joints.end(), name_of(element));
+        const std::string name = name_of(element);
+        const auto found = std::find(options.joints.begin(), options.joints.end(), name);
         if (found == options.joints.end()) {
-            mjs_delete(spec, element);
+            const auto follower = std::find_if(options.followers.begin(), options.followers.end(),
+                                               [&](const Follower& f) { return f.joint == name; });
+            if (follower == options.followers.end())
+                lock(spec, element, 0.0);
+            else if (follower->leader.empty())
+                lock(spec, element, follower->offset);
+            else
+                couple(spec, *follower, options.time_step);
             return;
         }
         const size_t i = static_cast<size_t>(found - options.joints.begin());
@@ -92,13 +190,14 @@ void set_joints(mjSpec* spec, const WorldOptions& options, const std::string& fl
         mjs_setString(motor->target, name.c_str());
         mjs_setToMotor(motor);
     }
-    if (options.floating_base) mjs_addFreeJoint(body_of(spec, floating_link));
-}
-
-void set_contact(mjsGeom* geom, const Floor& floor) {
-    geom->condim = 3;
-    geom->friction[0] = floor.friction;
-    std::copy_n(floor.solref.data(), 2, geom->solref);
+    if (options.floating_base) {
+        mjs_addFreeJoint(body_of(spec, floating_link(urdf)));
+    } else { // what is fused to the world loses its mass and its place in the centre of mass
+        for_each(spec, mjOBJ_BODY, [&](mjsElement* element) {
+            const mjsBody* parent = mjs_getParent(element);
+            if (parent && name_of(parent->element) == "world") mjs_asBody(element)->fuse = 0;
+        });
+    }
 }
 
 void add_floor(mjSpec* spec, const Floor& floor) {
@@ -113,15 +212,10 @@ void add_floor(mjSpec* spec, const Floor& floor) {
 
 void add_foot_shape(mjsBody* body, const ContactShape& shape, const std::string& name, const Floor& floor) {
     mjsGeom* geom = mjs_addGeom(body, nullptr);
-    mjs_setName(geom->element, name.c_str());
     geom->type = shape.kind == ContactShape::Kind::sphere ? mjGEOM_SPHERE : mjGEOM_BOX;
     std::copy_n(shape.size.data(), 3, geom->size);
     std::copy_n(shape.position.data(), 3, geom->pos);
-    geom->mass = 0.0;
-    geom->group = 3; // not drawn
-    geom->contype = foot_bit;
-    geom->conaffinity = floor_bit;
-    set_contact(geom, floor);
+    make_foot_shape(geom, name, floor);
 }
 
 mjsSite* add_site(mjsBody* body, const std::string& name) {
@@ -151,11 +245,30 @@ void silence_mujoco() {
     });
 }
 
-SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks) {
+const std::string& floating_link(const Urdf& urdf) {
+    return urdf.root() == "world" ? urdf.first_heavy_link() : urdf.root();
+}
+
+std::vector<FollowerAddress> follower_addresses(const mjModel* model, const WorldOptions& options) {
+    const auto position = [&](const std::string& joint) {
+        return model->jnt_qposadr[id_of(model, mjOBJ_JOINT, joint)];
+    };
+    std::vector<FollowerAddress> addresses;
+    for (const Follower& follower : options.followers)
+        if (!follower.leader.empty())
+            addresses.push_back(
+                {position(follower.joint), position(follower.leader), follower.multiplier, follower.offset});
+    return addresses;
+}
+
+SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks,
+                  std::vector<std::string>* warnings) {
     SpecPtr owner = parse(urdf, looks);
     mjSpec* spec = owner.get();
-    keep_visuals(spec, options, urdf, looks);
-    set_joints(spec, options, urdf.first_heavy_link());
+    keep_shapes(spec, options, urdf, looks);
+    set_joints(spec, options, urdf);
+    std::vector<std::string> ignored;
+    repair_inertias(spec, urdf, warnings ? *warnings : ignored);
 
     if (options.floor.enabled) add_floor(spec, options.floor);
     for (size_t i = 0; i < options.feet.size(); ++i) {
@@ -209,7 +322,7 @@ ModelPtr compile(mjSpec* spec, const Urdf& urdf) {
     ModelPtr model(mj_compile(spec, nullptr));
     if (!model)
         throw std::runtime_error("MuJoCo cannot compile '" + urdf.file.string() + "': " + mjs_getError(spec) +
-                                 "; moving links need a positive mass and a physically possible inertia");
+                                 "; look at the link that is named");
     return model;
 }
 

@@ -27,10 +27,25 @@ void silence_mujoco();
 enum class Looks { none, meshes };
 
 /// MuJoCo's editable model of `options`, whose joint names and links must be complete (World fills them in).
-/// Joints are actuated by motors in the order of options.joints. Sites "base", "imu", "foot:i", "ft:i",
-/// "push:i" and sensors "accelerometer", "gyro", "force:i", "torque:i" carry the measurements. Throws
+/// Joints are actuated by motors in the order of options.joints. Shapes of foot i are called "foot:i:…".
+/// Sites "base", "imu", "foot:i", "ft:i", "push:i" and sensors "accelerometer", "gyro", "force:i", "torque:i"
+/// carry the measurements. `warnings` receives what is done otherwise than the URDF says. Throws
 /// std::runtime_error.
-SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks);
+SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks,
+                  std::vector<std::string>* warnings = nullptr);
+
+/// The root of the URDF; its first link with inertia where the root is called "world", which is MuJoCo's name
+/// for what stands still.
+const std::string& floating_link(const Urdf& urdf);
+
+/// Where the position of a follower and that of its leader stand in qpos.
+struct FollowerAddress {
+    int position, leader;
+    double multiplier, offset;
+
+    void put(double* qpos) const { qpos[position] = multiplier * qpos[leader] + offset; }
+};
+std::vector<FollowerAddress> follower_addresses(const mjModel* model, const WorldOptions& options);
 
 /// kg, all links; a compiled model leaves out what is fixed to the world.
 double total_mass(mjSpec* spec);

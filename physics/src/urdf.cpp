@@ -1,6 +1,7 @@
 #include "urdf.hpp"
 
 #include "bf/base/names.hpp"
+#include "bf/base/packages.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -13,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Text without <!-- comments -->.
+/// Text without <!-- comments -->, of which the line breaks stay.
 std::string without_comments(std::string_view text) {
     std::string result;
     for (size_t at = 0;;) {
@@ -22,6 +23,8 @@ std::string without_comments(std::string_view text) {
         if (begin == text.npos) return result;
         at = text.find("-->", begin);
         if (at == text.npos) return result;
+        for (const char c : text.substr(begin, at - begin))
+            if (c == '\n') result += c;
         at += 3;
     }
 }
@@ -64,9 +67,9 @@ Urdf Urdf::read(const fs::path& file) {
                                  "); check the path, relative ones start at the working directory");
     Urdf urdf;
     urdf.file = fs::absolute(file).lexically_normal();
-    urdf.text.assign(std::istreambuf_iterator<char>(stream), {});
+    urdf.text = without_comments(std::string(std::istreambuf_iterator<char>(stream), {}));
 
-    const std::string text = without_comments(urdf.text);
+    const std::string& text = urdf.text;
     bool in_joint = false;
     bool in_link = false;
     for (size_t begin = text.find('<'); begin != text.npos; begin = text.find('<', begin + 1)) {
@@ -151,29 +154,30 @@ const UrdfJoint& Urdf::require_motor(const std::string& name) const {
 }
 
 fs::path Urdf::mesh_file(const std::string& address, const std::string& link,
-                         const std::vector<fs::path>& package_paths) const {
+                         const std::vector<fs::path>& package_paths, const std::string& meshdir) const {
     std::vector<fs::path> candidates;
-    const std::string_view package_scheme = "package://";
     const std::string_view file_scheme = "file://";
-    if (address.starts_with(package_scheme)) {
-        const fs::path inside = address.substr(package_scheme.size()); // package/path
-        for (const fs::path& folder : package_paths) candidates.push_back(folder / inside);
+    if (is_package_address(address)) {
+        std::vector<fs::path> folders = package_folders(package_paths);
         for (fs::path folder = file.parent_path(); folder != folder.root_path();
              folder = folder.parent_path())
-            candidates.push_back(folder / inside);
+            folders.push_back(folder);
+        for (const fs::path& folder : folders)
+            for (const fs::path& inside : package_candidates(address)) candidates.push_back(folder / inside);
     } else if (address.starts_with(file_scheme)) {
         candidates.push_back(address.substr(file_scheme.size()));
     } else {
         candidates.push_back(file.parent_path() / address);
+        candidates.push_back(file.parent_path() / meshdir / address);
     }
     std::string searched;
     for (const fs::path& candidate : candidates) {
         if (fs::is_regular_file(candidate)) return candidate.lexically_normal();
         searched += "\n- " + candidate.string();
     }
-    throw std::runtime_error(
-        "mesh '" + address + "' of link '" + link + "' in '" + file.string() +
-        "' was not found; add the folder that holds the package to package_paths; searched:" + searched);
+    throw std::runtime_error("mesh '" + address + "' of link '" + link + "' in '" + file.string() +
+                             "' was not found; add the folder that holds the package to " +
+                             package_variables + "; searched:" + searched);
 }
 
 } // namespace bf::physics

@@ -21,7 +21,7 @@ struct UrdfLink {
 /// offers.
 struct Urdf {
     std::filesystem::path file;
-    std::string text;
+    std::string text; ///< without comments
     std::vector<UrdfLink> links;
     std::vector<UrdfJoint> joints;
 
@@ -40,10 +40,11 @@ struct Urdf {
     /// Returns the joint. Throws std::runtime_error when it is unknown, or has no motor because of its type.
     const UrdfJoint& require_motor(const std::string& name) const;
 
-    /// Path of a mesh given as package://name/path, file://path, or relative to the URDF.
-    /// Throws std::runtime_error that lists the places searched.
+    /// Path of a mesh given as package://name/path, model://name/path, file://path, or relative to the URDF
+    /// or to its folder `meshdir`. Throws std::runtime_error that lists the places searched.
     std::filesystem::path mesh_file(const std::string& address, const std::string& link,
-                                    const std::vector<std::filesystem::path>& package_paths) const;
+                                    const std::vector<std::filesystem::path>& package_paths,
+                                    const std::string& meshdir = {}) const;
 };
 
 } // namespace bf::physics

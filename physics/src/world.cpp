@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 namespace bf::physics {
 
@@ -26,19 +27,24 @@ void complete(WorldOptions& options, const Urdf& urdf) {
             throw std::runtime_error("joint '" + name + "' is listed twice in joints; list each joint once");
     }
 
-    const std::string heavy = urdf.first_heavy_link();
-    if (options.base_link.empty()) options.base_link = heavy;
-    urdf.require_link(options.base_link, "base link");
-    for (std::string link = heavy; options.floating_base && link != urdf.root();) {
-        for (const UrdfJoint& joint : urdf.joints)
-            if (joint.child == link) {
-                link = joint.parent;
-                break;
-            }
-        if (link == options.base_link)
-            throw std::runtime_error("base link '" + link + "' has no mass and lies above '" + heavy +
-                                     "', so it cannot float; use '" + heavy + "'");
+    for (const Follower& follower : options.followers) {
+        urdf.require_motor(follower.joint);
+        if (seen.contains(follower.joint))
+            throw std::runtime_error("joint '" + follower.joint +
+                                     "' is listed in joints and among the followers; list it once");
+        if (!follower.leader.empty() && !seen.contains(follower.leader))
+            throw std::runtime_error("joint '" + follower.joint + "' follows '" + follower.leader +
+                                     "', which is not in the list of joints; add it");
     }
+
+    if (options.base_link.empty()) options.base_link = urdf.first_heavy_link();
+    urdf.require_link(options.base_link, "base link");
+    if (options.floating_base && options.base_link == "world")
+        throw std::runtime_error(
+            "the link 'world' of '" + urdf.file.string() +
+            "' stands still by its name and cannot float; set floating_base to false, or "
+            "choose another base_link, such as '" +
+            urdf.first_heavy_link() + "'");
 
     if (options.imu_frame.empty()) options.imu_frame = options.base_link;
     urdf.require_link(options.imu_frame, "frame of the IMU");
@@ -55,15 +61,18 @@ void complete(WorldOptions& options, const Urdf& urdf) {
 
 bool limited(const mjModel& model, int joint) { return model.jnt_limited[joint] != 0; }
 
-/// Height of the lowest point of a geom (sphere or box) above the world's origin.
+/// Height of the lowest point of a geom above the world's origin; of other shapes than spheres and boxes that
+/// of the box around them.
 double lowest_point(const mjModel& model, const mjData& data, int geom) {
-    const mjtNum* size = model.geom_size + 3 * geom;
     const mjtNum* down = data.geom_xmat + 9 * geom + 6; // z row of the rotation
+    const double height = data.geom_xpos[3 * geom + 2];
+    if (model.geom_type[geom] == mjGEOM_SPHERE) return height - model.geom_size[3 * geom];
+    const mjtNum* centre = model.geom_aabb + 6 * geom;
+    const mjtNum* size = centre + 3;
+    const double middle = down[0] * centre[0] + down[1] * centre[1] + down[2] * centre[2];
     const double reach =
-        model.geom_type[geom] == mjGEOM_SPHERE
-            ? size[0]
-            : std::abs(down[0]) * size[0] + std::abs(down[1]) * size[1] + std::abs(down[2]) * size[2];
-    return data.geom_xpos[3 * geom + 2] - reach;
+        std::abs(down[0]) * size[0] + std::abs(down[1]) * size[1] + std::abs(down[2]) * size[2];
+    return height + middle - reach;
 }
 
 } // namespace
@@ -99,6 +108,7 @@ void World::Impl::index() {
         }
         if (m->jnt_actfrclimited[joint]) effort_limits[i] = m->jnt_actfrcrange[2 * joint + 1];
     }
+    followers = follower_addresses(m, options);
     base_site = site("base");
     imu_site = site("imu");
     gyro = sensor("gyro");
@@ -107,9 +117,10 @@ void World::Impl::index() {
     for (size_t i = 0; i < options.feet.size(); ++i) {
         const std::string name = "foot:" + std::to_string(i);
         foot_sites.push_back(site(name));
-        for (size_t j = 0; j < options.feet[i].shapes.size(); ++j)
-            foot_of_geom[static_cast<size_t>(id_of(m, mjOBJ_GEOM, name + ":" + std::to_string(j)))] =
-                static_cast<int>(i);
+        for (int geom = 0; geom < m->ngeom; ++geom)
+            if (const char* shape = mj_id2name(m, mjOBJ_GEOM, geom);
+                shape && std::string_view(shape).starts_with(name + ":"))
+                foot_of_geom[static_cast<size_t>(geom)] = static_cast<int>(i);
     }
     for (size_t i = 0; i < options.ft_sensors.size(); ++i) {
         const std::string index = std::to_string(i);
@@ -127,23 +138,24 @@ void World::Impl::index() {
         push_sites.push_back(site("push:" + std::to_string(i)));
 }
 
-void World::Impl::place(const Urdf& urdf) {
+void World::Impl::place() {
     const auto kinematics = [&](const DataPtr& data) {
         std::copy_n(start.data(), start.size(), data->qpos);
         mj_kinematics(model.get(), data.get());
     };
     start = Eigen::Map<const Eigen::VectorXd>(model->qpos0, model->nq);
     for (int i = 0; i < n(); ++i) {
-        const auto& s = options.initial_s;
+        const auto& s = options.initial_joints;
         const double value = s.empty() ? 0.0 : s[s.size() == 1 ? 0 : static_cast<size_t>(i)];
         start[position[static_cast<size_t>(i)]] = value;
         if (!s.empty() && (value < lower_limits[i] || value > upper_limits[i])) {
             std::ostringstream text;
-            text << "initial_s of joint '" << options.joints[static_cast<size_t>(i)] << "' is " << value
-                 << "; the URDF limits it to [" << lower_limits[i] << ", " << upper_limits[i] << "]";
+            text << "initial_joints puts joint '" << options.joints[static_cast<size_t>(i)] << "' at "
+                 << value << "; the URDF limits it to [" << lower_limits[i] << ", " << upper_limits[i] << "]";
             throw std::runtime_error(text.str());
         }
     }
+    for (const FollowerAddress& follower : followers) follower.put(start.data());
     if (options.floating_base)
         std::copy_n(std::array{0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}.data(), 7, start.data());
 
@@ -169,12 +181,14 @@ void World::Impl::place(const Urdf& urdf) {
     const Eigen::Quaterniond q(Eigen::Matrix3d(X.topLeftCorner<3, 3>()));
     const std::array<double, 7> pose{X(0, 3), X(1, 3), X(2, 3), q.w(), q.x(), q.y(), q.z()};
     if (!options.floating_base) {
-        const SpecPtr spec =
-            make_spec(options, urdf, Looks::none); // compiling has fused the first one's root
-        mjsBody* body = mjs_findBody(spec.get(), urdf.root().c_str());
-        std::copy_n(pose.data(), 3, body->pos);
-        std::copy_n(pose.data() + 3, 4, body->quat);
-        model = compile(spec.get(), urdf);
+        for (int body = 1; body < model->nbody; ++body) {
+            if (model->body_parentid[body] != 0) continue;
+            mjtNum moved[7];
+            mju_mulPose(moved, moved + 3, pose.data(), pose.data() + 3, model->body_pos + 3 * body,
+                        model->body_quat + 4 * body);
+            std::copy_n(moved, 3, model->body_pos + 3 * body);
+            std::copy_n(moved + 3, 4, model->body_quat + 4 * body);
+        }
         return;
     }
     std::copy_n(pose.data(), 7, start.data());
@@ -194,11 +208,11 @@ World::World(WorldOptions options) : impl_(std::make_unique<Impl>()) {
     complete(options, urdf);
     options.validate(); // the number of joints is known only now
     impl_->options = std::move(options);
-    const SpecPtr spec = make_spec(impl_->options, urdf, Looks::none);
+    const SpecPtr spec = make_spec(impl_->options, urdf, Looks::none, &impl_->warnings);
     impl_->mass = total_mass(spec.get());
     impl_->model = compile(spec.get(), urdf);
     impl_->index();
-    impl_->place(urdf);
+    impl_->place();
 }
 
 World::~World() = default;
@@ -213,5 +227,6 @@ const Eigen::VectorXd& World::lower_limits() const { return impl_->lower_limits;
 const Eigen::VectorXd& World::upper_limits() const { return impl_->upper_limits; }
 const Eigen::VectorXd& World::effort_limits() const { return impl_->effort_limits; }
 double World::mass() const { return impl_->mass; }
+const std::vector<std::string>& World::warnings() const { return impl_->warnings; }
 
 } // namespace bf::physics

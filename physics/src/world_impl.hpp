@@ -17,6 +17,8 @@ struct World::Impl {
     std::vector<int> foot_of_geom; ///< per geom: foot it belongs to, or -1
     std::vector<int> foot_sites, ft_sites, push_sites;
     std::vector<int> force_sensors, torque_sensors; ///< per F/T sensor: index in sensordata
+    std::vector<FollowerAddress> followers;
+    std::vector<std::string> warnings;
     int base_site = -1, imu_site = -1;
     int gyro = -1, accelerometer = -1; ///< index in sensordata
 
@@ -28,8 +30,8 @@ struct World::Impl {
 
     /// Indices of a compiled model.
     void index();
-    /// Fills `start`; places the root of a fixed base.
-    void place(const Urdf& urdf);
+    /// Fills `start`; places a fixed base.
+    void place();
 };
 
 /// Homogeneous transform of a site or body after MuJoCo's kinematics (position, row-major rotation).

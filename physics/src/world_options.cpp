@@ -64,7 +64,8 @@ void WorldOptions::validate() const {
                        "); time constant and damping ratio must be positive, as in (0.005, 1)");
     for (const Foot& foot : feet) {
         complaints.require(!foot.frame.empty(), "a foot has no frame; name the link of its sole");
-        complaints.require(!foot.shapes.empty(), "foot '", foot.frame, "' has no contact shape");
+        complaints.require(!foot.shapes.empty() || foot.has_urdf_shapes, "foot '", foot.frame,
+                           "' has no contact shape");
         for (const ContactShape& shape : foot.shapes) {
             const bool positive = shape.kind == ContactShape::Kind::sphere ? shape.size.x() > 0.0
                                                                            : (shape.size.array() > 0.0).all();
@@ -77,7 +78,7 @@ void WorldOptions::validate() const {
     check_list(complaints, "armature", armature, joints.size());
     check_list(complaints, "damping", damping, joints.size());
     check_list(complaints, "friction", friction, joints.size());
-    check_list(complaints, "initial_s", initial_s, joints.size(), true);
+    check_list(complaints, "initial_joints", initial_joints, joints.size(), true);
     check_list(complaints, "noise", {noise.position, noise.velocity, noise.torque}, 3);
     if (initial_w_H_b) {
         const Eigen::Matrix4d& H = *initial_w_H_b;

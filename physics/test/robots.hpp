@@ -29,7 +29,7 @@ inline WorldOptions icub_options() {
     WorldOptions options;
     options.urdf = icub_urdf();
     options.joints = icub_joints();
-    options.initial_s = icub_posture();
+    options.initial_joints = icub_posture();
     options.feet = {{"l_sole"}, {"r_sole"}};
     options.ft_sensors = {"l_foot_ft_sensor", "r_foot_ft_sensor"};
     options.imu_frame = "imu_frame";
@@ -54,8 +54,9 @@ class HoldPosture {
             const bool arm = name.find("shoulder") != name.npos || name.find("elbow") != name.npos;
             kp_[i] = torso ? 300 : arm ? 50 : 400;
             kd_[i] = torso ? 6 : arm ? 2 : 8;
-            target_[i] =
-                world.options().initial_s.empty() ? 0.0 : world.options().initial_s[static_cast<size_t>(i)];
+            target_[i] = world.options().initial_joints.empty()
+                             ? 0.0
+                             : world.options().initial_joints[static_cast<size_t>(i)];
         }
     }
     std::span<const double> operator()(const Simulation& sim) {

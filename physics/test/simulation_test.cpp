@@ -1,6 +1,7 @@
 #include "bf/physics/world.hpp"
 #include "robots.hpp"
 
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
@@ -37,7 +38,7 @@ WorldOptions pendulum() {
     options.urdf = pendulum_urdf();
     options.floating_base = false;
     options.floor.enabled = false;
-    options.initial_s = {1.0};
+    options.initial_joints = {1.0};
     return options;
 }
 
@@ -124,7 +125,7 @@ TEST(Simulation, ContinuesBitForBitFromASavedState) {
 TEST(Simulation, MovesTheSameWhateverTheOrderOfJoints) {
     WorldOptions reversed = icub_options();
     std::reverse(reversed.joints.begin(), reversed.joints.end());
-    std::reverse(reversed.initial_s.begin(), reversed.initial_s.end());
+    std::reverse(reversed.initial_joints.begin(), reversed.initial_joints.end());
     Simulation a = simulate(icub_options()), b = simulate(reversed);
     HoldPosture hold_a(a.world()), hold_b(b.world());
     for (int k = 0; k < 300; ++k) {
@@ -369,6 +370,89 @@ TEST(Simulation, ReportsDivergenceInsteadOfRestarting) {
     EXPECT_NE(std::string(sim.error()).find("lower the gains or the time step"), std::string::npos);
     sim.restore(saved.data());
     EXPECT_TRUE(sim.step(std::vector<double>{0.0})) << sim.error();
+}
+
+TEST(FixedBase, CentreOfMassIsThatOfAllLinks) {
+    WorldOptions options;
+    options.urdf = pendulum_urdf();
+    options.floating_base = false;
+    Eigen::Matrix4d H = Eigen::Matrix4d::Identity();
+    H.topLeftCorner<3, 3>() =
+        Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+    H.topRightCorner<3, 1>() << 0.4, -0.3, 0.2;
+    options.initial_w_H_b = H;
+    const Simulation sim = simulate(options);
+    // 3 kg at the base and 2 kg at half a metre below the hinge, which is 1 m above it.
+    const Eigen::Vector3d com =
+        H.topLeftCorner<3, 3>() * Eigen::Vector3d(0, 0, 2 * 0.5 / 5) + H.topRightCorner<3, 1>();
+    EXPECT_LT((sim.com() - com).norm(), 1e-12);
+    EXPECT_LT((sim.w_H_b() - H).norm(), 1e-12);
+}
+
+TEST(FloatingBase, AllThatIsFixedToARootWithoutMassFalls) {
+    WorldOptions options;
+    options.floor.enabled = false;
+    options.urdf = write_urdf("siblings", R"(
+      <link name="root"/>
+      <link name="a"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="b"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="i" type="fixed"><parent link="root"/><child link="a"/></joint>
+      <joint name="j" type="fixed"><origin xyz="1 0 0"/><parent link="root"/><child link="b"/></joint>)");
+    Simulation sim = simulate(options);
+    const double height = sim.com()[2];
+    EXPECT_NEAR(sim.com()[0], 0.4, 1e-12);
+    for (int k = 0; k < 100; ++k) ASSERT_TRUE(sim.step({}));
+    EXPECT_NEAR(sim.com()[2] - height, -0.5 * 9.81 * 0.1 * 0.1, 1e-3);
+}
+
+/// (I1 + k² I2) s_ddot = tau for two rotors of which the second turns k times as fast.
+TEST(Followers, MoveWithTheirLeaderAndAddTheirInertia) {
+    WorldOptions options;
+    options.urdf = write_urdf("geared", R"(
+      <link name="stand"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="wheel"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="0.5" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="pinion"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="slow" type="continuous"><axis xyz="0 0 1"/><parent link="stand"/><child link="wheel"/></joint>
+      <joint name="fast" type="continuous"><axis xyz="0 0 1"/><parent link="stand"/><child link="pinion"/>
+        <mimic joint="slow" multiplier="-3" offset="0.2"/></joint>)");
+    options.floating_base = false;
+    options.joints = {"slow"};
+    options.followers = {{"fast", "slow", -3.0, 0.2}};
+    Simulation sim = simulate(options);
+    ASSERT_TRUE(sim.step(std::array{2.8}));
+    EXPECT_NEAR(sim.s_ddot()[0], 2.8 / (0.5 + 9 * 0.1), 1e-3);
+    for (int k = 0; k < 500; ++k) ASSERT_TRUE(sim.step(std::array{2.8}));
+    EXPECT_NEAR(sim.s_dot()[0], 2.0 * 0.501, 2e-3);
+    options.followers = {{"fast", "", 1.0, 0.2}}; // locked
+    Simulation locked = simulate(options);
+    ASSERT_TRUE(locked.step(std::array{2.8}));
+    EXPECT_NEAR(locked.s_ddot()[0], 2.8 / 0.5, 1e-9);
+    options.followers.clear();
+    options.joints = {"slow", "fast"}; // independent, whatever the URDF says
+    Simulation free = simulate(options);
+    ASSERT_TRUE(free.step(std::array{1.0, 1.0}));
+    EXPECT_NEAR(free.s_ddot()[0], 1.0 / 0.5, 1e-9);
+    EXPECT_NEAR(free.s_ddot()[1], 1.0 / 0.1, 1e-9);
+}
+
+TEST(Contact, TakesTheShapesOfTheUrdf) {
+    const auto urdf = [](const std::string& collision) {
+        return write_urdf("block", R"(<link name="block"><inertial><mass value="3"/>
+          <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>)" +
+                                       collision + "</link>");
+    };
+    WorldOptions options;
+    options.feet = {{"block", {}, true}};
+    options.urdf = urdf("");
+    EXPECT_THROW(World{options}, std::runtime_error);
+    for (const char* shape : {R"(<box size="0.4 0.2 0.1"/>)", R"(<cylinder radius="0.2" length="0.1"/>)"}) {
+        options.urdf = urdf(std::string("<collision><origin xyz='0 0 0.02'/><geometry>") + shape +
+                            "</geometry></collision>");
+        Simulation sim = simulate(options);
+        EXPECT_NEAR(sim.w_H_b()(2, 3), 0.03, 1e-4) << shape;
+        for (int k = 0; k < 1000; ++k) ASSERT_TRUE(sim.step({}));
+        EXPECT_NEAR(sim.foot_wrench(0)[2], 3 * 9.81, 0.1) << shape;
+    }
 }
 
 TEST(Simulation, TurnsErrorsOfMujocoIntoExceptions) {

@@ -1,6 +1,7 @@
 #include "bf/physics/world.hpp"
 #include "robots.hpp"
 
+#include <array>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -88,25 +89,82 @@ TEST(World, ListsEveryValueOutOfRangeAtOnce) {
 
 TEST(World, RefusesAStartOutsideTheJointLimits) {
     WorldOptions options = icub_options();
-    options.initial_s[14] = 1.0;
-    expect_contains(complaint(options), {"initial_s of joint 'l_knee' is 1; the URDF limits it to ["});
+    options.initial_joints[14] = 1.0;
+    expect_contains(complaint(options), {"initial_joints puts joint 'l_knee' at 1; the URDF limits it to ["});
 }
 
-TEST(World, PassesOnWhatMujocoRefuses) {
+TEST(World, GivesMovingLinksWithoutMassALittleAndNamesThem) {
     WorldOptions options;
     options.urdf = write_urdf("weightless", R"(
       <link name="stand"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
       <link name="ghost"/>
       <joint name="hinge" type="continuous"><parent link="stand"/><child link="ghost"/></joint>)");
+    const World world(options);
+    ASSERT_EQ(world.warnings().size(), 1u);
+    expect_contains(world.warnings()[0],
+                    {"link 'ghost' of 'weightless.urdf' moves without mass", "1e-06 kg"});
+    options.joints = {};
+    EXPECT_TRUE(World(icub_options()).warnings().empty());
+}
+
+TEST(World, GivesLinksThatNoBodyCanBeTheNearestPossibleInertia) {
+    const auto urdf = [](const std::string& inertia) {
+        return write_urdf("impossible", R"(
+      <link name="stand"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="arm"><inertial><mass value="2"/><inertia )" +
+                                            inertia + R"( ixz="0" iyz="0"/></inertial></link>
+      <joint name="hinge" type="continuous"><axis xyz="0 0 1"/><parent link="stand"/><child link="arm"/></joint>)");
+    };
+    WorldOptions options;
+    options.floating_base = false;
+    options.gravity.setZero();
+    options.urdf = urdf(R"(ixx="0.001" iyy="0.001" izz="0.008" ixy="0")");
+    const auto world = std::make_shared<const World>(options);
+    ASSERT_EQ(world->warnings().size(), 1u);
+    expect_contains(world->warnings()[0], {"link 'arm' of 'impossible.urdf' has principal moments", "0.008"});
+    // Second moments (4, 4, -3) become (4, 4, 0): the moments of inertia are (4, 4, 8), and 0.008 stays about
+    // z.
+    Simulation sim(world);
+    ASSERT_TRUE(sim.step(std::array{0.8}));
+    EXPECT_NEAR(sim.s_ddot()[0], 100.0, 1e-6);
+    options.urdf = urdf(R"(ixx="1e-6" iyy="1e-6" izz="1e-6" ixy="1e-6")"); // a direction without inertia
+    EXPECT_EQ(World(options).warnings().size(), 1u);
+    options.urdf = urdf(R"(ixx="-1" iyy="0.1" izz="0.1" ixy="0")");
     expect_contains(complaint(options),
-                    {"MuJoCo cannot compile", "weightless.urdf", "mass", "positive mass"});
+                    {"link 'arm'", "no body has nor comes near to", "correct its <inertial>"});
+}
+
+TEST(World, KeepsSettingsOfMujocoThatTheUrdfBrings) {
+    for (const char* own :
+         {"<mujoco/>", "<mujoco><option timestep='0.1'/></mujoco>",
+          "<!-- <mujoco> --><mujoco><compiler discardvisual='false' strippath = 'true'/></mujoco>"}) {
+        WorldOptions options;
+        options.urdf = write_urdf("settings", std::string(own) + R"(
+      <link name="stand"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>)");
+        EXPECT_EQ(complaint(options), "") << own;
+    }
+}
+
+TEST(World, TakesAnEffortOfZeroForNoLimit) {
+    WorldOptions options;
+    options.urdf = write_urdf("effortless", R"(
+      <link name="stand"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="arm"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="hinge" type="revolute"><parent link="stand"/><child link="arm"/><limit effort="0" velocity="0"/></joint>)");
+    const World world(options);
+    EXPECT_EQ(world.effort_limits()[0], std::numeric_limits<double>::infinity());
+    EXPECT_EQ(world.upper_limits()[0], std::numeric_limits<double>::infinity());
+}
+
+TEST(World, PassesOnWhatMujocoRefuses) {
+    WorldOptions options;
     options.urdf = write_urdf("broken", "<link name=\"a\"><inertial></link>");
     expect_contains(complaint(options), {"MuJoCo cannot read", "broken.urdf"});
     options.urdf = write_urdf("empty", "");
     expect_contains(complaint(options), {"contains no <link>"});
 }
 
-TEST(World, RefusesABaseThatCannotFloat) {
+TEST(World, FloatsFromARootWithoutMass) {
     WorldOptions options;
     options.urdf = write_urdf("massless_root", R"(
       <link name="base_link"/>
@@ -114,7 +172,20 @@ TEST(World, RefusesABaseThatCannotFloat) {
       <joint name="glue" type="fixed"><parent link="base_link"/><child link="root_link"/></joint>)");
     EXPECT_EQ(World(options).base_link(), "root_link");
     options.base_link = "base_link";
-    expect_contains(complaint(options), {"base link 'base_link' has no mass", "use 'root_link'"});
+    EXPECT_EQ(World(options).base_link(), "base_link");
+}
+
+TEST(World, RefusesToFloatTheWorld) {
+    WorldOptions options;
+    options.urdf = write_urdf("mounted", R"(
+      <link name="world"/>
+      <link name="stand"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="glue" type="fixed"><parent link="world"/><child link="stand"/></joint>)");
+    options.base_link = "world";
+    expect_contains(complaint(options),
+                    {"the link 'world'", "cannot float; set floating_base to false", "'stand'"});
+    options.floating_base = false;
+    EXPECT_EQ(complaint(options), "");
 }
 
 TEST(World, ControlsAllMovableJointsByDefault) {

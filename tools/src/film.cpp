@@ -1,7 +1,7 @@
 // bf film: a recording of a physics world as a film.
 #include "bf/physics/renderer.hpp"
 #include "bf/recording/reader.hpp"
-#include "bf/toolbox/robot.hpp"
+#include "bf/toolbox/simulated_robot.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
@@ -19,29 +19,27 @@ struct FilmOptions {
     std::string recording, output, picture;
     double frames_per_second = 25, speed = 1, from = 0, to = std::numeric_limits<double>::infinity();
     std::optional<double> picture_time; // none: the end
-    int width = 640, height = 640;
+    physics::RenderOptions picture_options{.width = 640, .height = 640};
 };
 
-/// The robot in the diagram that has a world, by its description and the name its signals begin with.
+/// The world in the diagram, and the name its signals begin with.
 struct FilmedRobot {
-    const toolbox::RobotConfiguration* configuration = nullptr;
-    std::string world;
+    const physics::World* world = nullptr;
+    std::string path;
 };
 
 FilmedRobot find_robot(const Diagram& diagram) {
     FilmedRobot robot;
     for (const auto& node : diagram.nodes) {
         if (node.type == "WholeBodyToolbox/MujocoWorld") {
-            robot.world = node.path;
-            const auto& from = node.providers.front();
-            robot.configuration = static_cast<const toolbox::RobotConfiguration*>(
-                diagram.nodes[static_cast<std::size_t>(from.node)]
-                    .block->declaration()
-                    .provisions[static_cast<std::size_t>(from.slot)]
-                    .made.get());
+            const void* made = node.block->declaration().provisions.front().made.get();
+            robot.path = node.path;
+            robot.world =
+                &static_cast<const toolbox::SimulatedDevice&>(*static_cast<const toolbox::RobotDevice*>(made))
+                     .world();
         }
     }
-    if (!robot.configuration)
+    if (!robot.world)
         throw CommandError(diagram.name + " has no MujocoWorld block: there is nothing to film");
     return robot;
 }
@@ -64,10 +62,9 @@ Vector values(const recording::Channel& channel, double t) {
 class Film {
   public:
     Film(const FilmOptions& options, const FilmedRobot& robot)
-        : options_(options), recording_(load_recording(options.recording)),
-          world_(world_options(*robot.configuration)), path_(robot.world),
-          renderer_(world_, render_options(options)), base_(recording_.channel(path_ + ".w_H_b")),
-          joints_(recording_.channel(path_ + ".s")) {
+        : options_(options), recording_(load_recording(options.recording)), path_(robot.path),
+          renderer_(*robot.world, options.picture_options), base_(recording_.channel(path_ + ".w_H_b")),
+          joints_(robot.world->joint_count() > 0 ? &recording_.channel(path_ + ".s") : nullptr) {
         if (base_.samples() == 0)
             throw CommandError(options.recording + " holds no sample of " + path_ + ".w_H_b");
     }
@@ -75,7 +72,7 @@ class Film {
     double end() const { return std::min(options_.to, base_.time(base_.samples() - 1)); }
 
     void draw(double t, physics::Image& image) {
-        const Vector H = values(base_, t), s = values(joints_, t);
+        const Vector H = values(base_, t), s = joints_ ? values(*joints_, t) : Vector();
         std::vector<physics::Arrow> arrows;
         for (const auto& channel : recording_.channels) {
             if (channel.samples() == 0) continue;
@@ -88,21 +85,6 @@ class Film {
     }
 
   private:
-    static physics::WorldOptions world_options(const toolbox::RobotConfiguration& robot) {
-        physics::WorldOptions options;
-        options.urdf = robot.urdf;
-        options.package_paths = robot.search_directories;
-        options.joints = robot.model.joint_names();
-        options.base_link = robot.model.base_link();
-        return options;
-    }
-    static physics::RenderOptions render_options(const FilmOptions& options) {
-        physics::RenderOptions render;
-        render.width = options.width;
-        render.height = options.height;
-        return render;
-    }
-
     /// Force of the ground at the foot's centre of pressure x = -m_y/f_z, y = m_x/f_z in sole axes.
     void add_contact(const recording::Channel& wrench, double t, std::vector<physics::Arrow>& arrows) {
         const std::string foot = wrench.name.substr((path_ + ".wrench_").size());
@@ -134,10 +116,10 @@ class Film {
 
     const FilmOptions& options_;
     recording::Recording recording_;
-    physics::World world_;
     std::string path_;
     physics::Renderer renderer_;
-    const recording::Channel &base_, &joints_;
+    const recording::Channel& base_;
+    const recording::Channel* joints_; ///< none when the robot has no joints
 };
 
 void draw_picture(Film& film, const FilmOptions& options) {
@@ -155,7 +137,8 @@ void draw_film(Film& film, const FilmOptions& options) {
                            " s");
     OutputFile file(options.output);
     const InterruptGuard guard;
-    physics::VideoWriter video(file.path(), options.width, options.height, options.frames_per_second);
+    physics::VideoWriter video(file.path(), options.picture_options.width, options.picture_options.height,
+                               options.frames_per_second);
     const double step = options.speed / options.frames_per_second;
     const int frames = static_cast<int>((film.end() - options.from) / step) + 1;
     physics::Image image;
@@ -212,10 +195,25 @@ void add_film(CLI::App& app) {
     number_option("--speed", options->speed, "2 plays twice as fast", "FACTOR")
         ->check(CLI::Range(1e-3, 1e3).description(""))
         ->capture_default_str();
-    number_option("--width", options->width, "pixels", "N")
+    auto& picture = options->picture_options;
+    number_option("--distance", picture.distance, "of the camera from the point it looks at, m", "M")
+        ->check(CLI::Range(1e-3, 1e6).description(""))
+        ->capture_default_str();
+    number_option("--azimuth", picture.azimuth,
+                  "direction of view about z, deg: 0 along x, 180 facing the robot", "DEG")
+        ->capture_default_str();
+    number_option("--elevation", picture.elevation, "deg; below 0 the camera looks down", "DEG")
+        ->check(CLI::Range(-90.0, 90.0).description(""))
+        ->capture_default_str();
+    number_option("--look-at", picture.look_at_height, "height of the point looked at, m", "M")
+        ->capture_default_str();
+    command->add_flag_callback(
+        "--no-follow", [&picture] { picture.follows = false; },
+        "the camera stays where it is when the base moves");
+    number_option("--width", picture.width, "pixels", "N")
         ->check(CLI::Range(16, 8192).description(""))
         ->capture_default_str();
-    number_option("--height", options->height, "pixels", "N")
+    number_option("--height", picture.height, "pixels", "N")
         ->check(CLI::Range(16, 8192).description(""))
         ->capture_default_str();
     command->footer("The model's MujocoWorld block is shown; its w_H_b and s must be recorded.\n"

@@ -5,6 +5,7 @@
 
 #include <GL/osmesa.h>
 #include <algorithm>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -70,11 +71,15 @@ struct Renderer::Impl {
     ModelPtr model;
     DataPtr data;
     std::vector<int> position; ///< joint → index in qpos
+    std::vector<FollowerAddress> followers;
+    std::vector<Eigen::Matrix4d>
+        roots; ///< poses of the bodies that hang on the world, in the order of MuJoCo's mocap
     int base_site;
     Canvas canvas;
     mjvScene scene;
     mjrContext context;
     std::vector<std::uint8_t> overlay;
+    std::optional<Eigen::Vector2d> looked_at; ///< x and y of the point that the camera looks at
 
     Impl(const World& world, const RenderOptions& wanted) : options(wanted) {
         // The robot hangs on a body that can be put anywhere, so a base is drawn where it is, floating or
@@ -83,13 +88,25 @@ struct Renderer::Impl {
         drawn.floating_base = false;
         const Urdf urdf = Urdf::read(drawn.urdf);
         const SpecPtr spec = make_spec(drawn, urdf, Looks::meshes);
-        mjs_findBody(spec.get(), urdf.root().c_str())->mocap = 1;
+        mjsBody* ground = mjs_findBody(spec.get(), "world");
+        for (mjsElement* body = mjs_firstChild(ground, mjOBJ_BODY, 0); body;
+             body = mjs_nextChild(ground, body, 0))
+            mjs_asBody(body)->mocap = 1;
         decorate(spec.get(), options);
         model = compile(spec.get(), urdf);
         data = make_data(model.get());
         base_site = id_of(model.get(), mjOBJ_SITE, "base");
         for (const std::string& name : world.joint_names())
             position.push_back(model->jnt_qposadr[id_of(model.get(), mjOBJ_JOINT, name)]);
+        followers = follower_addresses(model.get(), drawn);
+        roots.resize(static_cast<size_t>(model->nmocap));
+        for (int body = 1; body < model->nbody; ++body) {
+            if (model->body_mocapid[body] < 0) continue;
+            mjtNum rotation[9];
+            mju_quat2Mat(rotation, model->body_quat + 4 * body);
+            roots[static_cast<size_t>(model->body_mocapid[body])] =
+                transform(model->body_pos + 3 * body, rotation);
+        }
 
         const Drawing active(canvas);
         mjr_defaultContext(&context);
@@ -112,10 +129,13 @@ struct Renderer::Impl {
     }
 
     void place_root(const Eigen::Matrix4d& w_H_root) {
-        const Eigen::Quaterniond q(Eigen::Matrix3d(w_H_root.topLeftCorner<3, 3>()));
-        const double rotation[4] = {q.w(), q.x(), q.y(), q.z()};
-        std::copy_n(w_H_root.col(3).data(), 3, data->mocap_pos);
-        std::copy_n(rotation, 4, data->mocap_quat);
+        for (size_t i = 0; i < roots.size(); ++i) {
+            const Eigen::Matrix4d H = w_H_root * roots[i];
+            const Eigen::Quaterniond q(Eigen::Matrix3d(H.topLeftCorner<3, 3>()));
+            const double rotation[4] = {q.w(), q.x(), q.y(), q.z()};
+            std::copy_n(H.col(3).data(), 3, data->mocap_pos + 3 * i);
+            std::copy_n(rotation, 4, data->mocap_quat + 4 * i);
+        }
         mj_kinematics(model.get(), data.get());
     }
 };
@@ -139,6 +159,7 @@ void Renderer::render(const Eigen::Matrix4d& w_H_b, std::span<const double> s, s
                                     " joint positions; the robot has " +
                                     std::to_string(self.position.size()));
     for (size_t i = 0; i < s.size(); ++i) self.data->qpos[self.position[i]] = s[i];
+    for (const FollowerAddress& follower : self.followers) follower.put(self.data->qpos);
     self.place_root(Eigen::Matrix4d::Identity());
     const Eigen::Matrix4d root_H_base =
         transform(self.data->site_xpos + 3 * self.base_site, self.data->site_xmat + 9 * self.base_site);
@@ -153,14 +174,15 @@ void Renderer::render(const Eigen::Matrix4d& w_H_b, std::span<const double> s, s
     camera.azimuth = self.options.azimuth;
     camera.elevation = self.options.elevation;
     camera.distance = self.options.distance;
-    camera.lookat[0] = w_H_b(0, 3);
-    camera.lookat[1] = w_H_b(1, 3);
+    if (self.options.follows || !self.looked_at)
+        self.looked_at = Eigen::Vector2d(w_H_b.topRightCorner<2, 1>());
+    std::copy_n(self.looked_at->data(), 2, camera.lookat);
     camera.lookat[2] = self.options.look_at_height;
     mjv_updateScene(self.model.get(), self.data.get(), &option, nullptr, &camera, mjCAT_ALL, &self.scene);
     for (int i = 0; i < self.scene.nlight;
          ++i) { // the shadow is drawn around the lamp, so lamps follow the robot
         if (self.scene.lights[i].headlight) continue;
-        for (int axis : {0, 1}) self.scene.lights[i].pos[axis] += static_cast<float>(w_H_b(axis, 3));
+        for (int axis : {0, 1}) self.scene.lights[i].pos[axis] += static_cast<float>((*self.looked_at)[axis]);
     }
     const int first_arrow = self.scene.ngeom;
     for (const Arrow& arrow : arrows) add_arrow(self.scene, arrow);

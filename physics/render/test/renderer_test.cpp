@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <set>
@@ -147,8 +148,70 @@ TEST(Renderer, NamesAMeshItCannotFind) {
     const std::string text = message_of([&] { Renderer renderer(world); });
     for (const char* part :
          {"mesh 'package://nobody/meshes/body.stl' of link 'body'", "add the folder that holds",
-          "package_paths", "- /some/where/nobody/meshes/body.stl"})
+          "to ROS_PACKAGE_PATH", "- /some/where/nobody/meshes/body.stl"})
         EXPECT_NE(text.find(part), std::string::npos) << text;
+}
+
+/// A square plate of 1 m as COLLADA, in centimetres and with y upwards, which ROS ignores.
+const char* const plate = R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+  <asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
+  <library_geometries><geometry id="g"><mesh>
+    <source id="p"><float_array id="a" count="12">-50 0 -50 50 0 -50 50 0 50 -50 0 50</float_array>
+      <technique_common><accessor source="#a" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+    <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+    <triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2 0 2 3 2 1 0 3 2 0</p></triangles>
+  </mesh></geometry></library_geometries>
+  <library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+  <scene><instance_visual_scene url="#s"/></scene>
+</COLLADA>)";
+
+/// Two meshes of one name in two folders, found through the environment; the root is called world.
+TEST(Renderer, ReadsColladaOfPackages) {
+    const std::filesystem::path folder = output + "packages/share/plates";
+    std::filesystem::create_directories(folder / "a");
+    std::filesystem::create_directories(folder / "b");
+    std::ofstream(folder / "a/plate.dae") << plate;
+    std::ofstream(folder / "b/plate.dae")
+        << std::string(plate).replace(std::string(plate).find("0.01"), 4, "0.02");
+    const auto area = [&](const std::string& address) {
+        WorldOptions options;
+        options.floating_base = false;
+        options.floor.enabled = false;
+        options.urdf = write_urdf("collada", R"(<link name="world"/>
+          <link name="body"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+            <collision><geometry><mesh filename="package://plates/b/plate.dae"/></geometry></collision>
+            <visual><geometry><mesh filename=")" +
+                                                 address + R"("/></geometry></visual></link>
+          <joint name="glue" type="fixed"><parent link="world"/><child link="body"/></joint>)");
+        const World world(options);
+        Renderer renderer(
+            world,
+            {.width = 200, .height = 200, .azimuth = 90, .elevation = 0, .distance = 6, .look_at_height = 0});
+        Image with, without;
+        renderer.render(Eigen::Matrix4d::Identity(), {}, {}, with);
+        Eigen::Matrix4d away = Eigen::Matrix4d::Identity();
+        away(2, 3) = 100;
+        renderer.render(away, {}, {}, without);
+        return difference(with, without);
+    };
+    ASSERT_EQ(setenv("AMENT_PREFIX_PATH", (output + "packages").c_str(), 1), 0);
+    const double small = area("package://plates/a/plate.dae"), large = area("model://plates/b/plate.dae");
+    unsetenv("AMENT_PREFIX_PATH");
+    const double height = 2 * 6 * std::tan(16.0 * std::numbers::pi / 180.0); // m in the picture
+    EXPECT_NEAR(small, 1 / (height * height), 0.01);
+    EXPECT_NEAR(large, 4 / (height * height), 0.02);
+}
+
+TEST(Renderer, StandsStillOnRequest) {
+    Simulation sim = simulate(icub_options());
+    Renderer renderer(sim.world(), {.width = 200, .height = 150, .follows = false});
+    Image here, there;
+    Eigen::Matrix4d w_H_b = sim.w_H_b();
+    renderer.render(w_H_b, icub_posture(), {}, here);
+    w_H_b(1, 3) += 10.0;
+    renderer.render(w_H_b, icub_posture(), {}, there);
+    EXPECT_GT(difference(here, there), 0.03);
 }
 
 TEST(Renderer, RefusesWrongSizes) {

@@ -31,7 +31,8 @@ class VelocityBlock : public PositionBlock {
 
   protected:
     dynamics::Data& at_state(Now at) const {
-        dynamics::set_state(model(), data(at), at[w_H_b], at[s], at[v_b], at[s_dot]);
+        const Vector6 velocity = model().has_floating_base() ? Vector6(at[v_b]) : Vector6(Vector6::Zero());
+        dynamics::set_state(model(), data(at), at[w_H_b], at[s], velocity, at[s_dot]);
         return data(at);
     }
 };
@@ -80,7 +81,7 @@ class Jacobian final : public PositionBlock {
     Output<Matrix> J{
         this,
         "J",
-        {.shape = {6, n + 6},
+        {.shape = {6, v},
          .unit = mixed_units,
          .doc =
              "J nu = [origin velocity; angular velocity], world axes; for com the last three rows are zero"}};
@@ -136,7 +137,7 @@ class MassMatrix final : public PositionBlock {
     using PositionBlock::PositionBlock;
     Output<Matrix> M{this,
                      "M",
-                     {.shape = {n + 6, n + 6},
+                     {.shape = {v, v},
                       .unit = mixed_units,
                       .doc = "linear [kg], coupling [kg.m], angular [kg.m2]; both triangles"}};
 
@@ -149,18 +150,22 @@ class MassMatrix final : public PositionBlock {
 class InverseDynamics final : public VelocityBlock {
   public:
     using VelocityBlock::VelocityBlock;
-    Input<Vector6> v_b_dot{
-        this, "v_b_dot", {.unit = mixed_units, .doc = "time derivative of the mixed base velocity"}};
+    Input<Vector6> v_b_dot{this,
+                           "v_b_dot",
+                           {.unit = mixed_units,
+                            .doc = "time derivative of the mixed base velocity; not used for a fixed base"}};
     Input<Vector> s_ddot{
         this, "s_ddot", {.shape = {n}, .unit = unit<"rad/s2">, .doc = "joint accelerations"}};
-    Output<Vector> tau{this,
-                       "tau",
-                       {.shape = {n + 6},
-                        .unit = mixed_units,
-                        .doc = "base wrench [N; Nm] at the base origin, world axes; joint torques [Nm]"}};
+    Output<Vector> tau{
+        this,
+        "tau",
+        {.shape = {v},
+         .unit = mixed_units,
+         .doc = "of a floating base: wrench [N; Nm] at its origin, world axes; joint torques [Nm]"}};
 
     Status output(Now at, Out out) const noexcept override {
-        dynamics::inverse_dynamics(model(), at_state(at), at[v_b_dot], at[s_ddot], out[tau]);
+        const Vector6 base = model().has_floating_base() ? Vector6(at[v_b_dot]) : Vector6(Vector6::Zero());
+        dynamics::inverse_dynamics(model(), at_state(at), base, at[s_ddot], out[tau]);
         return ok;
     }
 };
@@ -169,7 +174,7 @@ class GetBiasForces final : public VelocityBlock {
   public:
     using VelocityBlock::VelocityBlock;
     Output<Vector> h{
-        this, "h", {.shape = {n + 6}, .unit = mixed_units, .doc = "Coriolis, centrifugal and gravity terms"}};
+        this, "h", {.shape = {v}, .unit = mixed_units, .doc = "Coriolis, centrifugal and gravity terms"}};
 
     Status output(Now at, Out out) const noexcept override {
         dynamics::bias_forces(model(), at_state(at), out[h]);
@@ -180,8 +185,7 @@ class GetBiasForces final : public VelocityBlock {
 class GetGravityForces final : public PositionBlock {
   public:
     using PositionBlock::PositionBlock;
-    Output<Vector> g{
-        this, "g", {.shape = {n + 6}, .unit = mixed_units, .doc = "bias forces at zero velocity"}};
+    Output<Vector> g{this, "g", {.shape = {v}, .unit = mixed_units, .doc = "bias forces at zero velocity"}};
 
     Status output(Now at, Out out) const noexcept override {
         dynamics::gravity_forces(model(), at_position(at), out[g]);
@@ -207,8 +211,7 @@ class CentroidalMomentum final : public VelocityBlock {
 class CentroidalTotalMomentumMatrix final : public PositionBlock {
   public:
     using PositionBlock::PositionBlock;
-    Output<Matrix> A{
-        this, "A", {.shape = {6, n + 6}, .unit = mixed_units, .doc = "A nu = centroidal momentum"}};
+    Output<Matrix> A{this, "A", {.shape = {6, v}, .unit = mixed_units, .doc = "A nu = centroidal momentum"}};
 
     Status output(Now at, Out out) const noexcept override {
         auto map = out[A];
@@ -279,7 +282,7 @@ void add_rigid_body(Library& library) {
                                            "com = sum m_i c_i / sum m_i, com_dot = J_com nu.")
         .add<Jacobian>("Jacobian",
                        "Jacobian of a frame: J nu = [origin velocity; angular velocity], mixed "
-                       "representation, 6 x (6+n). "
+                       "representation, 6 x (6+n); 6 x n for a fixed base, whose nu is s_dot. "
                        "For the pseudo frame com: rows 1 to 3 are the Jacobian of the centre of mass, rows 4 "
                        "to 6 are zero. "
                        "Errors: a frame that the robot does not have; the text lists similar ones.")
@@ -287,21 +290,22 @@ void add_rigid_body(Library& library) {
                                "It is the acceleration of the frame for nu_dot = 0. For the pseudo frame "
                                "com: elements 1 to 3 are those of the centre of mass, 4 to 6 are zero. "
                                "Errors: a frame that the robot does not have; the text lists similar ones.")
-        .add<MassMatrix>(
-            "MassMatrix",
-            "Mass matrix M of the floating-base robot, (6+n) x (6+n): kinetic energy = 1/2 nu' M nu. "
-            "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.2.")
+        .add<MassMatrix>("MassMatrix", "Mass matrix M of the robot, (6+n) x (6+n): kinetic energy = 1/2 nu' "
+                                       "M nu; n x n for a fixed base. "
+                                       "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.2.")
         .add<InverseDynamics>(
             "InverseDynamics",
             "Generalised forces M nu_dot + h of a motion without external wrenches, 6+n elements. "
-            "nu_dot = [v_b_dot; s_ddot]; the result is [base wrench; joint torques]. "
+            "nu_dot = [v_b_dot; s_ddot]; the result is [base wrench; joint torques], for a fixed base the n "
+            "joint "
+            "torques alone. "
             "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §5.3.")
         .add<GetBiasForces>(
             "GetBiasForces",
-            "Coriolis, centrifugal and gravity forces h(q, nu), 6+n elements. "
+            "Coriolis, centrifugal and gravity forces h(q, nu), 6+n elements, n for a fixed base. "
             "M nu_dot + h = [0; tau] + sum J' f; h is InverseDynamics with zero accelerations.")
         .add<GetGravityForces>("GetGravityForces",
-                               "Gravity forces g(q) = h(q, 0), 6+n elements. "
+                               "Gravity forces g(q) = h(q, 0), 6+n elements, n for a fixed base. "
                                "It is InverseDynamics with zero velocities and accelerations.")
         .add<CentroidalMomentum>(
             "CentroidalMomentum",
@@ -310,7 +314,9 @@ void add_rigid_body(Library& library) {
             "Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013.")
         .add<CentroidalTotalMomentumMatrix>(
             "CentroidalTotalMomentumMatrix",
-            "Centroidal momentum matrix A, 6 x (6+n): A nu = momentum about the centre of mass, world axes. "
+            "Centroidal momentum matrix A, 6 x (6+n), 6 x n for a fixed base: A nu = momentum about the "
+            "centre of "
+            "mass, world axes. "
             "Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013.")
         .add<RelativeTransform>("RelativeTransform",
                                 "Pose of one frame seen from another, frame1_H_frame2(s), 4x4; depends on "

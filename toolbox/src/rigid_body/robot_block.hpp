@@ -13,6 +13,8 @@ class RobotBlock : public Block {
     using Block::Block;
     Requires<RobotConfiguration> robot{this, "the robot whose quantities are computed"};
     Dim n{this, "n", [this] { return robot.is_bound() ? robot->model.joints() : -1; }};
+    /// Size of nu: 6 + n, or n for a fixed base.
+    Dim v{this, "v", [this] { return robot.is_bound() ? robot->model.velocities() : -1; }};
 
   protected:
     const dynamics::Model& model() const { return robot->model; }
@@ -37,7 +39,7 @@ class FrameArgument {
 };
 
 inline constexpr const char* base_pose_doc = "base pose: rotation [1], position [m]";
-inline constexpr const char* base_velocity_doc =
-    "base velocity, mixed: origin [m/s], angular [rad/s], world axes";
+inline constexpr const char* base_velocity_doc = "base velocity, mixed: origin [m/s], angular [rad/s], world "
+                                                 "axes; zero for a fixed base, whatever comes in";
 
 } // namespace bf::toolbox

@@ -69,7 +69,18 @@ class Configuration final : public Block {
                                 {.initial = "iCubGazeboV2_5",
                                  .doc = "URDF file, package:// address or name of an installed robot model"}};
     Argument<std::vector<std::string>> joints{
-        this, "joints", {.doc = "controlled joints, order of all n-vectors; none: all movable joints"}};
+        this,
+        "joints",
+        {.doc = "controlled joints, order of all n-vectors; none: all movable joints that mimic no other"}};
+    Argument<std::string> base_link{
+        this,
+        "base_link",
+        {.doc = "link whose pose is w_H_b and whose velocity is v_b; none: the URDF's root"}};
+    Argument<bool> floating_base{
+        this,
+        "floating_base",
+        {.initial = true,
+         .doc = "false: the base stands still, and the generalised velocity is that of the n joints"}};
     Argument<std::vector<double>> gravity{
         this, "gravity", {.initial = {0, 0, -9.81}, .doc = "gravity in the world frame, m/s2"}};
     Provides<RobotConfiguration> configuration{this, [this] { return load(); }};
@@ -95,8 +106,8 @@ class Configuration final : public Block {
                                                              std::filesystem::path(BF_ROBOT_MODELS) / "iCub"};
         const auto urdf = dynamics::find_urdf(*robot, directories);
         const Eigen::Vector3d g((*gravity)[0], (*gravity)[1], (*gravity)[2]);
-        return std::make_shared<const RobotConfiguration>(
-            RobotConfiguration{dynamics::Model::load(urdf, *joints, g), urdf, directories});
+        return std::make_shared<const RobotConfiguration>(RobotConfiguration{
+            dynamics::Model::load(urdf, *joints, g, *base_link, floating_base), urdf, directories});
     }
     std::filesystem::path folder_;
 };
@@ -254,7 +265,13 @@ void add_robot(Library& library) {
             "one computation per "
             "state. `robot` is a file, a package:// or model:// address, or the name of an installed robot; "
             "`joints` is the order of "
-            "all n-vectors, every other joint is locked at zero. "
+            "all n-vectors; a joint that is not in it follows a listed one that the URDF lets it mimic, or "
+            "is "
+            "locked at zero. "
+            "A listed joint is independent even if the URDF lets it mimic another. With `floating_base: "
+            "false` "
+            "M is n x n, h and tau have n elements, J and A n columns: what belongs to the six velocities of "
+            "the base is left out. "
             "Errors: an unknown robot, a joint that is unknown, fixed or listed twice, two configurations in "
             "one subsystem.")
         .add<GetMeasurement>(

@@ -1,7 +1,8 @@
 #include "world/world.hpp"
 
+#include "BlockFactory/Core/Log.h"
 #include "bf/physics/world.hpp"
-#include "bf/toolbox/robot.hpp"
+#include "bf/toolbox/simulated_robot.hpp"
 #include "rigid_body/robot_block.hpp"
 
 #include <algorithm>
@@ -72,18 +73,18 @@ class SimulatedRobot final : public RobotConnection {
 };
 
 /// The compiled world as a robot that can be connected to.
-class WorldDevice final : public RobotDevice {
+class WorldDevice final : public SimulatedDevice {
   public:
     WorldDevice(std::shared_ptr<const physics::World> compiled, std::vector<std::string> sensor_names)
-        : world(std::move(compiled)), sensors(std::move(sensor_names)) {}
-    const std::shared_ptr<const physics::World> world;
+        : world_(std::move(compiled)), sensors(std::move(sensor_names)) {}
     const std::vector<std::string> sensors; ///< force/torque sensors, named as in the model file
 
-    const std::vector<std::string>& joint_names() const override { return world->joint_names(); }
+    const physics::World& world() const override { return *world_; }
+    const std::vector<std::string>& joint_names() const override { return world_->joint_names(); }
     void limits(Limits which, Vector& minimum, Vector& maximum) const override {
         if (which == Limits::position) {
-            minimum = world->lower_limits();
-            maximum = world->upper_limits();
+            minimum = world_->lower_limits();
+            maximum = world_->upper_limits();
         } else { // torque motors have no speed limit of their own
             maximum = Vector::Constant(joints(), std::numeric_limits<double>::infinity());
             minimum = -maximum;
@@ -91,8 +92,8 @@ class WorldDevice final : public RobotDevice {
     }
     int sensor_index(Sensor kind, const std::string& name) const override {
         if (kind == Sensor::imu) {
-            const auto& options = world->options();
-            const auto& link = options.imu_frame.empty() ? world->base_link() : options.imu_frame;
+            const auto& options = world_->options();
+            const auto& link = options.imu_frame.empty() ? world_->base_link() : options.imu_frame;
             if (name.empty() || name == link) return 0;
             throw std::runtime_error("the simulated robot's inertial sensor is on '" + link + "', not on '" +
                                      name + "'; name it in the world's imu_frame");
@@ -114,19 +115,34 @@ class WorldDevice final : public RobotDevice {
             throw std::runtime_error(
                 "the simulated robot measures at its joints, not at motors; use a measured_type of Joints");
     }
-    std::shared_ptr<RobotConnection> open() const override { return std::make_shared<SimulatedRobot>(world); }
+    std::shared_ptr<RobotConnection> open() const override {
+        return std::make_shared<SimulatedRobot>(world_);
+    }
+
+  private:
+    std::shared_ptr<const physics::World> world_;
 };
 
 class MujocoWorld final : public RobotBlock {
   public:
     using RobotBlock::RobotBlock;
     Argument<std::vector<std::string>> feet{
-        this, "feet", {.doc = "frames of the soles, each with contact points"}};
+        this, "feet", {.doc = "links that touch the ground, such as soles"}};
+    Argument<std::string> contacts{
+        this,
+        "contacts",
+        {.initial = "points",
+         .doc =
+             "what the feet touch with: contact_points, or the <collision> shapes that the URDF gives them",
+         .choices = {"points", "urdf"}}};
     Argument<Matrix> contact_points{
         this,
         "contact_points",
         {.initial = default_contact_points(),
-         .doc = "centres of contact spheres in each sole frame, one row x y z each, m"}};
+         .doc =
+             "shapes in the frames of the feet, m; one row each: x y z of a sphere on every foot; with the "
+             "number of its foot before it, a sphere on that one alone; with half-sizes a b c behind that, a "
+             "box"}};
     Argument<double> contact_radius{
         this, "contact_radius", {.initial = 0.005, .above = 0, .doc = "of the contact spheres, m"}};
     Argument<std::vector<std::string>> ft_sensors{
@@ -137,8 +153,11 @@ class MujocoWorld final : public RobotBlock {
         this, "push_links", {.doc = "links that external wrenches may push"}};
     Argument<std::vector<double>> initial_joints{
         this, "initial_joints", {.doc = "joint positions at the start, rad; none: zeros"}};
-    Argument<bool> floating_base{
-        this, "floating_base", {.initial = true, .doc = "false: the base is fixed to the world"}};
+    Argument<bool> floating_base{this,
+                                 "floating_base",
+                                 {.initial = true,
+                                  .doc = "false: the base is fixed to the world, as that of a Configuration "
+                                         "with a fixed base always is"}};
     Argument<bool> has_floor{this, "floor", {.initial = true, .doc = "ground plane z = 0"}};
     Argument<double> friction{
         this, "friction", {.initial = 1, .minimum = 0, .doc = "Coulomb friction of the ground"}};
@@ -153,6 +172,10 @@ class MujocoWorld final : public RobotBlock {
         this,
         "joint_damping",
         {.minimum = 0, .doc = "viscous friction of the joints, Nm s/rad; none: the URDF's"}};
+    Argument<std::vector<double>> joint_friction{
+        this,
+        "joint_friction",
+        {.minimum = 0, .doc = "Coulomb friction of the joints, Nm; 0 switches it off; none: the URDF's"}};
     Argument<std::vector<double>> noise{
         this,
         "noise",
@@ -257,10 +280,20 @@ class MujocoWorld final : public RobotBlock {
     }
 
     std::shared_ptr<const physics::World> compile() const {
-        if (contact_points->cols() != 3)
-            throw std::runtime_error("argument 'contact_points' has " +
-                                     std::to_string(contact_points->cols()) +
-                                     " columns; give one row x y z per point");
+        const bool has_urdf_shapes = *contacts == "urdf";
+        const Eigen::Index columns = contact_points->cols();
+        if (columns != 3 && columns != 4 && columns != 7)
+            throw std::runtime_error("argument 'contact_points' has " + std::to_string(columns) +
+                                     " columns; give rows x y z, foot x y z, or foot x y z a b c");
+        for (Eigen::Index i = 0; columns > 3 && i < contact_points->rows(); ++i) {
+            const double foot = (*contact_points)(i, 0);
+            if (foot != std::floor(foot) || foot < 1 || foot > static_cast<double>(feet->size()))
+                throw std::runtime_error(
+                    "row " + std::to_string(i + 1) +
+                    " of argument 'contact_points' begins with no number of a foot; they "
+                    "are counted from 1 to " +
+                    std::to_string(feet->size()));
+        }
         if (noise->size() != 3)
             throw std::runtime_error("argument 'noise' has " + std::to_string(noise->size()) +
                                      " elements; give three: position, velocity, torque");
@@ -269,16 +302,24 @@ class MujocoWorld final : public RobotBlock {
         options.package_paths = robot->search_directories;
         options.joints = model().joint_names();
         options.base_link = model().base_link();
-        options.floating_base = floating_base;
+        for (const auto& follower : model().followers())
+            options.followers.push_back(
+                {follower.joint, follower.leader, follower.multiplier, follower.offset});
+        options.floating_base = floating_base && model().has_floating_base();
         options.floor.enabled = has_floor;
         options.floor.friction = friction;
         options.impratio = impratio;
         options.gravity = model().gravity();
-        for (const auto& frame : *feet) {
-            physics::Foot foot{frame, {}};
-            for (Eigen::Index i = 0; i < contact_points->rows(); ++i)
-                foot.shapes.push_back(
-                    physics::ContactShape::sphere(contact_points->row(i).transpose(), contact_radius));
+        for (std::size_t k = 0; k < feet->size(); ++k) {
+            physics::Foot foot{(*feet)[k], {}, has_urdf_shapes};
+            for (Eigen::Index i = 0; !has_urdf_shapes && i < contact_points->rows(); ++i) {
+                const Eigen::RowVectorXd row = contact_points->row(i);
+                if (columns > 3 && row[0] != static_cast<double>(k + 1)) continue;
+                const Vector3 centre = row.segment<3>(columns > 3 ? 1 : 0).transpose();
+                foot.shapes.push_back(columns == 7
+                                          ? physics::ContactShape::box(centre, row.tail<3>().transpose())
+                                          : physics::ContactShape::sphere(centre, contact_radius));
+            }
             options.feet.push_back(std::move(foot));
         }
         options.ft_sensors = *ft_sensors;
@@ -286,9 +327,12 @@ class MujocoWorld final : public RobotBlock {
         options.push_links = *push_links;
         options.armature = *armature;
         options.damping = *damping;
+        options.friction = *joint_friction;
         options.noise = {(*noise)[0], (*noise)[1], (*noise)[2], static_cast<std::uint64_t>(*seed)};
-        options.initial_s = *initial_joints;
-        return std::make_shared<const physics::World>(std::move(options));
+        options.initial_joints = *initial_joints;
+        auto world = std::make_shared<const physics::World>(std::move(options));
+        for (const auto& warning : world->warnings()) bfWarning << warning;
+        return world;
     }
 };
 
@@ -304,9 +348,12 @@ void add_world(Library& library) {
         "and one wrench per push link. "
         "It is also the robot that GetMeasurement, GetSensor, GetLimits and SetReferences around it use; "
         "with `tau` unconnected it "
-        "applies what SetReferences sent last. The only contacts are those of spheres at the soles with the "
-        "floor z = 0; the start "
+        "applies what SetReferences sent last. The only contacts are those of the feet with the floor z = 0; "
+        "the start "
         "pose stands on them. "
+        "A link whose inertia no body can have receives the nearest possible one, and a moving one without "
+        "mass "
+        "a little, with a warning that names it. "
         "Source: E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for model-based control, 2012. "
         "Errors: unknown frames, sensors or links; a torque or wrench that is not finite and a motion that "
         "diverges end the run.");

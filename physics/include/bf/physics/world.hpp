@@ -32,6 +32,9 @@ class World {
     const Eigen::VectorXd& upper_limits() const;         ///< n, joint positions; +inf when the URDF has none
     const Eigen::VectorXd& effort_limits() const; ///< n, |tau| is clamped to it; +inf when the URDF has none
     double mass() const;                          ///< kg, whole robot
+    /// What the world does otherwise than the URDF says: links whose inertia no body can have, and what they
+    /// have here.
+    const std::vector<std::string>& warnings() const;
 
   private:
     friend class Simulation;

@@ -24,10 +24,21 @@ struct ContactShape {
 /// 0.031 m.
 std::vector<ContactShape> four_spheres();
 
-/// Frame that may touch the floor, and the shapes it touches with. Wrenches refer to the origin of the frame.
+/// Link that may touch the floor, and the shapes it touches with. Wrenches refer to the origin of its frame.
 struct Foot {
     std::string frame;
     std::vector<ContactShape> shapes = four_spheres();
+    bool has_urdf_shapes =
+        false; ///< the link's <collision> shapes touch as well; meshes by their convex hulls
+};
+
+/// Joint without a motor that keeps `position = multiplier * (position of the leader) + offset`; without a
+/// leader it is locked at `offset`.
+struct Follower {
+    std::string joint;
+    std::string leader; ///< one of WorldOptions::joints, or empty
+    double multiplier = 1.0;
+    double offset = 0.0; ///< rad or m
 };
 
 /// Plane z = 0. `friction` is the Coulomb coefficient of floor and feet.
@@ -52,15 +63,17 @@ enum class FrictionCone { pyramidal, elliptic };
 
 /// Everything that defines a World: robot, environment, solver, sensors, start. SI units.
 ///
-/// Joint-wise lists (`armature`, `damping`, `friction`, `initial_s`) hold no value, one for all joints, or n
-/// in the order of `joints`.
+/// Joint-wise lists (`armature`, `damping`, `friction`, `initial_joints`) hold no value, one for all joints,
+/// or n in the order of `joints`.
 struct WorldOptions {
     std::filesystem::path urdf;
-    /// Where `package://` addresses of meshes are looked up; the folders above the URDF are tried as well.
+    /// Where `package://` and `model://` addresses of meshes are looked up first; then in the folders of the
+    /// environment (bf/base/packages.hpp) and in those above the URDF.
     std::vector<std::filesystem::path> package_paths;
 
     std::vector<std::string> joints; ///< controlled joints, order of all n-vectors; empty: all movable ones,
-                                     ///< URDF order. Every other joint is locked at 0.
+                                     ///< URDF order. Every other joint is locked at 0,
+    std::vector<Follower> followers; ///< except these.
     std::string base_link; ///< link that w_H_b describes; empty: the first link with inertia from the root
     bool floating_base = true;
 
@@ -83,7 +96,7 @@ struct WorldOptions {
     std::vector<double> friction; ///< Coulomb joint friction (N m); empty: the URDF's
     Noise noise;
 
-    std::vector<double> initial_s; ///< empty: 0
+    std::vector<double> initial_joints; ///< empty: 0
     /// Start pose of the base link. Without it a fixed base starts at the identity, a floating base with feet
     /// upright (z axis of the base vertical), the origin of the world midway between the feet's frames, their
     /// mean x axis forward, and the lowest contact point 0.05 mm below the floor; a floating base without

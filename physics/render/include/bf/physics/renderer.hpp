@@ -35,7 +35,8 @@ struct RenderOptions {
     double azimuth = 150.0; ///< deg, direction of view about z: 0 looks along +x, 180 faces the robot's front
     double elevation = -10.0;    ///< deg, negative looks down
     double distance = 2.3;       ///< m
-    double look_at_height = 0.5; ///< m, height of the point looked at, which follows the base in x and y
+    double look_at_height = 0.5; ///< m, height of the point looked at
+    bool follows = true; ///< the point looked at follows the base in x and y; else it stays where it is first
     double metres_per_newton = 0.0015; ///< length of the arrows of force_arrows()
 
     /// Throws std::invalid_argument that lists every value out of range.

@@ -2,7 +2,7 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test check-all fuzz bench peers lint format build aarch64 configure deps lock clean
+.PHONY: demo test check-all fuzz bench peers robots lint format build aarch64 configure deps lock clean
 
 # What a build says while it goes on: how much is done, and since when.
 export NINJA_STATUS = [%p, %es] 
@@ -35,6 +35,12 @@ bench: build
 # The same models in other tools, each installed in $(BUILD)/peers; writes $(BUILD)/peers.json.
 peers: build
 	python3 benchmarks/peers/run.py --bf $(BUILD)/bin/bf --folder $(BUILD)/peers
+
+# Tries the robots of requirements-robots.txt, which go to $(BUILD)/robots, and writes docs/robots.md.
+robots: build
+	test -d $(BUILD)/robots || .deps/venv/bin/pip install -q --no-deps --require-hashes -r requirements-robots.txt \
+	    --target $(BUILD)/robots
+	.deps/venv/bin/python tests/robots/robots.py $(BUILD)/bin/bf $(BUILD)/robots --write docs/robots.md
 
 build: configure
 	ninja -C $(BUILD)

@@ -246,7 +246,7 @@ TEST(World, RefusesImpossibleArguments) {
     for (const auto& [settings, part] : std::vector<std::pair<std::string, std::string>>{
              {"feet: \"{'l_sol'}\"", "l_sol"},
              {"contact_points: [1 2]",
-              "argument 'contact_points' has 2 columns; give one row x y z per point"},
+              "argument 'contact_points' has 2 columns; give rows x y z, foot x y z, or foot x y z a b c"},
              {"noise: [1 2]", "argument 'noise' has 2 elements; give three: position, velocity, torque"},
              {"initial_joints: [1 2]", "initial"},
              {"friction: -1", "friction"},

@@ -21,6 +21,15 @@ TEST(Infer, ALoopThatTookTheWrongSizeSaysWhereFrom) {
     EXPECT_EQ(elaborate_text(loop("\"[1 1 1]\"")).size("x"), "[3]");
 }
 
+TEST(Infer, OneElementHasItsSizeBeforeTheLoopItComesFrom) {
+    const auto m =
+        elaborate_text("model: m\nstep: 0.1\nblocks:\n  t: {block: Clock}\n  x: {block: Mux, inputs: 3}\n"
+                       "  d: {block: Memory, initial: 1}\n  h: {block: Selector, indices: 1}\n"
+                       "connections: {t: [x.u1, x.u2], x: d, d: h, h: x.u3}\n");
+    EXPECT_EQ(m.size("x"), "[3]");
+    EXPECT_EQ(m.size("h"), "scalar");
+}
+
 TEST(Infer, LoopOfScalarsTakesTheSizeOfTheInitialValue) {
     const auto m = elaborate_text(R"m(
 model: m

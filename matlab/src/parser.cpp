@@ -301,7 +301,8 @@ class Parser {
             break;
         default: break;
         }
-        fail("expected a value, found " + found());
+        const bool is_power = is("*") && at_ > 0 && tokens_[at_ - 1].text == "*";
+        fail("expected a value, found " + found() + (is_power ? "; a power is written with '^'" : ""));
     }
 
     static Value number(const Token& token) {

@@ -16,6 +16,7 @@ constexpr Wrong wrongs[] = {
     {"", "1: expected an expression, found nothing"},
     {"1 +", "4: expected a value, found the end of the text"},
     {"1 2", "3: expected the end of the expression, found '2'"},
+    {"24**2", "4: expected a value, found '*'; a power is written with '^'"},
     {"24 V", "4: expected the end of the expression, found 'V'; write units in a comment"},
     {"(1", "1: this '(' is never closed"},
     {"1)", "2: this ')' closes nothing; expected a '(' before it"},

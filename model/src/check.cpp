@@ -236,6 +236,9 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
         if (is_last && system->find_input(name)) return;
         const Block* block = system->find_block(name);
         if (!block) {
+            if (signal.path == "all")
+                return report(signal.where, "", "there is no signal 'all'",
+                              "every signal is recorded by `record: all`, without brackets");
             return report(signal.where, "", "there is no signal '" + signal.path + "'", suggestion(name, [&] {
                               std::vector<std::string> known = names_of(system->blocks);
                               for (std::string& port : names_of(system->outputs)) known.push_back(port);

@@ -45,6 +45,18 @@ std::string outputs_text(const Block& block) {
     return text;
 }
 
+/// A block of several rules is listed where one of them writes outputs.
+bool is_listed(const Declaration& d, int activity) {
+    if (activity >= static_cast<int>(d.output_rules.size())) return true;
+    bool has_outputs = false;
+    for (std::size_t s = 0; s < d.slots.size(); ++s) {
+        if (d.slots[s].role != Role::output) continue;
+        if (d.output_rules[static_cast<std::size_t>(activity)].writes(static_cast<int>(s))) return true;
+        has_outputs = true;
+    }
+    return !has_outputs;
+}
+
 /// One line of the order: a block, or a test or loop, which has no type.
 struct Row {
     int number = 0; ///< of the rate
@@ -59,6 +71,8 @@ void add_rows(const Diagram& d, const std::vector<Segment>& segments, const std:
         for (const auto& activity : segment.activities) {
             if (activity.node >= 0) {
                 const auto& node = d.nodes[static_cast<std::size_t>(activity.node)];
+                const bool is_last = !rows.empty() && rows.back().path == indent + node.path;
+                if (is_last || !is_listed(node.block->declaration(), activity.index)) continue;
                 rows.push_back({node.rate, rate_text(d, node.rate), indent + node.path, node.type,
                                 outputs_text(*node.block)});
             } else if (activity.loop >= 0) {

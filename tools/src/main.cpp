@@ -35,9 +35,10 @@ std::string usage_error(const CLI::App* app, const CLI::Error& error) {
     if (asked != app) return "bf: " + text + hint + "\nSee bf " + asked->get_name() + " --help\n";
     for (const auto& verb : verbs_of(*app)) verbs += (verbs.empty() ? "" : ", ") + verb;
     for (const auto& word : app->remaining())
-        if (!word.starts_with("-") && hint.empty()) {
+        if (!word.starts_with("-")) {
             text = "there is no verb '" + word + "'";
             hint = bf::did_you_mean(word, verbs_of(*app));
+            break;
         }
     return "bf: " + text + hint + "\nThe verbs are " + verbs + "; bf --help tells more\n";
 }

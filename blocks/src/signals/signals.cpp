@@ -104,6 +104,12 @@ class Selector final : public Block {
     Output<> y{this, "y", any()};
 
     void infer(Inference& inference) const override {
+        const int rows = static_cast<int>(indices->size()), cols = static_cast<int>(columns->size());
+        // Known without the size of u, which may come from a loop.
+        if (cols > 0)
+            inference.set(y, Size{rows, cols, true});
+        else if (rows == 1)
+            inference.set(y, Size{});
         const Size* s = inference.size(u);
         if (!s) return;
         const auto check = [&](const std::vector<int>& list, int most, const char* what) {
@@ -112,17 +118,15 @@ class Selector final : public Block {
                     inference.refuse(label(declaration(), u.index()) + " has no " + what + " " +
                                      std::to_string(i));
         };
-        const int rows = static_cast<int>(indices->size()), cols = static_cast<int>(columns->size());
         if (cols > 0) {
             check(*indices, s->rows, "row");
-            check(*columns, s->cols, "column");
-            return inference.set(y, Size{rows, cols, true});
+            return check(*columns, s->cols, "column");
         }
         if (s->rows > 1 && s->cols > 1)
             inference.refuse(label(declaration(), u.index()) + " is a matrix; give argument 'columns' too");
         check(*indices, s->count(), "element");
         const bool is_row = s->is_matrix && s->rows == 1;
-        inference.set(y, is_row ? Size{1, rows, true} : Size{rows, 1, s->is_matrix});
+        if (rows > 1) inference.set(y, is_row ? Size{1, rows, true} : Size{rows, 1, s->is_matrix});
     }
 };
 

@@ -1,4 +1,5 @@
-#include "bf/engine/simulation.hpp"
+#include "machine.hpp"
+
 #include "bf/kernels/steps.hpp"
 
 namespace bf {
@@ -38,17 +39,6 @@ bool Simulation::run_until(double time) {
     return true;
 }
 
-void Simulation::visit_tasks(const TaskVisitor& visit) {
-    const auto all = [&](std::vector<BoundSegment>& segments, Phase phase) {
-        for (auto& segment : segments)
-            for (std::size_t i = 0; i < segment.tasks.size(); ++i)
-                visit(segment.tasks[i], phase, segment.nodes[i], segment.rate);
-    };
-    all(outputs_, Phase::output);
-    all(minor_outputs_, Phase::output);
-    all(updates_, Phase::update);
-    all(derivatives_, Phase::derivative);
-    all(guards_, Phase::guards);
-}
+void Simulation::visit_tasks(const TaskVisitor& visit) { machine_->visit_tasks(visit); }
 
 } // namespace bf

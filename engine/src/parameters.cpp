@@ -1,6 +1,7 @@
 // Parameters of a running simulation.
+#include "machine.hpp"
+
 #include "bf/core/resolve.hpp"
-#include "bf/engine/simulation.hpp"
 
 #include <algorithm>
 
@@ -51,9 +52,7 @@ ParameterChange Simulation::prepare(const std::vector<ParameterValue>& changes) 
 Status Simulation::apply(ParameterChange& change) noexcept {
     const auto swap = [&] {
         for (auto& part : change.parts) std::swap_ranges(part.bytes.begin(), part.bytes.end(), part.at);
-        for (const auto& segment : constants_)
-            if (!run(segment)) return false;
-        return true;
+        return machine_->run(machine_->constants);
     };
     must_restart_ = true;
     const Status before = status_;

@@ -84,8 +84,6 @@ Status Profiler::timed(const void* p, int) {
 }
 
 std::string Profiler::name(const Entry& entry) const {
-    // A test of a condition is no block; a loop runs its blocks as one task.
-    if (entry.node < 0) return "(conditions and loops)";
     return simulation_.diagram().nodes[static_cast<std::size_t>(entry.node)].path;
 }
 

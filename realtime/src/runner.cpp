@@ -75,7 +75,7 @@ class Runner::Running {
     struct Entry {
         Running* running;
         Task task;
-        int node; ///< -1: a condition, or a loop, whose blocks are not told apart
+        int node;
     };
     static Status run(const void* p, int) {
         const auto& entry = *static_cast<const Entry*>(p);

@@ -3,6 +3,8 @@
 #include "session.hpp"
 #include "verbs.hpp"
 
+#include "bf/program/program.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,7 +18,7 @@ namespace {
 
 struct CheckOptions {
     ModelOptions model;
-    bool as_json = false;
+    bool as_json = false, as_program = false;
 };
 
 std::string rate_text(const Diagram& d, int rate) {
@@ -209,7 +211,9 @@ nlohmann::ordered_json to_json(const model::Errors& errors) {
 void execute(const CheckOptions& options) {
     try {
         const LoadedModel loaded = load_model(options.model);
-        if (options.as_json)
+        if (options.as_program)
+            std::fputs(program::text_of(program::lower(loaded.diagram)).c_str(), stdout);
+        else if (options.as_json)
             std::fputs(to_text(to_json(loaded.diagram)).c_str(), stdout);
         else
             print(loaded.diagram);
@@ -227,6 +231,8 @@ void add_check(CLI::App& app) {
     auto options = std::make_shared<CheckOptions>();
     options->model.add_to(*command);
     command->add_flag("--json", options->as_json, "print as JSON, errors too");
+    command->add_flag("--program", options->as_program, "print what a step does, statement by statement")
+        ->excludes("--json");
     command->footer("Example: bf check examples/icub_balancing/balancing.yaml --set T_control=0.001");
     command->callback([options] { execute(*options); });
 }

@@ -192,6 +192,12 @@ TEST_F(Verbs, CheckPrintsVariablesSizesRatesAndOrder) {
     EXPECT_EQ(json["order"], nlohmann::json({"source", "gain"}));
 }
 
+TEST_F(Verbs, CheckPrintsWhatAStepDoes) {
+    const auto check = bf("check sine.yaml --program");
+    EXPECT_EQ(check.code, 0) << check.err;
+    EXPECT_CONTAINS(check.out, "outputs:\n    output source\n    output gain\n");
+}
+
 TEST_F(Verbs, CheckPrintsVariablesWithUnitsLimitsAndWhatTheyFollowFrom) {
     write("m.yaml", "model: m\nstep: 1\nvariables:\n"
                     "  K: {value: 3, minimum: 0, maximum: 5, unit: V s/rad, doc: of the speed}\n"

@@ -4,11 +4,13 @@
 #include "bf/elaborate/diagram.hpp"
 #include "bf/engine/parameter_change.hpp"
 #include "bf/engine/solver.hpp"
+#include "bf/program/program.hpp"
 
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -113,9 +115,9 @@ class Simulation {
         virtual void observe(const Simulation& simulation) noexcept = 0;
     };
     void add_observer(Observer& observer) { observers_.push_back(&observer); }
-    /// Was the rate hit in this step, and is the condition true?
-    bool is_hit(int rate) const { return hit_[static_cast<std::size_t>(rate)] != 0; }
-    bool is_active(int condition) const;
+    /// Was the rate hit in this step? Of an event observers see the continuous rate, and what it triggers,
+    /// alone.
+    bool is_hit(int rate) const;
     /// Do observers see an event, not the whole step?
     bool shows_event() const { return shows_event_; }
 
@@ -124,8 +126,8 @@ class Simulation {
     /// Goes on from there, in this or another started simulation of the same diagram, also after a failure.
     void restore(const std::vector<std::byte>& snapshot);
 
-    /// Every bound task with its phase, node (-1: the test of a condition, a loop) and rate, in the order of
-    /// a step. A profiler may put another task around it.
+    /// Every bound task with its phase, node and rate, in the order of a step. A profiler may put another
+    /// task around it.
     using TaskVisitor = std::function<void(Task& task, Phase phase, int node, int rate)>;
     void visit_tasks(const TaskVisitor& visit);
 
@@ -134,27 +136,15 @@ class Simulation {
     const Context& context() const { return context_; }
 
   private:
-    struct ConditionState;
-    struct LoopState;
-    struct BoundSegment {
-        int rate, condition;
-        std::vector<Task> tasks;
-        std::vector<int> nodes; ///< of each task, for messages
-    };
-    /// Copies x⁺ to x⁻: states that lie one after another.
-    struct Commit {
-        std::byte* to;
-        const std::byte* from;
-        std::size_t bytes;
-        bool is_double; ///< and so looked at for NaN
-    };
+    class Machine;
     /// The zero-crossing functions in one slot of a node, or its output that controls a subsystem.
     struct GuardBinding {
-        int node, condition;
+        int node;
+        int active; ///< flag of the program, or -1
         void* data; ///< of the guard, or the signal
         Type type;
         std::size_t first, count; ///< place among all guards
-        bool is_control, has_event;
+        bool is_control, is_answered;
         bool may_slide; ///< it tells of a jump in the derivative of the block's own states
         bool is_sliding = false;
         /// A guard of whole numbers counts what it tells of, and crosses wherever it changes.
@@ -164,33 +154,6 @@ class Simulation {
             std::int64_t close = 0; ///< how often in a row it crossed at once again
         } recent = {};
     };
-    bool is_watched(const GuardBinding& guard) const noexcept;
-    /// An output that must stay finite.
-    struct Watched {
-        int rate, condition, node;
-        const void* data;
-        Type type;
-        int count, number; ///< elements; place among the outputs of its block
-    };
-    struct CommitSegment {
-        int rate, condition;
-        std::vector<Commit> commits;
-    };
-    void bind();
-    BoundSegment bound(const Segment& segment, Phase phase);
-    std::vector<BoundSegment> bound(const std::vector<Segment>& segments, Phase phase);
-    void bind_conditions();
-    void bind_loops();
-    Task condition_task(int condition);
-    Task loop_task(int loop);
-    void reset_conditions();
-    void clear_trigger(std::size_t rate) noexcept;
-    bool has_fired() const noexcept;
-    bool update_blocks(bool is_event) noexcept; ///< at an event only what a trigger made run
-    std::vector<double> save_conditions() const;
-    void restore_conditions(const std::vector<double>& saved);
-    CommitSegment commits_of(const Segment& segment);
-    bool run(const BoundSegment& segment) noexcept;
     /// A signal that continuous blocks read, or a discrete state of theirs, which the solver does not change.
     struct Held {
         const std::byte* now;
@@ -205,61 +168,48 @@ class Simulation {
     };
     ContinuousSystem continuous_system();
     void bind_guards();
-    void bind_minor_outputs(const std::vector<char>& is_needed);
     void find_held(const std::vector<char>& is_needed);
     void find_seen();
     Change held_change() noexcept;
-    bool runs_inside(int rate) const noexcept;
     void set_continuous_time(double t) noexcept;
-    bool evaluate_outputs(double t) noexcept;
-    bool evaluate_minor_outputs(double t) noexcept;
-    bool finish_outputs(double t) noexcept;
-    bool evaluate_derivatives() noexcept;
+    bool evaluate_inside(double t) noexcept;
     bool evaluate_guards() noexcept;
     int nan_state(double t, bool looks_ahead) noexcept;
-    bool integrate(double t) noexcept;
+    bool integrate(Status nan) noexcept;
+    bool advance_to(double end, Status nan) noexcept;
+    bool is_watched(const GuardBinding& guard) const noexcept;
+    bool crossed(int node) const noexcept;
     bool crossed(const GuardBinding& guard) const noexcept;
+    bool has_crossed(bool is_answered) const noexcept;
+    void show_directions(int node) noexcept;
     bool accumulates(double t, int events) noexcept;
     void count_edges() noexcept;
-    bool compare_guards() noexcept;
     bool find_crossings() noexcept;
-    bool answer_crossings(double t, bool is_inside_step) noexcept;
+    bool take_crossings() noexcept;
     void observe() noexcept;
     void show_what_was_seen() noexcept;
     void observe_event() noexcept;
     bool fail(Status status, int node) noexcept;
-    bool commit(const CommitSegment& segment) noexcept;
-    bool are_outputs_finite() noexcept;
     int owner(Role role, const double* element) noexcept; ///< the node that has it among its (next) states
-    bool is_due(int rate, int condition) const { return is_hit(rate) && is_active(condition); }
     void clear_outputs();
-    Status reset_nodes(const std::vector<int>& nodes) noexcept;
-    void clear_rates(int node) noexcept; ///< continuous states that do not run keep their value
-    void run_constants();
+    /// All that is kept from step to step, but the context and the solver.
+    std::vector<std::span<std::byte>> state();
 
     const Diagram& diagram_;
     Context context_;
-    std::vector<BoundSegment> constants_, outputs_, updates_, derivatives_, guards_, minor_outputs_;
+    const program::Program program_;
+    std::unique_ptr<Machine> machine_;
     std::vector<GuardBinding> guard_bindings_;
     std::vector<double> guard_values_, guard_before_; ///< of all guards; NaN where they do not run
     std::vector<double> edges_; ///< of guards that count, when they were compared before
     std::vector<std::int8_t> crossed_;
     std::vector<Held> held_;
-    std::vector<Seen> seen_;           ///< none without continuous states
-    std::unique_ptr<Solver> solver_;   ///< null without continuous states
-    bool must_restart_ = true;         ///< the continuous state has changed by a jump
-    bool must_finish_outputs_ = false; ///< an adaptive solver evaluates those of conditional subsystems
+    std::vector<Seen> seen_;         ///< none without continuous states
+    std::unique_ptr<Solver> solver_; ///< null without continuous states
+    bool must_restart_ = true;       ///< the continuous state has changed by a jump
     bool is_at_event_ = false;
     bool shows_event_ = false;
     double event_time_ = 0;
-    std::vector<CommitSegment> commits_;
-    std::vector<Watched> watched_; ///< none unless the model asks for it
-    std::vector<std::unique_ptr<ConditionState>> conditions_;
-    std::vector<std::unique_ptr<LoopState>> loops_;
-    bool is_again_ = false; ///< inside a base step: its outputs were computed once already
-    bool is_minor_ = false; ///< inside a step of the solver: conditions stay as they are
-    std::vector<std::uint8_t> hit_, hit_at_event_;
-    std::vector<std::int64_t> until_hit_; ///< steps to the next hit, per rate
     std::vector<Observer*> observers_;
     std::int64_t steps_ = 0;
     Status status_;

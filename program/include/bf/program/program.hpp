@@ -1,0 +1,150 @@
+// What a step means: a small structured program over the memory of a diagram. Whoever runs a diagram
+// interprets or prints it, and decides nothing of its own about rates, conditions, loops and events.
+#pragma once
+
+#include "bf/elaborate/diagram.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace bf::program {
+
+inline constexpr Status state_became_nan =
+    Status::failure("a state became NaN: look at the block's inputs in this step for a division by zero or a "
+                    "value out of range");
+inline constexpr Status continuous_state_became_nan = Status::failure(
+    "a continuous state became NaN: look for a division by zero or a value out of range, or give a smaller "
+    "step");
+
+/// The evaluations of the outputs, in each of which a part of the statements takes part.
+enum Pass : std::uint8_t {
+    first = 1,  ///< of a step
+    again = 2,  ///< at the same instant, or at one inside the step, after states have jumped
+    inside = 4, ///< by the solver inside a step: what derivatives and guards depend on
+    every = 7
+};
+
+/// What must hold for a statement to run.
+struct Literal {
+    enum class Kind : std::uint8_t {
+        flag,
+        signal,  ///< some element is above 0
+        memory,  ///< some element was above 0 when it was looked at last
+        crossing ///< a guard that the node answers crossed 0, as found by the last `look`
+    };
+    Kind kind = Kind::flag;
+    int number = 0; ///< of the flag, memory or node
+    Node::End signal = {};
+    bool is_negated = false;
+};
+
+/// One statement. Those that may fail end the step.
+struct Statement {
+    enum class Kind : std::uint8_t {
+        run,     ///< activity `index` of `node` in `phase`
+        commit,  ///< x⁻ := x⁺ for the discrete states of `node`; fails where one became NaN
+        reset,   ///< the states of `node` have their initial values
+        rest,    ///< the derivatives of `node` are 0
+        initial, ///< output `index` of the subsystem under condition `number` has its initial value
+        finite,  ///< fails where an element of `signal` is not finite
+        assign,  ///< `flag` := all of `when` hold
+        clear,   ///< `flag` := false
+        edge,    ///< `flag` := the signal of memory `number` has its edge since the last look, this one
+        hit,     ///< `flag` := rate `number` is hit; then its clock goes on to this time
+        fire,    ///< triggered rate `number` runs now: its clock's period is the time since it did before
+        when,    ///< `body`, if all of `when` hold
+        repeat,  ///< `body`, at most `number` times or as often as `signal` says, and while `when` holds
+                 ///< after it; where that does not end it, `otherwise`
+        solve,   ///< `body`, until the equations of algebraic loop `number` hold
+        event,   ///< `node` answers the crossings of its guards
+        look, ///< after `Program::guards`, finds those that crossed since the last look: `flag` := some did;
+              ///< flag `number` := some of a node that answers did. A guard that does not run has no value
+        locate,    ///< the same, from what the solver found when it stopped at a crossing
+        observe,   ///< observers see the event
+        restart,   ///< to the solver, continuous states or their derivatives have jumped
+        integrate, ///< continuous states go on to the end of the step, with `Program::derivatives` after an
+                   ///< evaluation of the outputs inside the step, which the first stage of a fixed step does
+                   ///< without; fails where one became NaN. An adaptive solver that stops at a crossing lets
+                   ///< `Program::event` run, and at the end `Program::arrive`
+        evaluate,  ///< the outputs in `pass`
+        call,      ///< procedure `number`
+        fail       ///< at `node`
+    };
+    Kind kind;
+    std::uint8_t passes = every; ///< of outputs
+    Phase phase = Phase::output;
+    Pass pass = first;
+    int node = -1, index = 0, number = 0, flag = -1;
+    Node::End signal = {};
+    Status failure = {};
+    std::vector<Literal> when = {};
+    std::vector<Statement> body = {}, otherwise = {};
+};
+using Statements = std::vector<Statement>;
+
+/// A truth value of the program; false at the start.
+struct Flag {
+    enum class Kind : std::uint8_t {
+        hit,       ///< rate `number` is hit, or was fired since the last updates
+        enabled,   ///< condition `number` was, when it was tested last
+        triggered, ///< condition `number`, which has a trigger, is true
+        ran,       ///< rate `number` was fired in some iteration of a loop
+        inside,    ///< an event inside a step is being answered
+        crossed,   ///< some guard
+        answered,  ///< some guard of a node that answers
+        local      ///< used in one procedure alone
+    };
+    Kind kind;
+    int number;
+    std::string name;
+};
+
+/// The values of a control signal at the last look; at the start it was not looked at yet.
+struct Memory {
+    Node::End signal;
+    model::Edge edge;
+    int condition;
+    bool is_reset; ///< else the trigger
+};
+
+/// The guards in one slot of a node, or a continuous signal that controls a subsystem.
+struct Watched {
+    Node::End end;
+    int condition;
+    bool is_control;
+    bool is_answered; ///< by an event; else it only marks where a solver must stop
+};
+
+struct Procedure {
+    std::string name; ///< "test part"
+    Statements body;
+};
+
+struct Program {
+    const Diagram* diagram;
+    std::vector<Flag> flags;
+    std::vector<Memory> memories;
+    std::vector<Watched> watched; ///< controls come last
+    std::vector<Procedure> procedures;
+    std::vector<int> hit;    ///< flag by rate
+    std::vector<int> active; ///< flag by condition: its blocks run; -1 for what is always true
+
+    Statements constants;   ///< once, and after each change of parameters
+    Statements begin;       ///< after the constants at the start
+    Statements outputs;     ///< in their order, with the passes of each
+    Statements step;        ///< before observers see the step
+    Statements update;      ///< after it
+    Statements derivatives; ///< for the solver
+    Statements guards;      ///< zero-crossing functions
+    Statements arrive;      ///< where an adaptive solver reaches the end of a step
+    Statements event;       ///< where it stops at a crossing
+};
+
+/// The program of a diagram, which must outlive it.
+Program lower(const Diagram& diagram);
+
+/// The program in words, one statement a line.
+std::string text_of(const Program& program);
+
+} // namespace bf::program

@@ -1,0 +1,267 @@
+// Small models and the programs that they become, as text.
+#include "bf/program/program.hpp"
+
+#include "bf/blocks/standard.hpp"
+#include "bf/elaborate/elaborate.hpp"
+#include "bf/formats/yaml.hpp"
+#include "bf/program/step.hpp"
+
+#include <gtest/gtest.h>
+#include <limits>
+#include <string>
+
+namespace bf::program {
+namespace {
+
+std::string program_of(const std::string& model) {
+    Registry registry;
+    registry.add(standard_library());
+    const Diagram diagram =
+        elaborate(formats::read_yaml_text("model: m\nstep: 0.1\n" + model, "m.yaml"), registry);
+    return text_of(lower(diagram));
+}
+
+/// The lines under a heading that begins so.
+std::string section(const std::string& text, const std::string& heading) {
+    const auto at = ("\n" + text).find("\n" + heading);
+    if (at == std::string::npos) return "there is none";
+    const auto begin = text.find('\n', at) + 1;
+    return text.substr(begin, std::min(text.find("\n\n", begin), text.size() - 1) + 1 - begin);
+}
+
+TEST(Program, RunsWhatIsHitThenUpdatesThenCommits) {
+    EXPECT_EQ(program_of("non_finite: error\nblocks:\n  u: {block: Sine, period: 0.1}\n"
+                         "  slow: {block: Gain, period: 0.2, offset: 0.1}\n  past: {block: UnitDelay}\n"
+                         "connections: {u: slow, slow: past}\n"),
+              R"(step:
+    count hit(0.1 s)
+    count hit(0.2 s + 0.1 s)
+    outputs, first
+
+outputs:
+    output u
+    if hit(0.2 s + 0.1 s)
+        output slow
+        output past
+
+update:
+    fail unless u.y is finite
+    if hit(0.2 s + 0.1 s)
+        fail unless slow.y is finite
+        fail unless past.y is finite
+    if hit(0.2 s + 0.1 s)
+        update past
+    if hit(0.2 s + 0.1 s)
+        commit past
+)");
+}
+
+constexpr const char* const conditional = R"(solver: @
+inputs: [on, go]
+blocks:
+  two: {block: Constant, value: 2}
+  wave: {block: Sine}
+  shown: {block: Sum}
+  outer:
+    execution: enabled
+    states: reset
+    reset: level
+    inputs: [u, go]
+    outputs: {y: {initial: 2, when_disabled: reset}}
+    blocks:
+      x: {block: Integrator}
+      inner:
+        execution: triggered
+        inputs: [u]
+        outputs: [y]
+        blocks: {sum: {block: UnitDelay}}
+        connections: {u: sum, sum: y}
+    connections: {u: [x, inner.u], x: y, go: inner.trigger}
+connections: {two: shown.u1, wave: [shown.u2, outer.u, outer.reset], on: outer.enable, go: outer.go}
+)";
+std::string with_solver(const std::string& solver) {
+    std::string text = conditional;
+    return program_of(text.replace(text.find('@'), 1, solver));
+}
+
+TEST(Program, ComputesConstantsOnceAndInitialOutputsAfterThem) {
+    const std::string text = with_solver("rk4");
+    EXPECT_EQ(section(text, "constants"), "    output two\n");
+    EXPECT_EQ(section(text, "begin"),
+              "    outer.y.y := its initial value\n    outer.inner.y.y := its initial value\n");
+}
+
+TEST(Program, TestsAConditionBeforeItsBlocksAndEndsTheConditionsInsideWithIt) {
+    const std::string text = with_solver("rk4");
+    EXPECT_EQ(section(text, "outputs"), R"(  f i    output wave
+  f      test outer
+  f i    if outer.enabled
+  f i        output outer.x
+  f i        output outer.y
+  f          test outer.inner
+  f      output shown
+  f      if outer.inner.triggered
+  f          output outer.inner.sum
+  f          output outer.inner.y
+)");
+    EXPECT_EQ(section(text, "test outer:"), R"(    is_on := on.y > 0
+    resets := wave.y > 0
+    if not is_on and outer.enabled
+        disable outer
+    starts := is_on and not outer.enabled
+    if resets
+        starts := true
+    outer.enabled := is_on
+    if outer.enabled and starts
+        reset outer.x
+        reset outer.inner.sum
+)");
+    EXPECT_EQ(section(text, "disable outer:"), R"(    outer.enabled := false
+    outer.y.y := its initial value
+    rest outer.x
+    if outer.inner.enabled
+        disable outer.inner
+)");
+    EXPECT_EQ(section(text, "test outer.inner:"), R"(    fires := outer.inner.fired
+    if not fires
+        fires := go.y rises
+    outer.inner.enabled := true
+    outer.inner.triggered := outer.inner.enabled and fires
+    if outer.inner.triggered and not outer.inner.fired
+        clock of outer.inner.fired goes on
+        outer.inner.fired := true
+)");
+    EXPECT_EQ(section(text, "update:"), R"(    if outer.inner.triggered
+        update outer.inner.sum
+    if outer.inner.triggered
+        commit outer.inner.sum
+    outer.inner.fired := false
+    outer.inner.triggered := false
+    integrate to the end of the step
+)");
+    EXPECT_EQ(section(text, "derivatives"), "    if outer.enabled\n        derivative of outer.x\n");
+    EXPECT_EQ(section(text, "event"), "there is none") << "fixed steps locate nothing";
+}
+
+TEST(Program, ComputesAgainAndUpdatesWhereAnAdaptiveSolverStopsAtACrossing) {
+    const std::string text = with_solver("dormand_prince45");
+    EXPECT_EQ(section(text, "arrive"), "    outputs, inside the step\n");
+    EXPECT_EQ(section(text, "event"), R"(    outputs, inside the step
+    inside a step := true
+    outputs, again
+    take the crossings that the solver found
+    answer crossings
+    if outer.inner.triggered
+        update outer.inner.sum
+    if outer.inner.triggered
+        commit outer.inner.sum
+    outer.inner.fired := false
+    outer.inner.triggered := false
+    inside a step := false
+)");
+    EXPECT_EQ(section(text, "answer crossings:"), R"(    restart the solver
+    fired := false
+    if outer.inner.fired
+        fired := true
+    if not answered and inside a step and fired
+        observe the event
+)");
+    EXPECT_NE(text.find("    ends := inside a step and wave.y was > 0\n"), std::string::npos) << text;
+    EXPECT_NE(text.find("    if outer.enabled and starts\n        restart the solver\n"), std::string::npos)
+        << text;
+}
+
+TEST(Program, LooksAnewForTriggersInEachIterationAndFailsWhereThereIsNoEnd) {
+    const std::string text = program_of(R"(blocks:
+  u: {block: Sine, period: 0.1}
+  s:
+    execution: while
+    inputs: [u]
+    outputs: [y]
+    blocks:
+      k: {block: Iteration}
+      more: {block: CompareToConstant, operator: "<", constant: 3}
+      again: {block: While, most: 7}
+      part: {execution: triggered, inputs: [u], outputs: [y], blocks: {d: {block: UnitDelay}}, connections: {u: d, d: y}}
+    connections: {u: part.u, k: [more, part.trigger], more: again.condition, part: y}
+connections: {u: s.u}
+)");
+    EXPECT_EQ(section(text, "outputs"), R"(    output u
+    s.part.ran := false
+    reset s.k
+    repeat while s.more.y > 0, at most 7 times
+        s.part.fired := false
+        s.part.triggered := false
+        output s.k
+        output s.more
+        test s.part
+        if s.part.triggered
+            output s.part.d
+            output s.part.y
+        update s.k
+        if s.part.triggered
+            update s.part.d
+        commit s.k
+        if s.part.triggered
+            commit s.part.d
+        if s.part.fired
+            s.part.ran := true
+    otherwise
+        fail at s.k: the while loop around it did not end within 7 iterations: look at the condition of its While, or let it allow more
+    s.part.fired := s.part.ran
+)");
+}
+
+TEST(Program, AnswersCrossingsUntilNothingMoreCrosses) {
+    const std::string text =
+        program_of("blocks:\n  one: {block: Constant, value: 1}\n"
+                   "  a: {block: LimitedIntegrator, upper: 0.45}\nconnections: {one: a}\n");
+    EXPECT_EQ(section(text, "step"), R"(    count hit(0.1 s)
+    count hit(continuous)
+    outputs, first
+    look for crossings of guards
+    if crossed
+        answer crossings
+)");
+    EXPECT_EQ(section(text, "answer crossings:"), R"(    repeat while crossed, at most 1001 times
+        observe the event
+        if a crossed
+            event of a
+        outputs, again
+        look for crossings of guards
+    otherwise
+        if a crossed
+            fail at a: its zero crossings answer one another without end: 1000 times at one instant; give one of the blocks a dead band or hysteresis
+)");
+}
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+TEST(Edges, RiseFromZeroOrBelowAndNeedALookBefore) {
+    EXPECT_TRUE(is_edge(Edge::rising, 0, 1) && is_edge(Edge::either, -1, 1) && is_edge(Edge::falling, 1, 0));
+    EXPECT_FALSE(is_edge(Edge::rising, 1, 2) || is_edge(Edge::either, 0, -1) ||
+                 is_edge(Edge::falling, 0, -1));
+    EXPECT_FALSE(is_edge(Edge::rising, unknown, 1) || is_edge(Edge::falling, unknown, 0));
+    EXPECT_TRUE(is_edge(Edge::level, unknown, 1) && !is_edge(Edge::level, 1, 0));
+}
+
+TEST(Crossings, AreNoneWhereAGuardLeavesZeroOrDidNotRun) {
+    EXPECT_EQ(crossing(-1, 0), 1);
+    EXPECT_EQ(crossing(1, 0), -1);
+    EXPECT_EQ(crossing(-1, 1), 1);
+    EXPECT_EQ(crossing(0, 1) + crossing(0, -1) + crossing(unknown, 1) + crossing(-1, unknown), 0);
+}
+
+TEST(Clocks, OfATriggerTellTheTimeSinceItRanBefore) {
+    Clock<double> clock;
+    fire(clock, 2.0);
+    EXPECT_EQ(clock.period, 0);
+    fire(clock, 2.5);
+    EXPECT_EQ(clock.period, 0.5);
+    EXPECT_EQ(clock.time, 2.5);
+    EXPECT_EQ(clock.trigger, 1);
+    EXPECT_EQ(clock.step, 1);
+}
+
+} // namespace
+} // namespace bf::program

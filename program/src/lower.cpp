@@ -200,7 +200,9 @@ class Lowering {
 
     Statements test(int number) {
         const Condition& c = condition(number);
-        const bool has_enable = c.enable.node >= 0, has_reset = c.reset.node >= 0;
+        Statements states = resets(c.nodes);
+        const bool has_enable = c.enable.node >= 0, has_states = !states.empty(),
+                   has_reset = c.reset.node >= 0 && has_states;
         const int enabled = at(enabled_, number), active = at(p_.active, number);
         Statements all;
         int is_on = -1, fires = -1;
@@ -233,7 +235,7 @@ class Lowering {
         if (has_enable)
             all.push_back(
                 if_all({!flag(is_on), flag(enabled)}, {numbered(Kind::call, at(disable_, number))}));
-        if (c.resets_states) {
+        if (c.resets_states && has_states) {
             const int starts = local("starts");
             all.push_back(assign(starts, has_enable ? std::vector{flag(is_on), !flag(enabled)}
                                                     : std::vector{!flag(enabled)}));
@@ -243,10 +245,9 @@ class Lowering {
         all.push_back(assign(enabled, has_enable ? std::vector{flag(is_on)} : std::vector<Literal>{}));
         if (fires >= 0) all.push_back(assign(active, {flag(enabled), flag(fires)}));
         if (!begins.empty()) {
-            Statements states = resets(c.nodes);
             if (is_adaptive_) states.insert(states.begin(), of(Kind::restart));
             if (has_enable) begins.insert(begins.begin(), flag(enabled));
-            if (!states.empty()) all.push_back(if_all(begins, std::move(states)));
+            all.push_back(if_all(begins, std::move(states)));
         }
         if (fires >= 0) {
             const int hit = at(p_.hit, c.triggered_rate);

@@ -1,4 +1,4 @@
-// Subsystems that do not always run, loops, and zero crossings.
+// The statements of the step program as C++.
 #include "generator.hpp"
 
 #include "texts.hpp"
@@ -8,6 +8,11 @@
 namespace bf::codegen {
 
 namespace {
+
+using program::Literal;
+using program::Statement;
+using program::Statements;
+using Kind = Statement::Kind;
 
 const char* enumerator(model::Edge edge) {
     switch (edge) {
@@ -19,158 +24,285 @@ const char* enumerator(model::Edge edge) {
     return "level";
 }
 
+/// Those that stand in functions of their own, which kernels are joined into.
+bool is_computation(const Statement& s) {
+    switch (s.kind) {
+    case Kind::run:
+    case Kind::commit:
+    case Kind::finite:
+    case Kind::repeat: return true;
+    case Kind::when: return std::any_of(s.body.begin(), s.body.end(), is_computation);
+    default: return false;
+    }
+}
+
+int size_of(const Statements& statements) {
+    int size = 0;
+    for (const auto& s : statements) size += 1 + size_of(s.body) + size_of(s.otherwise);
+    return size;
+}
+
 } // namespace
 
-std::string Generator::is_active(int condition) const {
-    const bool is_triggered = diagram_.conditions[static_cast<std::size_t>(condition)].trigger.node >= 0;
-    return (is_triggered ? "is_triggered_" : "is_enabled_") + number(condition) + "_";
+std::string message(std::string text) {
+    std::string lines;
+    for (std::size_t most = 80; text.size() > most;) {
+        const auto end = text.rfind(' ', most) + 1;
+        lines += literal(text.substr(0, end)) + "\n    ";
+        text.erase(0, end);
+    }
+    return lines + literal(text);
+}
+
+/// What is never asked for is not kept.
+void Generator::find_flags_in_use() {
+    const auto find = [&](const auto& self, const Statements& statements) -> void {
+        for (const auto& s : statements) {
+            for (const auto& l : s.when)
+                if (l.kind == Literal::Kind::flag) used_flags_.insert(l.number);
+            self(self, s.body);
+            self(self, s.otherwise);
+        }
+    };
+    for (const auto* part :
+         {&program_.step, &program_.outputs, &program_.update, &program_.derivatives, &program_.guards})
+        find(find, *part);
+    for (const auto& procedure : program_.procedures) {
+        procedures_.push_back(unique_identifier(procedure.name, taken_["functions"]));
+        find(find, procedure.body);
+    }
+}
+
+std::string Generator::flag(int f) const {
+    const auto& flag = program_.flags[static_cast<std::size_t>(f)];
+    const std::string n = number(flag.number);
+    switch (flag.kind) {
+    case program::Flag::Kind::hit:
+        return "control_." +
+               ((diagram_.rates[static_cast<std::size_t>(flag.number)].trigger > 0 ? "has_fired_"
+                                                                                   : "is_hit_") +
+                n);
+    case program::Flag::Kind::enabled: return "control_.is_enabled_" + n;
+    case program::Flag::Kind::triggered: return "control_.is_triggered_" + n;
+    case program::Flag::Kind::ran: return "control_.has_run_" + number(f);
+    case program::Flag::Kind::local: return flag.name;
+    case program::Flag::Kind::crossed: return "control_.has_crossings";
+    case program::Flag::Kind::answered: return "control_.has_answers";
+    case program::Flag::Kind::inside: break;
+    }
+    return "control_.is_inside";
+}
+
+std::string Generator::memory(int m) const {
+    const auto& memory = program_.memories[static_cast<std::size_t>(m)];
+    return (memory.is_reset ? "control_.reset_" : "control_.trigger_") + number(memory.condition);
+}
+
+std::string Generator::condition(const std::vector<Literal>& when) const {
+    std::string text;
+    for (const auto& l : when) {
+        std::string one = flag(l.number);
+        if (l.kind == Literal::Kind::signal) {
+            one = "is_positive(" + place_of(l.signal).text() + ")";
+        } else if (l.kind == Literal::Kind::crossing) {
+            one.clear();
+            for (const auto& field : guards_)
+                if (field.end.node == l.number)
+                    one += (one.empty() ? "" : " || ") + ("has_crossed(guards_." + field.member + ")");
+            if (l.is_negated || when.size() > 1) one = "(" + one + ")";
+        }
+        text += (text.empty() ? "" : " && ") + ((l.is_negated ? "!" : "") + one);
+    }
+    return text.empty() ? "true" : text;
+}
+
+std::string Generator::failing(int n, const std::string& why) const {
+    return "return fail(" + literal(node(n).path) + ", " + why + ");\n";
+}
+
+std::string Generator::text_of(const Statements& statements, program::Pass pass, int indent) {
+    std::string text;
+    for (const auto& s : statements)
+        if (s.passes & pass) text += indented(text_of(s, pass), indent);
+    return text;
+}
+
+std::string Generator::text_of(const Statement& s, program::Pass pass) {
+    const auto is_used = [&](int f) {
+        return program_.flags[static_cast<std::size_t>(f)].kind == program::Flag::Kind::local ||
+               used_flags_.contains(f);
+    };
+    switch (s.kind) {
+    case Kind::run: return statement(s.node, s.phase, s.index);
+    case Kind::commit: return commits(s);
+    case Kind::reset: {
+        std::string text;
+        for (const auto& one : resets(s.node, false)) text += one;
+        return text;
+    }
+    case Kind::rest: {
+        std::string text;
+        const auto& slots = block(s.node).declaration().slots;
+        for (std::size_t i = 0; i < slots.size(); ++i)
+            if (slots[i].role == Role::continuous_state && slots[i].size.count() > 0)
+                text += "assign(rates_." + place_of({s.node, static_cast<int>(i)}).member + ", Real(0));\n";
+        return text;
+    }
+    case Kind::initial: {
+        const auto& outlet = diagram_.conditions[static_cast<std::size_t>(s.number)]
+                                 .outlets[static_cast<std::size_t>(s.index)];
+        return place_of(outlet.end).member.empty()
+                   ? ""
+                   : initial_output(static_cast<std::size_t>(s.number), static_cast<std::size_t>(s.index));
+    }
+    case Kind::finite:
+        return "if (!is_finite(" + place_of(s.signal).text() + "))\n    " +
+               failing(s.node, message(s.failure.text()));
+    case Kind::assign: return is_used(s.flag) ? flag(s.flag) + " = " + condition(s.when) + ";\n" : "";
+    case Kind::clear: return is_used(s.flag) ? flag(s.flag) + " = false;\n" : "";
+    case Kind::edge: {
+        const auto& memory = program_.memories[static_cast<std::size_t>(s.number)];
+        return flag(s.flag) + " = has_edge<bf::program::Edge::" + enumerator(memory.edge) + ">(" +
+               place_of(memory.signal).text() + ", " + this->memory(s.number) +
+               (is_dynamic() ? ".data()" : "") + ");\n";
+    }
+    case Kind::hit: {
+        const int f = program_.hit[static_cast<std::size_t>(s.number)];
+        const std::string hosted =
+            has_hosted() ? "hosted_->hit(" + number(s.number) + ", time_);\n" : std::string();
+        if (!used_flags_.contains(f)) return hosted;
+        const std::string until = "control_.until_hit_" + number(s.number);
+        return flag(f) + " = " + until + "-- == 0;\nif (" + flag(f) + ") " +
+               (hosted.empty() ? "" : "{\n    ") + until + " = " +
+               std::to_string(diagram_.rates[static_cast<std::size_t>(s.number)].ticks - 1) + ";\n" +
+               (hosted.empty() ? "" : "    " + hosted + "}\n");
+    }
+    case Kind::fire:
+        return (timed_rates_.contains(s.number)
+                    ? "bf::program::fire(control_.clock_" + number(s.number) + ", time_);\n"
+                    : "") +
+               (has_hosted() ? "hosted_->fire(" + number(s.number) + ", time_);\n" : std::string());
+    case Kind::when: {
+        const std::string body = text_of(s.body, pass, 4);
+        return body.empty() ? "" : "if (" + condition(s.when) + ") {\n" + body + "}\n";
+    }
+    case Kind::repeat: return repetition(s, pass);
+    case Kind::event:
+        return "if (!hosted_->event(" + number(hosted_[static_cast<std::size_t>(s.node)]) + "))\n    " +
+               failing(s.node, "hosted_->failure()");
+    case Kind::look: return "if (!find_crossings()) return false;\n";
+    case Kind::observe: return "if (before_event) before_event();\n";
+    case Kind::integrate: return "if (!integrate()) return false;\n";
+    case Kind::evaluate:
+        return std::string("if (!") + (s.pass == program::first ? "compute" : "compute_again") +
+               "()) return false;\n";
+    case Kind::call: return "if (!" + procedures_[static_cast<std::size_t>(s.number)] + "()) return false;\n";
+    case Kind::fail: return failing(s.node, message(s.failure.text()));
+    case Kind::solve: // refused, as adaptive solvers are
+    case Kind::locate:
+    case Kind::restart: break;
+    }
+    return {};
+}
+
+std::string Generator::commits(const Statement& s) const {
+    std::string text;
+    const auto& slots = block(s.node).declaration().slots;
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+        if (slots[i].role != Role::discrete_state || (slots[i].size.count() == 0 && !is_dynamic())) continue;
+        const std::string state = place_of({s.node, static_cast<int>(i)}).text();
+        const std::string next = next_[static_cast<std::size_t>(s.node)][i].text();
+        text += slots[i].type == Type::float64
+                    ? "if (!commit(" + state + ", " + next + ")) return became_nan(" +
+                          literal(node(s.node).path) + ");\n"
+                    : "assign(" + state + ", " + next + ");\n";
+    }
+    return text;
+}
+
+std::string Generator::repetition(const Statement& s, program::Pass pass) {
+    // Loops stand within loops.
+    const std::string depth = ++loop_depth_ > 1 ? "_" + number(loop_depth_) : "";
+    const std::string i = "i" + depth, goes_on = "goes_on" + depth;
+    const bool has_count = s.signal.node >= 0, can_end = !s.when.empty();
+    std::string text, most = number(s.number);
+    if (has_count) {
+        most = "most" + depth;
+        text = "const double " + most + " = static_cast<double>(in(" + place_of(s.signal).text() + ")[0]);\n";
+    }
+    if (can_end) text += "bool " + goes_on + " = true;\n";
+    text += std::string("for (") + (has_count ? "double " : "int ") + i + " = 1; " +
+            (can_end ? goes_on + " && " : "") + i + " <= " + most + "; ++" + i + ") {\n" +
+            text_of(s.body, pass, 4) + (can_end ? "    " + goes_on + " = " + condition(s.when) + ";\n" : "") +
+            "}\n";
+    if (!s.otherwise.empty()) text += "if (" + goes_on + ") {\n" + text_of(s.otherwise, pass, 4) + "}\n";
+    --loop_depth_;
+    return can_end || has_count ? "{\n" + indented(text, 4) + "}\n" : text;
 }
 
 std::string Generator::control_declarations() const {
-    std::string text;
-    for (std::size_t c = 1; c < diagram_.conditions.size(); ++c) {
-        const auto& condition = diagram_.conditions[c];
-        const std::string i = number(static_cast<int>(c));
-        text += "    bool test_" + i + "() noexcept; // " + comment(condition.path) + "\n    void disable_" +
-                i + "() noexcept;\n    bool is_enabled_" + i + "_ = false;\n";
-        if (condition.trigger.node >= 0)
-            text += "    bool is_triggered_" + i + "_ = false; // in this step\n";
-        for (const auto& [signal, name] :
-             {std::pair{condition.trigger, "trigger_" + i + "_"}, {condition.reset, "reset_" + i + "_"}})
-            if (signal.node >= 0)
-                text += "    " +
-                        (is_dynamic()
-                             ? "std::vector<double> " + name
-                             : "double " + name + "[" + number(diagram_.slot(signal).size.count()) + "]") +
-                        "; // at the last look\n";
+    std::string text, members;
+    for (const auto& name : procedures_) text += "    bool " + name + "() noexcept;\n";
+    text += "    bool compute() noexcept;\n";
+    if (!guards_.empty()) text += "    bool compute_again() noexcept;\n    bool find_crossings() noexcept;\n";
+    const auto member = [&](const std::string& type, const std::string& name, const std::string& value,
+                            const std::string& doc) {
+        members +=
+            "        " + type + " " + name.substr(name.find('.') + 1) + value + "; // " + comment(doc) + "\n";
+    };
+    for (const int f : used_flags_)
+        if (const auto& its = program_.flags[static_cast<std::size_t>(f)];
+            its.kind != program::Flag::Kind::local)
+            member("bool", flag(f), " = false", its.name);
+    for (const int f : used_flags_)
+        if (const auto& its = program_.flags[static_cast<std::size_t>(f)];
+            its.kind == program::Flag::Kind::hit)
+            if (const auto& rate = diagram_.rates[static_cast<std::size_t>(its.number)]; rate.trigger == 0)
+                member("std::int64_t", "until_hit_" + number(its.number), " = " + std::to_string(rate.offset),
+                       "steps to the next one, every " + literal(diagram_.period(its.number), Type::float64) +
+                           " s");
+    for (int m = 0; m < static_cast<int>(program_.memories.size()); ++m) {
+        const auto& signal = program_.memories[static_cast<std::size_t>(m)].signal;
+        member(is_dynamic() ? "std::vector<double>" : "double", memory(m),
+               is_dynamic() ? "" : "[" + number(diagram_.slot(signal).size.count()) + "] = {}",
+               diagram_.end_path(signal) + ", at the last look");
     }
     for (const int rate : timed_rates_)
-        text += "    Real period_" + number(rate) + "_ = 0, last_run_" + number(rate) + "_ = -1; // of " +
-                comment(diagram_
-                            .conditions[static_cast<std::size_t>(
-                                diagram_.rates[static_cast<std::size_t>(rate)].trigger)]
-                            .path) +
-                " [s]\n";
-    for (std::size_t l = 0; l < diagram_.plan.loops.size(); ++l)
-        text += "    bool loop_" + number(static_cast<int>(l)) + "() noexcept; // " +
-                comment(diagram_.plan.loops[l].path) + "\n";
-    if (!guards_.empty()) text += "    bool refresh() noexcept;\n    bool answer_crossings() noexcept;\n";
-    return text;
+        member("bf::program::Clock<Real>", "clock_" + number(rate), "",
+               program_.flags[static_cast<std::size_t>(program_.hit[static_cast<std::size_t>(rate)])].name);
+    return members.empty() ? text
+                           : text + "    struct Control {\n" + members + "    };\n    Control control_{};\n";
 }
 
 std::string Generator::control_resets() const {
     std::string text;
-    for (std::size_t c = 1; c < diagram_.conditions.size(); ++c) {
-        const auto& condition = diagram_.conditions[c];
-        const std::string i = number(static_cast<int>(c));
-        text += "    is_enabled_" + i + "_ = false;\n";
-        for (const auto& [signal, name] :
-             {std::pair{condition.trigger, "trigger_"}, {condition.reset, "reset_"}})
-            if (signal.node >= 0)
-                text += "    forget(" + (name + i) + "_, in(" + place_of(signal).text() + ").size());\n";
-    }
-    for (const int rate : timed_rates_)
-        text += "    period_" + number(rate) + "_ = 0;\n    last_run_" + number(rate) + "_ = -1;\n";
+    if (control_declarations().find("Control control_") != std::string::npos)
+        text = "    control_ = Control();\n";
+    for (int m = 0; m < static_cast<int>(program_.memories.size()); ++m)
+        text += "    forget(" + memory(m) + ", in(" +
+                place_of(program_.memories[static_cast<std::size_t>(m)].signal).text() + ").size());\n";
     if (!guards_.empty())
         text += "    forget(elements<double>(guards_before_), " + number(guard_count()) + ");\n";
     return text;
 }
 
-std::string Generator::trigger_resets(int loop) const {
-    std::string text;
-    for (std::size_t c = 1; c < diagram_.conditions.size(); ++c)
-        if (diagram_.conditions[c].trigger.node >= 0 && (loop < 0 || diagram_.conditions[c].loop == loop))
-            text += "    " + is_active(static_cast<int>(c)) + " = false;\n";
-    return text;
-}
-
-std::string Generator::condition_functions(int c) const {
-    const auto& condition = diagram_.conditions[static_cast<std::size_t>(c)];
-    const std::string i = number(c), is_enabled = "is_enabled_" + i + "_";
-    const bool has_trigger = condition.trigger.node >= 0, has_reset = condition.reset.node >= 0;
-    const auto edge = [&](const Node::End& end, model::Edge kind, const std::string& before) {
-        return std::string("has_edge<bf::generated::Edge::") + enumerator(kind) + ">(" +
-               place_of(end).text() + ", " + before + i + (is_dynamic() ? "_.data())" : "_)");
-    };
-    std::string text =
-        "// " + comment(condition.path) + ": looks at its control signals.\nbool " + class_ + "::test_" + i +
-        "() noexcept {\n    const bool is_enabled = " +
-        (condition.enable.node >= 0 ? "is_positive(" + place_of(condition.enable).text() + ")" : "true") +
-        ";\n";
-    if (has_trigger)
-        text +=
-            "    const bool fires = " + edge(condition.trigger, condition.trigger_edge, "trigger_") + ";\n";
-    std::string begins;
-    if (has_reset) {
-        text += "    const bool resets = " + edge(condition.reset, condition.reset_edge, "reset_") + ";\n";
-        begins = "resets";
-    }
-    if (condition.enable.node >= 0)
-        text += "    if (!is_enabled && " + is_enabled + ") disable_" + i + "();\n";
-    if (condition.resets_states) {
-        text += "    const bool begins = is_enabled && !" + is_enabled + ";\n";
-        begins = has_reset ? "(begins || resets)" : "begins";
-    }
-    text += "    " + is_enabled + " = is_enabled;\n";
-    if (has_trigger) text += "    is_triggered_" + i + "_ = is_enabled && fires;\n";
-    std::string states;
-    if (!begins.empty())
-        for (const int n : condition.nodes)
-            for (const auto& statement : resets(n, false)) states += indented(statement, 8);
-    if (!states.empty()) text += "    if (is_enabled && " + begins + ") {\n" + states + "    }\n";
-    const int rate = condition.triggered_rate;
-    if (timed_rates_.contains(rate)) {
-        const std::string r = number(rate);
-        text += "    if (is_triggered_" + i + "_) {\n        period_" + r + "_ = last_run_" + r +
-                "_ < 0 ? Real(0) : time_ - last_run_" + r + "_;\n        last_run_" + r +
-                "_ = time_;\n    }\n";
-    }
-    if (has_trigger && has_hosted())
-        text += "    if (is_triggered_" + i + "_) hosted_->fire(" + number(rate) + ", time_);\n";
-    text += "    return true;\n}\n\nvoid " + class_ + "::disable_" + i + "() noexcept {\n    " + is_enabled +
-            " = false;\n";
-    if (has_trigger) text += "    is_triggered_" + i + "_ = false;\n";
-    for (std::size_t o = 0; o < condition.outlets.size(); ++o)
-        if (condition.outlets[o].resets && !place_of(condition.outlets[o].end).member.empty())
-            text += indented(initial_output(static_cast<std::size_t>(c), o), 4);
-    for (const int n : condition.nodes) {
-        const auto& slots = block(n).declaration().slots;
-        for (std::size_t s = 0; s < slots.size(); ++s)
-            if (slots[s].role == Role::continuous_state && slots[s].size.count() > 0)
-                text += "    assign(rates_." + place_of({n, static_cast<int>(s)}).member + ", Real(0));\n";
-    }
-    for (std::size_t inner = 1; inner < diagram_.conditions.size(); ++inner)
-        if (diagram_.conditions[inner].parent == c) {
-            const std::string j = number(static_cast<int>(inner));
-            text += "    if (is_enabled_" + j + "_) disable_" + j + "();\n";
+std::string Generator::procedure_function(int number) {
+    const auto& procedure = program_.procedures[static_cast<std::size_t>(number)];
+    std::string locals;
+    const auto find = [&](const auto& self, const Statements& statements) -> void {
+        for (const auto& s : statements) {
+            if (s.flag >= 0 &&
+                program_.flags[static_cast<std::size_t>(s.flag)].kind == program::Flag::Kind::local)
+                if (const std::string line = "    bool " + flag(s.flag) + " = false;\n";
+                    locals.find(line) == std::string::npos)
+                    locals += line;
+            self(self, s.body);
         }
-    return text + "}\n\n";
-}
-
-std::string Generator::loop_function(int l, const std::string& body) const {
-    const auto& loop = diagram_.plan.loops[static_cast<std::size_t>(l)];
-    const bool is_while = loop.kind == Loop::Kind::while_loop;
-    const auto first = [&](const Node::End& end) { return "in(" + place_of(end).text() + ")[0]"; };
-    std::string text =
-        "// " + comment(loop.path) + "\nbool " + class_ + "::loop_" + number(l) + "() noexcept {\n";
-    for (const int n : loop.resets_states ? loop.nodes : loop.counters)
-        for (const auto& statement : resets(n, false)) text += indented(statement, 4);
-    if (is_while && loop.initial.node >= 0)
-        text += "    if (!(" + first(loop.initial) + " > 0)) return true;\n";
-    std::string most = number(loop.iterations);
-    if (loop.count.node >= 0) {
-        text += "    const double most = std::floor(static_cast<double>(" + first(loop.count) + "));\n";
-        most = "most";
-    }
-    text += std::string("    for (") + (loop.count.node >= 0 ? "double" : "int") + " i = 1; i <= " + most +
-            "; ++i) {\n" + indented(trigger_resets(l), 4) + "        if (!(" + body + ")) return false;\n";
-    if (is_while) text += "        if (!(" + first(loop.again) + " > 0)) return true;\n";
-    text += "    }\n";
-    if (!is_while) return text + "    return true;\n}\n\n";
-    return text + "    return fail(" + literal(node(loop.nodes.front()).path) +
-           ",\n                \"the while loop around it did not end within " + number(loop.iterations) +
-           " iterations: look at the condition of its \"\n                \"While, or let it allow "
-           "more\");\n}\n\n";
+    };
+    find(find, procedure.body);
+    return "// " + comment(procedure.name) + "\nbool " + class_ +
+           "::" + procedures_[static_cast<std::size_t>(number)] + "() noexcept {\n" + locals +
+           text_of(procedure.body, program::first, 4) + "    return true;\n}\n\n";
 }
 
 int Generator::guard_count() const {
@@ -179,36 +311,128 @@ int Generator::guard_count() const {
     return count;
 }
 
-std::string Generator::crossings_function(const Calls& calls) const {
+std::string Generator::crossings_functions(const Calls& calls) const {
     const std::string count = number(guard_count());
-    std::string text =
-        "// Continuous signals after an event.\nbool " + class_ + "::refresh() noexcept {\n" +
-        once_more(calls.continuous_outputs) +
-        "}\n\n// Crossings of zero since the last step, and those that the answers cause.\nbool " + class_ +
-        "::answer_crossings() noexcept {\n    const char* first = nullptr;\n    for (int "
-        "round = 0;; ++round) {\n"
-        "        forget(elements<double>(guards_), " +
-        count + "); // of subsystems that do not run\n        if (!(" + calls.guards +
-        ")) return false;\n        if (!find_crossings(elements<double>(guards_), "
-        "elements<double>(guards_before_), " +
-        count +
-        ")) return true;\n        if (round > 1000)\n            return fail(first, \"its "
-        "zero crossings answer one "
-        "another without end: 1000 times at one instant; give one of \"\n                     "
-        "          \"the blocks "
-        "a dead band or hysteresis\");\n        first = nullptr;\n        if (before_event) "
-        "before_event();\n";
-    for (auto field = guards_.begin(); field != guards_.end();) {
-        const int n = field->end.node;
-        std::string crossed;
-        for (; field != guards_.end() && field->end.node == n; ++field)
-            crossed += (crossed.empty() ? "" : " || ") + ("has_crossed(guards_." + field->member + ")");
-        const std::string path = literal(node(n).path);
-        text += "        if (" + crossed + ") {\n            if (!first) first = " + path +
-                ";\n            if (!hosted_->event(" + number(hosted_[static_cast<std::size_t>(n)]) +
-                ")) return fail(" + path + ", hosted_->failure());\n        }\n";
+    return "// After an event.\nbool " + class_ + "::compute_again() noexcept { return " + calls.again +
+           "; }\n\nbool " + class_ + "::find_crossings() noexcept {\n    forget(elements<double>(guards_), " +
+           count + "); // of subsystems that do not run\n    if (!(" + calls.guards +
+           ")) return false;\n    " + flag(crossed_flag()) +
+           " = bf::generated::find_crossings(elements<double>(guards_), elements<double>(guards_before_), " +
+           count + ");\n    return true;\n}\n\n";
+}
+
+int Generator::crossed_flag() const {
+    const auto& flags = program_.flags;
+    return static_cast<int>(
+        std::find_if(flags.begin(), flags.end(),
+                     [](const program::Flag& flag) { return flag.kind == program::Flag::Kind::crossed; }) -
+        flags.begin());
+}
+
+// ---- functions of bounded length
+
+std::vector<Guarded> Generator::guarded(const Statements& statements, program::Pass pass) {
+    std::vector<Guarded> all;
+    for (const auto& s : statements) {
+        const bool is_conditional = s.kind == Kind::when;
+        if (is_conditional || all.empty() || !all.back().condition.empty())
+            all.push_back({is_conditional ? condition(s.when) : "", {}});
+        for (const auto& one : is_conditional ? s.body : Statements{s})
+            if (s.passes & one.passes & pass) all.back().statements.push_back(text_of(one, pass));
     }
-    return text + "        if (!refresh()) return false;\n    }\n}\n\n";
+    return all;
+}
+
+/// What takes part in the same evaluations of the outputs is printed once for all of them.
+void Generator::print_outputs(Calls& calls) {
+    struct Part {
+        int passes;
+        std::vector<Guarded> all;
+    };
+    std::vector<Part> parts;
+    const auto add = [&](const std::string& when, const std::string& text, int passes) {
+        if (parts.empty() || parts.back().passes != passes) parts.push_back({passes, {}});
+        auto& all = parts.back().all;
+        if (all.empty() || all.back().condition != when) all.push_back({when, {}});
+        all.back().statements.push_back(text);
+    };
+    for (const auto& s : program_.outputs)
+        for (const auto& one : s.kind == Kind::when ? s.body : Statements{s}) {
+            std::vector<std::pair<std::string, int>> texts; // and the passes of each
+            for (const auto pass : {program::first, program::again, program::inside}) {
+                if (!(s.passes & one.passes & pass)) continue;
+                const std::string text = text_of(one, pass);
+                if (texts.empty() || texts.back().first != text) texts.emplace_back(text, 0);
+                texts.back().second |= pass;
+            }
+            if (one.passes & program::inside) calls.inner_statements += size_of({one});
+            for (const auto& [text, passes] : texts)
+                add(s.kind == Kind::when ? condition(s.when) : "", text, passes);
+        }
+    const auto append = [](std::string& to, const std::string& more) {
+        if (more != "true") to += (to.empty() ? "" : " && ") + more;
+    };
+    for (const auto& [passes, all] : parts) {
+        const std::string some = functions("outputs", all);
+        if (passes & program::first) append(calls.outputs, some);
+        if (passes & program::again) append(calls.again, some);
+        if (passes & program::inside) append(calls.inside, some);
+    }
+    for (auto* text : {&calls.outputs, &calls.again, &calls.inside})
+        if (text->empty()) *text = "true";
+}
+
+/// Computations stand in functions of their own.
+std::string Generator::update_body() {
+    std::string text;
+    const auto& all = program_.update;
+    for (auto first = all.begin(); first != all.end();) {
+        const auto last = std::find_if_not(first, all.end(), is_computation);
+        if (last != first) {
+            text += "    if (!(" + functions("updates", guarded({first, last})) + ")) return false;\n";
+            first = last;
+        } else {
+            text += indented(text_of(*first++), 4);
+        }
+    }
+    return text;
+}
+
+std::string Generator::functions(const std::string& family, const std::vector<Guarded>& all) {
+    std::string calls, body;
+    int statements = 0;
+    const auto finish = [&] {
+        if (statements == 0) return;
+        const std::string name = family + "_" + number(++piece_numbers_[family]);
+        declarations_.push_back("bool " + name + "() noexcept;");
+        pieces_.push_back("[[gnu::flatten]] bool " + class_ + "::" + name + "() noexcept {\n" + body +
+                          "    return true;\n}\n");
+        piece_statements_.push_back(statements);
+        calls += (calls.empty() ? "" : " && ") + name + "()";
+        body.clear();
+        statements = 0;
+    };
+    for (const auto& g : all) {
+        const int indent = g.condition.empty() ? 4 : 8;
+        bool is_open = false;
+        const auto close = [&] {
+            if (is_open && !g.condition.empty()) body += "    }\n";
+            is_open = false;
+        };
+        for (const auto& statement : g.statements) {
+            if (statement.empty()) continue;
+            if (!is_open && !g.condition.empty()) body += "    if (" + g.condition + ") {\n";
+            is_open = true;
+            body += indented(statement, indent);
+            if (++statements >= options_.statements_per_function) {
+                close();
+                finish();
+            }
+        }
+        close();
+    }
+    finish();
+    return calls.empty() ? "true" : calls;
 }
 
 } // namespace bf::codegen

@@ -17,33 +17,19 @@ const Slot& slot_of(const Block& block, int slot) {
 
 std::string extents(const Size& size) { return number(size.rows) + ", " + number(size.cols); }
 
-/// A zero-crossing function that counts marks where an adaptive solver must stop, and is not answered.
-bool is_answered(const Slot& slot) { return slot.role == Role::guard && slot.type == Type::float64; }
-
-/// Does the block change its states when one of its zero-crossing functions changes its sign? Its arguments
-/// may leave it without such functions.
-bool answers_crossings(const Diagram& diagram, const DiagramNode& node) {
-    const auto& slots = node.block->declaration().slots;
-    return node.methods.event && diagram.rates[static_cast<std::size_t>(node.rate)].is_continuous &&
-           std::any_of(slots.begin(), slots.end(), is_answered);
-}
-
-/// Does an activity of such a block write what is answered?
-bool writes_answered(const Declaration& d, int activity) {
-    if (activity >= static_cast<int>(d.guard_rules.size())) return true;
-    for (std::size_t s = 0; s < d.slots.size(); ++s)
-        if (is_answered(d.slots[s]) &&
-            d.guard_rules[static_cast<std::size_t>(activity)].writes(static_cast<int>(s)))
-            return true;
-    return false;
+/// Does the block change its states when one of its zero-crossing functions changes its sign?
+bool answers_crossings(const program::Program& program, int node) {
+    return std::any_of(program.watched.begin(), program.watched.end(),
+                       [&](const program::Watched& w) { return w.is_answered && w.end.node == node; });
 }
 
 /// Can every activity of the block be printed as a call of a kernel?
-bool is_printable(const Diagram& diagram, const DiagramNode& node) {
+bool is_printable(const program::Program& program, int number) {
+    const auto& node = program.diagram->nodes[static_cast<std::size_t>(number)];
     const auto& d = node.block->declaration();
     const auto& m = node.methods;
     if (m.output || m.update || m.derivative || m.reset || !d.objects.empty()) return false;
-    if (answers_crossings(diagram, node)) return false;
+    if (answers_crossings(program, number)) return false;
     for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules})
         for (const Call& call : *rules)
             if (!find_kernel(call.kernel)) return false;
@@ -53,22 +39,25 @@ bool is_printable(const Diagram& diagram, const DiagramNode& node) {
 } // namespace
 
 std::vector<std::string> hosted_blocks(const Diagram& diagram) {
+    const auto program = program::lower(diagram);
     std::vector<std::string> blocks;
-    for (const auto& node : diagram.nodes)
-        if (!is_printable(diagram, node)) blocks.push_back(node.path + " (" + node.type + ")");
+    for (std::size_t n = 0; n < diagram.nodes.size(); ++n)
+        if (!is_printable(program, static_cast<int>(n)))
+            blocks.push_back(diagram.nodes[n].path + " (" + diagram.nodes[n].type + ")");
     return blocks;
 }
 
 bool has_hosted_blocks(const Diagram& diagram) { return !hosted_blocks(diagram).empty(); }
 
 Generator::Generator(const Diagram& diagram, const Options& options)
-    : diagram_(diagram), options_(options), is_needed_inside_a_step_(diagram.needed_inside_a_step()),
+    : diagram_(diagram), options_(options), program_(program::lower(diagram)),
       formulas_(options.has_runtime_sizes ? Formulas() : formulas_of(diagram)), class_(class_name(diagram)),
       file_(file_name(diagram)) {
     for (const auto& formula : formulas_.formulas)
         formula_numbers_.emplace(definition(formula.definition).path,
                                  static_cast<int>(formula_numbers_.size()));
-    for (const auto& n : diagram.nodes) hosted_.push_back(is_printable(diagram, n) ? -1 : hosted_count_++);
+    for (std::size_t n = 0; n < diagram.nodes.size(); ++n)
+        hosted_.push_back(is_printable(program_, static_cast<int>(n)) ? -1 : hosted_count_++);
 }
 
 void Generator::check() const {
@@ -86,9 +75,10 @@ void Generator::check() const {
                 ": it stands in an algebraic loop, whose solution takes a number of iterations that has no "
                 "bound; break the loop with a UnitDelay";
     if (is_dynamic())
-        for (const auto& n : diagram_.nodes)
-            if (answers_crossings(diagram_, n))
-                add(n, "it answers zero crossings, for which sizes must be known before the program starts");
+        for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
+            if (answers_crossings(program_, static_cast<int>(n)))
+                add(diagram_.nodes[n],
+                    "it answers zero crossings, for which sizes must be known before the program starts");
     if (options_.embedded)
         for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
             if (is_hosted(static_cast<int>(n)))
@@ -145,13 +135,12 @@ void Generator::place_all() {
             case Role::workspace:
                 if (!is_hosted(end.node)) place(end, "workspace_", workspace_, path);
                 break;
-            case Role::guard:
-                if (is_answered(slots[s]) && answers_crossings(diagram_, diagram_.nodes[n]))
-                    place(end, "guards_", guards_, path);
-                break;
+            case Role::guard: break;
             }
         }
     }
+    for (const auto& watched : program_.watched)
+        place(watched.end, "guards_", guards_, diagram_.end_path(watched.end));
     std::set<std::string> taken;
     for (const auto& output : diagram_.outputs) {
         if (place_of(output.end).member.empty()) continue;
@@ -173,7 +162,7 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
         const int rate = node(n).rate;
         if (diagram_.rates[static_cast<std::size_t>(rate)].trigger > 0) {
             timed_rates_.insert(rate);
-            return "in(period_" + number(rate) + "_)";
+            return "in(control_.clock_" + number(rate) + ".period)";
         }
         const bool is_continuous = diagram_.rates[static_cast<std::size_t>(rate)].is_continuous;
         constants += std::string("static constexpr ") + cpp_name(real()) +
@@ -241,13 +230,12 @@ static std::string wrapped(const std::string& text, std::size_t indent) {
 }
 
 std::string Generator::statement(int n, Phase phase, int index) {
-    if (is_hosted(n)) {
-        const int task = static_cast<int>(tasks_.size());
-        tasks_.push_back({n, phase, index});
-        return "// " + comment(node(n).path) + "\nif (!hosted_->run(" + number(task) + ")) return fail(" +
-               literal(node(n).path) + ", hosted_->failure());\n";
-    }
-    return rule(n, phase, index);
+    auto& text = statements_[{n, phase, index}];
+    if (!text.empty()) return text;
+    if (!is_hosted(n)) return text = rule(n, phase, index);
+    tasks_.push_back({n, phase, index});
+    return text = "// " + comment(node(n).path) + "\nif (!hosted_->run(" +
+                  number(static_cast<int>(tasks_.size()) - 1) + ")) " + failing(n, "hosted_->failure()");
 }
 
 std::string Generator::rule(int n, Phase phase, int index) {
@@ -332,8 +320,7 @@ std::string Generator::initial_output(std::size_t condition, std::size_t number_
 std::vector<std::string> Generator::resets(int n, bool only_from_parameters) const {
     std::vector<std::string> statements;
     if ((is_hosted(n) || is_dynamic()) && !only_from_parameters)
-        return {"if (!hosted_->reset(" + number(hosted_number(n)) + ")) return fail(" +
-                literal(node(n).path) + ", hosted_->failure());\n"};
+        return {"if (!hosted_->reset(" + number(hosted_number(n)) + ")) " + failing(n, "hosted_->failure()")};
     const auto& slots = block(n).declaration().slots;
     for (std::size_t s = 0; s < slots.size(); ++s) {
         const Slot& slot = slots[s];
@@ -352,136 +339,6 @@ std::vector<std::string> Generator::resets(int n, bool only_from_parameters) con
                                  ");\n");
     }
     return statements;
-}
-
-std::vector<Guarded> Generator::are_finite() const {
-    std::vector<Guarded> all;
-    for (const auto& [end, place, rate, condition] : diagram_.real_outputs()) {
-        if (place_of(end).member.empty()) continue;
-        if (all.empty() || all.back().rate != rate || all.back().condition != condition)
-            all.push_back({.rate = rate, .condition = condition});
-        all.back().statements.push_back(
-            "if (!is_finite(" + place_of(end).text() + ")) return fail(" + literal(node(end.node).path) +
-            ", \"its output " + number(place) +
-            " is not finite: look at the block's inputs in this \"\n    \"step for a "
-            "division by zero or a value out of range\");\n");
-    }
-    return all;
-}
-
-std::vector<Guarded> Generator::activities(const std::vector<Segment>& segments, Phase phase) {
-    std::vector<Guarded> all;
-    for (const auto& segment : segments) {
-        all.push_back({.rate = segment.rate, .condition = segment.condition});
-        const bool has_choice = phase == Phase::output && has_continuous_states() &&
-                                diagram_.rates[static_cast<std::size_t>(segment.rate)].is_continuous;
-        for (const auto& activity : segment.activities) {
-            if (phase == Phase::guards &&
-                (!answers_crossings(diagram_, node(activity.node)) ||
-                 !writes_answered(block(activity.node).declaration(), activity.index)))
-                continue;
-            const bool is_inner = !has_choice || activity.node < 0 ||
-                                  is_needed_inside_a_step_[static_cast<std::size_t>(activity.node)] != 0;
-            if (is_inner != all.back().is_inner)
-                all.push_back({.rate = segment.rate, .condition = segment.condition, .is_inner = is_inner});
-            all.back().statements.push_back(
-                activity.node >= 0 ? statement(activity.node, phase, activity.index)
-                : activity.loop >= 0
-                    ? "// " + comment(diagram_.plan.loops[static_cast<std::size_t>(activity.loop)].path) +
-                          "\nif (" +
-                          (diagram_.runs_once(diagram_.plan.loops[static_cast<std::size_t>(activity.loop)])
-                               ? "!is_again_ && "
-                               : "") +
-                          "!loop_" + number(activity.loop) + "()) return false;\n"
-                    : "// " +
-                          comment(diagram_.conditions[static_cast<std::size_t>(activity.condition)].path) +
-                          "\nif (" + (has_continuous_states() ? "!is_minor_ && " : "") + "!test_" +
-                          number(activity.condition) + "()) return false;\n");
-        }
-    }
-    return all;
-}
-
-std::vector<Guarded> Generator::commits(const std::vector<Segment>& segments) const {
-    std::vector<Guarded> all;
-    for (const auto& segment : segments) {
-        all.push_back({.rate = segment.rate, .condition = segment.condition});
-        int last = -1;
-        for (const auto& activity : segment.activities) {
-            if (activity.node == last) continue;
-            last = activity.node;
-            const auto& slots = block(last).declaration().slots;
-            for (std::size_t s = 0; s < slots.size(); ++s) {
-                if (slots[s].role != Role::discrete_state) continue;
-                if (slots[s].size.count() == 0 && !is_dynamic()) continue;
-                const std::string state = place_of({last, static_cast<int>(s)}).text();
-                const std::string next = next_[static_cast<std::size_t>(last)][s].text();
-                if (slots[s].type == Type::float64)
-                    all.back().statements.push_back("if (!commit(" + state + ", " + next +
-                                                    ")) return became_nan(" + literal(node(last).path) +
-                                                    ");\n");
-                else
-                    all.back().statements.push_back("assign(" + state + ", " + next + ");\n");
-            }
-        }
-    }
-    return all;
-}
-
-/// Constant signals are computed at the start, whether a subsystem around them runs then or not.
-std::string Generator::guard(const Guarded& g) const {
-    std::string text;
-    const auto& rate = diagram_.rates[static_cast<std::size_t>(g.rate)];
-    if (rate.is_constant) return text;
-    if (rate.trigger > 0)
-        text = is_active(rate.trigger);
-    else if (rate.ticks > 1)
-        text = "is_hit_" + number(g.rate) + "_";
-    if (g.condition > 0 && g.condition != rate.trigger)
-        text += (text.empty() ? "" : " && ") + is_active(g.condition);
-    return text;
-}
-
-std::string Generator::functions(const std::string& family, const std::vector<Guarded>& all) {
-    std::string calls, body;
-    int statements = 0;
-    const auto finish = [&] {
-        if (statements == 0) return;
-        const std::string name = family + "_" + number(++piece_numbers_[family]);
-        declarations_.push_back("bool " + name + "() noexcept;");
-        pieces_.push_back("[[gnu::flatten]] bool " + class_ + "::" + name + "() noexcept {\n" + body +
-                          "    return true;\n}\n");
-        piece_statements_.push_back(statements);
-        calls += (calls.empty() ? "" : " && ") + name + "()";
-        body.clear();
-        statements = 0;
-    };
-    for (const auto& g : all) {
-        const std::string condition = guard(g);
-        const std::string indent = condition.empty() ? "    " : "        ";
-        bool is_open = false;
-        const auto close = [&] {
-            if (is_open && !condition.empty()) body += "    }\n";
-            is_open = false;
-        };
-        for (const auto& statement : g.statements) {
-            if (statement.empty()) continue;
-            if (!is_open && !condition.empty()) body += "    if (" + condition + ") {\n";
-            is_open = true;
-            for (std::size_t at = 0; at < statement.size();) {
-                const auto end = statement.find('\n', at);
-                body += indent + statement.substr(at, end - at + 1);
-                at = end + 1;
-            }
-            if (++statements >= options_.statements_per_function) {
-                close();
-                finish();
-            }
-        }
-        close();
-    }
-    finish();
-    return calls.empty() ? "true" : calls;
 }
 
 } // namespace bf::codegen

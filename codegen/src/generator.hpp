@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/codegen/generate.hpp"
+#include "bf/program/program.hpp"
 
 #include "formulas.hpp"
 #include "names.hpp"
@@ -10,6 +11,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace bf::codegen {
@@ -37,12 +39,14 @@ struct Field {
     }
 };
 
-/// Statements that run under one guard.
+/// Statements that run under one condition; empty: always.
 struct Guarded {
-    int rate = 1, condition = 0;
-    bool is_inner = true; ///< the solver evaluates it inside a step, where its rate is continuous
+    std::string condition;
     std::vector<std::string> statements = {};
 };
+
+/// A message as literals of one line each.
+std::string message(std::string text);
 
 /// "path [unit]: doc", for a comment.
 std::string about(const std::string& what, const std::string& unit, const std::string& doc);
@@ -59,11 +63,6 @@ class Generator {
 
     void check() const;
     bool has_continuous_states() const { return !continuous_.empty(); }
-    bool has_loop_that_runs_once() const {
-        const auto& loops = diagram_.plan.loops;
-        return std::any_of(loops.begin(), loops.end(),
-                           [this](const Loop& l) { return diagram_.runs_once(l); });
-    }
     /// Made by the factory from its plugin at the start of the program, because it is more than rules that
     /// can be printed.
     bool is_hosted(int n) const { return hosted_[static_cast<std::size_t>(n)] >= 0; }
@@ -88,41 +87,42 @@ class Generator {
     std::string initial_output(std::size_t condition, std::size_t number) const;
     std::vector<std::string> resets(int n, bool only_from_parameters) const;
 
-    /// All activities of these segments, and the commits of the states that they update.
-    std::vector<Guarded> activities(const std::vector<Segment>& segments, Phase phase);
-    std::vector<Guarded> are_finite() const;
-    std::vector<Guarded> commits(const std::vector<Segment>& segments) const;
-
-    /// Calls of the functions that make up each phase, joined by &&.
+    /// Calls of the functions that make up each part of the program, joined by &&.
     struct Calls {
-        std::string constants, follow, outputs, updates, commits, guards;
-        std::string continuous_outputs;         ///< all that are continuous
-        std::string inner_outputs, derivatives; ///< evaluated by the solver inside a step
-        int inner_statements = 0;               ///< of both
-        std::vector<std::string> loops;         ///< the bodies
+        std::string constants, follow, derivatives, guards;
+        std::string outputs, again, inside; ///< by pass
+        int inner_statements = 0;           ///< that the solver evaluates inside a step
+        std::string update;                 ///< statements
     };
 
-    // Subsystems that do not always run, or several times, and zero crossings.
-    std::string is_active(int condition) const;
+    // The statements of the program.
+    void find_flags_in_use();
+    std::string flag(int flag) const;
+    std::string memory(int memory) const;
+    std::string condition(const std::vector<program::Literal>& when) const;
+    std::string failing(int node, const std::string& why) const;
+    std::string text_of(const program::Statement& statement, program::Pass pass = program::first);
+    std::string text_of(const program::Statements& statements, program::Pass pass, int indent);
+    std::string commits(const program::Statement& statement) const;
+    std::string repetition(const program::Statement& statement, program::Pass pass);
     std::string control_declarations() const;
-    std::string control_resets() const;         ///< in initialize()
-    std::string trigger_resets(int loop) const; ///< before each step, or each iteration of a loop
-    std::string condition_functions(int condition) const;
-    std::string loop_function(int loop, const std::string& body) const;
-    std::string crossings_function(const Calls& calls) const;
+    std::string control_resets() const; ///< in initialize()
+    std::string procedure_function(int procedure);
+    std::string crossings_functions(const Calls& calls) const;
     int guard_count() const; ///< elements
+    int crossed_flag() const;
+    std::vector<Guarded> guarded(const program::Statements& statements, program::Pass pass = program::first);
+    void print_outputs(Calls& calls);
+    std::string update_body();
 
     /// Spreads guarded statements over functions `family_1`, ... and returns the calls of all.
     std::string functions(const std::string& family, const std::vector<Guarded>& all);
-    std::string guard(const Guarded& g) const;
 
     std::string structure(const char* name, const char* doc, const std::vector<Field>& fields,
                           bool has_values) const;
     std::string header(const Calls& calls) const;
     std::string main_source(const Calls& calls);
     std::string integration(const Calls& calls) const;
-    /// Statements that return whether these outputs could be computed a second time in a step.
-    std::string once_more(const std::string& outputs) const;
     /// Of a small continuous system the functions of a step are joined, with a copy of it for each stage of
     /// the solver: signals, states and what the solver works with then stay in registers.
     bool is_joined(const Calls& calls) const;
@@ -158,7 +158,11 @@ class Generator {
 
     const Diagram& diagram_;
     Options options_;
-    const std::vector<char> is_needed_inside_a_step_; ///< by node
+    const program::Program program_;
+    int loop_depth_ = 0;                                            ///< of what is printed
+    std::set<int> used_flags_;                                      ///< of the program: what asks for others?
+    std::vector<std::string> procedures_;                           ///< names of their functions
+    std::map<std::tuple<int, Phase, int>, std::string> statements_; ///< by activity
     const Formulas formulas_;
     std::map<std::string, int> formula_numbers_; ///< by the name of what they give
     std::string class_, file_;

@@ -64,7 +64,7 @@ std::string Generator::variables_structure() const {
 std::vector<Guarded> Generator::follow() const {
     std::map<int, std::string> members;
     for (const auto& field : formulas_.variables) members[field.definition] = "variables." + field.member;
-    Guarded all{.rate = constant_rate};
+    Guarded all{};
     for (const auto& formula : formulas_.formulas) {
         const auto& d = definition(formula.definition);
         const std::string target =

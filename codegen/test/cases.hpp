@@ -48,4 +48,7 @@ std::vector<Case> control_cases();
 /// The models of examples/ that stand for themselves, those of adaptive solvers with a fixed step.
 std::vector<Case> example_cases();
 
+/// All that one program of models writes.
+std::vector<std::vector<Case> (*)()> families();
+
 } // namespace bf::codegen::test

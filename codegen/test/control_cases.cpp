@@ -255,6 +255,34 @@ connections: {gravity: velocity.u, velocity.y: height, velocity.state: rebound.u
 )m");
 }
 
+/// A limit that is reached in the step of an edge, or of a call: what runs then is updated once.
+model::Model triggered_at_a_crossing(const std::string& trigger) {
+    return read("crossing_and_" + trigger, R"m(step: 0.1
+solver: rk4
+blocks:
+  up: {block: Step, time: 0.45}
+  down: {block: Step, time: 0.65, after: -1}
+  again: {block: Step, time: 0.85}
+  edges: {block: Sum, signs: +++}
+  one: {block: Constant, value: 1}
+  limit: {block: LimitedIntegrator, upper: 0.45}
+  counter:
+    execution: triggered
+    trigger: )m" + trigger + R"m(
+    inputs: [u]
+    outputs: [n, last, total, follows]
+    blocks:
+      c: {block: Constant, value: 1}
+      sum: {block: Sum, signs: ++}
+      past: {block: UnitDelay}
+      seen: {block: Gain}
+      i: {block: DiscreteIntegrator}
+      follow: {block: Gain, K: 3}
+    connections: {c: sum.u1, past: [sum.u2, seen], sum: [past, n], seen: last, u: [i, follow], i: total, follow: follows}
+connections: {one: limit, limit: counter.u, up: edges.u1, down: edges.u2, again: edges.u3, edges: counter.trigger}
+)m");
+}
+
 /// 1/0 in an enabled subsystem's loop, which the model refuses.
 model::Model infinite() {
     return read("infinite", R"m(step: 0.01
@@ -324,6 +352,8 @@ std::vector<Case> control_cases() {
         add(crossings("rk4", states), 60);
     }
     add(crossings("euler", "held"), 60);
+    for (const std::string trigger : {"rising", "falling", "either", "function_call"})
+        add(triggered_at_a_crossing(trigger), 14);
     add(loops_between_steps(), 40);
     add(endless(), 20);
     add(infinite(), 40);
@@ -340,6 +370,10 @@ std::vector<Case> example_cases() {
         cases.push_back({Elaborated(model), 200});
     }
     return cases;
+}
+
+std::vector<std::vector<Case> (*)()> families() {
+    return {block_cases, structure_cases, control_cases, example_cases};
 }
 
 } // namespace bf::codegen::test

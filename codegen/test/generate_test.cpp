@@ -1,4 +1,5 @@
 #include "cases.hpp"
+#include "compare.hpp"
 #include "program.hpp"
 
 #include "bf/codegen/parameter_file.hpp"
@@ -22,132 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ---- bit for bit
-
-/// What a run shows: one row of numbers per step and before each event, and the failure that ended it.
-struct Recording {
-    std::vector<std::vector<double>> rows;
-    std::string failure;
-};
-
-/// Values of the root inputs for each step, in order; square matrices are symmetric and positive definite.
-std::vector<std::vector<double>> input_values(const Diagram& diagram, int steps) {
-    std::mt19937 random(5);
-    std::normal_distribution<double> normal;
-    std::vector<std::vector<double>> all;
-    for (int k = 0; k < steps; ++k) {
-        all.emplace_back();
-        for (const auto& input : diagram.inputs) {
-            const Slot& slot = diagram.slot(input.end);
-            Matrix value(slot.size.rows, slot.size.cols);
-            for (int i = 0; i < slot.size.count(); ++i) value.data()[i] = normal(random);
-            if (slot.size.rows == slot.size.cols && slot.size.rows > 1)
-                value = (value * value.transpose() + Matrix::Identity(slot.size.rows, slot.size.cols)).eval();
-            if (slot.type == Type::boolean)
-                value = (value.array() > 0).cast<double>();
-            else if (slot.type != Type::float64 && slot.type != Type::float32)
-                value *= 10;
-            if (slot.type != Type::float64)
-                for (int i = 0; i < slot.size.count(); ++i) {
-                    double stored = 0;
-                    write_values(&stored, slot.type, 1, {value.data()[i]});
-                    value.data()[i] = read_value(&stored, slot.type, 0);
-                }
-            all.back().insert(all.back().end(), value.data(), value.data() + value.size());
-        }
-    }
-    return all;
-}
-
-/// The same run in the engine.
-Recording simulate(const Diagram& diagram, const std::vector<std::vector<double>>& inputs) {
-    Recording recording;
-    struct Observer final : Simulation::Observer {
-        Recording* to;
-        void observe(const Simulation& s) noexcept override {
-            std::vector<double> row{s.time()};
-            for (const auto& signal : s.diagram().record) {
-                const Slot& slot = s.diagram().slot(signal.end);
-                for (int i = 0; i < slot.size.count(); ++i)
-                    row.push_back(
-                        read_value(s.context().data(signal.end.node, signal.end.slot), slot.type, i));
-            }
-            to->rows.push_back(std::move(row));
-        }
-    } observer;
-    observer.to = &recording;
-    Simulation simulation(diagram);
-    simulation.add_observer(observer);
-    simulation.start();
-    for (const auto& values : inputs) {
-        std::size_t at = 0;
-        for (const auto& input : diagram.inputs) {
-            const Slot& slot = diagram.slot(input.end);
-            const auto count = static_cast<std::size_t>(slot.size.count());
-            write_values(simulation.context().data(input.end.node, input.end.slot), slot.type,
-                         slot.size.count(), {&values[at], &values[at] + count});
-            at += count;
-        }
-        if (!simulation.step()) break;
-    }
-    recording.failure = simulation.failure();
-    return recording;
-}
-
-void compare(const Case& one, const Recording& expected, const fs::path& folder, const std::string& how) {
-    const auto& rows = expected.rows;
-    const Diagram& diagram = one.elaborated.diagram;
-    const std::string name = file_name(diagram);
-    EXPECT_EQ(read_text(folder / (name + ".txt")), expected.failure) << name << ", " << how;
-    const std::string bytes = read_text(folder / (name + ".out"));
-    std::vector<double> seen(bytes.size() / sizeof(double));
-    std::memcpy(seen.data(), bytes.data(), seen.size() * sizeof(double));
-    const std::size_t width = rows.empty() ? 0 : rows[0].size();
-    ASSERT_EQ(seen.size(), rows.size() * width) << name << ", " << how;
-    for (std::size_t k = 0; k < rows.size(); ++k)
-        for (std::size_t i = 0; i < width; ++i) {
-            const double wanted = rows[k][i], found = seen[k * width + i];
-            if (std::memcmp(&wanted, &found, sizeof wanted) == 0 || (wanted != wanted && found != found))
-                continue;
-            std::size_t column = i;
-            std::string path = "time";
-            if (column-- > 0)
-                for (const auto& signal : diagram.record) {
-                    path = signal.path;
-                    const auto count = static_cast<std::size_t>(diagram.slot(signal.end).size.count());
-                    if (column < count) break;
-                    column -= count;
-                }
-            FAIL() << name << ", " << how << ", step " << k << ", " << path << "(" << column + 1
-                   << "): " << found << " instead of " << wanted;
-        }
-}
-
-/// Runs every compiled version of the cases and compares it with the engine.
-std::map<std::string, Recording> compare_all(const std::vector<Case>& cases) {
-    const Folder folder;
-    std::map<std::string, Recording> all;
-    for (const auto& one : cases) {
-        const Diagram& diagram = one.elaborated.diagram;
-        const auto inputs = input_values(diagram, one.steps);
-        std::ofstream stream(folder.path / (file_name(diagram) + ".in"), std::ios::binary);
-        for (const auto& row : inputs)
-            stream.write(reinterpret_cast<const char*>(row.data()),
-                         static_cast<std::streamsize>(row.size() * sizeof(double)));
-        all[file_name(diagram)] = simulate(diagram, inputs);
-    }
-    std::istringstream drivers(BF_CASE_DRIVERS " " BF_HOSTED_DRIVER);
-    for (std::string driver; drivers >> driver;) {
-        EXPECT_EQ(std::system(("cd " + folder.path.string() +
-                               " && BLOCKFACTORY_PLUGIN_PATH=" + BF_TEST_PLUGINS + " " + driver)
-                                  .c_str()),
-                  0);
-        for (const auto& one : cases)
-            if (has_hosted_blocks(one.elaborated.diagram) == (driver == BF_HOSTED_DRIVER))
-                compare(one, all.at(file_name(one.elaborated.diagram)), folder.path, driver);
-    }
-    return all;
-}
+const Drivers drivers{BF_CASE_DRIVERS, BF_HOSTED_DRIVER, BF_TEST_PLUGINS};
 
 TEST(GeneratedCode, EqualsTheEngineForEveryStandardBlock) {
     const auto cases = block_cases();
@@ -164,12 +40,12 @@ TEST(GeneratedCode, EqualsTheEngineForEveryStandardBlock) {
     // One reads a file, one has the size of its reader, two stand in loops.
     for (const char* known : {"SignalFromFile", "Ground", "Iteration", "While"}) missing.erase(known);
     EXPECT_EQ(missing, std::set<std::string>());
-    compare_all(cases);
+    compare_all(cases, drivers);
 }
 
 TEST(GeneratedCode, EqualsTheEngineForEveryStructure) {
     const auto cases = structure_cases();
-    const auto recordings = compare_all(cases);
+    const auto recordings = compare_all(cases, drivers);
     const Diagram& chain = cases.front().elaborated.diagram;
     std::size_t column = 1;
     for (const auto& signal : chain.record) {
@@ -184,13 +60,13 @@ TEST(GeneratedCode, EqualsTheEngineForEveryStructure) {
 }
 
 TEST(GeneratedCode, EqualsTheEngineForSubsystemsThatAreTriggeredResetChosenOrIterated) {
-    const auto recordings = compare_all(control_cases());
+    const auto recordings = compare_all(control_cases(), drivers);
     EXPECT_EQ(recordings.at("endless").failure,
               "s.g: the while loop around it did not end within 7 iterations: look at "
               "the condition of its While, or let it allow more");
 }
 
-TEST(GeneratedCode, EqualsTheEngineForEveryExample) { compare_all(example_cases()); }
+TEST(GeneratedCode, EqualsTheEngineForEveryExample) { compare_all(example_cases(), drivers); }
 
 // ---- the program of a project, and refusals
 

@@ -34,7 +34,7 @@ struct Part {
 int main(int, char** arguments) try {
     const fs::path folder = arguments[1];
     std::vector<Part> parts(static_cast<std::size_t>(std::stoi(arguments[2]))), hosted(1);
-    for (auto* make : {test::block_cases, test::structure_cases, test::control_cases, test::example_cases})
+    for (auto* make : test::families())
         for (const auto& one : make()) {
             const auto& diagram = one.elaborated.diagram;
             const std::string name = file_name(diagram);

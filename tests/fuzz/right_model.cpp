@@ -66,10 +66,10 @@ class Writer {
                 classes_.push_back(&block_class);
     }
 
-    std::string model() {
+    std::string model(const std::string& name, bool has_fixed_steps) {
         static constexpr std::array solvers{"euler", "rk4", "dormand_prince45", "cvode_bdf", "cvode_adams"};
-        std::string text = "model: chance\nstep: 0.1\nstop: 2\n";
-        text += std::string("solver: ") + chance_.of(solvers) + "\n";
+        std::string text = "model: " + name + "\nstep: 0.1\nstop: 2\n";
+        text += std::string("solver: ") + solvers[chance_.below(has_fixed_steps ? 2 : solvers.size())] + "\n";
         std::vector<Signal> none;
         return text + system("", {}, {}, none);
     }
@@ -317,7 +317,8 @@ class Writer {
                                          "execution: for",
                                          "execution: while",
                                          "execution: for_each"};
-        static constexpr std::array edges{"rising", "falling", "either"};
+        static constexpr std::array edges{"rising", "falling", "either", "function_call"},
+            resets_at{"rising", "falling", "either", "level"};
         const std::string indent = s.indent + "    ";
         std::string text = s.indent + "  " + name + ":\n";
         const auto key = [&](const std::string& line) { text += indent + line + "\n"; };
@@ -325,7 +326,7 @@ class Writer {
         if (is_triggered && chance_.one_in(2)) key(std::string("trigger: ") + chance_.of(edges));
         if (kind != plain && kind != atomic && kind != for_each && kind != triggered && chance_.one_in(2))
             key("states: reset");
-        if (resets) key(std::string("reset: ") + chance_.of(edges));
+        if (resets) key(std::string("reset: ") + chance_.of(resets_at));
         if (kind == for_loop) key("iterations: " + std::to_string(1 + chance_.below(3)));
         if (kind == for_each) key("iterations: " + std::to_string(parts));
         if (place.is_timed && chance_.one_in(6)) key("period: 0.2");
@@ -361,6 +362,8 @@ class Writer {
 
 } // namespace
 
-std::string right_model(Chance& chance) { return Writer(chance).model(); }
+std::string right_model(Chance& chance, const std::string& name, bool has_fixed_steps) {
+    return Writer(chance).model(name, has_fixed_steps);
+}
 
 } // namespace bf::fuzz

@@ -4,6 +4,7 @@
 #include "bf/codegen/hosted.hpp"
 
 #include "bf/core/context.hpp"
+#include "bf/program/step.hpp"
 
 #include <exception>
 #include <string>
@@ -36,18 +37,9 @@ class BlocksInContext : public Hosted {
     bool run(int task) noexcept override { return good(tasks_[static_cast<std::size_t>(task)]()); }
     bool reset(int block) noexcept override { return good(context_->reset(block)); }
     bool event(int block) noexcept override { return good(context_->event(block)); }
-    void hit(int rate, double time) noexcept override {
-        Clock& clock = context_->clock(rate);
-        clock.time = time;
-        ++clock.step;
-    }
+    void hit(int rate, double time) noexcept override { program::hit(context_->clock(rate), time); }
     void go_to(int rate, double time) noexcept override { context_->clock(rate).time = time; }
-    void fire(int rate, double time) noexcept override {
-        Clock& clock = context_->clock(rate);
-        clock.period = clock.step < 0 ? 0 : time - clock.time;
-        clock.trigger = 1;
-        hit(rate, time);
-    }
+    void fire(int rate, double time) noexcept override { program::fire(context_->clock(rate), time); }
     const char* failure() const noexcept override { return failure_.c_str(); }
     const char* failed_block() const noexcept override { return failed_block_.c_str(); }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/kernels/view.hpp"
+#include "bf/program/step.hpp"
 
 #include <limits>
 #include <type_traits>
@@ -153,20 +154,14 @@ inline void forget(double* x, int count) noexcept {
     for (int i = 0; i < count; ++i) x[i] = std::numeric_limits<double>::quiet_NaN();
 }
 
-enum class Edge { rising, falling, either, level };
-
 /// Has some element of a control signal such an edge since the last look? The first look only remembers; a
 /// level counts at once.
-template <Edge edge, class T> bool has_edge(const T& signal, double* before) noexcept {
+template <program::Edge edge, class T> bool has_edge(const T& signal, double* before) noexcept {
     const auto x = in(signal);
     bool found = false;
     for (int i = 0; i < x.size(); ++i) {
         const double now = static_cast<double>(x[i]);
-        const bool rises = before[i] <= 0 && now > 0, falls = before[i] > 0 && now <= 0;
-        found = found || (edge == Edge::rising    ? rises
-                          : edge == Edge::falling ? falls
-                          : edge == Edge::either  ? rises || falls
-                                                  : now > 0);
+        found = found || program::is_edge(edge, before[i], now);
         before[i] = now;
     }
     return found;
@@ -179,7 +174,7 @@ inline bool find_crossings(double* guards, double* before, int count) noexcept {
     for (int i = 0; i < count; ++i) {
         const double last = before[i], now = guards[i];
         before[i] = now;
-        guards[i] = last < 0 && now >= 0 ? 1 : last > 0 && now <= 0 ? -1 : 0;
+        guards[i] = program::crossing(last, now);
         found = found || guards[i] != 0;
     }
     return found;

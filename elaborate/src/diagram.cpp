@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <functional>
 #include <utility>
 
 namespace bf {
@@ -61,41 +60,6 @@ std::vector<SignalName> Diagram::checks() const {
                                {static_cast<int>(n), static_cast<int>(i)}});
     }
     return all;
-}
-
-std::vector<ComputedOutput> Diagram::real_outputs() const {
-    std::vector<ComputedOutput> all;
-    std::vector<char> is_seen(nodes.size());
-    const std::function<void(const std::vector<Segment>&)> add = [&](const std::vector<Segment>& segments) {
-        for (const auto& segment : segments)
-            for (const auto& activity : segment.activities) {
-                if (activity.loop >= 0) add(plan.loops[static_cast<std::size_t>(activity.loop)].outputs);
-                if (segment.rate == constant_rate || activity.node < 0 ||
-                    std::exchange(is_seen[static_cast<std::size_t>(activity.node)], 1))
-                    continue;
-                const auto& slots = nodes[static_cast<std::size_t>(activity.node)].block->declaration().slots;
-                int number = 0;
-                for (std::size_t i = 0; i < slots.size(); ++i) {
-                    number += slots[i].role == Role::output;
-                    if (slots[i].role == Role::output && slots[i].size.count() > 0 &&
-                        (slots[i].type == Type::float64 || slots[i].type == Type::float32))
-                        all.push_back(
-                            {{activity.node, static_cast<int>(i)}, number, segment.rate, segment.condition});
-                }
-            }
-    };
-    add(plan.outputs);
-    return all;
-}
-
-bool Diagram::runs_once(const Loop& loop) const {
-    if (loop.resets_states || !rates[static_cast<std::size_t>(loop.rate)].is_continuous) return false;
-    return std::any_of(loop.nodes.begin(), loop.nodes.end(), [&](int n) {
-        const auto& slots = nodes[static_cast<std::size_t>(n)].block->declaration().slots;
-        return std::find(loop.counters.begin(), loop.counters.end(), n) == loop.counters.end() &&
-               std::any_of(slots.begin(), slots.end(),
-                           [](const Slot& s) { return s.role == Role::discrete_state; });
-    });
 }
 
 std::vector<char> Diagram::needed_inside_a_step() const {

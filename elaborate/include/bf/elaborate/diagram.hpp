@@ -114,13 +114,6 @@ struct SignalName {
     std::string unit = {}, doc = {}; ///< of a port, where the model says them
 };
 
-/// An output and when its block runs.
-struct ComputedOutput {
-    Node::End end;
-    int number = 1; ///< among the outputs of its block
-    int rate = 1, condition = 0;
-};
-
 /// Names of the values of a signal, of an enumeration.
 struct EnumeratedSignal {
     Node::End end;
@@ -188,11 +181,6 @@ struct Diagram {
     /// What blocks report of a run: each by the name of its block, where that reports one thing, else with
     /// the quantity's behind it.
     std::vector<SignalName> checks() const;
-    /// The outputs of real numbers that are computed in steps, in the order in which their blocks run.
-    std::vector<ComputedOutput> real_outputs() const;
-    /// Does a loop of the continuous rate run once per step, not inside one? It does where it has states that
-    /// go on from step to step.
-    bool runs_once(const Loop& loop) const;
     /// For each node, whether derivatives, guards or conditions depend on its outputs: a solver asks for no
     /// others inside a step.
     std::vector<char> needed_inside_a_step() const;

@@ -345,7 +345,7 @@ TEST(Parameters, AreHeldToTheirType) {
     EXPECT_EQ(refused("b.value", 2), "parameter 'b.value' must be 0 or 1, but is 2");
     EXPECT_EQ(
         refused("s.value", 1e40),
-        "parameter 's.value' must be a number of at most 3.40282346638529e+38 in magnitude, but is 1e+40");
+        "parameter 's.value' must be a number of at most 3.4028234663852886e+38 in magnitude, but is 1e+40");
     EXPECT_EQ(refused("s.value", HUGE_VAL), "");
     EXPECT_EQ(run("i"), -128);
 }

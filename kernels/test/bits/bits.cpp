@@ -255,16 +255,22 @@ List<double, 2, 5> places() {
 }
 
 void states() {
-    for (const int kind : {0, 1, 2})
-        run(Pid{}, A5<double>(), A5<double>(), A5<double>(), values<double>(kind, kind == 1, 0.5, 1),
-            random<A5<double>>(), random<A5<double>>(), random<A5<double>>(), values<double>(20),
-            random<A5<double>>(), random<A5<double>>(), values<double>(0.5), values<double>(-1),
-            values<double>(1), values<double>(0.01), random<A5<double>>(), random<A5<double>>(),
-            random<A5<double>>(), random<A5<double>>(), random<A5<double>>());
+    for (const int kind : {0, 1, 2}) {
+        const auto with = [&](const auto& kernel, const auto&... results) {
+            run(kernel, results..., values<double>(kind, kind == 1, 0.5, 1), random<A5<double>>(),
+                random<A5<double>>(), random<A5<double>>(), values<double>(20), random<A5<double>>(),
+                random<A5<double>>(), values<double>(0.5), values<double>(-1), values<double>(1),
+                values<double>(0.01), random<A5<double>>(), random<A5<double>>(), random<A5<double>>(),
+                random<A5<double>>(), random<A5<double>>());
+        };
+        with(Pid{}, A5<double>(), A5<double>(), A5<double>());
+        with(PidBranch{}, A5<std::int32_t>());
+    }
     const auto x = random<Array<double, 3, 5>>();
     const auto e = random<A5<double>>();
     const auto b = values<double>(0.5, 1, -1, 2), a = values<double>(1, 0.3, 0.2, 0.1);
     run(LimitedRate{}, A5<double>(), values<double>(-1), values<double>(1), e, e);
+    run(HeldSide{}, A5<std::int32_t>(), values<double>(-1), values<double>(1), e, e);
     run(PulseEdges{}, A5<double>(), values<double>(2), values<double>(50), e, values<double>(4.6));
     for (const int waveform : {0, 1, 2, 3})
         run(WaveEdges{}, A5<std::int32_t>(), values<double>(waveform), e, values<double>(4.6));

@@ -152,11 +152,13 @@ TEST_F(Files, MimickingJointsFollowUnlessTheyAreListed) {
                           const std::string& offset) {
         return "<mimic joint='" + leader + "' multiplier='" + multiplier + "' offset='" + offset + "'/>";
     };
-    const std::string text = "<robot name='r'><link name='l0'>" + body + "</link><link name='l1'>" + body +
-                             "</link><link name='l2'>" + body + "</link><link name='l3'>" + body + "</link>" +
-                             joint("a", "continuous", "l0", "l1") +
-                             joint("b", "continuous", "l1", "l2", mimic("a", "-2", "0.3")) +
-                             joint("c", "prismatic", "l2", "l3", mimic("b", "3", "0.1")) + "</robot>";
+    const std::string text =
+        "<robot name='r'><link name='l0'>" + body + "</link><link name='l1'>" + body +
+        "</link><link name='l2'>" + body + "</link><link name='l3'>" + body + "</link>" +
+        joint("a", "continuous", "l0", "l1") + joint("b", "continuous", "l1", "l2", mimic("a", "-2", "0.3")) +
+        joint("c", "prismatic", "l2", "l3",
+              "<limit lower='-1' upper='1' effort='9' velocity='9'/>" + mimic("b", "3", "0.1")) +
+        "</robot>";
     const fs::path path = write("robot.urdf", text);
     const auto followers = [&](const std::vector<std::string>& listed) {
         std::string found;

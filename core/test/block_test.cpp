@@ -124,7 +124,7 @@ TEST(Limits, SayWhatIsAllowedAndWhatIsNot) {
               "must be at most 1, but is 1.0000000000000002");
     EXPECT_EQ(outside({.minimum = 0, .maximum = 1}, {0, 1, NAN}),
               "must be from 0 to 1, but element 3 is NaN");
-    EXPECT_EQ(outside({}, {NAN}), "");
+    EXPECT_EQ(outside({}, {NAN}), "must be a number, but is NaN");
 }
 
 TEST(Limits, BelongToParametersAlone) {

@@ -92,8 +92,10 @@ inline void check_wired(RunBlock& run, const std::string& where, Verdict& verdic
     const int count = static_cast<int>(slots.size());
     const auto role = [&](int i) { return slots[static_cast<std::size_t>(i)].role; };
     const auto name_of = [&](int i) { return "'" + slots[static_cast<std::size_t>(i)].name + "'"; };
+    // Whether a default also fits the type that this wiring gives the parameter is asked of models: some must
+    // give a value then.
     for (const Slot& s : slots)
-        if (const auto wrong = outside_limits(s, s.initial.empty() ? std::vector<double>{0} : s.initial);
+        if (const auto wrong = outside(s.limits, s.initial.empty() ? std::vector<double>{0} : s.initial);
             s.role == Role::parameter && !wrong.empty())
             broken("its own default: " + wrong);
 

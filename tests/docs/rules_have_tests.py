@@ -9,7 +9,7 @@ import sys
 
 sources = pathlib.Path(sys.argv[1])
 known = set()
-for file in sources.glob("*/**/test/**/*.cpp"):
+for file in [*sources.glob("*/**/test/**/*.cpp"), *sources.glob("tests/**/*.cpp")]:
     if "build" not in file.relative_to(sources).parts[:1]:
         known |= {".".join(pair) for pair in re.findall(r"^TEST(?:_F|_P)?\((\w+), (\w+)\)", file.read_text(), re.M)}
 

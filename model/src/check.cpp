@@ -245,7 +245,8 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
                               return known;
                           }));
         }
-        if (is_last || block->type == "Merge") return; // of buses has their signals
+        if (is_last || block->type == "Merge") return;            // of buses has their signals
+        if (block->reference && !block->reference->model) return; // nobody knows what an unread file has
         rest.remove_prefix(name.size() + 1);
         system = block->content();
     }

@@ -54,6 +54,16 @@ std::string Endpoint::text() const {
     return block.empty() || port.empty() ? block + port : block + "." + port;
 }
 
+OwnSystem::OwnSystem(std::unique_ptr<System> system) : system_(std::move(system)) {}
+OwnSystem::OwnSystem(const OwnSystem& other)
+    : system_(other.system_ ? std::make_unique<System>(*other.system_) : nullptr) {}
+OwnSystem::OwnSystem(OwnSystem&& other) noexcept = default;
+OwnSystem& OwnSystem::operator=(OwnSystem other) noexcept {
+    system_.swap(other.system_);
+    return *this;
+}
+OwnSystem::~OwnSystem() = default;
+
 const System* Block::content() const {
     if (reference) return reference->model ? &reference->model->root : nullptr;
     return system.get();

@@ -88,37 +88,6 @@ TEST(Edit, SetChangesOrAddsASetting) {
     EXPECT_EQ(plant.settings.size(), 3u);
 }
 
-TEST(Edit, RenameFollowsConnectionsAndSignals) {
-    Model model = loop();
-    rename(model, "plant", "robot");
-    rename(model, "controller", "brain");
-    rename(model, "brain.pd", "law");
-    EXPECT_TRUE(check(model).empty());
-    EXPECT_EQ(model.root.connections[0].from.text(), "robot.y");
-    EXPECT_EQ(model.root.connections[0].to[0].text(), "brain.q");
-    EXPECT_EQ(find(model, "brain")->system->connections[0].to[0].text(), "law.q");
-    EXPECT_EQ(model.record[0].path, "robot.y");
-    EXPECT_EQ(model.record[1].path, "brain.law.u");
-    EXPECT_EQ(model.plots[0].signals[0].path, "robot");
-    EXPECT_EQ(model.plots[0].signals[1].path, "brain.*");
-}
-
-TEST(Edit, RenameRefusesWhatWouldBreakTheModel) {
-    Model model = loop();
-    auto refusal = [&](std::string_view path, std::string_view name) -> std::string {
-        try {
-            rename(model, path, name);
-            return "accepted";
-        } catch (const std::invalid_argument& error) {
-            return error.what();
-        }
-    };
-    EXPECT_EQ(refusal("plamt", "p"), "rename: no block 'plamt' in this document");
-    EXPECT_EQ(refusal("plant", "a.b"), "rename: 'a.b' is no name for a block");
-    EXPECT_EQ(refusal("plant", "scope"), "rename: 'plant' cannot be 'scope', which is taken");
-    EXPECT_EQ(refusal("controller.pd", "q"), "rename: 'controller.pd' cannot be 'q', which is taken");
-}
-
 TEST(Check, SaysWhatIsWrongWithEachConnection) {
     Builder m{"connections"};
     SystemBuilder two = m.enabled_subsystem("two"), none = m.subsystem("none");

@@ -26,6 +26,10 @@ class Anchors {
             add(panel);
             add_all(panel.signals);
         }
+        add_all(model.layout.keys);
+        add_all(model.layout.blocks);
+        add_all(model.layout.wires);
+        add_all(model.layout.notes);
         std::ranges::sort(all, {}, [](const Anchor& a) { return std::pair(a.line, a.column); });
     }
 
@@ -101,7 +105,7 @@ std::string right_trimmed(std::string_view text) {
 
 void attach_comments(model::Model& model, const Source& source,
                      std::vector<std::pair<std::size_t, std::size_t>> quoted,
-                     const std::vector<LineRange>& values, LineRange skipped) {
+                     const std::vector<LineRange>& values) {
     Anchors anchors(model);
     ExtentCursor quotes(quoted);
     std::map<int, int> value_of_line; // last line -> first line of the values over several lines
@@ -114,7 +118,6 @@ void attach_comments(model::Model& model, const Source& source,
     };
 
     for (int number = 1; number <= source.line_count(); ++number) {
-        if (skipped.first <= number && number <= skipped.last) continue;
         const std::string_view line = source.line(number);
         const std::size_t start = source.line_starts[number - 1], first = line.find_first_not_of(" \t");
         const int inside = item_line(number);

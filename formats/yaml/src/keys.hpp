@@ -1,5 +1,7 @@
 #pragma once
 
+#include "bf/model/choices.hpp"
+
 #include <algorithm>
 #include <string>
 #include <string_view>
@@ -10,6 +12,7 @@
 namespace bf::formats::keys {
 
 using Keys = std::vector<std::string>;
+using namespace model::choices;
 
 inline Keys joined(Keys keys, const Keys& more, const Keys& last = {}) {
     keys.insert(keys.end(), more.begin(), more.end());
@@ -32,15 +35,11 @@ inline const Keys output = {"shape", "type", "unit", "doc", "when_disabled", "in
 inline const Keys variable = {"value",   "minimum", "above",
                               "maximum", "unit",    "doc"}; ///< of one that declares more than its value
 
-inline const Keys executions = {"virtual", "atomic", "enabled", "triggered", "enabled_and_triggered",
-                                "for",     "while",  "for_each"}; ///< in the order of model::Execution
-inline const Keys triggers = {"rising", "falling", "either", "function_call"}; ///< in the order of Edge
-inline const Keys resets = {"rising", "falling", "either", "level"};           ///< in the order of Edge
-inline const Keys rate_transitions = {"allowed", "checked", "inserted"}; ///< in the order of RateTransitions
-inline const Keys algebraic_loops = {"error", "solve"};                  ///< in the order of AlgebraicLoops
-inline const Keys non_finite = {"allowed", "error"};                     ///< in the order of NonFinite
+inline const Keys placement = {"x", "y", "width", "height", "flipped"};
+inline const Keys note = {"text", "in", "x", "y", "width", "height"};
+inline const Keys layout = {"blocks", "wires", "notes"};
+
 inline const Keys no_or_yes = {"false", "true"};
-inline const Keys held_or_reset = {"held", "reset"}; ///< in the order of States and WhenDisabled
 
 inline bool contains(const Keys& keys, std::string_view key) {
     return std::ranges::find(keys, key) != keys.end();

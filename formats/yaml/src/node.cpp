@@ -45,6 +45,25 @@ std::pair<std::size_t, std::size_t> literal_extent(std::string_view text, std::s
     return {begin, end};
 }
 
+/// Where the plain scalar ends that begins at `begin`: the parser only folds its blanks and line ends.
+std::size_t plain_end(std::string_view text, std::size_t begin, std::string_view value) {
+    const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '\n'; };
+    std::size_t end = begin;
+    for (const char c : value) {
+        if (is_blank(c)) continue;
+        while (end < text.size() && is_blank(text[end])) ++end;
+        end = std::min(end + 1, text.size());
+    }
+    return end;
+}
+
+/// Behind the bracket that closes a flow collection whose last item ends at `at`.
+std::size_t bracket_end(std::string_view text, std::size_t at) {
+    for (; at < text.size() && text[at] != ']' && text[at] != '}'; ++at)
+        if (text[at] == '#') at = std::min(text.find('\n', at), text.size() - 1);
+    return std::min(at + 1, text.size());
+}
+
 /// Builds the tree from the parser's events.
 class TreeBuilder : public YAML::EventHandler {
   public:
@@ -87,6 +106,8 @@ class TreeBuilder : public YAML::EventHandler {
             scalar.quotes = model::Quotes::literal;
             quoted_.push_back(literal_extent(source_.text, scalar.position));
         }
+        scalar.end =
+            scalar.quoted() ? quoted_.back().second : plain_end(source_.text, scalar.position, scalar.text);
         close(std::move(scalar));
     }
     void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
@@ -130,6 +151,8 @@ class TreeBuilder : public YAML::EventHandler {
     void close_top() {
         Node done = std::move(stack_.back());
         stack_.pop_back();
+        done.end = done.items.empty() ? done.position + done.flow : done.items.back().end;
+        if (done.flow) done.end = bracket_end(source_.text, done.end);
         close(std::move(done));
     }
     void close(Node done) {
@@ -143,6 +166,7 @@ class TreeBuilder : public YAML::EventHandler {
             const Node& last = items.empty() ? stack_.back() : items.back();
             done.line = last.line;
             done.column = last.column;
+            done.position = done.end = last.end;
         }
         items.push_back(std::move(done));
     }

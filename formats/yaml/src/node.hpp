@@ -21,6 +21,7 @@ struct Node {
     int line = 0;
     int column = 0;
     std::size_t position = 0; ///< of the first character in the text
+    std::size_t end = 0;      ///< behind the last one; of what has no brackets, that of its last item
 
     /// Is it a map with that key?
     bool has(std::string_view key) const {

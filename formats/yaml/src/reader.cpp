@@ -3,10 +3,13 @@
 #include "flow.hpp"
 #include "keys.hpp"
 #include "node.hpp"
+#include "printer.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/model/check.hpp"
 #include "bf/model/suggest.hpp"
 
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -23,7 +26,7 @@ using std::filesystem::path;
 /// Reads the files of a model, each once, and collects what is wrong in them.
 class Loader {
   public:
-    explicit Loader(Files* files = nullptr) : files_(files) {}
+    explicit Loader(Files* files = nullptr, bool follows = true) : files_(files), follows_(follows) {}
 
     std::vector<Diagnostic> wrong;
 
@@ -33,8 +36,11 @@ class Loader {
     /// The model in `text`, which stands in `file`; incomplete if something is wrong.
     Model read(std::string_view text, const path& file);
 
+    bool follows() const { return follows_; }
+
   private:
     Files* files_;           // null: nobody asks for the texts
+    bool follows_;           // whether references are read
     std::vector<path> open_; // from the first file to the one that is being read
     std::map<path, std::shared_ptr<Model>> done_;
 };
@@ -47,7 +53,6 @@ class Reader {
 
     std::vector<Diagnostic> wrong;
     std::vector<LineRange> values; ///< that stand on several lines
-    LineRange layout_lines;
 
     Model read_model(const Node& node);
     std::vector<Variable> read_variables(const Node& map, const std::string& path, bool are_declared = false);
@@ -86,7 +91,10 @@ class Reader {
                                           const std::unordered_set<std::string>& blocks);
     template <typename Item>
     std::vector<Item> read_list(const Node& key, const Node& value, std::string Item::*member);
-    std::string read_layout(const Node& root, const Node& key);
+    double read_number(const Node& key, const Node& value);
+    bool read_extent(Point& at, std::optional<Point>& size, const Node& key, const Node& value);
+    std::vector<Point> read_points(const Node& key, const Node& value);
+    Layout read_layout(const Node& map);
 
     const Source& source_;
     Loader& loader_;
@@ -444,28 +452,80 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
     });
     if (connections) read_connections(*block.system, *connections, path);
     if (is_library && block.type.empty()) block.type = "?";
-    if (is_file && !block.reference->file.empty())
+    if (is_file && !block.reference->file.empty() && loader_.follows())
         block.reference->model = loader_.load(folder_ / block.reference->file, block.reference->where, path);
     return block;
 }
 
-/// The text of `layout:` as it stands; its end is the next key, or the comments before that.
-std::string Reader::read_layout(const Node& root, const Node& key) {
-    int end = source_.line_count() + 1;
-    for (std::size_t i = 0; i < root.items.size(); i += 2)
-        if (root.items[i].line > key.line) end = std::min(end, root.items[i].line);
-    auto outside = [&](std::string_view line) {
-        return line.find_first_not_of(" \t") == line.npos || line[0] == '#';
-    };
-    while (end - 1 > key.line && outside(source_.line(end - 1))) --end;
-    layout_lines = {key.line, end - 1};
-    const std::size_t colon = source_.line(key.line).find(':', key.column);
-    if (colon == std::string_view::npos) return {};
-    const std::size_t begin = source_.line_starts[key.line - 1] + colon + 1;
-    const std::size_t stop = source_.line_starts[end - 2] + source_.line(end - 1).size();
-    std::string text = source_.text.substr(begin, stop - begin);
-    text.erase(text.find_last_not_of(" \t\n") + 1);
-    return text;
+double Reader::read_number(const Node& key, const Node& value) {
+    const auto number = value.is_scalar() ? number_of(value.text) : std::nullopt;
+    if (!number || !std::isfinite(*number))
+        report(value, "", "'" + key.text + "' of the layout is '" + value.text + "'", "give a number");
+    return number.value_or(0);
+}
+
+/// The keys `x`, `y`, `width` and `height` of something drawn.
+bool Reader::read_extent(Point& at, std::optional<Point>& size, const Node& key, const Node& value) {
+    if (key.text == "x")
+        at.x = read_number(key, value);
+    else if (key.text == "y")
+        at.y = read_number(key, value);
+    else if (key.text == "width" || key.text == "height") {
+        if (!size) size.emplace();
+        (key.text == "width" ? size->x : size->y) = read_number(key, value);
+    } else
+        return false;
+    return true;
+}
+
+std::vector<Point> Reader::read_points(const Node& key, const Node& value) {
+    std::vector<Point> points;
+    if (!value.is_sequence())
+        report(value, "", "the bends of '" + key.text + "' are no list", "write [[x, y], ...]");
+    for (const Node& item : value.items)
+        if (item.is_sequence() && item.items.size() == 2)
+            points.push_back({read_number(key, item.items[0]), read_number(key, item.items[1])});
+        else
+            report(item, "", "a corner of '" + key.text + "' is no point", "write [x, y]");
+    return points;
+}
+
+Layout Reader::read_layout(const Node& map) {
+    Layout layout;
+    read_entries(map, "", "a layout", [&](const Node& part, const Node& entries) {
+        layout.keys.push_back({.name = part.text, .where = at(part)});
+        if (!keys::contains(keys::layout, part.text))
+            return report_unknown(part, "", "a layout", keys::layout);
+        read_entries(entries, "", part.text + " of the layout", [&](const Node& name, const Node& value) {
+            if (part.text == "wires") {
+                layout.wires.push_back(
+                    {.path = name.text, .points = read_points(name, value), .where = at(name)});
+                return;
+            }
+            const bool is_note = part.text == "notes";
+            Placement drawn{.path = name.text, .where = at(name)};
+            Note note{.name = name.text, .text = {}, .where = drawn.where};
+            read_entries(
+                value, "", "what is drawn as '" + name.text + "'", [&](const Node& key, const Node& what) {
+                    if (read_extent(drawn.at, drawn.size, key, what)) return;
+                    if (!is_note && key.text == "flipped")
+                        drawn.flipped = read_choice(key, what, "", keys::no_or_yes) == 1;
+                    else if (is_note && key.text == "text")
+                        note.text = read_text(key, what, "");
+                    else if (is_note && key.text == "in")
+                        note.system = read_text(key, what, "");
+                    else
+                        report_unknown(key, "", "the layout", is_note ? keys::note : keys::placement);
+                });
+            note.at = drawn.at;
+            note.size = drawn.size;
+            if (is_note)
+                layout.notes.push_back(std::move(note));
+            else
+                layout.blocks.push_back(std::move(drawn));
+        });
+    });
+    return layout;
 }
 
 Model Reader::read_model(const Node& node) {
@@ -510,7 +570,7 @@ Model Reader::read_model(const Node& node) {
         else if (key.text == "record")
             model.record = read_list<Signal>(key, value, &Signal::path);
         else if (key.text == "layout")
-            model.layout = node.flow ? "" : read_layout(node, key);
+            model.layout = read_layout(value);
         else if (key.text == "connections")
             connections = &value;
         else if (key.text == "plots")
@@ -544,7 +604,8 @@ Model Loader::read(std::string_view text, const path& file) {
     std::ranges::stable_sort(reader.wrong, {},
                              [](const Diagnostic& d) { return std::pair(d.where.line, d.where.column); });
     wrong.insert(wrong.end(), reader.wrong.begin(), reader.wrong.end());
-    attach_comments(model, source, std::move(quoted), reader.values, reader.layout_lines);
+    attach_comments(model, source, std::move(quoted), reader.values);
+    model.source = std::make_shared<const std::string>(text);
     return model;
 }
 
@@ -607,6 +668,20 @@ model::Model read_yaml_text(std::string_view text, const std::string& name) {
     Loader loader;
     Model model = loader.read(text, name);
     if (!loader.wrong.empty()) throw Errors(std::move(loader.wrong));
+    return model;
+}
+
+std::optional<model::Model> read_alone(const Source& source, Node& root) {
+    Loader loader(nullptr, false);
+    std::vector<std::pair<std::size_t, std::size_t>> quoted;
+    Reader reader(source, loader, {});
+    try {
+        root = parse(source, quoted);
+    } catch (const Errors&) {
+        return {};
+    }
+    Model model = reader.read_model(root);
+    if (!reader.wrong.empty()) return {};
     return model;
 }
 

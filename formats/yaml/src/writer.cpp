@@ -1,7 +1,11 @@
 #include "bf/formats/yaml.hpp"
+#include "content.hpp"
 #include "flow.hpp"
 #include "keys.hpp"
+#include "printer.hpp"
 #include "scalar.hpp"
+
+#include "bf/base/numbers.hpp"
 
 #include <algorithm>
 
@@ -9,104 +13,6 @@ namespace bf::formats {
 namespace {
 
 using namespace model;
-
-constexpr std::size_t max_width = 110;
-const Comments no_comments;
-
-/// What is to be written, before it is decided what stands on one line.
-struct Item {
-    struct Content {
-        enum class Kind { scalar, literal, raw, list, map };
-
-        Kind kind = Kind::scalar;
-        std::string text = {}; ///< of a scalar, ready to print; of a literal, as it is; raw: follows the ':'
-        bool may_flow = true;  ///< whether it may stand in braces
-        std::vector<Item> items = {}; ///< of lists (keys empty) and maps
-    };
-    std::string key;
-    Content content;
-    const Comments* comments = &no_comments;
-};
-using Content = Item::Content;
-
-class Printer {
-  public:
-    std::string text;
-
-    void print(const Item& item, int indent) {
-        print_lines(item.comments->before, indent);
-        const Content& content = item.content;
-        text.append(indent, ' ');
-        text += item.key.empty() ? "-" : item.key + ":";
-        const std::size_t column = indent + width(item.key) + 2;
-        switch (content.kind) {
-        case Content::Kind::raw: text += content.text; return end_line({});
-        case Content::Kind::scalar: return print_scalar(content.text, column, item.comments->trailing);
-        case Content::Kind::literal: return print_literal(content.text, indent + 2, item.comments->trailing);
-        default: break;
-        }
-        const bool empty = content.items.empty();
-        const std::string line = empty || may_flow(content) ? flow(content) : "";
-        if (empty || (!line.empty() && column + width(line) <= max_width)) {
-            text += " " + line;
-            return end_line(item.comments->trailing);
-        }
-        end_line(item.comments->trailing);
-        for (const Item& inner : content.items) print(inner, indent + 2);
-    }
-
-    void print_lines(const std::vector<std::string>& lines, int indent) {
-        for (const std::string& line : lines)
-            text += line.empty() ? "\n" : std::string(indent, ' ') + line + "\n";
-    }
-
-  private:
-    void end_line(const std::string& trailing) {
-        if (!trailing.empty()) text += (trailing[0] == '#' ? "  " : "") + trailing;
-        text += '\n';
-    }
-
-    /// A scalar, whose further lines (of a matrix) stand under its first element. The comment follows the
-    /// last line: a line that ends with ';' goes on behind the break, where YAML allows none.
-    void print_scalar(std::string_view scalar, std::size_t column, const std::string& trailing) {
-        text += ' ';
-        for (char c : scalar) {
-            text += c;
-            if (c == '\n') text.append(column + 1, ' ');
-        }
-        end_line(trailing);
-    }
-
-    void print_literal(std::string_view lines, int indent, const std::string& trailing) {
-        const bool ends = lines.ends_with('\n');
-        text += ends ? " |" : " |-";
-        end_line(trailing);
-        if (ends) lines.remove_suffix(1);
-        for (std::size_t begin = 0; begin <= lines.size();) {
-            const std::size_t end = std::min(lines.find('\n', begin), lines.size());
-            if (end > begin) text.append(indent, ' ');
-            text += lines.substr(begin, end - begin);
-            text += '\n';
-            begin = end + 1;
-        }
-    }
-
-    static bool may_flow(const Content& content) {
-        return content.may_flow && content.kind != Content::Kind::literal &&
-               std::ranges::all_of(content.items, [](const Item& inner) {
-                   return inner.comments->empty() && may_flow(inner.content);
-               });
-    }
-
-    static std::string flow(const Content& content) {
-        if (content.kind == Content::Kind::scalar) return content.text;
-        const bool map = content.kind == Content::Kind::map;
-        std::string line = map ? "{" : "[";
-        for (const Item& inner : content.items)
-            line += (line.size() > 1 ? ", " : "") + (map ? inner.key + ": " : "") + flow(inner.content);
-        return line + (map ? "}" : "]");
-    }
-};
 
 Content scalar(std::string_view text, bool flow_too = true) {
     if (flow_too && is_plain(text, true)) return {.text = std::string(text)};
@@ -157,6 +63,7 @@ std::vector<Item> ordered(std::vector<Item> canonical, const std::vector<Key>& r
             continue;
         items.push_back(*found);
         items.back().comments = &key.comments;
+        items.back().where = &key.where;
     }
     auto place = items.begin();
     for (Item& item : canonical) {
@@ -194,7 +101,8 @@ class MapBuilder {
 
 template <typename Item_> Content list(const std::vector<Item_>& items, std::string Item_::*member) {
     Content content{.kind = Content::Kind::list};
-    for (const Item_& item : items) content.items.push_back({"", name_scalar(item.*member), &item.comments});
+    for (const Item_& item : items)
+        content.items.push_back({"", name_scalar(item.*member), &item.comments, &item.where});
     return content;
 }
 
@@ -219,7 +127,7 @@ Content variable(const Variable& variable) {
 Content variables(const std::vector<Variable>& all, bool may_flow) {
     Content content{.kind = Content::Kind::map, .may_flow = may_flow};
     for (const Variable& each : all)
-        content.items.push_back({key_text(each.name), variable(each), &each.comments});
+        content.items.push_back({key_text(each.name), variable(each), &each.comments, &each.where});
     return content;
 }
 
@@ -231,7 +139,7 @@ Content enumerations(const std::vector<Variable>& all) {
             std::ranges::all_of(fields, [](const Variable& f) { return f.value.text.empty(); });
         content.items.push_back({key_text(enumeration.name),
                                  is_list ? list(fields, &Variable::name) : variables(fields, true),
-                                 &enumeration.comments});
+                                 &enumeration.comments, &enumeration.where});
     }
     return content;
 }
@@ -254,7 +162,7 @@ Content ports(const std::vector<Port>& all) {
     Content map{.kind = Content::Kind::map, .may_flow = false};
     bool bare = true;
     for (const Port& p : all) {
-        map.items.push_back({key_text(p.name), port(p), &p.comments});
+        map.items.push_back({key_text(p.name), port(p), &p.comments, &p.where});
         bare = bare && map.items.back().content.items.empty();
     }
     return bare ? list(all, &Port::name) : map;
@@ -265,9 +173,10 @@ Content connections(const std::vector<Connection>& all) {
     for (const Connection& connection : all) {
         Content to{.kind = Content::Kind::list};
         for (const Endpoint& end : connection.to)
-            to.items.push_back({"", name_scalar(end.text()), &end.comments});
+            to.items.push_back({"", name_scalar(end.text()), &end.comments, &end.where});
         if (to.items.size() == 1 && to.items[0].comments->empty()) to = Content(to.items[0].content);
-        map.items.push_back({key_text(connection.from.text()), std::move(to), &connection.comments});
+        map.items.push_back(
+            {key_text(connection.from.text()), std::move(to), &connection.comments, &connection.where});
     }
     return map;
 }
@@ -292,7 +201,7 @@ void add_system(MapBuilder& map, const System& system, bool needs_blocks) {
     if (map.wanted("blocks", needs_blocks || !system.blocks.empty())) {
         Content blocks{.kind = Content::Kind::map, .may_flow = false};
         for (const Block& inner : system.blocks)
-            blocks.items.push_back({key_text(inner.name), block(inner), &inner.comments});
+            blocks.items.push_back({key_text(inner.name), block(inner), &inner.comments, &inner.where});
         map.add("blocks", std::move(blocks));
     }
     if (map.wanted("connections", !system.connections.empty()))
@@ -316,9 +225,50 @@ Content block(const Block& block) {
     return map.build(!block.system);
 }
 
+std::string coordinate(double x) { return number_text(x + 0.0); } // -0 is 0 here
+
+void add_extent(MapBuilder& map, const Point& at, const std::optional<Point>& size) {
+    map.add("x", Content{.text = coordinate(at.x)});
+    map.add("y", Content{.text = coordinate(at.y)});
+    if (!size) return;
+    map.add("width", Content{.text = coordinate(size->x)});
+    map.add("height", Content{.text = coordinate(size->y)});
+}
+
+Content layout(const Layout& layout) {
+    const std::vector<Key> none;
+    const auto part = [] { return Content{.kind = Content::Kind::map, .may_flow = false}; };
+    Content blocks = part(), wires = part(), notes = part();
+    for (const Placement& drawn : layout.blocks) {
+        MapBuilder map(none);
+        add_extent(map, drawn.at, drawn.size);
+        if (drawn.flipped) map.add("flipped", Content{.text = "true"});
+        blocks.items.push_back({key_text(drawn.path), map.build(true), &drawn.comments, &drawn.where});
+    }
+    for (const Bends& bends : layout.wires) {
+        Content points{.kind = Content::Kind::list};
+        for (const Point& point : bends.points)
+            points.items.push_back(
+                {"", {.text = "[" + coordinate(point.x) + ", " + coordinate(point.y) + "]"}});
+        wires.items.push_back({key_text(bends.path), std::move(points), &bends.comments, &bends.where});
+    }
+    for (const Note& note : layout.notes) {
+        MapBuilder map(none);
+        map.add("text", text_content(note.text));
+        map.add_text("in", note.system);
+        add_extent(map, note.at, note.size);
+        notes.items.push_back({key_text(note.name), map.build(true), &note.comments, &note.where});
+    }
+    MapBuilder map(layout.keys);
+    if (map.wanted("blocks", !layout.blocks.empty())) map.add("blocks", std::move(blocks));
+    if (map.wanted("wires", !layout.wires.empty())) map.add("wires", std::move(wires));
+    if (map.wanted("notes", !layout.notes.empty())) map.add("notes", std::move(notes));
+    return map.build(false);
+}
+
 } // namespace
 
-std::string write_yaml(const Model& model) {
+Content content_of(const Model& model) {
     MapBuilder map(model.keys);
     map.add("model", name_scalar(model.name));
     map.add_text("doc", model.doc);
@@ -344,14 +294,25 @@ std::string write_yaml(const Model& model) {
         Content plots{.kind = Content::Kind::map, .may_flow = false};
         for (const Panel& panel : model.plots)
             plots.items.push_back(
-                {key_text(panel.title), list(panel.signals, &Signal::path), &panel.comments});
+                {key_text(panel.title), list(panel.signals, &Signal::path), &panel.comments, &panel.where});
         map.add("plots", std::move(plots));
     }
-    if (!model.layout.empty()) map.add("layout", {.kind = Content::Kind::raw, .text = model.layout});
+    if (map.wanted("layout", !model.layout.empty())) map.add("layout", layout(model.layout));
+    return map.build(false);
+}
+
+std::string canonical_yaml(const Model& model) {
     Printer printer;
-    for (const Item& item : map.build(false).items) printer.print(item, 0);
+    const Content content = content_of(model);
+    for (const Item& item : content.items) printer.print(item, 0);
     printer.print_lines(model.end, 0);
     return std::move(printer.text);
+}
+
+std::string write_yaml(const Model& model) {
+    if (model.source)
+        if (std::optional<std::string> text = edited_yaml(model)) return std::move(*text);
+    return canonical_yaml(model);
 }
 
 } // namespace bf::formats

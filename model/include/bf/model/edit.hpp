@@ -17,8 +17,4 @@ void walk(const Model& model, const std::function<void(const std::string& path, 
 /// Gives a block's setting a new value, adding it if it is new. Comments stay.
 void set(Block& block, std::string_view setting, std::string value);
 
-/// Renames the block at `path` and whatever refers to it: connections, recorded and plotted signals. Throws
-/// std::invalid_argument if there is no such block, the name is none, or it is taken.
-void rename(Model& model, std::string_view path, std::string_view name);
-
 } // namespace bf::model

@@ -10,7 +10,7 @@
 
 /// The document a person writes: hierarchical, named, with expressions, everything in the order of the
 /// document. Nothing is evaluated here. Names of blocks, ports and variables hold no '.', so a dotted path is
-/// unambiguous.
+/// unambiguous. A Model is a value: a copy shares only the models of referenced files, which do not change.
 namespace bf::model {
 
 struct System;
@@ -116,12 +116,34 @@ struct Reference {
     Location where = {};
 };
 
+/// The content of a subsystem, which its block owns: copied with it. Null in other blocks.
+class OwnSystem {
+  public:
+    OwnSystem() = default;
+    OwnSystem(std::unique_ptr<System> system);
+    OwnSystem(const OwnSystem& other);
+    OwnSystem(OwnSystem&& other) noexcept;
+    OwnSystem& operator=(OwnSystem other) noexcept;
+    ~OwnSystem();
+
+    explicit operator bool() const { return system_ != nullptr; }
+    System* get() { return system_.get(); }
+    const System* get() const { return system_.get(); }
+    System& operator*() { return *system_; }
+    const System& operator*() const { return *system_; }
+    System* operator->() { return system_.get(); }
+    const System* operator->() const { return system_.get(); }
+
+  private:
+    std::unique_ptr<System> system_;
+};
+
 /// A block of a library (`type`), a subsystem (`system`), or a subsystem in its own file (`reference`):
 /// exactly one of the three.
 struct Block {
     std::string name;
     std::string type = {}; ///< "Gain" or "WholeBodyToolbox/MassMatrix"
-    std::unique_ptr<System> system = {};
+    OwnSystem system = {};
     std::optional<Reference> reference = {};
     std::vector<Setting> settings = {}; ///< of a block of a library
     std::string doc = {};
@@ -209,6 +231,53 @@ struct Plugin {
     Location where = {};
 };
 
+/// A point of the drawing, or a width and height; x grows to the right, y downwards.
+struct Point {
+    double x = 0, y = 0;
+
+    bool operator==(const Point&) const = default;
+};
+
+/// Where a block, or a subsystem's own port, is drawn: its upper left corner.
+struct Placement {
+    std::string path; ///< `controller.pd`; `controller.tau` is the port inside of the subsystem
+    Point at = {};
+    std::optional<Point> size = {}; ///< as the editor likes, if not given
+    bool flipped = false;           ///< inputs on the right
+    Comments comments = {};
+    Location where = {};
+};
+
+/// The corners of a wire, in order.
+struct Bends {
+    std::string path; ///< of the end that the wire leads to: `controller.pd.q`
+    std::vector<Point> points;
+    Comments comments = {};
+    Location where = {};
+};
+
+/// A text on the drawing of a subsystem.
+struct Note {
+    std::string name;
+    std::string text;
+    std::string system = {}; ///< path of the subsystem; empty: the model itself
+    Point at = {};
+    std::optional<Point> size = {};
+    Comments comments = {};
+    Location where = {};
+};
+
+/// How the model is drawn; without meaning for what it computes. Entries of what is not there are allowed,
+/// and wires to one input (of variants) share their bends.
+struct Layout {
+    std::vector<Placement> blocks;
+    std::vector<Bends> wires;
+    std::vector<Note> notes;
+    std::vector<Key> keys = {};
+
+    bool empty() const { return blocks.empty() && wires.empty() && notes.empty(); }
+};
+
 enum class AlgebraicLoops { error, solve };
 enum class RateTransitions { allowed, checked, inserted };
 enum class NonFinite { allowed, error };
@@ -230,11 +299,18 @@ struct Model {
     bool record_all = false;
     std::vector<Signal> record = {};
     std::vector<Panel> plots = {};
-    std::string layout =
-        {}; ///< an editor's data: the YAML after `layout:`, kept as it is; without meaning here
+    Layout layout = {};
     std::vector<Key> keys = {};
     std::vector<std::string> end = {}; ///< comments after the last item
     Location where = {};
+    std::shared_ptr<const std::string> source = {}; ///< the text it was read from, to which places refer
 };
+
+/// Whether both say the same in the same order. How a file spells it (places, comments, order of keys, quotes
+/// and line breaks of expressions) does not count; referenced models are equal if they are one object or
+/// equal themselves.
+bool operator==(const Model& a, const Model& b);
+bool operator==(const System& a, const System& b);
+bool operator==(const Block& a, const Block& b);
 
 } // namespace bf::model

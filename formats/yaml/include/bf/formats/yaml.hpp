@@ -27,8 +27,13 @@ model::Model read_yaml_text(std::string_view text, const std::string& name = "mo
 /// diagnostics. Throws model::Errors.
 std::vector<model::Variable> read_yaml_variables(std::string_view text, const std::string& name);
 
-/// The canonical text: two blanks of indentation, a block on one line where it fits in 110 columns, order and
-/// comments kept. Reading it gives the same model, and writing that gives the same text.
+/// The text of a model file. Of a model that was read from a text, all that has not changed keeps its bytes:
+/// comments, order, spelling and line ends; a model that was not changed gives its text back. What is new is
+/// written in the canonical form. Reading it gives an equal model.
 std::string write_yaml(const model::Model& model);
+
+/// The canonical text: two blanks of indentation, a block on one line where it fits in 110 columns, order and
+/// comments kept. Reading it gives an equal model, and the canonical text of that is the same.
+std::string canonical_yaml(const model::Model& model);
 
 } // namespace bf::formats

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+/// The words for the values of enumerations, in files and in operations.
+namespace bf::model::choices {
+
+using Words = std::vector<std::string>;
+
+inline const Words executions = {"virtual", "atomic", "enabled", "triggered", "enabled_and_triggered",
+                                 "for",     "while",  "for_each"};              ///< in the order of Execution
+inline const Words triggers = {"rising", "falling", "either", "function_call"}; ///< in the order of Edge
+inline const Words resets = {"rising", "falling", "either", "level"};           ///< in the order of Edge
+inline const Words rate_transitions = {"allowed", "checked", "inserted"}; ///< in the order of RateTransitions
+inline const Words algebraic_loops = {"error", "solve"};                  ///< in the order of AlgebraicLoops
+inline const Words non_finite = {"allowed", "error"};                     ///< in the order of NonFinite
+inline const Words held_or_reset = {"held", "reset"}; ///< in the order of States and WhenDisabled
+inline const Words quotes = {"none", "single", "twofold", "literal"}; ///< in the order of Quotes
+
+} // namespace bf::model::choices

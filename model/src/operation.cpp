@@ -1,0 +1,576 @@
+#include "bf/model/operation.hpp"
+
+#include "bf/model/check.hpp"
+#include "bf/model/suggest.hpp"
+#include "editor.hpp"
+#include "identifiers.hpp"
+#include "json.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+namespace bf::model {
+
+using namespace operations;
+
+namespace {
+
+template <typename Items> auto named(Items& items, std::string_view name) {
+    return std::ranges::find_if(items, [&](const auto& item) { return item.name == name; });
+}
+
+template <typename Items> std::vector<std::string> names_of(const Items& items) {
+    std::vector<std::string> names;
+    for (const auto& item : items) names.push_back(item.name);
+    return names;
+}
+
+template <typename Item>
+void insert(std::vector<Item>& items, Item item, const std::optional<std::size_t>& index) {
+    const std::size_t at = std::min(index.value_or(items.size()), items.size());
+    items.insert(items.begin() + static_cast<std::ptrdiff_t>(at), std::move(item));
+}
+
+/// Moves the item at `from` to place `to`, or to the end.
+template <typename Items> void reorder(Items& items, std::size_t from, std::size_t to) {
+    const auto begin = items.begin(), item = begin + static_cast<std::ptrdiff_t>(from);
+    to = std::min(to, items.size() - 1);
+    if (from < to)
+        std::rotate(item, item + 1, begin + static_cast<std::ptrdiff_t>(to) + 1);
+    else
+        std::rotate(begin + static_cast<std::ptrdiff_t>(to), item, item + 1);
+}
+
+/// Renames the ends that `is_it` knows.
+template <typename IsIt, typename Change> void change_ends(System& system, IsIt is_it, Change change) {
+    for (Connection& connection : system.connections) {
+        if (is_it(connection.from, true)) change(connection.from);
+        for (Endpoint& end : connection.to)
+            if (is_it(end, false)) change(end);
+    }
+}
+
+template <typename IsIt> void remove_ends(System& system, IsIt is_it) {
+    for (Connection& connection : system.connections)
+        std::erase_if(connection.to, [&](const Endpoint& end) { return is_it(end, false); });
+    std::erase_if(system.connections, [&](const Connection& connection) {
+        return connection.to.empty() || is_it(connection.from, true);
+    });
+}
+
+bool is_finite(const Point& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
+
+/// A text in the same spelling as the reader gives it.
+std::string without_last_breaks(std::string text) {
+    text.erase(text.find_last_not_of('\n') + 1);
+    return text;
+}
+
+/// Gives the member called `name` the value that `text` writes; false if there is no such member of a simple
+/// type.
+template <typename T>
+bool set_member(T& target, const std::string& name, const std::optional<std::string>& text) {
+    bool found = false;
+    const T usual{};
+    for_each_field<T>([&](const auto& field) {
+        using Member = std::remove_cvref_t<decltype(target.*field.member)>;
+        if (field.name != name || field.spelling || (name == "name" && !std::is_same_v<T, Model>)) return;
+        Member& member = target.*field.member;
+        JsonContext context;
+        if constexpr (std::is_same_v<Member, std::optional<Expression>> ||
+                      std::is_same_v<Member, std::string> || std::is_same_v<Member, bool> ||
+                      std::is_enum_v<Member> || std::is_same_v<Member, std::optional<Edge>>) {
+            found = true;
+            if (!text)
+                member = usual.*field.member;
+            else if constexpr (std::is_same_v<Member, std::string>)
+                member = without_last_breaks(*text);
+            else if constexpr (std::is_same_v<Member, bool>)
+                value_from_json(*text == "true" || *text == "false" ? Json(*text == "true") : Json(*text),
+                                member, context, name);
+            else if constexpr (std::is_same_v<Member, std::optional<Expression>>)
+                member = Expression{.text = *text, .where = member ? member->where : Location{}};
+            else
+                value_from_json(Json(*text), member, context, name, field.words);
+        }
+    });
+    return found;
+}
+
+/// Fills in what referenced files hold, where a new reference does not say.
+void read_references(System& system, const ReadReference& read) {
+    for (Block& block : system.blocks) {
+        if (block.reference && !block.reference->model) block.reference->model = read(block.reference->file);
+        if (block.system) read_references(*block.system, read);
+    }
+}
+
+/// What is wrong now and was not before.
+void require_no_worse(const Model& before, const Model& after) {
+    std::vector<Diagnostic> wrong = check(after);
+    if (wrong.empty()) return;
+    std::unordered_set<std::string> known;
+    for (const Diagnostic& diagnostic : check(before)) known.insert(diagnostic.text());
+    std::erase_if(wrong, [&](const Diagnostic& d) { return known.contains(d.text()); });
+    if (!wrong.empty()) throw Errors(std::move(wrong));
+}
+
+} // namespace
+
+std::string joined(std::string_view system, std::string_view name) {
+    return system.empty() ? std::string(name) : std::string(system) + "." + std::string(name);
+}
+
+std::pair<std::string, std::string> split_last(std::string_view path) {
+    const std::size_t dot = path.rfind('.');
+    if (dot == path.npos) return {"", std::string(path)};
+    return {std::string(path.substr(0, dot)), std::string(path.substr(dot + 1))};
+}
+
+std::optional<std::string> rest_under(std::string_view path, std::string_view prefix) {
+    if (!path.starts_with(prefix)) return {};
+    path.remove_prefix(prefix.size());
+    if (!path.empty() && path[0] != '.') return {};
+    return std::string(path);
+}
+
+void Editor::refuse(const Location& where, const std::string& path, std::string message,
+                    std::string remedy) const {
+    throw Errors({{where ? where : model_.where, path, std::move(message), std::move(remedy)}});
+}
+
+System& Editor::system_at(std::string_view path) {
+    if (path.empty()) return model_.root;
+    Block& block = block_at(path);
+    if (block.reference)
+        refuse(block.where, std::string(path), "the block stands in the file '" + block.reference->file + "'",
+               "edit that file, or inline it");
+    if (!block.system)
+        refuse(block.where, std::string(path), "the block is no subsystem", "group blocks to have one");
+    return *block.system;
+}
+
+Editor::Own Editor::find_own(std::string_view path) {
+    const auto [parent, name] = split_last(path);
+    System& system = system_at(parent);
+    Block* block = system.find_block(name);
+    const bool is_output = !block && system.find_output(name);
+    if (!block && !is_output && !system.find_input(name)) {
+        std::vector<std::string> known = names_of(system.blocks);
+        for (const auto* ports : {&system.inputs, &system.outputs})
+            for (std::string& port : names_of(*ports)) known.push_back(std::move(port));
+        const Block* around = parent.empty() ? nullptr : find(std::as_const(model_), parent);
+        refuse(around ? around->where : Location(), parent, "there is no block or port '" + name + "'",
+               did_you_mean(name, known));
+    }
+    return {system, parent, name, block, is_output};
+}
+
+Block& Editor::block_at(std::string_view path) {
+    const Own own = find_own(path);
+    if (!own.block) refuse({}, std::string(path), "this is a port", "name a block");
+    return *own.block;
+}
+
+void Editor::require_free(const System& system, const std::string& path, const std::string& name,
+                          const char* kind) const {
+    const Block* block = system.find_block(name);
+    const Port* port = system.find_input(name);
+    if (!port) port = system.find_output(name);
+    if (!is_name(name))
+        refuse({}, path, "'" + name + "' is no name for a " + kind,
+               "a name has 1 to 200 bytes, no '.' or '*', no control character and no blank at its ends");
+    if (block || port)
+        refuse(block ? block->where : port->where, path, "the name '" + name + "' is taken", "use another");
+}
+
+Endpoint Editor::endpoint(const System& system, const std::string& text) {
+    const std::size_t dot = text.find('.');
+    if (dot != text.npos) return {.block = text.substr(0, dot), .port = text.substr(dot + 1)};
+    if (system.find_block(text)) return {.block = text};
+    return {.block = {}, .port = text};
+}
+
+void Editor::add_wire(System& system, const Endpoint& from, Endpoint to) {
+    for (Connection& connection : system.connections)
+        if (connection.from.text() == from.text()) return connection.to.push_back(std::move(to));
+    system.connections.push_back({.from = {from.block, from.port}, .to = {std::move(to)}});
+}
+
+void Editor::follow(const std::function<std::vector<std::string>(const std::string&)>& change) {
+    const auto all = [&](auto& items, auto member) {
+        std::remove_reference_t<decltype(items)> changed;
+        for (auto& item : items) {
+            const std::vector<std::string> paths = change(item.*member);
+            for (const std::string& path : paths) {
+                const bool is_known = std::ranges::any_of(
+                    changed, [&](const auto& other) { return paths.size() > 1 && other.*member == path; });
+                if (is_known) continue;
+                changed.push_back(item);
+                changed.back().*member = path;
+            }
+        }
+        items = std::move(changed);
+    };
+    all(model_.record, &Signal::path);
+    for (Panel& panel : model_.plots) {
+        const bool was_empty = panel.signals.empty();
+        all(panel.signals, &Signal::path);
+        if (panel.signals.empty() && !was_empty) panel.title.clear();
+    }
+    std::erase_if(model_.plots, [](const Panel& panel) { return panel.title.empty(); });
+    all(model_.layout.blocks, &Placement::path);
+    all(model_.layout.wires, &Bends::path);
+    std::erase_if(model_.layout.notes, [&](Note& note) {
+        if (note.system.empty()) return false;
+        const std::vector<std::string> paths = change(note.system);
+        if (!paths.empty()) note.system = paths[0];
+        return paths.empty();
+    });
+}
+
+void Editor::move_paths(const std::string& from, const std::string& to) {
+    follow([&](const std::string& path) -> std::vector<std::string> {
+        const auto rest = rest_under(path, from);
+        return {rest ? to + *rest : path};
+    });
+}
+
+Placement& Editor::placement(const std::string& path) {
+    find_own(path);
+    auto& blocks = model_.layout.blocks;
+    const auto found = std::ranges::find(blocks, path, &Placement::path);
+    return found != blocks.end() ? *found : blocks.emplace_back(Placement{.path = path});
+}
+
+void Editor::operator()(const Add& add) {
+    System& system = system_at(add.system);
+    require_free(system, add.system, add.block.name, "block");
+    insert(system.blocks, add.block, add.index);
+    if (add.at) (*this)(Move{joined(add.system, add.block.name), *add.at});
+}
+
+void Editor::operator()(const Remove& remove) {
+    const Own own = find_own(remove.path);
+    if (own.block) {
+        remove_ends(own.system, [&](const Endpoint& end, bool) { return end.block == own.name; });
+        std::erase_if(own.system.blocks, [&](const Block& block) { return block.name == own.name; });
+    } else {
+        // Inside, an input is a source; outside, it is a destination.
+        remove_ends(own.system, [&](const Endpoint& end, bool is_source) {
+            return end.block.empty() && end.port == own.name && is_source != own.is_output;
+        });
+        auto& ports = own.is_output ? own.system.outputs : own.system.inputs;
+        const bool is_only = ports.size() == 1;
+        std::erase_if(ports, [&](const Port& port) { return port.name == own.name; });
+        if (!own.parent.empty()) {
+            const auto [grandparent, parent] = split_last(own.parent);
+            remove_ends(system_at(grandparent), [&](const Endpoint& end, bool is_source) {
+                return end.block == parent && is_source == own.is_output &&
+                       (end.port == own.name || (end.port.empty() && is_only));
+            });
+            if (own.is_output && is_only) // the path of the subsystem meant its only output
+                std::erase_if(model_.record, [&](const Signal& signal) { return signal.path == own.parent; });
+        }
+    }
+    follow([&](const std::string& path) -> std::vector<std::string> {
+        if (rest_under(path, remove.path)) return {};
+        return {path};
+    });
+}
+
+void Editor::operator()(const Rename& rename) {
+    const Own own = find_own(rename.path);
+    if (rename.name == own.name) return;
+    require_free(own.system, own.parent, rename.name, own.block ? "block" : "port");
+    if (own.block) {
+        own.block->name = rename.name;
+        change_ends(
+            own.system, [&](const Endpoint& end, bool) { return end.block == own.name; },
+            [&](Endpoint& end) { end.block = rename.name; });
+    } else {
+        named(own.is_output ? own.system.outputs : own.system.inputs, own.name)->name = rename.name;
+        change_ends(
+            own.system,
+            [&](const Endpoint& end, bool is_source) {
+                return end.block.empty() && end.port == own.name && is_source != own.is_output;
+            },
+            [&](Endpoint& end) { end.port = rename.name; });
+        if (!own.parent.empty()) {
+            const auto [grandparent, parent] = split_last(own.parent);
+            change_ends(
+                system_at(grandparent),
+                [&](const Endpoint& end, bool is_source) {
+                    return end.block == parent && end.port == own.name && is_source == own.is_output;
+                },
+                [&](Endpoint& end) { end.port = rename.name; });
+        }
+    }
+    move_paths(rename.path, joined(own.parent, rename.name));
+}
+
+void Editor::operator()(const Reorder& change) {
+    const Own own = find_own(change.path);
+    if (own.block) {
+        auto& blocks = own.system.blocks;
+        return reorder(blocks, static_cast<std::size_t>(own.block - blocks.data()), change.index);
+    }
+    auto& ports = own.is_output ? own.system.outputs : own.system.inputs;
+    reorder(ports, static_cast<std::size_t>(named(ports, own.name) - ports.begin()), change.index);
+}
+
+void Editor::operator()(const Connect& connect) {
+    System& system = system_at(connect.system);
+    add_wire(system, endpoint(system, connect.from), endpoint(system, connect.to));
+}
+
+void Editor::operator()(const Disconnect& disconnect) {
+    System& system = system_at(disconnect.system);
+    bool found = false, is_fed = false;
+    std::vector<std::string> known;
+    for (Connection& connection : system.connections) {
+        for (const Endpoint& end : connection.to) known.push_back(end.text());
+        const bool is_it = disconnect.from.empty() || connection.from.text() == disconnect.from;
+        const auto same = [&](const Endpoint& end) { return end.text() == disconnect.to; };
+        if (is_it)
+            found = std::erase_if(connection.to, same) > 0 || found;
+        else
+            is_fed = is_fed || std::ranges::any_of(connection.to, same);
+    }
+    if (!found)
+        refuse({}, disconnect.system,
+               "'" + disconnect.to + "' is not connected" +
+                   (disconnect.from.empty() ? "" : " to '" + disconnect.from + "'"),
+               did_you_mean(disconnect.to, known));
+    std::erase_if(system.connections, [](const Connection& connection) { return connection.to.empty(); });
+    const std::string path = joined(disconnect.system, disconnect.to);
+    if (!is_fed) std::erase_if(model_.layout.wires, [&](const Bends& bends) { return bends.path == path; });
+}
+
+void Editor::operator()(const Set& set) {
+    const auto unknown = [&](const Location& where) {
+        refuse(where, set.path, "there is no '" + set.name + "' to set here",
+               "see the keys of the file's form in formats/yaml");
+    };
+    if (set.path.empty()) {
+        if (!set_member(model_, set.name, set.value) && !set_member(model_.root, set.name, set.value))
+            unknown({});
+        return;
+    }
+    const Own own = find_own(set.path);
+    if (!own.block) {
+        Port& port = *named(own.is_output ? own.system.outputs : own.system.inputs, own.name);
+        const bool fits = set.name != (own.is_output ? "each" : "when_disabled") &&
+                          (own.is_output || set.name != "initial");
+        if (!fits || !set_member(port, set.name, set.value)) unknown(port.where);
+        return;
+    }
+    Block& block = *own.block;
+    const bool is_key =
+        set.name == "doc" || set.name == "when" || set.name == "period" || set.name == "offset";
+    if (is_key) {
+        set_member(block, set.name, set.value);
+    } else if (block.is_library_block()) {
+        if (set.name == "block" || set.name == "blocks")
+            refuse(block.where, set.path, "'" + set.name + "' is no setting", "replace the block by another");
+        const auto found = named(block.settings, set.name);
+        if (set.value)
+            model::set(block, set.name, *set.value);
+        else if (found != block.settings.end())
+            block.settings.erase(found);
+        else
+            refuse(block.where, set.path, "the block has no setting '" + set.name + "'",
+                   did_you_mean(set.name, names_of(block.settings)));
+    } else if (block.reference) {
+        if (set.name != "file" || !set.value || set.value->empty()) unknown(block.where);
+        *block.reference =
+            Reference{.file = *set.value, .with = block.reference->with, .where = block.reference->where};
+    } else if (!set_member(*block.system, set.name, set.value)) {
+        unknown(block.where);
+    }
+}
+
+void Editor::operator()(const AddPort& add) {
+    System& system = system_at(add.system);
+    require_free(system, add.system, add.port.name, "port");
+    insert(add.is_output ? system.outputs : system.inputs, add.port, add.index);
+}
+
+void Editor::operator()(const SetVariable& set) {
+    System& system = system_at(set.system);
+    const auto found = named(system.variables, set.name);
+    if (!set.variable) {
+        if (found == system.variables.end())
+            refuse({}, set.system, "there is no variable '" + set.name + "'",
+                   did_you_mean(set.name, names_of(system.variables)));
+        system.variables.erase(found);
+        return;
+    }
+    Variable variable = *set.variable;
+    variable.name = set.name;
+    if (found == system.variables.end()) {
+        system.variables.push_back(std::move(variable));
+        return;
+    }
+    variable.where = found->where;
+    variable.comments = found->comments;
+    *found = std::move(variable);
+}
+
+void Editor::operator()(const RenameVariable& rename) {
+    System& system = system_at(rename.system);
+    const auto variable = named(system.variables, rename.name);
+    const auto enumeration = named(system.enumerations, rename.name);
+    if (variable == system.variables.end() && enumeration == system.enumerations.end())
+        refuse({}, rename.system, "there is no variable '" + rename.name + "'",
+               did_you_mean(rename.name, names_of(system.variables)));
+    (variable != system.variables.end() ? *variable : *enumeration).name = rename.to;
+    const auto in_expression = [&](Expression& expression) {
+        if (!used_names(expression).contains(rename.name)) return;
+        const auto replaced = [&](const std::string& text) {
+            return replace_names(text, [&](std::string_view name) {
+                return name == rename.name ? rename.to : std::string(name);
+            });
+        };
+        expression.text = replaced(expression.text);
+        expression.spelling = replaced(expression.spelling);
+    };
+    const std::function<void(System&)> in_system = [&](System& inner) {
+        for_each_expression(inner, [&](Expression& expression) {
+            if (used_names(expression).contains(rename.to))
+                refuse(expression.where, rename.system,
+                       "'" + rename.to + "' has a meaning in '" + expression.text + "'", "use another name");
+            in_expression(expression);
+        });
+        for (Block& block : inner.blocks)
+            if (block.system && !declares(*block.system, rename.name)) {
+                if (declares(*block.system, rename.to))
+                    refuse(block.where, rename.system,
+                           "'" + block.name + "' declares '" + rename.to + "' itself", "use another name");
+                in_system(*block.system);
+            }
+    };
+    in_system(system);
+    if (!rename.system.empty()) return;
+    for_each_field<Model>([&](const auto& field) {
+        if constexpr (std::is_same_v<std::remove_cvref_t<decltype(model_.*field.member)>,
+                                     std::optional<Expression>>)
+            if (model_.*field.member) in_expression(*(model_.*field.member));
+    });
+}
+
+void Editor::operator()(const Move& move) {
+    if (!is_finite(move.to)) refuse({}, move.path, "the point is not finite", "give numbers");
+    placement(move.path).at = move.to;
+}
+
+void Editor::operator()(const Resize& resize) {
+    if (resize.size && !(is_finite(*resize.size) && resize.size->x > 0 && resize.size->y > 0))
+        refuse({}, resize.path, "the size is not positive", "give a width and a height");
+    placement(resize.path).size = resize.size;
+}
+
+void Editor::operator()(const Flip& flip) {
+    Placement& drawn = placement(flip.path);
+    drawn.flipped = !drawn.flipped;
+}
+
+void Editor::operator()(const Bend& bend) {
+    auto& wires = model_.layout.wires;
+    const auto found = std::ranges::find(wires, bend.path, &Bends::path);
+    if (!std::ranges::all_of(bend.points, is_finite))
+        refuse({}, bend.path, "a corner is not finite", "give numbers");
+    if (bend.points.empty()) {
+        if (found != wires.end()) wires.erase(found);
+    } else if (found != wires.end()) {
+        found->points = bend.points;
+    } else {
+        wires.push_back({.path = bend.path, .points = bend.points});
+    }
+}
+
+void Editor::operator()(const Annotate& annotate) {
+    auto& notes = model_.layout.notes;
+    const auto found = named(notes, annotate.name);
+    if (!annotate.note) {
+        if (found == notes.end())
+            refuse({}, "", "there is no note '" + annotate.name + "'",
+                   did_you_mean(annotate.name, names_of(notes)));
+        notes.erase(found);
+        return;
+    }
+    Note note = *annotate.note;
+    if (note.name.empty()) note.name = annotate.name;
+    note.text = without_last_breaks(note.text);
+    system_at(note.system);
+    if (!is_finite(note.at) || (note.size && !is_finite(*note.size)))
+        refuse({}, "", "the note '" + note.name + "' has no finite place", "give numbers");
+    if (note.name != annotate.name && named(notes, note.name) != notes.end())
+        refuse({}, "", "there is a note '" + note.name + "' already", "use another name");
+    if (!is_name(note.name)) refuse({}, "", "'" + note.name + "' is no name for a note", "use a word");
+    if (found == notes.end()) {
+        notes.push_back(std::move(note));
+        return;
+    }
+    note.where = found->where;
+    note.comments = found->comments;
+    *found = std::move(note);
+}
+
+void Editor::operator()(const Record& record) {
+    const auto is_it = [&](const Signal& signal) { return signal.path == record.path; };
+    if (record.is_recorded && !model_.record_all && std::ranges::none_of(model_.record, is_it))
+        model_.record.push_back({.path = record.path});
+    if (!record.is_recorded && std::erase_if(model_.record, is_it) == 0)
+        refuse({}, "", "'" + record.path + "' is not recorded", "");
+}
+
+void Editor::operator()(const Plot& plot) {
+    const auto found = std::ranges::find(model_.plots, plot.title, &Panel::title);
+    if (!plot.signals) {
+        if (found == model_.plots.end()) refuse({}, "", "there is no plot '" + plot.title + "'", "");
+        model_.plots.erase(found);
+        return;
+    }
+    if (plot.title.empty()) refuse({}, "", "a plot without title", "give it one");
+    Panel& panel = found != model_.plots.end()
+                       ? *found
+                       : model_.plots.emplace_back(Panel{.title = plot.title, .signals = {}});
+    std::vector<Signal> signals;
+    for (const std::string& path : *plot.signals) {
+        const auto known = std::ranges::find(panel.signals, path, &Signal::path);
+        signals.push_back(known != panel.signals.end() ? *known : Signal{.path = path});
+    }
+    panel.signals = std::move(signals);
+}
+
+void Editor::operator()(const Patch& patch) { apply_patch(model_, patch); }
+
+void Editor::operator()(const Batch& batch) {
+    for (const Operation& operation : batch.operations) std::visit(*this, operation);
+}
+
+Patch edit(Model& model, const Operation& operation, const ReadReference& read) {
+    Model after = model;
+    std::visit(Editor(after), operation);
+    if (read) read_references(after.root, read);
+    require_no_worse(model, after);
+    Patch back = difference(after, model);
+    model = std::move(after);
+    return back;
+}
+
+void History::edit(Model& model, const Operation& operation, const ReadReference& read) {
+    done_.push_back(model::edit(model, operation, read));
+    undone_.clear();
+}
+
+bool History::step(Model& model, std::vector<Patch>& from, std::vector<Patch>& to) {
+    if (from.empty()) return false;
+    to.push_back(model::edit(model, from.back()));
+    from.pop_back();
+    return true;
+}
+
+} // namespace bf::model

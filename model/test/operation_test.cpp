@@ -1,0 +1,393 @@
+#include "bf/model/operation.hpp"
+
+#include "bf/model/builder.hpp"
+#include "bf/model/check.hpp"
+#include "bf/model/edit.hpp"
+
+#include <gtest/gtest.h>
+
+namespace bf::model {
+namespace {
+
+using namespace operations;
+
+/// A plant with a controller in a subsystem, drawn and recorded.
+Model drawn_loop() {
+    Builder m{"loop"};
+    m.step("T")
+        .record({"plant.y", "controller.pd.u", "controller"})
+        .plot("Position", {"plant", "controller.*"});
+    m.variable("T", 0.001);
+    m.variable("k", "3.5*T");
+    const End plant = m.add("plant", "StateSpace", {{"A", "[0 1; -k 0]"}, {"name", "'k'"}});
+    SystemBuilder controller = m.enabled_subsystem("controller");
+    const End q = controller.input("q"), tau = controller.output("tau");
+    const End pd = controller.add("pd", "PD", {{"Kp", "10*k"}, {"filter", "s.k + k'"}});
+    controller.connect(q, pd["q"]);
+    controller.connect(pd, tau);
+    const End on = m.add("on", "Constant", {{"value", 0.1}});
+    m.connect(plant["y"], {controller["q"], m.add("scope", "Scope")});
+    m.connect(controller["tau"], plant["u"]);
+    m.connect(on, controller["enable"]);
+    Model model = m.build();
+    model.layout.blocks = {{.path = "plant", .at = {1, 2}}, {.path = "controller.pd", .at = {3, 4}}};
+    model.layout.wires = {{.path = "plant.u", .points = {{5, 6}}},
+                          {.path = "controller.pd.q", .points = {{7, 8}}}};
+    model.layout.notes = {{.name = "n", .text = "note", .system = "controller", .at = {9, 10}}};
+    return model;
+}
+
+/// "from -> to, to" of each connection of the system.
+std::vector<std::string> wires(const Model& model, const std::string& system = "") {
+    std::vector<std::string> lines;
+    const System& in = system.empty() ? model.root : *find(model, system)->content();
+    for (const Connection& connection : in.connections) {
+        std::string line = connection.from.text() + " ->";
+        for (const Endpoint& end : connection.to) line += " " + end.text();
+        lines.push_back(line);
+    }
+    return lines;
+}
+
+template <typename Items> std::vector<std::string> paths(const Items& items) {
+    std::vector<std::string> all;
+    for (const auto& item : items) all.push_back(item.path);
+    return all;
+}
+
+using Texts = std::vector<std::string>;
+
+/// Applies the operation by way of its text, and undoes and repeats it on the way.
+Model after(const Model& before, const Operation& operation, const ReadReference& read = {}) {
+    const Operation read_back = operation_from_json(to_json(operation));
+    EXPECT_EQ(to_json(read_back), to_json(operation));
+    Model model = before;
+    const Patch back = edit(model, read_back, read);
+    EXPECT_TRUE(check(model).empty());
+    Model undone = model;
+    const Patch again = edit(undone, back);
+    EXPECT_TRUE(undone == before) << to_json(back);
+    EXPECT_EQ(to_json(edit(undone, again)), to_json(back));
+    EXPECT_TRUE(undone == model) << to_json(again);
+    undone = model;
+    edit(undone, operation_from_json(to_json(Operation(back))), read);
+    EXPECT_TRUE(undone == before) << to_json(back);
+    return model;
+}
+
+std::string refusal(const Operation& operation, Model model = drawn_loop()) {
+    const Model before = model;
+    try {
+        edit(model, operation);
+    } catch (const Errors& errors) {
+        EXPECT_TRUE(model == before);
+        return errors.what();
+    }
+    return "accepted";
+}
+
+TEST(ModelValue, IsCopiedAndComparedInDepth) {
+    const Model model = drawn_loop();
+    Model copy = model;
+    EXPECT_TRUE(copy == model);
+    find(copy, "controller.pd")->settings[0].value.text = "11*k";
+    EXPECT_FALSE(copy == model);
+    EXPECT_EQ(find(model, "controller.pd")->settings[0].value.text, "10*k");
+    copy = model;
+    copy.layout.blocks[0].at.x = 2;
+    EXPECT_FALSE(copy == model);
+    copy = model;
+    copy.root.blocks[0].where.line = 7;
+    copy.root.blocks[0].comments.trailing = "  # of the cart";
+    copy.root.blocks[0].settings[1].value = {.text = "k", .quotes = Quotes::single};
+    EXPECT_TRUE(copy == model) << "spelling does not count";
+}
+
+TEST(Rename, FollowsABlockEverywhere) {
+    Model model = after(drawn_loop(), Rename{"plant", "robot"});
+    model = after(model, Rename{"controller", "brain"});
+    model = after(model, Rename{"brain.pd", "law"});
+    EXPECT_EQ(wires(model),
+              (Texts{"robot.y -> brain.q scope", "brain.tau -> robot.u", "on -> brain.enable"}));
+    EXPECT_EQ(wires(model, "brain"), (Texts{"q -> law.q", "law -> tau"}));
+    EXPECT_EQ(paths(model.record), (Texts{"robot.y", "brain.law.u", "brain"}));
+    EXPECT_EQ(paths(model.plots[0].signals), (Texts{"robot", "brain.*"}));
+    EXPECT_EQ(paths(model.layout.blocks), (Texts{"robot", "brain.law"}));
+    EXPECT_EQ(paths(model.layout.wires), (Texts{"robot.u", "brain.law.q"}));
+    EXPECT_EQ(model.layout.notes[0].system, "brain");
+}
+
+TEST(Rename, FollowsAPortInsideAndOutside) {
+    Model model = drawn_loop();
+    edit(model, Record{"controller.tau"});
+    model = after(model, Rename{"controller.tau", "torque"});
+    model = after(model, Rename{"controller.q", "angle"});
+    EXPECT_EQ(wires(model, "controller"), (Texts{"angle -> pd.q", "pd -> torque"}));
+    EXPECT_EQ(wires(model)[0], "plant.y -> controller.angle scope");
+    EXPECT_EQ(wires(model)[1], "controller.torque -> plant.u");
+    EXPECT_EQ(model.record.back().path, "controller.torque");
+}
+
+TEST(Rename, RefusesWhatWouldBreakTheModel) {
+    EXPECT_EQ(refusal(Rename{"plamt", "p"}), "there is no block or port 'plamt'; did you mean 'plant'?");
+    EXPECT_EQ(refusal(Rename{"controller.dp", "p"}),
+              "controller: there is no block or port 'dp'; did you mean 'pd'?");
+    EXPECT_EQ(
+        refusal(Rename{"plant", "a.b"}),
+        "'a.b' is no name for a block; a name has 1 to 200 bytes, no '.' or '*', no control character and "
+        "no blank at its ends");
+    EXPECT_EQ(refusal(Rename{"plant", "scope"}), "the name 'scope' is taken; use another");
+    EXPECT_EQ(refusal(Rename{"controller.pd", "q"}), "controller: the name 'q' is taken; use another");
+}
+
+TEST(Add, PutsABlockInItsPlace) {
+    Block gain{.name = "gain", .type = "Gain"};
+    set(gain, "K", "2*k");
+    const Model model =
+        after(drawn_loop(), Add{.system = "controller", .block = gain, .index = 0, .at = Point{1, 2}});
+    EXPECT_EQ(find(model, "controller")->system->blocks[0].name, "gain");
+    EXPECT_EQ(model.layout.blocks.back().path, "controller.gain");
+    EXPECT_EQ(
+        to_json(Add{.system = "", .block = gain}),
+        R"({"do":"add","block":{"name":"gain","type":"Gain","settings":[{"name":"K","value":"2*k"}]}})");
+    EXPECT_EQ(refusal(Add{.system = "plant", .block = gain}),
+              "plant: the block is no subsystem; group blocks to have one");
+    EXPECT_EQ(
+        refusal(Add{.system = "", .block = {.name = "empty"}}),
+        "empty: the block is neither of a library, nor a subsystem, nor in a file; give it exactly one of "
+        "`block`, `blocks` and `file`");
+}
+
+TEST(Remove, TakesWiresSignalsAndDrawingAlong) {
+    const Model model = after(drawn_loop(), Remove{"controller"});
+    EXPECT_EQ(wires(model), (Texts{"plant.y -> scope"}));
+    EXPECT_EQ(paths(model.record), (Texts{"plant.y"}));
+    EXPECT_EQ(paths(model.plots[0].signals), (Texts{"plant"}));
+    EXPECT_EQ(paths(model.layout.blocks), (Texts{"plant"}));
+    EXPECT_EQ(paths(model.layout.wires), (Texts{"plant.u"}));
+    EXPECT_TRUE(model.layout.notes.empty());
+    const Model port = after(drawn_loop(), Remove{"controller.tau"});
+    EXPECT_EQ(wires(port), (Texts{"plant.y -> controller.q scope", "on -> controller.enable"}));
+    EXPECT_EQ(wires(port, "controller"), (Texts{"q -> pd.q"}));
+    EXPECT_EQ(paths(port.record), (Texts{"plant.y", "controller.pd.u"}));
+}
+
+TEST(Connect, ExtendsTheConnectionOfTheSource) {
+    Model model = after(drawn_loop(), Disconnect{.system = "", .to = "scope"});
+    EXPECT_EQ(wires(model)[0], "plant.y -> controller.q");
+    model = after(model, Connect{"", "plant.y", "scope"});
+    EXPECT_EQ(wires(model)[0], "plant.y -> controller.q scope");
+    model = after(model, Disconnect{.system = "controller", .from = "pd", .to = "tau"});
+    EXPECT_EQ(wires(model, "controller"), (Texts{"q -> pd.q"}));
+    model = after(model, Disconnect{.system = "", .to = "plant.u"});
+    EXPECT_EQ(paths(model.layout.wires), (Texts{"controller.pd.q"})) << "the bends go with the wire";
+    EXPECT_EQ(refusal(Connect{"", "on", "plant.u"}), "'plant.u' is connected twice; an input has one source");
+    EXPECT_EQ(refusal(Connect{"", "on", "scop"}), "there is no 'scop' to connect; did you mean 'scope'?");
+    EXPECT_EQ(refusal(Disconnect{.system = "", .to = "plant.w"}),
+              "'plant.w' is not connected; did you mean 'plant.u'?");
+}
+
+TEST(Set, KnowsWhatTheDocumentSaysByThatName) {
+    Model model = after(drawn_loop(), Set{"plant", "A", "1"});
+    EXPECT_EQ(find(model, "plant")->find_setting("A")->value.text, "1");
+    model = after(model, Set{"plant", "A"});
+    EXPECT_EQ(find(model, "plant")->find_setting("A"), nullptr);
+    model = after(model, Set{"plant", "period", "2*T"});
+    EXPECT_EQ(find(model, "plant")->period->text, "2*T");
+    EXPECT_EQ(refusal(Set{"controller", "execution", "triggered"}),
+              "subsystem 'controller' has no input 'enable'; known are 'q', 'trigger'");
+}
+
+TEST(Set, RefusesWhatIsNot) {
+    Model model = after(drawn_loop(), Set{"controller", "reset", "level"});
+    EXPECT_EQ(find(model, "controller")->system->reset, Edge::level);
+    model = after(model, Set{"controller.tau", "unit", "N*m"});
+    EXPECT_EQ(find(model, "controller")->system->outputs[0].unit, "N*m");
+    model = after(model, Set{"", "stop", "10"});
+    model = after(model, Set{"", "non_finite", "error"});
+    EXPECT_EQ(model.stop->text, "10");
+    EXPECT_EQ(model.non_finite, NonFinite::error);
+    EXPECT_EQ(refusal(Set{"controller", "reset", "up"}),
+              "the operation's 'reset' is not as it must be; it is one of rising, falling, either, level");
+    EXPECT_EQ(refusal(Set{"plant", "B"}), "plant: the block has no setting 'B'; known are 'A', 'name'");
+    EXPECT_EQ(refusal(Set{"controller", "Kp", "1"}),
+              "controller: there is no 'Kp' to set here; see the keys of the file's form in formats/yaml");
+}
+
+TEST(RenameVariable, FollowsExpressionsButNoTextsFieldsOrShadows) {
+    Model model = after(drawn_loop(), RenameVariable{"", "k", "spring"});
+    EXPECT_EQ(find(model, "plant")->find_setting("A")->value.text, "[0 1; -spring 0]");
+    EXPECT_EQ(find(model, "plant")->find_setting("name")->value.text, "'k'");
+    EXPECT_EQ(find(model, "controller.pd")->find_setting("filter")->value.text, "s.k + spring'");
+    model = after(model, RenameVariable{"", "T", "period"});
+    EXPECT_EQ(model.step->text, "period");
+    EXPECT_EQ(model.root.variables[1].value.text, "3.5*period");
+    model = after(model, SetVariable{"controller", "spring", Variable{.name = {}, .value = {.text = "1"}}});
+    model = after(model, RenameVariable{"", "spring", "k"});
+    EXPECT_EQ(find(model, "controller.pd")->find_setting("Kp")->value.text, "10*spring");
+    EXPECT_EQ(refusal(RenameVariable{"", "k", "s"}), "'s' has a meaning in 's.k + k''; use another name");
+    EXPECT_EQ(refusal(RenameVariable{"", "k", "T"}), "'T' has a meaning in '3.5*T'; use another name");
+    EXPECT_EQ(refusal(RenameVariable{"", "kk", "c"}), "there is no variable 'kk'; known are 'T', 'k'");
+}
+
+TEST(Layout, IsChangedInPlace) {
+    Model model = after(drawn_loop(), Move{"plant", {20, 30}});
+    model = after(model, Resize{"plant", Point{80, 40}});
+    model = after(model, Flip{"plant"});
+    model = after(model, Move{"controller.q", {1, 1}});
+    model = after(model, Bend{"plant.u", {{1, 1}, {2, 2}}});
+    model = after(model, Annotate{"n", Note{.name = "m", .text = "other", .at = {1, 1}}});
+    EXPECT_EQ(model.layout.blocks[0].at, (Point{20, 30}));
+    EXPECT_EQ(model.layout.blocks[0].size, (Point{80, 40}));
+    EXPECT_TRUE(model.layout.blocks[0].flipped);
+    EXPECT_EQ(paths(model.layout.blocks), (Texts{"plant", "controller.pd", "controller.q"}));
+    EXPECT_EQ(model.layout.wires[0].points.size(), 2u);
+    EXPECT_EQ(model.layout.notes[0].name, "m");
+    model = after(model, Bend{"plant.u"});
+    model = after(model, Annotate{"m"});
+    EXPECT_EQ(model.layout.wires.size(), 1u);
+    EXPECT_TRUE(model.layout.notes.empty());
+    EXPECT_EQ(refusal(Move{"plan", {0, 0}}), "there is no block or port 'plan'; did you mean 'plant'?");
+    EXPECT_EQ(refusal(Move{"plant", {0, 1.0 / 0.0}}), "plant: the point is not finite; give numbers");
+    EXPECT_EQ(refusal(Resize{"plant", Point{0, 1}}),
+              "plant: the size is not positive; give a width and a height");
+}
+
+TEST(Group, MakesAPortPerSourceAndDissolvesAgain) {
+    const Model grouped = after(drawn_loop(), Group{"", {"plant", "on"}, "world"});
+    EXPECT_EQ(wires(grouped), (Texts{"world.y -> controller.q scope", "controller.tau -> world.u",
+                                     "world.y2 -> controller.enable"}));
+    EXPECT_EQ(wires(grouped, "world"), (Texts{"plant.y -> y", "u -> plant.u", "on -> y2"}));
+    EXPECT_EQ(grouped.root.blocks[0].name, "world");
+    EXPECT_EQ(paths(grouped.record), (Texts{"world.plant.y", "controller.pd.u", "controller"}));
+    EXPECT_EQ(paths(grouped.layout.wires), (Texts{"world.plant.u", "controller.pd.q"}));
+    EXPECT_EQ(grouped.layout.blocks.back().path, "world");
+    const Model dissolved = after(grouped, Dissolve{"world"});
+    EXPECT_EQ(wires(dissolved), (Texts{"plant.y -> controller.q scope", "controller.tau -> plant.u",
+                                       "on -> controller.enable"}));
+    EXPECT_EQ(paths(dissolved.record), paths(drawn_loop().record));
+    EXPECT_EQ(paths(dissolved.layout.blocks), (Texts{"plant", "controller.pd"}));
+    EXPECT_EQ(paths(dissolved.layout.wires), paths(drawn_loop().layout.wires));
+    EXPECT_EQ(refusal(Group{"", {}, "g"}), "there are no blocks to group; name some");
+    EXPECT_EQ(refusal(Group{"", {"plant"}, "scope"}), "the name 'scope' is taken; use another");
+}
+
+TEST(Dissolve, FollowsOutputsAndMakesNamesUnique) {
+    Builder m{"names"};
+    const End a = m.add("a", "Gain"), b = m.add("b", "Gain");
+    SystemBuilder s = m.subsystem("s");
+    const End u = s.input("u"), through = s.output("through"), y = s.output("y");
+    const End inner = s.add("a", "Gain");
+    s.connect(u, {inner, through});
+    s.connect(inner, y);
+    m.connect(a, s["u"]);
+    m.connect(s["through"], b);
+    m.connect(s["y"], m.add("c", "Gain"));
+    m.record({"s.y", "s.a", "s.through"});
+    const Model model = after(m.build(), Dissolve{"s"});
+    EXPECT_EQ(wires(model), (Texts{"a -> s_a b", "s_a -> c"}));
+    EXPECT_EQ(paths(model.record), (Texts{"s_a", "s_a", "a"}));
+    EXPECT_EQ(
+        refusal(Dissolve{"controller"}),
+        "controller: the subsystem decides when its blocks run, which would be lost; make it virtual first: "
+        "set `execution`, `period`, `offset`, `reset`");
+}
+
+TEST(Reference, IsExtractedAndInlinedAgain) {
+    const Model extracted = after(drawn_loop(), Extract{"controller", "parts/controller.yaml"});
+    const Block& block = *find(extracted, "controller");
+    ASSERT_TRUE(block.reference && block.reference->model);
+    EXPECT_EQ(block.reference->file, "parts/controller.yaml");
+    const Model& part = *block.reference->model;
+    EXPECT_TRUE(check(part).empty());
+    EXPECT_EQ(part.root.execution, Execution::enabled);
+    EXPECT_EQ(paths(part.layout.blocks), (Texts{"pd"}));
+    EXPECT_EQ(paths(part.layout.wires), (Texts{"pd.q"}));
+    EXPECT_EQ(part.layout.notes[0].system, "");
+    EXPECT_EQ(paths(extracted.layout.wires), (Texts{"plant.u"}));
+    const ReadReference read = [&](const std::string&) { return block.reference->model; };
+    EXPECT_TRUE(*after(extracted, Inline{"controller"}, read).root.blocks[1].system ==
+                *drawn_loop().root.blocks[1].system);
+    EXPECT_EQ(
+        refusal(Set{"controller.pd", "Kp", "1"}, extracted),
+        "controller: the block stands in the file 'parts/controller.yaml'; edit that file, or inline it");
+}
+
+TEST(Inline, PutsOverridesInPlaceAndRefusesHiddenNames) {
+    auto part = std::make_shared<Model>(Model{.name = "part"});
+    part->root.variables = {{.name = "n", .value = {.text = "1"}},
+                            {.name = "g", .value = {.text = "2"}, .minimum = Expression{.text = "0"}}};
+    Model model{.name = "m"};
+    model.root.blocks.push_back({.name = "b"});
+    auto& reference = model.root.blocks[0].reference.emplace(Reference{.file = "part.yaml", .model = part});
+    reference.with = {{.name = "g", .value = {.text = "3*x"}}};
+    const ReadReference read = [&](const std::string&) { return part; };
+    const Model inlined = after(model, Inline{"b"}, read);
+    EXPECT_EQ(find(inlined, "b")->system->variables[1].value.text, "3*x");
+    EXPECT_EQ(find(inlined, "b")->system->variables[1].minimum->text, "0");
+    reference.with[0].value.text = "3*n";
+    EXPECT_EQ(
+        refusal(Inline{"b"}, model),
+        "b: 'g' is overridden with '3*n', and 'n' means something else in 'part.yaml'; rename one of the two "
+        "variables");
+}
+
+TEST(Batch, IsAllOrNothing) {
+    const Operation both = Batch{{Rename{"plant", "robot"}, Move{"robot", {1, 1}}}};
+    EXPECT_EQ(find(after(drawn_loop(), both), "robot")->type, "StateSpace");
+    EXPECT_EQ(refusal(Batch{{Rename{"plant", "robot"}, Rename{"plant", "other"}}}),
+              "there is no block or port 'plant'; known are 'robot', 'controller', 'on', 'scope'");
+}
+
+TEST(OperationText, IsRefusedWhereItIsNone) {
+    const auto wrong = [](const std::string& text) -> std::string {
+        try {
+            return to_json(operation_from_json(text));
+        } catch (const Errors& errors) {
+            return errors.what();
+        }
+    };
+    EXPECT_EQ(wrong("{"), R"(the operation is no JSON; write {"do": "rename", "path": ..., ...})");
+    EXPECT_EQ(wrong(R"({"do": "renam"})"), "there is no operation 'renam'; did you mean 'rename'?");
+    EXPECT_EQ(wrong(R"({"do": "rename", "path": 3})"),
+              "the operation's 'path' is not as it must be; it is a text");
+    EXPECT_EQ(wrong(R"({"do": "rename", "to": "x"})"),
+              "the operation's 'to' is not as it must be; it is not known: remove it");
+    EXPECT_EQ(wrong(R"({"do": "add", "block": {"settings": [{"nam": ""}]}})"),
+              "the operation's 'block.settings.nam' is not as it must be; it is not known: remove it");
+    EXPECT_EQ(wrong(R"({"do": "reorder", "index": -1})"),
+              "the operation's 'index' is not as it must be; it is a whole number, not negative");
+    std::string deep;
+    for (int i = 0; i < 100000; ++i) deep += R"({"do":"batch","operations":[)";
+    EXPECT_NE(wrong(deep), "");
+    for (int i = 0; i < 100000; ++i) deep += "]}";
+    EXPECT_NE(wrong(deep).find("nested"), std::string::npos);
+}
+
+TEST(Patch, IsRefusedWhereItDoesNotFit) {
+    EXPECT_EQ(
+        refusal(Patch{{{.at = "root/blocks/9/name", .value = "\"x\""}}}),
+        "the patch does not fit the model at 'root/blocks/9/name'; apply it to the model that the operation "
+        "left behind");
+    for (const Change& change :
+         {Change{"root/blocks/1", 9, "[]"}, Change{"root/none", {}, "1"}, Change{"", 1, "{}"},
+          Change{"root/blocks/x", 0, "[]"}, Change{"name", {}, "{"}})
+        EXPECT_NE(refusal(Patch{{change}}), "accepted") << change.at;
+}
+
+TEST(History, UndoesAndRepeats) {
+    Model model = drawn_loop();
+    History history;
+    EXPECT_FALSE(history.undo(model));
+    history.edit(model, Rename{"plant", "robot"});
+    history.edit(model, Remove{"robot"});
+    EXPECT_TRUE(history.undo(model) && history.undo(model));
+    EXPECT_TRUE(model == drawn_loop());
+    EXPECT_TRUE(history.redo(model));
+    EXPECT_NE(find(model, "robot"), nullptr);
+    history.edit(model, Rename{"robot", "other"});
+    EXPECT_FALSE(history.redo(model));
+}
+
+} // namespace
+} // namespace bf::model

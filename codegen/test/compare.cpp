@@ -61,7 +61,12 @@ Recording simulate(const Diagram& diagram, const std::vector<std::vector<double>
     observer.to = &recording;
     Simulation simulation(diagram);
     simulation.add_observer(observer);
-    simulation.start();
+    try {
+        simulation.start();
+    } catch (const RunError& error) {
+        recording.failure = error.what();
+        return recording;
+    }
     for (const auto& values : inputs) {
         std::size_t at = 0;
         for (const auto& input : diagram.inputs) {

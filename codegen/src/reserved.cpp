@@ -46,7 +46,8 @@ constexpr std::string_view macros =
     "s6_addr16 s6_addr32 sa_handler sa_sigaction sched_priority si_addr si_addr_lsb si_arch si_band "
     "si_call_addr si_fd si_int si_lower si_overrun si_pid si_pkey si_ptr si_status si_stime si_syscall "
     "si_timerid si_uid si_upper si_utime si_value sigcontext_struct sigev_notify_attributes "
-    "sigev_notify_function signgam stderr stdin stdout strtodf tzname unix ";
+    "sigev_notify_function signgam stderr stdin stdout strtodf tzname unix ACCESSPERMS ALLPERMS DEFFILEMODE "
+    "FAPPEND FASYNC FFSYNC FNDELAY FNONBLOCK st_atime st_ctime st_mtime ";
 
 /// What comes before the first '_' in macros of many words: SEEK_SET, INT8_MAX.
 constexpr std::string_view families =
@@ -57,7 +58,8 @@ constexpr std::string_view families =
     "NAME NGROUPS NL PATH PDP PF PIPE PKEY POLL POSIX PRIO PROT PTHREAD PTRDIFF RAND RE REG RENAME RLIM "
     "RLIM64 RLIMIT RTSIG RUSAGE SA SCHAR SCHED SCM SEEK SEGV SEM SHRT SHUT SI SIG SIGEV SIOCGSTAMP "
     "SIOCGSTAMPNS SIZE SO SOCK SOL SS SSIZE STA STDERR STDIN STDOUT SVE TIME TIMER TMP TRAP TTY UCHAR "
-    "UINT UINT16 UINT32 UINT64 UINT8 UINTMAX UINTPTR ULLONG ULONG USHRT WCHAR WINT WORD XATTR ZA ";
+    "UINT UINT16 UINT32 UINT64 UINT8 UINTMAX UINTPTR ULLONG ULONG USHRT WCHAR WINT WORD XATTR ZA AT "
+    "DN F FALLOC GRND LOCK O RWF RWH S SPLICE STATX SYNC UTIME ";
 
 /// Keywords of Python, and modules of its library, which one of a model's name would hide.
 constexpr std::string_view python =

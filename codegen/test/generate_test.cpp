@@ -426,15 +426,15 @@ with Commanded("./program") as program:
     assert program.ask("{a: 4, c0.value: 7}") == "ok"
     assert program.values(*names) == ("4", "7", "[1, -2, 3]"), program.values(*names)
     other = program.connect().makefile("rw")
-    program.lines.write("c0.value: 8\\n" * 3000)  # one line of each in turn
+    program.lines.write("c0.value: 8\n" * 3000)  # one line of each in turn
     program.lines.flush()
-    other.write("a: 5\\n")
+    other.write("a: 5\n")
     other.flush()
-    assert other.readline() == "ok\\n"
+    assert other.readline() == "ok\n"
     answers = 0
     program.program.poll()
     while answers < 3000:
-        assert program.lines.readline() == "ok\\n"
+        assert program.lines.readline() == "ok\n"
         answers += 1
     idle = [program.connect() for _ in range(14)]
     full = program.connect()

@@ -19,7 +19,7 @@ test: build
 # The whole tree and its tests once more, with Debian's clang.
 check-all: deps
 	scripts/deps test
-	@test -f $(BUILD)/clang/build.ninja || CC=clang-14 CXX=clang++-14 cmake -S . -B $(BUILD)/clang -G Ninja $(CMAKE_FLAGS)
+	@test -f $(BUILD)/clang/build.ninja || CC=clang-14 CXX=clang++-14 cmake -S . -B $(BUILD)/clang -G Ninja -DBF_EVERY_COMPILER=ON $(CMAKE_FLAGS)
 	ninja -C $(BUILD)/clang
 	ctest --test-dir $(BUILD)/clang --output-on-failure -j2
 

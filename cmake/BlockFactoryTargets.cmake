@@ -3,6 +3,7 @@ include(bf_plugin)
 # bf_group(target...): sources are compiled in groups, as one, since what their headers instantiate takes longer to
 # compile than what they say themselves. Groups are small, so that an edit compiles in seconds.
 option(BF_GROUP "compile sources in groups" ON)
+option(BF_EVERY_COMPILER "compare generated code and kernels with those of g++, too, when another compiler builds" OFF)
 function(bf_group)
     set_target_properties(${ARGN} PROPERTIES UNITY_BUILD ${BF_GROUP} UNITY_BUILD_BATCH_SIZE 4)
     foreach(target ${ARGN})

@@ -1,5 +1,8 @@
 #include "bf/base/files.hpp"
 
+#include <filesystem>
+#include <fstream>
+#include <functional>
 #include <gtest/gtest.h>
 
 #include <unistd.h>

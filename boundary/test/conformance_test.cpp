@@ -6,6 +6,8 @@
 #include "bf/boundary/hosted_block.hpp"
 #include "legacy_class.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <gtest/gtest.h>
 #include <random>

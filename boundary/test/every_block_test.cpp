@@ -6,8 +6,10 @@
 #include "data_type.hpp"
 #include "legacy_class.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <random>
 #include <unistd.h>
 
 namespace bf::boundary {

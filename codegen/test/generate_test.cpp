@@ -414,6 +414,7 @@ TEST(GeneratedProgram, TakesCommandsWhileItRuns) {
     const Program& program = expressions_program();
     ASSERT_EQ(program.compiled, 0);
     expect_commands(program, R"py(
+import socket
 names = "a", "c0.value", "v"
 with Commanded("./program") as program:
     assert program.values(*names) == ("2", "2", "[1, -2, 3]"), program.values(*names)
@@ -426,16 +427,14 @@ with Commanded("./program") as program:
     assert program.ask("{a: 4, c0.value: 7}") == "ok"
     assert program.values(*names) == ("4", "7", "[1, -2, 3]"), program.values(*names)
     other = program.connect().makefile("rw")
-    program.lines.write("c0.value: 8\n" * 3000)  # one line of each in turn
+    program.lines.write("c0.value: 8\n" * 200)  # one line of each in turn
     program.lines.flush()
     other.write("a: 5\n")
     other.flush()
     assert other.readline() == "ok\n"
-    answers = 0
-    program.program.poll()
-    while answers < 3000:
+    assert len(program.connection.recv(1000, socket.MSG_PEEK)) < 100 * len("ok\n")
+    for _ in range(200):
         assert program.lines.readline() == "ok\n"
-        answers += 1
     idle = [program.connect() for _ in range(14)]
     full = program.connect()
     assert full.recv(1) == b""  # sent away: all places are taken by those who may be here

@@ -7,8 +7,10 @@
 #include <iDynTree/KinDynComputations.h>
 #include <iDynTree/ModelLoader.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <unistd.h>
 
 namespace bf::dynamics::test {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <random>
 #include <thread>
 
 #ifndef __SANITIZE_ADDRESS__ // which has an allocator of its own

@@ -161,8 +161,9 @@ TEST_F(Files, MimickingJointsFollowUnlessTheyAreListed) {
         "</robot>";
     const fs::path path = write("robot.urdf", text);
     const auto followers = [&](const std::vector<std::string>& listed) {
+        const Model model = Model::load(path, listed);
         std::string found;
-        for (const Follower& f : Model::load(path, listed).followers())
+        for (const Follower& f : model.followers())
             found += f.joint + "=" + std::to_string(f.multiplier) + "*" + f.leader + "+" +
                      std::to_string(f.offset) + " ";
         return found;

@@ -2,6 +2,7 @@
 #include "support.hpp"
 
 #include <cmath>
+#include <functional>
 #include <gtest/gtest.h>
 #include <map>
 

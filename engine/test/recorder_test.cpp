@@ -4,9 +4,12 @@
 #include "bf/recording/reader.hpp"
 #include "support.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
+#include <functional>
 #include <gtest/gtest.h>
 #include <random>
 #include <sys/resource.h>

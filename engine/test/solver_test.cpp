@@ -1,6 +1,7 @@
 #include "bf/engine/solver.hpp"
 
 #include <cmath>
+#include <functional>
 #include <gtest/gtest.h>
 
 using namespace bf;

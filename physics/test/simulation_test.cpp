@@ -1,6 +1,7 @@
 #include "bf/physics/world.hpp"
 #include "robots.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <gtest/gtest.h>

@@ -20,7 +20,8 @@ class Commanded:
             while self.path not in self.program.stderr.readline():
                 assert self.program.poll() is None
             assert os.stat(self.path).st_mode & 0o777 == 0o600
-            self.lines = self.connect().makefile("rw")
+            self.connection = self.connect()
+            self.lines = self.connection.makefile("rw")
         except BaseException:
             self.program.kill()
             raise

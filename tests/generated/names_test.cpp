@@ -5,7 +5,10 @@
 #include "bf/elaborate/elaborate.hpp"
 #include "bf/formats/yaml.hpp"
 
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <sstream>
 #include <unistd.h>
 
 namespace bf::codegen {

@@ -6,6 +6,7 @@
 #include "bf/model/operation.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <random>

@@ -4,6 +4,7 @@
 #include "bf/model/edit.hpp"
 #include "bf/model/operation.hpp"
 
+#include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <sstream>

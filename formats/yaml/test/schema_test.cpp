@@ -2,6 +2,7 @@
 #include "bf/formats/yaml.hpp"
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

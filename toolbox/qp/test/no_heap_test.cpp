@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <gtest/gtest.h>
+#include <random>
 
 // Counts every allocation of the program, C's included; the sanitizers bring an allocator of their own.
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)

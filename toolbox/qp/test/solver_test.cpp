@@ -1,9 +1,11 @@
 #include "random_problem.hpp"
 #include "two_feet.hpp"
 
+#include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
 #include <malloc.h>
+#include <random>
 
 namespace {
 

@@ -4,9 +4,11 @@
 #include "bf/boundary/positional.hpp"
 #include "simstruct/model.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <map>
+#include <random>
 #include <unistd.h>
 
 extern "C" const SimStructMethods simstruct_methods;

@@ -172,21 +172,21 @@ TEST(GeneratedCode, PrintedForABlockThatFailsSaysWhichAndWhy) {
     };
     const std::string block = "plugin 'LegacyPlugin', block 'm/bad', ";
     EXPECT_EQ(failing("initialize returns false"),
-              "block m/bad\n[Initialize]" + block + "initialize: refused on purpose\nfailed\n");
+              "block m/bad\n[Initialize]" + block + "initialize: refused on purpose\n\nfailed\n");
     EXPECT_EQ(failing("initialize throws"),
               "block m/bad\n[Initialize]" + block +
-                  "initialize: threw an exception: thrown on purpose {0}\nfailed\n");
+                  "initialize: threw an exception: thrown on purpose {0}\n\nfailed\n");
     EXPECT_EQ(failing("initializeInitialConditions throws 7"),
               "block m/bad\n[InitializeInitialConditions]" + block +
-                  "initializeInitialConditions: threw an exception of unknown type\nfailed\n");
+                  "initializeInitialConditions: threw an exception of unknown type\n\nfailed\n");
     const auto ends = [](const std::string& text, const std::string& end) { return text.ends_with(end); };
     EXPECT_TRUE(
-        ends(failing("output returns false"), "[Output]" + block + "output: refused on purpose\nfailed\n"));
+        ends(failing("output returns false"), "[Output]" + block + "output: refused on purpose\n\nfailed\n"));
     EXPECT_TRUE(ends(failing("updateDiscreteState throws"),
                      "[Update]" + block +
-                         "updateDiscreteState: threw an exception: thrown on purpose {0}\nfailed\n"));
+                         "updateDiscreteState: threw an exception: thrown on purpose {0}\n\nfailed\n"));
     EXPECT_TRUE(ends(failing("terminate returns false"),
-                     "[Terminate]" + block + "terminate: refused on purpose\nfailed\n"));
+                     "[Terminate]" + block + "terminate: refused on purpose\n\nfailed\n"));
 }
 
 } // namespace

@@ -87,7 +87,6 @@ class Names : public testing::Test {
     bool succeeds(const std::string& command) const {
         return std::system(("cd '" + at.string() + "' && { " + command + "; } >log 2>&1").c_str()) == 0;
     }
-    /// Generates a project of its own for each model; one that uses the same names as another comes once.
     /// Source that includes all files of a kind.
     std::string include_all(const std::string& ending) const {
         std::string text;
@@ -115,6 +114,7 @@ class Names : public testing::Test {
             }
     }
 
+    Registry registry;
     fs::path at;
     std::vector<std::string> names, modules;
     std::vector<std::pair<std::string, Files>> projects;
@@ -171,17 +171,23 @@ TEST_F(Names, OfModelsConfigureInCMake) {
     EXPECT_EQ(log().find("injected"), std::string::npos) << log();
 }
 
+/// What a block's name may be made of.
+std::string block_name(const std::string& text) {
+    std::string name;
+    for (const char c : text.substr(0, 190))
+        if (static_cast<unsigned char>(c) >= 32 && c != '.' && c != '*') name += c;
+    while (name.ends_with(' ')) name.pop_back();
+    while (name.starts_with(' ')) name.erase(0, 1);
+    return name;
+}
+
 TEST_F(Names, OfPartsCompile) {
     // Blocks, ports and variables; titles, docs and units.
     std::string inputs, outputs, blocks, connections, variables;
     int count = 0;
     auto parts = taken;
     for (const auto& text : hostile) {
-        std::string name; // what a name may be made of
-        for (const char c : text.substr(0, 190))
-            if (static_cast<unsigned char>(c) >= 32 && c != '.' && c != '*') name += c;
-        while (name.ends_with(' ')) name.pop_back();
-        while (name.starts_with(' ')) name.erase(0, 1);
+        const std::string name = block_name(text);
         if (!name.empty()) parts.push_back(name);
         inputs += "  " + in_quotes("doc " + std::to_string(count++)) + ": {doc: " + in_quotes(text) + "}\n";
     }
@@ -233,6 +239,50 @@ TEST_F(Names, OfPartsCompile) {
         << log();
     EXPECT_TRUE(succeeds(BF_CC " -std=gnu17 -fsyntax-only" + warnings + "parts.c")) << log();
     EXPECT_TRUE(succeeds(BF_PYTHON " -m py_compile p/parts.py")) << log();
+}
+
+const std::string with_factory = std::string(BF_CXX) + " -std=c++20 -fsyntax-only -I" BF_EIGEN + [] {
+    std::string folders;
+    for (const char* room :
+         {"base", "kernels", "core", "blocks", "model", "elaborate", "program", "formats/yaml"})
+        folders += std::string(" -I" BF_SOURCE_DIRECTORY "/") + room + "/include";
+    return folders;
+}() + warnings;
+
+TEST_F(Names, OfBlocksOfTheFactoryAndTheirFilesCompile) {
+    std::string blocks;
+    std::set<std::string> known;
+    for (const auto* list : {&hostile, &taken})
+        for (const auto& text : *list) {
+            const std::string name = block_name(text);
+            if (name.empty() || !known.insert(name).second) continue;
+            std::string file = text.substr(0, 200);
+            std::erase(file, '/');
+            put(file, "0,0\n1,3\n");
+            blocks += "  " + in_quotes(name) + ": {block: SignalFromFile, file: " + in_quotes(file) + "}\n";
+        }
+    registry.add(standard_library());
+    const Diagram diagram = elaborate(
+        formats::read_yaml_text("model: hosted\nstep: 0.1\nblocks:\n" + blocks, at / "model.yaml"), registry);
+    for (const auto& [file, text] : generate(diagram, {.folder = at})) put("h/" + file, text);
+    EXPECT_TRUE(succeeds(with_factory + " -Ih/include h/hosted_hosted.cpp")) << log();
+}
+
+TEST_F(Names, OfFilesAndChangesAreTextInProgramsOfAnySize) {
+    std::string text = small_model("any");
+    Options options{.has_runtime_sizes = true, .model_file = "model.yaml"};
+    for (const auto* list : {&hostile, &taken})
+        for (const auto& name : *list) {
+            text += "# " + escape::comment(name) + "\n";
+            options.texts["files/" + name] = name;
+            options.overrides.emplace_back(name, name);
+        }
+    options.texts["model.yaml"] = text;
+    const Elaborated model(text);
+    for (const auto& [file, content] : generate(model.diagram, options)) put("any/" + file, content);
+    EXPECT_TRUE(
+        succeeds(with_factory + " -Iany/include any/any.cpp any/any_hosted.cpp any/any_c.cpp any/main.cpp"))
+        << log();
 }
 
 } // namespace

@@ -1,5 +1,7 @@
 #include "standard_block.hpp"
 
+#include <random>
+
 namespace bf::test {
 namespace {
 

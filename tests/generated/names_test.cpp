@@ -244,7 +244,7 @@ TEST_F(Names, OfPartsCompile) {
 const std::string with_factory = std::string(BF_CXX) + " -std=c++20 -fsyntax-only -I" BF_EIGEN + [] {
     std::string folders;
     for (const char* room :
-         {"base", "kernels", "core", "blocks", "model", "elaborate", "program", "formats/yaml"})
+         {"base", "kernels", "core", "blocks", "model", "elaborate", "matlab", "program", "formats/yaml"})
         folders += std::string(" -I" BF_SOURCE_DIRECTORY "/") + room + "/include";
     return folders;
 }() + warnings;
@@ -258,6 +258,8 @@ TEST_F(Names, OfBlocksOfTheFactoryAndTheirFilesCompile) {
             if (name.empty() || !known.insert(name).second) continue;
             std::string file = text.substr(0, 200);
             std::erase(file, '/');
+            while (file.starts_with(' ')) file.erase(0, 1); // of a setting's text this is no part
+            if (file.empty()) continue;
             put(file, "0,0\n1,3\n");
             blocks += "  " + in_quotes(name) + ": {block: SignalFromFile, file: " + in_quotes(file) + "}\n";
         }
@@ -280,9 +282,7 @@ TEST_F(Names, OfFilesAndChangesAreTextInProgramsOfAnySize) {
     options.texts["model.yaml"] = text;
     const Elaborated model(text);
     for (const auto& [file, content] : generate(model.diagram, options)) put("any/" + file, content);
-    EXPECT_TRUE(
-        succeeds(with_factory + " -Iany/include any/any.cpp any/any_hosted.cpp any/any_c.cpp any/main.cpp"))
-        << log();
+    EXPECT_TRUE(succeeds(with_factory + " -Iany/include any/any_hosted.cpp")) << log();
 }
 
 } // namespace

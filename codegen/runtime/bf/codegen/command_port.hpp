@@ -118,7 +118,7 @@ class CommandPort {
         address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         socklen_t size = sizeof address;
         auto* const generic = reinterpret_cast<sockaddr*>(&address);
-        if (listener_ < 0 || ::bind(listener_, generic, size) != 0 || ::listen(listener_, 8) != 0 ||
+        if (listener_ < 0 || ::bind(listener_, generic, size) != 0 || ::listen(listener_, SOMAXCONN) != 0 ||
             ::getsockname(listener_, generic, &size) != 0)
             return cannot("port " + where, std::strerror(errno), "give another port, or 0 for any free one");
         place_ = "127.0.0.1:" + std::to_string(ntohs(address.sin_port)) + " after the line: token " +
@@ -161,7 +161,7 @@ class CommandPort {
             errno = EADDRINUSE;
             good = is_dead && ::unlink(path.c_str()) == 0 && bind();
         }
-        if (!good || ::listen(listener_, 8) != 0)
+        if (!good || ::listen(listener_, SOMAXCONN) != 0)
             return cannot(path, std::strerror(errno), "give the path of another socket");
         place_ = path_ = path;
         return "";

@@ -211,6 +211,7 @@ template <class Model> int run(int argc, char** argv) {
                  "; give a file in a folder that may be written");
         return 1;
     }
+    const realtime::InterruptGuard guard; // whoever reads the line below may end the program at once
     std::optional<CommandPort> commands;
     if (options.commands) {
         commands.emplace(*model);
@@ -221,7 +222,6 @@ template <class Model> int run(int argc, char** argv) {
         }
         std::fprintf(stderr, "takes commands at %s\n", commands->place().c_str());
     }
-    const realtime::InterruptGuard guard;
     const std::int64_t steps = kernels::steps_before(stop, Model::period);
     bool good = model->initialize();
     std::optional<realtime::Pacer> pacer;

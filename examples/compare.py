@@ -5,7 +5,6 @@ empty cell is not compared. The tolerance is absolute, or relative for values ab
 """
 import csv
 import json
-import re
 import subprocess
 import sys
 import tempfile
@@ -16,14 +15,6 @@ def read(file):
     with open(file) as text:
         rows = list(csv.reader(text))
     return {name: [float(row[i]) if row[i] else None for row in rows[1:]] for i, name in enumerate(rows[0])}
-
-
-def short(name, names):
-    """A column is named like a vector, and one of a single element like a scalar."""
-    column = re.fullmatch(r"(.+)(\[\d+\])\[0\]", name)
-    if not column or f"{column[1]}[0][1]" in names:
-        return name
-    return column[1] + column[2] if f"{column[1]}[1][0]" in names else column[1]
 
 
 def recorded(bf, model, folder):
@@ -40,7 +31,7 @@ def recorded(bf, model, folder):
         data = read(file)
         times = [round(t, 9) for t in data.pop("time (s)")]
         for name, values in data.items():
-            columns[short(name, data)] = dict(zip(reversed(times), reversed(values)))
+            columns[name] = dict(zip(reversed(times), reversed(values)))
     return columns
 
 

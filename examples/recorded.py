@@ -21,13 +21,26 @@ def read_csv(file):
         names, *rows = csv.reader(stream)
     signals = {}
     for i, name in enumerate(names[1:], 1):
-        signals.setdefault(re.sub(r"((\[\d+\])+)?( \(.*\))?$", "", name), []).append(i)
+        signals.setdefault(re.sub(r"((\[[^]]*\])+)?( \(.*\))?$", "", name), []).append(i)
     samples = {signal: {} for signal in signals}
     for row in rows:
         time = round(float(row[0]) * 1e9)
         for signal, columns in signals.items():
             samples[signal].setdefault(time, []).append([float(row[i]) for i in columns])
     return samples
+
+
+def columns(file):
+    """What the columns of a table are called, without units."""
+    with open(file, newline="") as stream:
+        return {re.sub(r" \(.*\)$", "", name) for name in next(csv.reader(stream))}
+
+
+def columns_of_recording(bf, file):
+    """The same of what a recording is exported to."""
+    with tempfile.TemporaryDirectory() as folder:
+        run(bf, "export", file, "-o", pathlib.Path(folder) / "run.csv")
+        return set().union(*map(columns, pathlib.Path(folder).glob("*.csv")))
 
 
 def read_recording(bf, file):

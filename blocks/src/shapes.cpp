@@ -31,7 +31,11 @@ void broadcast(const Block& block, Inference& inference, const std::vector<int>&
                              " cannot be combined element by element; sizes must be equal or scalar");
         }
     }
-    if (all_known || from >= 0) inference.set(result, size);
+    if (!all_known && from < 0) return;
+    inference.set(result, size);
+    for (const int operand : operands)
+        if (const Size* s = inference.size(operand); s && s->count() == size.count())
+            inference.same_elements({result, operand});
 }
 
 void multiply(const Block& block, Inference& inference, int a, int b, int result) {

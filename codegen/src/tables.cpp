@@ -15,14 +15,16 @@ std::string about(const std::string& what, const std::string& unit, const std::s
     return comment(what + (unit.empty() ? "" : " [" + unit + "]") + (doc.empty() ? "" : ": " + doc));
 }
 
-/// The last member of a row; its default allows everything.
-static std::string limits_text(const Limits& limits) {
-    if (!limits.are_given()) return "";
+/// The last members of a row; by default everything is allowed, and no element has a name.
+static std::string last_members(const Limits& limits, const std::string& elements = {}) {
+    const std::string names = elements.empty() ? "" : ", " + literal(elements);
+    if (!limits.are_given()) return names.empty() ? "" : ", {}" + names;
     const auto bound = [](double x) {
         if (std::isinf(x)) return std::string(x < 0 ? "-" : "") + "bf::kernels::Limits::infinity";
         return literal(x, Type::float64);
     };
-    return ", {" + bound(limits.minimum) + ", " + bound(limits.above) + ", " + bound(limits.maximum) + "}";
+    return ", {" + bound(limits.minimum) + ", " + bound(limits.above) + ", " + bound(limits.maximum) + "}" +
+           names;
 }
 
 std::string Generator::table_row(const std::string& name, const Node::End& end) const {
@@ -34,7 +36,7 @@ std::string Generator::table_row(const std::string& name, const Node::End& end) 
            ", Type::" + enumerator(type_of(slot)) + ", Where::" + place.structure + ", " +
            number(slot.size.rows) + ", " + number(slot.size.cols) + ", offsetof(" + class_ +
            "::" + structure + ", " + place.member + "), " + number(formula_of(name)) +
-           limits_text(slot.limits) + "},\n";
+           last_members(slot.limits, diagram_.element_lines(end)) + "},\n";
 }
 
 int Generator::formula_of(const std::string& name) const {
@@ -102,7 +104,7 @@ std::string Generator::tables() const {
         variables += "    {" + literal(v.path) + ", " + literal(v.unit) + ", " + literal(v.about()) +
                      ", Type::float64, Where::variables, " + std::to_string(v.value.rows()) + ", " +
                      std::to_string(v.value.cols()) + ", offsetof(" + class_ + "::Variables, " +
-                     field.member + "), " + number(formula_of(v.path)) + limits_text(v.limits) + "},\n";
+                     field.member + "), " + number(formula_of(v.path)) + last_members(v.limits) + "},\n";
     }
     for (const auto& field : parameters_) parameters += table_row(field.path, field.end);
     for (const auto& input : d.inputs)

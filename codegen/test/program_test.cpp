@@ -38,8 +38,8 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
         write_text(program.folder.path / "p.yaml", parameters);
         return program.text(program("--params p.yaml --csv out.csv") == 0 ? "out.csv" : "errors.txt");
     };
-    EXPECT_EQ(run(""), "time,\"K.y[0]\",\"K.y[1]\"\n0,3,6\n0.10000000000000001,3,6\n");
-    const std::string changed = "time,\"K.y[0]\",\"K.y[1]\"\n0,-2,-2.5\n0.10000000000000001,-2,-2.5\n";
+    EXPECT_EQ(run(""), "time,\"K.y[1]\",\"K.y[2]\"\n0,3,6\n0.10000000000000001,3,6\n");
+    const std::string changed = "time,\"K.y[1]\",\"K.y[2]\"\n0,-2,-2.5\n0.10000000000000001,-2,-2.5\n";
     EXPECT_EQ(run("# a comment\none.value: [4, 5] # constants follow\nK.K: -0.5\n"), changed);
     EXPECT_EQ(run("---\none:\n  value:\n  - 4\n  - 5\n\nK:\n    # deeper\n    K: -0.5\n"), changed);
     EXPECT_EQ(run("{one: {value: [4,\n   5]}, 'K': {K: -5e-1}}\n"), changed);
@@ -185,7 +185,7 @@ record: [gu.y, gx.y, gM.y, gn.y]
     const Program program(model.diagram, "inputs");
     ASSERT_EQ(program.compiled, 0);
     write_text(program.folder.path / "in.csv",
-               "time,\"u (V)\",x[1],\"M[0][1]\",n\r\n0.1,1,2,3,4\r\n0.30000000000000004,-1.5,0,0,-128\r\n"
+               "time,\"u (V)\",x[2],\"M[1][2]\",n\r\n0.1,1,2,3,4\r\n0.30000000000000004,-1.5,0,0,-128\r\n"
                "0.4,7,7,7,7\r\n0.4,inf,1e-3,+2,0\r\n9,1,1,1,1\r\n");
     ASSERT_EQ(program("--inputs in.csv --csv out.csv"), 0) << program.text("errors.txt");
     const std::string rows = program.text("out.csv");
@@ -199,7 +199,7 @@ record: [gu.y, gx.y, gM.y, gn.y]
     EXPECT_EQ(program.code("--inputs in.csv"), 1);
     EXPECT_EQ(program.text("errors.txt"),
               "program: in.csv:1: the model has no input 'v'; it has u, x, M, n, with "
-              "elements as x[0], M[0][1]\n");
+              "elements as x[1], M[1][2], counted from 1\n");
 }
 
 TEST(GeneratedProgram, ATcpPortAsksForItsToken) {

@@ -1,5 +1,7 @@
 #include "bf/core/block.hpp"
 
+#include "bf/base/elements.hpp"
+
 namespace bf {
 
 const char* name(Role role) {
@@ -42,7 +44,15 @@ std::string outside(Type type, const std::vector<double>& values) {
 Dim::Dim(Block* owner, const char* name, std::function<int()> rule) {
     auto& dims = owner->declaration().dims;
     id_ = static_cast<int>(dims.size());
-    dims.push_back({name, std::move(rule)});
+    dims.push_back({name, std::move(rule), {}});
+}
+
+Dim::Dim(Block* owner, const char* name, std::function<Names()> names)
+    : Dim(owner, name, [names] {
+          const auto known = names();
+          return known ? static_cast<int>(known->size()) : -1;
+      }) {
+    owner->declaration().dims.back().names = std::move(names);
 }
 
 AnyShape::AnyShape(Block* owner) {
@@ -61,6 +71,20 @@ int Declaration::find(std::string_view slot_name, Role role) const {
     for (std::size_t i = 0; i < slots.size(); ++i)
         if (slots[i].role == role && slots[i].name == slot_name) return static_cast<int>(i);
     return -1;
+}
+
+std::vector<std::string> Declaration::element_names(int slot) const {
+    const Shape& shape = slots[static_cast<std::size_t>(slot)].shape;
+    if (shape.symbol >= 0 || shape.is_matrix || shape.rows.dim < 0 || shape.rows.plus != 0) return {};
+    const auto& names = dims[static_cast<std::size_t>(shape.rows.dim)].names;
+    return names ? names().value_or(std::vector<std::string>()) : std::vector<std::string>();
+}
+
+std::string Declaration::element_name(int slot, int element) const {
+    const Slot& of = slots[static_cast<std::size_t>(slot)];
+    const auto names = element_names(slot);
+    const auto i = static_cast<std::size_t>(element);
+    return of.name + element_text(of.size.rows, of.size.cols, element, i < names.size() ? names[i] : "");
 }
 
 namespace {

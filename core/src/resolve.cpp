@@ -186,6 +186,7 @@ bool propagate(Block& block) {
         };
         const std::size_t before = count();
         Inference inference(d);
+        d.same_elements.clear();
         block.infer(inference);
         again = again || count() != before;
         learned = learned || again;
@@ -216,6 +217,9 @@ void Inference::set(int slot, Size size) {
 }
 void Inference::set(int slot, Type type) {
     if (slot >= 0) offer(*declaration_, slot, type);
+}
+void Inference::same_elements(SameElements elements) {
+    declaration_->same_elements.push_back(std::move(elements));
 }
 void Inference::refuse(const std::string& message) const { throw ResolutionError(message); }
 

@@ -1,10 +1,17 @@
 #include "bf/core/status.hpp"
 
+#include "bf/base/elements.hpp"
+#include "bf/core/declaration.hpp"
+
 namespace bf {
 
-std::string Status::text() const {
+std::string Status::text(const Declaration* block) const {
     if (!message_) return "ok";
     std::string text = message_;
+    constexpr std::string_view element = "{element}";
+    if (const auto hole = text.find(element); hole != std::string::npos)
+        text.replace(hole, element.size(),
+                     block ? block->element_name(first_, second_) : "element " + std::to_string(second_ + 1));
     for (const std::int32_t value : {first_, second_})
         if (const auto hole = text.find("{}"); hole != std::string::npos)
             text.replace(hole, 2, std::to_string(value));

@@ -245,6 +245,41 @@ TEST(Status, FillsIntegersIntoItsText) {
     EXPECT_TRUE(ok);
 }
 
+struct Named : Block {
+    using Block::Block;
+    Dim n{this, "n", []() -> Dim::Names { return std::vector<std::string>{"hip", "knee"}; }};
+    Dim m{this, "m"};
+    Input<Vector> u{this, "u", {.shape = {n}}};
+    Input<Vector> v{this, "v", {.shape = {m}}};
+    Input<Vector> longer{this, "longer", {.shape = {n + 6}}};
+    Input<Matrix> M{this, "M", {.shape = {n, m}}};
+};
+
+TEST(Dim, HasAsManyElementsAsNames) {
+    Named block;
+    offer(block.declaration(), block.v.index(), Size{3, 1, false});
+    propagate(block);
+    const auto& d = block.declaration();
+    EXPECT_EQ(d.slots[0].size.text(), "[2]");
+    EXPECT_EQ(d.element_names(block.u.index()), (std::vector<std::string>{"hip", "knee"}));
+    EXPECT_TRUE(d.element_names(block.v.index()).empty());
+    EXPECT_TRUE(d.element_names(block.longer.index()).empty());
+    EXPECT_TRUE(d.element_names(block.M.index()).empty());
+}
+
+TEST(Status, NamesTheElementThatItIsAbout) {
+    Named block;
+    offer(block.declaration(), block.v.index(), Size{3, 1, false});
+    propagate(block);
+    const auto text = [&](const auto& quantity, int element) {
+        return Status::failure("{element} is not finite", quantity, element).text(&block.declaration());
+    };
+    EXPECT_EQ(text(block.u, 1), "u[knee] is not finite");
+    EXPECT_EQ(text(block.v, 2), "v[3] is not finite");
+    EXPECT_EQ(text(block.M, 5), "M[2][3] is not finite");
+    EXPECT_EQ(Status::failure("{element} is not finite", block.v, 2).text(), "element 3 is not finite");
+}
+
 TEST(Types, KeepTheirNames) {
     for (int i = 0; i < type_count; ++i)
         EXPECT_EQ(type_from_name(name(static_cast<Type>(i))), static_cast<Type>(i));

@@ -1,5 +1,7 @@
 #include "bf/elaborate/diagram.hpp"
 
+#include "bf/base/elements.hpp"
+
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -19,6 +21,25 @@ std::vector<Node> Diagram::context_nodes() const {
     for (const auto& node : nodes)
         list.push_back({node.block.get(), node.methods, node.sources, node.providers, node.rate});
     return list;
+}
+
+const std::vector<std::string>& Diagram::element_names(const Node::End& end) const {
+    static const std::vector<std::string> none;
+    const auto& names = nodes[static_cast<std::size_t>(end.node)].element_names;
+    const auto found = names.find(end.slot);
+    return found == names.end() ? none : found->second;
+}
+
+std::string Diagram::element_lines(const Node::End& end) const {
+    std::string lines;
+    for (const auto& name : element_names(end)) lines += name + "\n";
+    return lines;
+}
+
+std::string Diagram::element_text(const Node::End& end, int i) const {
+    const auto& names = element_names(end);
+    const Size& size = slot(end).size;
+    return bf::element_text(size.rows, size.cols, i, names.empty() ? "" : names[static_cast<std::size_t>(i)]);
 }
 
 int Diagram::find_node(const std::string& path) const {

@@ -5,6 +5,8 @@
 #include "bf/kernels/routing.hpp"
 #include "stages.hpp"
 
+#include <numeric>
+
 namespace bf::elaboration {
 
 /// y = u while it runs, held between: an output of a conditional subsystem, or a signal at a slower rate.
@@ -33,6 +35,9 @@ class Part final : public Block {
                        ", which cannot be shared among " + std::to_string(count_) + " iterations");
         const int share = whole / count_;
         now.set(y, size->is_matrix ? Size{size->rows, share, true} : Size{share, 1, false});
+        std::vector<int> picked(static_cast<std::size_t>(share));
+        std::iota(picked.begin(), picked.end(), index_ * share);
+        if (!size->is_matrix) now.same_elements({y.index(), u.index(), 0, std::move(picked)});
     }
     Input<> u{this, "u", {.unit = any_unit}};
     Output<> y{this, "y", {.unit = any_unit}};
@@ -48,9 +53,12 @@ class Join final : public Block {
   public:
     explicit Join(int count) : count_(count) {}
     void infer(Inference& now) const override {
-        if (const Size* size = now.size(u[0]))
-            now.set(y, size->is_matrix ? Size{size->rows, size->cols * u.size(), true}
-                                       : Size{size->rows * u.size(), 1, false});
+        const Size* size = now.size(u[0]);
+        if (!size) return;
+        now.set(y, size->is_matrix ? Size{size->rows, size->cols * u.size(), true}
+                                   : Size{size->rows * u.size(), 1, false});
+        for (int i = 0; i < u.size() && !size->is_matrix; ++i)
+            now.same_elements({y.index(), u[i].index(), i * size->rows});
     }
     AnyShape part{this};
     InputList<> u{this, "u", count_, {.shape = part, .unit = any_unit}};

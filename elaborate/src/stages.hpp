@@ -185,10 +185,11 @@ void report_missing(Elaboration& e, const model::Location& where, const std::str
 /// What a BusAssignment replaces must be there.
 void check_assignments(Elaboration& e, std::size_t hops);
 
-void flatten(Elaboration& e);      ///< scopes, nodes with arguments and parameters
-void wire(Elaboration& e);         ///< sources of inputs, conditions, resources, named signals
-void infer_shapes(Elaboration& e); ///< sizes and types
-void assign_rates(Elaboration& e); ///< sample times
-void sort(Elaboration& e);         ///< the plan
+void flatten(Elaboration& e);       ///< scopes, nodes with arguments and parameters
+void wire(Elaboration& e);          ///< sources of inputs, conditions, resources, named signals
+void infer_shapes(Elaboration& e);  ///< sizes and types
+void name_elements(Elaboration& e); ///< names of the elements of vectors
+void assign_rates(Elaboration& e);  ///< sample times
+void sort(Elaboration& e);          ///< the plan
 
 } // namespace bf::elaboration

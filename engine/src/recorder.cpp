@@ -79,6 +79,7 @@ recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end
     info.period = diagram.period(rate_of(diagram, end));
     for (const auto& named : diagram.enumerated)
         if (named.end.node == end.node && named.end.slot == end.slot) info.names = named.names;
+    info.element_names = diagram.element_names(end);
     info.is_held = !diagram.rates[static_cast<std::size_t>(rate_of(diagram, end))].is_continuous;
     return info;
 }

@@ -121,10 +121,9 @@ void Simulation::stop() noexcept {
 
 std::string Simulation::failure() const {
     if (status_) return {};
-    const std::string path = failed_node_ >= 0
-                                 ? diagram_.nodes[static_cast<std::size_t>(failed_node_)].path + ": "
-                                 : std::string();
-    return path + status_.text();
+    if (failed_node_ < 0) return status_.text();
+    const auto& node = diagram_.nodes[static_cast<std::size_t>(failed_node_)];
+    return node.path + ": " + status_.text(&node.block->declaration());
 }
 
 std::vector<CheckResult> Simulation::checks() const {

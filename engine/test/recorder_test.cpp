@@ -307,12 +307,12 @@ TEST_F(RecorderTest, ReplayNamesTheFirstSignalThatDiffers) {
     };
     const double was = channel("gain.y").value(15, 1);
     change("gain.y", 17, 0, 7);
-    EXPECT_EQ(replay(model_text, recording).substr(0, 23), "at 1.7 s 'gain.y[0]' is");
+    EXPECT_EQ(replay(model_text, recording).substr(0, 23), "at 1.7 s 'gain.y[1]' is");
     change("gain.y", 15, 1, 8);
     EXPECT_EQ(replay(model_text, recording),
-              "at 1.5 s 'gain.y[1]' is " + matlab::number_text(was) + ", in the recording 8");
+              "at 1.5 s 'gain.y[2]' is " + matlab::number_text(was) + ", in the recording 8");
     change("constant.y", 0, 2, -0.0);
-    EXPECT_EQ(replay(model_text, recording), "at 0 s 'constant.y[0][1]' is 2, in the recording -0");
+    EXPECT_EQ(replay(model_text, recording), "at 0 s 'constant.y[1][2]' is 2, in the recording -0");
 }
 
 TEST_F(RecorderTest, ReplayFindsAnotherModelInTheFirstSampleItChanges) {
@@ -321,7 +321,7 @@ TEST_F(RecorderTest, ReplayFindsAnotherModelInTheFirstSampleItChanges) {
     std::string other = model_text;
     other.replace(other.find("K: 2"), 4, "K: 3");
     const auto recording = recording::load(file);
-    EXPECT_EQ(replay(other, recording).substr(0, 21), "at 0 s 'gain.y[0]' is");
+    EXPECT_EQ(replay(other, recording).substr(0, 21), "at 0 s 'gain.y[1]' is");
     other = model_text;
     other.replace(other.find("period: 0.3"), 11, "period: 0.4");
     EXPECT_EQ(replay(other, recording),

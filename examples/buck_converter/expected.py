@@ -13,7 +13,7 @@ A = np.array([
 step = expm(A * T / 25)
 
 x = np.zeros(4)  # with the voltage that the switch applies
-print("time,supply,x[0],x[1],x[2]")
+print("time,supply,x[1],x[2],x[3]")
 for i in range(2500):
     x[3] = Vin if i % 25 < 10 else 0
     if i % 21 == 0:

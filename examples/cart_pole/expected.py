@@ -35,7 +35,7 @@ def force(x):
 
 K = regulator()
 x = np.array([0, np.pi - 0.01, 0, 0])
-print("time,plant.state[0],plant.state[1],plant.state[2],plant.state[3],controller.F")
+print("time,plant.state[1],plant.state[2],plant.state[3],plant.state[4],controller.F")
 for i in range(600):
     F = force(x)
     if i % 10 == 0:

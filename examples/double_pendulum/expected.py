@@ -17,6 +17,6 @@ def slope(_, x):
 times = [round(0.1 * i, 2) for i in range(30)]
 x = solve_ivp(slope, (0, 3), start, "DOP853", times, rtol=1e-13, atol=1e-13).y
 energy = -g * (2 * np.cos(start[0]) + np.cos(start[1]))
-print("time,q[0],q[1],w[0],w[1],energy")
+print("time,q[1],q[2],w[1],w[2],energy")
 for t, row in zip(times, x.T):
     print(t, *row, energy, sep=",")

@@ -20,6 +20,6 @@ for i in range(steps):
     past_y = [y[i - j] if i >= j else [0, 0] for j in (1, 2)]
     y.append([sum(b[j] * past_u[j][n] for j in range(3)) - sum(a[j] * past_y[j][n] for j in range(2)) for n in range(2)])
 
-print("time,measured.y[0],measured.y[1],filter.y[0],filter.y[1]")
+print("time,measured.y[1],measured.y[2],filter.y[1],filter.y[2]")
 for i in range(steps):
     print(i * T, *u[i], *y[i], sep=",")

@@ -64,7 +64,8 @@ class Calibrate final : public Block {
   public:
     using Block::Block;
     Requires<Calibration> calibration{this, "gains and offsets of the channels"};
-    Dim n{this, "n", [this] { return static_cast<int>(calibration->channels.size()); }};
+    // As many as there are channels; recordings and figures call the elements by their names.
+    Dim n{this, "n", [this] { return Dim::Names(calibration->channels); }};
 
     Input<Vector> raw{this, "raw", {.shape = {n}, .doc = "what the sensors count"}};
     Output<Vector> y{this, "y", {.shape = {n}, .unit = any_unit, .doc = "what they measure"}};
@@ -82,7 +83,7 @@ class Channel final : public Block {
     Argument<std::string> name{this, "name", {.doc = "name of the channel in the calibration"}};
     Requires<Calibration> calibration{this};
     // A rule may refuse: the text of its exception becomes a located error of the model.
-    Dim n{this, "n", [this] { return position(), static_cast<int>(calibration->channels.size()); }};
+    Dim n{this, "n", [this] { return position(), Dim::Names(calibration->channels); }};
     Scratch<int> index{this, [this] { return position(); }};
 
     Input<Vector> u{this, "u", {.shape = {n}, .unit = any_unit, .doc = "all channels"}};

@@ -572,6 +572,7 @@ Server::Server(Simulation& simulation, const std::vector<SignalName>& signals, P
     const Diagram& diagram = simulation.diagram();
     std::set<std::string> topics;
     Json channels = Json::array();
+    Json metadata = Json::object(); // of texts
     for (const auto& signal : signals) {
         const auto topic = recording::topic_of(signal.path);
         if (!topics.insert(topic).second) continue;
@@ -582,6 +583,7 @@ Server::Server(Simulation& simulation, const std::vector<SignalName>& signals, P
                             {"schemaName", recording::message_type(info)},
                             {"schemaEncoding", "ros2msg"},
                             {"schema", recording::message_definition(info)}});
+        if (!info.element_names.empty()) metadata["elements of " + topic] = diagram.element_lines(signal.end);
         s.channels.emplace_back(topic, info, signal.end, rate_of(diagram, signal.end));
     }
     s.advertisement = {{"op", "advertise"}, {"channels", std::move(channels)}};
@@ -589,7 +591,7 @@ Server::Server(Simulation& simulation, const std::vector<SignalName>& signals, P
                      {"name", diagram.name},
                      {"capabilities", {"parameters", "parametersSubscribe"}},
                      {"supportedEncodings", Json::array()},
-                     {"metadata", Json::object()},
+                     {"metadata", std::move(metadata)},
                      {"sessionId", std::to_string(now(CLOCK_REALTIME))}};
     for (auto& variable : s.tuning.variables()) {
         s.names.push_back(variable.path);

@@ -53,6 +53,16 @@ Variable text(const std::string& text) {
     return array<2>({MAT_C_CHAR, MAT_T_UTF8}, {1, text.size()}, text.data());
 }
 
+Variable texts(const std::vector<std::string>& list) {
+    std::vector<matvar_t*> cells;
+    for (const auto& each : list) cells.push_back(text(each).release());
+    const std::array<std::size_t, 2> size = {list.size(), 1};
+    Variable variable(Mat_VarCreate(nullptr, MAT_C_CELL, MAT_T_CELL, 2, const_cast<std::size_t*>(size.data()),
+                                    cells.data(), 0));
+    if (!variable) throw std::bad_alloc();
+    return variable;
+}
+
 Variable structure(const char* name, std::vector<const char*> fields, std::vector<Variable> values) {
     fields.push_back(nullptr);
     const std::array<std::size_t, 2> one = {1, 1};
@@ -124,7 +134,12 @@ void write_mat(const Recording& recording, const std::filesystem::path& path) {
         signals.push_back(text(channel.name));
         signals.push_back(text(channel.info.unit));
         fields.push_back(numbers(channel.samples(), 1, channel.times()));
-        fields.push_back(structure("signals", {"values", "dimensions", "label", "unit"}, std::move(signals)));
+        std::vector<const char*> members{"values", "dimensions", "label", "unit"};
+        if (!channel.info.element_names.empty()) {
+            members.push_back("elements");
+            signals.push_back(texts(channel.info.element_names));
+        }
+        fields.push_back(structure("signals", std::move(members), std::move(signals)));
         const Variable variable =
             structure(identifier(channel.name, taken).c_str(), {"time", "signals"}, std::move(fields));
         written = written && Mat_VarWrite(file.get(), variable.get(), MAT_COMPRESSION_NONE) == 0;

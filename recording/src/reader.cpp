@@ -1,9 +1,11 @@
 #include "bf/recording/reader.hpp"
 
+#include "bf/base/elements.hpp"
 #include "bf/base/numbers.hpp"
 #include "bf/recording/message.hpp"
 #include "format.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <istream>
@@ -157,6 +159,15 @@ class Parser {
         return lines;
     }
 
+    /// A line for each element, or nothing.
+    static std::vector<std::string> element_names_of(const std::string& text, std::size_t elements) {
+        std::vector<std::string> names;
+        std::istringstream stream(text);
+        for (std::string line; std::getline(stream, line);) names.push_back(line);
+        if (names.size() != elements) names.clear();
+        return names;
+    }
+
     /// Lines "0 idle".
     static std::vector<std::pair<double, std::string>> names_of(const std::string& text) {
         std::vector<std::pair<double, std::string>> names;
@@ -193,7 +204,8 @@ class Parser {
                         number<double>(metadata, "period").value_or(0),
                         text_of(metadata, "held") == "true",
                         names_of(text_of(metadata, "names")),
-                        lines_of(text_of(metadata, "other names"))};
+                        lines_of(text_of(metadata, "other names")),
+                        element_names_of(text_of(metadata, "elements"), std::size_t{*rows} * *cols)};
         if (positions_.try_emplace(id, recording_.channels.size()).second)
             recording_.channels.push_back(std::move(channel));
     }
@@ -307,11 +319,7 @@ std::vector<double> Channel::values(std::size_t element) const {
     return values;
 }
 
-std::string Channel::element_name(std::size_t element) const {
-    const auto bracket = [](std::size_t i) { return "[" + std::to_string(i) + "]"; };
-    if (info.is_matrix) return name + bracket(element % info.rows) + bracket(element / info.rows);
-    return info.rows == 1 ? name : name + bracket(element);
-}
+std::string Channel::element_name(std::size_t element) const { return name + info.element_text(element); }
 
 const Channel& Recording::channel(std::string_view name) const {
     const std::string prefix = std::string(name) + ".";
@@ -330,6 +338,23 @@ const Channel& Recording::channel(std::string_view name) const {
                                  ? "the recording has no signal '" + std::string(name) + "'; it has: " + known
                                  : "the recording has several signals of '" + std::string(name) +
                                        "': " + inside + "; name one");
+}
+
+Recording::Found Recording::find(std::string_view name) const {
+    const auto [signal, which] = split_element(name);
+    const bool is_whole = std::any_of(channels.begin(), channels.end(),
+                                      [&](const Channel& channel) { return channel.name == name; });
+    if (is_whole || which.empty()) return {channel(name), std::nullopt};
+    const Channel& of = channel(signal);
+    if (const auto element = of.info.find_element(which)) return {of, element};
+    std::string known;
+    for (std::size_t i = 0; i < of.info.elements() && known.size() < 1000; ++i)
+        known += (i ? ", " : "") + of.info.element_text(i);
+    throw std::runtime_error(of.info.elements() == 1
+                                 ? "the signal '" + of.name + "' has a single element, not " +
+                                       std::string(which)
+                                 : "the signal '" + of.name + "' has no element " + std::string(which) +
+                                       "; they are counted from 1: " + known);
 }
 
 Recording load(const std::filesystem::path& path) {

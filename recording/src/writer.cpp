@@ -140,6 +140,8 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
     channels.put_text(topic);
     channels.put_text("cdr");
     std::string value_names;
+    std::string element_names;
+    for (const auto& element : info.element_names) element_names += element + "\n";
     for (const auto& [value, text] : info.names) value_names += number_text(value) + " " + text + "\n";
     channels.put_map({{"name", std::string(name)},
                       {"type", name_of(info.type)},
@@ -151,7 +153,8 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
                       {"period", number_text(info.period)},
                       {"held", info.is_held ? "true" : "false"},
                       {"names", value_names},
-                      {"other names", other_names}});
+                      {"other names", other_names},
+                      {"elements", element_names}});
     channels.end_record();
     slots.push_back({info.bytes()});
 }

@@ -14,6 +14,8 @@ from mcap_ros2.decoder import DecoderFactory
 DTYPES = ["float64", "float32", "int8", "uint8", "int16", "uint16", "int32", "uint32", "bool"]
 SHAPES = [(1,), (5,), (2, 3)]
 SAMPLES = 300
+# What the elements of one vector are called; others have numbers.
+NAMES = {"plant.joint2": ["hip", "", "l knee", "r_knee", ""]}
 
 folder = pathlib.Path(sys.argv[1])
 expected = {}  # name -> samples x shape; files hold each sample column-major
@@ -44,6 +46,8 @@ name: [] for name in expected}
             name = channel.metadata["name"]
             check(channel.topic == "/" + name.replace(".", "/"), f"topic {channel.topic} of {name}")
             check(channel.metadata["unit"] == "rad/s", f"unit of {name}")
+            lines = "".join(element + "\n" for element in NAMES.get(name, []))
+            check(channel.metadata["elements"] == lines, f"elements of {name}")
             check(schema.encoding == "ros2msg" and channel.message_encoding == "cdr", f"encoding of {name}")
             check(message.sequence == len(found[name]), f"sequence of {name}")
             check(decoded.time == message.log_time / 1e9, f"time of {name}")
@@ -92,6 +96,8 @@ for name, samples in expected.items():
     kind = "uint8" if samples.dtype == bool else samples.dtype  # scipy gives logicals as uint8
     check(values.dtype == kind, f"MAT class of {name} is {values.dtype}")
     check(signals["label"][0] == name and signals["unit"][0] == "rad/s", f"MAT label of {name}")
+    elements = [str(cell[0]) if cell.size else "" for cell in signals["elements"][:, 0]] if name in NAMES else None
+    check(elements == NAMES.get(name) and ("elements" in signals.dtype.names) == (name in NAMES), f"MAT elements of {name}")
     check(tuple(signals["dimensions"][0]) == samples.shape[1:], f"MAT dimensions of {name}")
 
 with open(folder / "run.csv", newline="") as stream:
@@ -100,7 +106,8 @@ columns = dict(zip(rows[0], numpy.array(rows[1:]).T))
 check(equal(columns["time (s)"].astype(float), numpy.arange(SAMPLES) * 1_000_000 / 1e9), "CSV time")
 for name, samples in expected.items():
     for index in numpy.ndindex(samples.shape[1:]):
-        brackets = "" if samples.shape[1:] == (1,) else "".join(f"[{i}]" for i in index)
+        brackets = "" if samples.shape[1:] == (1,) else "".join(f"[{i + 1}]" for i in index)
+        brackets = "[" + NAMES[name][index[0]] + "]" if name in NAMES and NAMES[name][index[0]] else brackets
         column = columns[f"{name}{brackets} (rad/s)"].astype(float).astype(samples.dtype)
         check(equal(column, samples[(slice(None), *index)]), f"CSV column {name}{brackets}")
 check(len(columns) == 1 + sum(samples[0].size for samples in expected.values()), "CSV column count")

@@ -29,7 +29,7 @@ TEST(Csv, WritesOneExactTableWhenTimesAgree) {
     const Channel s = signal("a,\"b\"", {0, 500'000'000}, {std::nan(""), 1e-300});
     const auto paths = write_csv(recording_of({tau, s}), folder / "run.csv");
     ASSERT_EQ(paths, std::vector{folder / "run.csv"});
-    EXPECT_EQ(read_file(paths[0]), "time (s),arm.tau[0] (N m),arm.tau[1] (N m),\"a,\"\"b\"\"\"\n"
+    EXPECT_EQ(read_file(paths[0]), "time (s),arm.tau[1] (N m),arm.tau[2] (N m),\"a,\"\"b\"\"\"\n"
                                    "0,0.1,-0,nan\n"
                                    "0.5,0.3333333333333333,-inf,1e-300\n");
 }
@@ -90,7 +90,7 @@ TEST(Difference, NamesTheEarliestSignalAndTime) {
     ASSERT_TRUE(difference);
     EXPECT_EQ(difference->channel, "v");
     EXPECT_EQ(difference->time, 0.25);
-    EXPECT_EQ(difference->text, "at 0.25 s the signal 'v[1]' is 4, in the other recording 7");
+    EXPECT_EQ(difference->text, "at 0.25 s the signal 'v[2]' is 4, in the other recording 7");
 }
 
 TEST(Difference, SeesSignsOfZeroLengthsTimesAndMissingSignals) {

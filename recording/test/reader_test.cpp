@@ -163,17 +163,45 @@ TEST(Reader, FindsTheOnlySignalOfABlock) {
     EXPECT_CONTAINS(error_of([&] { r.channel("s"); }), "the recording has no signal 's'; it has: gain.y, ");
 }
 
-TEST(Reader, NamesElementsFromZero) {
+TEST(Reader, CountsElementsFromOne) {
     Channel channel{.name = "c.M",
                     .topic = {},
                     .info = {.rows = 2, .cols = 3, .is_matrix = true},
                     .time_ns = {},
                     .data = {}};
-    EXPECT_EQ(channel.element_name(3), "c.M[1][1]"); // column-major
+    EXPECT_EQ(channel.element_name(3), "c.M[2][2]"); // column-major
     channel.info = {.rows = 4};
-    EXPECT_EQ(channel.element_name(3), "c.M[3]");
+    EXPECT_EQ(channel.element_name(3), "c.M[4]");
+    channel.info = {.rows = 4, .is_matrix = true};
+    EXPECT_EQ(channel.element_name(3), "c.M[4]") << "one column needs one number";
     channel.info = {};
     EXPECT_EQ(channel.element_name(0), "c.M");
+}
+
+TEST(Reader, FindsElementsByTheirNameAndByTheirNumber) {
+    const auto named = [](const char* name, ChannelInfo info) {
+        return Channel{.name = name, .topic = {}, .info = std::move(info), .time_ns = {}, .data = {}};
+    };
+    Recording r;
+    r.channels = {named("robot.s", {.rows = 3, .element_names = {"l_knee", "", "r_knee"}}),
+                  named("M", {.rows = 2, .cols = 3, .is_matrix = true}), named("u", {}), named("odd[1]", {})};
+    const auto element = [&](const char* name) { return r.find(name).element.value_or(99); };
+    EXPECT_EQ(r.channels[0].element_name(0), "robot.s[l_knee]");
+    EXPECT_EQ(r.channels[0].element_name(1), "robot.s[2]");
+    EXPECT_EQ(element("robot.s[l_knee]"), 0u);
+    EXPECT_EQ(element("robot.s[1]"), 0u);
+    EXPECT_EQ(element("robot.s[2]"), 1u);
+    EXPECT_EQ(element("robot[r_knee]"), 2u) << "a block with one output stands for it";
+    EXPECT_EQ(element("M[2][3]"), 5u);
+    EXPECT_FALSE(r.find("robot.s").element);
+    EXPECT_FALSE(r.find("odd[1]").element) << "the name of a whole signal";
+    EXPECT_EQ(error_of([&] { r.find("robot.s[0]"); }), "the signal 'robot.s' has no element [0]; they are "
+                                                       "counted from 1: [l_knee], [2], [r_knee]");
+    EXPECT_CONTAINS(error_of([&] { r.find("robot.s[]"); }), "has no element []");
+    EXPECT_CONTAINS(error_of([&] { r.find("M[3]"); }),
+                    "'M' has no element [3]; they are counted from 1: [1][1], ");
+    EXPECT_EQ(error_of([&] { r.find("u[1]"); }), "the signal 'u' has a single element, not [1]");
+    EXPECT_CONTAINS(error_of([&] { r.find("v[1]"); }), "the recording has no signal 'v'");
 }
 
 } // namespace

@@ -92,6 +92,7 @@ TEST(Writer, IsReadByForeignReadersAndExportsAgree) {
     for (int t = 0; t <= static_cast<int>(ElementType::Boolean); ++t)
         for (const auto& [rows, cols] : {std::array{1u, 1u}, std::array{5u, 1u}, std::array{2u, 3u}}) {
             infos.push_back({static_cast<ElementType>(t), rows, cols, cols > 1, "rad/s", "any", 0.001});
+            if (infos.size() == 2) infos.back().element_names = {"hip", "", "l knee", "r_knee", ""};
             ids.push_back(writer.add_channel("plant.joint" + std::to_string(infos.size()), infos.back()));
         }
     writer.add_attachment("model.yaml", "application/yaml", std::string_view("blocks: [gain]\n"));
@@ -110,6 +111,7 @@ TEST(Writer, IsReadByForeignReadersAndExportsAgree) {
     expected.clear();
 
     const Recording recording = load(folder / "run.mcap");
+    EXPECT_EQ(recording.channel("plant.joint2").info, infos[1]);
     write_mat(recording, folder / "run.mat");
     EXPECT_EQ(write_csv(recording, folder / "run.csv").size(), 1u);
     const std::string command = std::string(BF_PYTHON) +

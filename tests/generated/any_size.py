@@ -8,7 +8,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "examples"))
 from commanded import Commanded
-from recorded import compare, read_csv, read_recording, run
+from recorded import columns, columns_of_recording, compare, read_csv, read_recording, run
 
 bf, model, program = sys.argv[1:]
 
@@ -22,6 +22,8 @@ for parameters in ["", "n: 5\n", "{n: 2, x0: [7, -1]}\n"]:
         run(program, "--csv", folder / "program.csv", *options)
         compared, _, difference = compare(read_recording(bf, folder / "run.mcap"), read_csv(folder / "program.csv"))
         assert not difference, f"{parameters}: {difference}"
+        differing = columns_of_recording(bf, folder / "run.mcap") - columns(folder / "program.csv")
+        assert not differing, differing
         counts.append(compared)
 assert counts[1] > counts[0] > counts[2] > 500, counts
 

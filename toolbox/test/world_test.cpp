@@ -277,7 +277,8 @@ TEST(World, ATorqueThatIsNotFiniteEndsTheRunAndTheRecordingIsReadable) {
         for (int k = 0; k < 20; ++k) ASSERT_TRUE(run.set("tau", tau).step());
         tau(4) = std::numeric_limits<double>::quiet_NaN();
         EXPECT_FALSE(run.set("tau", tau).step());
-        EXPECT_EQ(run.simulation.failure(), "motors: reference 5 is not finite; look at what computes it");
+        EXPECT_EQ(run.simulation.failure(),
+                  "motors: u[l_shoulder_roll] is not finite; look at what computes it");
         run.simulation.stop();
         recorder.close();
     }
@@ -291,7 +292,7 @@ TEST(World, ATorqueThatIsNotFiniteEndsTheRunAndTheRecordingIsReadable) {
     ASSERT_TRUE(ports.step());
     tau(22) = -std::numeric_limits<double>::infinity();
     EXPECT_FALSE(ports.set("tau", tau).step());
-    EXPECT_EQ(ports.simulation.failure(), "world: joint torque 23 is not finite; look at what computes it");
+    EXPECT_EQ(ports.simulation.failure(), "world: tau[r_ankle_roll] is not finite; look at what computes it");
 }
 
 TEST(World, StartsAgainAsTheFirstTime) {

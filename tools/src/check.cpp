@@ -181,12 +181,18 @@ nlohmann::ordered_json to_json(const Diagram& d) {
                    {"period", d.period(node.rate)},
                    {"constant", node.rate == constant_rate},
                    {"quantities", Json::array()}};
-        for (const auto& slot : node.block->declaration().slots)
-            block["quantities"].push_back({{"name", slot.name},
-                                           {"role", name(slot.role)},
-                                           {"type", name(slot.type)},
-                                           {"size", slot.size.text()},
-                                           {"unit", std::string(slot.unit.text)}});
+        const auto& slots = node.block->declaration().slots;
+        for (std::size_t s = 0; s < slots.size(); ++s) {
+            Json quantity{{"name", slots[s].name},
+                          {"role", name(slots[s].role)},
+                          {"type", name(slots[s].type)},
+                          {"size", slots[s].size.text()},
+                          {"unit", std::string(slots[s].unit.text)}};
+            if (const auto names = node.element_names.find(static_cast<int>(s));
+                names != node.element_names.end())
+                quantity["elements"] = names->second;
+            block["quantities"].push_back(std::move(quantity));
+        }
         json["blocks"].push_back(std::move(block));
     }
     std::vector<Row> rows;

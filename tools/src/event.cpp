@@ -1,5 +1,6 @@
 #include "event.hpp"
 
+#include "bf/base/elements.hpp"
 #include "bf/base/numbers.hpp"
 
 #include "session.hpp"
@@ -35,25 +36,21 @@ Node::End find_signal(const Diagram& diagram, const std::string& path) {
 }
 
 Element parse_element(const Diagram& diagram, const std::string& text) {
-    static const std::regex form(R"(([^\[\]]+)(?:\[(\d{1,9})\])?(?:\[(\d{1,9})\])?)");
-    std::smatch parts;
-    if (!std::regex_match(text, parts, form))
-        throw CommandError("'" + text + "' names no element; write SIGNAL, SIGNAL[i] or SIGNAL[row][column]");
-    Element element{parts[1], find_signal(diagram, parts[1]), 0};
+    const auto [path, which] = split_element(text);
+    Element element{std::string(path), find_signal(diagram, std::string(path)), 0};
     const Size& size = diagram.slot(element.signal).size;
-    const std::string all = size.is_matrix ? std::to_string(size.rows) + " x " + std::to_string(size.cols)
-                                           : std::to_string(size.rows);
-    const int indices = parts[2].matched + parts[3].matched;
-    if (indices != (size.is_matrix ? 2 : size.count() == 1 ? indices == 1 : 1))
-        throw CommandError("the signal '" + element.path + "' has " + all +
-                           " elements; name one: " + element.path + (size.is_matrix ? "[0][0]" : "[0]"));
-    const int row = parts[2].matched ? std::stoi(parts[2]) : 0;
-    const int column = parts[3].matched ? std::stoi(parts[3]) : 0;
-    if (row >= size.rows || column >= size.cols)
-        throw CommandError("'" + text + "' is outside: '" + element.path + "' has " + all +
-                           " elements, counted from 0");
-    element.index = row + column * size.rows;
-    return element;
+    const auto& names = diagram.element_names(element.signal);
+    const auto name = [&](int i) -> std::string_view {
+        return names.empty() ? "" : std::string_view(names[static_cast<std::size_t>(i)]);
+    };
+    element.index = bf::find_element(which, size.rows, size.cols, name);
+    if (element.index >= 0) return element;
+    const std::string first = element.path + diagram.element_text(element.signal, 0);
+    throw CommandError("'" + text + "' is no element: '" + element.path + "' has " +
+                       (size.is_scalar() ? "only one"
+                        : size.cols > 1  ? std::to_string(size.rows) + " x " + std::to_string(size.cols)
+                                         : std::to_string(size.rows)) +
+                       (size.is_scalar() ? "; call it " : ", counted from 1; name one, e.g. ") + first);
 }
 
 Event parse_event(const Diagram& diagram, const std::string& text) {

@@ -39,9 +39,9 @@ std::vector<bool> are_references(const recording::Recording& r, const std::vecto
                                  const std::vector<std::string>& named) {
     std::vector<bool> are;
     for (const auto& signal : signals)
-        are.push_back(named.empty() ? is_called_reference(r.channel(signal).name)
+        are.push_back(named.empty() ? is_called_reference(r.find(signal).channel.name)
                                     : std::any_of(named.begin(), named.end(), [&](const std::string& name) {
-                                          return &r.channel(name) == &r.channel(signal);
+                                          return &r.find(name).channel == &r.find(signal).channel;
                                       }));
     if (std::find(are.begin(), are.end(), false) == are.end()) are.assign(are.size(), false);
     return are;
@@ -54,7 +54,9 @@ recording::Panel panel(const recording::Recording& r, const std::string& title,
     const auto references = are_references(r, signals, named);
     for (std::size_t i = 0; i < signals.size(); ++i) {
         const auto& signal = signals[i];
-        auto part = recording::panel_of(r.channel(signal));
+        const auto [channel, element] = r.find(signal);
+        auto part = recording::panel_of(channel);
+        if (element) part.curves = {part.curves[*element]};
         for (auto& curve : part.curves) {
             if (signals.size() > 1 && part.curves.size() == 1) curve.name = signal;
             curve.reference = references[i];
@@ -148,8 +150,8 @@ void add_plot(CLI::App& app) {
     command
         ->add_option(
             "SIGNALS", options->signals,
-            "what to draw, a panel each; a,b in one panel; a.* all of a; nothing: the panels that the model "
-            "asks for")
+            "what to draw, a panel each; a,b in one panel; a.* all of a; a[3], a[NAME] one element; nothing: "
+            "the panels that the model asks for")
         ->type_name("");
     command
         ->add_option(
@@ -170,7 +172,8 @@ void add_plot(CLI::App& app) {
         ->capture_default_str();
     command->footer("Examples:\n"
                     "  bf plot run.mcap\n"
-                    "  bf plot run.mcap controller.com_reference,world.com controller.tau -o com.svg");
+                    "  bf plot run.mcap controller.com_reference,world.com controller.tau -o com.svg\n"
+                    "  bf plot run.mcap 'world.s[l_knee],world.s[r_knee]'");
     command->callback([options] { plot(*options); });
 }
 

@@ -364,7 +364,7 @@ void add_run(CLI::App& app) {
         ->type_name("T");
     command
         ->add_option("--inputs", options->inputs,
-                     "CSV file of the model's inputs: columns time, u, x[0], ...; a row holds until the next")
+                     "CSV file of the model's inputs: columns time, u, x[1], ...; a row holds until the next")
         ->check(has_name)
         ->type_name("FILE");
     auto* record = command
@@ -417,7 +417,7 @@ void add_run(CLI::App& app) {
         "  bf run examples/icub_balancing/balancing.yaml\n"
         "  bf run examples/icub_balancing/balancing.yaml --set scenario=2 --stop 8 --record run.mcap\n"
         "  bf run examples/icub_balancing/balancing.yaml --stop 6 --snapshot standing.bin\n"
-        "  bf run examples/icub_balancing/balancing.yaml --from-snapshot standing.bin --until 'world.com[2] "
+        "  bf run examples/icub_balancing/balancing.yaml --from-snapshot standing.bin --until 'world.com[3] "
         "< 0.4'\n"
         "  bf run docs/start/motor.yaml --realtime --serve\n"
         "Ctrl-C ends a run as its stop time does: recording and summary are complete, the exit code is 130.\n"

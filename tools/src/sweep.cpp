@@ -70,14 +70,8 @@ class Finals final : public Simulation::Observer {
         for (const auto& signal : signals) {
             const Slot& slot = diagram.slot(signal.end);
             for (int i = 0; i < slot.size.count(); ++i) {
-                std::string name = signal.path;
-                if (slot.size.is_matrix)
-                    name += "[" + std::to_string(i % slot.size.rows) + "][" +
-                            std::to_string(i / slot.size.rows) + "]";
-                else if (slot.size.count() > 1)
-                    name += "[" + std::to_string(i) + "]";
                 elements_.push_back({signal.end, slot.type, i});
-                values.emplace_back(name, std::nan(""));
+                values.emplace_back(signal.path + diagram.element_text(signal.end, i), std::nan(""));
             }
         }
     }

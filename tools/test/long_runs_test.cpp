@@ -99,12 +99,15 @@ TEST_F(LongRuns, UntilFailsWhenTheEventDoesNotHappenOrIsNone) {
     expect_error("run sine.yaml --until 'gain'",
                  "'gain' is no event; write SIGNAL, one of > >= < <= == ~=, and a number");
     expect_error("run sine.yaml --until 'gain > five'", "is no event");
-    expect_error("run sine.yaml --until 'gain[3] > 5'", "'gain[3]' is outside: 'gain' has 1 elements");
+    expect_error("run sine.yaml --until 'gain[3] > 5'",
+                 "'gain[3]' is no element: 'gain' has only one; call it gain");
     write("v.yaml", "model: v\nstep: 1\nstop: 9\nblocks:\n  r: {block: Ramp, slope: \"[1 2]\"}\n  m: {block: "
                     "Constant, value: eye(2)}\n");
-    expect_error("run v.yaml --until 'r > 3'", "has 2 elements; name one: r[0]");
-    expect_error("run v.yaml --until 'm[1] > 3'", "has 2 x 2 elements; name one: m[0][0]");
-    EXPECT_CONTAINS(bf("run v.yaml --until 'r[1] >= 6'").out, "r[1] >= 6 at t = 3 s");
+    expect_error("run v.yaml --until 'r > 3'",
+                 "'r' is no element: 'r' has 2, counted from 1; name one, e.g. r[1]");
+    expect_error("run v.yaml --until 'r[0] > 3'", "'r[0]' is no element: 'r' has 2, counted from 1");
+    expect_error("run v.yaml --until 'm[1] > 3'", "has 2 x 2, counted from 1; name one, e.g. m[1][1]");
+    EXPECT_CONTAINS(bf("run v.yaml --until 'r[2] >= 6'").out, "r[2] >= 6 at t = 3 s");
 }
 
 TEST_F(LongRuns, ReplayIsIdenticalFromTheStartAndFromCheckpointsWithoutTheModelsFiles) {

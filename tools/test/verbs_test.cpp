@@ -85,7 +85,7 @@ TEST_F(Verbs, InputsComeFromAFileAndAreReplayed) {
     // 0.30000000000000004 is 3 * 0.1; of the two rows at 0.4 the second counts; nothing is read after the
     // end.
     write("in.csv",
-          "time,\"u (V)\",x[1],\"M[0][1]\",n\r\n0.1,1,2,3,4\r\n0.30000000000000004,-1.5,0,0,-128\r\n"
+          "time,\"u (V)\",x[2],\"M[1][2]\",n\r\n0.1,1,2,3,4\r\n0.30000000000000004,-1.5,0,0,-128\r\n"
           "0.4,7,7,7,7\r\n0.4,inf,1e-3,+2,0\r\n9,1,1,1,1\r\n");
     const auto run = bf("run sums.yaml --inputs in.csv --quiet --record r.mcap");
     ASSERT_EQ(run.code, 0) << run.err;
@@ -111,8 +111,10 @@ TEST_F(Verbs, InputsComeFromAFileAndAreReplayed) {
         EXPECT_CONTAINS(wrong.err, "bf: in.csv:" + reason);
     };
     refused("t,u\n0,1\n", "1: the first column is the time and is called 'time', not 't'");
-    refused("time,v\n0,1\n",
-            "1: the model has no input 'v'; it has u, x, M, n, with elements as x[0], M[0][1]");
+    refused(
+        "time,v\n0,1\n",
+        "1: the model has no input 'v'; it has u, x, M, n, with elements as x[1], M[1][2], counted from 1");
+    refused("time,x[0],x[1]\n0,1,2\n", "1: the model has no input 'x[0]'");
     refused("time,x\n0,1\n", "1: the model has no input 'x'");
     refused("time,u,u (V)\n0,1,1\n", "1: a second column 'u (V)'");
     refused("time\n0\n", "1: there is no column besides the time");

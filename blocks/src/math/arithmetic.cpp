@@ -51,9 +51,10 @@ class Gain final : public Block {
         const bool is_vector = factor && (factor->rows == 1 || factor->cols == 1);
         const bool is_row = is_vector && factor->rows == 1 && factor->count() > 1;
         if (is_row && !signal) return; // 1-D or as the signal is
-        if (is_vector && signal && factor->count() == signal->count())
+        if (is_vector && signal && factor->count() == signal->count()) {
             inference.set(y, *signal);
-        else if (is_row && signal->is_scalar())
+            inference.same_elements({y.index(), u.index()});
+        } else if (is_row && signal->is_scalar())
             inference.set(y, {factor->count(), 1, false}); // a row of gains makes a 1-D signal
         else
             broadcast(*this, inference, slots(K, u), y.index());

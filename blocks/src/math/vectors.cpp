@@ -91,14 +91,19 @@ class Sort final : public Block {
                                 {.initial = "ascending",
                                  .doc = "smallest or largest element first",
                                  .choices = {"ascending", "descending"}}};
-    AnyShape shape{this};
-    Input<> u{this, "u", any(shape)};
+    AnyShape shape{this}; // not that of u, whose elements stay in their places
+    Input<> u{this, "u", any()};
     Output<> y{this, "y", any(shape, "the elements in order; NaN counts as the largest")};
     Output<Array<double>> index{
         this,
         "index",
         {.shape = shape, .doc = "place of each in u, counted from 1; equal ones keep their order"}};
     OutputRule rule{this, kernels::Sort{}, y, index, Constants({double(*order == "descending")}), u};
+
+    void infer(Inference& inference) const override {
+        if (const Size* s = inference.size(u)) inference.set(y, *s);
+        if (const Size* s = inference.size(y)) inference.set(u, *s);
+    }
 };
 
 /// y = place of the first element that is not 0.

@@ -6,6 +6,7 @@
 #include "../shapes.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace bf::blocks {
 
@@ -32,6 +33,7 @@ class Mux final : public Block {
                 inference.refuse(
                     label(declaration(), input.index()) +
                     " is a matrix; stack matrices with ConcatenateMatrices or Reshape them first");
+            inference.same_elements({y.index(), input.index(), sum});
             sum += s->count();
         }
         inference.set(y, Size{sum, 1, false});
@@ -67,8 +69,13 @@ class Demux final : public Block {
                 width = s->count() / y.size() + (i < s->count() % y.size());
             else
                 return;
+            std::vector<int> picked(static_cast<std::size_t>(std::max(width, 0)));
+            std::iota(picked.begin(), picked.end(), sum);
             sum += width;
-            if (width > 0) inference.set(y[i], Size{width, 1, false});
+            if (width <= 0) continue;
+            inference.set(y[i], Size{width, 1, false});
+            if (s && sum <= s->count())
+                inference.same_elements({y[i].index(), u.index(), 0, std::move(picked)});
         }
         if (s && (s->count() != sum || s->count() < y.size()))
             inference.refuse(label(declaration(), u.index()) + " cannot be split into " +
@@ -125,6 +132,9 @@ class Selector final : public Block {
         if (s->rows > 1 && s->cols > 1)
             inference.refuse(label(declaration(), u.index()) + " is a matrix; give argument 'columns' too");
         check(*indices, s->count(), "element");
+        std::vector<int> picked = *indices;
+        for (int& i : picked) --i;
+        inference.same_elements({y.index(), u.index(), 0, std::move(picked)});
         const bool is_row = s->is_matrix && s->rows == 1;
         if (rows > 1) inference.set(y, is_row ? Size{1, rows, true} : Size{rows, 1, s->is_matrix});
     }

@@ -211,7 +211,7 @@ TEST_F(Plot, MakesAPanelOfASignal) {
     const Panel panel = panel_of(mode);
     EXPECT_EQ(panel.y_label, "1");
     ASSERT_EQ(panel.curves.size(), 2u);
-    EXPECT_EQ(panel.curves[1].name, "mode[1]");
+    EXPECT_EQ(panel.curves[1].name, "mode[2]");
     EXPECT_EQ(panel.curves[1].time, (std::vector{0, 0.5}));
     EXPECT_EQ(panel.curves[1].value, (std::vector<double>{-2, -4}));
     EXPECT_TRUE(panel.curves[1].steps);

@@ -12,9 +12,19 @@ class RobotBlock : public Block {
   public:
     using Block::Block;
     Requires<RobotConfiguration> robot{this, "the robot whose quantities are computed"};
-    Dim n{this, "n", [this] { return robot.is_bound() ? robot->model.joints() : -1; }};
+    Dim n{this, "n", [this]() -> Dim::Names {
+              if (!robot.is_bound()) return std::nullopt;
+              return robot->model.joint_names();
+          }};
     /// Size of nu: 6 + n, or n for a fixed base.
-    Dim v{this, "v", [this] { return robot.is_bound() ? robot->model.velocities() : -1; }};
+    Dim v{this, "v", [this]() -> Dim::Names {
+              if (!robot.is_bound()) return std::nullopt;
+              std::vector<std::string> names;
+              if (robot->model.has_floating_base())
+                  names = {"base_x", "base_y", "base_z", "base_rx", "base_ry", "base_rz"};
+              names.insert(names.end(), robot->model.joint_names().begin(), robot->model.joint_names().end());
+              return names;
+          }};
 
   protected:
     const dynamics::Model& model() const { return robot->model; }

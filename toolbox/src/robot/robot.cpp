@@ -117,7 +117,10 @@ class DeviceBlock : public Block {
   public:
     using Block::Block;
     Requires<RobotDevice> robot{this, "the robot that is measured and actuated"};
-    Dim n{this, "n", [this] { return robot.is_bound() ? robot->joints() : -1; }};
+    Dim n{this, "n", [this]() -> Dim::Names {
+              if (!robot.is_bound()) return std::nullopt;
+              return robot->joint_names();
+          }};
 };
 
 class GetMeasurement final : public DeviceBlock {
@@ -184,8 +187,10 @@ class GetLimits final : public Block {
          .choices = {"ControlBoardPosition", "ControlBoardVelocity", "ModelPosition"}}};
     Requires<RobotConfiguration> robot{this, "the robot whose URDF has the limits", of_model()};
     Requires<RobotDevice> device{this, "the robot whose control boards have the limits", !of_model()};
-    Dim n{this, "n", [this] {
-              return robot.is_bound() ? robot->model.joints() : device.is_bound() ? device->joints() : -1;
+    Dim n{this, "n", [this]() -> Dim::Names {
+              if (robot.is_bound()) return robot->model.joint_names();
+              if (device.is_bound()) return device->joint_names();
+              return std::nullopt;
           }};
     Output<Vector> minimum{
         this,
@@ -237,7 +242,7 @@ class SetReferences final : public DeviceBlock {
             return Status::failure("the robot did not accept the control mode");
         for (int i = 0; i < at[u].size(); ++i)
             if (!std::isfinite(at[u](i)))
-                return Status::failure("reference {} is not finite; look at what computes it", i + 1);
+                return Status::failure("{element} is not finite; look at what computes it", u, i);
         if (!connection.write(mode(), at[u]))
             return Status::failure("the robot did not accept the references");
         return ok;

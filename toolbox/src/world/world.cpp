@@ -250,7 +250,7 @@ class MujocoWorld final : public RobotBlock {
         const auto size = static_cast<std::size_t>(simulated.command.size());
         for (int i = 0; i < simulated.command.size(); ++i)
             if (!std::isfinite(torque[i]))
-                return Status::failure("joint torque {} is not finite; look at what computes it", i + 1);
+                return Status::failure("{element} is not finite; look at what computes it", tau, i);
         for (int i = 0; i < push.size(); ++i)
             if (!pushes.segment<6>(6 * i).allFinite())
                 return Status::failure("push wrench {} is not finite; look at what computes it", i + 1);

@@ -34,9 +34,12 @@ class BlocksInContext : public Hosted {
     void stop() noexcept override {
         for (; started_ > 0; --started_) context_->stop(started_ - 1);
     }
-    bool run(int task) noexcept override { return good(tasks_[static_cast<std::size_t>(task)]()); }
-    bool reset(int block) noexcept override { return good(context_->reset(block)); }
-    bool event(int block) noexcept override { return good(context_->event(block)); }
+    bool run(int task) noexcept override {
+        const TaskOf& of = tasks_[static_cast<std::size_t>(task)];
+        return good(of.task(), of.block);
+    }
+    bool reset(int block) noexcept override { return good(context_->reset(block), block); }
+    bool event(int block) noexcept override { return good(context_->event(block), block); }
     void hit(int rate, double time) noexcept override { program::hit(context_->clock(rate), time); }
     void go_to(int rate, double time) noexcept override { context_->clock(rate).time = time; }
     void fire(int rate, double time) noexcept override { program::fire(context_->clock(rate), time); }
@@ -46,15 +49,23 @@ class BlocksInContext : public Hosted {
   protected:
     virtual int count() const = 0;
     virtual const std::string& path(int block) const = 0;
+    virtual const Block& block(int block) const = 0;
+    /// run() knows tasks by their place in the order of these calls.
+    void add_task(int block, Phase phase, int index) {
+        tasks_.push_back({context_->task(block, phase, index), block});
+    }
 
     Context* context_ = nullptr;
     std::vector<double> periods_; ///< by rate; 0: continuous
-    std::vector<Task> tasks_;     ///< that run() knows by their place
 
   private:
-    bool good(Status status) noexcept {
+    struct TaskOf {
+        Task task;
+        int block;
+    };
+    bool good(Status status, int block) noexcept {
         if (status) return true;
-        failure_ = status.text();
+        failure_ = status.text(&this->block(block).declaration());
         return false;
     }
     bool fail(int block, std::string text) noexcept {
@@ -63,6 +74,7 @@ class BlocksInContext : public Hosted {
         return false;
     }
 
+    std::vector<TaskOf> tasks_;
     int started_ = 0;
     std::string failure_, failed_block_;
 };

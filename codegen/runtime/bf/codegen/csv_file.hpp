@@ -1,6 +1,7 @@
 // The recorded signals of a program as a CSV file.
 #pragma once
 
+#include "bf/base/elements.hpp"
 #include "bf/codegen/number_locale.hpp"
 #include "bf/codegen/quantity.hpp"
 
@@ -19,11 +20,17 @@
 
 namespace bf::generated {
 
-/// The name of element i of a quantity of that shape, as in recordings: y, x[0], M[0][1].
-inline std::string element_name(std::string name, int rows, int cols, int i) {
-    if (rows * cols > 1) name += "[" + std::to_string(i % rows) + "]";
-    if (cols > 1) name += "[" + std::to_string(i / rows) + "]";
-    return name;
+/// The names of a quantity's elements, "" for one that has none.
+inline std::vector<std::string> names_of_elements(const Quantity& q) {
+    std::vector<std::string> names(static_cast<std::size_t>(q.size()));
+    const char* at = q.elements;
+    for (std::string& name : names) {
+        const char* const end = std::strchr(at, '\n');
+        if (!end) break;
+        name.assign(at, end);
+        at = end + 1;
+    }
+    return names;
 }
 
 /// One row per step and one before each event; numbers read back exactly. The loop copies values into a
@@ -46,9 +53,11 @@ class CsvFile {
         std::fputs("time", file_);
         for (const Quantity& q : columns) {
             row_bytes_ += bytes(q);
+            const auto names = names_of_elements(q);
             for (int i = 0; i < q.size(); ++i) {
                 std::string quoted;
-                for (const char c : element_name(q.name, q.rows, q.cols, i))
+                for (const char c :
+                     q.name + element_text(q.rows, q.cols, i, names[static_cast<std::size_t>(i)]))
                     quoted += c == '"' ? "\"\"" : c == '\n' ? " " : std::string(1, c);
                 std::fprintf(file_, ",\"%s\"", quoted.c_str());
             }

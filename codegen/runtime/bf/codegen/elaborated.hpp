@@ -97,8 +97,7 @@ class ElaboratedModel final : public BlocksInContext {
         return {values.data(), static_cast<int>(values.size())};
     }
     double stop_time() const { return diagram_.stop; }
-    /// What run() knows by its place in the order of these calls.
-    void add_task(int node, Phase phase, int index) { tasks_.push_back(context_->task(node, phase, index)); }
+    using BlocksInContext::add_task;
     void write_initial_output(int condition, int number) noexcept override {
         diagram_.write_initial(diagram_.conditions[static_cast<std::size_t>(condition)]
                                    .outlets[static_cast<std::size_t>(number)],
@@ -180,6 +179,9 @@ class ElaboratedModel final : public BlocksInContext {
     const std::string& path(int node) const override {
         return diagram_.nodes[static_cast<std::size_t>(node)].path;
     }
+    const Block& block(int node) const override {
+        return *diagram_.nodes[static_cast<std::size_t>(node)].block;
+    }
     /// Is it the memory of an input of the model, which its caller writes?
     bool is_input(const Node::End& end) const {
         return std::any_of(diagram_.inputs.begin(), diagram_.inputs.end(), [&](const SignalName& input) {
@@ -209,7 +211,8 @@ class ElaboratedModel final : public BlocksInContext {
                 slot.size.cols,
                 reinterpret_cast<std::size_t>(context_->data(end.node, end.slot)),
                 -1,
-                slot.limits};
+                slot.limits,
+                keep(diagram_.element_lines(end))};
     }
 
     void make_tables() {

@@ -83,7 +83,7 @@ class HostedBlocks final : public BlocksInContext {
             if (task.index >= context_->activities(task.block, task.phase))
                 throw std::runtime_error(items_[static_cast<std::size_t>(task.block)].path + ": " +
                                          is_another_version());
-            tasks_.push_back(context_->task(task.block, task.phase, task.index));
+            add_task(task.block, task.phase, task.index);
         }
     }
 
@@ -96,6 +96,7 @@ class HostedBlocks final : public BlocksInContext {
     };
     int count() const override { return static_cast<int>(items_.size()); }
     const std::string& path(int block) const override { return items_[static_cast<std::size_t>(block)].path; }
+    const Block& block(int block) const override { return *items_[static_cast<std::size_t>(block)].block; }
 
     static const char* is_another_version() {
         return "the block has other ports or sizes than the code was generated for; generate it again, with "

@@ -15,10 +15,10 @@
 namespace bf::generated {
 
 /// A CSV file: a row of headings, then rows of numbers in the order of time. The first column is the time in
-/// s, the others are inputs or elements of inputs under the names that recordings give them, `u`, `x[0]`,
-/// `M[0][1]`; a unit in parentheses may follow. A row holds from its time on until the next one does, of
-/// several with one time the last. Before the first row, and where there is no column, an input keeps its
-/// initial value.
+/// s, the others are inputs or elements of inputs under the names that recordings give them, `u`, `x[1]`,
+/// `M[1][2]` or `s[l_knee]`; a unit in parentheses may follow. A row holds from its time on until the next
+/// one does, of several with one time the last. Before the first row, and where there is no column, an input
+/// keeps its initial value.
 class InputFile {
   public:
     /// For these inputs, whose rows must outlive the object. Empty, or what is wrong: "FILE:LINE: ...".
@@ -100,7 +100,12 @@ class InputFile {
         std::string names;
         for (const Quantity& q : inputs) {
             names += (names.empty() ? "" : ", ") + std::string(q.name);
-            for (int i = 0; i < q.size(); ++i) known[element_name(q.name, q.rows, q.cols, i)] = {&q, i};
+            const auto called = names_of_elements(q);
+            for (int i = 0; i < q.size(); ++i) {
+                known[q.name + element_text(q.rows, q.cols, i)] = {&q, i};
+                known[q.name + element_text(q.rows, q.cols, i, called[static_cast<std::size_t>(i)])] = {&q,
+                                                                                                        i};
+            }
         }
         if (headings[0] != "time" && headings[0] != "time (s)")
             return "the first column is the time and is called 'time', not '" + headings[0] + "'";
@@ -112,8 +117,9 @@ class InputFile {
                 found = known.find(headings[c].substr(0, unit));
             if (found == known.end())
                 return "the model has no input '" + headings[c] + "'; " +
-                       (names.empty() ? "it has none"
-                                      : "it has " + names + ", with elements as x[0], M[0][1]");
+                       (names.empty()
+                            ? "it has none"
+                            : "it has " + names + ", with elements as x[1], M[1][2], counted from 1");
             if (!seen.insert({found->second.input, found->second.element}).second)
                 return "a second column '" + headings[c] + "'";
             columns_.push_back(found->second);

@@ -30,6 +30,7 @@ struct Quantity {
     std::size_t offset;
     int formula; ///< number of the formula that gives its value, or -1
     kernels::Limits limits = {};
+    const char* elements = ""; ///< names of the elements of a vector, a line each; an empty line: none
     int size() const noexcept { return rows * cols; }
 };
 

@@ -28,6 +28,8 @@ class Inference {
     const Type* type(int slot) const;
     void set(int slot, Size size);
     void set(int slot, Type type);
+    /// Elements keep their names from one vector to another, where no common shape says so already.
+    void same_elements(SameElements elements);
     /// A wiring that the block cannot accept, in words that name the ports.
     [[noreturn]] void refuse(const std::string& message) const;
 

@@ -9,6 +9,7 @@
 #include <functional>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,12 @@ struct Call;
 /// soon as the block's arguments and resources are known, otherwise the wiring decides.
 class Dim {
   public:
+    /// What each element is called, e.g. the joints; nothing while that is not known.
+    using Names = std::optional<std::vector<std::string>>;
     Dim(Block* owner, const char* name, std::function<int()> rule = {});
+    /// A length whose elements have names: there are as many. Vectors of this length are recorded, drawn and
+    /// chosen by them, and so is what other blocks compute from these vectors element by element.
+    Dim(Block* owner, const char* name, std::function<Names()> names);
     int id() const { return id_; }
 
   private:
@@ -164,10 +170,19 @@ struct RequirementDeclaration {
     bool is_bound = false;
 };
 
+/// Element `first` + i of the vector `to` is element `picked[i]` of the vector `from`, all from 0; none
+/// picked: all in their order. Both are indices of slots.
+struct SameElements {
+    int to, from;
+    int first = 0;
+    std::vector<int> picked = {};
+};
+
 struct Declaration {
     struct DimSymbol {
         std::string name;
         std::function<int()> rule;
+        std::function<Dim::Names()> names;
         int value = -1;
     };
     struct ShapeSymbol {
@@ -183,6 +198,7 @@ struct Declaration {
     std::vector<DimSymbol> dims;
     std::vector<ShapeSymbol> shapes;
     std::vector<TypeSymbol> types;
+    std::vector<SameElements> same_elements; ///< besides those of vectors of one Dim or AnyShape
     std::vector<ObjectDeclaration> objects;
     std::vector<ProvisionDeclaration> provisions;
     std::vector<RequirementDeclaration> requirements;
@@ -192,6 +208,10 @@ struct Declaration {
     /// Index of the slot of that name (and role), or -1.
     int find(std::string_view slot_name) const;
     int find(std::string_view slot_name, Role role) const;
+    /// The names that the block itself gives to the elements of a vector, those of its Dim; empty: none.
+    std::vector<std::string> element_names(int slot) const;
+    /// "tau[l_knee]", or "tau[4]" where the block gives no names; elements are numbered from 0.
+    std::string element_name(int slot, int element) const;
 };
 
 } // namespace bf

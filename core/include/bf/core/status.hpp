@@ -7,6 +7,8 @@
 
 namespace bf {
 
+struct Declaration;
+
 /// Result of a step. Never allocates: the message is a string literal, in which each `{}` stands for one of
 /// two integers, e.g. Status::failure("H({}, {}) is not finite", row, column). Fits in two registers.
 class [[nodiscard]] Status {
@@ -23,9 +25,18 @@ class [[nodiscard]] Status {
         return status;
     }
 
+    /// The same about an element (from 0) of a quantity of the block: in the message `{element}` stands for
+    /// its name, e.g. Status::failure("{element} is not finite", tau, i).
+    template <std::size_t N, class Key>
+    requires requires(const Key& key) { key.index(); }
+    static constexpr Status failure(const char (&literal)[N], const Key& quantity, std::int32_t element) {
+        return failure(literal, quantity.index(), element);
+    }
+
     constexpr explicit operator bool() const { return message_ == nullptr; }
-    /// The message with its integers filled in; "ok" when nothing failed. Allocates: not for use in a step.
-    std::string text() const;
+    /// The message with its integers filled in; "ok" when nothing failed. The block that failed knows how its
+    /// elements are called: "tau[l_knee]", otherwise it is "element 4". Allocates: not for use in a step.
+    std::string text(const Declaration* block = nullptr) const;
 
   private:
     const char* message_ = nullptr;

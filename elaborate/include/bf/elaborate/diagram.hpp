@@ -8,6 +8,7 @@
 #include "bf/model/model.hpp"
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -63,6 +64,8 @@ struct DiagramNode {
     int rate = -1;
     int condition = 0;
     int loop = -1; ///< the loop that it stands in
+    /// By slot, the names of a vector's elements, "" for one that has none; only where one has.
+    std::map<int, std::vector<std::string>> element_names;
     model::Location where;
 };
 
@@ -198,6 +201,12 @@ struct Diagram {
     std::string end_path(const Node::End& end) const {
         return nodes[static_cast<std::size_t>(end.node)].path + "." + slot(end).name;
     }
+    /// Of each element, "" for one without; none at all: empty.
+    const std::vector<std::string>& element_names(const Node::End& end) const;
+    /// The same as text, a line each.
+    std::string element_lines(const Node::End& end) const;
+    /// What stands behind the signal's name for element i, from 0: "[l_knee]", or "[4]".
+    std::string element_text(const Node::End& end, int i) const;
 };
 
 } // namespace bf

@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -29,7 +31,14 @@ struct ChannelInfo {
     bool is_held = false;   ///< keeps its value until the next sample: plots draw stairs
     std::vector<std::pair<double, std::string>> names = {}; ///< of values, for people; empty: they have none
     std::vector<std::string> other_names = {};              ///< of the same signal, which is stored once
+    std::vector<std::string> element_names = {}; ///< of a vector, "" for one without; empty: they have none
 
+    /// What stands behind the signal's name for element i (column by column, from 0): "" of a scalar, "[3]"
+    /// or
+    /// "[l_knee]" of a vector, "[1][3]" (row, column) of a matrix; these numbers count from 1.
+    std::string element_text(std::size_t i) const;
+    /// The element that such a text stands for, by its name or its number; nothing: there is none.
+    std::optional<std::size_t> find_element(std::string_view text) const;
     std::size_t elements() const noexcept { return std::size_t{rows} * cols; }
     std::size_t bytes() const noexcept { return elements() * size_of(type); } ///< of one sample
     bool operator==(const ChannelInfo&) const = default;

@@ -9,7 +9,7 @@
 
 namespace bf::recording {
 
-/// Writes a table: a line of names with units, "time (s),tau[0] (N m),...", then one line per sample; numbers
+/// Writes a table: a line of names with units, "time (s),tau[1] (N m),...", then one line per sample; numbers
 /// are exact. Signals sampled at the same times share the one file `path`; otherwise each signal gets a file
 /// of its own, "run.csv" becoming "run_controller.tau.csv". Returns the files written; all appear, or none.
 /// Throws FileError when one cannot be written.
@@ -17,8 +17,9 @@ std::vector<std::filesystem::path> write_csv(const Recording& recording, const s
 
 /// Writes a MAT-file (version 5), one "Structure With Time" per signal, as To Workspace makes it: `time` (N x
 /// 1), `signals.values` (N x n for a scalar or 1-D signal, rows x cols x N for a matrix, of the signal's own
-/// class), `signals.dimensions`, `signals.label`, `signals.unit`. "controller.tau" becomes the variable
-/// controller_tau. Throws std::runtime_error when it cannot be written.
+/// class), `signals.dimensions`, `signals.label`, `signals.unit`, and `signals.elements`, a cell array, where
+/// the elements have names. "controller.tau" becomes the variable controller_tau. Throws std::runtime_error
+/// when it cannot be written.
 void write_mat(const Recording& recording, const std::filesystem::path& path);
 
 /// Where two recordings part.

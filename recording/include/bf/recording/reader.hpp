@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <iosfwd>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -38,7 +39,8 @@ struct Channel {
     /// One element over all samples.
     std::vector<double> values(std::size_t element = 0) const;
 
-    /// "tau" for a scalar, "tau[3]" for a vector, "M[0][2]" (row, column) for a matrix; all from 0.
+    /// "tau" for a scalar, "tau[4]" or "tau[l_knee]" for a vector, "M[1][3]" for a matrix: these numbers
+    /// count from 1.
     std::string element_name(std::size_t element) const;
 };
 
@@ -62,6 +64,12 @@ struct Recording {
     /// A signal by its path, or by that of its block or subsystem where this has no other in the recording.
     /// Throws std::runtime_error that names the recorded signals, or those of the block.
     const Channel& channel(std::string_view name) const;
+    /// The same where one element may be named, by its name or by its number from 1: "robot.s[l_knee]".
+    struct Found {
+        const Channel& channel;
+        std::optional<std::size_t> element; ///< column by column, from 0; nothing: all
+    };
+    Found find(std::string_view name) const;
 };
 
 /// Reads a recording of ours. What follows a cut is missing and what fails its checksum is left out, both

@@ -1,8 +1,8 @@
 // The external reset that integrators, delays and controllers share.
 #pragma once
 
-#include "bf/kernels/continuous.hpp"
 #include "bf/kernels/discrete.hpp"
+#include "bf/kernels/guards.hpp"
 
 #include "shapes.hpp"
 

@@ -90,9 +90,12 @@ std::vector<char> Diagram::needed_inside_a_step() const {
         if (node >= 0 && !std::exchange(is_needed[static_cast<std::size_t>(node)], 1))
             pending.push_back(node);
     };
-    for (const auto* segments : {&plan.derivatives, &plan.guards})
-        for (const auto& segment : *segments)
+    const auto need_all = [&](const std::vector<Segment>& segments) {
+        for (const auto& segment : segments)
             for (const auto& activity : segment.activities) need(activity.node);
+    };
+    need_all(plan.derivatives);
+    if (is_adaptive(solver.method)) need_all(plan.guards); // others look at guards at the base steps alone
     for (const auto& condition : conditions)
         for (const auto& signal : {condition.enable, condition.trigger, condition.reset}) need(signal.node);
     for (std::size_t n = 0; n < nodes.size(); ++n)

@@ -31,6 +31,15 @@ class Asked final : public Block {
     static inline Values times;
 };
 
+/// When 1 + 0.3 t² passes a level.
+double passing(double level) { return std::sqrt((level - 1) / 0.3); }
+
+/// The integral of its part above a level, to 4 s.
+double integral_above(double level) {
+    const auto to = [&](double t) { return 0.1 * t * t * t - (level - 1) * t; };
+    return to(4) - to(level > 1 ? passing(level) : 0);
+}
+
 /// f(1), f(2), ... as far as 4 s.
 Values times_of(const std::function<double(int)>& f) {
     Values times;
@@ -58,6 +67,18 @@ TEST(Events, OfStandardBlocksAreLocatedWhereTheseJumpOrBend) {
         {"SignalFromFile, file: " + file, "", {0.6, 2.1}},
         {"Quantize, interval: 0.5", input, times_of([](int k) { return std::sqrt((0.5 * k - 0.25) / 0.3); })},
         {"LookUpRow, table: \"(1:30)'\"", input, times_of([](int k) { return std::sqrt(k / 0.3); })},
+        {"Round, function: floor", input, times_of([](int k) { return passing(k + 1); })},
+        {"Round", input, times_of([](int k) { return passing(k + 0.5); })},
+        {"Fcn, expression: 'mod(u, 0.7)'", input, times_of([](int k) { return passing(0.7 * (k + 1)); })},
+        {"Fcn, expression: 'min(u, 3) + (u > 4)*abs(u - 5)'", input, {passing(3), passing(4), passing(5)}},
+        {"Fcn, expression: 'atan2(u - 3, -1)'", input, {passing(3)}},
+        {"Lookup1D, breakpoints: [1.5, 2, 4.5], table: [0, 1, 2]",
+         input,
+         {passing(1.5), passing(2), passing(4.5)}},
+        {"Lookup1D, breakpoints: [1.5, 2, 4.5], table: [0, 1, 2], interpolation: nearest",
+         input,
+         {passing(1.75), passing(3.25)}},
+        {"DirectLookup, table: [1, 4, 2, 3]", "u: y.i1, ", {passing(2), passing(3), passing(4)}},
     };
     Library asked("");
     asked.group("test").add<Asked>("Asked", "");
@@ -77,6 +98,39 @@ TEST(Events, OfStandardBlocksAreLocatedWhereTheseJumpOrBend) {
                 EXPECT_TRUE(std::any_of(Asked::times.begin(), Asked::times.end(),
                                         [&](double t) { return std::abs(t - time) < 1e-11; }))
                     << solver << ": " << block << " at " << time;
+        }
+}
+
+TEST(Events, OfStandardBlocksKeepTheirIntegrals) {
+    const double T = 4, of_input = T + 0.1 * T * T * T;
+    const auto of_jumps = [&](double first, double interval) {
+        double sum = 0;
+        for (double level = first; passing(level) < T; level += interval) sum += T - passing(level);
+        return sum;
+    };
+    const struct {
+        std::string block;
+        double integral;
+    } cases[] = {
+        {"Round, function: floor", T + of_jumps(2, 1)},
+        {"Round", T + of_jumps(1.5, 1)},
+        {"Fcn, expression: 'mod(u, 0.7)'", of_input - 0.7 * (T + of_jumps(1.4, 0.7))},
+        {"Fcn, expression: 'abs(u - 3)'", -(of_input - 3 * T) + 2 * integral_above(3)},
+        {"Fcn, expression: 'max(u, 2) + (u >= 4)'", 2 * T + integral_above(2) + T - passing(4)},
+        {"Lookup1D, breakpoints: [0, 2, 3, 5], table: [0, 1, -1, 1]",
+         of_input / 2 - 2.5 * integral_above(2) + 3 * integral_above(3) - integral_above(5)},
+        {"Lookup1D, breakpoints: [0, 2, 3, 5], table: [0, 1, -1, 1], interpolation: flat",
+         T - passing(2) - 2 * (T - passing(3)) + 2 * (T - passing(5))},
+    };
+    for (const std::string solver : adaptive_solvers)
+        for (const auto& [block, integral] : cases) {
+            Session run("model: m\nstep: 4\nsolver: " + solver +
+                        "\nrelative_tolerance: 1e-8\nabsolute_tolerance: 1e-10"
+                        "\nblocks:\n  t: {block: Clock}\n"
+                        "  u: {block: Polynomial, coefficients: [0.3, 0, 1]}\n  y: {block: " +
+                        block + "}\n  x: {block: Integrator}\nconnections: {t: u, u: y, y: x}\n");
+            EXPECT_NEAR(run.trace("x", 2).back(), integral, 1e-6)
+                << solver << ": " << block << ": " << run.simulation->failure();
         }
 }
 

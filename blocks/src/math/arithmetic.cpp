@@ -296,6 +296,12 @@ class Norm final : public Block {
             OutputRule(this, kernels::Norm1{}, y, u);
         else
             OutputRule(this, kernels::NormInf{}, y, u);
+        if (*kind == "1")
+            at_zero.emplace(this, "at_zero", u, Constants({0}));
+        else if (*kind == "2")
+            GuardRule(this, kernels::SideOfNumber{}, side, u);
+        else
+            GuardRule(this, kernels::FarthestElement{}, side, u);
     }
     Argument<std::string> kind{
         this,
@@ -303,7 +309,15 @@ class Norm final : public Block {
         {.initial = "2", .doc = "sum of squares, sum or maximum", .choices = {"2", "1", "inf"}}};
     Input<> u{this, "u", any()};
     Output<> y{this, "y", any(scalar)};
+    GuardOf<std::int32_t> side{this, "side", {.doc = "changes at a corner of y", .present = *kind != "1"}};
+    std::optional<Crossing> at_zero;
+
+    void infer(Inference& inference) const override {
+        if (at_zero) at_zero->infer(*this, inference);
+    }
 };
+
+using kernels::Rounding;
 
 } // namespace
 
@@ -324,18 +338,19 @@ void add_arithmetic(Library& library) {
                                            "Sign. y = 1, 0 or -1 by the sign of u, element by element.")
         .add<Unary<kernels::Square>>("Square", "Square. y = u², element by element.")
         .add<Unary<kernels::Negate>>("Negate", "Changes the sign. y = -u, element by element.")
-        .add<Extreme<kernels::MinimumOfElements, kernels::MinimumOfList>>(
+        .add<Extreme<kernels::MinimumOfElements, kernels::MinimumOfList, 1>>(
             "Minimum",
             "Smallest of its inputs. Element by element over `inputs` inputs, scalars expanding; a "
             "single input is searched over its elements. NaN is ignored.")
-        .add<Extreme<kernels::MaximumOfElements, kernels::MaximumOfList>>(
+        .add<Extreme<kernels::MaximumOfElements, kernels::MaximumOfList, -1>>(
             "Maximum", "Largest of its inputs. Element by element over `inputs` inputs, scalars expanding; a "
                        "single input is searched over its elements. NaN is ignored.")
-        .add<Binary<kernels::Mod>>(
+        .add<BinaryWithEdges<kernels::Mod, kernels::QuotientEdges, int(Rounding::floor)>>(
             "Mod", "Remainder with the sign of u2. y = u1 - floor(u1/u2) u2; u1 where u2 = 0. As in MATLAB, "
                    "0 where u2 is no integer and u1/u2 is one but for rounding: mod(0.3, 0.1) = 0.")
-        .add<Binary<kernels::Rem>>("Rem", "Remainder with the sign of u1. y = u1 - trunc(u1/u2) u2; NaN, or "
-                                          "0 for integers, where u2 = 0. Rounded as Mod.")
+        .add<BinaryWithEdges<kernels::Rem, kernels::QuotientEdges, int(Rounding::zero)>>(
+            "Rem", "Remainder with the sign of u1. y = u1 - trunc(u1/u2) u2; NaN, or "
+                   "0 for integers, where u2 = 0. Rounded as Mod.")
         .add<Reduction<kernels::ProductOfElements>>("ProductOfElements",
                                                     "Product of all elements. y = Π u_i.")
         .add<Dot>("Dot", "Scalar product. y = Σ u1_i u2_i; a scalar expands.")

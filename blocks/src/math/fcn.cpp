@@ -14,7 +14,10 @@ namespace {
 /// y = expression(u1, u2, ..., p).
 class Fcn final : public Block {
   public:
-    using Block::Block;
+    explicit Fcn(const Arguments& arguments) : Block(arguments) {
+        if (compiled.edges > 0)
+            GuardRule(this, kernels::ExpressionEdges{}, edges, Constants(compiled.code), p, u);
+    }
     Argument<std::string> expression{
         this,
         "expression",
@@ -25,6 +28,10 @@ class Fcn final : public Block {
     InputList<> u{this, names(), any("input of the formula")};
     Output<> y{this, "y", any("value of the formula")};
     OutputRule rule{this, kernels::Expression{}, y, Constants(compiled.code), p, u};
+    GuardOf<Array<std::int32_t>> edges{
+        this,
+        "edges",
+        {.doc = "change where an operation jumps or has a corner", .present = compiled.edges > 0}};
 
     void infer(Inference& inference) const override {
         if (const Size* s = inference.size(p); s && s->count() < compiled.parameters)
@@ -44,6 +51,8 @@ class Fcn final : public Block {
             inference.set(y, Size{});
         else
             broadcast(*this, inference, operands, y.index());
+        if (const Size* s = inference.size(y); s && compiled.edges > 0)
+            inference.set(edges, Size{compiled.edges, s->count(), true});
     }
 
   private:

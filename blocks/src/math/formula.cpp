@@ -94,6 +94,7 @@ class Compiler {
         if (operation < Operation::negative && ++height_ > kernels::Expression::depth)
             refuse("it nests too deeply; split it into two blocks");
         if (operation >= Operation::plus) --height_;
+        formula_.edges += kernels::detail::has_edges(operation);
         formula_.code.insert(formula_.code.end(), {static_cast<double>(operation), operand, double(index)});
     }
 

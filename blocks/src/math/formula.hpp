@@ -11,6 +11,7 @@ struct Formula {
     std::vector<double> code;  ///< see kernels::Expression
     int inputs = 0;            ///< the highest number of an input in it
     int parameters = 0;        ///< the highest index of p in it
+    int edges = 0;             ///< operations in it that jump or have a corner
     bool is_single = true;     ///< the only input is called u throughout
     std::vector<bool> whole;   ///< per input: is it read element by element, and not only u(i)?
     std::vector<int> elements; ///< per input: the highest i in u(i)

@@ -24,9 +24,6 @@ constexpr std::array square_roots{Choice{"sqrt", declare<kernels::Sqrt>},
                                   Choice{"reciprocal", declare<kernels::ReciprocalSqrt>}};
 constexpr std::array exponentials{Choice{"e", declare<kernels::Exp>}, Choice{"10", declare<kernels::Pow10>}};
 constexpr std::array logarithms{Choice{"e", declare<kernels::Log>}, Choice{"10", declare<kernels::Log10>}};
-constexpr std::array roundings{Choice{"round", declare<kernels::Round>},
-                               Choice{"floor", declare<kernels::Floor>},
-                               Choice{"ceil", declare<kernels::Ceil>}, Choice{"fix", declare<kernels::Fix>}};
 constexpr std::array trigonometric{
     Choice{"sin", declare<kernels::Sin>},     Choice{"cos", declare<kernels::Cos>},
     Choice{"tan", declare<kernels::Tan>},     Choice{"asin", declare<kernels::Asin>},
@@ -56,6 +53,35 @@ template <const auto& choices> class Function final : public Block {
     }
 };
 
+/// y = u without its fraction, in one of several ways.
+class Round final : public Block {
+  public:
+    explicit Round(const Arguments& arguments) : Block(arguments) {
+        if (*function == "round")
+            declare(kernels::Round{}, kernels::Rounding::away);
+        else if (*function == "floor")
+            declare(kernels::Floor{}, kernels::Rounding::floor);
+        else if (*function == "ceil")
+            declare(kernels::Ceil{}, kernels::Rounding::ceil);
+        else
+            declare(kernels::Fix{}, kernels::Rounding::zero);
+    }
+    Argument<std::string> function{
+        this,
+        "function",
+        {.initial = "round", .doc = "which function", .choices = {"round", "floor", "ceil", "fix"}}};
+    AnyShape shape{this};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    GuardOf<Array<std::int32_t>> edge{this, "edge", {.shape = shape, .doc = "changes where y jumps"}};
+
+  private:
+    template <class Kernel> void declare(Kernel kernel, kernels::Rounding rounding) {
+        OutputRule(this, kernel, y, u);
+        GuardRule(this, kernels::RoundingEdges{}, edge, Constants({double(rounding)}), u);
+    }
+};
+
 /// sin = sin u, cos = cos u.
 class SineCosine final : public Block {
   public:
@@ -82,11 +108,10 @@ void add_functions(Library& library) {
                                       "y = function(u), angles in rad; NaN outside the domain.")
         .add<SineCosine>("SineCosine",
                          "Sine and cosine of an angle at once. Quicker than one after the other.")
-        .add<Binary<kernels::Atan2>>("Atan2",
-                                     "Angle of the point (u2, u1). y = atan2(u1, u2) [rad], in [-π, π].")
-        .add<Function<roundings>>("Round",
-                                  "Rounds to a whole number. To the nearest with halves away from zero, "
-                                  "down, up, or toward zero; the type stays.");
+        .add<BinaryWithEdges<kernels::Atan2, kernels::AngleEdge>>(
+            "Atan2", "Angle of the point (u2, u1). y = atan2(u1, u2) [rad], in [-π, π].")
+        .add<Round>("Round", "Rounds to a whole number. To the nearest with halves away from zero, "
+                             "down, up, or toward zero; the type stays.");
 }
 
 } // namespace bf::blocks

@@ -99,6 +99,9 @@ class Sort final : public Block {
         "index",
         {.shape = shape, .doc = "place of each in u, counted from 1; equal ones keep their order"}};
     OutputRule rule{this, kernels::Sort{}, y, index, Constants({double(*order == "descending")}), u};
+    GuardOf<Array<std::int32_t>> at_change{
+        this, "at_change", {.shape = shape, .doc = "changes where two elements change their places"}};
+    GuardRule guard{this, kernels::WholeNumber{}, at_change, index};
 
     void infer(Inference& inference) const override {
         if (const Size* s = inference.size(u)) inference.set(y, *s);

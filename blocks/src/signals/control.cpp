@@ -2,7 +2,7 @@
 #include "../groups.hpp"
 #include "../shapes.hpp"
 #include "bf/blocks/kernels.hpp"
-#include "bf/kernels/continuous.hpp"
+#include "bf/kernels/guards.hpp"
 
 #include <vector>
 

@@ -1,6 +1,7 @@
 // Changing element types.
 #include "bf/kernels/convert.hpp"
 #include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/guards.hpp"
 
 #include "../groups.hpp"
 #include "../overflow.hpp"
@@ -13,7 +14,9 @@ namespace {
 /// y = u in another element type.
 class Convert final : public Block {
   public:
-    using Block::Block;
+    explicit Convert(const Arguments& arguments) : Block(arguments) {
+        if (is_whole) GuardRule(this, kernels::RoundingEdges{}, edge, options(), u);
+    }
     Argument<std::string> type{
         this,
         "type",
@@ -31,9 +34,12 @@ class Convert final : public Block {
     AnyShape shape{this};
     Input<Any> u{this, "u", any(shape)};
     Output<Other> y{this, "y", any(shape)};
+    const bool is_whole = *type != "double" && *type != "single" && *type != "boolean";
     Workspace<Array<double>> value{this, "value", {.shape = shape}};
     OutputRule rule_value{this, kernels::Copy{}, value, u};
     OutputRule rule{this, kernels::Convert{}, y, options(), value};
+    GuardOf<Array<std::int32_t>> edge{
+        this, "edge", {.shape = shape, .doc = "changes where y jumps", .present = is_whole}};
 
     void infer(Inference& inference) const override { inference.set(y, *type_from_name(*type)); }
 

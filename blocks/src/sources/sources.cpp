@@ -1,6 +1,6 @@
 // Signals from nowhere: constants, functions of time, files.
 #include "bf/kernels/sources.hpp"
-#include "bf/kernels/continuous.hpp"
+#include "bf/kernels/guards.hpp"
 
 #include "../groups.hpp"
 #include "../shapes.hpp"

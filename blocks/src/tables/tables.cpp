@@ -2,6 +2,7 @@
 #include "bf/kernels/lookup.hpp"
 
 #include "../groups.hpp"
+#include "../guards.hpp"
 #include "../shapes.hpp"
 
 #include <algorithm>
@@ -79,6 +80,29 @@ Interpolation interpolation_of(const std::string& text) {
                                : Interpolation::linear;
 }
 
+/// Change where a table jumps or has a corner along one of its inputs.
+template <class U>
+Edges table_edges(Block* owner, const std::string& name, Interpolation how, bool clips,
+                  const std::vector<double>& points, const U& u) {
+    return {owner,
+            name,
+            "number of the table's piece",
+            kernels::TablePiece{},
+            Constants({double(how), double(clips)}),
+            Constants(points),
+            u};
+}
+
+/// Those of several inputs, the first of which is u1.
+std::vector<Edges> table_edges(Block* owner, Interpolation how, bool clips,
+                               const std::vector<std::vector<double>>& points, const InputList<>& u) {
+    std::vector<Edges> all;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        all.push_back(table_edges(owner, "piece" + std::to_string(i + 1), how, clips, points[i],
+                                  u[static_cast<int>(i)]));
+    return all;
+}
+
 /// y = table at u, element by element.
 class Lookup1D final : public Block {
   public:
@@ -118,8 +142,13 @@ class Lookup1D final : public Block {
     Workspace<Array<double>> slopes{this, "slopes", {.shape = {Extent(count)}, .present = is_smooth}};
     Workspace<Array<double>> work{
         this, "work", {.shape = {Extent(count)}, .present = *interpolation == "spline"}};
+    // A smooth interpolant has corners at its ends alone.
+    Edges piece = table_edges(
+        this, "piece", interpolation_of(*interpolation), extrapolation.clips(),
+        is_smooth&& count > 1 ? std::vector<double>{points.front(), points.back()} : points, u[0]);
 
     void infer(Inference& inference) const override {
+        piece.infer(*this, inference);
         check_table(*this, inference, table.index(), {points.size()});
     }
 };
@@ -150,6 +179,8 @@ class Lookup2D final : public Block {
     InputList<> u{this, "u", 2, any()};
     Output<> y{this, "y", any("value of the table")};
     Workspace<Guesses> guess{this, "guess", {.shape = {Extent(2)}}};
+    std::vector<Edges> pieces =
+        table_edges(this, interpolation_of(*interpolation), extrapolation.clips(), {points1, points2}, u);
     OutputRule rule{
         this,  kernels::Lookup{},
         y,     layout(interpolation_of(*interpolation), extrapolation.clips(), {points1, points2}),
@@ -157,6 +188,7 @@ class Lookup2D final : public Block {
         guess};
 
     void infer(Inference& inference) const override {
+        for (const auto& piece : pieces) piece.infer(*this, inference);
         check_table(*this, inference, table.index(), {points1.size(), points2.size()});
         broadcast(*this, inference, slots(u), y.index());
     }
@@ -189,12 +221,15 @@ class LookupND final : public Block {
     InputList<> u{this, "u", count, any()};
     Output<> y{this, "y", any("value of the table")};
     Workspace<Guesses> guess{this, "guess", {.shape = {Extent(count)}}};
+    std::vector<Edges> pieces =
+        table_edges(this, interpolation_of(*interpolation), extrapolation.clips(), points, u);
     OutputRule rule{this,  kernels::Lookup{},
                     y,     layout(interpolation_of(*interpolation), extrapolation.clips(), points),
                     table, u,
                     guess};
 
     void infer(Inference& inference) const override {
+        for (const auto& piece : pieces) piece.infer(*this, inference);
         std::vector<std::size_t> lengths;
         for (const auto& x : points) lengths.push_back(x.size());
         check_table(*this, inference, table.index(), lengths);
@@ -220,6 +255,9 @@ class DirectLookup final : public Block {
     explicit DirectLookup(const Arguments& arguments) : Block(arguments) {
         OutputRule(this, kernels::ElementAt{}, y,
                    Constants({double(*outside == "error"), double(*from_zero)}), table, index);
+        for (int i = 0; i < index.size(); ++i)
+            elements.emplace_back(this, "element" + std::to_string(i + 1), "index without its fraction",
+                                  kernels::WholeNumber{}, index[i]);
     }
     Argument<int> dimensions{this,
                              "dimensions",
@@ -236,8 +274,12 @@ class DirectLookup final : public Block {
     Parameter<> table{this, "table", {.initial = {1}, .unit = any_unit, .doc = "values", .as_written = true}};
     InputList<Array<double>> index{this, "i", *dimensions, {.doc = "index, without its fraction"}};
     Output<> y{this, "y", any("element of the table")};
+    std::vector<Edges> elements;
 
-    void infer(Inference& inference) const override { broadcast(*this, inference, slots(index), y.index()); }
+    void infer(Inference& inference) const override {
+        for (const auto& element : elements) element.infer(*this, inference);
+        broadcast(*this, inference, slots(index), y.index());
+    }
 };
 
 /// Where u stands among breakpoints.
@@ -256,6 +298,9 @@ class Prelookup final : public Block {
     OutputRule rule{
         this, kernels::Prelookup{}, k, f, Constants({double(extrapolation.clips())}), Constants(points), u,
         guess};
+    Edges piece = table_edges(this, "piece", Interpolation::linear, extrapolation.clips(), points, u);
+
+    void infer(Inference& inference) const override { piece.infer(*this, inference); }
 };
 
 /// Table at places that Prelookup blocks found.
@@ -275,8 +320,10 @@ class InterpolateAt final : public Block {
     Output<Array<double>> y{this, "y", any("value of the table")};
     OutputRule rule{this,  kernels::InterpolateAt{}, y, Constants({lengths.begin(), lengths.end()}), table,
                     places};
+    std::vector<Edges> pieces = declare_pieces();
 
     void infer(Inference& inference) const override {
+        for (const auto& piece : pieces) piece.infer(*this, inference);
         check_table(*this, inference, table.index(), {lengths.begin(), lengths.end()});
         broadcast(*this, inference, slots(places), y.index());
     }
@@ -287,6 +334,13 @@ class InterpolateAt final : public Block {
         problem("argument 'size' must hold the number of breakpoints of 1 to " +
                 std::to_string(kernels::most_table_dimensions) + " dimensions");
         return {2};
+    }
+    std::vector<Edges> declare_pieces() {
+        std::vector<Edges> all;
+        for (int i = 0; i < places.size(); i += 2)
+            all.emplace_back(this, "piece" + std::to_string(i / 2 + 1), "number of the table's piece",
+                             kernels::WholeNumber{}, places[i]);
+        return all;
     }
     std::vector<std::string> names() const {
         std::vector<std::string> all;

@@ -6,6 +6,7 @@
 #include "bf/kernels/discrete.hpp"
 #include "bf/kernels/expression.hpp"
 #include "bf/kernels/geometry.hpp"
+#include "bf/kernels/guards.hpp"
 #include "bf/kernels/logic.hpp"
 #include "bf/kernels/lookup.hpp"
 #include "bf/kernels/nonlinear.hpp"
@@ -223,6 +224,14 @@ template <class T> void numbers() {
     for (const int how : {0, 1, 2})
         run(Lookup{}, A5<T>(), values<double>(how, how - 1, 3, 2, -1, 0, 1.5, 0, 1), random<Array<T, 6>>(),
             random<List<T, 2, 5>>(), Array<std::int32_t, 2>());
+    for (const int how : {0, 1, 2})
+        run(TablePiece{}, A5<std::int32_t>(), values<double>(how, how - 1), values<double>(-1, 0, 1.5), a);
+    for (const int rounding : {0, 1, 2, 3, 4, 5}) {
+        run(RoundingEdges{}, A5<std::int32_t>(), values<double>(rounding), a);
+        run(QuotientEdges{}, A5<std::int32_t>(), values<double>(rounding), a, random<A5<T>>());
+    }
+    run(ExtremeElement{}, One<std::int32_t>(), values<double>(1), a);
+    run(ExtremeOperand{}, A5<std::int32_t>(), values<double>(-1), random<List<T, 3, 5>>());
     run(ElementAt{}, A5<T>(), values<double>(1, 0), m, random<List<double, 2, 5>>());
     run(Prelookup{}, A5<std::uint32_t>(), A5<double>(), values<double>(0), values<double>(-1, 0, 1.5), a,
         One<std::int32_t>());
@@ -374,6 +383,9 @@ template <class T> void reals() {
 
     run(StopMargins{}, A5<double>(), A5<double>(), values<T>(0.5), random<A5<T>>(), u);
     run(QuantizeEdges{}, A5<std::int32_t>(), values<T>(0.5), u);
+    run(AngleEdge{}, A5<std::int32_t>(), u, random<A5<T>>());
+    run(SideOfNumber{}, One<std::int32_t>(), values<T>(-0.5));
+    run(FarthestElement{}, One<std::int32_t>(), u);
     run(Polynomial{}, A5<T>(), random<Array<T, 4>>(), u);
     run(Backlash{}, A5<T>(), values<T>(0.5), random<A5<T>>(), u);
     run(Friction{}, A5<T>(), values<T>(0.5), values<T>(2), u);
@@ -406,6 +418,10 @@ template <class T> void reals() {
     for (double operation = two; operation < end; ++operation) // of u1 and u2(4)
         run(Expression{}, A5<T>(), values<double>(1, 0, 0, 2, 1, 3, operation, 0, 0), values<double>(0.3),
             both);
+    // floor(u1) < u2(4)
+    const auto below = double(Operation::less), floor = double(Operation::floor);
+    run(ExpressionEdges{}, Array<std::int32_t, 2, 5>(),
+        values<double>(1, 0, 0, floor, 0, 0, 2, 1, 3, below, 0, 0), values<double>(0.3), both);
 }
 
 } // namespace

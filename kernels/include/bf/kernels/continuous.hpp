@@ -3,7 +3,7 @@
 #include "bf/kernels/scalar.hpp"
 #include "bf/kernels/view.hpp"
 
-/// Outputs and derivatives of continuous states, element by element, and zero-crossing functions.
+/// Outputs and derivatives of continuous states, element by element.
 namespace bf::kernels {
 
 namespace detail {
@@ -157,64 +157,6 @@ struct KeepSample {
         times[row] = t[0];
         for (int j = 0; j < values.cols; ++j) values(row, j) = u[j];
         count[0] = sample + 1;
-    }
-};
-
-/// g = u - level: crosses zero where u passes the level.
-struct Margin {
-    static constexpr const char* name = "bf::kernels::Margin{}";
-    template <class T> static constexpr bool accepts = is_any<T>;
-    template <class G, class U, class L>
-    constexpr void operator()(const G& g, const U& u, const L& level) const noexcept {
-        for (int i = 0; i < g.size(); ++i)
-            g[i] = static_cast<Element<G>>(u[pick(i, u.size())]) -
-                   static_cast<Element<G>>(level[pick(i, level.size())]);
-    }
-};
-
-/// g = 1 where u > 0, else -1: crosses zero also where u jumps from 0.
-struct PositiveSign {
-    static constexpr const char* name = "bf::kernels::PositiveSign{}";
-    template <class T> static constexpr bool accepts = is_any<T>;
-    template <class G, class U> constexpr void operator()(const G& g, const U& u) const noexcept {
-        for (int i = 0; i < g.size(); ++i) g[i] = u[pick(i, u.size())] > 0 ? 1 : -1;
-    }
-};
-
-/// Crosses zero where u meets a stop of a play: u - x ∓ width/2, x being the output of the step before.
-struct StopMargins {
-    static constexpr const char* name = "bf::kernels::StopMargins{}";
-    template <class T> static constexpr bool accepts = is_real<T>;
-    template <class L, class H, class W, class X, class U>
-    constexpr void operator()(const L& lower, const H& upper, const W& width, const X& x,
-                              const U& u) const noexcept {
-        for (int i = 0; i < lower.size(); ++i) {
-            using T = Element<L>;
-            const T half = static_cast<T>(width[pick(i, width.size())]) / T(2);
-            const T offset = static_cast<T>(u[i]) - static_cast<T>(x[i]);
-            lower[i] = offset + half;
-            upper[i] = offset - half;
-        }
-    }
-};
-
-/// g counts the steps of a quantizer: round(u / q).
-struct QuantizeEdges {
-    static constexpr const char* name = "bf::kernels::QuantizeEdges{}";
-    template <class T> static constexpr bool accepts = is_real<T>;
-    template <class G, class Q, class U>
-    void operator()(const G& g, const Q& interval, const U& u) const noexcept {
-        for (int i = 0; i < g.size(); ++i)
-            g[i] = detail::counted(std::round(u[pick(i, u.size())] / interval[pick(i, interval.size())]));
-    }
-};
-
-/// g = u without its fraction: changes wherever a choice by a number does.
-struct WholeNumber {
-    static constexpr const char* name = "bf::kernels::WholeNumber{}";
-    template <class T> static constexpr bool accepts = is_any<T>;
-    template <class G, class U> void operator()(const G& g, const U& u) const noexcept {
-        for (int i = 0; i < g.size(); ++i) g[i] = detail::counted(detail::whole(u[pick(i, u.size())]));
     }
 };
 

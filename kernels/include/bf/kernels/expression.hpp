@@ -1,6 +1,7 @@
 #pragma once
 
 #include "bf/kernels/functions.hpp"
+#include "bf/kernels/guards.hpp"
 
 /// Formulas that are known only when a block is made.
 namespace bf::kernels {
@@ -53,6 +54,45 @@ enum class Operation {
     rem ///< of the two on top, the upper one right
 };
 
+namespace detail {
+/// Where the value of an operation with these operands jumps or has a corner, this number changes: of those
+/// that `has_edges` names.
+template <class T> std::int32_t edge_of(Operation operation, T a, T b) noexcept {
+    switch (operation) {
+    case Operation::floor: return counted(std::floor(a));
+    case Operation::ceil: return counted(std::ceil(a));
+    case Operation::round: return counted(std::round(a));
+    case Operation::fix: return counted(std::trunc(a));
+    case Operation::mod: return counted(std::floor(a / b));
+    case Operation::rem: return counted(std::trunc(a / b));
+    case Operation::atan2: return third_quadrant(a, b);
+    case Operation::abs:
+    case Operation::sign: return (a > 0) - (a < 0);
+    default: return (a > b) - (a < b); // comparisons and extremes
+    }
+}
+constexpr bool has_edges(Operation operation) noexcept {
+    switch (operation) {
+    case Operation::abs:
+    case Operation::sign:
+    case Operation::floor:
+    case Operation::ceil:
+    case Operation::round:
+    case Operation::fix:
+    case Operation::less:
+    case Operation::less_equal:
+    case Operation::greater:
+    case Operation::greater_equal:
+    case Operation::minimum:
+    case Operation::maximum:
+    case Operation::atan2:
+    case Operation::mod:
+    case Operation::rem: return true;
+    default: return false;
+    }
+}
+} // namespace detail
+
 /// y_i = value of a formula over elements i of the inputs, computed in the type of p. Scalars expand; true is
 /// 1, and all but 0 is true. `code` has three numbers per instruction: operation, operand, index; it leaves
 /// one number on the stack and never needs more than `depth`.
@@ -63,31 +103,38 @@ struct Expression {
 
     template <class Y, class C, class P, class L>
     void operator()(const Y& y, const C& code, const P& p, const L& u) const noexcept {
+        for (int i = 0; i < y.size(); ++i)
+            y[i] = static_cast<Element<Y>>(value(code, p, u, i, [](Operation, auto, auto) {}));
+    }
+
+    /// Of elements i; `see` is told the operation and operands of each instruction that has some.
+    template <class C, class P, class L, class See>
+    static Element<P> value(const C& code, const P& p, const L& u, int i, const See& see) noexcept {
         using Number = Element<P>;
-        for (int i = 0; i < y.size(); ++i) {
-            Number stack[depth];
-            stack[0] = 0;
-            int top = -1;
-            for (int k = 0; k < code.size(); k += 3) {
-                const auto operation = static_cast<Operation>(static_cast<int>(code[k]));
-                const int operand = static_cast<int>(code[k + 1]);
-                if (operation == Operation::number)
-                    stack[++top] = code[k + 1];
-                else if (operation == Operation::element)
-                    stack[++top] = static_cast<Number>(u[operand][pick(i, u[operand].size())]);
-                else if (operation == Operation::fixed)
-                    stack[++top] = static_cast<Number>(u[operand][static_cast<int>(code[k + 2])]);
-                else if (operation == Operation::parameter)
-                    stack[++top] = p[operand];
-                else if (operation < Operation::plus)
-                    stack[top] = of_one(operation, stack[top]);
-                else {
-                    --top;
-                    stack[top] = of_two(operation, stack[top], stack[top + 1]);
-                }
+        Number stack[depth];
+        stack[0] = 0;
+        int top = -1;
+        for (int k = 0; k < code.size(); k += 3) {
+            const auto operation = static_cast<Operation>(static_cast<int>(code[k]));
+            const int operand = static_cast<int>(code[k + 1]);
+            if (operation == Operation::number)
+                stack[++top] = code[k + 1];
+            else if (operation == Operation::element)
+                stack[++top] = static_cast<Number>(u[operand][pick(i, u[operand].size())]);
+            else if (operation == Operation::fixed)
+                stack[++top] = static_cast<Number>(u[operand][static_cast<int>(code[k + 2])]);
+            else if (operation == Operation::parameter)
+                stack[++top] = p[operand];
+            else if (operation < Operation::plus) {
+                see(operation, stack[top], Number(0));
+                stack[top] = of_one(operation, stack[top]);
+            } else {
+                --top;
+                see(operation, stack[top], stack[top + 1]);
+                stack[top] = of_two(operation, stack[top], stack[top + 1]);
             }
-            y[i] = static_cast<Element<Y>>(stack[0]);
         }
+        return stack[0];
     }
 
   private:
@@ -138,6 +185,21 @@ struct Expression {
         case Operation::mod: return modulo(a, b);
         default: return remainder(a, b);
         }
+    }
+};
+
+/// g has a column for each element of the formula's value and a row for each operation in it that jumps or
+/// has a corner: which changes there.
+struct ExpressionEdges {
+    static constexpr const char* name = "bf::kernels::ExpressionEdges{}";
+    template <class T> static constexpr bool accepts = is_real<T>;
+    template <class G, class C, class P, class L>
+    void operator()(const G& g, const C& code, const P& p, const L& u) const noexcept {
+        int next = 0;
+        for (int i = 0; i < g.cols; ++i)
+            Expression::value(code, p, u, i, [&](Operation operation, auto a, auto b) {
+                if (detail::has_edges(operation)) g[next++] = detail::edge_of(operation, a, b);
+            });
     }
 };
 

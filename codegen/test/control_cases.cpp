@@ -345,7 +345,7 @@ std::vector<Case> control_cases() {
     const auto add = [&](model::Model model, int steps) { cases.push_back({Elaborated(model), steps}); };
     for (const std::string edge : {"rising", "falling", "either", "function_call"})
         add(triggered(edge, edge == "rising" ? "reset" : "held"), 60);
-    for (const std::string edge : {"rising", "falling", "either", "level"}) add(resets(edge), 40);
+    for (const std::string edge : {"rising", "falling", "either", "level_hold"}) add(resets(edge), 40);
     add(actions(), 60);
     for (const std::string states : {"held", "reset"}) {
         add(loops(states), 30);

@@ -199,7 +199,7 @@ TEST(Set, KnowsWhatTheDocumentSaysByThatName) {
 }
 
 TEST(Set, RefusesWhatIsNot) {
-    Model model = after(drawn_loop(), Set{"controller", "reset", "level"});
+    Model model = after(drawn_loop(), Set{"controller", "reset", "level_hold"});
     EXPECT_EQ(find(model, "controller")->system->reset, Edge::level);
     model = after(model, Set{"controller.tau", "unit", "N*m"});
     EXPECT_EQ(find(model, "controller")->system->outputs[0].unit, "N*m");
@@ -207,8 +207,9 @@ TEST(Set, RefusesWhatIsNot) {
     model = after(model, Set{"", "non_finite", "error"});
     EXPECT_EQ(model.stop->text, "10");
     EXPECT_EQ(model.non_finite, NonFinite::error);
-    EXPECT_EQ(refusal(Set{"controller", "reset", "up"}),
-              "the operation's 'reset' is not as it must be; it is one of rising, falling, either, level");
+    EXPECT_EQ(
+        refusal(Set{"controller", "reset", "up"}),
+        "the operation's 'reset' is not as it must be; it is one of rising, falling, either, level_hold");
     EXPECT_EQ(refusal(Set{"plant", "B"}), "plant: the block has no setting 'B'; known are 'A', 'name'");
     EXPECT_EQ(refusal(Set{"controller", "Kp", "1"}),
               "controller: there is no 'Kp' to set here; see the keys of the file's form in formats/yaml");

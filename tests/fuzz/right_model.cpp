@@ -318,7 +318,7 @@ class Writer {
                                          "execution: while",
                                          "execution: for_each"};
         static constexpr std::array edges{"rising", "falling", "either", "function_call"},
-            resets_at{"rising", "falling", "either", "level"};
+            resets_at{"rising", "falling", "either", "level_hold"};
         const std::string indent = s.indent + "    ";
         std::string text = s.indent + "  " + name + ":\n";
         const auto key = [&](const std::string& line) { text += indent + line + "\n"; };

@@ -11,7 +11,7 @@ using Words = std::vector<std::string>;
 inline const Words executions = {"virtual", "atomic", "enabled", "triggered", "enabled_and_triggered",
                                  "for",     "while",  "for_each"};              ///< in the order of Execution
 inline const Words triggers = {"rising", "falling", "either", "function_call"}; ///< in the order of Edge
-inline const Words resets = {"rising", "falling", "either", "level"};           ///< in the order of Edge
+inline const Words resets = {"rising", "falling", "either", "level_hold"};      ///< in the order of Edge
 inline const Words rate_transitions = {"allowed", "checked", "inserted"}; ///< in the order of RateTransitions
 inline const Words algebraic_loops = {"error", "solve"};                  ///< in the order of AlgebraicLoops
 inline const Words non_finite = {"allowed", "error"};                     ///< in the order of NonFinite

@@ -101,11 +101,12 @@ std::string Generator::memory(int m) const {
 std::string Generator::condition(const std::vector<Literal>& when) const {
     std::string text;
     for (const auto& l : when) {
-        std::string one = flag(l.number);
-        if (l.kind == Literal::Kind::signal) {
+        std::string one;
+        if (l.kind == Literal::Kind::flag) {
+            one = flag(l.number);
+        } else if (l.kind == Literal::Kind::signal) {
             one = "is_positive(" + place_of(l.signal).text() + ")";
         } else if (l.kind == Literal::Kind::crossing) {
-            one.clear();
             for (const auto& field : guards_)
                 if (field.end.node == l.number)
                     one += (one.empty() ? "" : " || ") + ("has_crossed(guards_." + field.member + ")");

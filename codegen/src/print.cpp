@@ -321,12 +321,12 @@ std::string Generator::solver_memory(const std::string& start, const std::string
 
 std::string Generator::integration(const Calls& calls) const {
     const auto& d = diagram_;
-    std::string go_to, nan;
+    std::string go_to, lost;
     for (std::size_t r = 1; r < d.rates.size(); ++r)
         if (d.rates[r].is_continuous && has_hosted())
             go_to = "    hosted_->go_to(" + number(static_cast<int>(r)) + ", at);\n";
     for (const auto& field : continuous_)
-        nan += "has_nan(continuous." + field.member + ") ? " + literal(node(field.end.node).path) + " : ";
+        lost += "!is_finite(continuous." + field.member + ") ? " + literal(node(field.end.node).path) + " : ";
     return "// Inside a step: the continuous signals that derivatives depend on.\nbool " + class_ +
            "::evaluate(Real at) noexcept {\n    time_ = at;\n" + go_to + "    return " + calls.inside +
            ";\n}\n\n" + flattened(calls) + "bool " + class_ + "::integrate() noexcept {\n" +
@@ -343,8 +343,8 @@ std::string Generator::integration(const Calls& calls) const {
                       (is_joined(calls) ? "start, slopes, " : "start_, slopes_, ")) +
            "derivative);\n    if (!good) return false;\n    const char* const block "
            "= " +
-           nan + "nullptr;\n    return !block ||\n           fail(block, " +
-           message(program::continuous_state_became_nan.text()) + ");\n}\n\n";
+           lost + "nullptr;\n    return !block ||\n           fail(block, " +
+           message(program::continuous_state_not_finite.text()) + ");\n}\n\n";
 }
 
 std::string Generator::readme() const {
@@ -449,7 +449,7 @@ Files Generator::run() {
     preamble += "\n#include <new>\n\nnamespace kernels = bf::kernels;\n";
     for (const char* name :
          {"assign", "call", "commit", "elements", "empty", "failure_of", "forget", "has_crossed", "has_edge",
-          "has_nan", "in", "is_finite", "is_positive", "list", "numbers", "out", "reshaped"})
+          "in", "is_finite", "is_positive", "list", "numbers", "out", "reshaped"})
         preamble += std::string("using bf::generated::") + name + ";\n";
     preamble += "\n";
     // What the class keeps is known once its functions are printed.

@@ -363,6 +363,21 @@ connections: {late: [inverse, y], inverse: zero, zero: x}
                                    "m.yaml");
 }
 
+/// A continuous state that grows 1e9 times in each step, beyond all numbers in the thirty-fifth.
+model::Model continuous_overflow() {
+    return formats::read_yaml_text(R"m(model: continuous_overflow
+step: 1
+solver: euler
+blocks:
+  t: {block: Clock}
+  fine: {block: Integrator}
+  x: {block: Integrator, initial: 1}
+  g: {block: Gain, K: 1e9}
+connections: {t: fine, x: g, g: x}
+)m",
+                                   "m.yaml");
+}
+
 /// A state that becomes NaN in the fourth step.
 model::Model nan_model() {
     model::Builder m("becomes_nan");
@@ -398,6 +413,7 @@ std::vector<Case> structure_cases() {
     for (const std::string states : {"held", "reset"}) cases.push_back({Elaborated(hosted(states)), 60});
     cases.push_back({Elaborated(legacy()), 40});
     cases.push_back({Elaborated(continuous_nan()), 5});
+    cases.push_back({Elaborated(continuous_overflow()), 40});
     cases.push_back({Elaborated(odd_names()), 5});
     cases.push_back({Elaborated(nan_model()), 6});
     return cases;

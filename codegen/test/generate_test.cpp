@@ -57,12 +57,15 @@ TEST(GeneratedCode, EqualsTheEngineForEveryStructure) {
                                                "output: threw an exception: thrown on purpose (0)");
     EXPECT_EQ(recordings.at("becomes_nan").rows.size(), 4u);
     EXPECT_EQ(recordings.at("becomes_nan").failure.substr(0, 29), "memory: a state became NaN: l");
+    EXPECT_EQ(recordings.at("continuous_overflow").rows.size(), 35u);
+    EXPECT_EQ(recordings.at("continuous_overflow").failure.substr(0, 44),
+              "x: a continuous state became NaN or infinite");
 }
 
 TEST(GeneratedCode, EqualsTheEngineForSubsystemsThatAreTriggeredResetChosenOrIterated) {
     const auto recordings = compare_all(control_cases(), drivers);
     EXPECT_EQ(recordings.at("endless").failure,
-              "s.g: the while loop around it did not end within 7 iterations: look at "
+              "s.w: the while loop around it did not end within 7 iterations: look at "
               "the condition of its While, or let it allow more");
 }
 

@@ -240,12 +240,12 @@ void Simulation::observe_event() noexcept {
     observe();
 }
 
-/// The first continuous state that is NaN, or would be a moment after t, before which a solver gives up; or
-/// -1.
-int Simulation::nan_state(double t, bool looks_ahead) noexcept {
+/// The first continuous state that is not finite, or would not be a moment after t, before which a solver
+/// gives up; or -1.
+int Simulation::lost_state(double t, bool looks_ahead) noexcept {
     const auto x = context_.continuous_state(), rate = context_.continuous_rate();
     const auto found = [&] {
-        const auto at = std::find_if(x.begin(), x.end(), [](double value) { return std::isnan(value); });
+        const auto at = std::find_if(x.begin(), x.end(), [](double value) { return !std::isfinite(value); });
         return at == x.end() ? -1 : static_cast<int>(at - x.begin());
     };
     const double moment = 1e-6 * diagram_.step;
@@ -256,13 +256,13 @@ int Simulation::nan_state(double t, bool looks_ahead) noexcept {
     return found();
 }
 
-bool Simulation::integrate(Status nan) noexcept {
-    const bool is_good = advance_to(static_cast<double>(steps_ + 1) * diagram_.step, nan);
+bool Simulation::integrate(Status lost) noexcept {
+    const bool is_good = advance_to(static_cast<double>(steps_ + 1) * diagram_.step, lost);
     show_what_was_seen();
     return is_good;
 }
 
-bool Simulation::advance_to(double end, Status nan) noexcept {
+bool Simulation::advance_to(double end, Status lost) noexcept {
     double t = time();
     const Change change = held_change();
     if (must_restart_ || change == Change::jump)
@@ -274,8 +274,8 @@ bool Simulation::advance_to(double end, Status nan) noexcept {
     for (int events = 0;;) {
         const auto outcome = solver_->advance(t, end);
         if (outcome == Solver::Outcome::failed && !status_) return false;
-        if (const int state = nan_state(t, outcome == Solver::Outcome::failed); state >= 0)
-            return fail(nan, owner(Role::continuous_state, x.data() + state));
+        if (const int state = lost_state(t, outcome == Solver::Outcome::failed); state >= 0)
+            return fail(lost, owner(Role::continuous_state, x.data() + state));
         if (outcome == Solver::Outcome::failed) {
             const int worst = solver_->worst_state();
             return fail(solver_->failure(), worst < 0 ? -1 : owner(Role::continuous_state, x.data() + worst));

@@ -179,8 +179,26 @@ TEST(Continuous, AStateThatBecomesNanEndsTheRunByName) {
     EXPECT_FALSE(run.simulation->step());
     EXPECT_EQ(
         run.simulation->failure(),
-        "x: a continuous state became NaN: look for a division by zero or a value out of range, or give a "
-        "smaller step");
+        "x: a continuous state became NaN or infinite: look for a division by zero, a value out of range "
+        "or a model that diverges, or give a smaller step");
+}
+
+TEST(Continuous, AStateThatGrowsBeyondAllNumbersEndsTheRunByName) {
+    const auto failure = [](const std::string& solver, const std::string& slope) {
+        Session run("model: m\nstep: 1\nsolver: " + solver +
+                    "\nblocks:\n  t: {block: Clock}\n  fine: {block: Integrator}\n"
+                    "  x: {block: Integrator, initial: 1}\n  g: {block: " +
+                    slope + "}\nconnections: {x: g, g: x, t: fine}\n");
+        for (int k = 0; k < 200 && run.simulation->step(); ++k) {
+        }
+        return run.simulation->failure();
+    };
+    const std::string told = "x: a continuous state became NaN or infinite";
+    for (const std::string solver : {"euler", "heun", "bogacki_shampine", "rk4", "dormand_prince"})
+        EXPECT_EQ(failure(solver, "Gain, K: 1e3").substr(0, told.size()), told) << solver;
+    // x' = x² has no solution beyond t = 1; solvers that choose their steps give up before it.
+    for (const std::string solver : {"dormand_prince45", "cvode_adams", "cvode_bdf"})
+        EXPECT_EQ(failure(solver, "Square").substr(0, 3), "x: ") << solver;
 }
 
 TEST(Continuous, SnapshotsGoOnBitForBit) {

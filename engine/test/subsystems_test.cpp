@@ -140,7 +140,7 @@ TEST(Triggered, SnapshotsKeepTheEdge) {
 TEST(Reset, PutsStatesBackInTheStepOfTheEdge) {
     Steps session(counter("    reset: rising\n", "u: s.reset", pulses));
     EXPECT_EQ(session.trace("s.y", 7), (Values{1, 1, 2, 3, 4, 1, 2}));
-    Steps level(counter("    reset: level\n", "u: s.reset", pulses));
+    Steps level(counter("    reset: level_hold\n", "u: s.reset", pulses));
     EXPECT_EQ(level.trace("s.y", 7), (Values{1, 1, 1, 2, 3, 1, 2}));
 }
 
@@ -269,7 +269,7 @@ TEST(Loops, WhileGoesOnUntilItsConditionIsFalse) {
     EXPECT_DOUBLE_EQ(session("s.y"), std::sqrt(2.0));
     Steps short_one(with("2"));
     EXPECT_FALSE(short_one.simulation->step());
-    EXPECT_EQ(short_one.simulation->failure(), "s.x: the while loop around it did not end within 2 "
+    EXPECT_EQ(short_one.simulation->failure(), "s.w: the while loop around it did not end within 2 "
                                                "iterations: look at the condition of its While, or "
                                                "let it allow more");
 }

@@ -74,7 +74,7 @@ class Lowering {
         if (d_.refuses_non_finite) append(p_.update, finite());
         append(p_.update, updates(d_.plan.updates, [](const Segment&) { return true; }));
         append(p_.update, clear_triggers());
-        if (is_continuous_) p_.update.push_back(of_node(Kind::integrate, -1, continuous_state_became_nan));
+        if (is_continuous_) p_.update.push_back(of_node(Kind::integrate, -1, continuous_state_not_finite));
         if (is_adaptive_) lower_event();
         return std::move(p_);
     }
@@ -463,7 +463,7 @@ class Lowering {
             .kind = Kind::repeat, .number = l.iterations, .signal = l.count, .body = std::move(body)};
         if (l.kind == Loop::Kind::while_loop) {
             repeat.when = {above_zero(l.again)};
-            repeat.otherwise = {of_node(Kind::fail, l.nodes.front(),
+            repeat.otherwise = {of_node(Kind::fail, decider(number),
                                         Status::failure("the while loop around it did not end within {} "
                                                         "iterations: look at the condition of its While, or "
                                                         "let it allow more",
@@ -473,6 +473,13 @@ class Lowering {
         all.push_back(std::move(repeat));
         append(all, std::move(after));
         return all;
+    }
+    /// The While of a loop.
+    int decider(int loop) const {
+        const auto& nodes = at(d_.plan.loops, loop).nodes;
+        return *std::find_if(nodes.begin(), nodes.end(), [&](int n) {
+            return at(d_.nodes, n).loop == loop && at(d_.nodes, n).type == "While";
+        });
     }
     bool is_around(int loop, int c) const {
         int l = condition(c).loop;

@@ -65,7 +65,7 @@ blocks:
   outer:
     execution: enabled
     states: reset
-    reset: level
+    reset: level_hold
     inputs: [u, go]
     outputs: {y: {initial: 2, when_disabled: reset}}
     blocks:
@@ -207,7 +207,7 @@ connections: {u: s.u}
         if s.part.fired
             s.part.ran := true
     otherwise
-        fail at s.k: the while loop around it did not end within 7 iterations: look at the condition of its While, or let it allow more
+        fail at s.again: the while loop around it did not end within 7 iterations: look at the condition of its While, or let it allow more
     s.part.fired := s.part.ran
 )");
 }

@@ -125,14 +125,6 @@ template <class T, class Structure> T* elements(Structure& x) noexcept {
     return reinterpret_cast<T*>(&x);
 }
 
-/// Is some element not a number?
-template <class T> bool has_nan(const T& state) noexcept {
-    const auto x = in(state);
-    bool found = false;
-    for (int i = 0; i < x.size(); ++i) found = found || x[i] != x[i];
-    return found;
-}
-
 /// Is every element a number, and finite?
 template <class T> bool is_finite(const T& signal) noexcept {
     const auto x = in(signal);

@@ -174,9 +174,9 @@ class Simulation {
     void set_continuous_time(double t) noexcept;
     bool evaluate_inside(double t) noexcept;
     bool evaluate_guards() noexcept;
-    int nan_state(double t, bool looks_ahead) noexcept;
-    bool integrate(Status nan) noexcept;
-    bool advance_to(double end, Status nan) noexcept;
+    int lost_state(double t, bool looks_ahead) noexcept;
+    bool integrate(Status lost) noexcept;
+    bool advance_to(double end, Status lost) noexcept;
     bool is_watched(const GuardBinding& guard) const noexcept;
     bool crossed(int node) const noexcept;
     bool crossed(const GuardBinding& guard) const noexcept;

@@ -13,9 +13,9 @@ namespace bf::program {
 inline constexpr Status state_became_nan =
     Status::failure("a state became NaN: look at the block's inputs in this step for a division by zero or a "
                     "value out of range");
-inline constexpr Status continuous_state_became_nan = Status::failure(
-    "a continuous state became NaN: look for a division by zero or a value out of range, or give a smaller "
-    "step");
+inline constexpr Status continuous_state_not_finite =
+    Status::failure("a continuous state became NaN or infinite: look for a division by zero, a value out of "
+                    "range or a model that diverges, or give a smaller step");
 
 /// The evaluations of the outputs, in each of which a part of the statements takes part.
 enum Pass : std::uint8_t {
@@ -65,8 +65,8 @@ struct Statement {
         restart,   ///< to the solver, continuous states or their derivatives have jumped
         integrate, ///< continuous states go on to the end of the step, with `Program::derivatives` after an
                    ///< evaluation of the outputs inside the step, which the first stage of a fixed step does
-                   ///< without; fails where one became NaN. An adaptive solver that stops at a crossing lets
-                   ///< `Program::event` run, and at the end `Program::arrive`
+                   ///< without; fails where one is not finite. An adaptive solver that stops at a crossing
+                   ///< lets `Program::event` run, and at the end `Program::arrive`
         evaluate,  ///< the outputs in `pass`
         call,      ///< procedure `number`
         fail       ///< at `node`

@@ -378,11 +378,6 @@ bool Reader::read_system_key(System& system, const Node& key, const Node& value,
         system.states = static_cast<States>(read_choice(key, value, path, keys::held_or_reset));
     else if (name == "trigger")
         system.trigger = static_cast<Edge>(read_choice(key, value, path, keys::triggers));
-    else if (name == "reset" && value.is_scalar() && value.text == "level")
-        report(value, path, "'reset' is 'level'",
-               "write level_hold: states of a subsystem are held while its signal is above 0; 'level', a "
-               "word of "
-               "blocks, holds them one step longer");
     else if (name == "reset")
         system.reset = static_cast<Edge>(read_choice(key, value, path, keys::resets));
     else if (name == "iterations")

@@ -143,10 +143,8 @@ TEST(Errors, NameTheChoicesOfAKey) {
     EXPECT_EQ(errors_of("model: m\noutputs: {y: {when_disabled: on, shap: 3}}\n"),
               "m.yaml:2:30: 'when_disabled' is 'on'; it is one of: held, reset\n"
               "m.yaml:2:34: unknown key 'shap' of the port 'y'; did you mean 'shape'?");
-    EXPECT_EQ(
-        errors_of("model: m\nblocks:\n  s: {reset: level, blocks: {}}\n"),
-        "m.yaml:3:14: s: 'reset' is 'level'; write level_hold: states of a subsystem are held while its "
-        "signal is above 0; 'level', a word of blocks, holds them one step longer");
+    EXPECT_EQ(errors_of("model: m\nblocks:\n  s: {reset: level, blocks: {}}\n"),
+              "m.yaml:3:14: s: 'reset' is 'level'; it is one of: rising, falling, either, level_hold");
 }
 
 TEST(Errors, OfConnectionsAndSignalsAreLocated) {

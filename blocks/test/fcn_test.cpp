@@ -52,6 +52,8 @@ TEST(Fcn, AgreesWithMatlab) {
                              "2*pi*u1",
                              "1e-3*u1 + .5",
                              "u1 + true",
+                             "!(u1 != u2) + norm([3 4])*u1",
+                             "min(0*u1, -0*u2) + expm1(u1) + log2(u2) + asinh(u1) + deg2rad(u2)",
                              "asin(u1/10) + acos(u2/10) + tan(u1)",
                              "- - u1 + + u2"})
         for (const auto& [a, b] : {std::pair{1.5, 2.0}, std::pair{2.0, 0.75}, std::pair{3.0, 3.0}}) {
@@ -83,15 +85,20 @@ TEST(Fcn, SaysWhereAFormulaIsWrong) {
         return refusal([&] { make("Fcn", {{"expression", text}}); });
     };
     EXPECT_EQ(refused("u1 + sinn(u2)"),
-              "argument 'expression': 'u1 + sinn(u2)', character 6: there is no 'sinn'; did you mean 'sign' "
-              "or 'sin' "
-              "or 'sinh'?; inputs are u or u1, u2, ..., parameters p(1), p(2), ...\n");
-    EXPECT_EQ(refused("u1 + "), "argument 'expression': 'u1 + ', character 6: an operand is missing\n");
-    EXPECT_EQ(refused("(u1"), "argument 'expression': '(u1', character 4: ')' is missing\n");
-    EXPECT_EQ(refused("u1 u2"), "argument 'expression': 'u1 u2', character 4: 'u' does not belong there\n");
+              "argument 'expression': 'u1 + sinn(u2)', character 6: unknown variable or function 'sinn'; did "
+              "you mean 'sign'?; inputs are u or u1, u2, ..., parameters p(1), p(2), ...\n");
+    EXPECT_EQ(refused("u1 + "),
+              "argument 'expression': 'u1 + ', character 6: expected a value, found the end of the text\n");
+    EXPECT_EQ(refused("(u1"), "argument 'expression': '(u1', character 1: this '(' is never closed\n");
+    EXPECT_EQ(refused("u1 u2"), "argument 'expression': 'u1 u2', character 4: expected the end of the "
+                                "expression, found 'u2'\n");
+    EXPECT_EQ(refused("u1 + inv(u2)"),
+              "argument 'expression': 'u1 + inv(u2)', character 6: 'inv' is not computed there\n");
+    EXPECT_EQ(refused("u1 + sqrt(-1)"), "argument 'expression': 'u1 + sqrt(-1)', character 6: sqrt(-1) is "
+                                        "complex; complex numbers are not supported\n");
     EXPECT_EQ(
         refused("u + u2"),
-        "argument 'expression': 'u + u2', character 7: there is one input u, or u1, u2, ...; not both\n");
+        "argument 'expression': 'u + u2', character 5: there is one input u, or u1, u2, ...; not both\n");
     EXPECT_EQ(refused("u(0)"),
               "argument 'expression': 'u(0)', character 3: elements are counted by whole numbers from 1\n");
     EXPECT_EQ(refused("p(1)"), "argument 'expression' reads no input; a Constant has a value without one\n");

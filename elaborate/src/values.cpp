@@ -31,17 +31,9 @@ std::string trimmed(std::string_view text) {
     return std::string(text);
 }
 
-/// `Gain.Kp` of a chain of plain fields on a name, else nothing.
-std::string dotted_name(const matlab::Expression& e) {
-    if (e.kind == matlab::Kind::Name) return e.name;
-    if (e.kind != matlab::Kind::Field) return {};
-    const std::string base = dotted_name(*e.parts[0]);
-    return base.empty() ? base : base + "." + e.name;
-}
-
 /// Calls f for each dotted name of an expression whose root no parameter of a lambda binds.
 template <class F> void visit_names(const matlab::Expression& e, std::vector<std::string>& bound, F&& f) {
-    if (const std::string name = dotted_name(e); !name.empty()) {
+    if (const std::string name = matlab::dotted_name(e); !name.empty()) {
         if (std::ranges::find(bound, name.substr(0, name.find('.'))) == bound.end()) f(name);
         return;
     }

@@ -134,10 +134,7 @@ template <bool Max> std::vector<Value> extremum(const Call& call) {
     const auto better = [](double x, double y) { return std::isnan(y) || (Max ? x > y : x < y); };
     if (call.size() == 2 && !call[1].is_empty()) {
         return {broadcast(call[0], call[1], arithmetic_class(call[0], call[1]), call.name, call.budget(),
-                          [](double x, double y) {
-                              if (std::isnan(x)) return y;
-                              return std::isnan(y) || (Max ? x >= y : x <= y) ? x : y;
-                          })};
+                          computed_two < Max ? Operation::max : Operation::min >)};
     }
     const Value& x = call[0];
     const Class type = sum_class(x);

@@ -14,14 +14,6 @@ const Expression& root_of(const Expression& e) {
     return *root;
 }
 
-/// `wbc.skew` of a chain of plain fields on a name, else nothing.
-std::string dotted_name(const Expression& e) {
-    if (e.kind == Kind::Name) return e.name;
-    if (e.kind != Kind::Field) return "";
-    const std::string base = dotted_name(*e.parts[0]);
-    return base.empty() ? "" : base + "." + e.name;
-}
-
 /// Calls f for each name in `e` that no parameter of a lambda binds.
 template <typename F> void visit_names(const Expression& e, std::vector<std::string>& bound, F&& f) {
     if (e.kind == Kind::Name && std::ranges::find(bound, e.name) == bound.end()) f(e.name);
@@ -32,6 +24,13 @@ template <typename F> void visit_names(const Expression& e, std::vector<std::str
 }
 
 } // namespace
+
+std::string dotted_name(const Expression& e) {
+    if (e.kind == Kind::Name) return e.name;
+    if (e.kind != Kind::Field) return "";
+    const std::string base = dotted_name(*e.parts[0]);
+    return base.empty() ? "" : base + "." + e.name;
+}
 
 std::vector<std::string> free_variables(const Expression& expression, const Workspace& variables) {
     std::vector<std::string> names, bound;

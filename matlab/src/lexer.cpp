@@ -17,10 +17,10 @@ constexpr std::array<std::string_view, 25> keywords{
 constexpr std::array<std::string_view, 9> command_words{"clc",     "clear",  "clearvars", "close", "hold",
                                                         "warning", "format", "import",    "more"};
 
-constexpr std::array<std::string_view, 33> symbols{
+constexpr std::array<std::string_view, 35> symbols{
     // longer ones first
-    "==", "~=", "<=", ">=", "&&", "||", ".*", "./", ".\\", ".^", ".'", "+", "-", "*", "/", "\\", "^",
-    "<",  ">",  "&",  "|",  "~",  "=",  "(",  ")",  "[",   "]",  "{",  "}", ",", ";", ":", "@"};
+    "==", "~=", "!=", "!", "<=", ">=", "&&", "||", ".*", "./", ".\\", ".^", ".'", "+", "-", "*", "/", "\\",
+    "^",  "<",  ">",  "&", "|",  "~",  "=",  "(",  ")",  "[",  "]",   "{",  "}",  ",", ";", ":", "@"};
 
 constexpr std::size_t deepest_brackets = 100;
 
@@ -266,7 +266,9 @@ class Lexer {
                      begin, at_);
             open_.pop_back();
         }
-        push(TokenKind::Symbol, std::string(*symbol), begin);
+        const bool is_negation = symbol->front() == '!'; // as Octave writes '~'
+        push(TokenKind::Symbol, is_negation ? "~" + std::string(symbol->substr(1)) : std::string(*symbol),
+             begin);
     }
 
     std::shared_ptr<const Source> source_;

@@ -6,21 +6,9 @@
 namespace bf::matlab {
 namespace {
 
-std::string_view symbol(Operator op) {
-    constexpr std::string_view symbols[] = {"",   "+",  "-",  ".*", "*", "./", "/", ".\\", "\\",
-                                            ".^", "^",  "==", "~=", "<", "<=", ">", ">=",  "&",
-                                            "|",  "&&", "||", "~",  "+", "-",  "'"};
-    return symbols[static_cast<std::size_t>(op)];
-}
-
 void require_array(const Value& a, std::string_view what) {
     if (!a.is_array())
         throw Error("operator '" + std::string(what) + "' does not apply to a " + std::string(a.type_name()));
-}
-
-double logical(double x) {
-    if (std::isnan(x)) throw Error("NaN cannot become logical; test it with isnan");
-    return x;
 }
 
 Value multiply_values(const Value& a, const Value& b, Budget& budget) {
@@ -69,9 +57,14 @@ Value matrix_power(const Value& a, const Value& b, Budget& budget) {
     return Value(result).as(type);
 }
 
-double divide(double x, double y) { return x / y; }
-
 } // namespace
+
+std::string_view symbol(Operator op) {
+    constexpr std::string_view symbols[] = {"",   "+",  "-",  ".*", "*", "./", "/", ".\\", "\\",
+                                            ".^", "^",  "==", "~=", "<", "<=", ">", ">=",  "&",
+                                            "|",  "&&", "||", "~",  "+", "-",  "'"};
+    return symbols[static_cast<std::size_t>(op)];
+}
 
 void Budget::spend(double operations) {
     work_ -= operations;
@@ -85,8 +78,7 @@ void Budget::allocate(double rows, double cols) {
     spend(8 * rows * cols); // also bounds the memory that many arrays take together
 }
 
-Class arithmetic_class(const Value& a, const Value& b) {
-    const Class x = a.type(), y = b.type();
+Class arithmetic_class(Class x, Class y) {
     if (is_integer(x) && is_integer(y) && x != y)
         throw Error("integers of different classes do not mix: " + std::string(class_name(x)) + " and " +
                     std::string(class_name(y)) + "; cast one of them");
@@ -95,15 +87,18 @@ Class arithmetic_class(const Value& a, const Value& b) {
     return x == Class::Single || y == Class::Single ? Class::Single : Class::Double;
 }
 
+std::string size_mismatch(const std::string& a, std::string_view what, const std::string& b) {
+    return "size mismatch: " + a + " " + std::string(what) + " " + b +
+           "; sizes must be equal, or 1 where they differ";
+}
+
 Value broadcast(const Value& a, const Value& b, Class type, std::string_view what, Budget& budget,
                 double (*f)(double, double)) {
     if (a.is_scalar() && b.is_scalar())
         return Value::array(type, 1, 1, {cast(f(*a.data(), *b.data()), type)});
     const bool rows_fit = a.rows() == b.rows() || a.rows() == 1 || b.rows() == 1;
     const bool cols_fit = a.cols() == b.cols() || a.cols() == 1 || b.cols() == 1;
-    if (!rows_fit || !cols_fit)
-        throw Error("size mismatch: " + a.size_text() + " " + std::string(what) + " " + b.size_text() +
-                    "; sizes must be equal, or 1 where they differ");
+    if (!rows_fit || !cols_fit) throw Error(size_mismatch(a.size_text(), what, b.size_text()));
     const Index rows = a.rows() == 1 ? b.rows() : a.rows();
     const Index cols = a.cols() == 1 ? b.cols() : a.cols();
     budget.allocate(double(rows), double(cols));
@@ -123,10 +118,21 @@ Value map(const Value& a, Class type, double (*f)(double)) {
     return Value::array(type, a.rows(), a.cols(), std::move(result));
 }
 
-double power(double x, double y) {
-    if (x < 0 && y != std::round(y))
+double computed(Operation op, double x) {
+    if (!kernels::is_defined(op, x)) {
+        if (op == Operation::logical_not) throw Error("NaN cannot become logical; test it with isnan");
+        throw Error(std::string(kernels::name_of(op)) + "(" + number_text(x) +
+                    ") is complex; complex numbers are not supported");
+    }
+    return kernels::value_of(op, x);
+}
+
+double computed(Operation op, double x, double y) {
+    if (!kernels::is_defined(op, x, y)) {
+        if (op != Operation::power) throw Error("NaN cannot become logical; test it with isnan");
         throw Error(number_text(x) + "^" + number_text(y) + " is complex; complex numbers are not supported");
-    return std::pow(x, y);
+    }
+    return kernels::value_of(op, x, y);
 }
 
 Value binary(Operator op, const Value& a, const Value& b, Budget& budget) {
@@ -141,34 +147,33 @@ Value binary(Operator op, const Value& a, const Value& b, Budget& budget) {
     };
     const bool scalars = a.is_scalar() || b.is_scalar();
     switch (op) {
-    case Operator::Plus: return arithmetic([](double x, double y) { return x + y; });
-    case Operator::Minus: return arithmetic([](double x, double y) { return x - y; });
+    case Operator::Plus: return arithmetic(computed_two<Operation::plus>);
+    case Operator::Minus: return arithmetic(computed_two<Operation::minus>);
     case Operator::Mtimes:
         if (!scalars) return multiply_values(a, b, budget);
         [[fallthrough]];
-    case Operator::Times: return arithmetic([](double x, double y) { return x * y; });
+    case Operator::Times: return arithmetic(computed_two<Operation::times>);
     case Operator::Mrdivide:
         if (!b.is_scalar()) return right_divide(a, b, budget);
         [[fallthrough]];
-    case Operator::Rdivide: return arithmetic(divide);
+    case Operator::Rdivide: return arithmetic(computed_two<Operation::over>);
     case Operator::Mldivide:
         if (!a.is_scalar()) return left_divide(a, b, budget);
         [[fallthrough]];
-    case Operator::Ldivide: return arithmetic([](double x, double y) { return y / x; });
+    case Operator::Ldivide:
+        return arithmetic([](double x, double y) { return computed(Operation::over, y, x); });
     case Operator::Mpower:
         if (!a.is_scalar() || !b.is_scalar()) return matrix_power(a, b, budget);
         [[fallthrough]];
-    case Operator::Power: return arithmetic(power);
-    case Operator::Equal: return compare([](double x, double y) { return double(x == y); });
-    case Operator::NotEqual: return compare([](double x, double y) { return double(x != y); });
-    case Operator::Less: return compare([](double x, double y) { return double(x < y); });
-    case Operator::LessEqual: return compare([](double x, double y) { return double(x <= y); });
-    case Operator::Greater: return compare([](double x, double y) { return double(x > y); });
-    case Operator::GreaterEqual: return compare([](double x, double y) { return double(x >= y); });
-    case Operator::And:
-        return compare([](double x, double y) { return double(logical(x) != 0 && logical(y) != 0); });
-    case Operator::Or:
-        return compare([](double x, double y) { return double(logical(x) != 0 || logical(y) != 0); });
+    case Operator::Power: return arithmetic(computed_two<Operation::power>);
+    case Operator::Equal: return compare(computed_two<Operation::equal>);
+    case Operator::NotEqual: return compare(computed_two<Operation::not_equal>);
+    case Operator::Less: return compare(computed_two<Operation::less>);
+    case Operator::LessEqual: return compare(computed_two<Operation::less_equal>);
+    case Operator::Greater: return compare(computed_two<Operation::greater>);
+    case Operator::GreaterEqual: return compare(computed_two<Operation::greater_equal>);
+    case Operator::And: return compare(computed_two<Operation::logical_and>);
+    case Operator::Or: return compare(computed_two<Operation::logical_or>);
     default: throw Error("operator '" + std::string(what) + "' takes one operand");
     }
 }
@@ -181,9 +186,9 @@ Value unary(Operator op, const Value& a, Budget& budget) {
     require_array(a, symbol(op));
     budget.spend(double(a.numel()));
     const Class type = a.is_numeric() ? a.type() : Class::Double;
-    if (op == Operator::UnaryMinus) return map(a, type, [](double x) { return -x; });
+    if (op == Operator::UnaryMinus) return map(a, type, computed<Operation::negative>);
     if (op == Operator::UnaryPlus) return a.as(type);
-    return map(a, Class::Logical, [](double x) { return double(logical(x) == 0); });
+    return map(a, Class::Logical, computed<Operation::logical_not>);
 }
 
 Value range(const Value& first, const Value& step, const Value& last, Budget& budget) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "bf/matlab/syntax.hpp"
+#include "bf/matlab/formula.hpp"
 
 #include <functional>
 
@@ -30,13 +30,25 @@ Value range(const Value& first, const Value& step, const Value& last, Budget& bu
 Value transpose(const Value& a);
 
 /// The class of an arithmetic result of two classes.
-Class arithmetic_class(const Value& a, const Value& b);
+Class arithmetic_class(Class a, Class b);
+inline Class arithmetic_class(const Value& a, const Value& b) { return arithmetic_class(a.type(), b.type()); }
+/// The rule that sizes, as texts, break when neither is 1 where they differ.
+std::string size_mismatch(const std::string& a, std::string_view symbol, const std::string& b);
+std::string_view symbol(Operator op);
 /// f element by element with implicit expansion; the elements are cast to `type`.
 Value broadcast(const Value& a, const Value& b, Class type, std::string_view symbol, Budget& budget,
                 double (*f)(double, double));
 Value map(const Value& a, Class type, double (*f)(double));
 
-double power(double x, double y); ///< throws Error for a complex result
+/// The operation's value. Throws Error where it has none in real numbers.
+double computed(Operation op, double x);
+double computed(Operation op, double x, double y);
+/// The same as functions of numbers; the last one computes in class single.
+template <Operation op> double computed(double x) { return computed(op, x); }
+template <Operation op> double computed_two(double x, double y) { return computed(op, x, y); }
+template <Operation op> double computed_single(double x, double y) {
+    return kernels::value_of(op, static_cast<float>(x), static_cast<float>(y));
+}
 
 // Linear algebra on doubles; singular systems give inf or NaN, as IEEE division does.
 using Matrix = Eigen::MatrixXd;

@@ -29,6 +29,14 @@ enum class Operation {
     sinh,
     cosh,
     tanh,
+    asinh,
+    acosh,
+    atanh,
+    expm1,
+    log1p,
+    log2,
+    deg2rad,
+    rad2deg,
     floor,
     ceil,
     round,
@@ -46,13 +54,115 @@ enum class Operation {
     not_equal,
     logical_and,
     logical_or,
-    minimum,
-    maximum,
+    min,
+    max,
     atan2,
     hypot,
     mod,
     rem ///< of the two on top, the upper one right
 };
+
+/// Their names: those of functions are MATLAB's.
+inline constexpr const char* operation_names[] = {
+    "number",  "element",       "fixed", "parameter", "negative",    "logical_not", "abs",   "sign",
+    "sqrt",    "exp",           "log",   "log10",     "sin",         "cos",         "tan",   "asin",
+    "acos",    "atan",          "sinh",  "cosh",      "tanh",        "asinh",       "acosh", "atanh",
+    "expm1",   "log1p",         "log2",  "deg2rad",   "rad2deg",     "floor",       "ceil",  "round",
+    "fix",     "plus",          "minus", "times",     "over",        "power",       "less",  "less_equal",
+    "greater", "greater_equal", "equal", "not_equal", "logical_and", "logical_or",  "min",   "max",
+    "atan2",   "hypot",         "mod",   "rem"};
+constexpr const char* name_of(Operation operation) noexcept {
+    return operation_names[static_cast<int>(operation)];
+}
+inline constexpr int operation_count = sizeof operation_names / sizeof operation_names[0];
+static_assert(operation_count == static_cast<int>(Operation::rem) + 1);
+
+/// The operation of one number: the arithmetic of every formula, wherever it is computed. Where an Expression
+/// calls it, a call costs as much as the operation.
+template <class T> [[gnu::always_inline]] inline T value_of(Operation operation, T x) noexcept {
+    switch (operation) {
+    case Operation::negative: return -x;
+    case Operation::logical_not: return x == 0;
+    case Operation::abs: return Abs::apply(x);
+    case Operation::sign: return x == 0 ? T(0) : Sign::apply(x); // of -0, too
+    case Operation::sqrt: return Sqrt::apply(x);
+    case Operation::exp: return Exp::apply(x);
+    case Operation::log: return Log::apply(x);
+    case Operation::log10: return Log10::apply(x);
+    case Operation::sin: return Sin::apply(x);
+    case Operation::cos: return Cos::apply(x);
+    case Operation::tan: return Tan::apply(x);
+    case Operation::asin: return Asin::apply(x);
+    case Operation::acos: return Acos::apply(x);
+    case Operation::atan: return Atan::apply(x);
+    case Operation::sinh: return Sinh::apply(x);
+    case Operation::cosh: return Cosh::apply(x);
+    case Operation::tanh: return Tanh::apply(x);
+    case Operation::asinh: return Asinh::apply(x);
+    case Operation::acosh: return Acosh::apply(x);
+    case Operation::atanh: return Atanh::apply(x);
+    case Operation::expm1: return std::expm1(opaque(x));
+    case Operation::log1p: return std::log1p(opaque(x));
+    case Operation::log2: return std::log2(opaque(x));
+    case Operation::deg2rad: return pi<T> / 180 * x;
+    case Operation::rad2deg: return 180 / pi<T> * x;
+    case Operation::floor: return Floor::apply(x);
+    case Operation::ceil: return Ceil::apply(x);
+    case Operation::round: return Round::apply(x);
+    default: return Fix::apply(x);
+    }
+}
+
+/// The operation of two numbers.
+template <class T> [[gnu::always_inline]] inline T value_of(Operation operation, T a, T b) noexcept {
+    switch (operation) {
+    case Operation::plus: return a + b;
+    case Operation::minus: return a - b;
+    case Operation::times: return a * b;
+    case Operation::over: return a / b;
+    case Operation::power: return Power::apply(a, b);
+    case Operation::less: return a < b;
+    case Operation::less_equal: return a <= b;
+    case Operation::greater: return a > b;
+    case Operation::greater_equal: return a >= b;
+    case Operation::equal: return a == b;
+    case Operation::not_equal: return a != b;
+    case Operation::logical_and: return a != 0 && b != 0;
+    case Operation::logical_or: return a != 0 || b != 0;
+    case Operation::min: return minimum(b, a); // of 0 and -0 the first
+    case Operation::max: return maximum(b, a);
+    case Operation::atan2: return Atan2::apply(a, b);
+    case Operation::hypot: return Hypot::apply(a, b);
+    case Operation::mod: return modulo(a, b);
+    default: return remainder(a, b);
+    }
+}
+
+/// Has the operation a value in MATLAB's real numbers? A root of -1 is complex, and NaN is neither true nor
+/// false. Settings and what follows from them need it; blocks compute NaN.
+template <class T> bool is_defined(Operation operation, T x) noexcept {
+    switch (operation) {
+    case Operation::sqrt:
+    case Operation::log:
+    case Operation::log2:
+    case Operation::log10: return !(x < 0);
+    case Operation::log1p: return !(x < -1);
+    case Operation::asin:
+    case Operation::acos:
+    case Operation::atanh: return !(absolute(x) > 1);
+    case Operation::acosh: return !(x < 1);
+    case Operation::logical_not: return x == x;
+    default: return true;
+    }
+}
+template <class T> bool is_defined(Operation operation, T a, T b) noexcept {
+    switch (operation) {
+    case Operation::power: return !(a < 0 && b != std::round(b));
+    case Operation::logical_and:
+    case Operation::logical_or: return a == a && b == b;
+    default: return true;
+    }
+}
 
 namespace detail {
 /// Where the value of an operation with these operands jumps or has a corner, this number changes: of those
@@ -83,8 +193,8 @@ constexpr bool has_edges(Operation operation) noexcept {
     case Operation::less_equal:
     case Operation::greater:
     case Operation::greater_equal:
-    case Operation::minimum:
-    case Operation::maximum:
+    case Operation::min:
+    case Operation::max:
     case Operation::atan2:
     case Operation::mod:
     case Operation::rem: return true;
@@ -127,64 +237,14 @@ struct Expression {
                 stack[++top] = p[operand];
             else if (operation < Operation::plus) {
                 see(operation, stack[top], Number(0));
-                stack[top] = of_one(operation, stack[top]);
+                stack[top] = value_of(operation, stack[top]);
             } else {
                 --top;
                 see(operation, stack[top], stack[top + 1]);
-                stack[top] = of_two(operation, stack[top], stack[top + 1]);
+                stack[top] = value_of(operation, stack[top], stack[top + 1]);
             }
         }
         return stack[0];
-    }
-
-  private:
-    template <class T> static T of_one(Operation operation, T x) noexcept {
-        switch (operation) {
-        case Operation::negative: return -x;
-        case Operation::logical_not: return x == 0;
-        case Operation::abs: return Abs::apply(x);
-        case Operation::sign: return Sign::apply(x);
-        case Operation::sqrt: return Sqrt::apply(x);
-        case Operation::exp: return Exp::apply(x);
-        case Operation::log: return Log::apply(x);
-        case Operation::log10: return Log10::apply(x);
-        case Operation::sin: return Sin::apply(x);
-        case Operation::cos: return Cos::apply(x);
-        case Operation::tan: return Tan::apply(x);
-        case Operation::asin: return Asin::apply(x);
-        case Operation::acos: return Acos::apply(x);
-        case Operation::atan: return Atan::apply(x);
-        case Operation::sinh: return Sinh::apply(x);
-        case Operation::cosh: return Cosh::apply(x);
-        case Operation::tanh: return Tanh::apply(x);
-        case Operation::floor: return Floor::apply(x);
-        case Operation::ceil: return Ceil::apply(x);
-        case Operation::round: return Round::apply(x);
-        default: return Fix::apply(x);
-        }
-    }
-    template <class T> static T of_two(Operation operation, T a, T b) noexcept {
-        switch (operation) {
-        case Operation::plus: return a + b;
-        case Operation::minus: return a - b;
-        case Operation::times: return a * b;
-        case Operation::over: return a / b;
-        case Operation::power: return Power::apply(a, b);
-        case Operation::less: return a < b;
-        case Operation::less_equal: return a <= b;
-        case Operation::greater: return a > b;
-        case Operation::greater_equal: return a >= b;
-        case Operation::equal: return a == b;
-        case Operation::not_equal: return a != b;
-        case Operation::logical_and: return a != 0 && b != 0;
-        case Operation::logical_or: return a != 0 || b != 0;
-        case Operation::minimum: return minimum(a, b);
-        case Operation::maximum: return maximum(a, b);
-        case Operation::atan2: return Atan2::apply(a, b);
-        case Operation::hypot: return Hypot::apply(a, b);
-        case Operation::mod: return modulo(a, b);
-        default: return remainder(a, b);
-        }
     }
 };
 

@@ -75,6 +75,9 @@ struct Expression {
     int depth = 1; ///< levels of nodes below and including this one
 };
 
+/// `wbc.skew` of a chain of plain fields on a name, else nothing.
+std::string dotted_name(const Expression& expression);
+
 enum class StatementKind : std::uint8_t {
     Evaluate, ///< `value`
     Assign,   ///< `targets` = `value`; one target without brackets, or several

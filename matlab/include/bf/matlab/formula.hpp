@@ -1,0 +1,96 @@
+#pragma once
+
+#include "bf/kernels/expression.hpp"
+#include "bf/matlab/interpreter.hpp"
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// Expressions with their names bound and their classes and sizes known, for whoever computes them without
+/// an interpreter.
+namespace bf::matlab {
+
+using kernels::Operation;
+
+/// The class of a value and its extents, of which there are two or more.
+struct Type {
+    Class element = Class::Double;
+    std::vector<Index> extents{1, 1};
+
+    Index rows() const { return extents[0]; }
+    Index cols() const { return extents[1]; }
+    Index numel() const;
+    bool is_scalar() const { return numel() == 1; }
+    bool is_vector() const { return rows() == 1 || cols() == 1; }
+    std::string size_text() const; ///< `2x3`
+};
+
+/// A resolved expression.
+struct Formula {
+    enum class Kind : std::uint8_t {
+        constant,  ///< `value`
+        slot,      ///< the quantity `slot`; the element at `places`, where there is one
+        operation, ///< `operation`, element by element; rows and columns of length 1 expand
+        multiply,  ///< the matrix product
+        transpose,
+        diagonal, ///< the matrix with the diagonal that the operand is, or the diagonal of a matrix
+        elements, ///< those at `places` of the operand
+        at,       ///< the element of the first operand at the others, which count from 1
+        row,      ///< side by side
+        column,   ///< one above the other
+        both,     ///< `a && b`, of which the second counts only if the first is true
+        either,   ///< `a || b`, only if it is false
+    };
+    Kind kind = Kind::constant;
+    Type type;
+    Operation operation = Operation::number;
+    Value value;
+    int slot = -1;
+    std::vector<Index> places; ///< counted from 0, column by column
+    std::vector<Formula> operands;
+    Span span;
+};
+
+/// A quantity that a formula reads when it is computed.
+struct Slot {
+    int number;
+    Type type;
+};
+
+/// What the names of a formula mean.
+struct Scope {
+    /// The slot that a name (`a`, `Gain.Kp`) stands for; one with a negative number where the name has slots
+    /// among its fields. Throws Error, whose place is added.
+    std::function<std::optional<Slot>(const std::string& name)> find;
+    /// What else the formula knows: these values are part of it.
+    const Workspace& constants;
+    /// Each slot is any element of a quantity, for all of which the formula is computed; an index means
+    /// another one.
+    bool is_elementwise = false;
+    std::string names = {}; ///< behind the message that a name is unknown: what the names are
+};
+
+/// A formula that is more than what a Formula can say. The place is that of the part which is.
+struct Unresolved : Error {
+    Unresolved(const std::string& message, const Expression& part) : Error(message, part.span), part(part) {}
+    const Expression& part;
+};
+
+/// Binds names, folds what depends on no slot, and infers classes and sizes. Throws Error: Unresolved for
+/// what needs the interpreter.
+Formula resolve(const Expression& expression, const Scope& scope);
+
+/// Does the expression read a slot?
+bool reads_slots(const Expression& expression, const Scope& scope);
+
+/// One instruction of a kernels::Expression.
+using Instruction = std::array<double, 3>;
+/// The formula of numbers as a program of kernels::Expression; `read` gives the instruction that reads a
+/// slot. Throws Error where it is more than numbers.
+std::vector<double> scalar_program(const Formula& formula,
+                                   const std::function<Instruction(const Formula& slot)>& read);
+
+} // namespace bf::matlab

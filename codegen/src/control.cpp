@@ -105,7 +105,12 @@ std::string Generator::condition(const std::vector<Literal>& when) const {
         if (l.kind == Literal::Kind::flag) {
             one = flag(l.number);
         } else if (l.kind == Literal::Kind::signal) {
-            one = "is_positive(" + place_of(l.signal).text() + ")";
+            const Slot& slot = diagram_.slot(l.signal);
+            one = place_of(l.signal).text();
+            if (is_dynamic() || !is_one_number(slot))
+                one = "is_positive(" + one + ")";
+            else if (slot.type != Type::boolean)
+                one = l.is_negated ? "(" + one + " > 0)" : one + " > 0";
         } else if (l.kind == Literal::Kind::crossing) {
             for (const auto& field : guards_)
                 if (field.end.node == l.number)
@@ -216,9 +221,10 @@ std::string Generator::commits(const Statement& s) const {
         text += slots[i].type == Type::float64
                     ? "if (!commit(" + state + ", " + next + ")) return became_nan(" +
                           literal(node(s.node).path) + ");\n"
-                    : "assign(" + state + ", " + next + ");\n";
+                    : assignment(state, slots[i], next, slots[i]);
     }
-    return text;
+    return text.empty() ? text
+                        : "// The next states become those of now, unless one is not a number.\n" + text;
 }
 
 std::string Generator::repetition(const Statement& s, program::Pass pass) {
@@ -416,6 +422,7 @@ std::string Generator::functions(const std::string& family, const std::vector<Gu
     for (const auto& g : all) {
         const int indent = g.condition.empty() ? 4 : 8;
         bool is_open = false;
+        std::string title; // of the statement before
         const auto close = [&] {
             if (is_open && !g.condition.empty()) body += "    }\n";
             is_open = false;
@@ -424,10 +431,14 @@ std::string Generator::functions(const std::string& family, const std::vector<Gu
             if (statement.empty()) continue;
             if (!is_open && !g.condition.empty()) body += "    if (" + g.condition + ") {\n";
             is_open = true;
-            body += indented(statement, indent);
+            const auto line = statement.starts_with("//") ? statement.find('\n') + 1 : 0;
+            const bool goes_on = line > 0 && title == statement.substr(0, line);
+            title = statement.substr(0, line);
+            body += indented(goes_on ? statement.substr(line) : statement, indent);
             if (++statements >= options_.statements_per_function) {
                 close();
                 finish();
+                title.clear();
             }
         }
         close();

@@ -154,6 +154,63 @@ const Place& Generator::place_of(const Node::End& end) const {
     return places_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)];
 }
 
+Node::End Generator::stored_in(int n, int s) const {
+    const auto& source = node(n).sources[static_cast<std::size_t>(s)];
+    return slot_of(block(n), s).role == Role::input && source.node >= 0 ? source : Node::End{n, s};
+}
+
+Place Generator::place_of(int n, const Call::Reference& from) const {
+    if (from.source == Call::Source::next)
+        return next_[static_cast<std::size_t>(n)][static_cast<std::size_t>(from.slot)];
+    Place place = place_of(stored_in(n, from.slot));
+    if (from.source == Call::Source::rate) place.structure = "rates_";
+    return place;
+}
+
+Argument Generator::argument(int n, const Call::Reference& from) {
+    Argument result{.type = real(), .is_written = from.is_written};
+    const auto& rate = diagram_.rates[static_cast<std::size_t>(node(n).rate)];
+    switch (from.source) {
+    case Call::Source::time: result.text = "time_"; return result;
+    case Call::Source::period:
+        if (rate.trigger > 0) {
+            timed_rates_.insert(node(n).rate);
+            result.text = "control_.clock_" + number(node(n).rate) + ".period";
+        } else {
+            const double period = rate.is_continuous ? 0 : diagram_.period(node(n).rate);
+            result.values = {period};
+            if (period == diagram_.step && real() == Type::float64) result.text = "period";
+        }
+        return result;
+    case Call::Source::trigger: result.values = {rate.trigger > 0 ? 1.0 : 0.0}; return result;
+    case Call::Source::constants:
+        result.values = *from.constants;
+        result.size = {static_cast<int>(from.constants->size()), 1, false};
+        return result;
+    case Call::Source::rate:
+    case Call::Source::slot:
+    case Call::Source::next: break;
+    }
+    const Slot& slot = slot_of(block(n), from.slot);
+    const Size& stored = diagram_.slot(stored_in(n, from.slot)).size;
+    result.type = type_of(slot);
+    result.size = slot.size;
+    result.text = place_of(n, from).text() + (stored.cols != 1 ? ".data" : "");
+    result.is_array = stored.rows != 1 || stored.cols != 1;
+    return result;
+}
+
+std::optional<std::vector<std::string>> Generator::equations(int n, const Call& call) {
+    if (is_dynamic()) return {};
+    std::vector<Argument> arguments;
+    for (const auto& from : call.operands) arguments.push_back(argument(n, from));
+    const auto lines = arithmetic(call.kernel, arguments, call.list_from, call.list_size);
+    if (!lines) return {};
+    for (const auto& line : *lines)
+        if (line.find("math::") != std::string::npos) headers_.insert("bf/codegen/math.hpp");
+    return lines;
+}
+
 std::string Generator::operand(int n, const Call::Reference& from, std::string& constants) {
     const char* direction = from.is_written ? "out" : "in";
     switch (from.source) {
@@ -196,27 +253,23 @@ std::string Generator::operand(int n, const Call::Reference& from, std::string& 
     case Call::Source::next: break;
     }
     const Slot& slot = slot_of(block(n), from.slot);
-    const auto s = static_cast<std::size_t>(from.slot);
     if (slot.size.count() == 0 && !is_dynamic())
         return "empty<" + std::string(from.is_written ? "" : "const ") + cpp_name(type_of(slot)) + ", " +
                extents(slot.size) + ">()";
-    Node::End end{n, from.slot};
-    if (slot.role == Role::input && node(n).sources[s].node >= 0) end = node(n).sources[s];
-    Place place = from.source == Call::Source::next ? next_[static_cast<std::size_t>(n)][s] : place_of(end);
-    if (from.source == Call::Source::rate) place.structure = "rates_";
+    const Place place = place_of(n, from);
     const std::string text = direction + ("(" + place.text()) + ")";
-    const Size& stored = diagram_.slot(end).size;
+    const Size& stored = diagram_.slot(stored_in(n, from.slot)).size;
     if (stored.rows == slot.size.rows && stored.cols == slot.size.cols) return text;
     return "reshaped<" + extents(slot.size) + ">(" + text + ")";
 }
 
-/// A statement in lines of at most 110 columns, broken at the commas between operands.
-static std::string wrapped(const std::string& text, std::size_t indent) {
+/// A statement in lines of at most 110 columns, broken behind one of these separators.
+static std::string wrapped(const std::string& text, std::size_t indent, const std::string& separator) {
     std::string result;
     std::size_t line = indent;
     for (std::size_t at = 0; at < text.size();) {
-        const auto comma = text.find(", ", at);
-        const auto end = comma == std::string::npos ? text.size() : comma + 2;
+        const auto found = text.find(separator, at);
+        const auto end = found == std::string::npos ? text.size() : found + separator.size();
         if (line + end - at > 108 && line > indent) {
             result.back() = '\n';
             result += "    ";
@@ -227,6 +280,24 @@ static std::string wrapped(const std::string& text, std::size_t indent) {
         at = end;
     }
     return result;
+}
+
+/// An equation in lines of at most 110 columns: its right side stands below where both do not fit, and is
+/// broken at commas before it is broken elsewhere.
+static std::string equation(const std::string& line) {
+    constexpr std::size_t most = 104;
+    if (line.size() <= most) return line + "\n";
+    const auto body = line.starts_with("for (") ? line.find(") ") + 2 : 0;
+    if (body > 0) return line.substr(0, body - 1) + "\n" + indented(equation(line.substr(body)), 4);
+    const auto right = line.find(" = ") + 3;
+    std::string text = line.substr(0, right - 1) + "\n";
+    const std::string by_commas = wrapped(line.substr(right), 8, ", ") + "\n";
+    for (std::size_t at = 0; at < by_commas.size();) {
+        const auto end = by_commas.find('\n', at);
+        text += indented(wrapped(by_commas.substr(at, end - at), 8, " ") + "\n", 4);
+        at = end + 1;
+    }
+    return text;
 }
 
 std::string Generator::statement(int n, Phase phase, int index) {
@@ -245,18 +316,28 @@ std::string Generator::rule(int n, Phase phase, int index) {
                                                  : d.derivative_rules;
     const Call& call = rules[static_cast<std::size_t>(index)];
     const Kernel& kernel = *find_kernel(call.kernel);
-    headers_.insert(kernel.header);
     // Longer ones run out of line: each kernel is compiled once for all that have the same extents.
-    bool is_short = call.operands.size() <= 16;
-    std::string constants, operands;
-    for (std::size_t i = 0; i < call.operands.size(); ++i) {
-        const auto& from = call.operands[i];
+    bool is_short = call.operands.size() <= 16, is_small = true;
+    for (const auto& from : call.operands) {
         if (from.slot >= 0) {
             const Size& size = slot_of(block(n), from.slot).size;
             is_short = is_short && size.rows <= 4 && size.cols == 1;
+            is_small = is_small && size.count() <= (from.is_written ? 4 : 16);
             has_matrices_ = has_matrices_ || (size.rows > 1 && size.cols > 1);
         }
         if (from.constants) is_short = is_short && from.constants->size() <= 8;
+    }
+    const std::string title = "// " + comment(node(n).path) + " (" + comment(node(n).type) + ")\n";
+    if (is_small)
+        if (const auto lines = equations(n, call)) {
+            std::string text = title;
+            for (const auto& line : *lines) text += equation(line);
+            return text;
+        }
+    headers_.insert(kernel.header);
+    std::string constants, operands;
+    for (std::size_t i = 0; i < call.operands.size(); ++i) {
+        const auto& from = call.operands[i];
         const int k = static_cast<int>(i) - call.list_from;
         if (call.list_from >= 0 && k == 0 && call.list_size > 0)
             operands += (i ? ", " : "") + std::string("list(");
@@ -274,12 +355,11 @@ std::string Generator::rule(int n, Phase phase, int index) {
     for (auto at = printed.find("bf::kernels::"); at != std::string::npos; at = printed.find("bf::kernels::"))
         printed.erase(at, 4);
     std::string text = is_short ? printed + "(" + operands + ")" : "call(" + printed + ", " + operands + ")";
-    text = wrapped(text, constants.empty() ? 4 : 8);
+    text = wrapped(text, constants.empty() ? 4 : 8, ", ");
     if (kernel.can_fail)
         text = "if (!" + text + ") return fail(" + literal(node(n).path) + ", failure_of(" + printed + "));";
     else
         text += ";";
-    const std::string title = "// " + comment(node(n).path) + " (" + comment(node(n).type) + ")\n";
     if (constants.empty()) return title + text + "\n";
     std::string lines = constants + text + "\n", block_text = title + "{\n";
     for (std::size_t at = 0; at < lines.size();) {
@@ -306,6 +386,13 @@ std::string Generator::write_values(const std::string& target, const Slot& slot,
            "};\n    assign(" + target + ", values);\n}\n";
 }
 
+std::string Generator::assignment(const std::string& to, const Slot& to_slot, const std::string& from,
+                                  const Slot& from_slot) const {
+    if (!is_dynamic() && is_one_number(to_slot) && is_one_number(from_slot) && to_slot.type == from_slot.type)
+        return to + " = " + from + ";\n";
+    return "assign(" + to + ", " + from + ");\n";
+}
+
 std::string Generator::initial_output(std::size_t condition, std::size_t number_of_outlet) const {
     const auto& outlet = diagram_.conditions[condition].outlets[number_of_outlet];
     if (is_dynamic())
@@ -313,7 +400,8 @@ std::string Generator::initial_output(std::size_t condition, std::size_t number_
                std::to_string(number_of_outlet) + ");\n";
     const std::string target = place_of(outlet.end).text();
     if (outlet.initial_from.node >= 0)
-        return "assign(" + target + ", " + place_of(outlet.initial_from).text() + ");\n";
+        return assignment(target, diagram_.slot(outlet.end), place_of(outlet.initial_from).text(),
+                          diagram_.slot(outlet.initial_from));
     return write_values(target, diagram_.slot(outlet.end), outlet.initial);
 }
 
@@ -328,15 +416,15 @@ std::vector<std::string> Generator::resets(int n, bool only_from_parameters) con
         if ((!is_discrete && slot.role != Role::continuous_state) || slot.size.count() == 0) continue;
         const std::string state = place_of({n, static_cast<int>(s)}).text();
         if (slot.initial_from >= 0) {
-            statements.push_back("assign(" + state + ", " + place_of({n, slot.initial_from}).text() + ");\n");
+            const Node::End from{n, slot.initial_from};
+            statements.push_back(assignment(state, slot, place_of(from).text(), diagram_.slot(from)));
         } else if (!only_from_parameters) {
             statements.push_back(write_values(state, slot, slot.initial));
         } else {
             continue;
         }
         if (!only_from_parameters && is_discrete)
-            statements.push_back("assign(" + next_[static_cast<std::size_t>(n)][s].text() + ", " + state +
-                                 ");\n");
+            statements.push_back(assignment(next_[static_cast<std::size_t>(n)][s].text(), slot, state, slot));
     }
     return statements;
 }

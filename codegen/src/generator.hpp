@@ -4,11 +4,13 @@
 #include "bf/codegen/generate.hpp"
 #include "bf/program/program.hpp"
 
+#include "arithmetic.hpp"
 #include "formulas.hpp"
 #include "names.hpp"
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
@@ -25,6 +27,9 @@ struct Place {
 
 /// Empty where a quantity has none.
 std::string unit_text(const Slot& slot);
+
+/// Is the quantity an ordinary variable in generated code?
+inline bool is_one_number(const Slot& slot) { return slot.size.count() == 1 && slot.size.cols == 1; }
 
 /// A member of a structure.
 struct Field {
@@ -81,9 +86,19 @@ class Generator {
     std::string statement(int n, Phase phase, int index);
     std::string rule(int n, Phase phase, int index);
     std::string operand(int n, const Call::Reference& from, std::string& constants);
+    /// The rule as arithmetic: its lines, or nothing where only a kernel says it.
+    std::optional<std::vector<std::string>> equations(int n, const Call& call);
+    Argument argument(int n, const Call::Reference& from);
+    /// Where an operand that has a place lies.
+    Place place_of(int n, const Call::Reference& from) const;
+    /// An input is stored where its source is.
+    Node::End stored_in(int n, int slot) const;
     /// Statements that write literal numbers, or the values of another quantity.
     std::string write_values(const std::string& target, const Slot& slot,
                              const std::vector<double>& values) const;
+    /// to = from.
+    std::string assignment(const std::string& to, const Slot& to_slot, const std::string& from,
+                           const Slot& from_slot) const;
     std::string initial_output(std::size_t condition, std::size_t number) const;
     std::vector<std::string> resets(int n, bool only_from_parameters) const;
 
@@ -152,6 +167,8 @@ class Generator {
         return diagram_.definitions[static_cast<std::size_t>(number)];
     }
     std::string readme() const;
+    /// Which lines each block became.
+    std::string blocks_page(const Files& files) const;
     void add_interfaces(Files& files) const; ///< for C and Python
     std::string c_structure(const char* name, const char* doc, const std::vector<Field>& fields) const;
     std::string python_structure(const char* name, const char* doc, const std::vector<Field>& fields) const;

@@ -5,10 +5,38 @@
 #include "texts.hpp"
 
 #include <algorithm>
+#include <cctype>
+#include <sstream>
 
 namespace bf::codegen {
 
 namespace {
+
+/// Is the name called there, as one of this namespace?
+bool is_called(const std::string& body, const std::string& name) {
+    const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+    for (auto at = body.find(name); at != std::string::npos; at = body.find(name, at + 1)) {
+        const char before = at > 0 ? body[at - 1] : ' ', after = body[at + name.size()];
+        if (!is_word(before) && before != ':' && before != '.' && (after == '(' || after == '<')) return true;
+    }
+    return false;
+}
+
+/// Declares what the functions of a source call.
+std::string names_used(const std::string& body) {
+    std::string text;
+    for (const auto& [name, space] : {std::pair{"kernels", "bf::kernels"}, {"math", "bf::generated::math"}})
+        for (const char before : {' ', '(', '!', '-', '<'})
+            if (body.find(before + (name + std::string("::"))) != std::string::npos) {
+                text += std::string("namespace ") + name + " = " + space + ";\n";
+                break;
+            }
+    for (const char* name :
+         {"assign", "call", "commit", "elements", "empty", "failure_of", "forget", "has_crossed", "has_edge",
+          "in", "is_finite", "is_positive", "list", "numbers", "out", "renew", "reshaped"})
+        if (is_called(body, name)) text += std::string("using bf::generated::") + name + ";\n";
+    return text + (text.empty() ? "" : "\n");
+}
 
 /// "double y[3]" and, with values, " = {1.0, 2.0, 3.0}".
 std::string declarator(const Field& field, Type element, bool has_values, bool is_dynamic) {
@@ -228,13 +256,9 @@ std::string Generator::main_source(const Calls& calls) {
     const auto& d = diagram_;
     std::string text =
         class_ + "::" + class_ + "() noexcept = default;\n\nbool " + class_ + "::initialize() noexcept {\n";
-    if (!is_dynamic())
-        text +=
-            "    ::new (static_cast<void*>(&signals)) Signals();\n    ::new (static_cast<void*>(&states)) "
-            "States();\n    outputs = Outputs();\n";
+    if (!is_dynamic()) text += "    renew(signals);\n    renew(states);\n    renew(outputs);\n";
     if (has_continuous_states() && !is_dynamic())
-        text += "    ::new (static_cast<void*>(&continuous)) ContinuousStates();\n    ::new "
-                "(static_cast<void*>(&rates_)) ContinuousStates{};\n"
+        text += "    renew(continuous);\n    renew(rates_);\n"
                 "    for (int i = 0; i < " +
                 number(continuous_size()) + "; ++i) elements<Real>(rates_)[i] = 0;\n";
     text += "    steps_ = 0;\n    time_ = 0;\n    failed_block_ = failure_ = "
@@ -261,7 +285,8 @@ std::string Generator::main_source(const Calls& calls) {
         "::output() noexcept {\n    if (failure_) return false;\n    time_ = Real(steps_) * Real(period);\n" +
         text_of(program_.step, program::first, 4);
     for (const auto& field : outputs_)
-        text += "    assign(outputs." + field.member + ", " + place_of(field.end).text() + ");\n";
+        text += "    " +
+                assignment("outputs." + field.member, *field.slot, place_of(field.end).text(), *field.slot);
     text += "    return true;\n}\n\n" + (flattened(calls) + ("bool " + class_)) +
             "::update() noexcept {\n    if (failure_) return false;\n" + calls.update +
             "    ++steps_;\n    return true;\n}\n\nvoid " + class_ + "::terminate() noexcept {" +
@@ -352,7 +377,7 @@ std::string Generator::readme() const {
            "` in `" + file_ + ".hpp` is the model: write `inputs`, call `step()`\nevery " +
            literal(diagram_.step, Type::float64) +
            " s, read `outputs`. It needs a C++17 compiler and nothing else; `include/` holds the used "
-           "kernels.\n\n"
+           "kernels.\n`blocks.md` says which lines each block became.\n\n"
            "```\ncmake -S . -B build && cmake --build build\n./build/run_" +
            file_ +
            " --help\n```\n\n"
@@ -361,6 +386,41 @@ std::string Generator::readme() const {
            "and additions (`-ffp-contract=off`; with FMA instructions, as by -march=native, also `-mno-fma`) "
            "nor reorders\n"
            "them (no `-ffast-math`).\n";
+}
+
+std::string Generator::blocks_page(const Files& files) const {
+    std::map<std::string, std::size_t> nodes; // by the comment above their statements
+    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
+        nodes["// " + comment(diagram_.nodes[n].path) +
+              (is_hosted(static_cast<int>(n)) ? "" : " (" + comment(diagram_.nodes[n].type) + ")")] = n;
+    std::map<std::size_t, std::string> places;
+    for (const auto& [file, text] : files) {
+        if (!file.ends_with(".cpp")) continue;
+        std::size_t node = diagram_.nodes.size();
+        int first = 0, at = 0;
+        std::istringstream lines(text);
+        for (std::string line; std::getline(lines, line);) {
+            ++at;
+            line.erase(0, line.find_first_not_of(' '));
+            const bool is_end = line.empty() || line.starts_with("//") || line.starts_with("}") ||
+                                line == "return true;" || (line.starts_with("if (") && line.ends_with("{"));
+            if (is_end && node < diagram_.nodes.size()) {
+                places[node] += (places[node].empty() ? "" : ", ") + file + ":" + number(first) +
+                                (at - 1 > first ? "-" + number(at - 1) : "");
+                node = diagram_.nodes.size();
+            }
+            if (const auto found = nodes.find(line); found != nodes.end()) {
+                node = found->second;
+                first = at + 1;
+            }
+        }
+    }
+    std::string text = "# " + escape::markdown(diagram_.name) +
+                       ": from blocks to lines\n\n| block | type | lines |\n| --- | --- | --- |\n";
+    for (const auto& [n, its] : places)
+        text += "| " + escape::markdown_code(diagram_.nodes[n].path) + " | " +
+                escape::markdown(diagram_.nodes[n].type) + " | " + escape::markdown(its) + " |\n";
+    return text;
 }
 
 std::string Generator::cmake_lists(const std::vector<std::string>& sources) const {
@@ -444,24 +504,21 @@ Files Generator::run() {
     headers.insert("bf/kernels/view.hpp");
     if (has_continuous_states()) headers.insert("bf/kernels/runge_kutta.hpp");
     if (!formulas_.formulas.empty()) headers.insert("bf/codegen/formula.hpp");
-    std::string preamble = "#include \"" + file_ + ".hpp\"\n\n";
-    for (const auto& header : headers) preamble += "#include \"" + header + "\"\n";
-    preamble += "\n#include <new>\n\nnamespace kernels = bf::kernels;\n";
-    for (const char* name :
-         {"assign", "call", "commit", "elements", "empty", "failure_of", "forget", "has_crossed", "has_edge",
-          "in", "is_finite", "is_positive", "list", "numbers", "out", "reshaped"})
-        preamble += std::string("using bf::generated::") + name + ";\n";
-    preamble += "\n";
+    std::string includes = "#include \"" + file_ + ".hpp\"\n\n";
+    for (const auto& header : headers) includes += "#include \"" + header + "\"\n";
+    const auto complete = [&](const std::string& what, const std::string& body) {
+        return "// " + comment(diagram_.name) + what + ".\n" + includes + "\n" + names_used(body) + body;
+    };
     // What the class keeps is known once its functions are printed.
-    std::string text =
-        "// " + comment(diagram_.name) + ": initialize, step, terminate.\n" + preamble + main_source(calls);
+    std::string text = main_source(calls), what = ": initialize, step, terminate";
     files[file_ + ".hpp"] = header(calls);
     int statements = 0;
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
         if (statements > 0 && statements + piece_statements_[i] > options_.statements_per_file) {
-            files[sources.back()] = std::move(text);
+            files[sources.back()] = complete(what, text);
             sources.push_back(file_ + "_part" + number(static_cast<int>(sources.size()) + 1) + ".cpp");
-            text = "// " + comment(diagram_.name) + ", continued.\n" + preamble;
+            what = ", continued";
+            text.clear();
             statements = 0;
         } else {
             text += "\n";
@@ -469,7 +526,7 @@ Files Generator::run() {
         text += pieces_[i];
         statements += piece_statements_[i];
     }
-    files[sources.back()] = std::move(text);
+    files[sources.back()] = complete(what, text);
     if (!is_dynamic()) {
         sources.push_back(file_ + "_tables.cpp");
         files[sources.back()] = tables();
@@ -490,6 +547,7 @@ Files Generator::run() {
     }
     files["CMakeLists.txt"] = cmake_lists(sources);
     files["README.md"] = readme();
+    files["blocks.md"] = blocks_page(files);
     for (const auto& header : headers) add_header(header, files);
     for (const char* support : {"views", "quantity"})
         add_header(std::string("bf/codegen/") + support + ".hpp", files);

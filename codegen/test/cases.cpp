@@ -378,6 +378,74 @@ connections: {t: fine, x: g, g: x}
                                    "m.yaml");
 }
 
+/// Every pair of numbers at the limits of a type, in the rules that are printed as equations: one number and
+/// four of them. Of real types these are zeros of both signs, infinities, NaN and the smallest and largest.
+model::Model extremes(const std::string& type, const std::vector<std::string>& values) {
+    const bool is_real = type == "double" || type == "single";
+    std::string blocks, connections, to_a, to_b;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::string n = std::to_string(i), group = i < 4 ? "a" : "b";
+        const std::string value = values[i] == "NaN" ? "0" : values[i];
+        blocks += "  c" + n + ": {block: Constant, value: \"" + value + "\"}\n  s" + n +
+                  ": {block: Convert, type: " + type + "}\n";
+        if (values[i] == "NaN") {
+            blocks += "  inf: {block: Constant, value: Inf}\n  nan: {block: Product}\n";
+            connections += ", c" + n + ": nan.u1, inf: nan.u2, nan: s" + n;
+        } else {
+            connections += ", c" + n + ": s" + n;
+        }
+        connections += ", s" + n + ": [" + group + ".u" + std::to_string(i % 4 + 1);
+        // Pairs of this number with all in a and b.
+        int count = 0;
+        const auto pair = [&](const std::string& block, const std::vector<std::string>& inputs) {
+            for (const std::string side : {"a", "b"}) {
+                const std::string name = "p" + n + side + std::to_string(count++);
+                blocks += "  " + name + ": {block: " + block + "}\n";
+                auto& to = side == "a" ? to_a : to_b;
+                to += ", " + name + "." + inputs[0];
+                connections += ", " + name + "." + inputs[1];
+                if (inputs.size() > 2) to += ", " + name + "." + inputs[2];
+            }
+        };
+        const std::vector<std::string> two{"u1", "u2"}, back{"u2", "u1"};
+        for (const char* block : {"Sum, signs: \"+-\"", "Sum, signs: \"-+\"", "Product, operations: \"*/\"",
+                                  "Product, operations: \"/*\"", "Minimum", "Maximum", "Mod", "Rem"}) {
+            pair(block, two);
+            pair(block, back);
+        }
+        for (const char* op : {"==", "~=", "<", "<=", ">", ">="})
+            pair("Relational, operator: \"" + std::string(op) + "\"", two);
+        for (const char* op : {"AND", "OR", "XOR", "NAND", "NOR", "XNOR"})
+            pair("Logic, operator: " + std::string(op), two);
+        for (const char* criterion : {">=", ">", "~="})
+            pair("Switch, criterion: \"" + std::string(criterion) + "\"", {"u1", "u2", "u3"});
+        pair("SaturateDynamic", {"u", "lower", "upper"});
+        pair("SaturateDynamic", {"upper", "u", "lower"});
+        pair("DeadZoneDynamic", {"u", "start", "end"});
+        pair("DeadZoneDynamic", {"end", "u", "start"});
+        connections += "]";
+    }
+    int count = 0;
+    const auto one = [&](const std::string& block) {
+        for (const std::string side : {"a", "b"}) {
+            const std::string name = "one" + side + std::to_string(count++);
+            blocks += "  " + name + ": {block: " + block + "}\n";
+            (side == "a" ? to_a : to_b) += ", " + name;
+        }
+    };
+    for (const char* block :
+         {"Abs", "Sign", "Negate", "Square", "DeadZone, start: 0, end: 1", "Saturate, lower: 0, upper: 1",
+          "WrapToZero, threshold: 1", "CompareToZero, operator: \">\"", "Logic, operator: NOT", "Bias"})
+        one(block);
+    if (is_real)
+        for (const char* block : {"Friction", "Sqrt", "Reciprocal"}) one(block);
+    return formats::read_yaml_text(
+        "model: extremes_" + type + "\nstep: 0.1\nblocks:\n" + blocks +
+            "  a: {block: Mux, inputs: 4}\n  b: {block: Mux, inputs: 4}\nconnections: {" +
+            connections.substr(2) + ", a: [" + to_a.substr(2) + "], b: [" + to_b.substr(2) + "]}\n",
+        "m.yaml");
+}
+
 /// A state that becomes NaN in the fourth step.
 model::Model nan_model() {
     model::Builder m("becomes_nan");
@@ -414,6 +482,13 @@ std::vector<Case> structure_cases() {
     cases.push_back({Elaborated(legacy()), 40});
     cases.push_back({Elaborated(continuous_nan()), 5});
     cases.push_back({Elaborated(continuous_overflow()), 40});
+    for (const std::string type : {"double", "single"})
+        cases.push_back(
+            {Elaborated(extremes(type, {"0", "-0.0", "Inf", "-Inf", "NaN", "-5e-324", "1e-310", "3e38"})),
+             2});
+    cases.push_back({Elaborated(extremes("int8", {"0", "1", "-1", "2", "-128", "127", "-127", "64"})), 2});
+    cases.push_back(
+        {Elaborated(extremes("uint32", {"0", "1", "2", "3", "4294967295", "2147483648", "65536", "7"})), 2});
     cases.push_back({Elaborated(odd_names()), 5});
     cases.push_back({Elaborated(nan_model()), 6});
     return cases;

@@ -242,8 +242,70 @@ TEST(GeneratedCode, AsksInsideAStepOnlyForWhatDerivativesDependOn) {
     const std::string source = generate(model.diagram).at("m.cpp");
     EXPECT_NE(source.find("return outputs_1();"), std::string::npos) << source; // in evaluate()
     const auto others = source.find("::outputs_2() noexcept {");
-    EXPECT_LT(source.find("out(signals.fed_y)"), others) << source;
-    EXPECT_GT(source.find("out(signals.shown_y)"), others) << source;
+    EXPECT_LT(source.find("signals.fed_y ="), others) << source;
+    EXPECT_GT(source.find("signals.shown_y ="), others) << source;
+}
+
+/// The source of a model of these blocks, whose inputs u, v, on are a number, three numbers and a truth
+/// value.
+std::string source_of(const std::string& blocks, const std::string& connections,
+                      const std::string& type = "") {
+    const std::string is = type.empty() ? "" : ", type: " + type;
+    const Elaborated model(formats::read_yaml_text(
+        "model: m\nstep: 0.1\ninputs: {u: {shape: 1" + is + "}, v: {shape: [3]" + is +
+            "}, on: {type: boolean}}\nblocks:\n" + blocks + "connections: {" + connections + "}\n",
+        "m.yaml"));
+    return generate(model.diagram).at("m.cpp");
+}
+
+TEST(GeneratedCode, ReadsLikeTheEquation) {
+    const std::string source = source_of(R"m(
+  difference: {block: Sum, signs: "+-"}
+  ratio: {block: Product, operations: "*/"}
+  limited: {block: Saturate, lower: -1, upper: 1}
+  zone: {block: DeadZone}
+  inside: {block: Logic, operator: XOR}
+  either: {block: Switch, criterion: "~="}
+  spread: {block: Gain, K: [1, 2, 3]}
+  sum: {block: DiscreteIntegrator}
+  wave: {block: Sine}
+  positive: {block: CompareToZero, operator: ">"}
+)m",
+                                         "u: [difference.u1, ratio.u1, limited, spread, sum, positive, "
+                                         "zone, either.u1], wave: [difference.u2, ratio.u2, either.u3], "
+                                         "on: [either.u2, inside.u1], positive: inside.u2");
+    for (const char* line :
+         {"signals.difference_y = inputs.u - signals.wave_y;", "signals.ratio_y = inputs.u / signals.wave_y;",
+          "signals.limited_y = math::clamp(inputs.u, parameters.limited_lower, parameters.limited_upper);",
+          "signals.inside_y = inputs.on != signals.positive_y;", "workspace_.either_holds = inputs.on;",
+          "signals.either_y = workspace_.either_holds ? inputs.u : signals.wave_y;",
+          "for (int i = 0; i < 3; ++i) signals.spread_y[i] = parameters.spread_K.data[i] * inputs.u;",
+          "next_.sum_x = signals.sum_y;", "signals.positive_y = inputs.u > 0.0;",
+          "inputs.u > parameters.zone_end ? inputs.u - parameters.zone_end : inputs.u <",
+          "math::clamp(states.sum_x + parameters.sum_gain * period * states.sum_before,"})
+        EXPECT_NE(source.find(line), std::string::npos) << line << "\n" << source;
+    for (const char* machinery : {"kernels::", "template", "::new", " in(", "(in(", "out("})
+        EXPECT_EQ(source.find(machinery), std::string::npos) << machinery << "\n" << source;
+}
+
+TEST(GeneratedCode, WrapsWholeNumbersAroundInItsEquations) {
+    const std::string source = source_of(R"m(
+  sum: {block: Sum, signs: "+-"}
+  twice: {block: Gain, K: 2}
+  sign: {block: Sign}
+)m",
+                                         "u: [sum.u1, twice, sign], twice: sum.u2", "int8");
+    for (const char* line : {"signals.sum_y = math::subtract(inputs.u, signals.twice_y);",
+                             "signals.twice_y = math::multiply(parameters.twice_K, inputs.u);",
+                             "signals.sign_y = inputs.u > 0 ? 1 : inputs.u < 0 ? -1 : inputs.u;"})
+        EXPECT_NE(source.find(line), std::string::npos) << line << "\n" << source;
+}
+
+TEST(GeneratedCode, DeclaresTheNamesThatItCallsAlone) {
+    const std::string source = source_of("  gain: {block: Gain}\n", "u: gain");
+    EXPECT_NE(source.find("using bf::generated::renew;"), std::string::npos) << source;
+    EXPECT_EQ(source.find("using "), source.rfind("using ")) << source;
+    EXPECT_EQ(source.find("namespace "), std::string::npos) << source;
 }
 
 TEST(GeneratedCode, TellsUnitsAndDocsOfInputsAndOutputs) {

@@ -5,6 +5,7 @@
 #include "bf/program/step.hpp"
 
 #include <limits>
+#include <new>
 #include <type_traits>
 
 namespace bf::generated {
@@ -94,6 +95,9 @@ auto call(Kernel kernel, Views... views) noexcept {
 }
 
 template <class V> using Writable = typename V::value_type;
+
+/// x as it is declared, without a second one on the stack.
+template <class T> void renew(T& x) noexcept { ::new (static_cast<void*>(&x)) T(); }
 
 /// to = from; one element expands.
 template <class To, class From> void assign(To& to, const From& from) noexcept {

@@ -1,6 +1,6 @@
 #include "formulas.hpp"
 
-#include "bf/matlab/interpreter.hpp"
+#include "bf/matlab/formula.hpp"
 #include "names.hpp"
 
 #include <algorithm>
@@ -10,8 +10,8 @@ namespace bf::codegen {
 
 namespace {
 
-using matlab::Kind;
-using matlab::Operator;
+using Form = matlab::Formula::Kind;
+using kernels::Operation;
 
 /// An expression that is not printed: why, and the variables that must be fixed for it.
 struct NotPrinted {
@@ -19,213 +19,126 @@ struct NotPrinted {
     std::set<int> variables;
 };
 
-/// The names of functions of bf::generated::Formula with one and with two operands, as in MATLAB.
-const std::set<std::string, std::less<>> one_operand{
-    "sin",   "cos", "tan",   "asin",    "acos",    "atan",   "sinh",  "cosh", "tanh",   "asinh",    "acosh",
-    "atanh", "exp", "expm1", "log",     "log2",    "log10",  "log1p", "sqrt", "abs",    "sign",     "floor",
-    "ceil",  "fix", "round", "deg2rad", "rad2deg", "double", "diag",  "not",  "uminus", "transpose"};
-const std::set<std::string, std::less<>> two_operands{
-    "atan2", "hypot", "mod", "rem", "min", "max", "plus", "minus", "times", "rdivide", "mtimes", "power"};
-/// Of a size that does not change.
-const std::set<std::string, std::less<>> of_the_size{"size", "numel", "length", "ndims", "isempty"};
+std::string number(matlab::Index x) { return std::to_string(x); }
 
-/// Of a size that their arguments give.
-const std::set<std::string, std::less<>> sized_by_value{"zeros", "ones", "eye", "repmat", "linspace"};
-
-std::string dotted_name(const matlab::Expression& e) {
-    if (e.kind == Kind::Name) return e.name;
-    if (e.kind != Kind::Field) return {};
-    const std::string base = dotted_name(*e.parts[0]);
-    return base.empty() ? base : base + "." + e.name;
+/// How the arithmetic of two numbers is written.
+const char* infix(Operation operation) {
+    switch (operation) {
+    case Operation::plus: return " + ";
+    case Operation::minus: return " - ";
+    case Operation::times: return " * ";
+    case Operation::over: return " / ";
+    case Operation::less: return " < ";
+    case Operation::less_equal: return " <= ";
+    case Operation::greater: return " > ";
+    case Operation::greater_equal: return " >= ";
+    case Operation::equal: return " == ";
+    case Operation::not_equal: return " != ";
+    default: return nullptr;
+    }
 }
 
 class Printer {
   public:
     Printer(const Definition& definition, const std::vector<matlab::Value>& values,
             const std::vector<std::string>& fixed, const std::map<int, std::string>& members)
-        : definition_(definition), fixed_(fixed), members_(members),
+        : definition_(definition), values_(values), fixed_(fixed), members_(members),
           variables_(variables_of(definition, values)) {}
 
-    std::string print(const matlab::Expression& e) {
-        if (!changes(e)) return constant(e);
-        if (const int variable = variable_of(e); variable >= 0) return "variables." + members_.at(variable);
-        switch (e.kind) {
-        case Kind::Unary:
-            if (e.op == Operator::UnaryPlus) return print(*e.parts[0]);
-            return call(e.op == Operator::UnaryMinus  ? "uminus"
-                        : e.op == Operator::Transpose ? "transpose"
-                                                      : "logical_not",
-                        e.parts);
-        case Kind::Binary: return call(function_of(e), e.parts);
-        case Kind::Matrix: return matrix(e);
-        case Kind::Index: return index(e);
-        case Kind::Range: refuse(e, "a range whose length may change is not computed there");
-        default: refuse(e, "its expression is more than arithmetic");
+    std::string print() const {
+        try {
+            return print(matlab::resolve(*definition_.expression, scope()));
+        } catch (const matlab::Unresolved& unresolved) {
+            NotPrinted not_printed{unresolved.message(), {}};
+            add_changing(unresolved.part, not_printed.variables);
+            throw not_printed;
+        } catch (const matlab::Error&) {
+            NotPrinted not_printed{"its expression is more than arithmetic", {}};
+            add_changing(*definition_.expression, not_printed.variables);
+            throw not_printed;
         }
     }
 
   private:
-    int variable_of(const matlab::Expression& e) const {
-        const std::string name = dotted_name(e);
-        for (const auto& [used, variable] : definition_.uses)
-            if (!name.empty() && used == name) return variable;
-        return -1;
+    bool is_free(int variable) const { return fixed_[static_cast<std::size_t>(variable)].empty(); }
+
+    matlab::Scope scope() const {
+        return {[this](const std::string& name) { return slot(name); }, variables_};
+    }
+    std::optional<matlab::Slot> slot(const std::string& name) const {
+        std::optional<matlab::Slot> found;
+        for (const auto& [used, variable] : definition_.uses) {
+            if (!is_free(variable)) continue;
+            const auto& value = values_[static_cast<std::size_t>(variable)];
+            if (used == name) return matlab::Slot{variable, {value.type(), {value.rows(), value.cols()}}};
+            if (used.starts_with(name + ".") || name.starts_with(used + ".")) found = matlab::Slot{-1, {}};
+        }
+        return found;
     }
     /// The variables in an expression that may change.
     void add_changing(const matlab::Expression& e, std::set<int>& variables) const {
-        const std::string name = dotted_name(e);
+        const std::string name = matlab::dotted_name(e);
         for (const auto& [used, variable] : definition_.uses)
-            if (!name.empty() && !is_fixed(variable) &&
+            if (!name.empty() && is_free(variable) &&
                 (used == name || used.starts_with(name + ".") || name.starts_with(used + ".")))
                 variables.insert(variable);
         if (name.empty())
             for (const auto& part : e.parts) add_changing(*part, variables);
     }
-    [[noreturn]] void refuse(const matlab::Expression& e, const std::string& reason) const {
-        std::set<int> variables;
-        add_changing(e, variables);
-        throw NotPrinted{reason, variables};
-    }
-    [[noreturn]] void refuse_index(const matlab::Expression& e) const {
-        std::set<int> variables;
-        for (std::size_t i = 1; i < e.parts.size(); ++i) add_changing(*e.parts[i], variables);
-        throw NotPrinted{"a list of indices that may change is not computed there", variables};
-    }
-    bool is_fixed(int variable) const { return !fixed_[static_cast<std::size_t>(variable)].empty(); }
 
-    /// Does the value depend on a variable that may change? A whole struct or a part of a variable does.
-    bool changes(const matlab::Expression& e) const {
-        const std::string name = dotted_name(e);
-        if (!name.empty())
-            return std::any_of(definition_.uses.begin(), definition_.uses.end(), [&](const auto& use) {
-                const bool is_same = use.first == name || use.first.starts_with(name + ".") ||
-                                     name.starts_with(use.first + ".");
-                return is_same && !is_fixed(use.second);
-            });
-        if (e.kind == Kind::Index && of_the_size.contains(dotted_name(*e.parts[0])) && e.parts.size() == 2)
-            return false;
-        return std::any_of(e.parts.begin(), e.parts.end(), [&](const auto& part) { return changes(*part); });
-    }
-
-    matlab::Value value_of(const matlab::Expression& e) const {
-        try {
-            return matlab::Interpreter().evaluate(e, variables_);
-        } catch (const matlab::Error& error) {
-            refuse(e, "its expression is more than arithmetic");
+    std::string print(const matlab::Formula& f) const {
+        if (f.type.element != matlab::Class::Double && f.type.element != matlab::Class::Logical)
+            throw NotPrinted{"it is computed with a " + std::string(class_name(f.type.element)), {}};
+        switch (f.kind) {
+        case Form::constant: return constant(f.value);
+        case Form::slot: return "variables." + members_.at(f.slot);
+        case Form::operation: return operation(f);
+        case Form::multiply: return call("mtimes", f);
+        case Form::transpose: return call("transpose", f);
+        case Form::diagonal: return call("diag", f);
+        case Form::at: return call("element", f);
+        case Form::row: return call("row", f);
+        case Form::column: return call("stack", f);
+        case Form::both: return both(f, " && ");
+        case Form::either: return both(f, " || ");
+        case Form::elements: break;
         }
+        std::string list;
+        for (const auto place : f.places) list += ", " + number(place);
+        return call("pick<" + number(f.type.rows()) + ", " + number(f.type.cols()) + list + ">", f);
     }
 
-    std::string constant(const matlab::Expression& e) const {
-        const matlab::Value value = value_of(e);
-        if (!value.is_array() || (value.type() != matlab::Class::Double && !value.is_logical()))
-            throw NotPrinted{"it is computed with a " + std::string(value.type_name()), {}};
+    std::string constant(const matlab::Value& value) const {
         if (value.is_scalar()) return literal(value[0], Type::float64);
         std::string list;
         for (matlab::Index i = 0; i < value.numel(); ++i)
             list += (i ? ", " : "") + literal(value[i], Type::float64);
-        return "bf::generated::Matrix<double, " + std::to_string(value.rows()) + ", " +
-               std::to_string(value.cols()) + ">{{" + list + "}}";
+        return "bf::generated::Matrix<double, " + number(value.rows()) + ", " + number(value.cols()) + ">{{" +
+               list + "}}";
     }
 
-    std::string call(const std::string& function, const std::vector<matlab::ExpressionPtr>& operands,
-                     std::size_t first = 0) {
+    std::string call(const std::string& function, const matlab::Formula& f) const {
         std::string text = "f." + function + "(";
-        for (std::size_t i = first; i < operands.size(); ++i)
-            text += (i > first ? ", " : "") + print(*operands[i]);
+        for (std::size_t i = 0; i < f.operands.size(); ++i) text += (i ? ", " : "") + print(f.operands[i]);
         return text + ")";
     }
 
-    std::string function_of(const matlab::Expression& e) const {
-        const auto is_scalar = [&](std::size_t i) { return value_of(*e.parts[i]).is_scalar(); };
-        switch (e.op) {
-        case Operator::Plus: return "plus";
-        case Operator::Minus: return "minus";
-        case Operator::Times: return "times";
-        case Operator::Mtimes: return "mtimes";
-        case Operator::Rdivide: return "rdivide";
-        case Operator::Mrdivide:
-            if (is_scalar(1)) return "rdivide";
-            break;
-        case Operator::Ldivide: return "ldivide";
-        case Operator::Mldivide:
-            if (is_scalar(0)) return "ldivide";
-            break;
-        case Operator::Power: return "power";
-        case Operator::Mpower:
-            if (is_scalar(0) && is_scalar(1)) return "power";
-            break;
-        case Operator::Equal: return "equal";
-        case Operator::NotEqual: return "not_equal";
-        case Operator::Less: return "less";
-        case Operator::LessEqual: return "less_equal";
-        case Operator::Greater: return "greater";
-        case Operator::GreaterEqual: return "greater_equal";
-        case Operator::And: return "logical_and";
-        case Operator::Or: return "logical_or";
-        case Operator::AndAlso: return "both";
-        case Operator::OrElse: return "either";
-        default: break;
+    std::string operation(const matlab::Formula& f) const {
+        const auto& operands = f.operands;
+        if (const char* sign = infix(f.operation); sign && f.type.is_scalar()) {
+            const std::string text = "(" + print(operands[0]) + sign + print(operands[1]) + ")";
+            return f.type.element == matlab::Class::Logical ? "double" + text : text;
         }
-        refuse(e, "a system of equations or a power of a matrix is not computed there");
+        return call("of<bf::kernels::Operation::" + std::string(name_of(f.operation)) + ">", f);
     }
 
-    std::string matrix(const matlab::Expression& e) {
-        std::vector<std::string> rows;
-        for (const auto& row : e.parts) {
-            std::vector<std::string> items;
-            for (const auto& part : row->parts)
-                if (changes(*part) || !value_of(*part).is_empty()) items.push_back(print(*part));
-            if (items.empty()) continue;
-            rows.push_back(items.size() == 1 ? items[0] : "f.row(" + joined(items) + ")");
-        }
-        return rows.size() == 1 ? rows[0] : "f.stack(" + joined(rows) + ")";
-    }
-    static std::string joined(const std::vector<std::string>& items) {
-        std::string text;
-        for (const auto& item : items) text += (text.empty() ? "" : ", ") + item;
-        return text;
-    }
-
-    /// A call, or elements at constant places.
-    std::string index(const matlab::Expression& e) {
-        const std::string name = dotted_name(*e.parts[0]);
-        const bool is_variable =
-            changes(*e.parts[0]) || (!name.empty() && variables_.contains(name.substr(0, name.find('.'))));
-        if (!is_variable) {
-            const std::size_t n = e.parts.size() - 1;
-            if (!(n == 1 && one_operand.contains(name)) && !(n == 2 && two_operands.contains(name)))
-                refuse(e, sized_by_value.contains(name) ? "its size would change"
-                                                        : "'" + name + "' is not computed there");
-            return call(name == "not" ? "logical_not" : name == "double" ? "same" : name, e.parts, 1);
-        }
-        const matlab::Value base = value_of(*e.parts[0]);
-        const auto is_changed = [&](const auto& part) { return changes(*part); };
-        if (std::any_of(e.parts.begin() + 1, e.parts.end(), is_changed)) {
-            for (std::size_t i = 1; i < e.parts.size(); ++i)
-                if (e.parts[i]->kind == Kind::Colon || !value_of(*e.parts[i]).is_scalar() ||
-                    value_of(*e.parts[i]).is_logical())
-                    refuse_index(e);
-            return call("element", e.parts);
-        }
-        // Which elements: the same index of a matrix that holds its own places.
-        matlab::Value::Numbers places(static_cast<std::size_t>(base.numel()));
-        for (std::size_t i = 0; i < places.size(); ++i) places[i] = static_cast<double>(i);
-        const auto number = std::make_shared<matlab::Expression>();
-        number->kind = Kind::Literal;
-        number->value =
-            matlab::Value::array(matlab::Class::Double, base.rows(), base.cols(), std::move(places));
-        matlab::Expression of_places = e;
-        of_places.parts[0] = number;
-        const matlab::Value chosen = value_of(of_places);
-        std::string list;
-        for (matlab::Index i = 0; i < chosen.numel(); ++i)
-            list += ", " + std::to_string(static_cast<int>(chosen[i]));
-        if (chosen.is_empty()) throw NotPrinted{"it uses no element of a vector", {}};
-        return "f.pick<" + std::to_string(chosen.rows()) + ", " + std::to_string(chosen.cols()) + list +
-               ">(" + print(*e.parts[0]) + ")";
+    std::string both(const matlab::Formula& f, const char* sign) const {
+        return "double(f.truth(" + print(f.operands[0]) + ")" + sign + "f.truth(" + print(f.operands[1]) +
+               "))";
     }
 
     const Definition& definition_;
+    const std::vector<matlab::Value>& values_;
     const std::vector<std::string>& fixed_;
     const std::map<int, std::string>& members_;
     const matlab::Workspace variables_;
@@ -255,8 +168,7 @@ Formulas formulas_of(const Diagram& diagram) {
                                              [&](const auto& use) { return is_free(use.second); });
             if (!follows || !is_free(number)) continue;
             try {
-                result.formulas.push_back(
-                    {number, Printer(all[i], values, fixed, members).print(*all[i].expression)});
+                result.formulas.push_back({number, Printer(all[i], values, fixed, members).print()});
             } catch (const NotPrinted& not_printed) {
                 again = true;
                 if (not_printed.variables.empty()) fixed[i] = not_printed.reason;

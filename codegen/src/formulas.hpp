@@ -28,8 +28,8 @@ struct Formulas {
     std::vector<std::pair<std::string, std::string>> fixed;
 };
 
-/// Expressions of elementwise operations and functions, matrix products, concatenations and constant indices
-/// become calls of bf::generated::Formula. A variable that some other expression uses is fixed.
+/// Expressions that matlab::resolve knows become arithmetic and calls of bf::generated::Formula. A variable
+/// that some other expression uses is fixed.
 Formulas formulas_of(const Diagram& diagram);
 
 } // namespace bf::codegen

@@ -406,7 +406,9 @@ const std::vector<std::string>& expressions() {
                                               "a*[1 2; 3 4]'",
                                               "v(n1)",
                                               "M(n1, 2)",
-                                              "M(2, 3 - n1) + v(end)"};
+                                              "M(2, 3 - n1) + v(end)",
+                                              "a > 1.9 && log(a - 1.8) < 9",
+                                              "plus(a, lt(v, b)) + power(a, 3)"};
     return all;
 }
 

@@ -311,10 +311,11 @@ class Resolver {
     Formula computed_element(Formula base, const Expression& e) {
         std::vector<Formula> operands{std::move(base)};
         for (std::size_t i = 1; i < e.parts.size(); ++i) {
-            if (e.parts[i]->kind != Kind::Colon) operands.push_back(resolve(*e.parts[i]));
-            if (e.parts[i]->kind == Kind::Colon || !operands.back().type.is_scalar() ||
+            const bool is_list = e.parts[i]->kind == Kind::Colon || e.parts[i]->kind == Kind::Range;
+            if (!is_list) operands.push_back(resolve(*e.parts[i]));
+            if (is_list || !operands.back().type.is_scalar() ||
                 operands.back().type.element == Class::Logical)
-                throw Unresolved("a list of indices that may change is not computed there", e);
+                throw Unresolved("a list of indices that may change is not computed there", *e.parts[i]);
         }
         const Class element = operands[0].type.element;
         return made(Form::at, element, 1, 1, std::move(operands));

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "bf/codegen/views.hpp"
+#include "bf/kernels/expression.hpp"
 #include "bf/kernels/limits.hpp"
-#include "bf/kernels/scalar.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -24,35 +24,37 @@ template <int R, int C> struct OperandOf<Matrix<double, R, C>> {
 };
 template <int R, int C> using Numbers = std::conditional_t<R == 1 && C == 1, double, Matrix<double, R, C>>;
 
-/// The functions of one evaluation, named as in MATLAB. What is not defined for real numbers is remembered.
+/// The operations of one evaluation. What is not defined for real numbers is remembered.
 class Formula {
   public:
     bool is_defined = true;
 
-    template <class A, class B> auto plus(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return x + y; });
-    }
-    template <class A, class B> auto minus(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return x - y; });
-    }
-    template <class A, class B> auto times(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return x * y; });
-    }
-    template <class A, class B> auto rdivide(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return x / y; });
-    }
-    template <class A, class B> auto ldivide(const A& a, const B& b) noexcept { return rdivide(b, a); }
-    template <class A, class B> auto power(const A& a, const B& b) noexcept {
-        return zip(a, b, [this](double x, double y) {
-            require(!(x < 0 && y != std::round(y)));
-            return std::pow(x, y);
+    /// Element by element.
+    template <kernels::Operation op, class A> auto of(const A& a) noexcept {
+        return map(a, [this](double x) {
+            require(kernels::is_defined(op, x));
+            return kernels::value_of(op, x);
         });
     }
+    template <kernels::Operation op, class A, class B> auto of(const A& a, const B& b) noexcept {
+        return zip(a, b, [this](double x, double y) {
+            require(kernels::is_defined(op, x, y));
+            return kernels::value_of(op, x, y);
+        });
+    }
+    /// Is it true as a condition: no element 0?
+    template <class A> bool truth(const A& a) noexcept {
+        bool all = OperandOf<A>::rows * OperandOf<A>::cols > 0;
+        for (int i = 0; i < OperandOf<A>::rows * OperandOf<A>::cols; ++i)
+            all = all && OperandOf<A>::data(a)[i] != 0;
+        return all;
+    }
+
     template <class A, class B> auto mtimes(const A& a, const B& b) noexcept {
         using X = OperandOf<A>;
         using Y = OperandOf<B>;
         if constexpr (X::rows * X::cols == 1 || Y::rows * Y::cols == 1) {
-            return times(a, b);
+            return of<kernels::Operation::times>(a, b);
         } else {
             static_assert(X::cols == Y::rows);
             Numbers<X::rows, Y::cols> result{};
@@ -64,147 +66,6 @@ class Formula {
             return result;
         }
     }
-
-    template <class A, class B> auto equal(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return double(x == y); });
-    }
-    template <class A, class B> auto not_equal(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return double(x != y); });
-    }
-    template <class A, class B> auto less(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return double(x < y); });
-    }
-    template <class A, class B> auto less_equal(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return double(x <= y); });
-    }
-    template <class A, class B> auto greater(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return double(x > y); });
-    }
-    template <class A, class B> auto greater_equal(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return double(x >= y); });
-    }
-    template <class A, class B> auto logical_and(const A& a, const B& b) noexcept {
-        return zip(a, b, [this](double x, double y) { return double(number(x) != 0 && number(y) != 0); });
-    }
-    template <class A, class B> auto logical_or(const A& a, const B& b) noexcept {
-        return zip(a, b, [this](double x, double y) { return double(number(x) != 0 || number(y) != 0); });
-    }
-    template <class A> auto logical_not(const A& a) noexcept {
-        return map(a, [this](double x) { return double(number(x) == 0); });
-    }
-    template <class A, class B> double both(const A& a, const B& b) noexcept {
-        return double(truth(a) && truth(b));
-    }
-    template <class A, class B> double either(const A& a, const B& b) noexcept {
-        return double(truth(a) || truth(b));
-    }
-
-    template <class A, class B> auto atan2(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double y, double x) { return std::atan2(y, x); });
-    }
-    template <class A, class B> auto hypot(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return std::hypot(x, y); });
-    }
-    /// As in MATLAB, the one that is a number.
-    template <class A, class B> auto min(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return x != x || y < x ? y : x; });
-    }
-    template <class A, class B> auto max(const A& a, const B& b) noexcept {
-        return zip(a, b, [](double x, double y) { return x != x || y > x ? y : x; });
-    }
-    template <class A, class B> auto rem(const A& a, const B& b) noexcept {
-        return zip(a, b, kernels::remainder<double>);
-    }
-    template <class A, class B> auto mod(const A& a, const B& b) noexcept {
-        return zip(a, b, kernels::modulo<double>);
-    }
-
-    template <class A> auto same(const A& a) noexcept { return a; }
-    template <class A> auto uminus(const A& a) noexcept {
-        return map(a, [](double x) { return -x; });
-    }
-    template <class A> auto sin(const A& a) noexcept {
-        return map(a, [](double x) { return std::sin(x); });
-    }
-    template <class A> auto cos(const A& a) noexcept {
-        return map(a, [](double x) { return std::cos(x); });
-    }
-    template <class A> auto tan(const A& a) noexcept {
-        return map(a, [](double x) { return std::tan(x); });
-    }
-    template <class A> auto asin(const A& a) noexcept {
-        return map(a, [this](double x) { return std::asin(require(!(std::abs(x) > 1), x)); });
-    }
-    template <class A> auto acos(const A& a) noexcept {
-        return map(a, [this](double x) { return std::acos(require(!(std::abs(x) > 1), x)); });
-    }
-    template <class A> auto atan(const A& a) noexcept {
-        return map(a, [](double x) { return std::atan(x); });
-    }
-    template <class A> auto sinh(const A& a) noexcept {
-        return map(a, [](double x) { return std::sinh(x); });
-    }
-    template <class A> auto cosh(const A& a) noexcept {
-        return map(a, [](double x) { return std::cosh(x); });
-    }
-    template <class A> auto tanh(const A& a) noexcept {
-        return map(a, [](double x) { return std::tanh(x); });
-    }
-    template <class A> auto asinh(const A& a) noexcept {
-        return map(a, [](double x) { return std::asinh(x); });
-    }
-    template <class A> auto acosh(const A& a) noexcept {
-        return map(a, [this](double x) { return std::acosh(require(!(x < 1), x)); });
-    }
-    template <class A> auto atanh(const A& a) noexcept {
-        return map(a, [this](double x) { return std::atanh(require(!(std::abs(x) > 1), x)); });
-    }
-    template <class A> auto exp(const A& a) noexcept {
-        return map(a, [](double x) { return std::exp(x); });
-    }
-    template <class A> auto expm1(const A& a) noexcept {
-        return map(a, [](double x) { return std::expm1(x); });
-    }
-    template <class A> auto log(const A& a) noexcept {
-        return map(a, [this](double x) { return std::log(require(!(x < 0), x)); });
-    }
-    template <class A> auto log2(const A& a) noexcept {
-        return map(a, [this](double x) { return std::log2(require(!(x < 0), x)); });
-    }
-    template <class A> auto log10(const A& a) noexcept {
-        return map(a, [this](double x) { return std::log10(require(!(x < 0), x)); });
-    }
-    template <class A> auto log1p(const A& a) noexcept {
-        return map(a, [this](double x) { return std::log1p(require(!(x < -1), x)); });
-    }
-    template <class A> auto sqrt(const A& a) noexcept {
-        return map(a, [this](double x) { return std::sqrt(require(!(x < 0), x)); });
-    }
-    template <class A> auto abs(const A& a) noexcept {
-        return map(a, [](double x) { return std::abs(x); });
-    }
-    template <class A> auto sign(const A& a) noexcept {
-        return map(a, [](double x) { return x != x ? x : double(x > 0) - double(x < 0); });
-    }
-    template <class A> auto floor(const A& a) noexcept {
-        return map(a, [](double x) { return std::floor(x); });
-    }
-    template <class A> auto ceil(const A& a) noexcept {
-        return map(a, [](double x) { return std::ceil(x); });
-    }
-    template <class A> auto fix(const A& a) noexcept {
-        return map(a, [](double x) { return std::trunc(x); });
-    }
-    template <class A> auto round(const A& a) noexcept {
-        return map(a, [](double x) { return std::round(x); });
-    }
-    template <class A> auto deg2rad(const A& a) noexcept {
-        return map(a, [](double x) { return pi / 180 * x; });
-    }
-    template <class A> auto rad2deg(const A& a) noexcept {
-        return map(a, [](double x) { return 180 / pi * x; });
-    }
-
     template <class A> auto transpose(const A& a) noexcept {
         using X = OperandOf<A>;
         Numbers<X::cols, X::rows> result{};
@@ -272,17 +133,12 @@ class Formula {
     }
 
   private:
-    static constexpr double pi = 3.14159265358979323846;
-
     static double* elements_of(double& x) noexcept { return &x; }
     template <int R, int C> static double* elements_of(Matrix<double, R, C>& x) noexcept { return x.data; }
     static void copy(int count, const double* from, double* to) noexcept {
         for (int i = 0; i < count; ++i) to[i] = from[i];
     }
-    double require(bool is_real, double x = 0) noexcept {
-        is_defined = is_defined && is_real;
-        return x;
-    }
+    void require(bool is_met) noexcept { is_defined = is_defined && is_met; }
     /// Row i of `rows`, which counts from 1; column j of `cols`, which counts from 0 (0: there is but one
     /// index).
     template <class A> double at(const A& a, double i, int rows, double j, int cols) noexcept {
@@ -290,13 +146,6 @@ class Formula {
                                (cols == 0 ? j == 0 : j < cols);
         require(is_inside);
         return is_inside ? OperandOf<A>::data(a)[static_cast<int>(i) - 1 + static_cast<int>(j) * rows] : 0;
-    }
-    double number(double x) noexcept { return require(!(x != x), x); }
-    template <class A> bool truth(const A& a) noexcept {
-        bool all = true;
-        for (int i = 0; i < OperandOf<A>::rows * OperandOf<A>::cols; ++i)
-            all = all && OperandOf<A>::data(a)[i] != 0;
-        return all;
     }
 
     template <class A, class F> auto map(const A& a, F&& f) noexcept {

@@ -55,22 +55,8 @@ class DormandPrince final : public Solver {
     }
 
     std::vector<double> history() const override {
-        std::vector<double> all{begin_,
-                                end_,
-                                step_,
-                                step_before_crossing_,
-                                last_error_,
-                                is_started_ ? 1.0 : 0.0,
-                                has_crossed_ ? 1.0 : 0.0,
-                                is_behind_crossing_ ? 1.0 : 0.0};
-        const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
-        add(x_);
-        add(rest_);
-        add(trial_rest_);
-        add(slopes_[0]);
-        for (const auto& c : dense_) add(c);
-        add(before_);
-        add(crossings_);
+        std::vector<double> all;
+        visit(*this, [&](const auto& value) { all.push_back(static_cast<double>(value)); });
         return all;
     }
 
@@ -79,23 +65,24 @@ class DormandPrince final : public Solver {
         step_ = step_before_crossing_ = 0;
         is_behind_crossing_ = false;
         if (all.empty()) return;
-        begin_ = all[0], end_ = all[1], step_ = all[2], step_before_crossing_ = all[3], last_error_ = all[4];
-        is_started_ = all[5] != 0, has_crossed_ = all[6] != 0, is_behind_crossing_ = all[7] != 0;
-        const double* from = all.data() + 8;
-        const auto get = [&](auto& values) {
-            for (auto& value : values) value = static_cast<std::decay_t<decltype(value)>>(*from++);
-        };
-        get(x_);
-        get(rest_);
-        get(trial_rest_);
-        get(slopes_[0]);
-        for (auto& c : dense_) get(c);
-        get(before_);
-        get(crossings_);
+        const double* from = all.data();
+        visit(*this, [&](auto& value) { value = static_cast<std::decay_t<decltype(value)>>(*from++); });
     }
 
   private:
     static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+    /// All that one step leaves to the next.
+    template <class Self, class F> static void visit(Self& self, F&& f) {
+        f(self.begin_), f(self.end_), f(self.length_), f(self.step_), f(self.step_before_crossing_);
+        f(self.last_error_), f(self.is_started_), f(self.has_crossed_), f(self.is_behind_crossing_);
+        const auto each = [&](auto& values) {
+            for (auto& value : values) f(value);
+        };
+        each(self.x_), each(self.rest_), each(self.trial_rest_), each(self.slopes_[0]);
+        for (auto& c : self.dense_) each(c);
+        each(self.before_), each(self.crossings_);
+    }
 
     double scale(double a, double b) const {
         return settings_.absolute_tolerance +

@@ -13,7 +13,7 @@ namespace {
 using Bytes = std::span<const std::byte>;
 
 constexpr std::string_view magic = "bf-snapshot\n";
-constexpr std::uint32_t byte_order = 0x01020304, version = 3;
+constexpr std::uint32_t byte_order = 0x01020304, version = 4;
 
 /// Hashes values one after the other; texts with their length, so that no two sequences look alike.
 class Hash {

@@ -179,6 +179,35 @@ TEST(Limits, OfAnIntegratorAreLeftWhereTheInputTurns) {
         }
 }
 
+TEST(Limits, AreHitOnceInEachHalfWave) {
+    // x' = sin wt between -0.3 and 0.45 turns at every k pi / w, where it leaves the limit that it hit
+    // before.
+    const double w = 1.7, end = 40;
+    Values hits{std::acos(1 - 0.45 * w) / w};
+    for (double turn = pi / w; turn + std::acos(1 - 0.75 * w) / w < end; turn += pi / w)
+        hits.push_back(turn + std::acos(1 - 0.75 * w) / w);
+    for (const std::string solver : adaptive_solvers)
+        for (const double tolerance : {1e-4, 1e-6, 1e-9})
+            for (const char* step : {"0.1", "5"}) {
+                const std::string which = solver + " " + std::to_string(-std::log10(tolerance)) + " " + step;
+                Session run("model: m\nstep: " + std::string(step) + "\nstop: 40\nsolver: " + solver +
+                            "\nrelative_tolerance: " + std::to_string(tolerance * 1e9) +
+                            "e-9\nblocks:\n  u: {block: Sine, frequency: 1.7}\n"
+                            "  x: {block: LimitedIntegrator, lower: -0.3, upper: 0.45}\n"
+                            "connections: {u: x}\n");
+                Log log(run, "u");
+                run.simulation->run_until(end);
+                ASSERT_EQ(run.simulation->failure(), "") << which;
+                Values events; // observers see each more than once
+                for (std::size_t k = 1; k < log.times.size(); ++k)
+                    if (log.times[k] == log.times[k - 1] && (events.empty() || events.back() != log.times[k]))
+                        events.push_back(log.times[k]);
+                ASSERT_EQ(events.size(), hits.size()) << which;
+                for (std::size_t k = 0; k < hits.size(); ++k)
+                    EXPECT_NEAR(events[k], hits[k], 20 * tolerance) << which;
+            }
+}
+
 TEST(Limits, OfTheIntegralAreLeftWhereTheErrorTurns) {
     // With I alone clamping is a limited integrator.
     for (const std::string solver : adaptive_solvers) {

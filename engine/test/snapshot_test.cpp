@@ -65,6 +65,26 @@ TEST(SnapshotFile, GoesOnBitForBitInAnotherSimulation) {
     }
 }
 
+TEST(SnapshotFile, GoesOnBitForBitInsideALongStepOfAnAdaptiveSolver) {
+    for (const std::string solver : {"dormand_prince45", "cvode_bdf", "cvode_adams"}) {
+        const std::string model = "model: m\nstep: 0.01\nstop: 8\nsolver: " + solver +
+                                  "\nblocks:\n"
+                                  "  slow: {block: TransferFunction, denominator: [1, 0.3, 1]}\n"
+                                  "  one: {block: Constant, value: 1}\nconnections: {one: slow}\n";
+        const auto trace = [](Session& run) {
+            Values all;
+            for (int k = 0; k < 100 && run.simulation->step(); ++k) all.push_back(run.values("slow").front());
+            return all;
+        };
+        for (const double instant : {0.31, 1.0, 2.57, 4.0}) {
+            Session one(model), other(model);
+            one.simulation->run_until(instant);
+            restore_snapshot(*other.simulation, make_snapshot(*one.simulation), "s.bin");
+            EXPECT_EQ(trace(one), trace(other)) << solver << instant;
+        }
+    }
+}
+
 TEST(SnapshotFile, KeepsParametersThatTheRunHadChanged) {
     Session one(multirate), other(multirate);
     one.simulation->set_parameter("gain.K", {5});

@@ -86,6 +86,10 @@ class LimitedIntegrator final : public Block {
         {.shape = shape, .unit = any_unit, .doc = "external initial value", .present = is_external}};
     DiscreteState<bool> started{
         this, "started", {.doc = "false before the first step", .present = is_external}};
+    DiscreteState<Array<std::int32_t>> side{
+        this,
+        "side",
+        {.shape = shape, .doc = "limit at which an event stopped it last: 1 upper, -1 lower, 0 none"}};
     Workspace<Numbers> now_base{this, "now_base", {.shape = shape, .present = is_external}};
     Workspace<Numbers> z{this, "z", {.shape = shape}};
     GuardRow above{this, "above", {.shape = shape, .doc = "distance above the upper limit"}};
@@ -95,7 +99,7 @@ class LimitedIntegrator final : public Block {
     DerivativeRule derivative_rule{this, kernels::LimitedRate{}, bf::derivative(x), lower, upper, y, u};
     GuardRule guard_above{this, kernels::Subtract{}, above, z, upper};
     GuardRule guard_below{this, kernels::Subtract{}, below, z, lower};
-    GuardRule guard_held{this, kernels::HeldSide{}, held, lower, upper, y, u};
+    GuardRule guard_held{this, kernels::HeldSide{}, held, side, lower, upper, y, u};
 
     Status event(Now at, After after) const noexcept override {
         const bool begins = reset_input.is_due(at, restarts);
@@ -105,6 +109,7 @@ class LimitedIntegrator final : public Block {
             } else if (at[above](i) > 0 || at[below](i) < 0) {
                 const double from = !is_external ? 0.0 : at[started] ? at[base](i) : at[x0](i);
                 after[x](i) = (at[above](i) > 0 ? at[upper](i) : at[lower](i)) - from;
+                after[side](i) = at[above](i) > 0 ? 1 : -1;
             }
         }
         if (!begins || !is_external) return ok;
@@ -145,6 +150,10 @@ class SecondOrderIntegrator final : public Block {
         {.shape = shape, .unit = any_unit, .doc = "velocity", .initial_from = initial_v.index()}};
     Workspace<Numbers> rate{this, "rate", {.shape = shape}};
     Workspace<Numbers> free_v{this, "free_v", {.shape = shape}};
+    DiscreteState<Array<std::int32_t>> side{
+        this,
+        "side",
+        {.shape = shape, .doc = "limit of x at which an event stopped it last: 1 upper, -1 lower, 0 none"}};
     GuardRow above{this, "above", {.shape = shape, .doc = "distance above the upper limit of x"}};
     GuardRow below{this, "below", {.shape = shape, .doc = "distance above the lower limit of x"}};
     Sides held{this, "held", {.shape = shape, .doc = "limit of x that the velocity presses against"}};
@@ -159,9 +168,9 @@ class SecondOrderIntegrator final : public Block {
     DerivativeRule rule_q_dot{this, kernels::LimitedRate{}, bf::derivative(q_dot), lower_x, upper_x, y, rate};
     GuardRule guard_above{this, kernels::Subtract{}, above, q, upper_x};
     GuardRule guard_below{this, kernels::Subtract{}, below, q, lower_x};
-    GuardRule guard_held{this, kernels::HeldSide{}, held, lower_x, upper_x, y, q_dot};
-    GuardRule guard_pressed{this, kernels::HeldSide{}, pressed, lower_x, upper_x, y, u};
-    GuardRule guard_held_v{this, kernels::HeldSide{}, held_v, lower_v, upper_v, q_dot, u};
+    GuardRule guard_held{this, kernels::HeldSide{}, held, side, lower_x, upper_x, y, q_dot};
+    GuardRule guard_pressed{this, kernels::HeldSide{}, pressed, side, lower_x, upper_x, y, u};
+    GuardRule guard_held_v{this, kernels::HeldSide{}, held_v, Constants({0}), lower_v, upper_v, q_dot, u};
     GuardRule guard_at_v{this, kernels::LimitReached{}, at_v, lower_v, upper_v, q_dot};
 
     Status event(Now at, After after) const noexcept override {
@@ -169,6 +178,7 @@ class SecondOrderIntegrator final : public Block {
             if (at[above](i) <= 0 && at[below](i) >= 0) continue;
             after[q](i) = at[above](i) > 0 ? at[upper_x](i) : at[lower_x](i);
             after[q_dot](i) = 0;
+            after[side](i) = at[above](i) > 0 ? 1 : -1;
         }
         return ok;
     }

@@ -279,7 +279,8 @@ void states() {
     const auto e = random<A5<double>>();
     const auto b = values<double>(0.5, 1, -1, 2), a = values<double>(1, 0.3, 0.2, 0.1);
     run(LimitedRate{}, A5<double>(), values<double>(-1), values<double>(1), e, e);
-    run(HeldSide{}, A5<std::int32_t>(), values<double>(-1), values<double>(1), e, e);
+    run(HeldSide{}, A5<std::int32_t>(), values<std::int32_t>(0), values<double>(-1), values<double>(1), e, e);
+    run(HeldSide{}, A5<std::int32_t>(), values<std::int32_t>(1), values<double>(-1), values<double>(1), e, e);
     run(PulseEdges{}, A5<double>(), values<double>(2), values<double>(50), e, values<double>(4.6));
     for (const int waveform : {0, 1, 2, 3})
         run(WaveEdges{}, A5<std::int32_t>(), values<double>(waveform), e, values<double>(4.6));

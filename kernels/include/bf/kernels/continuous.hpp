@@ -30,14 +30,19 @@ struct LimitedRate {
 };
 
 /// g tells at which limit a LimitedRate is 0: it changes where the state is stopped, and where it leaves.
+/// Once an event has stopped it at `side`, u alone tells: a step that reaches beyond the moment at which it
+/// leaves interpolates a y that is off the limit before that moment, too.
 struct HeldSide {
     static constexpr const char* name = "bf::kernels::HeldSide{}";
-    template <class G, class L, class H, class Y, class U>
-    constexpr void operator()(const G& g, const L& lower, const H& upper, const Y& y,
+    template <class G, class S, class L, class H, class Y, class U>
+    constexpr void operator()(const G& g, const S& side, const L& lower, const H& upper, const Y& y,
                               const U& u) const noexcept {
-        for (int i = 0; i < g.size(); ++i)
-            g[i] = detail::held_side(lower[pick(i, lower.size())], upper[pick(i, upper.size())],
-                                     y[pick(i, y.size())], u[pick(i, u.size())]);
+        for (int i = 0; i < g.size(); ++i) {
+            const auto low = lower[pick(i, lower.size())], high = upper[pick(i, upper.size())];
+            const auto stopped = side[pick(i, side.size())];
+            const auto at = stopped > 0 ? high : stopped < 0 ? low : y[pick(i, y.size())];
+            g[i] = detail::held_side(low, high, at, u[pick(i, u.size())]);
+        }
     }
 };
 

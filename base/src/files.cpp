@@ -67,7 +67,7 @@ bool write_all(int descriptor, std::string_view text) {
 OutputFile::OutputFile(fs::path file)
     : file_(std::move(file)), target_(place_behind(file_)), temporary_(file_) {
     struct stat status {};
-    const bool exists = ::stat(target_.c_str(), &status) == 0;
+    const bool exists = ::stat(file_.c_str(), &status) == 0; // what a link of /proc leads to has no name
     if (file_.empty()) fail(ENOENT);
     if (exists && S_ISDIR(status.st_mode)) fail(EISDIR);
     if (exists && !S_ISREG(status.st_mode)) return;

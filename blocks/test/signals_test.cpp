@@ -172,6 +172,13 @@ class File : public testing::Test {
     ~File() override { std::filesystem::remove(path); }
 };
 
+TEST_F(File, ThatHasNoEndIsRefused) {
+    EXPECT_EQ(refusal([] {
+                  make("SignalFromFile", {{"file", std::string("/dev/zero")}});
+              }),
+              "file '/dev/zero' is no regular file, which has an end");
+}
+
 TEST_F(File, IsPlayedBackHeldOrInterpolated) {
     write("time,a,b\n0,1,10\n1,3,20\n");
     for (const auto& [interpolation, expected] :

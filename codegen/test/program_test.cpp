@@ -106,7 +106,7 @@ TEST(GeneratedProgram, EndsAsTheCommandDoes) {
         return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     };
     const std::string endless = "./program --stop Inf --priority 0 ";
-    for (const auto& [signal, code] : {std::pair("INT", 130), std::pair("TERM", 143)})
+    for (const auto& [signal, code] : {std::pair("INT", 130), std::pair("TERM", 143), std::pair("HUP", 129)})
         for (const char* paced : {"--realtime", ""}) {
             EXPECT_EQ(shell(endless + paced + " --csv out.csv >report.txt 2>errors.txt & sleep 0.3; kill -" +
                             signal + " $!; wait $!"),

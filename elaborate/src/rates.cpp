@@ -26,6 +26,9 @@ class DelayTransition final : public Block {
     UpdateRule update_rule{this, kernels::Copy{}, next(x), u};
 };
 
+/// As many base periods have numbers that a double tells from each other.
+constexpr double most_ticks = 9007199254740992;
+
 class Rates {
   public:
     explicit Rates(Elaboration& elaboration) : e_(elaboration), nodes_(e_.diagram.nodes) {}
@@ -208,14 +211,17 @@ class Rates {
         const double step = e_.diagram.step;
         const auto ticks = [&](const std::optional<model::Expression>& key, double time, const char* what) {
             const double count = std::round(time / step);
-            const bool fits = std::abs(count * step - time) <= 1e-9 * std::max(time, step) && count >= 0;
+            const bool fits = std::abs(count * step - time) <= 1e-9 * std::max(time, step) && count >= 0 &&
+                              count <= most_ticks;
             // Once: the blocks of a subsystem have its sample time.
             if (!fits && misfits_.insert(&*key).second)
-                e_.report.add(key->where, sample_time.path,
-                              std::string(what) + " " + matlab::number_text(time) +
-                                  " s is no multiple of the base period " + matlab::number_text(step) + " s",
-                              "change it, or give the model a 'step' that divides it");
-            return static_cast<std::int64_t>(count);
+                e_.report.add(
+                    key->where, sample_time.path,
+                    std::string(what) + " " + matlab::number_text(time) +
+                        (count > most_ticks ? " s is more than 2^53 times" : " s is no multiple of") +
+                        " the base period " + matlab::number_text(step) + " s",
+                    "change it, or give the model a 'step' that divides it");
+            return fits ? static_cast<std::int64_t>(count) : 0;
         };
         const std::int64_t p = ticks(sample_time.given_by->period, *sample_time.period, "period");
         const std::int64_t o = ticks(sample_time.given_by->offset, sample_time.offset.value_or(0), "offset");

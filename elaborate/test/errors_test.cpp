@@ -288,6 +288,10 @@ TEST(Errors, SampleTimesMustFitTheBaseStep) {
               "the model a 'step' that divides it\n"
               "m.yaml:5:43: s: offset 0.005 s is no multiple of the base period 0.01 s; change it, or give "
               "the model a 'step' that divides it");
+    EXPECT_EQ(
+        errors_of("model: m\nstep: 1e-10\nblocks:\n  t: {block: Clock, period: 1e9}\n"),
+        "m.yaml:4:29: t: period 1e+09 s is more than 2^53 times the base period 1e-10 s; change it, or give "
+        "the model a 'step' that divides it");
     EXPECT_EQ(errors_of("model: m\nstep: 0.01\nblocks:\n  s:\n    period: 0.015\n"
                         "    blocks: {t: {block: Clock}, u: {block: Clock}}\n"
                         "  r:\n    period: 0.015\n    blocks: {t: {blocks: {u: {block: Clock}}}}\n"),

@@ -27,6 +27,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Shell text: the folder of the script, which a link may lead to. A bare root has no readlink, and no links.
+const std::string find_here = "self=$0\n[ ! -L \"$self\" ] || self=$(readlink -f -- \"$self\")\n"
+                              "case $self in */*) ;; *) self=./$self ;; esac\n"
+                              "here=$(CDPATH= cd -- \"${self%/*}\" && pwd) || exit 1\n";
+
 struct DeployOptions {
     ModelOptions model;
     std::string folder, target, prefix;
@@ -301,15 +306,15 @@ Trial pack_program(const Program& program, const LoadedModel& loaded, const Mode
     }
     folder.write("run",
                  "#!/bin/sh\n# Runs " + name +
-                     " in real time; './run --help' tells more. Any other verb: ./bf VERB ...\n"
-                     "here=$(cd \"${0%/*}\" && pwd) || exit 1\nexec \"$here/bf\" run \"$here\"/" +
+                     " in real time; './run --help' tells more. Any other verb: ./bf VERB ...\n" + find_here +
+                     "exec \"$here/bf\" run \"$here\"/" +
                      escape::shell(place_of(model, model_folder).string()) + " --realtime" + arguments +
                      " \"$@\"\n",
                  true);
     folder.write("bf",
-                 "#!/bin/sh\nhere=$(cd \"${0%/*}\" && pwd) || exit 1\n"
-                 "export BLOCKFACTORY_PLUGIN_PATH=\"$here/lib/blockfactory\"\n"
-                 "export YARP_DATA_DIRS=\"$here/share:$here/share/iCub\"\nexec \"$here/lib/" +
+                 "#!/bin/sh\n" + find_here +
+                     "export BLOCKFACTORY_PLUGIN_PATH=\"$here/lib/blockfactory\"\n"
+                     "export YARP_DATA_DIRS=\"$here/share:$here/share/iCub\"\nexec \"$here/lib/" +
                      loader + "\" --library-path \"$here/lib\" \"$here/bin/bf\" \"$@\"\n",
                  true);
     folder.write(name + ".service", service(name, loaded.diagram, "--quiet --stop Inf"));
@@ -337,9 +342,8 @@ void pack_generated(const LoadedModel& loaded, const std::string& name, const st
     fs::remove_all(build);
     fs::remove(log);
     folder.write("run",
-                 "#!/bin/sh\n# './run --help' tells more.\nhere=$(cd \"${0%/*}\" && pwd) || exit 1\nexec "
-                 "\"$here/bin/" +
-                     name + "\" --realtime \"$@\"\n",
+                 "#!/bin/sh\n# './run --help' tells more.\n" + find_here + "exec \"$here/bin/" + name +
+                     "\" --realtime \"$@\"\n",
                  true);
     folder.write(name + ".service", service(name, loaded.diagram, "--stop Inf"));
 }

@@ -185,37 +185,31 @@ void add_film(CLI::App& app) {
     command->add_option("-o,--output", options->output, "MP4 film")->type_name("FILE");
     command->add_option("--picture", options->picture, "PNG picture of one moment")->type_name("FILE");
     number_option("--at", options->picture_time, "time of the picture; otherwise the end", "T");
-    number_option("--from", options->from, "where the film begins, s", "T")
-        ->check(CLI::Range(0.0, 1e9).description(""));
-    number_option("--to", options->to, "where the film ends, s", "T")
-        ->check(CLI::Range(0.0, 1e9).description(""));
+    number_option("--from", options->from, "where the film begins, s", "T")->check(between(0.0, 1e9));
+    number_option("--to", options->to, "where the film ends, s", "T")->check(between(0.0, 1e9));
     number_option("--fps", options->frames_per_second, "frames per second", "N")
-        ->check(CLI::Range(1.0, 1000.0).description(""))
+        ->check(between(1.0, 1000.0))
         ->capture_default_str();
     number_option("--speed", options->speed, "2 plays twice as fast", "FACTOR")
-        ->check(CLI::Range(1e-3, 1e3).description(""))
+        ->check(between(1e-3, 1e3))
         ->capture_default_str();
     auto& picture = options->picture_options;
     number_option("--distance", picture.distance, "of the camera from the point it looks at, m", "M")
-        ->check(CLI::Range(1e-3, 1e6).description(""))
+        ->check(between(1e-3, 1e6))
         ->capture_default_str();
     number_option("--azimuth", picture.azimuth,
                   "direction of view about z, deg: 0 along x, 180 facing the robot", "DEG")
         ->capture_default_str();
     number_option("--elevation", picture.elevation, "deg; below 0 the camera looks down", "DEG")
-        ->check(CLI::Range(-90.0, 90.0).description(""))
+        ->check(between(-90.0, 90.0))
         ->capture_default_str();
     number_option("--look-at", picture.look_at_height, "height of the point looked at, m", "M")
         ->capture_default_str();
     command->add_flag_callback(
         "--no-follow", [&picture] { picture.follows = false; },
         "the camera stays where it is when the base moves");
-    number_option("--width", picture.width, "pixels", "N")
-        ->check(CLI::Range(16, 8192).description(""))
-        ->capture_default_str();
-    number_option("--height", picture.height, "pixels", "N")
-        ->check(CLI::Range(16, 8192).description(""))
-        ->capture_default_str();
+    number_option("--width", picture.width, "pixels", "N")->check(between(16, 8192))->capture_default_str();
+    number_option("--height", picture.height, "pixels", "N")->check(between(16, 8192))->capture_default_str();
     command->footer("The model's MujocoWorld block is shown; its w_H_b and s must be recorded.\n"
                     "Examples:\n"
                     "  bf film examples/icub_balancing/balancing.yaml run.mcap -o film.mp4\n"

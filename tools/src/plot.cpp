@@ -163,11 +163,11 @@ void add_plot(CLI::App& app) {
     command->add_option("-o,--output", options->output, "PNG or SVG file; otherwise beside the recording")
         ->type_name("FILE");
     command->add_option("--width", options->width, "pixels")
-        ->check(CLI::Range(100, 20000).description(""))
+        ->check(between(100, 20000))
         ->type_name("PIXELS")
         ->capture_default_str();
     command->add_option("--height", options->height, "pixels; 0: as needed")
-        ->check(CLI::Range(0, 20000).description(""))
+        ->check(between(0, 20000))
         ->type_name("PIXELS")
         ->capture_default_str();
     command->footer("Examples:\n"

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 
 namespace bf::tools {
 
@@ -54,21 +55,20 @@ void RealtimeOptions::add_to(CLI::App& app) {
     const auto option = [&](const char* name, auto& value, const char* text, const char* type) {
         return app.add_option(name, value, text)->needs(asked)->type_name(type);
     };
-    option("--realtime-factor", factor, "seconds of the model per second", "X")
-        ->check(CLI::Range(1e-6, 1e6).description(""));
+    option("--realtime-factor", factor, "seconds of the model per second", "X")->check(between(1e-6, 1e6));
     option("--duration", duration, "end after this many seconds on the clock", "S")
-        ->check(CLI::NonNegativeNumber.description(""));
+        ->check(between(0, std::numeric_limits<double>::infinity()));
     option("--overrun", overrun,
            "what a missed deadline leads to: skip, catch-up, stop or degrade (skip by default)", "POLICY")
         ->check(CLI::IsMember(std::vector<std::string>(overrun_names.begin(), overrun_names.end()))
                     .description(""));
     option("--priority", priority, "of SCHED_FIFO, 1 to 99; 0: the ordinary scheduler (50 by default)", "P")
-        ->check(CLI::Range(0, 99).description(""));
+        ->check(between(0, 99));
     option("--cpu", cpu, "run the loop on this processor alone", "N")
-        ->check(CLI::NonNegativeNumber.description(""));
+        ->check(between(0, std::numeric_limits<double>::infinity()));
     option("--watchdog", watchdog, "end the program when a step takes longer, s; 0: never (1 by default)",
            "S")
-        ->check(CLI::NonNegativeNumber.description(""));
+        ->check(between(0, std::numeric_limits<double>::infinity()));
     app.add_flag("--strict", is_strict, "fail when the machine refuses priority, processor or locked memory")
         ->needs(asked);
     option("--serve", port,

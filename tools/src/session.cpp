@@ -1,5 +1,6 @@
 #include "session.hpp"
 
+#include "bf/base/numbers.hpp"
 #include "bf/blocks/standard.hpp"
 #include "bf/formats/yaml.hpp"
 #include "terminal.hpp"
@@ -37,6 +38,16 @@ std::vector<ElaborateOptions::Override> read_overrides(const ModelOptions& optio
 }
 
 } // namespace
+
+CLI::Validator between(double low, double high) {
+    return CLI::Validator(
+        [low, high](std::string& text) -> std::string {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return "";
+            return "Value " + text + " not in range [" + number_text(low) + " - " + number_text(high) + "]";
+        },
+        "");
+}
 
 void ModelOptions::add_to(CLI::App& app) {
     app.add_option("MODEL", file, "model file (.yaml)")->required()->type_name("");

@@ -19,6 +19,9 @@ struct CommandError : std::runtime_error {
 };
 
 /// Which model, with which values changed.
+/// Accepts a number from `low` to `high`; NaN is none.
+CLI::Validator between(double low, double high);
+
 struct ModelOptions {
     std::string file;
     std::vector<std::string> sets;   ///< NAME=EXPRESSION

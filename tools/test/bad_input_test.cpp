@@ -360,6 +360,9 @@ TEST_F(BadInput, WrongUsageExitsWithTwo) {
     expect_error("run m.yaml --record ''", "--record: give the name of a file", 2);
     expect_error("run m.yaml --stpo 3", "--stpo; did you mean '--stop'?\nSee bf run --help", 2);
     expect_error("film m.yaml r.mcap -o f.mp4 --fps 0", "--fps: Value 0 not in range", 2);
+    for (const std::string option : {"realtime-factor", "duration", "watchdog"})
+        expect_error("run m.yaml --realtime --" + option + " nan", "--" + option + ": Value nan not in range",
+                     2);
     expect_error("describe Gian", "there is no block 'Gian'; did you mean 'Gain'");
     expect_error("describe standrd", "there is no library or block 'standrd'; did you mean 'standard'?");
     expect_error("describe --markdown", "--markdown writes the page of one library");

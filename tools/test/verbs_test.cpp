@@ -298,6 +298,7 @@ TEST_F(Verbs, ExportWritesExactValues) {
     EXPECT_EQ(bf("export run.mcap -o run.mat").out, "run.mat\n");
     EXPECT_EQ(read("run.mat").substr(0, 10), "MATLAB 5.0");
     EXPECT_EQ(bf("export run.mcap -o /dev/stdout").out, read("run.csv"));
+    EXPECT_EQ(shell("'" BF_PROGRAM "' export run.mcap -o /dev/stdout | cat").out, read("run.csv"));
     EXPECT_EQ(files(), "run.csv run.mat run.mcap sine.yaml");
 }
 

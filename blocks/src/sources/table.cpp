@@ -2,6 +2,7 @@
 
 #include "bf/base/numbers.hpp"
 
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string_view>
@@ -38,6 +39,9 @@ bool parse(std::string_view line, std::vector<double>& numbers, std::string& wor
 } // namespace
 
 Table read_table(const std::string& file) {
+    std::error_code error;
+    if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
+        throw std::runtime_error("file '" + file + "' is no regular file, which has an end");
     std::ifstream stream(file);
     if (!stream) throw std::runtime_error("file '" + file + "' cannot be read; check its name and rights");
     Table table{{}, {}, 0};

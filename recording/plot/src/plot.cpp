@@ -24,11 +24,14 @@ constexpr int right_margin = 18, bottom_margin = 50, panel_title_height = 26, pa
 constexpr int legend_row = 15, letter_width = 7;
 constexpr std::size_t longest_name = 40; // in a legend
 
+/// The difference of two such numbers, and of ticks beyond them, is finite.
+bool is_drawable(double value) { return std::abs(value) < 1e300; }
+
 struct Range {
     double low = std::numeric_limits<double>::infinity();
     double high = -std::numeric_limits<double>::infinity();
     void add(double value) {
-        if (!std::isfinite(value)) return;
+        if (!is_drawable(value)) return;
         low = std::min(low, value);
         high = std::max(high, value);
     }
@@ -116,7 +119,7 @@ class Data {
   private:
     void point(const Curve& curve, std::size_t k) { point(curve.time[k], curve.value[k]); }
     void point(double t, double value) {
-        const bool finite = std::isfinite(value) && std::isfinite(t);
+        const bool finite = is_drawable(value) && std::isfinite(t);
         drawable_ = drawable_ || finite;
         text_ += finite ? number(t) + ' ' + number(value) + '\n' : "NaN NaN\n";
     }

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "bf/codegen/csv_file.hpp"
+#include "bf/codegen/text_file.hpp"
 
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,9 +25,11 @@ class InputFile {
     /// For these inputs, whose rows must outlive the object. Empty, or what is wrong: "FILE:LINE: ...".
     std::string read(const std::string& file, Quantities inputs) {
         const NumberLocale locale;
-        std::ifstream stream(file, std::ios::binary);
-        std::string line;
-        if (!stream || !std::getline(stream, line)) return "cannot read the inputs in " + file;
+        std::string text, line;
+        if (const std::string wrong = detail::read_file(file, text); !wrong.empty())
+            return "cannot read the inputs in " + file + ": " + wrong;
+        std::istringstream stream(text);
+        if (!std::getline(stream, line)) return "there are no inputs in " + file;
         int number = 1;
         const auto problem = [&](const std::string& text) {
             return file + ":" + std::to_string(number) + ": " + text;

@@ -4,12 +4,11 @@
 #include "bf/codegen/number_locale.hpp"
 #include "bf/codegen/parameter_text.hpp"
 #include "bf/codegen/quantity.hpp"
+#include "bf/codegen/text_file.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -84,9 +83,9 @@ class ParameterChanges {
 /// Gives a model all values of a file, or none. Returns an empty text, or every mistake on a line of its own.
 template <class Model> std::string load_parameters(Model& model, const std::string& file) {
     const NumberLocale locale;
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) return "cannot read the parameter file " + file + "\n";
-    const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    std::string text;
+    if (const std::string wrong = detail::read_file(file, text); !wrong.empty())
+        return "cannot read the parameter file " + file + ": " + wrong + "\n";
     ParsedParameters parsed = parse_parameters(text, file);
     ParameterChanges changes;
     std::vector<Entry> arguments;
@@ -116,6 +115,15 @@ inline std::string number_text(double x) {
     return text;
 }
 
+namespace detail {
+/// A comment must not end where its text has a new line.
+inline std::string one_line(std::string text) {
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < ' ') c = ' ';
+    return text;
+}
+} // namespace detail
+
 /// A line of this format: the name, the value whose element i is `element(i)`, and in a comment the size,
 /// unit, doc and limits.
 template <class F> std::string line_of(const Quantity& q, F&& element) {
@@ -132,8 +140,8 @@ template <class F> std::string line_of(const Quantity& q, F&& element) {
     char limits[96];
     kernels::describe(q.limits, limits, sizeof limits);
     return q.name + (": " + value) + "  # " + std::to_string(q.rows) + "x" + std::to_string(q.cols) +
-           (*q.unit ? std::string(" [") + q.unit + "]" : "") + (*q.doc ? " " : "") + q.doc +
-           (*limits ? "; " : "") + limits + "\n";
+           (*q.unit ? " [" + detail::one_line(q.unit) + "]" : "") + (*q.doc ? " " : "") +
+           detail::one_line(q.doc) + (*limits ? "; " : "") + limits + "\n";
 }
 
 } // namespace bf::generated

@@ -453,6 +453,11 @@ TEST(GeneratedProgram, FollowsVariablesBitForBitAsElaborationDoes) {
         }
     }
     write_text(program.folder.path / "p.yaml", "a: -1\nn: 3\n");
+    for (const char* file : {".", "/dev/zero"}) {
+        EXPECT_EQ(program.code("--params " + std::string(file)), 1);
+        EXPECT_NE(program.text("errors.txt").find("it is no regular file, which has an end"),
+                  std::string::npos);
+    }
     EXPECT_NE(program("--params p.yaml"), 0);
     EXPECT_EQ(program.text("errors.txt").substr(0, 46), "p.yaml:2: 'n' cannot change: 'c27.value' follo");
     write_text(program.folder.path / "p.yaml", "a: -1\n");

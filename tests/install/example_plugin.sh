@@ -99,5 +99,5 @@ cmake -S sized -B sized/build -DCMAKE_PREFIX_PATH="$work/prefix" >configure.log 
 cmake --build sized/build -j2 >build.log 2>&1 || { cat build.log; exit 1; }
 echo '{n: 3, k: 2^2}' >three.yaml
 sized/build/run_sized --params three.yaml --csv sized.csv
-printf 'time,"c.y[0]","c.y[1]","c.y[2]"\n0,4,4,4\n' | cmp - sized.csv
+printf 'time,"c.y[1]","c.y[2]","c.y[3]"\n0,4,4,4\n' | cmp - sized.csv
 PYTHONPATH=sized/build python3 -c 'from sized import Sized; assert Sized("three.yaml").get("c.value") == [4, 4, 4]'

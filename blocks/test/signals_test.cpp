@@ -176,7 +176,7 @@ TEST_F(File, ThatHasNoEndIsRefused) {
     EXPECT_EQ(refusal([] {
                   make("SignalFromFile", {{"file", std::string("/dev/zero")}});
               }),
-              "file '/dev/zero' is no regular file, which has an end");
+              "file '/dev/zero' is no regular file, which has an end\n");
 }
 
 TEST_F(File, IsPlayedBackHeldOrInterpolated) {

@@ -97,6 +97,7 @@ class LimitedIntegrator final : public Block {
     Sides held{this, "held", {.shape = shape, .doc = "limit that u presses against: 1 upper, -1 lower"}};
     Guard restarts{this, "restarts", {.doc = "sign of the reset input", .present = reset_input.is_present()}};
     DerivativeRule derivative_rule{this, kernels::LimitedRate{}, bf::derivative(x), lower, upper, y, u};
+    UpdateRule side_rule{this, kernels::Copy{}, next(side), side};
     GuardRule guard_above{this, kernels::Subtract{}, above, z, upper};
     GuardRule guard_below{this, kernels::Subtract{}, below, z, lower};
     GuardRule guard_held{this, kernels::HeldSide{}, held, side, lower, upper, y, u};
@@ -166,6 +167,7 @@ class SecondOrderIntegrator final : public Block {
     DerivativeRule rule_q{this, kernels::Copy{}, bf::derivative(q), v};
     DerivativeRule rule_rate{this, kernels::LimitedRate{}, rate, lower_v, upper_v, v, u};
     DerivativeRule rule_q_dot{this, kernels::LimitedRate{}, bf::derivative(q_dot), lower_x, upper_x, y, rate};
+    UpdateRule side_rule{this, kernels::Copy{}, next(side), side};
     GuardRule guard_above{this, kernels::Subtract{}, above, q, upper_x};
     GuardRule guard_below{this, kernels::Subtract{}, below, q, lower_x};
     GuardRule guard_held{this, kernels::HeldSide{}, held, side, lower_x, upper_x, y, q_dot};

@@ -392,10 +392,6 @@ Formula resolve(const Expression& expression, const Scope& scope) {
     return Resolver(scope).resolve(expression);
 }
 
-bool reads_slots(const Expression& expression, const Scope& scope) {
-    return Resolver(scope).is_open(expression);
-}
-
 std::vector<double> scalar_program(const Formula& formula,
                                    const std::function<Instruction(const Formula& slot)>& read) {
     std::vector<double> code;

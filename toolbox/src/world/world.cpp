@@ -76,7 +76,7 @@ class SimulatedRobot final : public RobotConnection {
 class WorldDevice final : public SimulatedDevice {
   public:
     WorldDevice(std::shared_ptr<const physics::World> compiled, std::vector<std::string> sensor_names)
-        : world_(std::move(compiled)), sensors(std::move(sensor_names)) {}
+        : sensors(std::move(sensor_names)), world_(std::move(compiled)) {}
     const std::vector<std::string> sensors; ///< force/torque sensors, named as in the model file
 
     const physics::World& world() const override { return *world_; }

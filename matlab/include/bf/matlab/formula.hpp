@@ -83,9 +83,6 @@ struct Unresolved : Error {
 /// what needs the interpreter.
 Formula resolve(const Expression& expression, const Scope& scope);
 
-/// Does the expression read a slot?
-bool reads_slots(const Expression& expression, const Scope& scope);
-
 /// One instruction of a kernels::Expression.
 using Instruction = std::array<double, 3>;
 /// The formula of numbers as a program of kernels::Expression; `read` gives the instruction that reads a

@@ -1,10 +1,11 @@
 #include "bf/base/files.hpp"
 
+#include "bf/base/text_file.hpp"
+
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <fcntl.h>
-#include <fstream>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -164,25 +165,11 @@ void OutputFolder::fail(const std::string& reason) const {
 }
 
 std::string read_text_file(const fs::path& file, std::size_t most) {
-    const auto refuse = [&](const std::string& reason) {
-        throw FileError("cannot read " + file.string() + ": " + reason);
-    };
     std::error_code error;
-    const auto status = fs::status(file, error);
-    if (fs::is_directory(status)) refuse("it is a folder");
-    if (fs::exists(status) && !fs::is_regular_file(status))
-        refuse("it is no regular file, which has an end; write the text to one");
-    errno = 0;
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) refuse(std::strerror(errno));
-    // What the size says may be 0 (in /proc), and the file may grow meanwhile.
     std::string text;
-    char part[1 << 16];
-    while (stream.read(part, sizeof part), stream.gcount() > 0) {
-        text.append(part, static_cast<std::size_t>(stream.gcount()));
-        if (text.size() > most) refuse("it is larger than " + std::to_string(most >> 20) + " MB");
-    }
-    if (stream.bad()) refuse(std::strerror(errno));
+    const std::string wrong =
+        fs::is_directory(file, error) ? "it is a folder" : read_file(file.string(), text, most);
+    if (!wrong.empty()) throw FileError("cannot read " + file.string() + ": " + wrong);
     return text;
 }
 

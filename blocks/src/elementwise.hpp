@@ -31,7 +31,7 @@ template <class Kernel> class UnaryWithKink final : public Block {
 };
 
 /// y = kernel(u1, u2), element by element; a scalar expands.
-template <class Kernel> class Binary final : public Block {
+template <class Kernel> class Binary : public Block {
   public:
     using Block::Block;
     Input<> u1{this, "u1", any()};
@@ -43,17 +43,14 @@ template <class Kernel> class Binary final : public Block {
 };
 
 /// y = kernel(u1, u2), element by element, which jumps where edges(options, u1, u2) changes.
-template <class Kernel, class EdgesKernel, int... options> class BinaryWithEdges final : public Block {
+template <class Kernel, class EdgesKernel, int... options>
+class BinaryWithEdges final : public Binary<Kernel> {
   public:
-    using Block::Block;
-    Input<> u1{this, "u1", any()};
-    Input<> u2{this, "u2", any()};
-    Output<> y{this, "y", any()};
-    OutputRule rule{this, Kernel{}, y, u1, u2};
+    using Binary<Kernel>::Binary;
     Edges edges = declare_edges();
 
     void infer(Inference& inference) const override {
-        broadcast(*this, inference, slots(u1, u2), y.index());
+        Binary<Kernel>::infer(inference);
         edges.infer(*this, inference);
     }
 
@@ -61,9 +58,9 @@ template <class Kernel, class EdgesKernel, int... options> class BinaryWithEdges
     Edges declare_edges() {
         constexpr const char* doc = "changes where y jumps";
         if constexpr (sizeof...(options) > 0)
-            return {this, "edge", doc, EdgesKernel{}, Constants({double(options)...}), u1, u2};
+            return {this, "edge", doc, EdgesKernel{}, Constants({double(options)...}), this->u1, this->u2};
         else
-            return {this, "edge", doc, EdgesKernel{}, u1, u2};
+            return {this, "edge", doc, EdgesKernel{}, this->u1, this->u2};
     }
 };
 

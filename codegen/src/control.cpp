@@ -230,7 +230,7 @@ std::string Generator::commits(const Statement& s) const {
 std::string Generator::repetition(const Statement& s, program::Pass pass) {
     // Loops stand within loops.
     const std::string depth = ++loop_depth_ > 1 ? "_" + number(loop_depth_) : "";
-    const std::string i = "i" + depth, goes_on = "goes_on" + depth;
+    const std::string i = "iteration" + depth, goes_on = "goes_on" + depth;
     const bool has_count = s.signal.node >= 0, can_end = !s.when.empty();
     std::string text, most = number(s.number);
     if (has_count) {

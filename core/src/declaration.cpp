@@ -82,9 +82,7 @@ std::vector<std::string> Declaration::element_names(int slot) const {
 
 std::string Declaration::element_name(int slot, int element) const {
     const Slot& of = slots[static_cast<std::size_t>(slot)];
-    const auto names = element_names(slot);
-    const auto i = static_cast<std::size_t>(element);
-    return of.name + element_text(of.size.rows, of.size.cols, element, i < names.size() ? names[i] : "");
+    return of.name + element_text(of.size.rows, of.size.cols, element, element_names(slot));
 }
 
 namespace {

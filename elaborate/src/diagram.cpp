@@ -31,15 +31,12 @@ const std::vector<std::string>& Diagram::element_names(const Node::End& end) con
 }
 
 std::string Diagram::element_lines(const Node::End& end) const {
-    std::string lines;
-    for (const auto& name : element_names(end)) lines += name + "\n";
-    return lines;
+    return bf::element_lines(element_names(end));
 }
 
 std::string Diagram::element_text(const Node::End& end, int i) const {
-    const auto& names = element_names(end);
     const Size& size = slot(end).size;
-    return bf::element_text(size.rows, size.cols, i, names.empty() ? "" : names[static_cast<std::size_t>(i)]);
+    return bf::element_text(size.rows, size.cols, i, element_names(end));
 }
 
 int Diagram::find_node(const std::string& path) const {

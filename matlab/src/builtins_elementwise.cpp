@@ -29,8 +29,10 @@ template <Operation op> Value apply_two(const Call& call) {
     return broadcast(call[0], call[1], type, call.name, call.budget(),
                      is_rounded && type == Class::Single ? computed_single<op> : computed_two<op>);
 }
-template <Operator Op> Value operate(const Call& call) { return binary(Op, call[0], call[1], call.budget()); }
-template <Operator Op> Value operate_one(const Call& call) { return unary(Op, call[0], call.budget()); }
+Value operate(const Call& call) {
+    const Operator op = operator_functions().at(call.name);
+    return is_unary(op) ? unary(op, call[0], call.budget()) : binary(op, call[0], call[1], call.budget());
+}
 template <Class Type> Value convert(const Call& call) { return call[0].as(Type); }
 
 bool isnan_(double x) { return std::isnan(x); }
@@ -85,27 +87,10 @@ void add_elementwise(Builtins& t) {
     t["eps"] = {0, 1, eps_};
     t["xor"] = {2, 2, exclusive_or};
 
-    t["plus"] = {2, 2, operate<Operator::Plus>};
-    t["minus"] = {2, 2, operate<Operator::Minus>};
-    t["times"] = {2, 2, operate<Operator::Times>};
-    t["mtimes"] = {2, 2, operate<Operator::Mtimes>};
-    t["rdivide"] = {2, 2, operate<Operator::Rdivide>};
-    t["mrdivide"] = {2, 2, operate<Operator::Mrdivide>};
-    t["mldivide"] = {2, 2, operate<Operator::Mldivide>};
-    t["power"] = {2, 2, operate<Operator::Power>};
-    t["mpower"] = {2, 2, operate<Operator::Mpower>};
-    t["eq"] = {2, 2, operate<Operator::Equal>};
-    t["ne"] = {2, 2, operate<Operator::NotEqual>};
-    t["lt"] = {2, 2, operate<Operator::Less>};
-    t["le"] = {2, 2, operate<Operator::LessEqual>};
-    t["gt"] = {2, 2, operate<Operator::Greater>};
-    t["ge"] = {2, 2, operate<Operator::GreaterEqual>};
-    t["and"] = {2, 2, operate<Operator::And>};
-    t["or"] = {2, 2, operate<Operator::Or>};
-    t["not"] = {1, 1, operate_one<Operator::Not>};
-    t["uminus"] = {1, 1, operate_one<Operator::UnaryMinus>};
-    t["transpose"] = {1, 1, operate_one<Operator::Transpose>};
-    t["ctranspose"] = {1, 1, operate_one<Operator::Transpose>};
+    for (const auto& [name, op] : operator_functions()) {
+        const int operands = is_unary(op) ? 1 : 2;
+        t[name] = {operands, operands, operate};
+    }
 
     t["double"] = {1, 1, convert<Class::Double>};
     t["single"] = {1, 1, convert<Class::Single>};

@@ -66,6 +66,36 @@ std::string_view symbol(Operator op) {
     return symbols[static_cast<std::size_t>(op)];
 }
 
+bool is_unary(Operator op) {
+    return op == Operator::Not || op == Operator::UnaryMinus || op == Operator::UnaryPlus ||
+           op == Operator::Transpose;
+}
+
+const std::unordered_map<std::string_view, Operator>& operator_functions() {
+    static const std::unordered_map<std::string_view, Operator> all{{"plus", Operator::Plus},
+                                                                    {"minus", Operator::Minus},
+                                                                    {"times", Operator::Times},
+                                                                    {"mtimes", Operator::Mtimes},
+                                                                    {"rdivide", Operator::Rdivide},
+                                                                    {"mrdivide", Operator::Mrdivide},
+                                                                    {"mldivide", Operator::Mldivide},
+                                                                    {"power", Operator::Power},
+                                                                    {"mpower", Operator::Mpower},
+                                                                    {"eq", Operator::Equal},
+                                                                    {"ne", Operator::NotEqual},
+                                                                    {"lt", Operator::Less},
+                                                                    {"le", Operator::LessEqual},
+                                                                    {"gt", Operator::Greater},
+                                                                    {"ge", Operator::GreaterEqual},
+                                                                    {"and", Operator::And},
+                                                                    {"or", Operator::Or},
+                                                                    {"not", Operator::Not},
+                                                                    {"uminus", Operator::UnaryMinus},
+                                                                    {"transpose", Operator::Transpose},
+                                                                    {"ctranspose", Operator::Transpose}};
+    return all;
+}
+
 void Budget::spend(double operations) {
     work_ -= operations;
     if (!(work_ >= 0)) throw Error("the computation takes too many steps; is there an endless loop?");

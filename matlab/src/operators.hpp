@@ -3,6 +3,8 @@
 #include "bf/matlab/formula.hpp"
 
 #include <functional>
+#include <string_view>
+#include <unordered_map>
 
 namespace bf::matlab {
 
@@ -35,6 +37,10 @@ inline Class arithmetic_class(const Value& a, const Value& b) { return arithmeti
 /// The rule that sizes, as texts, break when neither is 1 where they differ.
 std::string size_mismatch(const std::string& a, std::string_view symbol, const std::string& b);
 std::string_view symbol(Operator op);
+bool is_unary(Operator op);
+
+/// MATLAB's functions that are operators, by their names.
+const std::unordered_map<std::string_view, Operator>& operator_functions();
 /// f element by element with implicit expansion; the elements are cast to `type`.
 Value broadcast(const Value& a, const Value& b, Class type, std::string_view symbol, Budget& budget,
                 double (*f)(double, double));

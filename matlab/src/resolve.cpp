@@ -11,29 +11,6 @@ namespace {
 
 using Form = Formula::Kind;
 
-/// MATLAB's functions that are operators.
-const std::unordered_map<std::string_view, Operator> operator_functions{{"plus", Operator::Plus},
-                                                                        {"minus", Operator::Minus},
-                                                                        {"times", Operator::Times},
-                                                                        {"mtimes", Operator::Mtimes},
-                                                                        {"rdivide", Operator::Rdivide},
-                                                                        {"mrdivide", Operator::Mrdivide},
-                                                                        {"mldivide", Operator::Mldivide},
-                                                                        {"power", Operator::Power},
-                                                                        {"mpower", Operator::Mpower},
-                                                                        {"eq", Operator::Equal},
-                                                                        {"ne", Operator::NotEqual},
-                                                                        {"lt", Operator::Less},
-                                                                        {"le", Operator::LessEqual},
-                                                                        {"gt", Operator::Greater},
-                                                                        {"ge", Operator::GreaterEqual},
-                                                                        {"and", Operator::And},
-                                                                        {"or", Operator::Or},
-                                                                        {"not", Operator::Not},
-                                                                        {"uminus", Operator::UnaryMinus},
-                                                                        {"transpose", Operator::Transpose},
-                                                                        {"ctranspose", Operator::Transpose}};
-
 bool is_of_the_size(std::string_view name) {
     constexpr std::string_view names[] = {"size", "numel", "length", "ndims", "isempty"};
     return std::ranges::find(names, name) != std::end(names);
@@ -263,11 +240,9 @@ class Resolver {
 
     Formula call(const Expression& e, const std::string& name) {
         const std::size_t count = e.parts.size() - 1;
-        if (const auto op = operator_functions.find(name); op != operator_functions.end()) {
-            const bool is_unary = op->second == Operator::Not || op->second == Operator::UnaryMinus ||
-                                  op->second == Operator::Transpose;
-            if (count == (is_unary ? 1 : 2)) return operation(e, op->second, e.parts, 1);
-        }
+        if (const auto op = operator_functions().find(name);
+            op != operator_functions().end() && count == (is_unary(op->second) ? 1 : 2))
+            return operation(e, op->second, e.parts, 1);
         if (name == "double" && count == 1) {
             Formula operand = resolve(*e.parts[1]);
             operand.type.element = Class::Double;

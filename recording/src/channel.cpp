@@ -22,15 +22,11 @@ const char* name_of(ElementType type) noexcept { return types[static_cast<std::s
 
 std::string ChannelInfo::element_text(std::size_t i) const {
     return bf::element_text(static_cast<int>(rows), static_cast<int>(cols), static_cast<int>(i),
-                            i < element_names.size() ? element_names[i] : "");
+                            element_names);
 }
 
 std::optional<std::size_t> ChannelInfo::find_element(std::string_view text) const {
-    const int found = bf::find_element(
-        text, static_cast<int>(rows), static_cast<int>(cols), [&](int i) -> std::string_view {
-            const auto k = static_cast<std::size_t>(i);
-            return k < element_names.size() ? std::string_view(element_names[k]) : "";
-        });
+    const int found = bf::find_element(text, static_cast<int>(rows), static_cast<int>(cols), element_names);
     return found < 0 ? std::nullopt : std::optional(static_cast<std::size_t>(found));
 }
 

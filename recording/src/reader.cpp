@@ -159,15 +159,6 @@ class Parser {
         return lines;
     }
 
-    /// A line for each element, or nothing.
-    static std::vector<std::string> element_names_of(const std::string& text, std::size_t elements) {
-        std::vector<std::string> names;
-        std::istringstream stream(text);
-        for (std::string line; std::getline(stream, line);) names.push_back(line);
-        if (names.size() != elements) names.clear();
-        return names;
-    }
-
     /// Lines "0 idle".
     static std::vector<std::pair<double, std::string>> names_of(const std::string& text) {
         std::vector<std::pair<double, std::string>> names;
@@ -205,7 +196,7 @@ class Parser {
                         text_of(metadata, "held") == "true",
                         names_of(text_of(metadata, "names")),
                         lines_of(text_of(metadata, "other names")),
-                        element_names_of(text_of(metadata, "elements"), std::size_t{*rows} * *cols)};
+                        names_of_lines(text_of(metadata, "elements"), std::size_t{*rows} * *cols)};
         if (positions_.try_emplace(id, recording_.channels.size()).second)
             recording_.channels.push_back(std::move(channel));
     }

@@ -1,5 +1,6 @@
 #include "bf/recording/writer.hpp"
 
+#include "bf/base/elements.hpp"
 #include "bf/base/numbers.hpp"
 #include "bf/recording/message.hpp"
 #include "file.hpp"
@@ -110,8 +111,8 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
     if (!info.is_matrix && info.cols != 1)
         reject("it is 1-D but has " + std::to_string(info.cols) + " columns; set is_matrix");
     if (slots.size() > 0xFFFF) reject("a recording holds at most 65536 signals; record fewer");
-    const auto claim = [&](std::string_view name) {
-        std::string topic = topic_of(name);
+    const auto claim = [&](std::string_view called) {
+        std::string topic = topic_of(called);
         if (!names.insert(topic).second)
             reject("another signal has the topic '" + topic + "'; rename one of them");
         return topic;
@@ -140,8 +141,6 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
     channels.put_text(topic);
     channels.put_text("cdr");
     std::string value_names;
-    std::string element_names;
-    for (const auto& element : info.element_names) element_names += element + "\n";
     for (const auto& [value, text] : info.names) value_names += number_text(value) + " " + text + "\n";
     channels.put_map({{"name", std::string(name)},
                       {"type", name_of(info.type)},
@@ -154,7 +153,7 @@ void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) 
                       {"held", info.is_held ? "true" : "false"},
                       {"names", value_names},
                       {"other names", other_names},
-                      {"elements", element_names}});
+                      {"elements", element_lines(info.element_names)}});
     channels.end_record();
     slots.push_back({info.bytes()});
 }
@@ -273,7 +272,6 @@ void Writer::State::write_summary() {
     scratch.begin_record(Opcode::DataEnd);
     scratch.put(file.crc());
     scratch.end_record();
-    const std::uint64_t data_end = file.offset();
     file.write(scratch.bytes());
 
     const std::uint64_t summary_start = file.offset();

@@ -39,11 +39,7 @@ Element parse_element(const Diagram& diagram, const std::string& text) {
     const auto [path, which] = split_element(text);
     Element element{std::string(path), find_signal(diagram, std::string(path)), 0};
     const Size& size = diagram.slot(element.signal).size;
-    const auto& names = diagram.element_names(element.signal);
-    const auto name = [&](int i) -> std::string_view {
-        return names.empty() ? "" : std::string_view(names[static_cast<std::size_t>(i)]);
-    };
-    element.index = bf::find_element(which, size.rows, size.cols, name);
+    element.index = bf::find_element(which, size.rows, size.cols, diagram.element_names(element.signal));
     if (element.index >= 0) return element;
     const std::string first = element.path + diagram.element_text(element.signal, 0);
     throw CommandError("'" + text + "' is no element: '" + element.path + "' has " +

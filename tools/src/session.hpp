@@ -18,10 +18,10 @@ struct CommandError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Which model, with which values changed.
 /// Accepts a number from `low` to `high`; NaN is none.
 CLI::Validator between(double low, double high);
 
+/// Which model, with which values changed.
 struct ModelOptions {
     std::string file;
     std::vector<std::string> sets;   ///< NAME=EXPRESSION

@@ -20,17 +20,9 @@
 
 namespace bf::generated {
 
-/// The names of a quantity's elements, "" for one that has none.
+/// The names of a quantity's elements.
 inline std::vector<std::string> names_of_elements(const Quantity& q) {
-    std::vector<std::string> names(static_cast<std::size_t>(q.size()));
-    const char* at = q.elements;
-    for (std::string& name : names) {
-        const char* const end = std::strchr(at, '\n');
-        if (!end) break;
-        name.assign(at, end);
-        at = end + 1;
-    }
-    return names;
+    return names_of_lines(q.elements, static_cast<std::size_t>(q.size()));
 }
 
 /// One row per step and one before each event; numbers read back exactly. The loop copies values into a
@@ -56,8 +48,7 @@ class CsvFile {
             const auto names = names_of_elements(q);
             for (int i = 0; i < q.size(); ++i) {
                 std::string quoted;
-                for (const char c :
-                     q.name + element_text(q.rows, q.cols, i, names[static_cast<std::size_t>(i)]))
+                for (const char c : q.name + element_text(q.rows, q.cols, i, names))
                     quoted += c == '"' ? "\"\"" : c == '\n' ? " " : std::string(1, c);
                 std::fprintf(file_, ",\"%s\"", quoted.c_str());
             }

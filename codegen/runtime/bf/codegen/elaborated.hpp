@@ -3,10 +3,10 @@
 // generated class.
 #pragma once
 
+#include "bf/base/text_file.hpp"
 #include "bf/codegen/blocks_in_context.hpp"
 #include "bf/codegen/dynamic.hpp"
 #include "bf/codegen/quantity.hpp"
-#include "bf/codegen/text_file.hpp"
 
 #include "bf/core/registry.hpp"
 #include "bf/elaborate/elaborate.hpp"
@@ -273,7 +273,7 @@ class ElaboratedModel final : public BlocksInContext {
 /// The overrides that a parameter file makes, as `bf run --params` reads it. Throws std::runtime_error.
 inline std::vector<ElaborateOptions::Override> read_overrides(const std::string& file) {
     std::string text;
-    if (const std::string wrong = detail::read_file(file, text); !wrong.empty())
+    if (const std::string wrong = read_file(file, text); !wrong.empty())
         throw std::runtime_error("cannot read the parameter file " + file + ": " + wrong);
     std::vector<ElaborateOptions::Override> overrides;
     const auto collect = [&](const auto& self, const std::vector<model::Variable>& variables,

@@ -1,8 +1,8 @@
 // Values of a model's inputs from a file, for `bf run --inputs` and generated programs alike.
 #pragma once
 
+#include "bf/base/text_file.hpp"
 #include "bf/codegen/csv_file.hpp"
-#include "bf/codegen/text_file.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -26,13 +26,13 @@ class InputFile {
     std::string read(const std::string& file, Quantities inputs) {
         const NumberLocale locale;
         std::string text, line;
-        if (const std::string wrong = detail::read_file(file, text); !wrong.empty())
+        if (const std::string wrong = read_file(file, text); !wrong.empty())
             return "cannot read the inputs in " + file + ": " + wrong;
         std::istringstream stream(text);
         if (!std::getline(stream, line)) return "there are no inputs in " + file;
         int number = 1;
-        const auto problem = [&](const std::string& text) {
-            return file + ":" + std::to_string(number) + ": " + text;
+        const auto problem = [&](const std::string& what) {
+            return file + ":" + std::to_string(number) + ": " + what;
         };
         const auto headings = fields(line);
         if (const std::string wrong = find_columns(headings, inputs); !wrong.empty()) return problem(wrong);
@@ -106,8 +106,7 @@ class InputFile {
             const auto called = names_of_elements(q);
             for (int i = 0; i < q.size(); ++i) {
                 known[q.name + element_text(q.rows, q.cols, i)] = {&q, i};
-                known[q.name + element_text(q.rows, q.cols, i, called[static_cast<std::size_t>(i)])] = {&q,
-                                                                                                        i};
+                known[q.name + element_text(q.rows, q.cols, i, called)] = {&q, i};
             }
         }
         if (headings[0] != "time" && headings[0] != "time (s)")

@@ -1,10 +1,10 @@
 // Parameter files, whose values are checked against a model's tables before it takes any of them.
 #pragma once
 
+#include "bf/base/text_file.hpp"
 #include "bf/codegen/number_locale.hpp"
 #include "bf/codegen/parameter_text.hpp"
 #include "bf/codegen/quantity.hpp"
-#include "bf/codegen/text_file.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -84,7 +84,7 @@ class ParameterChanges {
 template <class Model> std::string load_parameters(Model& model, const std::string& file) {
     const NumberLocale locale;
     std::string text;
-    if (const std::string wrong = detail::read_file(file, text); !wrong.empty())
+    if (const std::string wrong = read_file(file, text); !wrong.empty())
         return "cannot read the parameter file " + file + ": " + wrong + "\n";
     ParsedParameters parsed = parse_parameters(text, file);
     ParameterChanges changes;

@@ -34,8 +34,7 @@ struct ChannelInfo {
     std::vector<std::string> element_names = {}; ///< of a vector, "" for one without; empty: they have none
 
     /// What stands behind the signal's name for element i (column by column, from 0): "" of a scalar, "[3]"
-    /// or
-    /// "[l_knee]" of a vector, "[1][3]" (row, column) of a matrix; these numbers count from 1.
+    /// or "[l_knee]" of a vector, "[1][3]" (row, column) of a matrix; these numbers count from 1.
     std::string element_text(std::size_t i) const;
     /// The element that such a text stands for, by its name or its number; nothing: there is none.
     std::optional<std::size_t> find_element(std::string_view text) const;

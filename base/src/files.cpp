@@ -1,5 +1,6 @@
 #include "bf/base/files.hpp"
 
+#include "bf/base/open_file.hpp"
 #include "bf/base/text_file.hpp"
 
 #include <cerrno>
@@ -16,21 +17,6 @@ namespace bf {
 namespace fs = std::filesystem;
 
 namespace {
-
-const char* remedy(int error) {
-    switch (error) {
-    case ENOSPC:
-    case EDQUOT: return "free space, or write to another disk";
-    case ENAMETOOLONG: return "give a shorter name";
-    case EISDIR: return "give the name of a file";
-    default: return "give a file in a folder that may be written";
-    }
-}
-
-[[noreturn]] void refuse(const std::string& what, const fs::path& file, int error) {
-    throw FileError("cannot " + what + " " + file.string() + ": " + std::strerror(error) + "; " +
-                    remedy(error));
-}
 
 /// A name beside `target` that nobody can foresee, so that nothing can have been put there.
 fs::path hidden_name(const fs::path& target, const std::string& ending) {
@@ -65,58 +51,93 @@ bool write_all(int descriptor, std::string_view text) {
 
 } // namespace
 
-OutputFile::OutputFile(fs::path file)
-    : file_(std::move(file)), target_(place_behind(file_)), temporary_(file_) {
+OutputFile::OutputFile(fs::path file) : file_(std::move(file)), target_(place_behind(file_)) {
     struct stat status {};
     const bool exists = ::stat(file_.c_str(), &status) == 0; // what a link of /proc leads to has no name
-    if (file_.empty()) fail(ENOENT);
+    if (!exists && (errno != ENOENT || file_.empty())) fail(errno);
     if (exists && S_ISDIR(status.st_mode)) fail(EISDIR);
-    if (exists && !S_ISREG(status.st_mode)) return;
+    is_special_ = exists && !S_ISREG(status.st_mode);
+    if (is_special_) {
+        descriptor_ = open_to_write(file_.string(), 0);
+        if (descriptor_ < 0) fail(errno);
+        return;
+    }
     if (exists && ::access(target_.c_str(), W_OK) != 0) fail(errno);
-    do {
-        temporary_ = hidden_name(target_, file_.extension().string());
-        descriptor_ = ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-    } while (descriptor_ < 0 && errno == EEXIST);
-    if (descriptor_ < 0) fail(errno);
+    // Nameless, so that nothing stays behind however the program ends; not every file system has such files.
+    const fs::path folder = target_.has_parent_path() ? target_.parent_path() : ".";
+    if (::access("/proc/self/fd", X_OK) == 0)
+        descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) make_named();
     if (exists) ::fchmod(descriptor_, status.st_mode & 07777);
 }
 
 OutputFile::OutputFile(OutputFile&& other) noexcept
     : file_(std::move(other.file_)), target_(std::move(other.target_)),
-      temporary_(std::move(other.temporary_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+      temporary_(std::exchange(other.temporary_, {})), descriptor_(std::exchange(other.descriptor_, -1)),
+      is_special_(other.is_special_) {}
 
 OutputFile::~OutputFile() {
-    if (descriptor_ < 0) return;
-    ::unlink(temporary_.c_str());
-    ::close(descriptor_);
+    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+/// Gives the file a name beside its place.
+void OutputFile::make_named() {
+    const std::string nameless = "/proc/self/fd/" + std::to_string(descriptor_);
+    int made = -1;
+    do {
+        temporary_ = hidden_name(target_, file_.extension().string());
+        if (descriptor_ >= 0)
+            made = ::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW);
+        else
+            made = descriptor_ =
+                ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    } while (made < 0 && errno == EEXIST);
+    if (made >= 0) return;
+    temporary_.clear();
+    fail(errno);
+}
+
+const fs::path& OutputFile::path() {
+    if (is_special_) fail(ESPIPE);
+    if (temporary_.empty()) make_named();
+    return temporary_;
 }
 
 void OutputFile::write(std::string_view text) {
-    const int special = descriptor_ < 0 ? ::open(file_.c_str(), O_WRONLY | O_CLOEXEC) : -1;
-    const int to = descriptor_ < 0 ? special : descriptor_;
-    const bool is_written = to >= 0 &&
-                            (special >= 0 || (::ftruncate(to, 0) == 0 && ::lseek(to, 0, SEEK_SET) == 0)) &&
-                            write_all(to, text);
-    const int error = errno;
-    if (special >= 0) ::close(special);
-    if (!is_written) fail(error);
+    if (!is_special_ && (::ftruncate(descriptor_, 0) != 0 || ::lseek(descriptor_, 0, SEEK_SET) != 0))
+        fail(errno);
+    append(text);
+}
+
+void OutputFile::append(std::string_view text) {
+    if (!write_all(descriptor_, text)) fail(errno);
 }
 
 void OutputFile::commit() {
-    if (descriptor_ < 0) return;
-    // The content first: after a power cut the name must not stand for an empty file.
-    if (::fsync(descriptor_) != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+    if (!is_special_) {
+        // The content first: after a power cut the name must not stand for an empty file.
+        if (::fsync(descriptor_) != 0) fail(errno);
+        if (temporary_.empty()) make_named();
+        if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+        temporary_.clear();
+    }
     ::close(std::exchange(descriptor_, -1));
-    temporary_ = file_;
 }
 
-void OutputFile::fail(int error) const { refuse("write", file_, error); }
+void OutputFile::fail(int error) const {
+    throw FileError("cannot write " + file_.string() + ": " + write_error(error));
+}
 
 OutputFolder::OutputFolder(fs::path folder) : folder_(std::move(folder)) {
-    target_ = fs::absolute(place_behind(folder_)).lexically_normal();
-    if (!target_.has_filename()) target_ = target_.parent_path();
+    // What a link leads to cannot be asked with a slash behind it where nothing is there yet.
+    const fs::path named = folder_.has_filename() ? folder_ : folder_.parent_path();
     std::error_code error;
+    target_ = fs::absolute(place_behind(named), error).lexically_normal();
+    if (error) fail("the current folder is not there any more; change to another one");
+    if (!target_.has_filename()) target_ = target_.parent_path();
     const auto status = fs::status(target_, error);
+    if (error == std::errc::too_many_symbolic_link_levels) fail(file_error(ELOOP));
     if (fs::exists(status) && !fs::is_directory(status)) fail("it is a file; name a folder");
     if (fs::exists(status) && !fs::is_empty(target_, error))
         fail(error ? error.message() : "the folder is not empty; empty it or name another one");
@@ -165,10 +186,8 @@ void OutputFolder::fail(const std::string& reason) const {
 }
 
 std::string read_text_file(const fs::path& file, std::size_t most) {
-    std::error_code error;
     std::string text;
-    const std::string wrong =
-        fs::is_directory(file, error) ? "it is a folder" : read_file(file.string(), text, most);
+    const std::string wrong = read_file(file.string(), text, most);
     if (!wrong.empty()) throw FileError("cannot read " + file.string() + ": " + wrong);
     return text;
 }

@@ -8,6 +8,10 @@
 #include <unistd.h>
 
 #include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <csignal>
+#include <thread>
 
 namespace bf {
 namespace {
@@ -53,7 +57,7 @@ TEST_F(FilesTest, AppearWholeOrNotAtAll) {
 }
 
 TEST_F(FilesTest, AreWrittenUnderNamesThatNobodyForesees) {
-    const OutputFile a(at / "a.txt"), b(at / "a.txt");
+    OutputFile a(at / "a.txt"), b(at / "a.txt");
     EXPECT_NE(a.path(), b.path());
     EXPECT_EQ(a.path().string().find("a.txt"), std::string::npos);
 }
@@ -87,12 +91,60 @@ TEST_F(FilesTest, AreWrittenAsTheyAreWhereTheyAreNoRegularFiles) {
     std::string got;
     std::thread reader([&] { std::getline(std::ifstream(at / "pipe"), got); });
     OutputFile file(at / "pipe");
-    EXPECT_EQ(file.path(), at / "pipe");
     file.write("through\n");
     file.commit();
     reader.join();
     EXPECT_EQ(got, "through");
     EXPECT_TRUE(fs::is_fifo(at / "pipe"));
+}
+
+TEST_F(FilesTest, WaitForNoReaderForEver) {
+    ASSERT_EQ(::mkfifo((at / "pipe").c_str(), 0600), 0);
+    EXPECT_EQ(error_of([&] { OutputFile(at / "pipe"); }),
+              "cannot write " + (at / "pipe").string() +
+                  ": no program reads this pipe; start one that does, or give a file");
+    EXPECT_EQ(error_of([&] { read_text_file(at / "pipe"); }),
+              "cannot read " + (at / "pipe").string() +
+                  ": it is no regular file, which has an end; write its content to one");
+    EXPECT_EQ(
+        error_of([] { OutputFile("/dev/null").path(); }),
+        "cannot write /dev/null: a pipe or a device is written from its beginning to its end; give a file");
+}
+
+TEST_F(FilesTest, LeaveNothingBehindWhereTheProgramIsKilled) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+        OutputFile file(at / "a.txt");
+        file.write("half");
+        ::raise(SIGKILL);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status));
+    EXPECT_EQ(count(), 0u);
+}
+
+TEST_F(FilesTest, SayThatLinksLeadInARing) {
+    fs::create_symlink("b", at / "a");
+    fs::create_symlink("a", at / "b");
+    const std::string ring = ": its symbolic links lead in a ring; remove one of them";
+    EXPECT_EQ(error_of([&] { OutputFile(at / "a"); }), "cannot write " + (at / "a").string() + ring);
+    EXPECT_EQ(error_of([&] { read_text_file(at / "a"); }), "cannot read " + (at / "a").string() + ring);
+    EXPECT_EQ(error_of([&] { OutputFolder(at / "a"); }),
+              "cannot write the folder " + (at / "a").string() + ring);
+    EXPECT_TRUE(fs::is_symlink(at / "a"));
+}
+
+TEST_F(FilesTest, FoldersAreMadeWhereALinkLeadsTo) {
+    fs::create_symlink("far/away", at / "link");
+    for (const char* name : {"link", "link/"}) {
+        fs::remove_all(at / "far");
+        OutputFolder folder(at / name);
+        folder.write("a", "text");
+        folder.commit();
+        EXPECT_EQ(text_of("far/away/a"), "text");
+        EXPECT_TRUE(fs::is_symlink(at / "link"));
+    }
 }
 
 TEST_F(FilesTest, SayWhyTheyCannotBeWritten) {
@@ -110,7 +162,7 @@ TEST_F(FilesTest, SayWhyTheyCannotBeWritten) {
 
 TEST_F(FilesTest, AreNotReadWhereTheyHaveNoEnd) {
     EXPECT_EQ(error_of([] { read_text_file("/dev/zero"); }),
-              "cannot read /dev/zero: it is no regular file, which has an end; write the text to one");
+              "cannot read /dev/zero: it is no regular file, which has an end; write its content to one");
     put("large", std::string(2 << 20, 'x'));
     EXPECT_EQ(error_of([&] { read_text_file(at / "large", 1 << 20); }),
               "cannot read " + (at / "large").string() + ": it is larger than 1 MB");

@@ -176,7 +176,8 @@ TEST_F(File, ThatHasNoEndIsRefused) {
     EXPECT_EQ(refusal([] {
                   make("SignalFromFile", {{"file", std::string("/dev/zero")}});
               }),
-              "file '/dev/zero' is no regular file, which has an end\n");
+              "file '/dev/zero' cannot be read: it is no regular file, which has an end; write its content "
+              "to one\n");
 }
 
 TEST_F(File, IsPlayedBackHeldOrInterpolated) {
@@ -207,7 +208,7 @@ TEST_F(File, IsRefusedWithItsLine) {
     EXPECT_EQ(refusal([&] {
                   make("SignalFromFile", {{"file", path}});
               }),
-              "file '" + path + "' cannot be read; check its name and rights\n");
+              "file '" + path + "' cannot be read: No such file or directory\n");
 }
 
 double logic(const char* op, const Values& u) {

@@ -480,10 +480,11 @@ TEST(GeneratedProgram, NamesTheExpressionThatFixesAVariable) {
 TEST(GeneratedProgram, TakesParametersFromRegularFilesAlone) {
     const Program& program = expressions_program();
     ASSERT_EQ(program.compiled, 0);
-    for (const char* file : {".", "/dev/zero"}) {
+    for (const auto& [file, why] :
+         {std::pair{".", "it is a folder; give the name of a file"},
+          {"/dev/zero", "it is no regular file, which has an end; write its content to one"}}) {
         EXPECT_EQ(program.code("--params " + std::string(file)), 1);
-        EXPECT_NE(program.text("errors.txt").find("it is no regular file, which has an end"),
-                  std::string::npos);
+        EXPECT_NE(program.text("errors.txt").find(why), std::string::npos);
     }
 }
 

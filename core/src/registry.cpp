@@ -1,6 +1,7 @@
 #include "bf/core/registry.hpp"
 
 #include "bf/base/names.hpp"
+#include "bf/base/open_file.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -94,12 +95,14 @@ void Registry::load_plugin(const std::string& name) {
         for (const auto& folder : search_path_)
             for (const auto& candidate : {name + ".so", "lib" + name + ".so"})
                 if (file.empty() && fs::exists(folder / candidate)) file = folder / candidate;
-    if (file.empty() || !fs::exists(file))
+    if (std::error_code unseen; file.empty() || (!fs::exists(file, unseen) && !unseen))
         throw PluginError("plugin '" + name + "' was not found: searched " +
                           (file.empty() ? list(search_path_) : file.string()) +
                           did_you_mean(name, available_plugins()) +
                           "; set BLOCKFACTORY_PLUGIN_PATH to the folder that holds " + name + ".so");
 
+    if (const std::string wrong = why_unreadable(file.string()); !wrong.empty())
+        throw PluginError("plugin " + file.string() + " cannot be loaded: " + wrong);
     dlerror();
     void* handle = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!handle) {

@@ -1,5 +1,6 @@
 #include "bf/dynamics/find_urdf.hpp"
 
+#include "bf/base/open_file.hpp"
 #include "bf/base/packages.hpp"
 
 #include <algorithm>
@@ -36,8 +37,10 @@ std::vector<fs::path> with_robot_folders(const fs::path& root) {
 fs::path find_urdf(const std::string& name, const std::vector<fs::path>& directories) {
     std::error_code ignored;
     if (fs::path(name).is_absolute()) {
-        if (fs::is_regular_file(name, ignored)) return name;
-        throw std::runtime_error("robot description '" + name + "' does not exist; check the path");
+        const std::string wrong = why_unreadable(name);
+        if (wrong.empty()) return name;
+        throw std::runtime_error("robot description '" + name + "' cannot be read: " + wrong +
+                                 "; check the path");
     }
     const std::vector<fs::path> searched = package_folders(directories);
     for (const fs::path& root : searched) {

@@ -3,6 +3,7 @@
 #include "content.hpp"
 
 #include "bf/base/names.hpp"
+#include "bf/base/text_file.hpp"
 
 #include <console_bridge/console.h>
 #include <pinocchio/algorithm/joint-configuration.hpp>
@@ -12,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -27,13 +27,11 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string read(const fs::path& path) {
-    std::ifstream file(path);
-    std::ostringstream text;
-    if (!fs::is_regular_file(path) || !file || (file.peek() != EOF && !(text << file.rdbuf()))) {
-        throw std::runtime_error("URDF file '" + path.string() +
-                                 "' cannot be read: check the path, or look the robot up with find_urdf");
-    }
-    return text.str();
+    std::string text;
+    if (const std::string wrong = read_file(path.string(), text); !wrong.empty())
+        throw std::runtime_error("URDF file '" + path.string() + "' cannot be read: " + wrong +
+                                 "; check the path, or look the robot up with find_urdf");
+    return text;
 }
 
 /// Receives what urdfdom would print.

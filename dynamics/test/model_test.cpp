@@ -206,7 +206,8 @@ TEST_F(Files, WrongJointsAreNamedWithTheRemedy) {
 TEST_F(Files, UnreadableFilesAreNamed) {
     EXPECT_EQ(error_of([&] { Model::load(folder / "none.urdf"); }),
               "URDF file '" + (folder / "none.urdf").string() +
-                  "' cannot be read: check the path, or look the robot up with find_urdf");
+                  "' cannot be read: No such file or directory; check the path, or look the robot up with "
+                  "find_urdf");
     expect_parts(error_of([&] { Model::load(folder); }), {"cannot be read"});
 }
 
@@ -272,8 +273,9 @@ TEST_F(Files, FailedSearchListsWhereItLooked) {
         }),
         {"robot description 'nobody' was not found; searched in:\n  " + folder.string() + "\n  /nowhere",
          "ROS_PACKAGE_PATH"});
-    EXPECT_EQ(error_of([&] { find_urdf("/nowhere/robot.urdf"); }),
-              "robot description '/nowhere/robot.urdf' does not exist; check the path");
+    EXPECT_EQ(
+        error_of([&] { find_urdf("/nowhere/robot.urdf"); }),
+        "robot description '/nowhere/robot.urdf' cannot be read: No such file or directory; check the path");
 }
 
 } // namespace bf::dynamics::test

@@ -2,9 +2,9 @@
 
 #include "bf/base/names.hpp"
 #include "bf/base/packages.hpp"
+#include "bf/base/text_file.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <stdexcept>
 
@@ -60,14 +60,13 @@ std::string similar_names(std::string_view wanted, std::vector<std::string> name
 } // namespace
 
 Urdf Urdf::read(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream || fs::is_directory(file))
-        throw std::runtime_error("cannot read the URDF '" + file.string() + "' (as " +
-                                 fs::absolute(file).lexically_normal().string() +
-                                 "); check the path, relative ones start at the working directory");
+    std::string text_of_file;
+    if (const std::string wrong = read_file(file.string(), text_of_file); !wrong.empty())
+        throw std::runtime_error("cannot read the URDF '" + file.string() + "': " + wrong +
+                                 "; check the path, relative ones start at the working directory");
     Urdf urdf;
     urdf.file = fs::absolute(file).lexically_normal();
-    urdf.text = without_comments(std::string(std::istreambuf_iterator<char>(stream), {}));
+    urdf.text = without_comments(std::move(text_of_file));
 
     const std::string& text = urdf.text;
     bool in_joint = false;

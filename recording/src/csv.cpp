@@ -4,10 +4,8 @@
 #include "bf/base/files.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <set>
 #include <span>
 
@@ -28,18 +26,20 @@ void append_number(std::string& line, double value, ElementType type) {
     line.append(text, result.ptr);
 }
 
-void write_table(std::span<const Channel* const> channels, const OutputFile& output) {
-    std::ofstream file(output.path(), std::ios::binary);
+void write_table(std::span<const Channel* const> channels, OutputFile& output) {
+    constexpr std::size_t enough = 1 << 16;
     std::string line = "time (s)";
     for (const Channel* channel : channels)
         for (std::size_t i = 0; i < channel->info.elements(); ++i)
             line += ',' + heading(channel->element_name(i), channel->info.unit);
     const std::size_t samples = channels.empty() ? 0 : channels.front()->samples();
-    for (std::size_t k = 0; k <= samples && file; ++k) {
+    for (std::size_t k = 0; k <= samples; ++k) {
         line += '\n';
-        file.write(line.data(), static_cast<std::streamsize>(line.size()));
+        if (k == samples || line.size() > enough) {
+            output.append(line);
+            line.clear();
+        }
         if (k == samples) break;
-        line.clear();
         append_number(line, channels.front()->time(k), ElementType::Double);
         for (const Channel* channel : channels)
             for (std::size_t i = 0; i < channel->info.elements(); ++i) {
@@ -47,8 +47,6 @@ void write_table(std::span<const Channel* const> channels, const OutputFile& out
                 append_number(line, channel->value(k, i), channel->info.type);
             }
     }
-    file.close();
-    if (!file) output.fail(errno);
 }
 
 /// One for each channel. Names of signals may differ in no more than what a name of a file cannot hold.

@@ -1,5 +1,7 @@
 #include "file.hpp"
 
+#include "bf/base/open_file.hpp"
+
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -8,40 +10,26 @@
 namespace bf::recording {
 namespace {
 
-std::string reason(int error) {
-    const char* name = strerrorname_np(error);
-    const char* text = strerrordesc_np(error);
-    return std::string(text ? text : "unknown error") + " (" + (name ? name : std::to_string(error)) + ")";
-}
-
-const char* remedy(int error) {
-    switch (error) {
-    case ENOSPC:
-    case EDQUOT: return "free space, or record to another disk";
-    case EFBIG: return "raise the limit on the size of files, or record fewer signals";
-    case ENOENT: return "create the folder first";
-    case EISDIR: return "give the name of a file";
-    case EACCES:
-    case EROFS:
-    case EPERM: return "choose a folder that may be written";
-    default: return "check the disk, or record to another one";
-    }
+/// A folder for what has no name: that of the recording, unless this is a pipe or a device.
+std::string place_of_nameless(const std::string& path) {
+    struct stat status {};
+    const bool is_special = ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
+    return (is_special ? (std::filesystem::temp_directory_path() / "bf").string() : path) + ".XXXXXX";
 }
 
 } // namespace
 
 File::File(const std::filesystem::path& path, Kind kind) : path_(path.string()) {
     if (kind == Kind::named) {
-        descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+        descriptor_ = open_to_write(path_, O_CREAT | O_TRUNC);
     } else {
-        std::string name = path_ + ".XXXXXX";
+        std::string name = place_of_nameless(path_);
         descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);
         if (descriptor_ >= 0) ::unlink(name.c_str());
     }
     if (descriptor_ < 0) {
         const int error = errno;
-        throw std::runtime_error("cannot create the recording '" + path_ + "': " + reason(error) + "; " +
-                                 remedy(error));
+        throw std::runtime_error("cannot create the recording '" + path_ + "': " + write_error(error));
     }
 }
 
@@ -94,8 +82,7 @@ void File::fail(int error) noexcept {
 std::string File::status() const {
     const int error = error_.load();
     if (error == 0) return {};
-    return "cannot write the recording '" + path_ + "': " + reason(error) +
-           "; what was written before stays readable; " + remedy(error);
+    return "cannot write the recording '" + path_ + "': " + write_error(error);
 }
 
 } // namespace bf::recording

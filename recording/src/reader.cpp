@@ -2,6 +2,7 @@
 
 #include "bf/base/elements.hpp"
 #include "bf/base/numbers.hpp"
+#include "bf/base/open_file.hpp"
 #include "bf/recording/message.hpp"
 #include "format.hpp"
 
@@ -349,10 +350,12 @@ Recording::Found Recording::find(std::string_view name) const {
 }
 
 Recording load(const std::filesystem::path& path) {
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream)
-        throw std::runtime_error("cannot open the recording '" + path.string() +
-                                 "': " + std::strerror(errno));
+    std::string wrong = why_unreadable(path.string());
+    std::ifstream stream;
+    if (wrong.empty()) stream.open(path, std::ios::binary);
+    if (wrong.empty() && !stream) wrong = file_error(errno);
+    if (!wrong.empty())
+        throw std::runtime_error("cannot open the recording '" + path.string() + "': " + wrong);
     return load(stream, path.string());
 }
 

@@ -89,6 +89,7 @@ struct Writer::State {
     std::uint32_t attachment_count = 0, metadata_count = 0;
     bool begun = false, closed = false;
 
+    std::string status();
     void add_channel(std::string_view name, const ChannelInfo& info);
     void write_start();
     void write_background() noexcept;
@@ -97,6 +98,16 @@ struct Writer::State {
     void write_summary();
     void write_chunk_indices();
 };
+
+/// Only whole chunks count: what the loop has appended since is lost.
+std::string Writer::State::status() {
+    const std::lock_guard lock(mutex);
+    std::string text = file.status();
+    if (text.empty()) return text;
+    return text + (chunk_count > 0 ? "; it holds the samples until t = " +
+                                         number_text(static_cast<double>(times.last) / 1e9) + " s"
+                                   : "; it holds no samples");
+}
 
 void Writer::State::add_channel(std::string_view name, const ChannelInfo& info) {
     const auto reject = [&](const std::string& why) {
@@ -469,7 +480,7 @@ void Writer::append(std::span<const Sample> samples, std::int64_t time_ns) noexc
 }
 
 bool Writer::failed() const noexcept { return state_->file.failed(); }
-std::string Writer::status() const { return state_->file.status(); }
+std::string Writer::status() const { return state_->status(); }
 std::uint64_t Writer::dropped() const noexcept { return state_->dropped.load(std::memory_order_relaxed); }
 
 void Writer::close() {
@@ -485,7 +496,7 @@ void Writer::close() {
     }
     if (!s.file.failed()) s.write_summary();
     s.file.close();
-    if (s.file.failed()) throw std::runtime_error(s.file.status());
+    if (s.file.failed()) throw std::runtime_error(s.status());
 }
 
 } // namespace bf::recording

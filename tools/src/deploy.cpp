@@ -1,5 +1,6 @@
 // bf deploy: one folder that runs a model on a bare computer.
 #include "bf/base/escape.hpp"
+#include "bf/base/open_file.hpp"
 #include "bf/codegen/generate.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/toolbox/robot.hpp"
@@ -371,7 +372,8 @@ void execute(const DeployOptions& options) {
         }
         folder.commit();
     } catch (const fs::filesystem_error& error) {
-        throw CommandError(std::string("cannot deploy: ") + error.what());
+        throw CommandError("cannot deploy: " + error.path1().string() + ": " +
+                           write_error(error.code().value()));
     }
     std::uintmax_t bytes = 0;
     for (const auto& entry : fs::recursive_directory_iterator(options.folder))

@@ -1,5 +1,6 @@
 // The `bf` command.
 #include "bf/base/escape.hpp"
+#include "bf/base/open_file.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/model/location.hpp"
 #include "terminal.hpp"
@@ -11,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -61,6 +63,15 @@ void add_plugin_path(CLI::App& verb) {
         ->allow_extra_args(false);
 }
 
+/// What the standard library says of a file, in our words.
+std::string text_of(const std::filesystem::filesystem_error& error) {
+    std::error_code gone;
+    static_cast<void>(std::filesystem::current_path(gone));
+    if (gone && !error.path1().is_absolute())
+        return "the current folder is not there any more; change to another one";
+    return "cannot use " + error.path1().string() + ": " + bf::write_error(error.code().value());
+}
+
 int run(CLI::App& app, int argc, char** argv) {
     try {
         app.parse(argc, argv);
@@ -74,6 +85,9 @@ int run(CLI::App& app, int argc, char** argv) {
     } catch (const bf::tools::Interrupted& interrupted) {
         std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(interrupted.what()).c_str());
         return 128 + interrupted.signal;
+    } catch (const std::filesystem::filesystem_error& error) {
+        std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(text_of(error)).c_str());
+        return 1;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(error.what()).c_str());
         return 1;

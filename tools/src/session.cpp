@@ -1,6 +1,7 @@
 #include "session.hpp"
 
 #include "bf/base/numbers.hpp"
+#include "bf/base/open_file.hpp"
 #include "bf/blocks/standard.hpp"
 #include "bf/formats/yaml.hpp"
 #include "terminal.hpp"
@@ -85,7 +86,10 @@ LoadedModel load(ModelSource source, const fs::path& file, ElaborateOptions opti
 
 LoadedModel load_model(const ModelOptions& options) {
     const Waiting waiting("elaborating " + options.file);
-    if (!fs::exists(options.file)) throw CommandError("there is no model file " + options.file);
+    if (std::error_code error; !fs::exists(options.file, error) && !error)
+        throw CommandError("there is no model file " + options.file);
+    if (const auto wrong = why_unreadable(options.file); !wrong.empty())
+        throw CommandError("cannot read the model " + options.file + ": " + wrong);
     return load({fs::absolute(options.file).lexically_normal(), {}, {}}, options.file,
                 {read_overrides(options), {}});
 }

@@ -245,7 +245,8 @@ TEST_F(BadInput, FullDisk) {
         std::filesystem::create_symlink("/dev/full", folder / name);
     const auto run = bf("run m.yaml --record full.mcap --summary s.json");
     EXPECT_EQ(run.code, 1);
-    EXPECT_CONTAINS(run.err, "cannot write the recording 'full.mcap': No space left on device");
+    EXPECT_CONTAINS(run.err, "cannot write the recording 'full.mcap': No space left on device; free space, "
+                             "or write to another disk; it holds no samples");
     EXPECT_EQ(json("s.json")["outcome"], "failed");
     EXPECT_EQ(run.out.find("recorded in"), std::string::npos);
     expect_error("run m.yaml --summary full.json", "cannot write full.json: No space left on device");
@@ -258,6 +259,54 @@ TEST_F(BadInput, FullDisk) {
     EXPECT_EQ(files(), "full.csv full.json full.mat full.mcap m.yaml r.mcap s.json");
 }
 
+TEST_F(BadInput, PipesAndDevicesAreNotReadForEver) {
+    write("m.yaml", sine_model);
+    ASSERT_EQ(bf("run m.yaml --quiet --record r.mcap").code, 0);
+    ASSERT_EQ(shell("mkfifo p p.mcap p.csv p.mat p.svg").code, 0);
+    const std::string regular = "it is no regular file, which has an end; write its content to one";
+    for (const std::string verb : {"export p -o x.csv", "plot p", "replay p"})
+        expect_error(verb, "cannot open the recording 'p': " + regular);
+    expect_error("run m.yaml --from-snapshot p", "cannot read p: " + regular);
+    expect_error("run p", "cannot read the model p: " + regular);
+    expect_error("check /dev/zero", "cannot read the model /dev/zero: " + regular);
+    expect_error("check .", "cannot read the model .: it is a folder; give the name of a file");
+    write("file.yaml", "model: m\nstep: 0.1\nstop: 1\nblocks:\n  s: {file: p}\n");
+    expect_error("check file.yaml", "file.yaml:5:13: s: cannot read 'p': " + regular);
+    write("m.yaml", sine_model);
+    const std::string unread = ": no program reads this pipe; start one that does, or give a file";
+    expect_error("run m.yaml --summary p", "cannot write p" + unread);
+    expect_error("run m.yaml --record p", "cannot create the recording 'p'" + unread);
+    expect_error("export r.mcap -o p.csv", "cannot write p.csv" + unread);
+    expect_error("export r.mcap -o p.mat", "cannot write p.mat" + unread);
+    expect_error("plot r.mcap -o p.svg", "cannot write p.svg" + unread);
+    EXPECT_EQ(shell("'" BF_PROGRAM "' run m.yaml --quiet --record p & cat p > got.mcap; wait $!").code, 0);
+    EXPECT_EQ(bf("replay got.mcap").code, 0);
+    EXPECT_EQ(bf("export r.mcap -o /dev/stdout").out.substr(0, 4), "time");
+    EXPECT_EQ(files(), "file.yaml got.mcap m.yaml p p.csv p.mat p.mcap p.svg r.mcap");
+}
+
+TEST_F(BadInput, RingsOfLinksAndFoldersThatAreGone) {
+    write("m.yaml", sine_model);
+    ASSERT_EQ(bf("run m.yaml --quiet --record r.mcap").code, 0);
+    ASSERT_EQ(shell("ln -s b a; ln -s a b; ln -s b.csv a.csv; ln -s a.csv b.csv").code, 0);
+    const std::string ring = ": its symbolic links lead in a ring; remove one of them";
+    expect_error("run a", "cannot read the model a" + ring);
+    expect_error("plot a", "cannot open the recording 'a'" + ring);
+    expect_error("run m.yaml --params a", "cannot read a" + ring);
+    expect_error("run m.yaml --summary a", "cannot write a" + ring);
+    expect_error("run m.yaml --record a", "cannot create the recording 'a'" + ring);
+    expect_error("export r.mcap -o a.csv", "cannot write a.csv" + ring);
+    expect_error("generate m.yaml -o a", "cannot write the folder a" + ring);
+    const std::string whole = folder / "m.yaml";
+    for (const std::string arguments :
+         {std::string("run ../m.yaml"), "generate " + whole + " -o x", "deploy " + whole + " -o x"}) {
+        const auto outcome = shell("mkdir gone && cd gone && rmdir ../gone && '" BF_PROGRAM "' " + arguments);
+        EXPECT_EQ(outcome.code, 1);
+        EXPECT_CONTAINS(outcome.err, "the current folder is not there any more; change to another one");
+        EXPECT_EQ(outcome.err.find("filesystem error"), std::string::npos) << outcome.err;
+    }
+}
+
 TEST_F(BadInput, LinksAreWrittenThrough) {
     write("m.yaml", sine_model);
     std::filesystem::create_symlink("target.json", folder / "link.json");
@@ -266,10 +315,7 @@ TEST_F(BadInput, LinksAreWrittenThrough) {
     EXPECT_EQ(json("target.json")["steps"], 100);
 }
 
-TEST_F(BadInput, MissingModel) {
-    expect_error("run nowhere.yaml", "there is no model file nowhere.yaml");
-    expect_error("check .", "there is no file '.'");
-}
+TEST_F(BadInput, MissingModel) { expect_error("run nowhere.yaml", "there is no model file nowhere.yaml"); }
 
 TEST_F(BadInput, ModelWithoutAStopTime) {
     write("m.yaml", "model: m\nstep: 1\nblocks:\n  t: {block: Clock}\n");

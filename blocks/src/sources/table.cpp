@@ -1,9 +1,9 @@
 #include "table.hpp"
 
-#include "bf/base/numbers.hpp"
+#include "bf/base/text_file.hpp"
+#include "bf/base/value_text.hpp"
 
-#include <filesystem>
-#include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 
@@ -13,8 +13,8 @@ namespace {
 
 bool is_separator(char c) { return c == ',' || c == ';' || c == ' ' || c == '\t' || c == '\r'; }
 
-/// The numbers of a line; false at the first word that is none, which `word` then holds.
-bool parse(std::string_view line, std::vector<double>& numbers, std::string& word) {
+/// The numbers of a line; false at the first word that is none, of which `wrong` then tells.
+bool parse(std::string_view line, std::vector<double>& numbers, std::string& wrong) {
     numbers.clear();
     for (std::size_t i = 0; i < line.size();) {
         if (is_separator(line[i])) {
@@ -24,12 +24,8 @@ bool parse(std::string_view line, std::vector<double>& numbers, std::string& wor
         std::size_t end = i;
         while (end < line.size() && !is_separator(line[end])) ++end;
         double number = 0;
-        const char *const first = line.data() + i, *const last = line.data() + end;
-        const auto [stop, error] = read_number(*first == '+' ? first + 1 : first, last, number);
-        if (error != std::errc{} || stop != last) {
-            word.assign(first, last);
-            return false;
-        }
+        wrong = read_value(std::string(line.substr(i, end - i)), number);
+        if (!wrong.empty()) return false;
         numbers.push_back(number);
         i = end;
     }
@@ -39,25 +35,24 @@ bool parse(std::string_view line, std::vector<double>& numbers, std::string& wor
 } // namespace
 
 Table read_table(const std::string& file) {
-    std::error_code error;
-    if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
-        throw std::runtime_error("file '" + file + "' is no regular file, which has an end");
-    std::ifstream stream(file);
-    if (!stream) throw std::runtime_error("file '" + file + "' cannot be read; check its name and rights");
+    std::string text;
+    if (const std::string wrong = read_file(file, text); !wrong.empty())
+        throw std::runtime_error("file '" + file + "' cannot be read: " + wrong);
+    std::istringstream stream(std::move(text));
     Table table{{}, {}, 0};
     std::vector<double> numbers;
-    std::string line, word;
+    std::string line, wrong;
     bool may_be_heading = true;
     for (int number = 1; std::getline(stream, line); ++number) {
         const auto where = [&] { return "file '" + file + "', line " + std::to_string(number) + ": "; };
         if (line.empty() || line[0] == '#') continue;
-        const bool is_row = parse(line, numbers, word);
+        const bool is_row = parse(line, numbers, wrong);
         if (!is_row && may_be_heading) {
             may_be_heading = false;
             continue;
         }
         may_be_heading = false;
-        if (!is_row) throw std::runtime_error(where() + "'" + word + "' is not a number");
+        if (!is_row) throw std::runtime_error(where() + wrong);
         if (numbers.empty()) continue;
         const int width = static_cast<int>(numbers.size()) - 1;
         if (table.times.empty()) table.width = width;

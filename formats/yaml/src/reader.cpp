@@ -6,11 +6,11 @@
 #include "printer.hpp"
 
 #include "bf/base/numbers.hpp"
+#include "bf/base/text_file.hpp"
 #include "bf/model/check.hpp"
 #include "bf/model/suggest.hpp"
 
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <sstream>
@@ -616,13 +616,14 @@ std::shared_ptr<Model> Loader::load(const path& file, const Location& where, con
     };
     std::error_code error;
     const path real = std::filesystem::weakly_canonical(file, error);
-    const path key = std::filesystem::absolute(file).lexically_normal();
+    std::error_code error_of_folder;
+    const path key = std::filesystem::absolute(file, error_of_folder).lexically_normal();
+    if (error_of_folder) return refuse("the current folder is not there any more", "change to another one");
     const bool is_given = files_ && files_->contains(key);
-    if (!is_given && (error || !std::filesystem::is_regular_file(real, error)))
+    if (!is_given && error != std::errc::too_many_symbolic_link_levels &&
+        !std::filesystem::exists(file, error))
         return refuse("there is no file '" + file.string() + "'",
                       "a path is relative to the file that names it");
-    if (!is_given && std::filesystem::file_size(real, error) > (64u << 20))
-        return refuse("'" + file.string() + "' is larger than 64 MB", "is it a model?");
     if (const auto begin = std::ranges::find(open_, real); begin != open_.end()) {
         std::string ring;
         for (auto link = begin; link != open_.end(); ++link) ring += link->filename().string() + " -> ";
@@ -634,11 +635,8 @@ std::shared_ptr<Model> Loader::load(const path& file, const Location& where, con
     if (is_given) {
         text = files_->at(key);
     } else {
-        std::ifstream stream(real, std::ios::binary);
-        std::ostringstream content;
-        content << stream.rdbuf();
-        if (!stream) return refuse("cannot read '" + file.string() + "'", "check its permissions");
-        text = std::move(content).str();
+        if (const std::string wrong = bf::read_file(file.string(), text, 64u << 20); !wrong.empty())
+            return refuse("cannot read '" + file.string() + "': " + wrong, "");
         if (files_) files_->emplace(key, text);
     }
     open_.push_back(real);

@@ -13,9 +13,9 @@ struct FileError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A file written beside its place, under a name that nobody can foresee, and put there by `commit`. What
-/// stands in its place keeps its permissions; a link stays one, and what it points to is replaced. What is no
-/// regular file (/dev/stdout, a pipe) is written as it is.
+/// A file written beside its place, without a name or under one that nobody can foresee, and put there by
+/// `commit`. What stands in its place keeps its permissions; a link stays one, and what it points to is
+/// replaced. What is no regular file (/dev/stdout, a pipe that a program reads) is written as it is.
 class OutputFile {
   public:
     /// Throws FileError when it cannot be written, before any work is done.
@@ -25,16 +25,22 @@ class OutputFile {
     OutputFile& operator=(OutputFile&&) = delete;
 
     /// Where to write until `commit`, for libraries that open files themselves; its ending is the file's.
-    const std::filesystem::path& path() const { return temporary_; }
+    /// From now on it has a name, which stays behind where the program is killed. Throws FileError for a pipe
+    /// or a device, where such libraries would go back and forth.
+    const std::filesystem::path& path();
     /// The whole content. Throws FileError, e.g. on a full disk.
     void write(std::string_view text);
+    void append(std::string_view text); ///< the same for a part that follows
     void commit();
     /// Throws the FileError of an error number, for those who write to `path`.
     [[noreturn]] void fail(int error) const;
 
   private:
-    std::filesystem::path file_, target_, temporary_;
-    int descriptor_ = -1; ///< of the temporary file; -1: the file is written as it is
+    void make_named();
+    std::filesystem::path file_, target_;
+    std::filesystem::path temporary_; ///< empty: the temporary file has no name
+    int descriptor_ = -1;             ///< of the temporary file, or of the file itself if it is special
+    bool is_special_ = false;
 };
 
 /// A folder made beside its place, as OutputFile is, for a place that is empty or does not exist.
@@ -58,8 +64,8 @@ class OutputFolder {
     std::filesystem::path folder_, target_, temporary_;
 };
 
-/// The whole text of a regular file. Throws FileError with the reason when it cannot be read, is no regular
-/// file, which may have no end, or is larger than `most` bytes.
+/// The whole text of a regular file of at most `most` bytes. Throws FileError with the reason where it cannot
+/// be read.
 std::string read_text_file(const std::filesystem::path& file, std::size_t most = std::size_t{1} << 30);
 
 } // namespace bf

@@ -1,0 +1,68 @@
+// Which files are read and written, and why not. Generated programs have this header too: C++17 and POSIX.
+#pragma once
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <string>
+#include <sys/stat.h>
+#include <time.h>
+
+namespace bf {
+
+/// What an error number of a file means.
+inline std::string file_error(int error) {
+    switch (error) {
+    case ELOOP: return "its symbolic links lead in a ring; remove one of them";
+    case ENXIO: return "no program reads this pipe; start one that does, or give a file";
+    default: return std::strerror(error);
+    }
+}
+
+/// The same for a file that is written, with the remedy.
+inline std::string write_error(int error) {
+    const auto with = [&](const char* remedy) { return file_error(error) + "; " + remedy; };
+    switch (error) {
+    case ELOOP:
+    case ENXIO: return file_error(error);
+    case ENOSPC:
+    case EDQUOT: return with("free space, or write to another disk");
+    case EFBIG: return with("raise the limit on the size of files, or write less");
+    case ENAMETOOLONG: return with("give a shorter name");
+    case EISDIR: return with("give the name of a file");
+    case EIO: return with("check the disk, or write to another one");
+    case ESPIPE: return "a pipe or a device is written from its beginning to its end; give a file";
+    default: return with("give a file in a folder that may be written");
+    }
+}
+
+/// Empty for a regular file, or why the file is not read: others, such as pipes and /dev/zero, may have no
+/// end.
+inline std::string why_unreadable(const std::string& file) {
+    struct stat status {};
+    if (::stat(file.c_str(), &status) != 0) return file_error(errno);
+    if (S_ISDIR(status.st_mode)) return "it is a folder; give the name of a file";
+    if (!S_ISREG(status.st_mode)) return "it is no regular file, which has an end; write its content to one";
+    return "";
+}
+
+/// Opens a file to be written as open(2) does, with further flags, e.g. O_CREAT | O_TRUNC; -1 and errno where
+/// it cannot. It gives the reader of a pipe two seconds to come, and does not wait for ever: ENXIO.
+inline int open_to_write(const std::string& file, int flags) {
+    constexpr int pauses = 200;
+    constexpr timespec pause{0, 10'000'000};
+    int descriptor = -1;
+    for (int i = 0; i < pauses; ++i) {
+        descriptor = ::open(file.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC | flags, 0666);
+        struct stat status {};
+        if (descriptor >= 0 || errno != ENXIO || ::stat(file.c_str(), &status) != 0 ||
+            !S_ISFIFO(status.st_mode))
+            break;
+        ::nanosleep(&pause, nullptr);
+        errno = ENXIO;
+    }
+    if (descriptor >= 0) ::fcntl(descriptor, F_SETFL, 0); // writing waits for the reader
+    return descriptor;
+}
+
+} // namespace bf

@@ -198,7 +198,7 @@ TEST_F(File, IsPlayedBackHeldOrInterpolated) {
 }
 
 TEST_F(File, IsRefusedWithItsLine) {
-    EXPECT_EQ(refused("t,a\n0,1\n1,x\n"), "file '" + path + "', line 3: 'x' is not a number\n");
+    EXPECT_EQ(refused("t,a\n0,1\n1,x\n"), "file '" + path + "', line 3: 'x' is no number\n");
     EXPECT_EQ(refused("0,1\n1,2,3\n"),
               "file '" + path + "', line 2: 3 columns, but the rows before have 2\n");
     EXPECT_EQ(refused("0,1\n0,2\n"),

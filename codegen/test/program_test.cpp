@@ -83,9 +83,58 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
     EXPECT_EQ(program("--realtime --priority 0"), 0);
     EXPECT_NE(program.text("out.txt").find("period of 100000 us, 2 steps"), std::string::npos);
     EXPECT_EQ(program("--help"), 0);
-    for (const char* wrong : {"--overrun never", "--overrun catch_up", "--overrun", "--priority 100",
-                              "--cpu 0.5", "--stop -1", "--stop nan", "--watchdog x", "--csv ''", "--what"})
+    // What both refuse, `bf run` and generated programs.
+    write_text(program.folder.path / "m.yaml",
+               "model: m\nstep: 0.1\nstop: 0.2\nblocks: {c: {block: Clock}}\nrecord: [c.y]\n");
+    const auto command = [&](const std::string& options) {
+        return WEXITSTATUS(std::system(
+            (program.at + BF_PROGRAM " run m.yaml --quiet " + options + " >out.txt 2>wrong.txt").c_str()));
+    };
+    for (const std::string paced :
+         {"--overrun never", "--overrun catch_up", "--overrun", "--overrun ''", "--priority 100",
+          "--priority -1", "--priority 1.5", "--priority x", "--cpu 0.5", "--cpu 1e300", "--cpu -1",
+          "--watchdog x", "--watchdog nan", "--watchdog 1e10", "--watchdog 1e400", "--watchdog 0x1",
+          "--watchdog ''"}) {
+        EXPECT_EQ(program.code("--realtime " + paced), 2) << paced;
+        EXPECT_EQ(command("--realtime " + paced), 2) << paced;
+        EXPECT_EQ(program.code(paced), 2) << paced;
+        EXPECT_EQ(command(paced), 2) << paced;
+    }
+    for (const std::string wrong :
+         {"--stop", "--stop ''", "--inputs ''", "--params ''", "--what", "word", "--stop 1 --stop 2",
+          "--priority 0", "--watchdog 1", "--cpu 0", "--overrun stop", "--token t"}) {
         EXPECT_EQ(program.code(wrong), 2) << wrong;
+        EXPECT_EQ(command(wrong), 2) << wrong;
+    }
+    for (const std::string wrong : {"--stop -1", "--stop nan", "--stop 1e400", "--stop x", "--stop 1e300"}) {
+        EXPECT_NE(program.code(wrong), 0) << wrong;
+        EXPECT_NE(command(wrong), 0) << wrong;
+    }
+    EXPECT_EQ(program.code("--realtime --priority 100"), 2);
+    EXPECT_EQ(
+        program.text("errors.txt"),
+        "program: --priority: Value 100 not in range [0 - 99] of whole numbers\nSee ./program --help\n");
+    EXPECT_EQ(program.code("--csv ''"), 2);
+    EXPECT_EQ(run("K.K: 1e400\n"),
+              "p.yaml:1: 'K.K': '1e400' is beyond the largest number, 1.8e308; write Inf for "
+              "infinity; a generated program computes no expressions, write the value\n");
+    EXPECT_EQ(run("K.K: -inf\none.value: [1d1, 0]\n").substr(0, 4), "time");
+    EXPECT_EQ(program("--csv /dev/full"), 256);
+    EXPECT_EQ(program.text("errors.txt"),
+              "program: cannot write /dev/full: No space left on device; free space, or "
+              "write to another disk\n");
+    EXPECT_EQ(std::system((program.at + "mkfifo pipe && ./program --csv pipe 2>errors.txt").c_str()), 256);
+    EXPECT_EQ(program.text("errors.txt"),
+              "program: cannot write pipe: no program reads this pipe; start one that "
+              "does, or give a file\n");
+    EXPECT_EQ(
+        std::system((program.at + "bash -c 'trap \"\" XFSZ; ulimit -f 8; exec ./program --stop Inf --csv "
+                                  "full.csv 2>errors.txt'")
+                        .c_str()),
+        256);
+    EXPECT_NE(program.text("errors.txt").find(" s: cannot write full.csv: File too large; raise the limit"),
+              std::string::npos)
+        << program.text("errors.txt");
     EXPECT_EQ(program("--overrun catch-up --realtime --priority 0"), 0);
 }
 
@@ -105,9 +154,9 @@ TEST(GeneratedProgram, EndsAsTheCommandDoes) {
         const int status = std::system((program.at + text).c_str());
         return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     };
-    const std::string endless = "./program --stop Inf --priority 0 ";
+    const std::string endless = "./program --stop Inf ";
     for (const auto& [signal, code] : {std::pair("INT", 130), std::pair("TERM", 143), std::pair("HUP", 129)})
-        for (const char* paced : {"--realtime", ""}) {
+        for (const char* paced : {"--realtime --priority 0", ""}) {
             EXPECT_EQ(shell(endless + paced + " --csv out.csv >report.txt 2>errors.txt & sleep 0.3; kill -" +
                             signal + " $!; wait $!"),
                       code);

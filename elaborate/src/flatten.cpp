@@ -1,4 +1,5 @@
 // Scopes and nodes: evaluates variables and settings, makes the blocks.
+#include "bf/base/run_options.hpp"
 #include "bf/core/hash.hpp"
 
 #include "stages.hpp"
@@ -50,16 +51,21 @@ class Flattener {
             if (!override_of(name, expression) && !given) return otherwise;
             const auto value = e_.evaluate(expression, e_.root().variables, name);
             if (!value) return otherwise;
-            if (value->is_array() && value->is_scalar() && is_right(value->scalar())) return value->scalar();
+            if (value->is_array() && !value->is_text() && value->is_scalar() && is_right(value->scalar()))
+                return value->scalar();
             e_.report.add(expression.where, "", "'" + std::string(name) + "' is " + value->describe(), rule);
             return otherwise;
         };
         e_.diagram.step = model_number(
-            "step", e_.model.step, 0, [](double x) { return x > 0 && std::isfinite(x); },
-            "give a positive number of seconds");
+            "step", e_.model.step, 0, [](double x) { return x > 0 && x <= longest_step; },
+            "give a positive number of seconds up to 1e9");
         e_.diagram.stop = model_number(
             "stop", e_.model.stop, std::numeric_limits<double>::infinity(), [](double x) { return x >= 0; },
             "give a number of seconds from 0 to Inf");
+        if (const std::string wrong = check_stop(e_.diagram.stop, e_.diagram.step);
+            e_.diagram.step > 0 && !wrong.empty())
+            e_.report.add(e_.model.step ? e_.model.step->where : model::Location{}, "", wrong,
+                          "give a longer 'step', or a shorter 'stop' (Inf has no end)");
         read_solver();
         e_.diagram.refuses_non_finite = e_.model.non_finite == model::NonFinite::error;
         e_.diagram.solves_algebraic_loops = e_.model.algebraic_loops == model::AlgebraicLoops::solve;

@@ -1,6 +1,8 @@
 // Sample times: given, inherited from sources, or constant.
 #include "internal_blocks.hpp"
 
+#include "bf/base/run_options.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,9 +27,6 @@ class DelayTransition final : public Block {
     OutputRule output_rule{this, kernels::Copy{}, y, x};
     UpdateRule update_rule{this, kernels::Copy{}, next(x), u};
 };
-
-/// As many base periods have numbers that a double tells from each other.
-constexpr double most_ticks = 9007199254740992;
 
 class Rates {
   public:
@@ -212,13 +211,13 @@ class Rates {
         const auto ticks = [&](const std::optional<model::Expression>& key, double time, const char* what) {
             const double count = std::round(time / step);
             const bool fits = std::abs(count * step - time) <= 1e-9 * std::max(time, step) && count >= 0 &&
-                              count <= most_ticks;
+                              count <= most_steps;
             // Once: the blocks of a subsystem have its sample time.
             if (!fits && misfits_.insert(&*key).second)
                 e_.report.add(
                     key->where, sample_time.path,
                     std::string(what) + " " + matlab::number_text(time) +
-                        (count > most_ticks ? " s is more than 2^53 times" : " s is no multiple of") +
+                        (count > most_steps ? " s is more than 2^53 times" : " s is no multiple of") +
                         " the base period " + matlab::number_text(step) + " s",
                     "change it, or give the model a 'step' that divides it");
             return fits ? static_cast<std::int64_t>(count) : 0;

@@ -126,7 +126,7 @@ std::optional<double> Elaboration::evaluate_scalar(const model::Expression& expr
                                                    const char* what) {
     const auto value = evaluate(expression, variables, path, Definition::Kind::structure, what);
     if (!value) return std::nullopt;
-    if (!value->is_array() || !value->is_scalar() || !std::isfinite(value->scalar())) {
+    if (!value->is_array() || value->is_text() || !value->is_scalar() || !std::isfinite(value->scalar())) {
         report.add(expression.where, path,
                    "'" + std::string(what) + "' must be a finite number, not " + value->describe());
         return std::nullopt;

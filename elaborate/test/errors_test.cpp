@@ -239,7 +239,7 @@ connections:
   x: [y, z.u9]
   y: w
 )m"),
-              "m.yaml:3:7: 'step' is -1; give a positive number of seconds\n"
+              "m.yaml:3:7: 'step' is -1; give a positive number of seconds up to 1e9\n"
               "m.yaml:4:7: 'stop' is [1 2]; give a number of seconds from 0 to Inf\n"
               "m.yaml:6:8: a: '2*': expected a value, found the end of the text\n"
               "m.yaml:7:6: b: 'nothing + 1': unknown variable or function 'nothing'\n"
@@ -303,7 +303,7 @@ TEST(Errors, SampleTimesMustFitTheBaseStep) {
               "m.yaml:1:1: neither the model nor any block names a sample time; give the model a 'step', "
               "e.g. step: 0.001");
     EXPECT_EQ(errors_of("model: m\nstep: 0\nblocks:\n  t: {block: Clock}\n"),
-              "m.yaml:2:7: 'step' is 0; give a positive number of seconds");
+              "m.yaml:2:7: 'step' is 0; give a positive number of seconds up to 1e9");
 }
 
 TEST(Errors, CircleOfPortsWithoutABlockIsRefused) {

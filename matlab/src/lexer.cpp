@@ -1,5 +1,7 @@
 #include "lexer.hpp"
 
+#include "bf/base/value_text.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -225,6 +227,8 @@ class Lexer {
             fail("a number ends before a letter; complex and hexadecimal numbers are not supported", begin,
                  at_);
         }
+        double value = 0;
+        if (const std::string wrong = read_value(digits, value); !wrong.empty()) fail(wrong, begin, at_);
         push(TokenKind::Number, digits, begin);
     }
 

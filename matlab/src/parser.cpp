@@ -1,6 +1,6 @@
 #include "bf/matlab/syntax.hpp"
 
-#include "bf/base/numbers.hpp"
+#include "bf/base/value_text.hpp"
 #include "lexer.hpp"
 
 #include <algorithm>
@@ -307,10 +307,7 @@ class Parser {
 
     static Value number(const Token& token) {
         double x = 0;
-        const char* end = token.text.data() + token.text.size();
-        // out of range means 0 or infinity, as strtod has it
-        if (read_number(token.text.data(), end, x).ec != std::errc())
-            x = std::strtod(token.text.c_str(), nullptr);
+        static_cast<void>(read_value(token.text, x)); // the lexer saw that it is one
         return x;
     }
 

@@ -24,6 +24,7 @@ constexpr Wrong wrongs[] = {
     {"'abc", "1: this text has no closing '"},
     {"a = 3", "3: '=' assigns; compare with '=='"},
     {"(v = 3)", "4: '=' assigns; compare with '=='"},
+    {"2 + 1e400", "5: '1e400' is beyond the largest number, 1.8e308; write Inf for infinity"},
     {"3i", "1: a number ends before a letter; complex and hexadecimal numbers are not supported"},
     {"1 $ 2", "3: unexpected character"},
     {"v(1,)", "5: expected an argument after ','"},

@@ -1,5 +1,6 @@
 #include "bf/realtime/server.hpp"
 
+#include "bf/base/value_text.hpp"
 #include "bf/elaborate/tuning.hpp"
 #include "bf/engine/recorder.hpp"
 #include "bf/realtime/token.hpp"
@@ -217,8 +218,7 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
     void handle() {
         try {
             if (stream.got_binary()) throw ClientError("this server takes no data");
-            const Json json = Json::parse(beast::buffers_to_string(buffer.data()), nullptr, false);
-            if (!json.is_object()) throw ClientError("the message is no JSON object");
+            const Json json = parsed(beast::buffers_to_string(buffer.data()));
             const auto op = field<std::string>(json, "op");
             if (op == "subscribe")
                 for (const auto& entry : field<std::vector<Json>>(json, "subscriptions"))
@@ -241,6 +241,19 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
         } catch (const ClientError& error) {
             status(2, error.what());
         }
+    }
+
+    static Json parsed(const std::string& text) {
+        Json json;
+        try {
+            json = Json::parse(text);
+        } catch (const Json::out_of_range&) {
+            throw ClientError("a number in the message is beyond the largest number, 1.8e308; write \"Inf\" "
+                              "for infinity");
+        } catch (const Json::exception&) {
+        }
+        if (!json.is_object()) throw ClientError("the message is no JSON object");
+        return json;
     }
 
     static Json id_of(const Json& json) { return json.contains("id") ? json["id"] : Json(); }
@@ -292,9 +305,15 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
                 std::vector<double> values;
                 const Json value = entry.contains("value") ? entry["value"] : Json();
                 const auto add = [&](const Json& element) {
+                    double number = 0;
+                    if (element.is_string() && read_value(element.get<std::string>(), number).empty())
+                        return values.push_back(number);
                     if (!element.is_number() && !element.is_boolean())
-                        throw ClientError("parameter '" + name +
-                                          "' takes a number or an array of numbers, not " + to_text(value));
+                        throw ClientError(
+                            "parameter '" + name +
+                            "' takes a number or an array of numbers, with \"Inf\" for infinity, "
+                            "not " +
+                            to_text(value));
                     values.push_back(element.is_boolean() ? element.get<bool>() : element.get<double>());
                 };
                 if (value.is_array())
@@ -420,11 +439,16 @@ Json Server::State::parameters_json(const std::vector<std::string>& wanted) cons
         if (at == parameters.end()) continue; // as the protocol has it: unknown ones are left out
         if (!done.insert(name).second) continue;
         const auto& [type, is_scalar, values] = at->second;
-        const auto element = [&, t = type](double v) { return t == Type::boolean ? Json(v != 0) : Json(v); };
+        const auto element = [&, t = type](double v) {
+            if (t == Type::boolean) return Json(v != 0);
+            return std::isinf(v) ? Json(v > 0 ? "Inf" : "-Inf") : Json(v); // JSON has no infinity
+        };
         Json value = Json::array();
         for (const double v : values) value.push_back(element(v));
         Json entry{{"name", name}, {"value", is_scalar ? value[0] : value}};
-        if (type != Type::boolean) entry["type"] = is_scalar ? "float64" : "float64_array";
+        const bool is_finite =
+            std::none_of(values.begin(), values.end(), [](double v) { return std::isinf(v); });
+        if (type != Type::boolean && is_finite) entry["type"] = is_scalar ? "float64" : "float64_array";
         list.push_back(std::move(entry));
     }
     return list;

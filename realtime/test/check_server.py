@@ -142,8 +142,11 @@ async def parameters():
         await refused("parameter 'pulse.width' must be from 0 to 100, but is 101", gain__K=1, pulse__width=101)
         await refused("parameter 'pulse.cycle' must be greater than 0, but is -1", gain__K=1, cycle=-1)
         await refused("variable 'k' must be at most 50, but is 51", gain__K=1, k=51)
-        await refused("takes a number or an array of numbers, not \"fast\"", gain__K="fast")
-        await refused("takes a number or an array of numbers, not null", gain__K=None)
+        await refused("with \"Inf\" for infinity, not \"fast\"", gain__K="fast")
+        await refused("takes a number or an array of numbers, with \"Inf\" for infinity, not null", gain__K=None)
+        await refused("parameter 'gain.K' must be a number, but is NaN", gain__K="NaN")
+        assert await viewer.set(vector__value=["Inf", -1]) == {"vector.value": ["Inf", -1]}
+        assert await viewer.set(vector__value=["-inf", "1d3"]) == {"vector.value": ["-Inf", 1000]}
         await refused("takes a number or an array of numbers", vector__value=[1, [2]])
         await refused("has 2 elements, not 0", vector__value=[])
         await refused("variable 'T' cannot change in a run: 'slow.period' follows from it", T=0.02)
@@ -157,6 +160,7 @@ async def nonsense():
         for text, answer in [
             ("{", "no JSON object"), ("[1]", "no JSON object"), ("NaN", "no JSON object"),
             ('{"op": "setParameters", "parameters": [{"name": "gain.K", "value": NaN}]}', "no JSON object"),
+            ('{"op": "setParameters", "parameters": [{"name": "gain.K", "value": 1e400}]}', "write \"Inf\""),
             ("{}", "'op' is missing"), ('{"op": 3}', "'op' is of the wrong type"),
             ('{"op": "dance"}', "no operation 'dance'"), ('{"op": "subscribe"}', "'subscriptions' is missing"),
             ('{"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 999}]}', "no channel 999"),

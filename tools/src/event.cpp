@@ -1,10 +1,11 @@
 #include "event.hpp"
 
 #include "bf/base/elements.hpp"
-#include "bf/base/numbers.hpp"
+#include "bf/base/value_text.hpp"
 
 #include "session.hpp"
 
+#include <cmath>
 #include <regex>
 
 namespace bf::tools {
@@ -54,9 +55,7 @@ Event parse_event(const Diagram& diagram, const std::string& text) {
     std::smatch parts;
     double limit = 0;
     const auto is_number = [&](const std::string& number) {
-        const auto value = number_of(number);
-        limit = value.value_or(0);
-        return value.has_value();
+        return read_value(number, limit).empty() && !std::isnan(limit);
     };
     if (!std::regex_match(text, parts, form) || !is_number(trimmed(parts[3])))
         throw CommandError("'" + text +

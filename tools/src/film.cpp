@@ -69,6 +69,7 @@ class Film {
             throw CommandError(options.recording + " holds no sample of " + path_ + ".w_H_b");
     }
 
+    const recording::Recording& recording() const { return recording_; }
     double end() const { return std::min(options_.to, base_.time(base_.samples() - 1)); }
 
     void draw(double t, physics::Image& image) {
@@ -168,6 +169,8 @@ void execute(const FilmOptions& options) {
     Film film(options, find_robot(loaded.diagram));
     if (!options.picture.empty()) draw_picture(film, options);
     if (!options.output.empty()) draw_film(film, options);
+    refuse_incomplete(film.recording(), options.recording,
+                      options.output.empty() ? options.picture : options.output);
 }
 
 } // namespace
@@ -184,7 +187,8 @@ void add_film(CLI::App& app) {
         ->type_name("");
     command->add_option("-o,--output", options->output, "MP4 film")->type_name("FILE");
     command->add_option("--picture", options->picture, "PNG picture of one moment")->type_name("FILE");
-    number_option("--at", options->picture_time, "time of the picture; otherwise the end", "T");
+    number_option("--at", options->picture_time, "time of the picture; otherwise the end", "T")
+        ->check(between(0.0, 1e9));
     number_option("--from", options->from, "where the film begins, s", "T")->check(between(0.0, 1e9));
     number_option("--to", options->to, "where the film ends, s", "T")->check(between(0.0, 1e9));
     number_option("--fps", options->frames_per_second, "frames per second", "N")

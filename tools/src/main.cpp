@@ -1,6 +1,7 @@
 // The `bf` command.
 #include "bf/base/escape.hpp"
 #include "bf/base/open_file.hpp"
+#include "bf/base/run_options.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/model/location.hpp"
 #include "terminal.hpp"
@@ -63,6 +64,18 @@ void add_plugin_path(CLI::App& verb) {
         ->allow_extra_args(false);
 }
 
+/// A shell's empty variable must not mean that an option was not given. The option with an empty value, or
+/// "".
+std::string empty_option_of(int argc, char** argv) {
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i], before = argv[i - 1];
+        if (word.empty() && before.starts_with("-")) return before;
+        if (word.starts_with("--") && word.find('=') == word.size() - 1)
+            return word.substr(0, word.size() - 1);
+    }
+    return "";
+}
+
 /// What the standard library says of a file, in our words.
 std::string text_of(const std::filesystem::filesystem_error& error) {
     std::error_code gone;
@@ -114,6 +127,10 @@ int main(int argc, char** argv) {
         add(app);
     for (auto* verb : app.get_subcommands({}))
         if (verb->get_name() != "plot" && verb->get_name() != "export") add_plugin_path(*verb);
+    if (const std::string option = empty_option_of(argc, argv); !option.empty()) {
+        std::fprintf(stderr, "bf: %s: %s\n", bf::escape::terminal(option).c_str(), bf::empty_option);
+        return 2;
+    }
     const int code = run(app, argc, argv);
     show_warnings();
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) {

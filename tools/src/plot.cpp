@@ -120,6 +120,7 @@ void plot(const PlotOptions& options) {
     recording::save(figure, file.path(), options.width, options.height);
     file.commit();
     std::printf("%s\n", output.c_str());
+    refuse_incomplete(r, options.recording, output);
 }
 
 void execute_export(const std::string& recording_file, const std::string& output) {
@@ -131,12 +132,13 @@ void execute_export(const std::string& recording_file, const std::string& output
     if (is_csv) {
         for (const auto& file : recording::write_csv(r, output))
             if (output != "/dev/stdout") std::printf("%s\n", file.c_str());
-        return;
+        return refuse_incomplete(r, recording_file, output);
     }
     OutputFile file(output);
     recording::write_mat(r, file.path());
     file.commit();
     std::printf("%s\n", output.c_str());
+    refuse_incomplete(r, recording_file, output);
 }
 
 } // namespace

@@ -92,9 +92,11 @@ void add_replay(CLI::App& app) {
         ->required()
         ->type_name("");
     command->add_option("--from", options->from, "begin with the last checkpoint not after this time, s")
-        ->type_name("T");
+        ->type_name("T")
+        ->check(within(stop_range));
     command->add_option("--until", options->until, "compare until this time, s; otherwise to the end")
-        ->type_name("T");
+        ->type_name("T")
+        ->check(within(stop_range));
     command->add_option("-o,--output", options->output, "record the replay in this MCAP file")
         ->type_name("NEW");
     command->footer(

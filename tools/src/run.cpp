@@ -220,17 +220,17 @@ void restore(Simulation& simulation, const std::string& file) {
                            " s, where the run ends; give a later --stop, which counts from 0 s");
 }
 
-void check_times(const RunOptions& options) {
-    if (options.checkpoint_every && !(*options.checkpoint_every > 0))
+/// How many steps lie between checkpoints; 0: there are none.
+std::int64_t steps_of_checkpoints(const RunOptions& options, double step) {
+    if (!options.checkpoint_every) return 0;
+    const double steps = *options.checkpoint_every / step;
+    if (!(steps >= 1 - 1e-9))
         throw CommandError("--checkpoint-every " + number(*options.checkpoint_every) +
-                           " s is no period; give a number above 0");
-    if (options.snapshot_at && !(*options.snapshot_at >= 0))
-        throw CommandError("--snapshot-at " + number(*options.snapshot_at) +
-                           " s is no time; give 0 or a number above 0");
+                           " s is shorter than the base period; give at least " + number(step) + " s");
+    return std::llround(std::min(steps, most_steps));
 }
 
 void execute(const RunOptions& options) {
-    check_times(options);
     ModelOptions model = options.model;
     if (!options.stop.empty()) model.sets.push_back("stop=" + options.stop);
     const LoadedModel loaded = load_model(model);
@@ -240,6 +240,7 @@ void execute(const RunOptions& options) {
                                        {"--profile", options.profile}})
         refuse_overwriting(model, loaded.source, option, file);
     const Diagram& diagram = loaded.diagram;
+    const std::int64_t every = steps_of_checkpoints(options, diagram.step);
     const bool is_endless = !std::isfinite(diagram.stop);
     if (is_endless && options.stop.empty() && !std::isfinite(options.realtime.duration))
         throw CommandError(diagram.name +
@@ -275,14 +276,19 @@ void execute(const RunOptions& options) {
         const auto goes_on = [&] { return !InterruptGuard::signal() && !(recorder && recorder->failed()); };
         if (options.realtime.is_asked) {
             std::string last;
-            result =
-                run_realtime(simulation, options.realtime, recorder ? &*recorder : nullptr, diagram.signals(),
-                             inputs ? [&] { inputs->write(); } : std::function<void()>(),
-                             [&](const std::string& progress) {
-                                 last = progress;
-                                 if (!options.is_quiet && line.is_due()) line.show(progress);
-                                 return goes_on();
-                             });
+            result = run_realtime(
+                simulation, options.realtime, recorder ? &*recorder : nullptr, diagram.signals(),
+                inputs ? [&] { inputs->write(); } : std::function<void()>(),
+                [&](const std::string& progress) {
+                    last = progress;
+                    if (!options.is_quiet && line.is_due()) line.show(progress);
+                    return goes_on();
+                },
+                [&](const RunResult& stalled) {
+                    if (!summary) return;
+                    summary->write(to_text(stalled.to_json()));
+                    summary->commit();
+                });
             if (!options.is_quiet) line.finish(last);
         } else {
             const Progress progress(simulation);
@@ -291,10 +297,6 @@ void execute(const RunOptions& options) {
                 if (!options.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
                 return goes_on();
             };
-            const std::int64_t every =
-                options.checkpoint_every
-                    ? std::max<std::int64_t>(1, std::llround(*options.checkpoint_every / diagram.step))
-                    : 0;
             if (every || event || inputs || !options.snapshot.empty())
                 hooks.between_steps = [&] {
                     if (inputs) inputs->write();
@@ -311,11 +313,13 @@ void execute(const RunOptions& options) {
         }
         result.is_interrupted = InterruptGuard::signal() != 0 && result.failure.empty();
     }
+    bool is_recording_lost = false;
     if (recorder) {
         try {
             recorder->close();
         } catch (const std::exception& error) {
-            if (result.failure.empty()) result.failure = error.what();
+            is_recording_lost = result.failure.empty();
+            if (is_recording_lost) result.failure = error.what();
         }
     }
     auto json = result.to_json();
@@ -343,6 +347,8 @@ void execute(const RunOptions& options) {
     }
     std::fflush(stdout);
     const std::string stopped = diagram.name + " stopped at t = " + number(result.simulated) + " s: ";
+    // How far the recording goes is another time than that of the run, which was ahead of the disk.
+    if (is_recording_lost) throw CommandError(diagram.name + ": " + result.failure);
     if (!result.failure.empty()) throw CommandError(stopped + result.failure);
     if (result.is_interrupted) throw Interrupted(InterruptGuard::signal(), stopped + "interrupted");
     if (event && event->time < 0) throw CommandError(stopped + options.until + " did not happen");
@@ -356,37 +362,30 @@ void add_run(CLI::App& app) {
     auto* command = app.add_subcommand("run", "simulate a model");
     auto options = std::make_shared<RunOptions>();
     options->model.add_to(*command);
-    // A shell's empty variable must not mean that nothing is written.
-    const auto has_name = [](const std::string& file) {
-        return std::string(file.empty() ? "give the name of a file" : "");
-    };
     command->add_option("--stop", options->stop, "duration, s (an expression); Inf: until Ctrl-C")
         ->type_name("T");
     command
         ->add_option("--inputs", options->inputs,
                      "CSV file of the model's inputs: columns time, u, x[1], ...; a row holds until the next")
-        ->check(has_name)
         ->type_name("FILE");
     auto* record = command
                        ->add_option("--record", options->record,
                                     "write the signals that the model records to this MCAP file")
-                       ->check(has_name)
                        ->type_name("FILE");
     command
         ->add_option("--summary", options->summary,
                      "write times, steps and the model's checks to this JSON file")
-        ->check(has_name)
         ->type_name("FILE");
     options->realtime.add_to(*command);
     auto* realtime = command->get_option("--realtime");
     auto* snapshot = command
                          ->add_option("--snapshot", options->snapshot,
                                       "write the state of the run at its end to this file")
-                         ->check(has_name)
                          ->type_name("FILE")
                          ->excludes(realtime);
     command->add_option("--snapshot-at", options->snapshot_at, "write it before the step at this time, s")
         ->type_name("T")
+        ->check(within(stop_range))
         ->needs(snapshot);
     command->add_option("--from-snapshot", options->from_snapshot, "go on from such a file, bit for bit")
         ->type_name("FILE")
@@ -395,6 +394,7 @@ void add_run(CLI::App& app) {
         ->add_option("--checkpoint-every", options->checkpoint_every,
                      "put a snapshot into the recording every so many s, for bf replay --from")
         ->type_name("S")
+        ->check(within(stop_range))
         ->needs(record)
         ->excludes(realtime);
     command

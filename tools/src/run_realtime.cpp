@@ -5,10 +5,12 @@
 #include "bf/realtime/watchdog.hpp"
 #include "session.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
+#include <future>
+#include <thread>
 
 namespace bf::tools {
 
@@ -57,18 +59,17 @@ void RealtimeOptions::add_to(CLI::App& app) {
     };
     option("--realtime-factor", factor, "seconds of the model per second", "X")->check(between(1e-6, 1e6));
     option("--duration", duration, "end after this many seconds on the clock", "S")
-        ->check(between(0, std::numeric_limits<double>::infinity()));
+        ->check(within(stop_range));
     option("--overrun", overrun,
            "what a missed deadline leads to: skip, catch-up, stop or degrade (skip by default)", "POLICY")
         ->check(CLI::IsMember(std::vector<std::string>(overrun_names.begin(), overrun_names.end()))
                     .description(""));
     option("--priority", priority, "of SCHED_FIFO, 1 to 99; 0: the ordinary scheduler (50 by default)", "P")
-        ->check(between(0, 99));
-    option("--cpu", cpu, "run the loop on this processor alone", "N")
-        ->check(between(0, std::numeric_limits<double>::infinity()));
+        ->check(within(priority_range));
+    option("--cpu", cpu, "run the loop on this processor alone", "N")->check(within(processor_range));
     option("--watchdog", watchdog, "end the program when a step takes longer, s; 0: never (1 by default)",
            "S")
-        ->check(between(0, std::numeric_limits<double>::infinity()));
+        ->check(within(watchdog_range));
     app.add_flag("--strict", is_strict, "fail when the machine refuses priority, processor or locked memory")
         ->needs(asked);
     option("--serve", port,
@@ -85,7 +86,8 @@ void RealtimeOptions::add_to(CLI::App& app) {
 
 RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, Recorder* recorder,
                        const std::vector<SignalName>& signals, std::function<void()> before_step,
-                       const std::function<bool(const std::string& progress)>& go_on) {
+                       const std::function<bool(const std::string& progress)>& go_on,
+                       const std::function<void(const RunResult&)>& on_stall) {
     const Diagram& diagram = simulation.diagram();
     RunnerOptions how;
     how.factor = options.factor;
@@ -95,9 +97,27 @@ RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, R
     how.is_strict = options.is_strict;
     how.duration = options.duration;
     how.watchdog = stall_limit(options.watchdog, std::llround(diagram.step / options.factor * 1e9));
+    const auto begin = std::chrono::steady_clock::now();
     how.on_stall = [&](std::int64_t step, const std::string& block) {
-        std::fprintf(stderr, "bf: %s: %s\n", diagram.name.c_str(),
-                     stall_text(step, static_cast<double>(step) * diagram.step, how.watchdog, block).c_str());
+        RunResult stalled;
+        stalled.model = diagram.name;
+        stalled.simulated = static_cast<double>(step) * diagram.step;
+        stalled.steps = step;
+        stalled.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        stalled.failure = stall_text(step, stalled.simulated, how.watchdog, block);
+        std::fprintf(stderr, "bf: %s: %s\n", diagram.name.c_str(), stalled.failure.c_str());
+        // The disk may be what hangs.
+        std::promise<void> told;
+        const auto is_told = told.get_future();
+        std::thread([&] {
+            try {
+                on_stall(stalled);
+            } catch (const std::exception& error) {
+                std::fprintf(stderr, "bf: %s\n", error.what());
+            }
+            told.set_value();
+        }).detach();
+        is_told.wait_for(std::chrono::seconds(2));
         std::_Exit(1);
     };
     how.before_step = std::move(before_step);

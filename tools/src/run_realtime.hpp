@@ -23,9 +23,11 @@ struct RealtimeOptions {
 };
 
 /// As `run`, in real time. `signals` are served to viewers. `before_step` may be empty. `go_on`, given what
-/// happened so far as a text, is asked about fifty times a second.
+/// happened so far as a text, is asked about fifty times a second. `on_stall` is told, from another thread,
+/// of a run that ends because a step hangs.
 RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, Recorder* recorder,
                        const std::vector<SignalName>& signals, std::function<void()> before_step,
-                       const std::function<bool(const std::string& progress)>& go_on);
+                       const std::function<bool(const std::string& progress)>& go_on,
+                       const std::function<void(const RunResult&)>& on_stall);
 
 } // namespace bf::tools

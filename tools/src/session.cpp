@@ -40,15 +40,17 @@ std::vector<ElaborateOptions::Override> read_overrides(const ModelOptions& optio
 
 } // namespace
 
-CLI::Validator between(double low, double high) {
+CLI::Validator within(const OptionRange& range) {
     return CLI::Validator(
-        [low, high](std::string& text) -> std::string {
+        [range](std::string& text) -> std::string {
             double value = 0;
-            if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high) return "";
-            return "Value " + text + " not in range [" + number_text(low) + " - " + number_text(high) + "]";
+            std::string wrong = read_option(text, range, value);
+            if (wrong.empty()) text = number_text(value); // as the option's type reads it
+            return wrong;
         },
         "");
 }
+CLI::Validator between(double low, double high) { return within({low, high}); }
 
 void ModelOptions::add_to(CLI::App& app) {
     app.add_option("MODEL", file, "model file (.yaml)")->required()->type_name("");

@@ -1,6 +1,7 @@
 // What the verbs of `bf` share: blocks, models and their options.
 #pragma once
 
+#include "bf/base/run_options.hpp"
 #include "bf/elaborate/elaborate.hpp"
 #include "bf/engine/recorder.hpp"
 #include "output.hpp"
@@ -18,7 +19,8 @@ struct CommandError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Accepts a number from `low` to `high`; NaN is none.
+/// Accepts a number of these as every program of ours does; NaN is none.
+CLI::Validator within(const OptionRange& range);
 CLI::Validator between(double low, double high);
 
 /// Which model, with which values changed.

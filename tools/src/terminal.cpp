@@ -83,6 +83,13 @@ recording::Recording load_recording(const std::string& file) {
     return recording;
 }
 
+void refuse_incomplete(const recording::Recording& recording, const std::string& file,
+                       const std::string& output) {
+    if (!recording.complete)
+        throw CommandError(output + " holds only what could be read of " + file +
+                           ", which is damaged or cut");
+}
+
 void show_warnings() {
     auto& log = blockfactory::core::Log::getSingleton();
     std::istringstream lines(log.getWarnings());

@@ -41,6 +41,10 @@ class Waiting {
     std::thread thread_;
 };
 
+/// Ends the command with exit code 1 after `output` was written from a recording that is not complete.
+void refuse_incomplete(const recording::Recording& recording, const std::string& file,
+                       const std::string& output);
+
 /// Reads a recording; tells on standard error when it is not complete, or cannot be trusted to be.
 recording::Recording load_recording(const std::string& file);
 

@@ -273,6 +273,13 @@ TEST_F(BadInput, PipesAndDevicesAreNotReadForEver) {
     write("file.yaml", "model: m\nstep: 0.1\nstop: 1\nblocks:\n  s: {file: p}\n");
     expect_error("check file.yaml", "file.yaml:5:13: s: cannot read 'p': " + regular);
     write("m.yaml", sine_model);
+    for (const auto& [file, why] :
+         {std::pair{"/dev/zero", regular.c_str()}, {"/tmp", "it is a folder; give the name of a file"}}) {
+        model("  r: {block: WholeBodyToolbox/Configuration, robot: " + std::string(file) +
+              ", joints: [a]}\n");
+        expect_error("check m.yaml", "robot description '" + std::string(file) + "' cannot be read: " + why);
+    }
+    write("m.yaml", sine_model);
     const std::string unread = ": no program reads this pipe; start one that does, or give a file";
     expect_error("run m.yaml --summary p", "cannot write p" + unread);
     expect_error("run m.yaml --record p", "cannot create the recording 'p'" + unread);
@@ -385,8 +392,13 @@ TEST_F(BadInput, RecordingsThatAreCutOrNone) {
     const std::string whole = read("r.mcap");
     std::ofstream(folder / "cut.mcap", std::ios::binary) << whole.substr(0, whole.size() - 100);
     const auto exported = bf("export cut.mcap -o cut.csv");
-    EXPECT_EQ(exported.code, 0);
+    EXPECT_EQ(exported.code, 1);
     EXPECT_CONTAINS(exported.err, "cut.mcap is not complete: ");
+    EXPECT_CONTAINS(exported.err,
+                    "bf: cut.csv holds only what could be read of cut.mcap, which is damaged or cut\n");
+    expect_error("export cut.mcap -o cut.mat", "cut.mat holds only what could be read of cut.mcap");
+    expect_error("plot cut.mcap", "cut.png holds only what could be read of cut.mcap");
+    EXPECT_TRUE(exists("cut.mat") && exists("cut.png"));
     EXPECT_CONTAINS(exported.err, "the recording was cut");
     EXPECT_EQ(lines("cut.csv"), 101) << "only the index at the end is lost";
     std::ofstream(folder / "stub.mcap", std::ios::binary) << whole.substr(0, 60);
@@ -399,11 +411,60 @@ TEST_F(BadInput, RecordingsThatAreCutOrNone) {
                  "cannot tell the format of r.xls: give a name that ends in .csv or .mat");
 }
 
+TEST_F(BadInput, NumbersAreReadByOneRule) {
+    write("m.yaml", sine_model);
+    for (const std::string good :
+         {"--set largest.at_most=Inf", "--set largest.at_most=-inf", "--set gain.K=1d3", "--stop 1D0"})
+        EXPECT_EQ(bf("run m.yaml --quiet " + good).code, 0) << good;
+    const std::string large = "'1e400' is beyond the largest number, 1.8e308; write Inf for infinity";
+    expect_error("run m.yaml --set gain.K=1e400", large);
+    expect_error("run m.yaml --stop 1e400", large);
+    write("p.yaml", "gain.K: 1e400\n");
+    expect_error("run m.yaml --params p.yaml", large);
+    expect_error("run m.yaml --set gain.K=NaN", "parameter 'K' must be a number, but is NaN");
+    expect_error("run m.yaml --realtime --duration 1e400", "--duration: " + large, 2);
+    expect_error("run m.yaml --until 'gain.y > nan'", "'gain.y > nan' is no event");
+    EXPECT_EQ(bf("run m.yaml --quiet --until 'gain.y < 1d3'").code, 0);
+}
+
+TEST_F(BadInput, TimesThatARunCannotHave) {
+    write("m.yaml", sine_model);
+    expect_error("run m.yaml --stop \"'x'\"", "'stop' is 'x'; give a number of seconds from 0 to Inf");
+    expect_error("run m.yaml --stop '[]'", "give a number of seconds from 0 to Inf");
+    expect_error("run m.yaml --set step=1e300",
+                 "'step' is 1e+300; give a positive number of seconds up to 1e9");
+    expect_error(
+        "run m.yaml --set step=1e-300",
+        "a run of 1 s has more than 2^53 steps of 1e-300 s; give a longer 'step', or a shorter 'stop'");
+    expect_error("run m.yaml --stop 1e300", "a run of 1e+300 s has more than 2^53 steps of 0.01 s");
+    for (const std::string every : {"0", "1e-12", "0.0099"})
+        expect_error("run m.yaml --record r.mcap --checkpoint-every " + every,
+                     "--checkpoint-every " + every +
+                         " s is shorter than the base period; give at least 0.01 s");
+    EXPECT_EQ(bf("run m.yaml --quiet --record r.mcap --checkpoint-every 1e300").code, 0);
+    model("  c: {block: Clock, period: \"'x'\"}\n");
+    expect_error("check m.yaml", "'period' must be a finite number, not 'x'");
+}
+
+TEST_F(BadInput, EmptyValuesAreNone) {
+    write("m.yaml", sine_model);
+    for (const std::string option :
+         {"stop", "inputs", "record", "summary", "snapshot", "from-snapshot", "until", "profile", "params"})
+        expect_error("run m.yaml --" + option + " ''",
+                     "--" + option + ": the value is empty; give one, or leave the option out", 2);
+    expect_error("run m.yaml --realtime --serve 0 --token ''", "--token: the value is empty", 2);
+    expect_error("run m.yaml --realtime --serve ''", "--serve: the value is empty", 2);
+    expect_error("run m.yaml --profile=", "--profile: the value is empty", 2);
+    expect_error("export r.mcap -o ''", "-o: the value is empty", 2);
+    EXPECT_EQ(files(), "m.yaml");
+}
+
 TEST_F(BadInput, WrongUsageExitsWithTwo) {
     expect_error("", "A subcommand is required\nThe verbs are run, replay", 2);
     expect_error("runn m.yaml", "there is no verb 'runn'; did you mean 'run'?", 2);
     expect_error("run", "MODEL is required\nSee bf run --help", 2);
-    expect_error("run m.yaml --record ''", "--record: give the name of a file", 2);
+    expect_error("run m.yaml --record ''", "--record: the value is empty; give one, or leave the option out",
+                 2);
     expect_error("run m.yaml --stpo 3", "--stpo; did you mean '--stop'?\nSee bf run --help", 2);
     expect_error("film m.yaml r.mcap -o f.mp4 --fps 0", "--fps: Value 0 not in range", 2);
     for (const std::string option : {"realtime-factor", "duration", "watchdog"})

@@ -76,10 +76,11 @@ TEST_F(LongRuns, SnapshotsThatDoNotFitAreRefusedBeforeARecordingIsMade) {
     expect_error("run loop.yaml --from-snapshot sine.yaml --record r.mcap", "is no snapshot");
     expect_error("run loop.yaml --from-snapshot none.bin --record r.mcap", "No such file");
     expect_error("run loop.yaml --snapshot t.bin --snapshot-at 3", "not within the run, from 0 s to 2 s");
-    expect_error("run loop.yaml --snapshot t.bin --snapshot-at -1", "is no time");
+    expect_error("run loop.yaml --snapshot t.bin --snapshot-at -1", "--snapshot-at: Value -1 not in range",
+                 2);
     expect_error("run loop.yaml --snapshot-at 1", "--snapshot", 2);
     expect_error("run loop.yaml --checkpoint-every 1", "--record", 2);
-    expect_error("run loop.yaml --checkpoint-every 0 --record r.mcap", "is no period");
+    expect_error("run loop.yaml --checkpoint-every 0 --record r.mcap", "is shorter than the base period");
     EXPECT_EQ(files(), "cut.bin loop.yaml part.yaml s.bin sine.yaml");
 }
 
@@ -170,7 +171,15 @@ TEST_F(LongRuns, AFullDiskEndsTheRunAndWhatWasWrittenCanBeReplayed) {
     const auto run =
         shell("ulimit -f 20000; '" BF_PROGRAM "' run loop.yaml --stop Inf --record r.mcap --summary s.json");
     EXPECT_EQ(run.code, 1) << run.err;
-    EXPECT_CONTAINS(run.err, "cannot write the recording 'r.mcap': File too large");
+    EXPECT_CONTAINS(run.err,
+                    "cannot write the recording 'r.mcap': File too large; raise the limit on the size of "
+                    "files, or write less; it holds the samples until t = ");
+    EXPECT_EQ(run.err.find("stopped at"), std::string::npos) << "the run was ahead of the recording";
+    const double until = std::stod(run.err.substr(run.err.rfind("t = ") + 4));
+    double last = 0;
+    for (const auto& channel : recording::load(folder / "r.mcap").channels)
+        if (channel.samples() > 0) last = std::max(last, channel.time(channel.samples() - 1));
+    EXPECT_DOUBLE_EQ(last, until);
     EXPECT_EQ(json("s.json")["outcome"], "failed");
     const auto replay = bf("replay r.mcap");
     EXPECT_EQ(replay.code, 0) << replay.err;
@@ -263,7 +272,7 @@ TEST_F(LongRuns, SweepSaysEveryErrorOnceWithItsRuns) {
     EXPECT_EQ(sweep.code, 0) << sweep.err;
     EXPECT_CONTAINS(sweep.out,
                     "\n  5 of 6 runs failed\n"
-                    "    run 1 and 2 more: 'step' is 0; give a positive number of seconds\n"
+                    "    run 1 and 2 more: 'step' is 0; give a positive number of seconds up to 1e9\n"
                     "    run 2 and 1 more: at t = 0.4 s: stop: the asserted condition does not hold\n");
     expect_error("sweep stop.yaml --set limit=0.1:0.1:0.3",
                  "3 of 3 runs failed\n    run 0 and 2 more: at t = 0.1 s: stop: ");

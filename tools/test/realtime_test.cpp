@@ -169,9 +169,11 @@ websockets.sync.client.connect(sys.argv[1] + "/?token=" + sys.argv[2], subprotoc
 
 TEST_F(Realtime, AStepThatHangsEndsTheProgramAndAPauseDoesNot) {
     write("hang.yaml", hanging_model);
-    const auto hang = bf("run hang.yaml --realtime --priority 0 --watchdog 0.3 --quiet");
+    const auto hang = bf("run hang.yaml --realtime --priority 0 --watchdog 0.3 --quiet --summary s.json");
     EXPECT_EQ(hang.code, 1);
     EXPECT_CONTAINS(hang.err, "bf: hang: step 0 at t = 0 s has not ended for 0.3 s");
+    EXPECT_EQ(json("s.json")["outcome"], "failed");
+    EXPECT_CONTAINS(json("s.json")["failure"].get<std::string>(), "step 0 at t = 0 s has not ended");
     const auto paused =
         shell("'" BF_PROGRAM "' run sine.yaml --realtime --priority 0 --stop Inf --duration 1.5 "
               "--watchdog 0.3 --quiet & one=$!; sleep 0.7; kill -STOP $one; sleep 1; kill "

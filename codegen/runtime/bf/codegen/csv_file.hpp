@@ -2,11 +2,13 @@
 #pragma once
 
 #include "bf/base/elements.hpp"
+#include "bf/base/open_file.hpp"
 #include "bf/codegen/number_locale.hpp"
 #include "bf/codegen/quantity.hpp"
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <cstddef>
 #include <cstdint>
@@ -37,8 +39,9 @@ class CsvFile {
     /// Where the buffer is full, the loop waits, or, if it `may_lose` rows, counts one as lost. Call it
     /// before the loop's thread is prepared for real time, for the file's thread inherits.
     bool open(const std::string& file, Quantities columns, bool may_lose) {
-        file_ = std::fopen(file.c_str(), "w");
-        if (!file_) return false;
+        const int descriptor = open_to_write(file, O_CREAT | O_TRUNC);
+        file_ = descriptor >= 0 ? ::fdopen(descriptor, "w") : nullptr;
+        if (!file_) return fail();
         may_lose_ = may_lose;
         columns_ = columns;
         row_bytes_ = sizeof(double);
@@ -54,6 +57,7 @@ class CsvFile {
             }
         }
         std::fputc('\n', file_);
+        if (std::fflush(file_) != 0) return fail();
         constexpr std::size_t wanted_bytes = std::size_t{4} << 20, least_rows = 64;
         rows_ = std::max(least_rows, wanted_bytes / row_bytes_);
         buffer_.resize(rows_ * row_bytes_);
@@ -86,15 +90,14 @@ class CsvFile {
     }
     bool is_open() const { return file_ != nullptr; }
     std::uint64_t lost() const { return lost_; }
-    /// False when something could not be written.
-    bool close() {
-        if (!file_) return true;
+    /// The errno of the first failure, 0: none. What follows it is not written.
+    int error() const noexcept { return error_.load(std::memory_order_relaxed); }
+    void close() {
+        if (!file_) return;
         ends_.store(true, std::memory_order_release);
-        thread_.join();
-        const bool good = std::ferror(file_) == 0;
-        const bool closed = std::fclose(file_) == 0;
+        if (thread_.joinable()) thread_.join();
+        if (std::fclose(file_) != 0 && !error()) fail();
         file_ = nullptr;
-        return good && closed;
     }
 
   private:
@@ -102,6 +105,11 @@ class CsvFile {
         return static_cast<std::size_t>(q.size()) * with_type(q.type, [](auto* t) { return sizeof *t; });
     }
     std::byte* place(std::uint64_t row) noexcept { return buffer_.data() + row % rows_ * row_bytes_; }
+    /// Keeps what is in errno. Always false.
+    bool fail() noexcept {
+        error_.store(errno ? errno : EIO, std::memory_order_relaxed);
+        return false;
+    }
     static void pause() noexcept {
         const timespec ms{0, 1'000'000};
         ::nanosleep(&ms, nullptr);
@@ -112,7 +120,10 @@ class CsvFile {
         for (std::uint64_t tail = 0;;) {
             const bool ends = ends_.load(std::memory_order_acquire);
             const std::uint64_t head = head_.load(std::memory_order_acquire);
-            for (; tail != head; tail_.store(++tail, std::memory_order_release)) write_row(place(tail));
+            for (; tail != head; tail_.store(++tail, std::memory_order_release))
+                if (!error()) write_row(place(tail));
+            // Now, so that a full disk is noticed and a program that is killed leaves its rows.
+            if (!error() && std::fflush(file_) != 0) fail();
             if (ends) return;
             pause();
         }
@@ -131,7 +142,7 @@ class CsvFile {
                 }
             });
         }
-        std::fputc('\n', file_);
+        if (std::fputc('\n', file_) == EOF || std::ferror(file_)) fail();
     }
 
     std::FILE* file_ = nullptr;
@@ -143,6 +154,7 @@ class CsvFile {
     // Both only grow; row k lies at place k % rows_.
     std::atomic<std::uint64_t> head_{0}, tail_{0};
     std::atomic<bool> ends_{false};
+    std::atomic<int> error_{0};
     std::thread thread_;
 };
 

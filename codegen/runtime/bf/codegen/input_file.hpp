@@ -2,10 +2,10 @@
 #pragma once
 
 #include "bf/base/text_file.hpp"
+#include "bf/base/value_text.hpp"
 #include "bf/codegen/csv_file.hpp"
 
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <set>
 #include <sstream>
@@ -44,9 +44,9 @@ class InputFile {
                 return problem(std::to_string(row.size()) + " values, but there are " +
                                std::to_string(headings.size()) + " headings");
             for (std::size_t c = 0; c < row.size(); ++c) {
-                char* end = nullptr;
-                const double value = std::strtod(row[c].c_str(), &end);
-                if (row[c].empty() || *end != '\0') return problem("'" + row[c] + "' is no number");
+                double value = 0;
+                if (const std::string wrong = read_value(row[c], value); !wrong.empty())
+                    return problem(wrong);
                 if (c == 0 && !(std::isfinite(value) && (times_.empty() || value >= times_.back())))
                     return problem("the time " + row[c] + " does not follow the one before");
                 Problem wrong;

@@ -8,9 +8,9 @@
 //         limit: "[1 2; 3 4]"
 #pragma once
 
+#include "bf/base/value_text.hpp"
+
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <map>
 #include <string>
 #include <utility>
@@ -116,7 +116,7 @@ inline std::string unquoted(const std::string& text) {
 }
 
 /// A scalar, [a, b], [[a, b], [c, d]] or MATLAB's [a b; c d]. False when rows differ in length.
-inline bool read_value(const std::string& written, Entry& entry) {
+inline bool read_entry(const std::string& written, Entry& entry) {
     const std::string text = unquoted(written);
     entry.text = text;
     std::vector<std::vector<std::string>> rows;
@@ -154,31 +154,14 @@ inline bool read_value(const std::string& written, Entry& entry) {
     return true;
 }
 
-inline bool read_number(const std::string& text, double& value) {
-    if (text == "true" || text == "false") {
-        value = text == "true";
-        return true;
-    }
-    const bool is_negative = !text.empty() && text[0] == '-';
-    const std::string plain = text.substr(is_negative);
-    if (plain == ".inf" || plain == "Inf" || plain == "inf") {
-        value = is_negative ? -HUGE_VAL : HUGE_VAL;
-        return true;
-    }
-    if (text.empty() || text.find_first_not_of("+-.0123456789eE") != std::string::npos)
-        return text == "NaN" || text == "nan" || text == ".nan" ? (value = NAN, true) : false;
-    char* end = nullptr;
-    value = std::strtod(text.c_str(), &end);
-    return *end == '\0';
-}
-
 /// The numbers of an entry, or what is wrong.
 inline std::string numbers_of(const Entry& entry, std::vector<double>& values) {
     values.resize(entry.items.size());
     for (std::size_t i = 0; i < values.size(); ++i)
-        if (!read_number(entry.items[i], values[i]))
-            return "'" + entry.items[i] +
-                   "' is no number; a generated program computes no expressions, write the value";
+        if (const std::string& item = entry.items[i]; item == "true" || item == "false")
+            values[i] = item == "true";
+        else if (std::string wrong = read_value(item, values[i]); !wrong.empty())
+            return wrong + "; a generated program computes no expressions, write the value";
     return values.empty() ? "there is no value" : "";
 }
 
@@ -220,7 +203,7 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
         Entry entry;
         entry.name = name;
         entry.line = line;
-        if (!detail::read_value(value, entry))
+        if (!detail::read_entry(value, entry))
             return wrong(line, "the rows of '" + name + "' differ in length");
         result.entries.push_back(std::move(entry));
     };

@@ -1,6 +1,7 @@
 // Runs a generated model as a program.
 #pragma once
 
+#include "bf/base/run_options.hpp"
 #include "bf/codegen/command_port.hpp"
 #include "bf/codegen/csv_file.hpp"
 #include "bf/codegen/input_file.hpp"
@@ -21,6 +22,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <type_traits>
 
@@ -44,7 +46,7 @@ inline const char* usage() {
     return "usage: %s [OPTION]...\n"
            "  --stop SECONDS   duration; Inf: until Ctrl-C\n"
            "  --params FILE    YAML of names and values to change before the first step\n"
-           "  --inputs FILE    CSV of the model's inputs: columns time, u, x[0], ...; a row holds until the "
+           "  --inputs FILE    CSV of the model's inputs: columns time, u, x[1], ...; a row holds until the "
            "next\n"
            "  --csv FILE       write the recorded signals\n"
            "  --folder FOLDER  where relative file names of blocks are meant from\n"
@@ -77,66 +79,65 @@ template <class Model, class = void> struct HasEvents : std::false_type {};
 template <class Model>
 struct HasEvents<Model, std::void_t<decltype(Model::before_event)>> : std::true_type {};
 
-inline bool number(const char* text, double least, double most, double& value) {
-    char* end = nullptr;
-    value = std::strtod(text, &end);
-    return end != text && *end == '\0' && value >= least && value <= most;
-}
-inline bool whole_number(const char* text, int least, int most, int& value) {
-    double x = 0;
-    if (!number(text, least, most, x) || x != std::floor(x)) return false;
-    value = static_cast<int>(x);
-    return true;
-}
-
-/// False for a word that is none of the options, or a value that the option does not take.
-inline bool read_options(int argc, char** argv, RunOptions& options) {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Empty, or what is wrong: "--OPTION: ...".
+inline std::string read_options(int argc, char** argv, RunOptions& options) {
+    std::set<std::string> given;
     for (int i = 1; i < argc; ++i) {
         const std::string option = argv[i];
         const char* const value = i + 1 < argc ? argv[i + 1] : nullptr;
-        double x = 0;
-        bool takes_value = true;
+        const auto wrong = [&](const std::string& text) { return option + ": " + text; };
+        if (!given.insert(option).second) return wrong("it is given twice");
         if (option == "--list" || option == "--list-parameters") {
-            options.lists = !(takes_value = false);
-        } else if (option == "--time") {
-            options.shows_time = !(takes_value = false);
-        } else if (option == "--realtime") {
-            options.is_paced = !(takes_value = false);
-        } else if (option == "--command-port") {
-            takes_value = value && *value && std::strncmp(value, "--", 2) != 0;
-            options.commands = takes_value ? value : "";
-        } else if (!value || !*value) { // a shell's empty variable
-            return false;
-        } else if (option == "--csv") {
-            options.csv = value;
-        } else if (option == "--params") {
-            options.parameters = value;
-        } else if (option == "--inputs") {
-            options.inputs = value;
-        } else if (option == "--folder") {
-            options.folder = value;
-        } else if (option == "--token") {
-            options.token = value;
-        } else if (option == "--overrun") {
-            const auto known = realtime::overrun_of(value);
-            if (!known) return false;
-            options.overrun = *known;
-        } else if (option == "--priority") {
-            if (!whole_number(value, 0, 99, options.thread.priority)) return false;
-        } else if (option == "--cpu") {
-            if (!whole_number(value, 0, 1 << 20, options.thread.cpu)) return false;
-        } else if (option == "--watchdog") {
-            if (!number(value, 0, 1e9, options.watchdog)) return false;
-        } else if (option == "--stop") {
-            if (!number(value, 0, infinity, x)) return false;
-            options.stop = x;
-        } else {
-            return false;
+            options.lists = true;
+            continue;
         }
-        i += takes_value;
+        if (option == "--time") {
+            options.shows_time = true;
+            continue;
+        }
+        if (option == "--realtime") {
+            options.is_paced = true;
+            continue;
+        }
+        if (option == "--command-port") {
+            options.commands = value && *value && std::strncmp(value, "--", 2) != 0 ? value : "";
+            i += !options.commands->empty();
+            continue;
+        }
+        std::string* const text = option == "--csv"      ? &options.csv
+                                  : option == "--params" ? &options.parameters
+                                  : option == "--inputs" ? &options.inputs
+                                  : option == "--folder" ? &options.folder
+                                  : option == "--token"  ? &options.token
+                                                         : nullptr;
+        const OptionRange* const range = option == "--priority"   ? &priority_range
+                                         : option == "--cpu"      ? &processor_range
+                                         : option == "--watchdog" ? &watchdog_range
+                                         : option == "--stop"     ? &stop_range
+                                                                  : nullptr;
+        if (!text && !range && option != "--overrun") return wrong("there is no such option");
+        if (!value) return wrong("a value is missing");
+        if (!*value) return wrong(empty_option);
+        ++i;
+        double number = 0;
+        if (text) *text = value;
+        if (range) {
+            if (const std::string why = read_option(value, *range, number); !why.empty()) return wrong(why);
+        }
+        if (option == "--overrun") {
+            const auto known = realtime::overrun_of(value);
+            if (!known) return wrong("there is no policy '" + std::string(value) + "'");
+            options.overrun = *known;
+        }
+        if (option == "--priority") options.thread.priority = static_cast<int>(number);
+        if (option == "--cpu") options.thread.cpu = static_cast<int>(number);
+        if (option == "--watchdog") options.watchdog = number;
+        if (option == "--stop") options.stop = number;
     }
-    return true;
+    for (const char* paced : {"--overrun", "--priority", "--cpu", "--watchdog"})
+        if (given.count(paced) && !options.is_paced) return std::string(paced) + " requires --realtime";
+    if (!options.token.empty() && !options.commands) return "--token requires --command-port";
+    return "";
 }
 } // namespace detail
 
@@ -165,8 +166,8 @@ template <class Model> int run(int argc, char** argv) {
             return 0;
         }
     RunOptions options;
-    if (!detail::read_options(argc, argv, options)) {
-        std::fprintf(stderr, usage(), argv[0]);
+    if (const std::string wrong = detail::read_options(argc, argv, options); !wrong.empty()) {
+        complain(wrong + "\nSee " + argv[0] + " --help");
         return 2;
     }
     const auto model = std::make_unique<Model>();
@@ -198,6 +199,10 @@ template <class Model> int run(int argc, char** argv) {
             "the model does not say how long it runs: give --stop SECONDS (--stop Inf runs until Ctrl-C)");
         return 1;
     }
+    if (const std::string wrong = check_stop(stop, Model::period); !wrong.empty()) {
+        complain(wrong + "; give a shorter --stop (Inf has no end)");
+        return 1;
+    }
     std::optional<InputFile> inputs;
     if (!options.inputs.empty())
         if (const std::string wrong = inputs.emplace().read(options.inputs, model->input_table());
@@ -207,8 +212,7 @@ template <class Model> int run(int argc, char** argv) {
         }
     CsvFile csv;
     if (!options.csv.empty() && !csv.open(options.csv, model->recorded_table(), options.is_paced)) {
-        complain("cannot write " + options.csv + ": " + std::strerror(errno) +
-                 "; give a file in a folder that may be written");
+        complain("cannot write " + options.csv + ": " + write_error(csv.error()));
         return 1;
     }
     const realtime::InterruptGuard guard; // whoever reads the line below may end the program at once
@@ -251,7 +255,7 @@ template <class Model> int run(int argc, char** argv) {
     };
     if constexpr (detail::HasEvents<Model>::value) model->before_event = record;
     const auto begin = std::chrono::steady_clock::now();
-    for (std::int64_t k = 0; good && k < steps && !realtime::InterruptGuard::signal(); ++k) {
+    for (std::int64_t k = 0; good && k < steps && !csv.error() && !realtime::InterruptGuard::signal(); ++k) {
         if (pacer && !pacer->wait()) break;
         if (commands) commands->apply(*model);
         if (inputs)
@@ -266,7 +270,7 @@ template <class Model> int run(int argc, char** argv) {
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     watchdog.reset();
     model->terminate();
-    const bool is_written = csv.close();
+    csv.close();
     for (const Quantity& q : model->check_table())
         std::printf("%s = %.17g\n", q.name, read(model->data(q), q.type, 0));
     if (options.shows_time && done > 0)
@@ -280,12 +284,12 @@ template <class Model> int run(int argc, char** argv) {
         const std::string block = model->failed_block();
         complain(at + block + (block.empty() ? "" : ": ") + model->failure());
     }
-    if (!is_written) complain(options.csv + " could not be written completely");
+    if (csv.error()) complain(at + ("cannot write " + options.csv) + ": " + write_error(csv.error()));
     const std::string late = good && options.overrun == realtime::Overrun::stop && pacer
                                  ? realtime::missed_deadline(pacer->statistics())
                                  : "";
     if (!late.empty()) complain(at + late);
-    if (!good || !is_written || !late.empty()) return 1;
+    if (!good || csv.error() || !late.empty()) return 1;
     const int signal = realtime::InterruptGuard::signal();
     if (signal) complain(std::string(at) + "interrupted");
     return signal ? 128 + signal : 0;

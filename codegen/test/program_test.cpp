@@ -115,6 +115,7 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
         program.text("errors.txt"),
         "program: --priority: Value 100 not in range [0 - 99] of whole numbers\nSee ./program --help\n");
     EXPECT_EQ(program.code("--csv ''"), 2);
+    EXPECT_EQ(program.code("--realtime --realtime --priority 0"), 0) << "as the script of a package may say";
     EXPECT_EQ(run("K.K: 1e400\n"),
               "p.yaml:1: 'K.K': '1e400' is beyond the largest number, 1.8e308; write Inf for "
               "infinity; a generated program computes no expressions, write the value\n");

@@ -86,7 +86,6 @@ inline std::string read_options(int argc, char** argv, RunOptions& options) {
         const std::string option = argv[i];
         const char* const value = i + 1 < argc ? argv[i + 1] : nullptr;
         const auto wrong = [&](const std::string& text) { return option + ": " + text; };
-        if (!given.insert(option).second) return wrong("it is given twice");
         if (option == "--list" || option == "--list-parameters") {
             options.lists = true;
             continue;
@@ -99,6 +98,7 @@ inline std::string read_options(int argc, char** argv, RunOptions& options) {
             options.is_paced = true;
             continue;
         }
+        if (!given.insert(option).second) return wrong("it is given twice");
         if (option == "--command-port") {
             options.commands = value && *value && std::strncmp(value, "--", 2) != 0 ? value : "";
             i += !options.commands->empty();

@@ -99,11 +99,14 @@ void append(const bf::Simulation& simulation, const std::vector<bf::SignalName>&
     }
 }
 
-struct Watch final : bf::Simulation::Observer {
+struct Watch final : bf::Run::Observer {
     const std::vector<bf::SignalName>& signals;
     std::vector<double> values;
     explicit Watch(const std::vector<bf::SignalName>& s) : signals(s) {}
-    void observe(const bf::Simulation& simulation) noexcept override { append(simulation, signals, values); }
+    void observe(const bf::Run& run) noexcept override {
+        const auto& simulation = static_cast<const bf::Simulation&>(run);
+        append(simulation, signals, values);
+    }
 };
 
 struct Law {

@@ -33,10 +33,11 @@ void closed_loop(benchmark::State& state, const char* period) {
 }
 
 /// Records the torques that the controller sends, to repeat the motion without it.
-class Torques final : public bf::Simulation::Observer {
+class Torques final : public bf::Run::Observer {
   public:
     explicit Torques(const bf::Diagram& diagram) : end_(diagram.find_signal("world.tau_measured")) {}
-    void observe(const bf::Simulation& simulation) noexcept override {
+    void observe(const bf::Run& run) noexcept override {
+        const auto& simulation = static_cast<const bf::Simulation&>(run);
         const auto* tau = static_cast<const double*>(simulation.context().data(end_.node, end_.slot));
         values.insert(values.end(), tau, tau + n);
     }

@@ -3,8 +3,9 @@
 // as its model says, with a server of live signals.
 #include "session.hpp"
 
-#include "bf/engine/recorder.hpp"
+#include "bf/engine/simulation.hpp"
 #include "bf/realtime/server.hpp"
+#include "bf/run/recorder.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -32,16 +33,16 @@ Nanoseconds processor_time() {
 }
 
 /// The time when the observers registered before it were done.
-class Stamp final : public bf::Simulation::Observer {
+class Stamp final : public bf::Run::Observer {
   public:
-    void observe(const bf::Simulation&) noexcept override { time = processor_time(); }
+    void observe(const bf::Run&) noexcept override { time = processor_time(); }
     Nanoseconds time = 0;
 };
 
-class Since final : public bf::Simulation::Observer {
+class Since final : public bf::Run::Observer {
   public:
     explicit Since(const Stamp& begin) : begin_(begin) {}
-    void observe(const bf::Simulation&) noexcept override { histogram.add(processor_time() - begin_.time); }
+    void observe(const bf::Run&) noexcept override { histogram.add(processor_time() - begin_.time); }
     Histogram histogram;
 
   private:
@@ -61,11 +62,11 @@ Percentiles with_runner() {
     const auto file =
         std::filesystem::temp_directory_path() / ("bf_rt_" + std::to_string(getpid()) + ".mcap");
     bf::Simulation simulation(diagram);
-    bf::Recorder recorder(simulation, diagram.recorded(), file, {}, {.drop_when_full = true});
+    bf::Recorder recorder(simulation, simulation.recorded(), file, {}, {.drop_when_full = true});
     RunnerOptions options;
     options.thread.priority = 50; // as cyclictest; where it is refused, both are ordinary threads
     Runner runner(simulation, options);
-    Server server(simulation, diagram.signals(), runner.parameters(), {.port = 0});
+    Server server(simulation, simulation.signals(), runner.parameters(), {.port = 0});
     Stamp begin;
     Since observers(begin);
     runner.add_observer(begin);

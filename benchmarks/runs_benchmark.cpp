@@ -1,7 +1,7 @@
 // Snapshots of the balancing iCub beside a copy of the same bytes, and what recording and profiling add to a
 // run.
-#include "bf/engine/profile.hpp"
-#include "bf/engine/recorder.hpp"
+#include "bf/run/profile.hpp"
+#include "bf/run/recorder.hpp"
 #include "run.hpp"
 #include "session.hpp"
 
@@ -67,7 +67,7 @@ void run(benchmark::State& state, What what) {
         std::optional<bf::Recorder> recorder;
         std::optional<bf::Profiler> profiler;
         if (what == What::recording)
-            simulation.add_observer(recorder.emplace(simulation, diagram.signals(), file));
+            simulation.add_observer(recorder.emplace(simulation, simulation.signals(), file));
         if (what == What::profile) profiler.emplace(simulation);
         const auto result = bf::tools::run(simulation, simulated);
         if (!result.failure.empty()) throw std::runtime_error(result.failure);

@@ -18,7 +18,8 @@ class Log final : public Simulation::Observer {
         if (end_.node < 0) throw std::runtime_error("no signal " + path);
         session.simulation->add_observer(*this);
     }
-    void observe(const Simulation& simulation) noexcept override {
+    void observe(const bf::Run& run) noexcept override {
+        const auto& simulation = static_cast<const Simulation&>(run);
         const Slot& slot = simulation.diagram().slot(end_);
         times.push_back(simulation.time());
         values.push_back(read_value(simulation.context().data(end_.node, end_.slot), slot.type, element_));

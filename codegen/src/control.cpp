@@ -67,6 +67,9 @@ void Generator::find_flags_in_use() {
     for (const auto* part :
          {&program_.step, &program_.outputs, &program_.update, &program_.derivatives, &program_.guards})
         find(find, *part);
+    if (!options_.embedded) // recorders ask for them
+        for (std::size_t r = 0; r < diagram_.rates.size(); ++r)
+            if (diagram_.rates[r].trigger > 0) used_flags_.insert(program_.hit[r]);
     for (const auto& procedure : program_.procedures) {
         procedures_.push_back(unique_identifier(procedure.name, taken_["functions"]));
         find(find, procedure.body);
@@ -279,6 +282,18 @@ std::string Generator::control_declarations() const {
                program_.flags[static_cast<std::size_t>(program_.hit[static_cast<std::size_t>(rate)])].name);
     return members.empty() ? text
                            : text + "    struct Control {\n" + members + "    };\n    Control control_{};\n";
+}
+
+std::string Generator::has_fired() const {
+    std::string cases;
+    for (std::size_t r = 0; r < diagram_.rates.size(); ++r)
+        if (diagram_.rates[r].trigger > 0 && !options_.embedded)
+            cases +=
+                "        case " + number(static_cast<int>(r)) + ": return " + flag(program_.hit[r]) + ";\n";
+    return cases.empty() ? cases
+                         : "    /// Did the trigger of that rate fire in this step?\n    bool has_fired(int "
+                           "rate) const noexcept {\n        switch (rate) {\n" +
+                               cases + "        default: return false;\n        }\n    }\n";
 }
 
 std::string Generator::control_resets() const {

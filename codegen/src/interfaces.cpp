@@ -1,6 +1,10 @@
 // The model for other languages: a C interface and a Python module over it.
 #include "generator.hpp"
 
+#include "bf/core/hash.hpp"
+
+#include <span>
+
 namespace bf::codegen {
 
 namespace {
@@ -311,6 +315,67 @@ std::string Generator::python_structure(const char* name, const char* doc,
     return text + "    )\n";
 }
 
+/// The model as a bf::LoadedRun takes it.
+std::string Generator::run_library(const Files& files) const {
+    const auto& d = diagram_;
+    const auto truth = [](bool is) { return is ? "true" : "false"; };
+    std::string text, hits, rates, plots;
+    const auto array = [&](const std::string& type, const std::string& name, const std::string& rows) {
+        if (rows.empty()) return std::string("nullptr");
+        text += "constexpr " + type + " " + name + "[] = {" + rows.substr(0, rows.size() - 2) + "};\n";
+        return name;
+    };
+    const auto channel = [&](const Node::End& end) {
+        const auto named = std::find_if(d.enumerated.begin(), d.enumerated.end(), [&](const auto& e) {
+            return e.end.node == end.node && e.end.slot == end.slot;
+        });
+        std::string names = "nullptr, 0";
+        if (named != d.enumerated.end()) {
+            std::string rows;
+            for (const auto& [value, name] : named->names)
+                rows += "{" + literal(value, Type::float64) + ", " + literal(name) + "}, ";
+            const std::string its =
+                array("bf_run_name", "names_" + number(end.node) + "_" + number(end.slot), rows);
+            names = its + ", " + number(static_cast<int>(named->names.size()));
+        }
+        return "{" + number(std::max(node(end.node).rate, constant_rate)) + ", " +
+               truth(d.slot(end).size.is_matrix) + ", " + names + "}, ";
+    };
+    text = "\n// What recorders and viewers ask of the model.\nnamespace {\n\n";
+    std::string recorded, inputs;
+    for (const auto& signal : recorded_rows()) recorded += channel(signal.end);
+    for (const auto& input : d.inputs)
+        if (!place_of(input.end).member.empty()) inputs += channel(input.end);
+    for (std::size_t r = 0; r < d.rates.size(); ++r) {
+        const auto& rate = d.rates[r];
+        rates += "{" + literal(d.period(static_cast<int>(r)), Type::float64) + ", " +
+                 truth(rate.is_continuous) + ", " + truth(rate.trigger > 0) + "}, ";
+        hits += "{" + std::to_string(rate.ticks) + ", " + std::to_string(rate.offset) + "}, ";
+    }
+    for (const auto& panel : d.plots) {
+        std::string signals;
+        for (const auto& signal : panel.signals) signals += (signals.empty() ? "" : "\n") + signal.path;
+        plots += "{" + literal(panel.title) + ", " + literal(signals) + "}, ";
+    }
+    std::uint64_t fingerprint = fnv1a({});
+    for (const auto& [name, content] : files)
+        fingerprint = fnv1a(std::as_bytes(std::span(content)), fingerprint);
+    const std::string its_rates = array("bf_run_rate", "rates", rates),
+                      its_hits = array("bf::generated::Hits", "hits", hits),
+                      its_plots = array("bf_run_panel", "plots", plots),
+                      its_recorded = array("bf::generated::Channel", "recorded", recorded),
+                      its_inputs = array("bf::generated::Channel", "inputs", inputs);
+    return text +
+           "const bf::generated::RunTables& tables() {\n    static constexpr bf::generated::RunTables all{" +
+           literal(d.name) + ", " + std::to_string(fingerprint) + "u,\n        " + its_rates + ", " +
+           its_hits + ", " + number(static_cast<int>(d.rates.size())) + ", " + its_plots + ", " +
+           number(static_cast<int>(d.plots.size())) + ", " + its_recorded + ", " + its_inputs +
+           "};\n    return all;\n}\n\n} // namespace\n\nextern \"C\" const bf_run_library* bf_run_v1(void) "
+           "{\n    "
+           "return &bf::generated::RunLibrary<" +
+           file_ + "_model, " + class_ + ", tables>::get();\n}\n";
+}
+
 void Generator::add_interfaces(Files& files) const {
     constexpr const char* inputs_doc = "Written by the caller before each step; matrices column by column.";
     constexpr const char* outputs_doc = "Valid after each step; matrices column by column.";
@@ -318,10 +383,13 @@ void Generator::add_interfaces(Files& files) const {
         "/* @title@: C interface of the generated model. */\n#pragma once\n\n#include <stdbool.h>\n#include "
         "<stdint.h>\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n"
         "typedef struct @prefix@_model @prefix@_model;\n\n@structures_of_c@";
-    std::string source = std::string("// @title@: C interface.\n#include \"@prefix@_c.h\"\n\n#include "
-                                     "\"@prefix@.hpp\"\n\n") +
-                         (is_dynamic() ? "" : "#include \"bf/codegen/parameter_file.hpp\"\n\n") +
-                         "#include <new>\n#include <string>\n" + std::string(c_source);
+    std::string source =
+        std::string("// @title@: C interface.\n#include \"@prefix@_c.h\"\n\n#include "
+                    "\"@prefix@.hpp\"\n\n") +
+        (is_dynamic()
+             ? ""
+             : "#include \"bf/codegen/parameter_file.hpp\"\n#include \"bf/codegen/run_library.hpp\"\n\n") +
+        "#include <new>\n#include <string>\n" + std::string(c_source);
     // Names and docs stand in values of marks, which are not looked through for marks.
     std::string python =
         escape::python(diagram_.name + ", a model generated by BlockFactory: write inputs, call "
@@ -374,7 +442,7 @@ void Generator::add_interfaces(Files& files) const {
                       {"@prefix@", file_},
                       {"@Class@", class_}};
     files[file_ + "_c.h"] = filled(header, marks);
-    files[file_ + "_c.cpp"] = filled(source, marks);
+    files[file_ + "_c.cpp"] = filled(source, marks) + (is_dynamic() ? "" : run_library(files));
     files[file_ + ".py"] = python +
                            filled(std::string(python_head) + (is_dynamic() ? python_dynamic : ""), marks) +
                            of_python + filled(python_class, marks);

@@ -98,8 +98,7 @@ std::string Generator::header(const Calls& calls) const {
                         ? "#include \"bf/codegen/hosted.hpp\"\n#include \"bf/codegen/parameter_file.hpp\"\n"
                         : "") +
         (has_continuous_states() ? "#include \"bf/kernels/runge_kutta.hpp\"\n" : "") +
-        "\n#include <cstdint>\n" + (guards_.empty() ? "" : "#include <functional>\n") +
-        "#include <limits>\n" +
+        "\n#include <cstdint>\n" + "#include <limits>\n" +
         (has_hosted() ? "#include <memory>\n#include <string>\n#include <utility>\n#include <vector>\n"
                       : "") +
         "\n"
@@ -139,8 +138,9 @@ std::string Generator::header(const Calls& calls) const {
                             literal(options_.folder) + ";\n"
                       : "") +
         (guards_.empty() ? ""
-                         : "    /// Called with the signals and states at a zero crossing, before blocks "
-                           "answer it.\n    std::function<void()> before_event;\n") +
+                         : "    /// Called with `observer`, and with the signals and states at a zero "
+                           "crossing, before blocks answer it.\n    void (*before_event)(void* observer) = "
+                           "nullptr;\n    void* observer = nullptr;\n") +
         "\n"
         "    " +
         class_ + "() noexcept;\n" +
@@ -193,7 +193,7 @@ std::string Generator::header(const Calls& calls) const {
              : "") +
         "    " + table + "Quantities input_table() " + end + "    " + table + "Quantities recorded_table() " +
         end + "    /// Values that the model reports at its end.\n    " + table +
-        "Quantities check_table() " + end +
+        "Quantities check_table() " + end + has_fired() +
         "    void* data(const bf::generated::Quantity& quantity) noexcept;\n"
         "    const void* data(const bf::generated::Quantity& quantity) const noexcept;\n\n"
         "  private:\n";
@@ -544,6 +544,7 @@ Files Generator::run() {
         for (const auto& source : sources) list += " " + source;
         add_interfaces(files);
         add_header("bf/codegen/run.hpp", files);
+        if (!is_dynamic()) add_header("bf/codegen/run_library.hpp", files);
     }
     files["CMakeLists.txt"] = cmake_lists(sources);
     files["README.md"] = readme();

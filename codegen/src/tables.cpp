@@ -96,6 +96,14 @@ std::string Generator::fixed_rows() const {
     return rows;
 }
 
+std::vector<SignalName> Generator::recorded_rows() const {
+    std::vector<SignalName> rows;
+    std::unordered_set<std::string> seen;
+    for (const auto& signal : diagram_.recorded())
+        if (!place_of(signal.end).member.empty() && seen.insert(signal.path).second) rows.push_back(signal);
+    return rows;
+}
+
 std::string Generator::tables() const {
     const auto& d = diagram_;
     std::string parameters, inputs, recorded, checks, variables;
@@ -109,10 +117,7 @@ std::string Generator::tables() const {
     for (const auto& field : parameters_) parameters += table_row(field.path, field.end);
     for (const auto& input : d.inputs)
         if (!place_of(input.end).member.empty()) inputs += table_row(input.path, input.end);
-    std::unordered_set<std::string> seen;
-    for (const auto& signal : d.recorded())
-        if (!place_of(signal.end).member.empty() && seen.insert(signal.path).second)
-            recorded += table_row(signal.path, signal.end);
+    for (const auto& signal : recorded_rows()) recorded += table_row(signal.path, signal.end);
     for (const auto& check : d.checks())
         if (d.slot(check.end).size.count() > 0) checks += table_row(check.path, check.end);
     const auto table = [&](const char* name, const std::string& rows) {

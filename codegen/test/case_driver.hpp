@@ -51,11 +51,14 @@ template <class Model> void run(const char* name, int steps) {
     CaseFiles files(name);
     if (!files.have_inputs()) return;
     const auto model = std::make_unique<Model>();
-    const auto record = [&] {
+    auto record = [&] {
         files.write(model->time());
         for (const auto& q : Model::recorded_table()) files.write(q, model->data(q));
     };
-    if constexpr (HasEvents<Model>::value) model->before_event = record;
+    if constexpr (HasEvents<Model>::value) {
+        model->observer = &record;
+        model->before_event = [](void* f) { (*static_cast<decltype(record)*>(f))(); };
+    }
     bool good = model->initialize();
     for (int k = 0; good && k < steps; ++k) {
         for (const auto& q : Model::recorded_table()) files.read(q, model->data(q));

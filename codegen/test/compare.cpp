@@ -48,7 +48,8 @@ Recording simulate(const Diagram& diagram, const std::vector<std::vector<double>
     Recording recording;
     struct Observer final : Simulation::Observer {
         Recording* to;
-        void observe(const Simulation& s) noexcept override {
+        void observe(const bf::Run& run) noexcept override {
+            const auto& s = static_cast<const Simulation&>(run);
             std::vector<double> row{s.time()};
             for (const auto& signal : s.diagram().record) {
                 const Slot& slot = s.diagram().slot(signal.end);

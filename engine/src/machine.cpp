@@ -48,9 +48,10 @@ std::vector<std::span<std::byte>> Simulation::Machine::state() {
 }
 
 void Simulation::Machine::visit_tasks(const TaskVisitor& visit) {
-    for (std::size_t i = first_visited_; i < tasks_.size(); ++i)
-        visit(tasks_[i], bound_[i].phase, bound_[i].node,
-              simulation_.diagram_.nodes[static_cast<std::size_t>(bound_[i].node)].rate);
+    for (std::size_t i = first_visited_; i < tasks_.size(); ++i) {
+        const auto& node = simulation_.diagram_.nodes[static_cast<std::size_t>(bound_[i].node)];
+        visit(tasks_[i], bound_[i].phase, node.path, node.rate);
+    }
 }
 
 // ---- binding

@@ -7,18 +7,6 @@
 
 namespace bf {
 
-std::vector<SignalName> Simulation::parameters() const {
-    std::vector<SignalName> parameters;
-    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const auto& slots = diagram_.nodes[n].block->declaration().slots;
-        for (std::size_t i = 0; i < slots.size(); ++i)
-            if (slots[i].role == Role::parameter)
-                parameters.push_back({diagram_.nodes[n].path + "." + slots[i].name,
-                                      {static_cast<int>(n), static_cast<int>(i)}});
-    }
-    return parameters;
-}
-
 ParameterChange Simulation::prepare(const std::vector<ParameterValue>& changes) {
     ParameterChange result;
     for (const auto& [path, values] : changes) {
@@ -65,10 +53,33 @@ Status Simulation::apply(ParameterChange& change) noexcept {
     return failed;
 }
 
-void Simulation::set_parameter(const std::string& path, const std::vector<double>& values) {
-    ParameterChange change = prepare({{path, values}});
-    if (const Status status = apply(change); !status)
-        throw RunError("parameter '" + path + "': " + status.text());
+Tuning& Simulation::tuning() const {
+    if (!tuning_) tuning_ = std::make_unique<Tuning>(diagram_);
+    return *tuning_;
 }
+
+namespace {
+
+NamedValues named(const std::vector<ParameterValue>& values) {
+    NamedValues all;
+    for (const auto& [path, elements] : values) all.emplace_back(path, elements);
+    return all;
+}
+
+} // namespace
+
+std::vector<ParameterValue> Simulation::variables() const {
+    std::vector<ParameterValue> all;
+    for (auto& variable : tuning().variables()) all.push_back({variable.path, std::move(variable.values)});
+    return all;
+}
+
+std::vector<ParameterValue> Simulation::follow(const std::vector<ParameterValue>& asked) const {
+    std::vector<ParameterValue> all;
+    for (auto& [name, values] : tuning().follow(named(asked))) all.push_back({name, std::move(values)});
+    return all;
+}
+
+void Simulation::accept(const std::vector<ParameterValue>& asked) { tuning().accept(named(asked)); }
 
 } // namespace bf

@@ -93,7 +93,7 @@ void Simulation::start() {
 }
 
 void Simulation::observe() noexcept {
-    for (Observer* observer : observers_) observer->observe(*this);
+    show();
     for (auto& seen : seen_) std::memcpy(seen.last.data(), seen.now, seen.last.size());
 }
 

@@ -13,7 +13,8 @@ class Log final : public Simulation::Observer {
     Log(Session& session, const std::string& path) : end_(session.diagram.find_signal(path)) {
         session.simulation->add_observer(*this);
     }
-    void observe(const Simulation& simulation) noexcept override {
+    void observe(const bf::Run& run) noexcept override {
+        const auto& simulation = static_cast<const Simulation&>(run);
         times.push_back(simulation.time());
         values.push_back(*static_cast<const double*>(simulation.context().data(end_.node, end_.slot)));
     }

@@ -70,9 +70,8 @@ TEST(RunUntil, EndsWhereAStepFails) {
 TEST(VisitTasks, ShowsEveryBlockWithItsRate) {
     Session run(ramp);
     std::map<std::string, double> periods;
-    run.simulation->visit_tasks([&](Task&, Phase, int node, int rate) {
-        periods[run.diagram.nodes[static_cast<std::size_t>(node)].path] = run.diagram.period(rate);
-    });
+    run.simulation->visit_tasks(
+        [&](Task&, Phase, const std::string& block, int rate) { periods[block] = run.diagram.period(rate); });
     EXPECT_EQ(periods, (std::map<std::string, double>{{"x", 0.1}, {"slow", 0.5}}));
 }
 

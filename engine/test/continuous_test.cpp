@@ -24,7 +24,8 @@ class Trace final : public Simulation::Observer {
     Trace(Session& session, const std::string& path) : end_(session.diagram.find_signal(path)) {
         session.simulation->add_observer(*this);
     }
-    void observe(const Simulation& simulation) noexcept override {
+    void observe(const bf::Run& run) noexcept override {
+        const auto& simulation = static_cast<const Simulation&>(run);
         if (simulation.time() == time_) values.pop_back(); // what an event changed
         time_ = simulation.time();
         values.push_back(*static_cast<const double*>(simulation.context().data(end_.node, end_.slot)));

@@ -1,7 +1,7 @@
 // Interposes the C library's heap to count calls: a step must make none.
 #include "support.hpp"
 
-#include "bf/engine/recorder.hpp"
+#include "bf/run/recorder.hpp"
 
 #include <filesystem>
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ record: all
 )m");
     const auto file =
         std::filesystem::path(testing::TempDir()) / ("heap_" + std::to_string(getpid()) + ".mcap");
-    Recorder recorder(*run.simulation, run.diagram.record, file);
+    Recorder recorder(*run.simulation, run.simulation->quantities(run.diagram.record), file);
     run.simulation->add_observer(recorder);
     ASSERT_TRUE(run.simulation->step());
     const long before = calls;

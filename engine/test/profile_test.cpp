@@ -1,5 +1,5 @@
 // Where the time of a run goes.
-#include "bf/engine/profile.hpp"
+#include "bf/run/profile.hpp"
 #include "support.hpp"
 
 #include <chrono>
@@ -69,16 +69,18 @@ TEST(Profile, ChangesNoResultAndLeavesNothingBehind) {
     {
         const Profiler profiler(*profiled.simulation);
         EXPECT_EQ(plain.trace("sum", 7), profiled.trace("sum", 7));
-        plain.simulation->visit_tasks([&, first = true](Task& task, Phase, int, int) mutable {
+        plain.simulation->visit_tasks([&, first = true](Task& task, Phase, const std::string&, int) mutable {
             if (std::exchange(first, false)) {
                 EXPECT_NE(task.run, nullptr);
             }
         });
     }
     std::vector<Call::Run> runs;
-    plain.simulation->visit_tasks([&](Task& task, Phase, int, int) { runs.push_back(task.run); });
+    plain.simulation->visit_tasks(
+        [&](Task& task, Phase, const std::string&, int) { runs.push_back(task.run); });
     std::size_t i = 0;
-    profiled.simulation->visit_tasks([&](Task& task, Phase, int, int) { EXPECT_EQ(task.run, runs[i++]); });
+    profiled.simulation->visit_tasks(
+        [&](Task& task, Phase, const std::string&, int) { EXPECT_EQ(task.run, runs[i++]); });
     EXPECT_EQ(plain.trace("sum", 7), profiled.trace("sum", 7));
 }
 

@@ -1,7 +1,8 @@
 // What a recording holds, what happens when the disk is full, and that it comes again.
-#include "bf/engine/replay.hpp"
+#include "bf/engine/play_back.hpp"
 #include "bf/matlab/value.hpp"
 #include "bf/recording/reader.hpp"
+#include "bf/run/replay.hpp"
 #include "support.hpp"
 
 #include <algorithm>
@@ -31,7 +32,7 @@ class RecorderTest : public testing::Test {
 
     /// Runs `steps` steps into the file; `between` is called before each.
     void record(Session& run, int steps, const std::function<void(Recorder&, int)>& between = {}) {
-        Recorder recorder(*run.simulation, run.diagram.signals(), file);
+        Recorder recorder(*run.simulation, run.simulation->signals(), file);
         run.simulation->add_observer(recorder);
         for (int k = 0; k < steps; ++k) {
             if (between) between(recorder, k);
@@ -44,9 +45,9 @@ class RecorderTest : public testing::Test {
     std::string replay(const std::string& model, const recording::Recording& recording, double from = 0,
                        const Library* library = nullptr) {
         Session run(formats::read_yaml_text(model, "m.yaml"), library);
-        const auto devices = play_back_devices(run.diagram, recording);
+        play_back_devices(run.diagram, recording);
         Simulation simulation(run.diagram);
-        Replay replay(simulation, recording, devices);
+        Replay replay(simulation, recording);
         replay.start(from);
         first_step = simulation.steps();
         while (replay.step()) {
@@ -185,7 +186,7 @@ TEST_F(RecorderTest, AFullDiskIsReportedAndWhatWasWrittenIsReadable) {
         const rlimit limit{3'000'000, 3'000'000};
         ::setrlimit(RLIMIT_FSIZE, &limit);
         Session run(model_text);
-        Recorder recorder(*run.simulation, run.diagram.signals(), file);
+        Recorder recorder(*run.simulation, run.simulation->signals(), file);
         run.simulation->add_observer(recorder);
         for (int k = 0; k < 2'000'000 && !recorder.failed(); ++k)
             if (!run.simulation->step()) ::_exit(2);
@@ -211,7 +212,7 @@ TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLastChunk) {
     ASSERT_GE(child, 0);
     if (child == 0) {
         Session run(model_text);
-        Recorder recorder(*run.simulation, run.diagram.signals(), file);
+        Recorder recorder(*run.simulation, run.simulation->signals(), file);
         run.simulation->add_observer(recorder);
         for (int k = 0; k < 200'000; ++k) static_cast<void>(run.simulation->step());
         ::kill(::getpid(), SIGKILL);
@@ -235,7 +236,7 @@ TEST_F(RecorderTest, AnHourDoesNotGrowMemory) {
     const std::string fast = "model: m\nstep: 0.01\nblocks:\n  sine: {block: Sine, frequency: \"1:8\"}\n  "
                              "gain: {block: Gain}\nconnections: {sine: gain}\n";
     Session run(fast);
-    Recorder recorder(*run.simulation, run.diagram.signals(), file);
+    Recorder recorder(*run.simulation, run.simulation->signals(), file);
     run.simulation->add_observer(recorder);
     run.simulation->run_until(600);
     const std::size_t after_ten_minutes = resident_bytes();
@@ -354,7 +355,8 @@ TEST_F(RecorderTest, ReplayTakesOutputsOfDevicesFromTheRecordingAndOpensNone) {
     library.group("test").add<Sensor>("Sensor", "");
     {
         Session run(with_device, &library);
-        Recorder recorder(*run.simulation, {{"sum", run.diagram.find_signal("sum")}}, file);
+        Recorder recorder(*run.simulation,
+                          run.simulation->quantities({{"sum", run.diagram.find_signal("sum")}}), file);
         run.simulation->add_observer(recorder);
         run.trace("sum", 30);
         recorder.close();

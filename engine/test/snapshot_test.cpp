@@ -1,5 +1,5 @@
 // Snapshots as files.
-#include "bf/engine/snapshot.hpp"
+#include "bf/run/snapshot.hpp"
 #include "support.hpp"
 
 #include <gtest/gtest.h>

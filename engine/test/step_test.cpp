@@ -188,7 +188,8 @@ TEST(Step, TimeIsTheNumberOfStepsTimesTheStep) {
 
 /// Notes what a recording would hold.
 struct Notes final : Simulation::Observer {
-    void observe(const Simulation& s) noexcept override {
+    void observe(const bf::Run& run) noexcept override {
+        const auto& s = static_cast<const Simulation&>(run);
         times.push_back(s.time());
         const auto x = s.diagram().find_signal(state), y = s.diagram().find_signal(output);
         states.push_back(read_value(s.context().data(x.node, x.slot), Type::float64, 0));

@@ -23,42 +23,23 @@ std::optional<ParameterMailbox::Result> ParameterMailbox::take_result() {
     return result;
 }
 
-void ParameterMailbox::apply(Simulation& simulation) noexcept {
+void ParameterMailbox::apply(Run& run) noexcept {
     if (state_.load(std::memory_order_acquire) != State::posted) return;
-    result_ = {simulation.apply(change_), simulation.steps()};
+    result_ = {run.apply(change_), run.steps()};
     state_.store(State::applied, std::memory_order_release);
-}
-
-std::string not_for_real_time(const Diagram& diagram) {
-    std::string reasons;
-    for (const auto& loop : diagram.plan.loops)
-        if (loop.kind == Loop::Kind::algebraic)
-            reasons +=
-                "\n  " + loop.path +
-                ": it stands in an algebraic loop, which is iterated until its equations hold, as often as "
-                "that takes; put a UnitDelay into the loop";
-    if (is_adaptive(diagram.solver.method) && !diagram.plan.derivatives.empty()) {
-        std::string name;
-        for (const auto& [text, method] : solver_methods)
-            if (method == diagram.solver.method) name = text;
-        reasons +=
-            "\n  the solver '" + name +
-            "' chooses its own steps, as many as it takes; choose one with fixed steps, e.g. solver: rk4";
-    }
-    return reasons.empty() ? reasons : "the time of a step is not bounded:" + reasons;
 }
 
 /// Notes which task is at work, for the watchdog, while it lives.
 class Runner::Running {
   public:
-    explicit Running(Simulation& simulation) : simulation_(simulation) {
-        simulation.visit_tasks([&](Task& task, Phase, int node, int) {
-            entries_.push_back({this, task, node});
+    explicit Running(Run& stepped) : run_(stepped) {
+        run_.visit_tasks([&](Task& task, Phase, const std::string& block, int) {
+            entries_.push_back({this, task, block});
             task = {run, &entries_.back(), 0};
         });
     }
     ~Running() {
-        simulation_.visit_tasks([&](Task& task, Phase, int, int) {
+        run_.visit_tasks([&](Task& task, Phase, const std::string&, int) {
             if (task.run == run) task = static_cast<const Entry*>(task.data)->task;
         });
     }
@@ -67,53 +48,51 @@ class Runner::Running {
 
     /// The block whose task was begun last. Any thread may ask.
     std::string block() const {
-        const int node = node_.load(std::memory_order_relaxed);
-        return node < 0 ? "" : simulation_.diagram().nodes[static_cast<std::size_t>(node)].path;
+        const Entry* entry = at_work_.load(std::memory_order_relaxed);
+        return entry ? entry->block : "";
     }
 
   private:
     struct Entry {
         Running* running;
         Task task;
-        int node;
+        std::string block;
     };
     static Status run(const void* p, int) {
         const auto& entry = *static_cast<const Entry*>(p);
-        entry.running->node_.store(entry.node, std::memory_order_relaxed);
+        entry.running->at_work_.store(&entry, std::memory_order_relaxed);
         return entry.task();
     }
-    Simulation& simulation_;
+    Run& run_;
     std::deque<Entry> entries_;
-    std::atomic<int> node_{-1};
+    std::atomic<const Entry*> at_work_{nullptr};
 };
 
 /// Lets observers see a step, unless it is degraded.
-class Runner::Gate final : public Simulation::Observer {
+class Runner::Gate final : public Run::Observer {
   public:
-    void observe(const Simulation& simulation) noexcept override {
+    void observe(const Run& run) noexcept override {
         if (!is_open) return;
-        for (Observer* observer : observers) observer->observe(simulation);
+        for (Observer* observer : observers) observer->observe(run);
     }
     bool is_open = true;
     std::vector<Observer*> observers;
 };
 
-Runner::Runner(Simulation& simulation, RunnerOptions options)
-    : simulation_(simulation), options_(std::move(options)),
-      pacer_(std::max<Nanoseconds>(std::llround(simulation.diagram().step / options_.factor * 1e9), 1),
-             options_.overrun),
+Runner::Runner(Run& run, RunnerOptions options)
+    : run_(run), options_(std::move(options)),
+      pacer_(std::max<Nanoseconds>(std::llround(run.period() / options_.factor * 1e9), 1), options_.overrun),
       gate_(std::make_unique<Gate>()) {
-    simulation_.add_observer(*gate_);
+    run_.add_observer(*gate_);
 }
 
 Runner::~Runner() = default;
 
-void Runner::add_observer(Simulation::Observer& observer) { gate_->observers.push_back(&observer); }
+void Runner::add_observer(Run::Observer& observer) { gate_->observers.push_back(&observer); }
 
 void Runner::run(double stop, const std::function<bool(const Progress&)>& monitor) {
-    const std::int64_t steps = simulation_.steps_before(stop);
-    if (const std::string reasons = not_for_real_time(simulation_.diagram()); !reasons.empty())
-        throw RunError(reasons);
+    const std::int64_t steps = run_.steps_before(stop);
+    if (const std::string reasons = run_.not_for_real_time(); !reasons.empty()) throw RunError(reasons);
     std::exception_ptr error;
     // Signals are for the thread that watches.
     sigset_t all, before;
@@ -144,18 +123,18 @@ void Runner::run(double stop, const std::function<bool(const Progress&)>& monito
 }
 
 void Runner::loop(std::int64_t steps) {
-    simulation_.start(); // before the preparation: threads that devices start are ordinary ones
+    run_.start(); // before the preparation: threads that devices start are ordinary ones
     struct AtEnd {
-        Simulation& simulation;
+        Run& run;
         ~AtEnd() {
-            simulation.stop();
+            run.stop();
             ::munlockall();
         }
-    } const at_end{simulation_};
+    } const at_end{run_};
     std::optional<Running> running;
     std::optional<Watchdog> watchdog;
     const int priority = options_.thread.priority > 0 ? std::min(options_.thread.priority + 1, 99) : 0;
-    if (options_.watchdog > 0) running.emplace(simulation_);
+    if (options_.watchdog > 0) running.emplace(run_);
     if (options_.watchdog > 0 || ServiceManager().is_there()) {
         watchdog.emplace(options_.watchdog, priority, [&] {
             if (options_.on_stall) options_.on_stall(steps_.load(), running->block());
@@ -174,23 +153,22 @@ void Runner::loop(std::int64_t steps) {
     const auto is_due = [&] { // a loop that is behind looks at the clock, not at its releases
         return static_cast<double>(std::max(pacer_.release(), pacer_.end())) < last;
     };
-    while (simulation_.steps() < steps && is_due() && !ends_.load(std::memory_order_relaxed) &&
-           pacer_.wait()) {
-        parameters_.apply(simulation_);
+    while (run_.steps() < steps && is_due() && !ends_.load(std::memory_order_relaxed) && pacer_.wait()) {
+        parameters_.apply(run_);
         if (options_.before_step) options_.before_step();
         gate_->is_open = !pacer_.is_degraded();
-        const Status status = simulation_.step();
+        const Status status = run_.step();
         pacer_.end_step();
         if (watchdog) watchdog->kick();
         missed_.store(pacer_.statistics().missed(), std::memory_order_relaxed);
-        steps_.store(simulation_.steps(), std::memory_order_release);
+        steps_.store(run_.steps(), std::memory_order_release);
         if (!status) break;
     }
     if (pacer_.statistics().steps > 0) wall_ = static_cast<double>(pacer_.end() - begin) / 1e9;
 }
 
 std::string Runner::failure() const {
-    if (auto failure = simulation_.failure(); !failure.empty()) return failure;
+    if (auto failure = run_.failure(); !failure.empty()) return failure;
     return options_.overrun == Overrun::stop ? missed_deadline(pacer_.statistics()) : "";
 }
 

@@ -1,8 +1,6 @@
 #include "bf/realtime/server.hpp"
 
 #include "bf/base/value_text.hpp"
-#include "bf/elaborate/tuning.hpp"
-#include "bf/engine/recorder.hpp"
 #include "bf/realtime/token.hpp"
 #include "bf/recording/message.hpp"
 #include "sample_ring.hpp"
@@ -85,9 +83,7 @@ std::uint32_t number_field(const Json& json, const char* name) {
 struct Server::State {
     struct Channel {
         std::string topic;
-        recording::ChannelInfo info;
-        Node::End end;
-        int rate;
+        Quantity signal;
         std::atomic<bool> is_wanted{false};
         int subscribers = 0;
     };
@@ -104,8 +100,8 @@ struct Server::State {
         std::vector<std::string> names;
     };
 
-    State(Simulation& s, ParameterMailbox& p, const ServerOptions& o)
-        : simulation(s), mailbox(p), options(o), tuning(s.diagram()), ring(o.buffer_bytes) {
+    State(Run& r, ParameterMailbox& p, const ServerOptions& o)
+        : run(r), mailbox(p), options(o), tuned(r.parameters()), ring(o.buffer_bytes) {
         if (options.token.empty()) options.token = random_token();
         if (options.token.empty()) throw std::runtime_error("the system gives no random token");
     }
@@ -118,16 +114,16 @@ struct Server::State {
     void finish_change(const ParameterMailbox::Result& result);
     void post_change();
     void reject(const std::vector<Request>& requests, const std::string& reason);
-    std::vector<ParameterValue> follow(const NamedValues& asked) const;
+    std::vector<ParameterValue> present_values() const;
     std::size_t viewers() const;
     Json parameters_json(const std::vector<std::string>& names) const;
 
-    Simulation& simulation;
+    Run& run;
     ParameterMailbox& mailbox;
     ServerOptions options;
-    Tuning tuning;
-    std::deque<Channel> channels;   // holds atomics: does not move them
-    std::vector<std::string> names; ///< of variables and parameters, in document order
+    const std::vector<Quantity> tuned; ///< parameters
+    std::deque<Channel> channels;      // holds atomics: does not move them
+    std::vector<std::string> names;    ///< of variables and parameters, in document order
     std::map<std::string, Parameter> parameters;
     SampleRing ring;
     std::atomic<std::uint64_t> lost_messages{0}, changes{0};
@@ -140,7 +136,7 @@ struct Server::State {
     std::vector<std::shared_ptr<Session>> sessions; ///< in the order of their arrival
     // Changes wait for the loop to take those under way, the newest value of each parameter.
     std::vector<Request> waiting, posted;
-    NamedValues waiting_values, posted_values;
+    std::vector<ParameterValue> waiting_values, posted_values;
     std::vector<ParameterValue> posted_parameters; ///< which follow from those values
     std::size_t longest_message = 0;               ///< bytes
     Json advertisement, server_info;
@@ -295,7 +291,7 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
     void set_parameters(const Json& json) {
         State::Request request{weak_from_this(), id_of(json), {}};
         try {
-            NamedValues candidate = state.waiting_values;
+            std::vector<ParameterValue> candidate = state.waiting_values;
             std::set<std::string> names;
             for (const auto& entry : field<std::vector<Json>>(json, "parameters")) {
                 const auto name = field<std::string>(entry, "name");
@@ -321,13 +317,13 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
                 else
                     add(value);
                 const auto same = std::find_if(candidate.begin(), candidate.end(),
-                                               [&](const auto& other) { return other.first == name; });
+                                               [&](const auto& other) { return other.path == name; });
                 if (same == candidate.end())
-                    candidate.emplace_back(name, std::move(values));
+                    candidate.push_back({name, std::move(values)});
                 else
-                    same->second = std::move(values);
+                    same->values = std::move(values);
             }
-            static_cast<void>(state.simulation.prepare(state.follow(candidate))); // refuses what is wrong
+            static_cast<void>(state.run.prepare(state.run.follow(candidate))); // refuses what is wrong
             state.waiting_values = std::move(candidate);
             state.waiting.push_back(std::move(request));
             ++unanswered;
@@ -521,9 +517,10 @@ void Server::State::exchange_parameters() {
     if (!waiting.empty()) post_change();
 }
 
-std::vector<ParameterValue> Server::State::follow(const NamedValues& asked) const {
-    std::vector<ParameterValue> all;
-    for (auto& [name, values] : tuning.follow(asked)) all.push_back({name, std::move(values)});
+/// Of variables and parameters, in document order.
+std::vector<ParameterValue> Server::State::present_values() const {
+    std::vector<ParameterValue> all = run.variables();
+    for (const auto& parameter : tuned) all.push_back({parameter.path, parameter.values()});
     return all;
 }
 
@@ -531,8 +528,8 @@ void Server::State::post_change() {
     posted = std::exchange(waiting, {});
     posted_values = std::exchange(waiting_values, {});
     try {
-        posted_parameters = follow(posted_values);
-        mailbox.post(simulation.prepare(posted_parameters));
+        posted_parameters = run.follow(posted_values);
+        mailbox.post(run.prepare(posted_parameters));
     } catch (const std::runtime_error& error) {
         reject(std::exchange(posted, {}), error.what());
     }
@@ -551,24 +548,17 @@ void Server::State::finish_change(const ParameterMailbox::Result& result) {
     if (!result.status) return reject(requests, result.status.text());
     changes.fetch_add(1, std::memory_order_relaxed);
     if (options.on_change) options.on_change(result.step, posted_parameters);
-    tuning.accept(posted_values);
+    run.accept(posted_values);
     std::vector<std::string> changed;
-    for (const auto& [name, values] : posted_parameters) {
-        auto& parameter = parameters.at(name);
-        parameter.values.assign(parameter.values.size(), values[0]);
-        if (values.size() > 1) parameter.values = values;
-        if (parameter.type == Type::float32)
-            for (double& v : parameter.values) v = static_cast<float>(v);
-        changed.push_back(name);
-    }
-    for (auto& variable : tuning.variables()) {
-        auto& known = parameters.at(variable.path).values;
-        if (known == variable.values) continue;
-        known = std::move(variable.values);
-        changed.push_back(variable.path);
+    for (const auto& [name, values] : posted_parameters) changed.push_back(name);
+    for (auto& [name, values] : present_values()) {
+        auto& known = parameters.at(name).values;
+        if (known == values) continue;
+        known = std::move(values);
+        if (std::find(changed.begin(), changed.end(), name) == changed.end()) changed.push_back(name);
     }
     for (auto& channel : channels) // constants may follow from parameters
-        if (channel.rate == constant_rate && channel.subscribers > 0) channel.is_wanted.store(true);
+        if (channel.signal.rate == 0 && channel.subscribers > 0) channel.is_wanted.store(true);
     std::map<std::shared_ptr<Session>, std::set<std::string>> answered;
     for (const auto& request : requests) {
         const auto session = request.session.lock();
@@ -589,48 +579,40 @@ void Server::State::finish_change(const ParameterMailbox::Result& result) {
 
 // ---- the public functions ----
 
-Server::Server(Simulation& simulation, const std::vector<SignalName>& signals, ParameterMailbox& parameters,
+Server::Server(Run& run, const std::vector<Quantity>& signals, ParameterMailbox& parameters,
                const ServerOptions& options)
-    : state_(std::make_unique<State>(simulation, parameters, options)) {
+    : state_(std::make_unique<State>(run, parameters, options)) {
     State& s = *state_;
-    const Diagram& diagram = simulation.diagram();
     std::set<std::string> topics;
     Json channels = Json::array();
     Json metadata = Json::object(); // of texts
     for (const auto& signal : signals) {
         const auto topic = recording::topic_of(signal.path);
         if (!topics.insert(topic).second) continue;
-        const auto info = channel_info(diagram, signal.end);
+        const auto& info = signal.info;
         channels.push_back({{"id", s.channels.size()},
                             {"topic", topic},
                             {"encoding", "cdr"},
                             {"schemaName", recording::message_type(info)},
                             {"schemaEncoding", "ros2msg"},
                             {"schema", recording::message_definition(info)}});
-        if (!info.element_names.empty()) metadata["elements of " + topic] = diagram.element_lines(signal.end);
-        s.channels.emplace_back(topic, info, signal.end, rate_of(diagram, signal.end));
+        std::string elements; // a line each
+        for (const auto& name : info.element_names) elements += name + "\n";
+        if (!elements.empty()) metadata["elements of " + topic] = elements;
+        s.channels.emplace_back(topic, signal);
     }
     s.advertisement = {{"op", "advertise"}, {"channels", std::move(channels)}};
     s.server_info = {{"op", "serverInfo"},
-                     {"name", diagram.name},
+                     {"name", run.name()},
                      {"capabilities", {"parameters", "parametersSubscribe"}},
                      {"supportedEncodings", Json::array()},
                      {"metadata", std::move(metadata)},
                      {"sessionId", std::to_string(now(CLOCK_REALTIME))}};
-    for (auto& variable : s.tuning.variables()) {
-        s.names.push_back(variable.path);
-        s.parameters.emplace(variable.path, State::Parameter{Type::float64, variable.values.size() == 1,
-                                                             std::move(variable.values)});
+    for (auto& [name, values] : s.present_values()) {
+        s.names.push_back(name);
+        s.parameters.emplace(name, State::Parameter{Type::float64, values.size() == 1, std::move(values)});
     }
-    for (const auto& named : simulation.parameters()) {
-        const Slot& slot = diagram.slot(named.end);
-        State::Parameter parameter{slot.type, slot.size.count() == 1, {}};
-        const void* data = simulation.context().data(named.end.node, named.end.slot);
-        for (int i = 0; i < slot.size.count(); ++i)
-            parameter.values.push_back(read_value(data, slot.type, i));
-        s.names.push_back(named.path);
-        s.parameters.emplace(named.path, std::move(parameter));
-    }
+    for (const auto& parameter : s.tuned) s.parameters.at(parameter.path).type = parameter.type;
     // A client may name every channel, and give every parameter, in one message.
     s.longest_message = bytes_at_once + 64 * s.channels.size();
     for (const auto& [name, parameter] : s.parameters)
@@ -658,20 +640,19 @@ Server::~Server() {
     state_->thread.join();
 }
 
-void Server::observe(const Simulation& simulation) noexcept {
+void Server::observe(const Run& run) noexcept {
     State& s = *state_;
-    const auto time = static_cast<std::int64_t>(std::llround(simulation.time() * 1e9));
+    const auto time = static_cast<std::int64_t>(std::llround(run.time() * 1e9));
     std::uint32_t number = 0;
     for (auto& channel : s.channels) {
         const std::uint32_t id = number++;
         if (!channel.is_wanted.load(std::memory_order_relaxed)) continue;
         // A constant is sent once, to those who come late too.
-        if (channel.rate == constant_rate)
+        if (channel.signal.rate == 0)
             channel.is_wanted.store(false, std::memory_order_relaxed);
-        else if (!simulation.is_hit(channel.rate))
+        else if (!run.is_hit(channel.signal.rate))
             continue;
-        s.ring.push(id, time, simulation.context().data(channel.end.node, channel.end.slot),
-                    static_cast<std::uint32_t>(channel.info.bytes()));
+        s.ring.push(id, time, channel.signal.data, static_cast<std::uint32_t>(channel.signal.info.bytes()));
     }
 }
 

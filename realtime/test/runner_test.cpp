@@ -191,7 +191,7 @@ TEST_F(Running, AStepThatAlwaysOverrunsEndsWhenAsked) {
 
 TEST_F(Running, ObserversAreLeftOutWhileDegraded) {
     struct Counter : Simulation::Observer {
-        void observe(const Simulation&) noexcept override { ++count; }
+        void observe(const bf::Run&) noexcept override { ++count; }
         int count = 0;
     } counter;
     observers = {&counter};
@@ -205,7 +205,8 @@ TEST_F(Running, ObserversAreLeftOutWhileDegraded) {
 TEST_F(Running, ParametersChangeBetweenTwoSteps) {
     std::vector<double> seen;
     struct Reader : Simulation::Observer {
-        void observe(const Simulation& s) noexcept override {
+        void observe(const bf::Run& run) noexcept override {
+            const auto& s = static_cast<const Simulation&>(run);
             seen->push_back(*static_cast<const double*>(s.context().data(end.node, end.slot)));
         }
         std::vector<double>* seen;

@@ -1,7 +1,7 @@
 #include "support.hpp"
 
-#include "bf/engine/recorder.hpp"
 #include "bf/realtime/server.hpp"
+#include "bf/run/recorder.hpp"
 
 #include <cstdlib>
 #include <filesystem>
@@ -51,7 +51,7 @@ connections: {clock: gain}
 )m");
     Simulation simulation(loaded.diagram);
     Runner runner(simulation, ordinary());
-    Server server(simulation, loaded.diagram.signals(), runner.parameters(), {.port = 0});
+    Server server(simulation, simulation.signals(), runner.parameters(), {.port = 0});
     runner.add_observer(server);
     std::atomic<int> code{-1};
     std::thread viewer([&] {
@@ -72,9 +72,9 @@ TEST(Server, APortThatIsTakenIsNamed) {
     Loaded loaded("model: m\nstep: 0.001\nblocks:\n  clock: {block: Clock}\n");
     Simulation simulation(loaded.diagram);
     ParameterMailbox mailbox;
-    const Server first(simulation, loaded.diagram.signals(), mailbox, {.port = 0});
+    const Server first(simulation, simulation.signals(), mailbox, {.port = 0});
     try {
-        const Server second(simulation, loaded.diagram.signals(), mailbox, {.port = first.port()});
+        const Server second(simulation, simulation.signals(), mailbox, {.port = first.port()});
         FAIL();
     } catch (const std::runtime_error& error) {
         EXPECT_EQ(error.what(), "cannot serve on port " + std::to_string(first.port()) +
@@ -100,7 +100,7 @@ TEST(Server, EndsAtOnceWhateverViewersAskFor) {
     std::thread viewer;
     std::atomic<int> code{-1};
     {
-        Server server(simulation, loaded.diagram.signals(), runner.parameters(), {.port = 0});
+        Server server(simulation, simulation.signals(), runner.parameters(), {.port = 0});
         runner.add_observer(server);
         viewer = std::thread([&, address = std::to_string(server.port()) + " " + server.token()] {
             code =
@@ -118,7 +118,8 @@ struct Watched : Simulation::Observer {
     Watched(const Diagram& diagram, int steps) : end(diagram.find_signal("control")) {
         outputs.reserve(static_cast<std::size_t>(steps));
     }
-    void observe(const Simulation& simulation) noexcept override {
+    void observe(const bf::Run& run) noexcept override {
+        const auto& simulation = static_cast<const Simulation&>(run);
         outputs.push_back(*static_cast<const double*>(simulation.context().data(end.node, end.slot)));
         if (outputs.size() == 100) calls = heap_calls;
         if (outputs.size() == outputs.capacity()) calls = heap_calls - calls;
@@ -148,9 +149,10 @@ connections: {sine: [error.u1, large.u1], plant: error.u2, error: control, contr
     const auto run = [&](bool is_crowded) {
         Simulation simulation(loaded.diagram);
         Runner runner(simulation, ordinary());
-        Recorder recorder(simulation, {{"control", loaded.diagram.find_signal("control")}}, file, {},
-                          {.drop_when_full = true});
-        Server server(simulation, loaded.diagram.signals(), runner.parameters(),
+        Recorder recorder(simulation,
+                          simulation.quantities({{"control", loaded.diagram.find_signal("control")}}), file,
+                          {}, {.drop_when_full = true});
+        Server server(simulation, simulation.signals(), runner.parameters(),
                       {.port = 0, .client_bytes = 100'000});
         Watched watched(loaded.diagram, steps);
         for (Simulation::Observer* observer :

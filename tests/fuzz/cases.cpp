@@ -3,8 +3,9 @@
 #include "bf/blocks/standard.hpp"
 #include "bf/core/hash.hpp"
 #include "bf/elaborate/elaborate.hpp"
-#include "bf/engine/snapshot.hpp"
+#include "bf/engine/simulation.hpp"
 #include "bf/formats/yaml.hpp"
+#include "bf/run/snapshot.hpp"
 #include "right_model.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-#include "bf/engine/recorder.hpp"
 #include "bf/physics/world.hpp"
 #include "bf/recording/reader.hpp"
+#include "bf/run/recorder.hpp"
 #include "running.hpp"
 
 #include <cmath>
@@ -271,7 +271,7 @@ TEST(World, ATorqueThatIsNotFiniteEndsTheRunAndTheRecordingIsReadable) {
     const std::string file = testing::TempDir() + "toolbox_world_" + std::to_string(getpid()) + ".mcap";
     {
         Running run(text);
-        Recorder recorder(run.simulation, run.diagram().record, file);
+        Recorder recorder(run.simulation, run.simulation.quantities(run.diagram().record), file);
         run.simulation.add_observer(recorder);
         Vector tau = Vector::Zero(23);
         for (int k = 0; k < 20; ++k) ASSERT_TRUE(run.set("tau", tau).step());

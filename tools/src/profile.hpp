@@ -1,7 +1,7 @@
 // What `bf run --profile` shows.
 #pragma once
 
-#include "bf/engine/profile.hpp"
+#include "bf/run/profile.hpp"
 #include "output.hpp"
 
 #include <nlohmann/json.hpp>

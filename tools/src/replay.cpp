@@ -1,6 +1,8 @@
 // bf replay: runs a recorded simulation again and compares it bit for bit.
-#include "bf/engine/replay.hpp"
+#include "bf/run/replay.hpp"
 
+#include "bf/engine/play_back.hpp"
+#include "bf/engine/simulation.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
@@ -20,12 +22,12 @@ struct ReplayOptions {
 };
 
 /// The signals that the recording holds, for a recording of the replay.
-std::vector<SignalName> signals_of(const Diagram& diagram, const recording::Recording& recording) {
+std::vector<Quantity> signals_of(const Simulation& simulation, const recording::Recording& recording) {
     std::vector<SignalName> signals;
     for (const auto& channel : recording.channels)
-        if (const auto end = diagram.find_signal(channel.name); end.node >= 0)
+        if (const auto end = simulation.diagram().find_signal(channel.name); end.node >= 0)
             signals.push_back({channel.name, end});
-    return signals;
+    return simulation.quantities(signals);
 }
 
 std::string sentence(const Replay& replay) {
@@ -42,15 +44,15 @@ std::string sentence(const Replay& replay) {
 void execute(const ReplayOptions& options) {
     const auto recording = load_recording(options.recording);
     LoadedModel loaded = load_model(recorded_source(recording));
-    const auto devices = play_back_devices(loaded.diagram, recording);
+    play_back_devices(loaded.diagram, recording);
     Simulation simulation(loaded.diagram);
-    Replay replay(simulation, recording, devices);
+    Replay replay(simulation, recording);
     std::optional<Recorder> recorder;
     if (!options.output.empty()) {
         std::error_code ignored;
         if (std::filesystem::equivalent(options.output, options.recording, ignored))
             throw CommandError("-o " + options.output + " is the recording itself; give another file");
-        recorder.emplace(simulation, signals_of(loaded.diagram, recording), options.output, loaded.source);
+        recorder.emplace(simulation, signals_of(simulation, recording), options.output, loaded.source);
         simulation.add_observer(*recorder);
         replay.record(*recorder);
     }

@@ -2,8 +2,8 @@
 #include "run.hpp"
 
 #include "bf/codegen/input_file.hpp"
-#include "bf/engine/recorder.hpp"
-#include "bf/engine/snapshot.hpp"
+#include "bf/run/recorder.hpp"
+#include "bf/run/snapshot.hpp"
 #include "event.hpp"
 #include "profile.hpp"
 #include "run_realtime.hpp"
@@ -171,16 +171,18 @@ class SnapshotFile {
 };
 
 /// Sees in which step an event happens.
-class EventObserver final : public Simulation::Observer {
+class EventObserver final : public Run::Observer {
   public:
-    explicit EventObserver(Event event) : event_(std::move(event)) {}
-    void observe(const Simulation& simulation) noexcept override {
-        if (time < 0 && event_(simulation)) time = simulation.time();
+    EventObserver(const Simulation& simulation, const std::string& text)
+        : simulation_(simulation), event_(parse_event(simulation.diagram(), text)) {}
+    void observe(const Run& run) noexcept override {
+        if (time < 0 && event_(simulation_)) time = run.time();
     }
     double time = -1; ///< s; -1: not yet
 
   private:
-    Event event_;
+    const Simulation& simulation_;
+    const Event event_;
 };
 
 /// Writes the root inputs of a simulation from a file.
@@ -252,7 +254,7 @@ void execute(const RunOptions& options) {
     if (!options.profile.empty()) trace.emplace(options.profile);
     Simulation simulation(diagram);
     std::optional<EventObserver> event;
-    if (!options.until.empty()) simulation.add_observer(event.emplace(parse_event(diagram, options.until)));
+    if (!options.until.empty()) simulation.add_observer(event.emplace(simulation, options.until));
     if (!options.from_snapshot.empty()) restore(simulation, options.from_snapshot);
     SnapshotFile snapshot(options, simulation);
     if (options.checkpoint_every)
@@ -261,7 +263,7 @@ void execute(const RunOptions& options) {
     if (!options.inputs.empty()) inputs.emplace(simulation, options.inputs);
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
-        recorder.emplace(simulation, diagram.recorded(), options.record, loaded.source,
+        recorder.emplace(simulation, simulation.recorded(), options.record, loaded.source,
                          recording::WriterOptions{.drop_when_full = options.realtime.is_asked});
         if (!options.realtime.is_asked) simulation.add_observer(*recorder);
         if (!options.from_snapshot.empty()) recorder->checkpoint(simulation);
@@ -277,7 +279,7 @@ void execute(const RunOptions& options) {
         if (options.realtime.is_asked) {
             std::string last;
             result = run_realtime(
-                simulation, options.realtime, recorder ? &*recorder : nullptr, diagram.signals(),
+                simulation, options.realtime, recorder ? &*recorder : nullptr,
                 inputs ? [&] { inputs->write(); } : std::function<void()>(),
                 [&](const std::string& progress) {
                     last = progress;

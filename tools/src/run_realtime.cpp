@@ -84,11 +84,12 @@ void RealtimeOptions::add_to(CLI::App& app) {
         ->type_name("FILE");
 }
 
-RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, Recorder* recorder,
-                       const std::vector<SignalName>& signals, std::function<void()> before_step,
+RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recorder,
+                       std::function<void()> before_step,
                        const std::function<bool(const std::string& progress)>& go_on,
                        const std::function<void(const RunResult&)>& on_stall) {
-    const Diagram& diagram = simulation.diagram();
+    const std::string name = run.name();
+    const double period = run.period();
     RunnerOptions how;
     how.factor = options.factor;
     how.overrun = *overrun_of(options.overrun);
@@ -96,16 +97,16 @@ RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, R
     how.thread.cpu = options.cpu;
     how.is_strict = options.is_strict;
     how.duration = options.duration;
-    how.watchdog = stall_limit(options.watchdog, std::llround(diagram.step / options.factor * 1e9));
+    how.watchdog = stall_limit(options.watchdog, std::llround(period / options.factor * 1e9));
     const auto begin = std::chrono::steady_clock::now();
     how.on_stall = [&](std::int64_t step, const std::string& block) {
         RunResult stalled;
-        stalled.model = diagram.name;
-        stalled.simulated = static_cast<double>(step) * diagram.step;
+        stalled.model = name;
+        stalled.simulated = static_cast<double>(step) * period;
         stalled.steps = step;
         stalled.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
         stalled.failure = stall_text(step, stalled.simulated, how.watchdog, block);
-        std::fprintf(stderr, "bf: %s: %s\n", diagram.name.c_str(), stalled.failure.c_str());
+        std::fprintf(stderr, "bf: %s: %s\n", name.c_str(), stalled.failure.c_str());
         // The disk may be what hangs.
         std::promise<void> told;
         const auto is_told = told.get_future();
@@ -121,7 +122,7 @@ RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, R
         std::_Exit(1);
     };
     how.before_step = std::move(before_step);
-    Runner runner(simulation, how);
+    Runner runner(run, how);
     if (recorder) runner.add_observer(*recorder);
     std::optional<Server> server;
     if (options.port) {
@@ -133,7 +134,7 @@ RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, R
             served.on_change = [&](std::int64_t step, const std::vector<ParameterValue>& values) {
                 for (const auto& [path, elements] : values) recorder->parameter_changed(step, path, elements);
             };
-        server.emplace(simulation, signals, runner.parameters(), served);
+        server.emplace(run, run.signals(), runner.parameters(), served);
         runner.add_observer(*server);
         if (options.token.empty())
             std::fprintf(stderr, "  live at ws://127.0.0.1:%d/?token=%s\n", server->port(),
@@ -148,21 +149,21 @@ RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, R
         std::fprintf(stderr, "bf: warning: the period is not guaranteed on this machine (see bf doctor)\n");
         for (const auto& refusal : runner.refused()) std::fprintf(stderr, "  %s\n", refusal.c_str());
     };
-    runner.run(diagram.stop, [&](const Runner::Progress& progress) {
+    runner.run(run.stop_time(), [&](const Runner::Progress& progress) {
         if (progress.steps > 0) warn();
-        return go_on("  t = " + number(static_cast<double>(progress.steps) * diagram.step) + " s, " +
+        return go_on("  t = " + number(static_cast<double>(progress.steps) * period) + " s, " +
                      std::to_string(progress.steps) + " steps, " + std::to_string(progress.missed) +
                      " deadlines missed");
     });
     warn();
 
     RunResult result;
-    result.model = diagram.name;
+    result.model = name;
     result.wall = runner.wall();
-    result.simulated = simulation.time();
-    result.steps = simulation.steps();
+    result.simulated = run.time();
+    result.steps = run.steps();
     result.failure = runner.failure();
-    result.checks = simulation.checks();
+    result.checks = run.checks();
     result.report = report(runner.statistics());
     result.realtime = json_of(runner.statistics());
     result.realtime["overrun"] = options.overrun;

@@ -1,7 +1,7 @@
-// bf run --realtime: the simulation stepped by the clock.
+// bf run --realtime: a run stepped by the clock.
 #pragma once
 
-#include "bf/engine/recorder.hpp"
+#include "bf/run/recorder.hpp"
 #include "run.hpp"
 
 #include <CLI/CLI.hpp>
@@ -22,11 +22,11 @@ struct RealtimeOptions {
     void add_to(CLI::App& app);
 };
 
-/// As `run`, in real time. `signals` are served to viewers. `before_step` may be empty. `go_on`, given what
+/// As `run`, in real time. All signals are served to viewers. `before_step` may be empty. `go_on`, given what
 /// happened so far as a text, is asked about fifty times a second. `on_stall` is told, from another thread,
 /// of a run that ends because a step hangs.
-RunResult run_realtime(Simulation& simulation, const RealtimeOptions& options, Recorder* recorder,
-                       const std::vector<SignalName>& signals, std::function<void()> before_step,
+RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recorder,
+                       std::function<void()> before_step,
                        const std::function<bool(const std::string& progress)>& go_on,
                        const std::function<void(const RunResult&)>& on_stall);
 

@@ -3,7 +3,7 @@
 
 #include "bf/base/run_options.hpp"
 #include "bf/elaborate/elaborate.hpp"
-#include "bf/engine/recorder.hpp"
+#include "bf/run/recorder.hpp"
 #include "output.hpp"
 
 #include <CLI/CLI.hpp>

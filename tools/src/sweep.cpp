@@ -64,32 +64,23 @@ Row decoded(const std::string& text) {
 }
 
 /// Keeps what signals were when the last step was observed: one that fails leaves others.
-class Finals final : public Simulation::Observer {
+class Finals final : public Run::Observer {
   public:
-    Finals(const Diagram& diagram, const std::vector<SignalName>& signals) {
-        for (const auto& signal : signals) {
-            const Slot& slot = diagram.slot(signal.end);
-            for (int i = 0; i < slot.size.count(); ++i) {
-                elements_.push_back({signal.end, slot.type, i});
-                values.emplace_back(signal.path + diagram.element_text(signal.end, i), std::nan(""));
-            }
-        }
+    explicit Finals(std::vector<Quantity> signals) : signals_(std::move(signals)) {
+        for (const auto& signal : signals_)
+            for (std::size_t i = 0; i < signal.info.elements(); ++i)
+                values.emplace_back(signal.path + signal.info.element_text(i), std::nan(""));
     }
-    void observe(const Simulation& simulation) noexcept override {
-        for (std::size_t k = 0; k < elements_.size(); ++k) {
-            const auto& [end, type, i] = elements_[k];
-            values[k].second = read_value(simulation.context().data(end.node, end.slot), type, i);
-        }
+    void observe(const Run&) noexcept override {
+        std::size_t k = 0;
+        for (const auto& signal : signals_)
+            for (std::size_t i = 0; i < signal.info.elements(); ++i)
+                values[k++].second = signal[static_cast<int>(i)];
     }
     std::vector<std::pair<std::string, double>> values;
 
   private:
-    struct Element {
-        Node::End end;
-        Type type;
-        int index;
-    };
-    std::vector<Element> elements_;
+    const std::vector<Quantity> signals_;
 };
 
 ModelOptions model_of(const SweepOptions& options, const Point& point) {
@@ -113,7 +104,7 @@ Row run_point(const SweepOptions& options, const Point& point) {
         if (const auto devices = simulation.context().devices(); !devices.empty())
             throw CommandError(diagram.nodes[static_cast<std::size_t>(devices[0])].path +
                                ": is a device, and a sweep only simulates");
-        Finals finals(diagram, signals);
+        Finals finals(simulation.quantities(signals));
         simulation.add_observer(finals);
         const RunResult result = run(simulation, diagram.stop);
         for (const auto& check : result.checks) row.results.emplace_back(check.name, check.value);

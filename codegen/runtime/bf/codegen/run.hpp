@@ -250,10 +250,13 @@ template <class Model> int run(int argc, char** argv) {
         pacer->start();
         if (watchdog) watchdog->kick();
     }
-    const auto record = [&] {
+    auto record = [&] {
         if (csv.is_open() && !(pacer && pacer->is_degraded())) csv.row(*model);
     };
-    if constexpr (detail::HasEvents<Model>::value) model->before_event = record;
+    if constexpr (detail::HasEvents<Model>::value) {
+        model->observer = &record;
+        model->before_event = [](void* f) { (*static_cast<decltype(record)*>(f))(); };
+    }
     const auto begin = std::chrono::steady_clock::now();
     for (std::int64_t k = 0; good && k < steps && !csv.error() && !realtime::InterruptGuard::signal(); ++k) {
         if (pacer && !pacer->wait()) break;

@@ -2,32 +2,24 @@
 #pragma once
 
 #include "bf/elaborate/diagram.hpp"
-#include "bf/engine/parameter_change.hpp"
+#include "bf/elaborate/tuning.hpp"
 #include "bf/engine/solver.hpp"
 #include "bf/program/program.hpp"
+#include "bf/run/run.hpp"
 
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace bf {
 
-/// A run that cannot go on; the text names the block and the remedy.
-struct RunError : std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
-
-/// The final value of a check block of the model, e.g. {"stood", true} or {"com_rms_error_m", 4e-4}.
-struct CheckResult {
-    std::string name;
-    double value = 0;
-    bool is_boolean = false;
-};
+/// A number that tells diagrams apart: blocks, sizes, types, rates, wiring, order and the constants of rules
+/// count, values of parameters do not.
+std::uint64_t fingerprint(const Diagram& diagram);
 
 /// Runs a diagram. One base step k, at time t = k step, x⁻ the states before it and x⁺ after it:
 ///
@@ -60,76 +52,66 @@ struct CheckResult {
 ///
 /// A step that fails ends the run: nothing after the failed block runs, observers keep what they saw.
 /// Inside `step` nothing is allocated and nothing locked.
-class Simulation {
+class Simulation final : public Run {
   public:
     /// Allocates everything a run needs. The diagram must outlive the simulation.
     explicit Simulation(const Diagram& diagram);
-    ~Simulation();
-    Simulation(const Simulation&) = delete;
-    Simulation& operator=(const Simulation&) = delete;
+    ~Simulation() override;
 
-    /// Throws RunError when a device cannot be opened or an initial state fails; what was opened is closed.
-    void start();
-    /// One base step. On failure the status says why; failure() adds the block. Afterwards outputs are what
-    /// observers saw last, but in algebraic loops and conditional subsystems of the continuous rate what the
-    /// solver evaluated last.
-    Status step() noexcept;
+    std::string name() const override { return diagram_.name; }
+    double period() const override { return diagram_.step; }
+    double stop_time() const override { return diagram_.stop; }
+    std::vector<RunRate> rates() const override;
+    std::vector<RunPanel> plots() const override;
+
+    std::vector<Quantity> signals() const override { return quantities(diagram_.signals()); }
+    std::vector<Quantity> recorded() const override { return quantities(diagram_.recorded()); }
+    std::vector<Quantity> inputs() const override { return quantities(diagram_.inputs); }
+    std::vector<Quantity> outside() const override;
+    /// "block.parameter", in document order.
+    std::vector<Quantity> parameters() const override;
+    /// Signals of the diagram as the run computes them.
+    std::vector<Quantity> quantities(const std::vector<SignalName>& names) const;
+
+    void start() override;
+    /// Afterwards outputs are what observers saw last, but in algebraic loops and conditional subsystems of
+    /// the continuous rate what the solver evaluated last.
+    Status step() noexcept override;
     /// From now on all outputs of the continuous rate are what the solver evaluated last: each step saves a
     /// copy of them, where outputs are looked at by observers alone.
     void leave_outputs_of_solver() { seen_.clear(); }
-    void stop() noexcept;
+    void stop() noexcept override;
 
+    using Run::run_until;
     /// Steps until an event: `event` is asked in every step when its outputs are there (3. above), and the
     /// step in which it says yes is completed. False when `limit` s come first or a step fails. Must not
     /// throw.
     bool run_until(const std::function<bool(const Simulation&)>& event,
                    double limit = std::numeric_limits<double>::infinity());
-    /// Steps on to that time [s]; false when a step fails.
-    bool run_until(double time);
-    /// How many steps stand before that time [s].
-    std::int64_t steps_before(double time) const;
 
-    /// Of the step, or of the event while observers see one [s].
-    double time() const { return is_at_event_ ? event_time_ : static_cast<double>(steps_) * diagram_.step; }
-    std::int64_t steps() const { return steps_; }
-    /// "controller.qp: message" of the step that failed; empty when none did.
-    std::string failure() const;
-    /// Final values of the states that blocks report, by the name of their block.
-    std::vector<CheckResult> checks() const;
+    double time() const override {
+        return is_at_event_ ? event_time_ : static_cast<double>(steps_) * diagram_.step;
+    }
+    std::int64_t steps() const override { return steps_; }
+    std::string failure() const override;
+    std::vector<CheckResult> checks() const override;
 
-    /// Every parameter, "block.parameter", in document order.
-    std::vector<SignalName> parameters() const;
-    /// Checks new values. Throws RunError for an unknown name, a wrong number of elements, NaN, or a number
-    /// that the parameter's type cannot hold. Any thread may prepare while another one steps.
-    ParameterChange prepare(const std::vector<ParameterValue>& values);
-    /// Applies them between two steps, all or none, and computes again what depends on them alone. When that
-    /// fails, all has its old value. Allocates nothing.
-    Status apply(ParameterChange& change) noexcept;
-    /// Both at once, for one parameter. Throws RunError.
-    void set_parameter(const std::string& path, const std::vector<double>& values);
+    /// Values may not be NaN, nor numbers that the parameter's type cannot hold.
+    ParameterChange prepare(const std::vector<ParameterValue>& values) override;
+    Status apply(ParameterChange& change) noexcept override;
+    std::vector<ParameterValue> variables() const override;
+    std::vector<ParameterValue> follow(const std::vector<ParameterValue>& asked) const override;
+    void accept(const std::vector<ParameterValue>& asked) override;
 
-    /// Called after the outputs of each step (3. above); must not allocate if the run must not.
-    class Observer {
-      public:
-        virtual ~Observer() = default;
-        virtual void observe(const Simulation& simulation) noexcept = 0;
-    };
-    void add_observer(Observer& observer) { observers_.push_back(&observer); }
-    /// Was the rate hit in this step? Of an event observers see the continuous rate, and what it triggers,
-    /// alone.
-    bool is_hit(int rate) const;
-    /// Do observers see an event, not the whole step?
-    bool shows_event() const { return shows_event_; }
+    bool is_hit(int rate) const override;
+    bool shows_event() const override { return shows_event_; }
+    std::string not_for_real_time() const override;
 
-    /// Everything a run needs to go on bit for bit.
-    std::vector<std::byte> snapshot() const; ///< throws RunError naming a block that refuses
-    /// Goes on from there, in this or another started simulation of the same diagram, also after a failure.
-    void restore(const std::vector<std::byte>& snapshot);
+    std::vector<std::byte> snapshot() const override;
+    void restore(const std::vector<std::byte>& snapshot) override;
+    std::uint64_t fingerprint() const override { return bf::fingerprint(diagram_); }
 
-    /// Every bound task with its phase, node and rate, in the order of a step. A profiler may put another
-    /// task around it.
-    using TaskVisitor = std::function<void(Task& task, Phase phase, int node, int rate)>;
-    void visit_tasks(const TaskVisitor& visit);
+    void visit_tasks(const TaskVisitor& visit) override;
 
     const Diagram& diagram() const { return diagram_; }
     Context& context() { return context_; }
@@ -194,6 +176,8 @@ class Simulation {
     void clear_outputs();
     /// All that is kept from step to step, but the context and the solver.
     std::vector<std::span<std::byte>> state();
+    Quantity quantity(const SignalName& name) const;
+    Tuning& tuning() const;
 
     const Diagram& diagram_;
     Context context_;
@@ -210,11 +194,11 @@ class Simulation {
     bool is_at_event_ = false;
     bool shows_event_ = false;
     double event_time_ = 0;
-    std::vector<Observer*> observers_;
     std::int64_t steps_ = 0;
     Status status_;
     int failed_node_ = -1;
-    int started_ = 0; ///< nodes whose start succeeded, in order
+    mutable std::unique_ptr<Tuning> tuning_; ///< made when it is asked for
+    int started_ = 0;                        ///< nodes whose start succeeded, in order
 };
 
 } // namespace bf

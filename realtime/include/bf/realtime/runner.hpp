@@ -1,8 +1,8 @@
-// Runs a simulation against the clock.
+// Steps a run against the clock.
 #pragma once
 
-#include "bf/engine/simulation.hpp"
 #include "bf/realtime/pacer.hpp"
+#include "bf/run/run.hpp"
 
 #include <atomic>
 #include <functional>
@@ -26,7 +26,7 @@ class ParameterMailbox {
     /// What became of the last one, once.
     std::optional<Result> take_result();
     /// The loop, between two steps.
-    void apply(Simulation& simulation) noexcept;
+    void apply(Run& run) noexcept;
 
   private:
     enum class State { empty, posted, applied };
@@ -34,10 +34,6 @@ class ParameterMailbox {
     ParameterChange change_;
     Result result_{};
 };
-
-/// Why the clock cannot be kept with a diagram: what in a step has no bounded time, with the remedy; empty
-/// when nothing stands against it.
-std::string not_for_real_time(const Diagram& diagram);
 
 struct RunnerOptions {
     double factor = 1; ///< seconds of the model per second
@@ -51,26 +47,26 @@ struct RunnerOptions {
     std::function<void()> before_step = nullptr; ///< in the loop's thread, e.g. to write root inputs
 };
 
-/// A thread of its own in which a simulation starts, is stepped at its releases, and stops. The caller's
+/// A thread of its own in which a run starts, is stepped at its releases, and stops. The caller's
 /// thread only watches, so that whatever it does (print, draw, wait for a disk) cannot disturb the period.
 class Runner {
   public:
-    /// The simulation must outlive the runner and is not to be stepped by others, nor afterwards.
-    Runner(Simulation& simulation, RunnerOptions options);
+    /// The run must outlive the runner and is not to be stepped by others, nor afterwards.
+    Runner(Run& run, RunnerOptions options);
     ~Runner();
     Runner(const Runner&) = delete;
     Runner& operator=(const Runner&) = delete;
 
     /// Sees each step, except those that are degraded.
-    void add_observer(Simulation::Observer& observer);
+    void add_observer(Run::Observer& observer);
     ParameterMailbox& parameters() { return parameters_; }
 
     struct Progress {
         std::int64_t steps, missed;
     };
     /// Runs up to `stop` s of the model. `monitor` is called in this thread about fifty times a second; false
-    /// ends the run after the step under way. Throws RunError when the diagram is not for real time, the
-    /// simulation does not start, or when `is_strict` and the machine refuses something.
+    /// ends the run after the step under way. Throws RunError when the model is not for real time, it
+    /// does not start, or when `is_strict` and the machine refuses something.
     void run(double stop, const std::function<bool(const Progress&)>& monitor);
 
     const Statistics& statistics() const { return pacer_.statistics(); }
@@ -86,7 +82,7 @@ class Runner {
     class Running;
     void loop(std::int64_t steps);
 
-    Simulation& simulation_;
+    Run& run_;
     const RunnerOptions options_;
     Pacer pacer_;
     ParameterMailbox parameters_;

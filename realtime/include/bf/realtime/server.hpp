@@ -21,11 +21,11 @@ struct ServerOptions {
     std::function<void(std::int64_t step, const std::vector<ParameterValue>& values)> on_change = {};
 };
 
-/// Serves signals and parameters of a running simulation to viewers on this computer, by the Foxglove
+/// Serves signals and parameters of a run to viewers on this computer, by the Foxglove
 /// WebSocket protocol (https://github.com/foxglove/ws-protocol, subprotocols foxglove.websocket.v1 and
 /// foxglove.sdk.v1): one channel per signal with the schema of its recording, parameters by the name
 /// "block.parameter", and variables of the model, with which all parameters change that follow from them (see
-/// bf::Tuning). A variable that is fixed is refused with the reason.
+/// bf::Run::follow). A variable that is fixed is refused with the reason.
 ///
 /// The loop does nothing but copy subscribed samples into a buffer and look whether a change of parameters is
 /// there; it calls no system function for it. A viewer that is slow, stalled or gone loses its oldest
@@ -35,17 +35,17 @@ struct ServerOptions {
 ///
 /// Listens on 127.0.0.1 alone. Every user of this computer and every page in a browser can reach that, so the
 /// address must hold the token: ws://127.0.0.1:8765/?token=TOKEN.
-class Server final : public Simulation::Observer {
+class Server final : public Run::Observer {
   public:
     /// Listens at once; the parameters have their present values. Throws std::runtime_error when the port or
     /// a token cannot be had.
-    Server(Simulation& simulation, const std::vector<SignalName>& signals, ParameterMailbox& parameters,
+    Server(Run& run, const std::vector<Quantity>& signals, ParameterMailbox& parameters,
            const ServerOptions& options = {});
     ~Server(); ///< closes all connections
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
-    void observe(const Simulation& simulation) noexcept override;
+    void observe(const Run& run) noexcept override;
 
     std::uint16_t port() const;
     const std::string& token() const;

@@ -1,8 +1,8 @@
-// Records chosen signals of a running simulation, and what running it again needs.
+// Records chosen signals of a run, and what running it again needs.
 #pragma once
 
-#include "bf/engine/simulation.hpp"
 #include "bf/recording/writer.hpp"
+#include "bf/run/run.hpp"
 
 #include <atomic>
 #include <cstdint>
@@ -14,13 +14,7 @@
 
 namespace bf {
 
-/// The rate at which a signal is recorded: that of its block, or the constant rate.
-int rate_of(const Diagram& diagram, const Node::End& end);
-
-/// What a recording, or a live viewer, is told about a signal.
-recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end);
-
-/// What a diagram was elaborated from.
+/// What a run was made from.
 struct ModelSource {
     std::filesystem::path file; ///< of the model, absolute
     std::map<std::filesystem::path, std::string>
@@ -40,17 +34,17 @@ struct ModelSource {
 ///     metadata "overrides"             "000 NAME": expression
 ///     metadata "parameter change 0"    step: before which it acts;  name;  values: column by column
 ///     metadata "plots"                 the panels that the model asks for
-class Recorder final : public Simulation::Observer {
+class Recorder final : public Run::Observer {
   public:
-    /// Opens the file for the signals; throws std::runtime_error when it cannot be created.
-    Recorder(const Simulation& simulation, const std::vector<SignalName>& signals,
-             const std::filesystem::path& file, const ModelSource& source = {},
-             const recording::WriterOptions& options = {});
+    /// Opens the file for signals of the run, such as `run.recorded()`; throws std::runtime_error when it
+    /// cannot be created.
+    Recorder(const Run& run, const std::vector<Quantity>& signals, const std::filesystem::path& file,
+             const ModelSource& source = {}, const recording::WriterOptions& options = {});
 
-    void observe(const Simulation& simulation) noexcept override;
+    void observe(const Run& run) noexcept override;
 
     /// Attaches a snapshot, between two steps. Throws RunError naming a block that refuses.
-    void checkpoint(const Simulation& simulation);
+    void checkpoint(const Run& run);
     /// Notes a parameter that was set before a step. Any thread may, one at a time, while another one steps.
     void parameter_changed(std::int64_t step, const std::string& path, const std::vector<double>& values);
 

@@ -1,7 +1,7 @@
 // Where the time of a run goes.
 #pragma once
 
-#include "bf/engine/simulation.hpp"
+#include "bf/run/run.hpp"
 
 #include <cstdint>
 #include <deque>
@@ -11,12 +11,12 @@
 
 namespace bf {
 
-/// Times every task of a simulation from its construction to its destruction, in wall time; without one a
-/// simulation times nothing. The simulation outlives the profiler.
+/// Times every task of a run from its construction to its destruction, in wall time; without one a
+/// run times nothing. The run outlives the profiler.
 class Profiler {
   public:
     /// Keeps the last `events` calls for write_trace. Measures the cost of the timer, which is taken off.
-    explicit Profiler(Simulation& simulation, std::size_t events = 0);
+    explicit Profiler(Run& run, std::size_t events = 0);
     ~Profiler();
     Profiler(const Profiler&) = delete;
     Profiler& operator=(const Profiler&) = delete;
@@ -40,7 +40,8 @@ class Profiler {
         Profiler* profiler;
         Task task;
         Phase phase;
-        int node, rate;
+        std::string block;
+        int rate;
         std::int64_t calls, nanoseconds;
     };
     struct Event {
@@ -48,12 +49,12 @@ class Profiler {
         std::int64_t begin, duration; ///< ns
     };
     static Status timed(const void* entry, int);
-    std::string name(const Entry& entry) const;
     double period(int rate) const;
     double seconds(const Entry& entry) const;
     template <class KeyOf> std::vector<Row> rows(KeyOf&& key_of) const;
 
-    Simulation& simulation_;
+    Run& run_;
+    const std::vector<RunRate> rates_;
     std::deque<Entry> entries_;
     std::vector<Event> events_; ///< a ring
     std::size_t event_count_ = 0;

@@ -1,4 +1,4 @@
-#include "bf/engine/profile.hpp"
+#include "bf/run/profile.hpp"
 
 #include "bf/base/numbers.hpp"
 
@@ -39,14 +39,14 @@ std::string period_text(double period) {
 
 } // namespace
 
-Profiler::Profiler(Simulation& simulation, std::size_t events) : simulation_(simulation), events_(events) {
-    simulation.visit_tasks([&](Task& task, Phase phase, int node, int rate) {
-        entries_.push_back({this, task, phase, node, rate, 0, 0});
+Profiler::Profiler(Run& run, std::size_t events) : run_(run), rates_(run.rates()), events_(events) {
+    run.visit_tasks([&](Task& task, Phase phase, const std::string& block, int rate) {
+        entries_.push_back({this, task, phase, block, rate, 0, 0});
         task = {timed, &entries_.back(), 0};
     });
     // The cost of the timer: what calls of an empty task come to.
     const Task empty{[](const void*, int) { return ok; }, nullptr, 0};
-    Entry probe{this, empty, Phase::output, -1, 0, 0, 0};
+    Entry probe{this, empty, Phase::output, {}, 0, 0, 0};
     constexpr int repetitions = 20000;
     double least_inside = 1e9, least = 1e9;
     for (int batch = 0; batch < 5; ++batch) {
@@ -63,7 +63,7 @@ Profiler::Profiler(Simulation& simulation, std::size_t events) : simulation_(sim
 }
 
 Profiler::~Profiler() {
-    simulation_.visit_tasks([&](Task& task, Phase, int, int) {
+    run_.visit_tasks([&](Task& task, Phase, const std::string&, int) {
         if (task.run != timed) return;
         const auto& entry = *static_cast<const Entry*>(task.data);
         if (entry.profiler == this) task = entry.task;
@@ -83,14 +83,7 @@ Status Profiler::timed(const void* p, int) {
     return status;
 }
 
-std::string Profiler::name(const Entry& entry) const {
-    return simulation_.diagram().nodes[static_cast<std::size_t>(entry.node)].path;
-}
-
-double Profiler::period(int rate) const {
-    const Diagram& diagram = simulation_.diagram();
-    return diagram.rates[static_cast<std::size_t>(rate)].is_continuous ? 0 : diagram.period(rate);
-}
+double Profiler::period(int rate) const { return rates_[static_cast<std::size_t>(rate)].period; }
 
 double Profiler::seconds(const Entry& entry) const {
     const double ns = static_cast<double>(entry.nanoseconds) - inside_ns_ * static_cast<double>(entry.calls);
@@ -113,7 +106,7 @@ template <class KeyOf> std::vector<Profiler::Row> Profiler::rows(KeyOf&& key_of)
 }
 
 std::vector<Profiler::Row> Profiler::blocks() const {
-    return rows([this](const Entry& entry) { return name(entry); });
+    return rows([](const Entry& entry) { return entry.block; });
 }
 
 std::vector<Profiler::Row> Profiler::rates() const {
@@ -129,9 +122,8 @@ std::int64_t Profiler::calls() const {
 void Profiler::write_trace(std::ostream& stream) const {
     static constexpr const char* phases[] = {"output", "update", "derivative", "guards", "event"};
     stream << "{\"displayTimeUnit\":\"ns\",\"traceEvents\":[\n"
-           << R"({"name":"process_name","ph":"M","pid":1,"args":{"name":)"
-           << quoted(simulation_.diagram().name) << "}}";
-    for (std::size_t rate = 0; rate < simulation_.diagram().rates.size(); ++rate)
+           << R"({"name":"process_name","ph":"M","pid":1,"args":{"name":)" << quoted(run_.name()) << "}}";
+    for (std::size_t rate = 0; rate < rates_.size(); ++rate)
         stream << ",\n"
                << R"({"name":"thread_name","ph":"M","pid":1,"tid":)" << rate << R"(,"args":{"name":)"
                << quoted(period_text(period(static_cast<int>(rate)))) << "}}";
@@ -142,7 +134,7 @@ void Profiler::write_trace(std::ostream& stream) const {
         std::snprintf(times, sizeof times, R"("ts":%.3f,"dur":%.3f)",
                       static_cast<double>(event.begin - begin_) * 1e-3,
                       static_cast<double>(event.duration) * 1e-3);
-        stream << ",\n{\"name\":" << quoted(name(*event.entry)) << ",\"cat\":\""
+        stream << ",\n{\"name\":" << quoted(event.entry->block) << ",\"cat\":\""
                << phases[static_cast<std::size_t>(event.entry->phase)] << R"(","ph":"X","pid":1,"tid":)"
                << event.entry->rate << ',' << times << '}';
     }

@@ -1,8 +1,8 @@
-// Running a recorded simulation again and comparing it.
+// Running again what was recorded and comparing it.
 #pragma once
 
-#include "bf/engine/recorder.hpp"
 #include "bf/recording/reader.hpp"
+#include "bf/run/recorder.hpp"
 
 #include <cstdint>
 #include <set>
@@ -14,20 +14,14 @@ namespace bf {
 /// What a recording says of the model that made it. Throws RunError when it does not say it.
 ModelSource recorded_source(const recording::Recording& recording);
 
-/// Makes a diagram reproducible: blocks that are or use a device (Context::devices) do not run, and Replay
-/// writes their recorded outputs instead. Returns them. Throws RunError naming an output that another block
-/// reads and that was not recorded.
-std::vector<int> play_back_devices(Diagram& diagram, const recording::Recording& recording);
-
-/// Runs a simulation as a recording says - with its inputs, its changes of parameters and the outputs of its
+/// Runs a model as a recording says - with its inputs, its changes of parameters and the outputs of its
 /// devices - and compares every recorded signal bit for bit.
-class Replay final : public Simulation::Observer {
+class Replay final : public Run::Observer {
   public:
-    /// `devices` are those of play_back_devices. All arguments outlive the replay.
-    Replay(Simulation& simulation, const recording::Recording& recording,
-           const std::vector<int>& devices = {});
+    /// Both outlive the replay. Devices of the run must not run: see play_back_devices.
+    Replay(Run& run, const recording::Recording& recording);
 
-    /// Starts the simulation and restores the last checkpoint not after `from` s; none: from the begin, or
+    /// Starts the run and restores the last checkpoint not after `from` s; none: from the begin, or
     /// where the recording begins. Throws RunError.
     void start(double from = 0);
     /// One step. False at the end of the recording, after the first difference, and when the model fails.
@@ -44,13 +38,12 @@ class Replay final : public Simulation::Observer {
     std::int64_t missing() const { return missing_; }          ///< samples that the recording lacks
     double end() const;                                        ///< of the last recorded sample [s]
 
-    void observe(const Simulation& simulation) noexcept override;
+    void observe(const Run& run) noexcept override;
 
   private:
     struct Track {
         const recording::Channel* channel;
-        Node::End end;
-        int rate;
+        Quantity signal;
         std::size_t next = 0; ///< sample
     };
     struct Change {
@@ -64,7 +57,7 @@ class Replay final : public Simulation::Observer {
     void read_changes();
     void compare(Track& track, bool is_hit);
 
-    Simulation& simulation_;
+    Run& run_;
     const recording::Recording& recording_;
     Recorder* recorder_ = nullptr;
     std::vector<Track> compared_, played_;

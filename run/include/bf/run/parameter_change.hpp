@@ -1,0 +1,36 @@
+// New values of parameters on their way into a running simulation.
+#pragma once
+
+#include "bf/run/run_c.h"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace bf {
+
+/// A parameter's path and its elements, column by column; one element expands.
+struct ParameterValue {
+    std::string path;
+    std::vector<double> values;
+};
+
+/// Made and checked by Run::prepare, in any thread, for Run::apply between two steps. Moves, but no copy: its
+/// rows point into its values.
+struct ParameterChange {
+    ParameterChange() = default;
+    ParameterChange(ParameterChange&&) = default;
+    ParameterChange& operator=(ParameterChange&&) = default;
+
+    /// Of an interpreted run: swapped in, so that the old values are here afterwards.
+    struct Part {
+        std::byte* at;
+        std::vector<std::byte> bytes;
+    };
+    std::vector<Part> parts = {};
+    /// Of generated code.
+    std::vector<ParameterValue> values = {};
+    std::vector<bf_run_value> rows = {};
+};
+
+} // namespace bf

@@ -1,0 +1,93 @@
+#include "bf/run/recorder.hpp"
+
+#include "bf/base/numbers.hpp"
+#include "bf/run/snapshot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace bf {
+
+namespace {
+
+recording::Metadata panels(const Run& run) {
+    recording::Metadata text;
+    int number = 0;
+    for (const auto& panel : run.plots()) {
+        std::string signals;
+        for (const auto& signal : panel.signals) signals += (signals.empty() ? "" : "\n") + signal;
+        text[std::to_string(100 + number++) + " " + panel.title] = signals; // a map sorts by key
+    }
+    return text;
+}
+
+recording::Metadata numbered(const std::vector<std::pair<std::string, std::string>>& overrides) {
+    recording::Metadata texts;
+    for (std::size_t i = 0; i < overrides.size(); ++i) {
+        std::string number = std::to_string(i);
+        number.insert(0, number.size() < 3 ? 3 - number.size() : 0, '0');
+        texts[number + " " + overrides[i].first] = overrides[i].second;
+    }
+    return texts;
+}
+
+} // namespace
+
+Recorder::Recorder(const Run& run, const std::vector<Quantity>& signals, const std::filesystem::path& file,
+                   const ModelSource& source, const recording::WriterOptions& options)
+    : writer_(file, {{"model", run.name()}, {"step", number_text(run.period())}}, options) {
+    // A subsystem's output is the signal of a block inside: recorded once, under the name that comes first.
+    std::vector<std::pair<Quantity, std::vector<std::string>>> named; // with other names
+    std::map<std::pair<const std::byte*, std::size_t>, std::size_t> position;
+    const auto add = [&](const Quantity& signal, bool has_new_name) {
+        const auto [found, is_new] = position.try_emplace({signal.data, signal.info.bytes()}, named.size());
+        if (is_new) return static_cast<void>(named.emplace_back(signal, std::vector<std::string>()));
+        auto& [known, others] = named[found->second];
+        if (has_new_name && known.path != signal.path &&
+            std::find(others.begin(), others.end(), signal.path) == others.end())
+            others.push_back(signal.path);
+    };
+    for (const auto& signal : signals) add(signal, true);
+    for (const auto& signal : run.outside()) add(signal, false);
+
+    for (auto& [signal, others] : named) {
+        signal.info.other_names = std::move(others);
+        samples_[signal.rate].push_back({writer_.add_channel(signal.path, signal.info), signal.data});
+    }
+    writer_.add_metadata("plots", panels(run));
+    if (!source.texts.empty()) {
+        writer_.add_metadata("run", {{"file", source.file.string()}});
+        writer_.add_metadata("overrides", numbered(source.overrides));
+    }
+    for (const auto& [path, text] : source.texts)
+        writer_.add_attachment(path == source.file
+                                   ? "model"
+                                   : "model/" +
+                                         path.lexically_relative(source.file.parent_path()).generic_string(),
+                               "application/yaml", text);
+    writer_.begin();
+}
+
+void Recorder::observe(const Run& run) noexcept {
+    const auto time = static_cast<std::int64_t>(std::llround(run.time() * 1e9));
+    const bool are_constants_due = are_constants_due_.exchange(false);
+    for (const auto& [rate, samples] : samples_)
+        if (rate == 0 ? are_constants_due : run.is_hit(rate)) writer_.append(samples, time);
+}
+
+void Recorder::checkpoint(const Run& run) {
+    writer_.add_attachment("checkpoint/" + std::to_string(run.steps()), "application/octet-stream",
+                           make_snapshot(run));
+}
+
+void Recorder::parameter_changed(std::int64_t step, const std::string& path,
+                                 const std::vector<double>& values) {
+    std::string text;
+    for (const double value : values) text += (text.empty() ? "" : " ") + number_text(value);
+    writer_.add_metadata("parameter change " + std::to_string(changes_++),
+                         {{"step", std::to_string(step)}, {"name", path}, {"values", text}});
+    are_constants_due_ = true;
+}
+
+} // namespace bf

@@ -82,7 +82,7 @@ void reduce(bf::Diagram& d) {
     }
 }
 
-bf::tools::LoadedModel balancing() {
+bf::LoadedModel balancing() {
     bf::tools::ModelOptions options;
     options.file = BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml";
     options.sets = {"T_control=0.001", "scenario=1"};
@@ -110,7 +110,7 @@ struct Watch final : bf::Run::Observer {
 };
 
 struct Law {
-    bf::tools::LoadedModel loaded = balancing();
+    bf::LoadedModel loaded = balancing();
     std::vector<double> inputs;  ///< of all steps
     std::vector<double> outputs; ///< what the whole model computes from them
     fs::path folder = fs::temp_directory_path() / ("bf_icub_law_" + std::to_string(getpid()));

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double simulated = 4.0; // s
 
-bf::tools::LoadedModel balancing(const char* period) {
+bf::LoadedModel balancing(const char* period) {
     bf::tools::ModelOptions options;
     options.file = BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml";
     options.sets = {std::string("T_control=") + period, "scenario=1"};

@@ -19,8 +19,8 @@ namespace {
 
 constexpr double simulated = 20.0; // s
 
-const bf::tools::LoadedModel& balancing() {
-    static const bf::tools::LoadedModel loaded = [] {
+const bf::LoadedModel& balancing() {
+    static const bf::LoadedModel loaded = [] {
         bf::tools::ModelOptions options;
         options.file = BF_SOURCE_DIRECTORY "/examples/icub_balancing/balancing.yaml";
         return bf::tools::load_model(options);

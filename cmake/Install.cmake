@@ -4,8 +4,9 @@
 #   lib/blockfactory/    plugins, which `bf` finds beside itself
 #   lib/cmake/           find_package(BlockFactory)
 #   lib/libbf_blocks.a   the standard blocks, for generated programs that make some of them at their start
+#   lib/libblockfactory.so  BlockFactory::library, for programs that load, run and generate models
 #   lib/libbf_elaborate.a, ... the compiler of models, for generated programs with sizes found at their start
-#   include/bf/          headers of core, kernels, the compiler of models and the standard library
+#   include/bf/          headers
 #
 # A prefix may be moved, but stays on its machine: libraries from wheels and robot models are used where
 # scripts/deps put them. For another processor lib/ holds all shared libraries, and `bf deploy` packs them.

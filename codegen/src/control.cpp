@@ -200,7 +200,7 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
         return "if (!hosted_->event(" + number(hosted_[static_cast<std::size_t>(s.node)]) + "))\n    " +
                failing(s.node, "hosted_->failure()");
     case Kind::look: return "if (!find_crossings()) return false;\n";
-    case Kind::observe: return "if (before_event) before_event();\n";
+    case Kind::observe: return "if (before_event) before_event(observer);\n";
     case Kind::integrate: return "if (!integrate()) return false;\n";
     case Kind::evaluate:
         return std::string("if (!") + (s.pass == program::first ? "compute" : "compute_again") +

@@ -121,10 +121,10 @@ class Generator {
     std::string commits(const program::Statement& statement) const;
     std::string repetition(const program::Statement& statement, program::Pass pass);
     std::string control_declarations() const;
-    std::string control_resets() const;
+    std::string control_resets() const; ///< in initialize()
     std::string has_fired() const;
     std::vector<SignalName> recorded_rows() const;
-    std::string run_library(const Files& files) const; ///< in initialize()
+    std::string run_library(const Files& files) const;
     std::string procedure_function(int procedure);
     std::string crossings_functions(const Calls& calls) const;
     int guard_count() const; ///< elements

@@ -479,9 +479,10 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
     return text + "\nfind_package(Threads REQUIRED)\nadd_executable(run_" + file_ +
            " main.cpp)\ntarget_link_libraries(run_" + file_ + " PRIVATE " + model + " Threads::Threads)\n" +
            "\n# The model for C and Python: " + file_ + ".py stands beside the library.\nadd_library(" +
-           file_ + "_c SHARED " + file_ + "_c.cpp)\ntarget_link_libraries(" + file_ + "_c PRIVATE " + model +
-           ")\nset_target_properties(" + file_ + "_c PROPERTIES OUTPUT_NAME " + file_ + ")\nconfigure_file(" +
-           file_ + ".py " + file_ + ".py COPYONLY)\n";
+           file_ + "_c SHARED " + file_ + "_c.cpp" + (is_dynamic() ? "" : " " + file_ + "_run.cpp") +
+           ")\ntarget_link_libraries(" + file_ + "_c PRIVATE " + model + ")\nset_target_properties(" + file_ +
+           "_c PROPERTIES OUTPUT_NAME " + file_ + ")\nconfigure_file(" + file_ + ".py " + file_ +
+           ".py COPYONLY)\n";
 }
 
 Files Generator::run() {

@@ -528,7 +528,7 @@ with Commanded("./program") as program:
 TEST(GeneratedProgram, ParametersFitTheirTypeOrAreRefused) {
     using namespace bf::generated;
     const auto attempt = [](generated::Type type, double value) {
-        const Quantity quantity{"p", "", "", type, Where::parameters, 1, 1, 0, -1};
+        const generated::Quantity quantity{"p", "", "", type, Where::parameters, 1, 1, 0, -1};
         Problem problem;
         const char* wrong = check_limits(
             quantity, 1, [&](int) { return value; }, problem);

@@ -93,8 +93,8 @@ class Names : public testing::Test {
         for (const auto& [name, files] : projects)
             for (const auto& [file, content] : files)
                 if (file.ends_with(ending) && file.find('/') == std::string::npos)
-                    text += "#define main main_" + name + "\n#include \"" + name + "/" + file +
-                            "\"\n#undef main\n";
+                    text += "#define main main_" + name + "\n#define bf_run_v1 run_" + name +
+                            "\n#include \"" + name + "/" + file + "\"\n#undef main\n#undef bf_run_v1\n";
         return text;
     }
     /// A project of its own for each model; of those that give the same names to their files one.

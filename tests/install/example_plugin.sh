@@ -10,7 +10,7 @@ cd "$work"
 
 cmake --install "$build" --prefix "$work/made" >install.log || { cat install.log; exit 1; }
 mv made prefix # an installation may be moved
-for binary in prefix/bin/bf prefix/lib/blockfactory/*.so; do
+for binary in prefix/bin/bf prefix/lib/libblockfactory.so prefix/lib/blockfactory/*.so; do
     libraries=$(ldd "$binary")
     if grep "not found" <<<"$libraries"; then echo "$binary misses libraries"; exit 1; fi
     # Nothing of the build is searched, nor the folder that the program is started in, as an empty entry would.
@@ -26,7 +26,7 @@ cp -r "$source/examples/second_order_filter" example
 (cd prefix/include && find bf -name '*.hpp' -printf '#include <%p>\n') | sort >example/headers.cpp
 cat >>example/CMakeLists.txt <<END
 add_library(headers OBJECT headers.cpp)
-target_link_libraries(headers PRIVATE BlockFactory::core)
+target_link_libraries(headers PRIVATE BlockFactory::library)
 find_package(BlockFactory QUIET COMPONENTS NoSuchComponent)
 if(BlockFactory_FOUND)
     message(FATAL_ERROR "a component that does not exist was found")
@@ -45,6 +45,15 @@ for compiler in clang++-14 g++; do
     python3 "$source/tests/install/compare.py" filter.csv example/expected.csv 1e-12
     rm filter.mcap filter.csv
 done
+
+# Programs that load, run, edit and sweep models need the installation only, too.
+cmake -S "$source/examples/library" -B library -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" \
+    >configure.log 2>&1 || { cat configure.log; exit 1; }
+cmake --build library -j2 >build.log 2>&1 || { cat build.log; exit 1; }
+library/run_a_model "$source/docs/start/motor.yaml" motor.mcap
+prefix/bin/bf replay motor.mcap
+library/build_edit_plot .
+library/tune_in_parallel "$source/docs/start/motor.yaml"
 
 # A generated program takes the plugins from their folders, or carries them: then it needs none, and records the same.
 cat >linked.yaml <<END

@@ -34,17 +34,11 @@ void add_generate(CLI::App& app) {
     command->footer("Example: bf generate examples/two_rates/model.yaml -o two_rates_code");
     command->callback([options] {
         const LoadedModel loaded = load_model(options->model);
-        options->how.folder = loaded.source.file.parent_path().string();
         const auto& diagram = loaded.diagram;
         options->how.has_runtime_sizes = options->sizes == "runtime";
-        const auto relative = [&](const std::filesystem::path& file) {
-            return file.lexically_relative(options->how.folder).generic_string();
-        };
-        options->how.model_file = relative(loaded.source.file);
-        for (const auto& [file, text] : loaded.source.texts) options->how.texts[relative(file)] = text;
-        options->how.overrides = loaded.source.overrides;
-        const auto memory = codegen::memory_report(diagram, options->how);
-        codegen::write(codegen::generate(diagram, options->how), options->folder);
+        const codegen::Options how = generation_options(loaded, options->how);
+        const auto memory = codegen::memory_report(diagram, how);
+        codegen::write(codegen::generate(diagram, how), options->folder);
         const char* folder = options->folder.c_str();
         std::printf("%s in %s; build it with: cmake -S %s -B %s/build && cmake --build %s/build\n",
                     codegen::class_name(diagram).c_str(), folder, folder, folder, folder);

@@ -1,29 +1,15 @@
 #include "points.hpp"
 
-#include "bf/core/hash.hpp"
 #include "bf/matlab/error.hpp"
 #include "bf/matlab/interpreter.hpp"
 #include "session.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <regex>
-#include <span>
 
 namespace bf::tools {
 
 namespace {
-
-/// splitmix64 (Steele, Lea, Flood, 2014): a bijection that mixes all bits.
-std::uint64_t mixed(std::uint64_t x) {
-    x += 0x9e3779b97f4a7c15;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111eb;
-    return x ^ (x >> 31);
-}
-
-/// In (0, 1).
-double fraction(std::uint64_t bits) { return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53; }
 
 double number_of(const std::string& text, const std::string& whole) {
     try {
@@ -67,19 +53,6 @@ Axis parse_axis(const std::string& set) {
     return axis;
 }
 
-double Random::sample(std::uint64_t seed, std::uint64_t i) const {
-    const std::uint64_t stream =
-        mixed(mixed(seed) ^ fnv1a(std::as_bytes(std::span(name.data(), name.size()))));
-    const double u = fraction(mixed(stream + 2 * i)), v = fraction(mixed(stream + 2 * i + 1));
-    switch (kind) {
-    case Kind::uniform: return a + (b - a) * u;
-    case Kind::integers: return a + std::floor((b - a + 1) * u);
-    case Kind::normal: break;
-    }
-    // Box and Muller, 1958.
-    return a + b * std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
-}
-
 Random parse_random(const std::string& text) {
     static const std::regex form(R"(\s*([^~\s]+)\s*~\s*(\w+)\s*\(([^,]*),([^,]*)\)\s*)");
     std::smatch parts;
@@ -104,36 +77,6 @@ Random parse_random(const std::string& text) {
         (random.a != std::floor(random.a) || random.b != std::floor(random.b)))
         throw CommandError("--random '" + text + "': the bounds must be whole numbers");
     return random;
-}
-
-std::size_t Points::size() const {
-    constexpr double most = 1e6;
-    double count = static_cast<double>(samples);
-    for (const auto& axis : axes) count *= static_cast<double>(axis.values.size());
-    if (count > most)
-        throw CommandError("the sweep has " + number(count) + " runs; at most 1000000 go at once");
-    return static_cast<std::size_t>(count);
-}
-
-Point Points::operator[](std::size_t i) const {
-    const std::uint64_t sample = i % samples;
-    std::size_t rest = i / samples;
-    Point point;
-    for (auto axis = axes.rbegin(); axis != axes.rend(); ++axis) {
-        point.insert(point.begin(), {axis->name, axis->values[rest % axis->values.size()]});
-        rest /= axis->values.size();
-    }
-    for (const auto& random : randoms)
-        point.emplace_back(random.name, matlab::number_text(random.sample(seed, sample)));
-    return point;
-}
-
-std::vector<std::string> Points::names() const {
-    std::vector<std::string> names;
-    for (const auto& axis : axes)
-        if (axis.values.size() > 1) names.push_back(axis.name);
-    for (const auto& random : randoms) names.push_back(random.name);
-    return names;
 }
 
 } // namespace bf::tools

@@ -2,9 +2,9 @@
 #include "run.hpp"
 
 #include "bf/codegen/input_file.hpp"
+#include "bf/run/comparison.hpp"
 #include "bf/run/recorder.hpp"
 #include "bf/run/snapshot.hpp"
-#include "event.hpp"
 #include "profile.hpp"
 #include "run_realtime.hpp"
 #include "terminal.hpp"
@@ -173,16 +173,14 @@ class SnapshotFile {
 /// Sees in which step an event happens.
 class EventObserver final : public Run::Observer {
   public:
-    EventObserver(const Simulation& simulation, const std::string& text)
-        : simulation_(simulation), event_(parse_event(simulation.diagram(), text)) {}
+    EventObserver(const Run& run, const std::string& text) : happens_(run, text) {}
     void observe(const Run& run) noexcept override {
-        if (time < 0 && event_(simulation_)) time = run.time();
+        if (time < 0 && happens_()) time = run.time();
     }
     double time = -1; ///< s; -1: not yet
 
   private:
-    const Simulation& simulation_;
-    const Event event_;
+    const Comparison happens_;
 };
 
 /// Writes the root inputs of a simulation from a file.

@@ -2,8 +2,6 @@
 
 #include "bf/base/numbers.hpp"
 #include "bf/base/open_file.hpp"
-#include "bf/blocks/standard.hpp"
-#include "bf/formats/yaml.hpp"
 #include "terminal.hpp"
 
 namespace bf::tools {
@@ -16,26 +14,6 @@ std::string check_set(const std::string& set) {
     const auto equals = set.find('=');
     if (equals != std::string::npos && equals > 0 && equals + 1 < set.size()) return {};
     return "'" + set + "' is no NAME=EXPRESSION, e.g. --set Gain.Kp=10 or --set 'q0=[1 2 3]'";
-}
-
-/// A struct has names inside: Gain: {Kp: 1} changes Gain.Kp.
-void collect(const std::vector<model::Variable>& variables, const std::string& prefix,
-             std::vector<ElaborateOptions::Override>& to) {
-    for (const auto& variable : variables)
-        if (variable.fields.empty())
-            to.push_back({prefix + variable.name, variable.value.matlab(), variable.value.where});
-        else
-            collect(variable.fields, prefix + variable.name + ".", to);
-}
-
-std::vector<ElaborateOptions::Override> read_overrides(const ModelOptions& options) {
-    std::vector<ElaborateOptions::Override> overrides;
-    for (const auto& file : options.params)
-        collect(formats::read_yaml_variables(read_text_file(file, std::size_t{64} << 20), file), "",
-                overrides);
-    for (const auto& set : options.sets)
-        overrides.push_back({set.substr(0, set.find('=')), set.substr(set.find('=') + 1)});
-    return overrides;
 }
 
 } // namespace
@@ -63,28 +41,13 @@ void ModelOptions::add_to(CLI::App& app) {
         ->allow_extra_args(false);
 }
 
-std::unique_ptr<Registry> make_registry() {
-    auto registry = std::make_unique<Registry>();
-    registry->add(standard_library());
-    // A build has the folders of an installation; where it was built, an installation does not look.
-    std::error_code no_proc; // in a bare root
-    const fs::path program = fs::read_symlink("/proc/self/exe", no_proc);
-    if (!no_proc) registry->add_search_path(program.parent_path().parent_path() / "lib" / "blockfactory");
-    return registry;
+std::vector<Override> ModelOptions::overrides() const {
+    std::vector<Override> all;
+    for (const auto& file : params)
+        for (auto& override : read_overrides(file)) all.push_back(std::move(override));
+    for (const auto& set : sets) all.push_back({set.substr(0, set.find('=')), set.substr(set.find('=') + 1)});
+    return all;
 }
-
-namespace {
-
-LoadedModel load(ModelSource source, const fs::path& file, ElaborateOptions options) {
-    LoadedModel loaded{make_registry(), std::move(source), {}};
-    options.folder = loaded.source.file.parent_path().string();
-    for (const auto& [name, text, where] : options.overrides)
-        loaded.source.overrides.emplace_back(name, text);
-    loaded.diagram = elaborate(formats::read_yaml(file, loaded.source.texts), *loaded.registry, options);
-    return loaded;
-}
-
-} // namespace
 
 LoadedModel load_model(const ModelOptions& options) {
     const Waiting waiting("elaborating " + options.file);
@@ -92,18 +55,12 @@ LoadedModel load_model(const ModelOptions& options) {
         throw CommandError("there is no model file " + options.file);
     if (const auto wrong = why_unreadable(options.file); !wrong.empty())
         throw CommandError("cannot read the model " + options.file + ": " + wrong);
-    return load({fs::absolute(options.file).lexically_normal(), {}, {}}, options.file,
-                {read_overrides(options), {}});
+    return load(options.file, options.overrides());
 }
 
 LoadedModel load_model(const ModelSource& source) {
     const Waiting waiting("elaborating " + source.file.string());
-    ElaborateOptions options;
-    for (const auto& [name, text] : source.overrides) options.overrides.push_back({name, text, {}});
-    LoadedModel loaded = load({source.file, source.texts, {}}, source.file, options);
-    for (const auto& [file, text] : loaded.source.texts)
-        if (!source.texts.contains(file)) throw CommandError(file.string() + " is not in the recording");
-    return loaded;
+    return load(source);
 }
 
 void refuse_overwriting(const ModelOptions& options, const ModelSource& source, const std::string& option,

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "bf/base/run_options.hpp"
-#include "bf/elaborate/elaborate.hpp"
-#include "bf/run/recorder.hpp"
+#include "bf/library/load.hpp"
 #include "output.hpp"
 
 #include <CLI/CLI.hpp>
@@ -30,24 +29,15 @@ struct ModelOptions {
     std::vector<std::string> params; ///< YAML files of names and expressions
 
     void add_to(CLI::App& app);
+    /// What they change: --params files first, then --set. Throws model::Errors.
+    std::vector<Override> overrides() const;
 };
-
-/// A model with the registry that its blocks come from.
-struct LoadedModel {
-    std::unique_ptr<Registry> registry;
-    ModelSource source;
-    Diagram diagram;
-};
-
-/// Standard blocks, and plugins from BLOCKFACTORY_PLUGIN_PATH and the installation.
-std::unique_ptr<Registry> make_registry();
 
 /// Reads and elaborates, with the values of --params files changed first, then those of --set options. Throws
 /// model::Errors or CommandError.
 LoadedModel load_model(const ModelOptions& options);
 
-/// The same from what a recording holds. Files that the model names and that are no models - a robot's
-/// description, data - are looked for where they were.
+/// The same from what a recording holds.
 LoadedModel load_model(const ModelSource& source);
 
 /// Throws CommandError if the file of this option is one that the model is read from, which writing would

@@ -1,21 +1,17 @@
 // bf sweep: runs a model for many values of its parameters and makes one table of the results.
-#include "event.hpp"
-
 #include "bf/base/numbers.hpp"
 #include "points.hpp"
-#include "run.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
-#include "workers.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
-#include <thread>
 
 namespace bf::tools {
 
@@ -32,95 +28,15 @@ struct SweepOptions {
     bool is_quiet = false, as_json = false;
 };
 
-/// What a run came to: names and numbers in the order of the model, or why it failed.
-struct Row {
-    std::vector<std::pair<std::string, double>> results;
-    std::string error;
-    double failed_at = -1; ///< s; below 0: before its first step
-
-    std::string failure() const {
-        return failed_at < 0 ? error : "at t = " + number(failed_at) + " s: " + error;
-    }
-};
-
-std::string exact(double x) {
-    if (std::isnan(x)) return "NaN";
-    return number_text(x);
-}
-
-/// Doubles as texts, since JSON has no infinity and no NaN.
-std::string encoded(const Row& row) {
-    Json json{{"error", row.error}, {"failed_at", row.failed_at}, {"results", Json::array()}};
-    for (const auto& [name, value] : row.results) json["results"].push_back({name, exact(value)});
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-Row decoded(const std::string& text) {
-    const Json json = Json::parse(text);
-    Row row{{}, json["error"], json["failed_at"]};
-    for (const auto& result : json["results"])
-        row.results.emplace_back(result[0], std::strtod(result[1].get<std::string>().c_str(), nullptr));
-    return row;
-}
-
-/// Keeps what signals were when the last step was observed: one that fails leaves others.
-class Finals final : public Run::Observer {
-  public:
-    explicit Finals(std::vector<Quantity> signals) : signals_(std::move(signals)) {
-        for (const auto& signal : signals_)
-            for (std::size_t i = 0; i < signal.info.elements(); ++i)
-                values.emplace_back(signal.path + signal.info.element_text(i), std::nan(""));
-    }
-    void observe(const Run&) noexcept override {
-        std::size_t k = 0;
-        for (const auto& signal : signals_)
-            for (std::size_t i = 0; i < signal.info.elements(); ++i)
-                values[k++].second = signal[static_cast<int>(i)];
-    }
-    std::vector<std::pair<std::string, double>> values;
-
-  private:
-    const std::vector<Quantity> signals_;
-};
-
-ModelOptions model_of(const SweepOptions& options, const Point& point) {
-    ModelOptions model{options.model.file, {}, options.model.params};
-    for (const auto& [name, value] : point) model.sets.push_back(name + "=" + value);
-    if (!options.stop.empty()) model.sets.push_back("stop=" + options.stop);
-    return model;
-}
-
-Row run_point(const SweepOptions& options, const Point& point) {
-    Row row;
-    try {
-        const LoadedModel loaded = load_model(model_of(options, point));
-        const Diagram& diagram = loaded.diagram;
-        if (!std::isfinite(diagram.stop))
-            throw CommandError(diagram.name + " does not say how long it runs: give --stop SECONDS, or write "
-                                              "'stop: SECONDS' in the model");
-        std::vector<SignalName> signals = diagram.outputs;
-        for (const auto& path : options.finals) signals.push_back({path, find_signal(diagram, path)});
-        Simulation simulation(diagram);
-        if (const auto devices = simulation.context().devices(); !devices.empty())
-            throw CommandError(diagram.nodes[static_cast<std::size_t>(devices[0])].path +
-                               ": is a device, and a sweep only simulates");
-        Finals finals(simulation.quantities(signals));
-        simulation.add_observer(finals);
-        const RunResult result = run(simulation, diagram.stop);
-        for (const auto& check : result.checks) row.results.emplace_back(check.name, check.value);
-        row.results.insert(row.results.end(), finals.values.begin(), finals.values.end());
-        row.error = result.failure;
-        if (!row.error.empty()) row.failed_at = result.simulated;
-    } catch (const std::exception& error) {
-        row.error = error.what();
-    }
-    return row;
+std::string failure(const SweepRow& row) {
+    return row.error.empty() || row.failed_at < 0 ? row.error
+                                                  : "at t = " + number(row.failed_at) + " s: " + row.error;
 }
 
 /// What all rows together hold.
 class Table {
   public:
-    Table(const Points& points, std::vector<std::optional<Row>> rows)
+    Table(const Points& points, std::vector<std::optional<SweepRow>> rows)
         : points_(points), names_(points.names()), rows_(std::move(rows)) {
         for (const auto& row : rows_) {
             if (!row) continue;
@@ -141,7 +57,7 @@ class Table {
         };
         std::vector<Failure> failures;
         std::map<std::string, std::size_t> numbers;
-        each([&](std::size_t i, const Row& row) {
+        each([&](std::size_t i, const SweepRow& row) {
             if (row.error.empty()) return;
             const auto [known, is_new] = numbers.emplace(row.error, failures.size());
             if (is_new) failures.push_back({i, 0});
@@ -153,7 +69,7 @@ class Table {
             const auto& [first, count] = failures[f];
             text += "\n    run " + std::to_string(first) +
                     (count > 1 ? " and " + std::to_string(count - 1) + " more: " : ": ") +
-                    rows_[first]->failure();
+                    failure(*rows_[first]);
         }
         if (failures.size() > most)
             text += "\n    and " + std::to_string(failures.size() - most) + " other errors";
@@ -165,23 +81,23 @@ class Table {
         for (const auto& name : names_) text += "," + quoted(name);
         for (const auto& name : results_) text += "," + quoted(name);
         text += ",error\n";
-        each([&](std::size_t i, const Row& row) {
+        each([&](std::size_t i, const SweepRow& row) {
             text += std::to_string(i);
             for (const auto& value : values(i)) text += "," + quoted(value);
             for (const auto& name : results_) text += "," + cell(row, name);
-            text += "," + quoted(row.failure()) + "\n";
+            text += "," + quoted(failure(row)) + "\n";
         });
         return text;
     }
 
     Json json() const {
         Json list = Json::array();
-        each([&](std::size_t i, const Row& row) {
+        each([&](std::size_t i, const SweepRow& row) {
             Json entry{{"run", i}, {"set", Json::object()}, {"results", Json::object()}};
             const auto its = values(i);
             for (std::size_t n = 0; n < names_.size(); ++n) entry["set"][names_[n]] = its[n];
             for (const auto& [name, value] : row.results) entry["results"][name] = value;
-            if (!row.error.empty()) entry["error"] = row.failure();
+            if (!row.error.empty()) entry["error"] = failure(row);
             list.push_back(std::move(entry));
         });
         return list;
@@ -195,7 +111,7 @@ class Table {
             cells.push_back({"run"});
             append(cells[0], names_);
             append(cells[0], results_);
-            each([&](std::size_t i, const Row& row) {
+            each([&](std::size_t i, const SweepRow& row) {
                 auto& line = cells.emplace_back(std::vector<std::string>{std::to_string(i)});
                 for (const auto& value : values(i)) line.push_back(short_text(value));
                 for (const auto& name : results_) {
@@ -239,18 +155,18 @@ class Table {
         const auto x = number_of(value);
         return x ? number(*x) : value;
     }
-    static const double* find(const Row& row, const std::string& name) {
+    static const double* find(const SweepRow& row, const std::string& name) {
         for (const auto& [its, value] : row.results)
             if (its == name) return &value;
         return nullptr;
     }
-    static std::string cell(const Row& row, const std::string& name) {
+    static std::string cell(const SweepRow& row, const std::string& name) {
         const double* value = find(row, name);
-        return value ? exact(*value) : "";
+        return value ? (std::isnan(*value) ? "NaN" : number_text(*value)) : "";
     }
     std::vector<std::string> statistics(const std::string& name) const {
         double n = 0, mean = 0, squares = 0, least = INFINITY, most = -INFINITY;
-        each([&](std::size_t, const Row& row) {
+        each([&](std::size_t, const SweepRow& row) {
             const double* x = find(row, name);
             if (!x || !row.error.empty()) return;
             const double delta = *x - mean; // Welford's recurrence
@@ -281,7 +197,7 @@ class Table {
 
     const Points& points_;
     std::vector<std::string> names_, results_;
-    std::vector<std::optional<Row>> rows_;
+    std::vector<std::optional<SweepRow>> rows_;
     std::size_t done_ = 0, failed_ = 0;
 };
 
@@ -328,26 +244,23 @@ void execute(const SweepOptions& options) {
     std::optional<OutputFile> output;
     if (!options.output.empty()) output.emplace(options.output);
 
-    std::vector<std::optional<Row>> rows(count);
-    std::size_t done = 0;
+    Sweep all{options.model.file, points, ModelOptions{{}, {}, options.model.params}.overrides(),
+              options.finals, options.jobs};
+    if (!options.stop.empty()) all.overrides.push_back({"stop", options.stop});
     const InterruptGuard guard;
     StatusLine line;
     const auto begin = std::chrono::steady_clock::now();
     const auto wall = [&] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };
-    const int jobs =
-        options.jobs > 0 ? options.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    share(
-        count, jobs, [&](std::size_t i) { return encoded(run_point(options, points[i])); },
-        [&](std::size_t i, const std::string& answer, const std::string& death) {
-            rows[i] = death.empty() ? decoded(answer) : Row{{}, death};
-            ++done;
-        },
-        [&] {
-            if (!options.is_quiet && wall() > 1 && line.is_due()) line.show(progress(done, count, wall()));
-            return !InterruptGuard::signal();
-        });
+    std::size_t done = 0;
+    auto rows = sweep(all, [&](std::size_t finished) {
+        done = finished;
+        if (!options.is_quiet && wall() > 1 && line.is_due()) line.show(progress(done, count, wall()));
+        return !InterruptGuard::signal();
+    });
+    done = static_cast<std::size_t>(
+        std::ranges::count_if(rows, [](const auto& row) { return row.has_value(); }));
     if (!options.is_quiet) line.finish(progress(done, count, wall()));
 
     const Table table(points, std::move(rows));

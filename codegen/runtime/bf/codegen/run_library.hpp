@@ -46,9 +46,8 @@ template <class Model>
 struct HasTriggers<Model, std::void_t<decltype(&Model::has_fired)>> : std::true_type {};
 } // namespace detail
 
-/// The functions for a model; `Handle` is what C makes of it, derived from `Model`, and `tables()` its
-/// tables.
-template <class Handle, class Model, const RunTables& (*tables)()> class RunLibrary {
+/// The functions for a model with these tables.
+template <class Model, const RunTables& (*tables)()> class RunLibrary {
   public:
     static const bf_run_library& get() noexcept {
         static const bf_run_library library = make();
@@ -58,9 +57,9 @@ template <class Handle, class Model, const RunTables& (*tables)()> class RunLibr
   private:
     static constexpr bool can_be_saved = std::is_trivially_copyable<Model>::value;
 
-    static Handle* of(bf_run_model* model) noexcept { return reinterpret_cast<Handle*>(model); }
-    static const Handle* of(const bf_run_model* model) noexcept {
-        return reinterpret_cast<const Handle*>(model);
+    static Model* of(bf_run_model* model) noexcept { return reinterpret_cast<Model*>(model); }
+    static const Model* of(const bf_run_model* model) noexcept {
+        return reinterpret_cast<const Model*>(model);
     }
 
     static bf_run_library make() noexcept {
@@ -75,7 +74,7 @@ template <class Handle, class Model, const RunTables& (*tables)()> class RunLibr
         library.plots = t.plots;
         library.plot_count = t.plot_count;
         library.snapshot_size = can_be_saved ? sizeof(Model) : 0;
-        library.create = [] { return reinterpret_cast<bf_run_model*>(new (std::nothrow) Handle()); };
+        library.create = [] { return reinterpret_cast<bf_run_model*>(new (std::nothrow) Model()); };
         library.destroy = [](bf_run_model* model) { delete of(model); };
         library.quantity = quantity;
         library.on_event = on_event;
@@ -97,7 +96,7 @@ template <class Handle, class Model, const RunTables& (*tables)()> class RunLibr
     }
 
     static bool quantity(bf_run_model* handle, bf_run_table which, int number, bf_run_quantity* row) {
-        Handle& model = *of(handle);
+        Model& model = *of(handle);
         const Quantities table = which == bf_run_signals      ? model.recorded_table()
                                  : which == bf_run_inputs     ? model.input_table()
                                  : which == bf_run_parameters ? model.parameter_table()
@@ -141,7 +140,7 @@ template <class Handle, class Model, const RunTables& (*tables)()> class RunLibr
 
     static void save(const bf_run_model* handle, void* bytes) {
         if constexpr (can_be_saved) {
-            const auto copy = std::make_unique<Model>(static_cast<const Model&>(*of(handle)));
+            const auto copy = std::make_unique<Model>(*of(handle));
             std::memcpy(bytes, copy.get(), sizeof(Model));
         } else {
             static_cast<void>(handle), static_cast<void>(bytes);

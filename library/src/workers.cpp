@@ -1,6 +1,6 @@
 #include "workers.hpp"
 
-#include "session.hpp"
+#include "bf/run/run.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -15,7 +15,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-namespace bf::tools {
+namespace bf {
 
 namespace {
 
@@ -48,13 +48,13 @@ class Worker {
     explicit Worker(const std::function<std::string(std::size_t)>& work) {
         int to[2], from[2];
         if (::pipe2(to, O_CLOEXEC) != 0 || ::pipe2(from, O_CLOEXEC) != 0)
-            throw CommandError(std::string("cannot open pipes to the workers: ") + std::strerror(errno) +
-                               "; give fewer --jobs");
+            throw RunError(std::string("cannot open pipes to the workers: ") + std::strerror(errno) +
+                           "; give fewer --jobs");
         std::fflush(nullptr); // else the child would write what waits in the buffers once more
         id_ = ::fork();
         if (id_ < 0)
-            throw CommandError(std::string("cannot start a worker: ") + std::strerror(errno) +
-                               "; give fewer --jobs");
+            throw RunError(std::string("cannot start a worker: ") + std::strerror(errno) +
+                           "; give fewer --jobs");
         if (id_ == 0) {
             ::close(to[1]);
             ::close(from[0]);
@@ -161,4 +161,4 @@ void share(std::size_t count, int jobs, const std::function<std::string(std::siz
     std::signal(SIGPIPE, before);
 }
 
-} // namespace bf::tools
+} // namespace bf

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace bf::tools {
+namespace bf {
 
 /// Does `work(i)` for i = 0 ... count - 1 in `jobs` processes forked from this one and tells every answer to
 /// `done`, in the order in which they come. A process that dies gives an empty answer with the reason in
@@ -16,4 +16,4 @@ void share(std::size_t count, int jobs, const std::function<std::string(std::siz
            const std::function<void(std::size_t, const std::string& answer, const std::string& death)>& done,
            const std::function<bool()>& go_on);
 
-} // namespace bf::tools
+} // namespace bf

@@ -1,0 +1,104 @@
+#include "bf/library/load.hpp"
+
+#include "bf/base/files.hpp"
+#include "bf/blocks/standard.hpp"
+#include "bf/formats/yaml.hpp"
+
+#include <dlfcn.h>
+#include <utility>
+
+namespace bf {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void collect(const std::vector<model::Variable>& variables, const std::string& prefix,
+             std::vector<Override>& to) {
+    for (const auto& variable : variables)
+        if (variable.fields.empty())
+            to.push_back({prefix + variable.name, variable.value.matlab(), variable.value.where});
+        else
+            collect(variable.fields, prefix + variable.name + ".", to);
+}
+
+/// Texts of the model and of all it refers to.
+void collect(const model::Model& model, const fs::path& file, formats::Files& texts) {
+    if (!texts.emplace(file, formats::write_yaml(model)).second) return;
+    const auto visit = [&](const auto& self, const model::System& system) -> void {
+        for (const auto& block : system.blocks) {
+            if (block.reference && block.reference->model)
+                collect(*block.reference->model,
+                        (file.parent_path() / block.reference->file).lexically_normal(), texts);
+            else if (block.content())
+                self(self, *block.content());
+        }
+    };
+    visit(visit, model.root);
+}
+
+/// `shown` stands for the file in messages.
+LoadedModel load(ModelSource source, const fs::path& shown, const std::vector<Override>& overrides) {
+    source.file = fs::absolute(source.file).lexically_normal();
+    LoadedModel loaded{make_registry(), std::move(source), {}};
+    for (const auto& [name, text, where] : overrides) loaded.source.overrides.emplace_back(name, text);
+    const model::Model model = formats::read_yaml(shown, loaded.source.texts);
+    loaded.diagram =
+        elaborate(model, *loaded.registry, {overrides, loaded.source.file.parent_path().string()});
+    return loaded;
+}
+
+} // namespace
+
+std::unique_ptr<Registry> make_registry() {
+    auto registry = std::make_unique<Registry>();
+    registry->add(standard_library());
+    // Plugins stand beside libbf_core.so, which they share with this program: a build has the folders of an
+    // installation, and an installation does not look where it was built.
+    Dl_info core{};
+    if (::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) != 0)
+        registry->add_search_path(fs::path(core.dli_fname).parent_path() / "blockfactory");
+    return registry;
+}
+
+LoadedModel load(const fs::path& file, const std::vector<Override>& overrides) {
+    return load(ModelSource{file, {}, {}}, file, overrides);
+}
+
+LoadedModel load(const ModelSource& source) {
+    std::vector<Override> overrides;
+    for (const auto& [name, text] : source.overrides) overrides.push_back({name, text, {}});
+    LoadedModel loaded = load(ModelSource{source.file, source.texts, {}}, source.file, overrides);
+    for (const auto& [file, text] : loaded.source.texts)
+        if (!source.texts.contains(file))
+throw FileError(file.string() + " is not in the recording");
+    return loaded;
+}
+
+LoadedModel load(const model::Model& model, const fs::path& file, const std::vector<Override>& overrides) {
+    ModelSource source{fs::absolute(file).lexically_normal(), {}, {}};
+    collect(model, source.file, source.texts);
+    for (const auto& [name, text, where] : overrides) source.overrides.emplace_back(name, text);
+    return load(source);
+}
+
+std::vector<Override> read_overrides(const fs::path& file) {
+    std::vector<Override> overrides;
+    collect(formats::read_yaml_variables(read_text_file(file, std::size_t{64} << 20), file.string()), "",
+            overrides);
+    return overrides;
+}
+
+codegen::Options generation_options(const LoadedModel& loaded, codegen::Options options) {
+    const fs::path folder = loaded.source.file.parent_path();
+    const auto relative = [&](const fs::path& file) {
+        return file.lexically_relative(folder).generic_string();
+    };
+    options.folder = folder.string();
+    options.model_file = relative(loaded.source.file);
+    for (const auto& [file, text] : loaded.source.texts) options.texts[relative(file)] = text;
+    options.overrides = loaded.source.overrides;
+    return options;
+}
+
+} // namespace bf

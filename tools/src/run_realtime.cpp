@@ -168,8 +168,8 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
     result.realtime = json_of(runner.statistics());
     result.realtime["overrun"] = options.overrun;
     result.realtime["refused"] = runner.refused();
-    const auto lost = [&](const char* name, std::uint64_t count, const char* text) {
-        result.realtime[name] = count;
+    const auto lost = [&](const char* key, std::uint64_t count, const char* text) {
+        result.realtime[key] = count;
         if (count > 0) result.report += "  " + std::to_string(count) + " " + text + "\n";
     };
     if (recorder)

@@ -305,7 +305,7 @@ TEST_F(BadInput, RingsOfLinksAndFoldersThatAreGone) {
     expect_error("export r.mcap -o a.csv", "cannot write a.csv" + ring);
     expect_error("generate m.yaml -o a", "cannot write the folder a" + ring);
     const std::string whole = folder / "m.yaml";
-    for (const std::string arguments :
+    for (const std::string& arguments :
          {std::string("run ../m.yaml"), "generate " + whole + " -o x", "deploy " + whole + " -o x"}) {
         const auto outcome = shell("mkdir gone && cd gone && rmdir ../gone && '" BF_PROGRAM "' " + arguments);
         EXPECT_EQ(outcome.code, 1);

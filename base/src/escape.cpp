@@ -196,4 +196,15 @@ std::string terminal(std::string_view text) {
     return result;
 }
 
+std::string shortened(std::string_view text, std::size_t most) {
+    if (text.size() <= most) return std::string(text);
+    // A byte 10xxxxxx continues a character of UTF-8.
+    const auto begins_inside = [&](std::size_t at) { return (text[at] & 0xC0) == 0x80; };
+    std::size_t head = most * 3 / 4, tail = text.size() - most / 4;
+    while (head > 0 && begins_inside(head)) --head;
+    while (tail < text.size() && begins_inside(tail)) ++tail;
+    return std::string(text.substr(0, head)) + " ... (" + std::to_string(text.size()) + " bytes) ... " +
+           std::string(text.substr(tail));
+}
+
 } // namespace bf::escape

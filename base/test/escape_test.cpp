@@ -121,6 +121,12 @@ TEST(Escape, WritesFieldsOfTables) {
     EXPECT_EQ(escape::markdown_code("a``b`"), "``` a``b` ```");
 }
 
+TEST(Escape, ShortensLongTextsBetweenCharacters) {
+    EXPECT_EQ(escape::shortened("short", 8), "short");
+    EXPECT_EQ(escape::shortened("abcdefghijklmnop", 8), "abcdef ... (16 bytes) ... op");
+    EXPECT_EQ(escape::shortened("\u00e9\u00e9\u00e9\u00e9\u00e9", 4), "\u00e9 ... (10 bytes) ... ");
+}
+
 TEST(Escape, NamesFilesAndSparesTerminals) {
     EXPECT_EQ(escape::file_name("a/b\nc.x"), "a_b_c.x");
     EXPECT_EQ(escape::file_name(std::string(119, 'x') + "größer").size(), 120u);

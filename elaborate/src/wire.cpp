@@ -3,6 +3,9 @@
 #include "stages.hpp"
 
 #include <algorithm>
+#include <map>
+#include <tuple>
+#include <unordered_map>
 #include <utility>
 
 namespace bf::elaboration {
@@ -13,6 +16,16 @@ namespace {
 struct NamedPort {
     std::string_view name;
     int index; ///< slot of a block, or place among the ports of a subsystem
+};
+
+/// The ports of one side of a block or a subsystem, which many connections look up.
+struct NamedPorts {
+    std::vector<NamedPort> all;
+    std::unordered_map<std::string_view, int> indices; ///< by name
+
+    explicit NamedPorts(std::vector<NamedPort> ports) : all(std::move(ports)) {
+        for (const auto& port : all) indices.emplace(port.name, port.index);
+    }
 };
 
 class Wiring {
@@ -104,18 +117,30 @@ class Wiring {
         return ports;
     }
 
-    std::vector<NamedPort> ports_of(const Scope::Item& item, Role role) {
-        if (item.bus >= 0) return bus_ports(e_.buses[static_cast<std::size_t>(item.bus)], role);
-        if (item.scope) return role == Role::input ? inputs(*item.scope) : outputs(*item.scope);
-        return slots(item.node, role);
+    const NamedPorts& ports_of(const Scope::Item& item, Role role) {
+        const std::tuple key{static_cast<const Scope*>(item.scope), item.node, item.bus, role};
+        const auto known = named_ports_.find(key);
+        if (known != named_ports_.end()) return known->second;
+        return named_ports_
+            .emplace(key, item.bus >= 0 ? bus_ports(e_.buses[static_cast<std::size_t>(item.bus)], role)
+                          : item.scope  ? role == Role::input ? inputs(*item.scope) : outputs(*item.scope)
+                                        : slots(item.node, role))
+            .first->second;
+    }
+    /// Those of the subsystem itself, as its content sees them.
+    const NamedPorts& ports_of(const Scope& scope, Role role) {
+        Scope::Item item;
+        item.scope = const_cast<Scope*>(&scope);
+        return ports_of(item, role);
     }
 
     /// Index of the port that an endpoint means: its name, or the only one there is; -1 after a report.
-    int port_of(const Scope& scope, const model::Endpoint& end, const std::vector<NamedPort>& ports,
+    int port_of(const Scope& scope, const model::Endpoint& end, const NamedPorts& named,
                 const std::string& kind) {
+        const std::vector<NamedPort>& ports = named.all;
         if (end.port.empty() && ports.size() == 1) return ports.front().index;
-        for (const auto& port : ports)
-            if (port.name == end.port) return port.index;
+        if (const auto found = named.indices.find(end.port); found != named.indices.end())
+            return found->second;
         std::vector<std::string> names;
         for (const auto& port : ports) names.emplace_back(port.name);
         const std::string list = joined(names);
@@ -150,7 +175,7 @@ class Wiring {
     Driver driver(const Scope& scope, const model::Endpoint& from) {
         Driver driver{&from, {}, -1};
         if (from.block.empty()) {
-            driver.port = port_of(scope, from, inputs(scope), "input of the subsystem");
+            driver.port = port_of(scope, from, ports_of(scope, Role::input), "input of the subsystem");
         } else if (const auto* item = item_of(scope, from)) {
             driver.item = *item;
             driver.port = port_of(scope, from, ports_of(*item, Role::output), "output");
@@ -163,7 +188,7 @@ class Wiring {
         const Driver source = driver(scope, from);
         Driver* target = nullptr;
         if (to.block.empty()) {
-            const int port = port_of(scope, to, outputs(scope), "output of the subsystem");
+            const int port = port_of(scope, to, ports_of(scope, Role::output), "output of the subsystem");
             if (port >= 0) target = &scope.outputs[static_cast<std::size_t>(port)];
         } else if (const auto* item = item_of(scope, to)) {
             const int port = port_of(scope, to, ports_of(*item, Role::input), "input");
@@ -636,7 +661,8 @@ class Wiring {
     }
 
     Elaboration& e_;
-    std::vector<std::vector<Driver>> node_drivers_; ///< per slot of each block
+    std::vector<std::vector<Driver>> node_drivers_;                              ///< per slot of each block
+    std::map<std::tuple<const Scope*, int, int, Role>, NamedPorts> named_ports_; ///< scope, node, bus, side
     std::unordered_set<int>
         misspelled_; ///< blocks whose connection names no input of theirs: one is open then
     std::pair<const Scope*, std::size_t>

@@ -130,7 +130,10 @@ bool Interpreter::State::is_function(const std::string& name) {
     return (frame_->program && frame_->program->find(name)) || find_file(name) || is_builtin(name);
 }
 
-void Interpreter::State::unknown(const std::string& name) const {
+void Interpreter::State::unknown(const std::string& name) {
+    // Only for the first errors: each looks through all names.
+    constexpr int most = 20;
+    if (++suggestions_ > most) throw Error("unknown variable or function '" + name + "'");
     std::vector<std::string_view> candidates = frame_->variables->names();
     if (frame_->program)
         for (const Function& function : frame_->program->functions) candidates.push_back(function.name);

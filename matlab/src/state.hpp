@@ -90,7 +90,7 @@ class Interpreter::State final : public Context {
     std::vector<Value> call_builtin(std::string_view name, const Builtin& builtin,
                                     std::vector<Value>& arguments, int outputs);
     std::shared_ptr<const Program> find_file(const std::string& name);
-    [[noreturn]] void unknown(const std::string& name) const;
+    [[noreturn]] void unknown(const std::string& name);
 
     // execute.cpp
     Flow execute(const Block& block);
@@ -108,6 +108,7 @@ class Interpreter::State final : public Context {
     Limits limits_;
     Budget budget_;
     int depth_ = 0;
+    int suggestions_ = 0; ///< made so far
     Frame* frame_ = nullptr;
     const IndexContext* index_ = nullptr;
     std::map<std::string, std::shared_ptr<const Program>> files_; // null: no such function

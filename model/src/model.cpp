@@ -1,5 +1,7 @@
 #include "bf/model/model.hpp"
 
+#include "bf/base/escape.hpp"
+
 #include <algorithm>
 
 namespace bf::model {
@@ -35,9 +37,9 @@ std::string Location::text() const {
 
 std::string Diagnostic::text() const {
     std::string text = where.text();
-    if (!path.empty()) text += (text.empty() ? "" : ": ") + path;
-    text += (text.empty() ? "" : ": ") + message;
-    return remedy.empty() ? text : text + "; " + remedy;
+    if (!path.empty()) text += (text.empty() ? "" : ": ") + escape::shortened(path);
+    text += (text.empty() ? "" : ": ") + escape::shortened(message);
+    return remedy.empty() ? text : text + "; " + escape::shortened(remedy);
 }
 
 Errors::Errors(std::vector<Diagnostic> diagnostics)

@@ -118,7 +118,7 @@ void print_variables(const Diagram& d) {
     for (const auto& variable : d.definitions) {
         if (variable.kind != Definition::Kind::variable) continue;
         const std::string limits = text_of(variable.limits), about = variable.about();
-        rows.push_back({variable.path, escape::terminal(value_text(variable.value)),
+        rows.push_back({escape::terminal(variable.path), escape::terminal(value_text(variable.value)),
                         escape::terminal(variable.unit),
                         escape::terminal(about + (about.empty() || limits.empty() ? "" : "; ") + limits)});
         name = std::max(name, rows.back()[0], is_shorter);
@@ -140,7 +140,7 @@ void print(const Diagram& d) {
     std::printf(std::isfinite(d.stop) ? "runs for %s s\n" : "no stop time\n", number(d.stop).c_str());
     std::printf("\nrates\n");
     for (int r = 1; r < static_cast<int>(d.rates.size()); ++r)
-        std::printf("  %s%s%s\n", colour(r), rate_text(d, r).c_str(), plain);
+        std::printf("  %s%s%s\n", colour(r), escape::terminal(rate_text(d, r)).c_str(), plain);
     print_variables(d);
 
     std::vector<Row> rows;
@@ -158,8 +158,9 @@ void print(const Diagram& d) {
         const std::string columns = trimmed(
             row.type.empty() ? row.path
                              : padded(row.path, width.path) + padded(row.type, width.type) + row.outputs);
-        std::printf("%5d  %s%s%s%s\n", ++line, colour(row.number),
-                    row.type.empty() ? "" : padded(row.rate, width.rate).c_str(), plain, columns.c_str());
+        const std::string rate = row.type.empty() ? "" : padded(row.rate, width.rate);
+        std::printf("%5d  %s%s%s%s\n", ++line, colour(row.number), escape::terminal(rate).c_str(), plain,
+                    escape::terminal(columns).c_str());
     }
 }
 
@@ -218,7 +219,7 @@ void execute(const CheckOptions& options) {
     try {
         const LoadedModel loaded = load_model(options.model);
         if (options.as_program)
-            std::fputs(program::text_of(program::lower(loaded.diagram)).c_str(), stdout);
+            std::fputs(escape::terminal(program::text_of(program::lower(loaded.diagram))).c_str(), stdout);
         else if (options.as_json)
             std::fputs(to_text(to_json(loaded.diagram)).c_str(), stdout);
         else

@@ -230,9 +230,22 @@ TEST_F(Untrusted, DocumentsAreReadInATimeThatGrowsWithTheirSize) {
     text = "model: m\nstep: 1\nstop: 1\nblocks: {c: {block: Constant}}\nvariables:\n";
     for (int i = 0; i < 200000; ++i) text += "  v" + std::to_string(i) + ": 1\n";
     write("variables.yaml", text);
+    std::string unknown = "blocks:\n";
+    for (int i = 0; i < 20000; ++i)
+        unknown += "  b" + std::to_string(i) + ": {block: Constant, value: u" + std::to_string(i) + "}\n";
+    write("unknown.yaml", "model: m\nstep: 1\nstop: 1\n" + text.substr(text.find("variables:")) + unknown);
+    text = "model: m\nstep: 1\nstop: 1\nblocks: {c: {block: Constant}, s: {block: Sum, signs: " +
+           std::string(50000, '+') + "}}\nconnections:\n  c: [s.u1";
+    for (int i = 2; i <= 50000; ++i) text += ", s.u" + std::to_string(i);
+    write("sum.yaml", text + "]\n");
     const auto check = [&](const std::string& arguments) {
         return shell(hang_guard + "'" BF_PROGRAM "' check " + arguments);
     };
+    EXPECT_CONTAINS(check("unknown.yaml").err, "20000 errors");
+    EXPECT_EQ(check("sum.yaml").code, 0);
+    const std::string sum = "1" + std::string(300000, '+');
+    write("long.yaml", "model: m\nstep: 1\nblocks: {c: {block: Constant, value: " + sum + "}}\n");
+    EXPECT_LT(check("long.yaml").err.size(), 10000u);
     const auto blocks = check("blocks.yaml");
     EXPECT_EQ(blocks.code, 1);
     EXPECT_CONTAINS(blocks.err, "b0: there is no block 'Unknown0'");

@@ -458,10 +458,10 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
 }
 
 double Reader::read_number(const Node& key, const Node& value) {
-    const auto number = value.is_scalar() ? number_of(value.text) : std::nullopt;
-    if (!number || !std::isfinite(*number))
-        report(value, "", "'" + key.text + "' of the layout is '" + value.text + "'", "give a number");
-    return number.value_or(0);
+    if (value.is_scalar())
+        if (const auto number = number_of(value.text); number && std::isfinite(*number)) return *number;
+    report(value, "", "'" + key.text + "' of the layout is '" + value.text + "'", "give a number");
+    return 0;
 }
 
 /// The keys `x`, `y`, `width` and `height` of something drawn.

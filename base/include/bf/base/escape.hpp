@@ -1,6 +1,7 @@
 // Text of people - names, titles, units - inside text that a program reads: one function per language.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -45,5 +46,8 @@ std::string file_name(std::string_view text);
 /// For a terminal: control characters other than line breaks and tabs, with which text could write over
 /// other text, are shown as <1b>.
 std::string terminal(std::string_view text);
+
+/// For a message: a text of more than `most` bytes without its middle, with the length that it has.
+std::string shortened(std::string_view text, std::size_t most = 4000);
 
 } // namespace bf::escape

@@ -70,8 +70,7 @@ LoadedModel load(const ModelSource& source) {
     for (const auto& [name, text] : source.overrides) overrides.push_back({name, text, {}});
     LoadedModel loaded = load(ModelSource{source.file, source.texts, {}}, source.file, overrides);
     for (const auto& [file, text] : loaded.source.texts)
-        if (!source.texts.contains(file))
-throw FileError(file.string() + " is not in the recording");
+        if (!source.texts.contains(file)) throw FileError(file.string() + " is not in the recording");
     return loaded;
 }
 

@@ -96,7 +96,8 @@ TEST_F(LongRuns, UntilEndsWithTheStepOfTheEvent) {
 
 TEST_F(LongRuns, UntilFailsWhenTheEventDoesNotHappenOrIsNone) {
     expect_error("run sine.yaml --until 'gain > 7'", "sine stopped at t = 1 s: gain > 7 did not happen");
-    expect_error("run sine.yaml --until 'gain.x > 7'", "the run has no 'gain.x'; did you mean 'gain.y'?; bf check");
+    expect_error("run sine.yaml --until 'gain.x > 7'",
+                 "the run has no 'gain.x'; did you mean 'gain.y'?; bf check");
     expect_error("run sine.yaml --until 'gain'",
                  "'gain' is no event; write SIGNAL, one of > >= < <= == ~=, and a number");
     expect_error("run sine.yaml --until 'gain > five'", "is no event");

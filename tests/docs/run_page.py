@@ -35,7 +35,8 @@ def matches(expected, printed):
 
 def main(page, build):
     text = page.read_text()
-    problems = [f"link {link} leads nowhere" for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text)
+    prose = re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S)
+    problems = [f"link {link} leads nowhere" for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", prose)
                 if "://" not in link and not (page.parent / link).exists()]
     with tempfile.TemporaryDirectory(prefix="bf_docs_") as name:
         folder = pathlib.Path(name)

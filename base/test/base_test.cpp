@@ -24,6 +24,20 @@ TEST(Names, AreOrderedByDistanceAndThenAsGiven) {
     EXPECT_EQ(nearest_first("x", {}), std::vector<std::string>{});
 }
 
+TEST(Names, AreListedUpToAFewAndCounted) {
+    EXPECT_EQ(name_list(std::vector<std::string>{}), "");
+    EXPECT_EQ(name_list(std::vector<std::string>{"a", "b"}), "a, b");
+    EXPECT_EQ(name_list(std::vector<std::string>(100, "a")),
+              "a, a, a, a, a, a, a, a, a, a, a, a and 88 more");
+}
+
+TEST(Names, AreSuggestedForTheFirstMistakes) {
+    Suggestions suggestions;
+    int made = 0;
+    for (int i = 0; i < 1000; ++i) made += suggestions.take();
+    EXPECT_EQ(made, 20);
+}
+
 TEST(Numbers, ReadBackAsWritten) {
     for (const double x : {0.0, -0.0, 0.1, 1.0 / 3, 1e23, 5e-324, std::numeric_limits<double>::max(),
                            std::numeric_limits<double>::infinity()}) {

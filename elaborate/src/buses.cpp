@@ -1,44 +1,47 @@
 // The signals of buses, which are groups of wires.
 #include "stages.hpp"
 
-#include <algorithm>
-
 namespace bf::elaboration {
 
-std::optional<std::string> below(const std::string& path, const std::string& name) {
-    if (path == name) return "";
-    if (path.starts_with(name + ".")) return path.substr(name.size() + 1);
-    return {};
+const Scope::Driver* Bus::find(std::string& path) const {
+    for (std::size_t end = path.find('.');; end = path.find('.', end + 1)) {
+        if (const auto place = places.find(path.substr(0, end)); place != places.end()) {
+            path.erase(0, end == std::string::npos ? end : end + 1);
+            return &drivers[place->second];
+        }
+        if (end == std::string::npos) return nullptr;
+    }
 }
 
 std::vector<std::string> signals_of(const Elaboration& e, const Scope& scope, const Scope::Driver& wire,
-                                    std::size_t hops) {
-    const std::vector<std::string> no_bus{""};
+                                    std::size_t hops, std::string below) {
+    const std::vector<std::string> no_bus(below.empty() ? 1 : 0);
     if (!wire.from || wire.port < 0 || hops == 0) return no_bus;
     if (wire.item.node >= 0) {
         const auto merge = e.merges.find(wire.item.node);
         if (merge == e.merges.end()) return no_bus;
-        return signals_of(e, *merge->second.scope, merge->second.drivers.front(), hops - 1);
+        return signals_of(e, *merge->second.scope, merge->second.drivers.front(), hops - 1, std::move(below));
     }
     const auto port = static_cast<std::size_t>(wire.port);
     if (const Scope* front = wire.item.scope) {
         const Scope& inner = front->parts.empty() ? *front : *front->parts.front();
-        return signals_of(e, inner, inner.outputs[port], hops - 1);
+        return signals_of(e, inner, inner.outputs[port], hops - 1, std::move(below));
     }
     if (wire.item.bus < 0)
-        return scope.parent ? signals_of(e, *scope.parent, scope.inputs[port], hops - 1) : no_bus;
+        return scope.parent ? signals_of(e, *scope.parent, scope.inputs[port], hops - 1, std::move(below))
+                            : no_bus;
     const Bus& bus = e.buses[static_cast<std::size_t>(wire.item.bus)];
+    if (bus.kind == Bus::Kind::selector) below = bus.names[port] + (below.empty() ? "" : "." + below);
+    if (bus.kind != Bus::Kind::creator)
+        return signals_of(e, *bus.scope, bus.drivers.back(), hops - 1, std::move(below));
     std::vector<std::string> found;
-    if (bus.kind == Bus::Kind::creator) {
-        for (std::size_t i = 0; i < bus.names.size(); ++i)
-            for (const auto& path : signals_of(e, *bus.scope, bus.drivers[i], hops - 1))
-                found.push_back(path.empty() ? bus.names[i] : bus.names[i] + "." + path);
-        return found;
+    if (!below.empty()) {
+        const auto* driver = bus.find(below);
+        return driver ? signals_of(e, *bus.scope, *driver, hops - 1, std::move(below)) : found;
     }
-    const auto all = signals_of(e, *bus.scope, bus.drivers.back(), hops - 1);
-    if (bus.kind == Bus::Kind::assignment) return all;
-    for (const auto& path : all)
-        if (const auto rest = below(path, bus.names[port])) found.push_back(*rest);
+    for (std::size_t i = 0; i < bus.names.size(); ++i)
+        for (const auto& path : signals_of(e, *bus.scope, bus.drivers[i], hops - 1))
+            found.push_back(path.empty() ? bus.names[i] : bus.names[i] + "." + path);
     return found;
 }
 
@@ -78,16 +81,11 @@ void split_merges(Elaboration& e, std::size_t hops) {
     }
 }
 
-std::string joined(const std::vector<std::string>& names) {
-    std::string list;
-    for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
-    return list;
-}
-
 void report_missing(Elaboration& e, const model::Location& where, const std::string& path,
                     const std::string& name, const std::vector<std::string>& known) {
-    e.report.add(where, path, "the bus has no signal '" + name + "'" + did_you_mean(name, known),
-                 known.empty() ? "connect a BusCreator" : "its signals: " + joined(known));
+    e.report.add(where, path,
+                 "the bus has no signal '" + name + "'" + e.report.suggestion(name, [&] { return known; }),
+                 known.empty() ? "connect a BusCreator" : "its signals: " + name_list(known));
 }
 
 void check_assignments(Elaboration& e, std::size_t hops) {
@@ -95,8 +93,7 @@ void check_assignments(Elaboration& e, std::size_t hops) {
         if (bus.kind != Bus::Kind::assignment || !bus.drivers.back().from) continue;
         const auto known = signals_of(e, *bus.scope, bus.drivers.back(), hops);
         for (const auto& name : bus.names)
-            if (std::none_of(known.begin(), known.end(),
-                             [&](const auto& path) { return below(path, name).has_value(); }))
+            if (signals_of(e, *bus.scope, bus.drivers.back(), hops, name).empty())
                 report_missing(e, bus.where, bus.path, name, known);
     }
 }

@@ -141,38 +141,55 @@ bool matches(std::string_view text, std::string_view pattern) {
 
 } // namespace
 
-std::vector<SignalName> Diagram::match_signals(const std::string& pattern) const {
-    std::vector<SignalName> found, children;
-    const bool is_glob = pattern.find('*') != std::string::npos;
-    const std::string prefix = pattern + ".";
-    for (auto& signal : signals()) {
-        if (!is_glob && signal.path.starts_with(prefix) &&
-            signal.path.find('.', prefix.size()) == std::string::npos)
-            children.push_back({pattern, signal.end});
-        if (is_glob ? matches(signal.path, pattern) : signal.path == pattern)
-            found.push_back(std::move(signal));
+SignalFinder::SignalFinder(const Diagram& diagram) : all_(diagram.signals()) {
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+        const std::string_view path = all_[i].path;
+        by_path_[path].push_back(i);
+        if (const auto dot = path.rfind('.'); dot != path.npos) by_parent_[path.substr(0, dot)].push_back(i);
     }
-    if (is_glob || !found.empty()) return found;
-    if (children.size() == 1) return children; // a block or subsystem with one output
-    // A sink, or one of its inputs, is seen through what drives it; a state through its memory.
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-        if (!pattern.starts_with(nodes[n].path)) continue;
-        const auto& slots = nodes[n].block->declaration().slots;
+    for (std::size_t n = 0; n < diagram.nodes.size(); ++n) {
+        const auto& node = diagram.nodes[n];
+        const auto& slots = node.block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
-            const bool is_named = nodes[n].path + "." + slots[i].name == pattern;
-            if (slots[i].role == Role::discrete_state && is_named)
-                return {{pattern, {static_cast<int>(n), static_cast<int>(i)}}};
-            if (slots[i].role == Role::input && nodes[n].sources[i].node >= 0 &&
-                (is_named || nodes[n].path == pattern))
-                return {{pattern, nodes[n].sources[i]}};
+            if (slots[i].role == Role::discrete_state)
+                hidden_.try_emplace(node.path + "." + slots[i].name,
+                                    Node::End{static_cast<int>(n), static_cast<int>(i)});
+            if (slots[i].role == Role::input && node.sources[i].node >= 0) {
+                hidden_.try_emplace(node.path + "." + slots[i].name, node.sources[i]);
+                hidden_.try_emplace(node.path, node.sources[i]);
+            }
         }
     }
+}
+
+std::vector<SignalName> SignalFinder::match(const std::string& pattern) const {
+    std::vector<SignalName> found;
+    if (pattern.find('*') != std::string::npos) {
+        for (const auto& signal : all_)
+            if (matches(signal.path, pattern)) found.push_back(signal);
+        return found;
+    }
+    if (const auto same = by_path_.find(pattern); same != by_path_.end())
+        for (const std::size_t i : same->second) found.push_back(all_[i]);
+    if (!found.empty()) return found;
+    // A block or subsystem with one output.
+    if (const auto inside = by_parent_.find(pattern);
+        inside != by_parent_.end() && inside->second.size() == 1)
+        return {{pattern, all_[inside->second.front()].end}};
+    if (const auto hidden = hidden_.find(pattern); hidden != hidden_.end())
+        return {{pattern, hidden->second}};
     return {};
 }
 
-Node::End Diagram::find_signal(const std::string& path) const {
-    const auto found = match_signals(path);
+Node::End SignalFinder::find(const std::string& path) const {
+    const auto found = match(path);
     return found.empty() || path.find('*') != std::string::npos ? Node::End{} : found.front().end;
 }
+
+std::vector<SignalName> Diagram::match_signals(const std::string& pattern) const {
+    return SignalFinder(*this).match(pattern);
+}
+
+Node::End Diagram::find_signal(const std::string& path) const { return SignalFinder(*this).find(path); }
 
 } // namespace bf

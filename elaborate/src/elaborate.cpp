@@ -30,11 +30,12 @@ void Report::throw_if_any() {
 
 Diagram elaborate(const model::Model& model, Registry& registry, const ElaborateOptions& options) {
     elaboration::Elaboration e{model, registry, options};
-    for (const auto stage : {elaboration::flatten, elaboration::wire, elaboration::infer_shapes,
-                             elaboration::name_elements, elaboration::assign_rates, elaboration::sort}) {
+    for (const auto stage :
+         {elaboration::flatten, elaboration::bind_resources, elaboration::wire, elaboration::infer_shapes,
+          elaboration::name_elements, elaboration::assign_rates, elaboration::sort}) {
         stage(e);
         // Wiring is checked even where blocks are wrong: mistakes rarely come alone.
-        if (stage != elaboration::flatten) e.report.throw_if_any();
+        if (stage != elaboration::flatten && stage != elaboration::bind_resources) e.report.throw_if_any();
     }
     return std::move(e.diagram);
 }

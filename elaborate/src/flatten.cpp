@@ -105,20 +105,13 @@ class Flattener {
     }
 
     void report_unused() {
-        std::vector<std::string> names;
         for (const auto& given : overrides_) {
             if (used_.contains(given.name)) continue;
-            if (names.empty()) names = known_names();
             e_.report.add(given.where, "",
-                          "nothing is called '" + given.name + "'" + suggestion(given.name, names),
+                          "nothing is called '" + given.name + "'" +
+                              e_.report.suggestion(given.name, [&] { return known_names(); }),
                           "give the name of a variable, of a setting as block.setting, step or stop");
         }
-    }
-
-    /// Only for the first errors: each looks through all names.
-    std::string suggestion(const std::string& name, const std::vector<std::string>& names) {
-        constexpr int most = 20;
-        return ++suggestions_ <= most ? did_you_mean(name, names) : std::string();
     }
 
     std::vector<std::string> known_names() const {
@@ -263,6 +256,7 @@ class Flattener {
     void fill(Scope& scope) {
         for (const auto& block : scope.system->blocks) {
             const std::string path = scope.path.empty() ? block.name : scope.path + "." + block.name;
+            scope.items[block.name];
             if (block.when && !is_wanted(scope, *block.when, path))
                 scope.left_out.insert(block.name);
             else if (add_bus(scope, block, path))
@@ -402,6 +396,7 @@ class Flattener {
                               "'signals' has two that are called '" + std::string(last_name(name)) + "'",
                               kind == Kind::creator ? "give them different names"
                                                     : "put one into another " + block.type);
+        for (std::size_t i = 0; i < bus.names.size(); ++i) bus.places.try_emplace(bus.names[i], i);
         bus.drivers.resize(bus.names.size() + 1);
         scope.items[block.name] = {-1, nullptr, static_cast<int>(e_.buses.size())};
         e_.buses.push_back(std::move(bus));
@@ -555,7 +550,7 @@ class Flattener {
             if (index < 0) {
                 e_.report.add(setting->where ? setting->where : setting->value.where, path,
                               "the block has no argument or parameter '" + setting->name + "'" +
-                                  did_you_mean(setting->name, setting_names(d)));
+                                  e_.report.suggestion(setting->name, [&] { return setting_names(d); }));
                 continue;
             }
             const Slot& slot = d.slots[static_cast<std::size_t>(index)];
@@ -603,7 +598,6 @@ class Flattener {
     std::unordered_map<std::string, std::vector<std::size_t>>
         by_block_; ///< by what stands before the last dot
     std::unordered_set<std::string> used_;
-    int suggestions_ = 0;
     std::unordered_map<std::string, model::Location> written_;   ///< where values of variables are
     std::unordered_map<std::string, const BlockClass*> classes_; ///< null: it cannot be had
     std::unordered_map<std::string, std::string> refused_;       ///< why

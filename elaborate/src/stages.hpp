@@ -1,6 +1,7 @@
 // The stages of elaboration and what they share.
 #pragma once
 
+#include "bf/base/names.hpp"
 #include "bf/core/resolve.hpp"
 #include "bf/elaborate/elaborate.hpp"
 #include "bf/matlab/interpreter.hpp"
@@ -24,12 +25,17 @@ class Report {
         if (known_.insert(diagnostic.text()).second) diagnostics_.push_back(std::move(diagnostic));
     }
     bool is_empty() const { return diagnostics_.empty(); }
+    /// "; did you mean 'a'?", of the names that `known` lists, or nothing.
+    template <class Known> std::string suggestion(const std::string& name, Known&& known) {
+        return suggestions_.take() ? did_you_mean(name, known()) : std::string();
+    }
     /// In the order of the document; what stands in no file comes last.
     void throw_if_any();
 
   private:
     std::vector<model::Diagnostic> diagnostics_;
     std::unordered_set<std::string> known_;
+    Suggestions suggestions_;
 };
 
 /// The variables of one scope, with the paths by which definitions know them.
@@ -63,11 +69,12 @@ struct Scope {
     SampleTime sample_time;
     std::vector<int> nodes; ///< blocks that stand directly in it
 
-    /// What a name in this subsystem stands for.
+    /// What a name in this subsystem stands for; nothing where the block is left out, or cannot be made.
     struct Item {
         int node = -1;
         Scope* scope = nullptr;
         int bus = -1; ///< a block that only groups signals
+        bool is_made() const { return node >= 0 || scope || bus >= 0; }
     };
     std::unordered_map<std::string_view, Item> items;
     std::unordered_set<std::string_view> left_out; ///< blocks whose `when` is false
@@ -109,6 +116,11 @@ struct Bus {
     std::vector<Scope::Driver>
         drivers; ///< of the inputs: those of `names`, and after them `bus` where there is one
     model::Location where;
+    std::unordered_map<std::string, std::size_t> places = {}; ///< of the names
+
+    /// The driver of the signal that `path` is, or begins with; it is left with what follows. Null: there is
+    /// none.
+    const Scope::Driver* find(std::string& path) const;
 };
 
 /// The state that the stages hand on.
@@ -169,27 +181,24 @@ std::optional<Value> to_value(const matlab::Value& value);
 std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const model::Setting& setting,
                                   bool is_list, const std::string& path);
 
-/// What follows the name of a bus's signal in a path: "" for the signal itself, nothing for another.
-std::optional<std::string> below(const std::string& path, const std::string& name);
 /// The paths of the signals that a wire in `scope` carries, {""} if it is no bus. It is followed through
-/// `hops` ports.
+/// `hops` ports. Where `below` names a signal of the bus, those of that signal.
 std::vector<std::string> signals_of(const Elaboration& e, const Scope& scope, const Scope::Driver& wire,
-                                    std::size_t hops);
+                                    std::size_t hops, std::string below = {});
 /// Where inputs of a Merge are buses, it merges their first signal and others like it the rest.
 void split_merges(Elaboration& e, std::size_t hops);
-/// Names as a list for messages.
-std::string joined(const std::vector<std::string>& names);
 /// Reports that a bus has only the signals `known`.
 void report_missing(Elaboration& e, const model::Location& where, const std::string& path,
                     const std::string& name, const std::vector<std::string>& known);
 /// What a BusAssignment replaces must be there.
 void check_assignments(Elaboration& e, std::size_t hops);
 
-void flatten(Elaboration& e);       ///< scopes, nodes with arguments and parameters
-void wire(Elaboration& e);          ///< sources of inputs, conditions, resources, named signals
-void infer_shapes(Elaboration& e);  ///< sizes and types
-void name_elements(Elaboration& e); ///< names of the elements of vectors
-void assign_rates(Elaboration& e);  ///< sample times
-void sort(Elaboration& e);          ///< the plan
+void flatten(Elaboration& e);        ///< scopes, nodes with arguments and parameters
+void bind_resources(Elaboration& e); ///< what blocks provide to each other
+void wire(Elaboration& e);           ///< sources of inputs, conditions, named signals
+void infer_shapes(Elaboration& e);   ///< sizes and types
+void name_elements(Elaboration& e);  ///< names of the elements of vectors
+void assign_rates(Elaboration& e);   ///< sample times
+void sort(Elaboration& e);           ///< the plan
 
 } // namespace bf::elaboration

@@ -62,10 +62,9 @@ Elaboration::Part Elaboration::part_of(std::string path) const {
 void Elaboration::define(Definition definition, const Variables& variables) {
     using Kind = Definition::Kind;
     std::vector<std::string> bound;
+    std::unordered_set<std::string> used; // a name stands for one variable
     const auto use = [&](const std::string& name, int variable) {
-        const std::pair pair(name, variable);
-        if (std::ranges::find(definition.uses, pair) == definition.uses.end())
-            definition.uses.push_back(pair);
+        if (used.insert(name).second) definition.uses.emplace_back(name, variable);
     };
     bool is_copy = false;
     if (definition.expression)

@@ -1,4 +1,4 @@
-// Connections become sources of inputs; resources are found; signals get their names.
+// Connections become sources of inputs; signals get their names.
 #include "internal_blocks.hpp"
 #include "stages.hpp"
 
@@ -25,6 +25,11 @@ struct NamedPorts {
 
     explicit NamedPorts(std::vector<NamedPort> ports) : all(std::move(ports)) {
         for (const auto& port : all) indices.emplace(port.name, port.index);
+    }
+    std::vector<std::string> names() const {
+        std::vector<std::string> names;
+        for (const auto& port : all) names.emplace_back(port.name);
+        return names;
     }
 };
 
@@ -59,13 +64,13 @@ class Wiring {
         check_assignments(e_, ports_);
         for (int n = 0; n < blocks; ++n) mark_iteration(n);
         for (auto& scope : e_.scopes) name_ports(scope);
-        for (int n = 0; n < blocks; ++n) bind_resources(n);
         check_units();
-        for (auto& signal : e_.model.record) named(signal, e_.diagram.record);
-        if (e_.model.record_all) e_.diagram.record = e_.diagram.signals();
+        const SignalFinder finder(e_.diagram);
+        for (auto& signal : e_.model.record) named(finder, signal, e_.diagram.record);
+        if (e_.model.record_all) e_.diagram.record = finder.all();
         for (const auto& panel : e_.model.plots) {
             e_.diagram.plots.push_back({panel.title, {}});
-            for (const auto& signal : panel.signals) named(signal, e_.diagram.plots.back().signals);
+            for (const auto& signal : panel.signals) named(finder, signal, e_.diagram.plots.back().signals);
         }
     }
 
@@ -135,40 +140,41 @@ class Wiring {
     }
 
     /// Index of the port that an endpoint means: its name, or the only one there is; -1 after a report.
-    int port_of(const Scope& scope, const model::Endpoint& end, const NamedPorts& named,
+    int port_of(const Scope& scope, const model::Endpoint& end, const NamedPorts& ports,
                 const std::string& kind) {
-        const std::vector<NamedPort>& ports = named.all;
-        if (end.port.empty() && ports.size() == 1) return ports.front().index;
-        if (const auto found = named.indices.find(end.port); found != named.indices.end())
+        if (end.port.empty() && ports.all.size() == 1) return ports.all.front().index;
+        if (const auto found = ports.indices.find(end.port); found != ports.indices.end())
             return found->second;
-        std::vector<std::string> names;
-        for (const auto& port : ports) names.emplace_back(port.name);
-        const std::string list = joined(names);
+        const auto list = [&] {
+            return name_list(ports.all, [](const NamedPort& port) { return std::string(port.name); });
+        };
         const std::string path = inside(scope, end.block);
         if (!end.port.empty())
             e_.report.add(end.where, path,
-                          "there is no " + kind + " '" + end.port + "'" + did_you_mean(end.port, names),
-                          kind + "s: " + (list.empty() ? "none" : list));
-        else if (ports.empty())
+                          "there is no " + kind + " '" + end.port + "'" +
+                              e_.report.suggestion(end.port, [&] { return ports.names(); }),
+                          kind + "s: " + (ports.all.empty() ? "none" : list()));
+        else if (ports.all.empty())
             e_.report.add(end.where, path, "'" + end.text() + "' has no " + kind, "remove the connection");
         else
             e_.report.add(end.where, path,
                           "'" + end.text() + "' does not say which " + kind + " is meant: there are " +
-                              std::to_string(ports.size()),
-                          "write one of " + list + " after a dot");
+                              std::to_string(ports.all.size()),
+                          "write one of " + list() + " after a dot");
         return -1;
     }
 
     const Scope::Item* item_of(const Scope& scope, const model::Endpoint& end) {
         const auto found = scope.items.find(end.block);
-        if (found != scope.items.end()) return &found->second;
-        if (scope.left_out.contains(end.block)) return nullptr; // and so are its connections
-        if (!scope.system->find_block(end.block)) { // one that could not be made was reported before
+        // The connections of a block that is left out are too; one that could not be made was reported.
+        if (found != scope.items.end()) return found->second.is_made() ? &found->second : nullptr;
+        const auto names = [&] {
             std::vector<std::string> names;
             for (const auto& block : scope.system->blocks) names.push_back(block.name);
-            e_.report.add(end.where, scope.path,
-                          "there is no block '" + end.block + "' here" + did_you_mean(end.block, names));
-        }
+            return names;
+        };
+        e_.report.add(end.where, scope.path,
+                      "there is no block '" + end.block + "' here" + e_.report.suggestion(end.block, names));
         return nullptr;
     }
 
@@ -280,7 +286,7 @@ class Wiring {
     /// A bus is read as if it were a signal.
     void report_bus(const Driver& wire, const Scope& scope, const std::vector<std::string>& names) {
         e_.report.add(wire.from->where, scope.path,
-                      "'" + wire.from->text() + "' is a bus of " + joined(names),
+                      "'" + wire.from->text() + "' is a bus of " + name_list(names),
                       "take a signal out of it with a BusSelector");
     }
 
@@ -318,11 +324,7 @@ class Wiring {
             report_bus(wire, scope, bus.names);
             return nullptr;
         }
-        for (std::size_t i = 0; i < bus.names.size(); ++i)
-            if (const auto rest = below(element, bus.names[i])) {
-                element = *rest;
-                return &bus.drivers[i];
-            }
+        if (const auto* driver = bus.find(element)) return driver;
         if (bus.kind == Bus::Kind::assignment) return &bus.drivers.back();
         report_missing(e_, bus.where, bus.path, element.substr(0, element.find('.')), bus.names);
         return nullptr;
@@ -555,82 +557,6 @@ class Wiring {
             e_.diagram.aliases.push_back({e_.node(end.node).path, end});
     }
 
-    /// The nearest enclosing subsystem that offers the resource; several at the same level are an error.
-    Node::End provider(Scope* scope, int user, const std::string& type, std::string& found_twice) {
-        for (; scope; scope = scope->parent) {
-            Node::End found;
-            for (const int candidate : scope->nodes) {
-                if (candidate == user) continue;
-                const auto& provisions = e_.declaration(candidate).provisions;
-                for (std::size_t p = 0; p < provisions.size(); ++p) {
-                    if (provisions[p].type != type) continue;
-                    if (found.node >= 0)
-                        found_twice = e_.node(found.node).path + " and " + e_.node(candidate).path;
-                    else
-                        found = {candidate, static_cast<int>(p)};
-                }
-            }
-            if (found.node >= 0) return found;
-        }
-        return {};
-    }
-
-    Scope* scope_of(int node) {
-        if (node_scopes_.empty()) {
-            node_scopes_.resize(e_.diagram.nodes.size(), nullptr);
-            for (auto& scope : e_.scopes)
-                for (const int n : scope.nodes) node_scopes_[static_cast<std::size_t>(n)] = &scope;
-        }
-        return node_scopes_[static_cast<std::size_t>(node)];
-    }
-
-    /// Binds what a block requires, and then makes what it provides.
-    void bind_resources(int index, int depth = 0) {
-        DiagramNode& node = e_.node(index);
-        auto& d = node.block->declaration();
-        if (depth > 100) {
-            e_.report.add(node.where, node.path, "resources need each other in a circle");
-            return;
-        }
-        bool is_complete = true;
-        for (std::size_t r = 0; r < d.requirements.size(); ++r) {
-            auto& requirement = d.requirements[r];
-            if (requirement.is_bound) continue;
-            std::string found_twice;
-            const auto from = provider(scope_of(index), index, requirement.type, found_twice);
-            if (!found_twice.empty())
-                e_.report.add(node.where, node.path,
-                              "finds more than one " + requirement.type + " around it: " + found_twice,
-                              "keep one of them in this subsystem");
-            if (from.node < 0) {
-                e_.report.add(node.where, node.path,
-                              "needs a " + requirement.type + ", and no enclosing subsystem has one",
-                              "add a block that provides it beside this block or in a subsystem around it");
-                is_complete = false;
-                continue;
-            }
-            bind_resources(from.node, depth + 1);
-            const auto& made = e_.declaration(from.node).provisions[static_cast<std::size_t>(from.slot)].made;
-            if (!made) {
-                is_complete = false;
-                continue;
-            }
-            requirement.bind(made);
-            requirement.is_bound = true;
-            node.providers[r] = from;
-        }
-        if (!is_complete) return;
-        for (auto& provision : d.provisions) {
-            if (provision.made || failed_.contains(index)) continue;
-            try {
-                provision.made = provision.make();
-            } catch (const std::exception& error) {
-                failed_[index] = true;
-                e_.report.add(node.where, node.path, error.what());
-            }
-        }
-    }
-
     void check_units() {
         for (const auto& node : e_.diagram.nodes)
             for (std::size_t i = 0; i < node.sources.size(); ++i) {
@@ -648,13 +574,17 @@ class Wiring {
             }
     }
 
-    void named(const model::Signal& signal, std::vector<SignalName>& to) {
-        auto found = e_.diagram.match_signals(signal.path);
+    void named(const SignalFinder& finder, const model::Signal& signal, std::vector<SignalName>& to) {
+        auto found = finder.match(signal.path);
         if (found.empty()) {
-            std::vector<std::string> names;
-            for (const auto& known : e_.diagram.match_signals("*")) names.push_back(known.path);
+            const auto names = [&] {
+                std::vector<std::string> names;
+                for (const auto& known : finder.all()) names.push_back(known.path);
+                return names;
+            };
             e_.report.add(signal.where, "",
-                          "there is no signal '" + signal.path + "'" + did_you_mean(signal.path, names),
+                          "there is no signal '" + signal.path + "'" +
+                              e_.report.suggestion(signal.path, names),
                           "signals are called block.port, with the subsystems before them");
         }
         to.insert(to.end(), found.begin(), found.end());
@@ -676,8 +606,6 @@ class Wiring {
         std::size_t port;
     };
     std::vector<PartOfInput> parts_;
-    std::vector<Scope*> node_scopes_;
-    std::unordered_map<int, bool> failed_;
 };
 
 } // namespace

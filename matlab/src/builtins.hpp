@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bf/base/names.hpp"
 #include "bf/matlab/interpreter.hpp"
 #include "operators.hpp"
 
@@ -13,6 +14,7 @@ namespace bf::matlab {
 struct Context {
     Host& host;
     Budget& budget;
+    Suggestions suggestions = {};
     virtual std::vector<Value> apply(const Value& function, std::vector<Value> arguments, int outputs) = 0;
     virtual Workspace& variables() = 0;     ///< of the calling script or function
     virtual int argument_count() const = 0; ///< `nargin` of the running function

@@ -57,7 +57,7 @@ Value isfield(const Call& call) {
     return Value::array(Class::Logical, names.rows(), names.cols(), std::move(result));
 }
 
-Value getfield(const Call& call) { return call[0].field(call.text(1)); }
+Value getfield(const Call& call) { return call[0].field(call.text(1), &call.context.suggestions); }
 Value setfield(const Call& call) {
     Value result = call[0];
     result.set_field(call.text(1), call[2]);

@@ -214,7 +214,7 @@ std::vector<Value> Interpreter::State::evaluate_chain(const Expression& e, int o
             return call_named(name, is_field ? std::vector<Value>() : evaluate_list(e, 1), outputs);
     }
     const Value base = evaluate(*e.parts[0]);
-    if (is_field || e.kind == Kind::DynamicField) return {base.field(field_name(e))};
+    if (is_field || e.kind == Kind::DynamicField) return {base.field(field_name(e), &suggestions)};
     if (e.kind == Kind::Index) {
         if (base.is_function()) return apply(base, evaluate_list(e, 1), outputs);
         return {index(base, evaluate_selections(e, base), budget)};

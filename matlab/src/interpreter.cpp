@@ -131,17 +131,15 @@ bool Interpreter::State::is_function(const std::string& name) {
 }
 
 void Interpreter::State::unknown(const std::string& name) {
-    // Only for the first errors: each looks through all names.
-    constexpr int most = 20;
-    if (++suggestions_ > most) throw Error("unknown variable or function '" + name + "'");
+    const std::string what = "unknown variable or function '" + name + "'";
+    if (!suggestions.take()) throw Error(what);
     std::vector<std::string_view> candidates = frame_->variables->names();
     if (frame_->program)
         for (const Function& function : frame_->program->functions) candidates.push_back(function.name);
     const std::size_t known = candidates.size();
     for (const auto& [builtin, entry] : builtins()) candidates.push_back(builtin);
     std::sort(candidates.begin() + std::ptrdiff_t(known), candidates.end()); // a hash table has no order
-    throw Error("unknown variable or function '" + name + "'" +
-                suggestion(std::string_view(name).substr(0, name.find('.')), candidates));
+    throw Error(what + suggestion(std::string_view(name).substr(0, name.find('.')), candidates));
 }
 
 /// Resolution: function of this file, imported or path function, host's function, built-in. The first

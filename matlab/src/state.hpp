@@ -108,7 +108,6 @@ class Interpreter::State final : public Context {
     Limits limits_;
     Budget budget_;
     int depth_ = 0;
-    int suggestions_ = 0; ///< made so far
     Frame* frame_ = nullptr;
     const IndexContext* index_ = nullptr;
     std::map<std::string, std::shared_ptr<const Program>> files_; // null: no such function

@@ -1,4 +1,5 @@
 #include "bf/matlab/value.hpp"
+#include "bf/base/names.hpp"
 
 #include "bf/matlab/error.hpp"
 #include "bf/matlab/syntax.hpp"
@@ -168,11 +169,13 @@ const Value* Value::find_field(std::string_view name) const {
     return nullptr;
 }
 
-const Value& Value::field(std::string_view name) const {
+const Value& Value::field(std::string_view name, Suggestions* suggestions) const {
     if (const Value* value = find_field(name)) return *value;
+    const std::string what = "the struct has no field '" + std::string(name) + "'";
+    if (suggestions && !suggestions->take()) throw Error(what);
     std::vector<std::string_view> present;
     for (const auto& entry : fields()) present.push_back(entry.first);
-    throw Error("the struct has no field '" + std::string(name) + "'" + suggestion(name, present));
+    throw Error(what + suggestion(name, present));
 }
 
 const Closure& Value::function() const {

@@ -1,5 +1,6 @@
 #include "bf/model/check.hpp"
 
+#include "bf/base/names.hpp"
 #include "bf/model/suggest.hpp"
 
 #include <algorithm>
@@ -45,18 +46,35 @@ class Checker {
         found.push_back({where, path, std::move(message), std::move(remedy)});
     }
 
-    /// What was probably meant, of the candidates that `known` lists; only for the first errors, as looking
-    /// through all names for each of many would take a time that grows with the square of the document.
-    template <typename Known> std::string suggestion(std::string_view word, Known&& known) const {
-        constexpr std::size_t most = 20;
-        return found.size() < most ? did_you_mean(word, known()) : std::string();
+    /// What was probably meant, of the candidates that `known` lists.
+    template <typename Known> std::string suggestion(std::string_view word, Known&& known) {
+        return suggestions_.take() ? did_you_mean(word, known()) : std::string();
     }
+
+    /// What a subsystem has under which name. Made once for each, as each of its connections asks.
+    struct Content {
+        std::unordered_map<std::string_view, const Block*> blocks;
+        std::unordered_set<std::string_view> inputs, outputs; ///< inputs: with the control ports
+    };
+    const Content& content_of(const System& system);
 
     /// Whether the endpoint exists; reports if not. `source` tells which end of a connection it is.
     bool check_end(const System& system, const Endpoint& end, bool source, const std::string& path);
 
-    std::unordered_map<std::string_view, const Block*> blocks_; // of the system whose connections are checked
+    std::unordered_map<const System*, Content> contents_;
+    Suggestions suggestions_;
 };
+
+const Checker::Content& Checker::content_of(const System& system) {
+    const auto [known, is_new] = contents_.try_emplace(&system);
+    Content& content = known->second;
+    if (!is_new) return content;
+    for (const Block& block : system.blocks) content.blocks.try_emplace(block.name, &block);
+    for (const Port& port : system.inputs) content.inputs.insert(port.name);
+    for (const std::string_view control : control_ports(system)) content.inputs.insert(control);
+    for (const Port& port : system.outputs) content.outputs.insert(port.name);
+    return content;
+}
 
 template <typename Items>
 void Checker::check_unique(const Items& items, const std::string& kind, const std::string& path) {
@@ -95,7 +113,7 @@ void Checker::check_ports(const System& system, const std::string& path) {
     check_unique(system.outputs, "output", path);
     for (const auto* ports : {&system.inputs, &system.outputs})
         for (const Port& port : *ports)
-            if (blocks_.contains(port.name))
+            if (content_of(system).blocks.contains(port.name))
                 report(port.where, path, "'" + port.name + "' names both a block and a port of the subsystem",
                        "rename one of them, so that connections are clear");
     for (const std::string_view control : control_ports(system))
@@ -111,9 +129,9 @@ void Checker::check_ports(const System& system, const std::string& path) {
 bool Checker::check_end(const System& system, const Endpoint& end, bool source, const std::string& path) {
     const std::string name = end.text(), kind = source ? "output" : "input";
     if (end.block.empty()) {
-        const bool is_control = source && std::ranges::count(control_ports(system), end.port) > 0;
-        if (is_control || (source ? system.find_input(end.port) : system.find_output(end.port))) return true;
-        if (source ? system.find_output(end.port) : system.find_input(end.port)) {
+        const auto& [blocks, inputs, outputs] = content_of(system);
+        if ((source ? inputs : outputs).contains(end.port)) return true;
+        if ((source ? outputs : inputs).contains(end.port)) {
             report(end.where, path,
                    "'" + name + "' is an " + kind + " of this subsystem, which inside it is no " +
                        (source ? "source" : "destination"),
@@ -128,35 +146,41 @@ bool Checker::check_end(const System& system, const Endpoint& end, bool source, 
                }));
         return false;
     }
-    const auto block = blocks_.find(end.block);
-    if (block == blocks_.end()) {
+    const auto& blocks = content_of(system).blocks;
+    const auto block = blocks.find(end.block);
+    if (block == blocks.end()) {
         report(end.where, path, "there is no block '" + end.block + "' to connect '" + name + "'",
                suggestion(end.block, [&] { return names_of(system.blocks); }));
         return false;
     }
     const System* content = block->second->content();
     if (!content) return true; // ports of a library block are its declaration's matter
-    std::vector<std::string> ports = names_of(source ? content->outputs : content->inputs);
-    if (!source)
-        for (const std::string_view control : control_ports(*content)) ports.emplace_back(control);
-    if (end.port.empty() ? ports.size() == 1 : std::ranges::count(ports, end.port) > 0) return true;
+    const auto& ports = source ? content_of(*content).outputs : content_of(*content).inputs;
+    if (end.port.empty() ? ports.size() == 1 : ports.contains(end.port)) return true;
+    const auto known = [&] {
+        std::vector<std::string> names = names_of(source ? content->outputs : content->inputs);
+        if (!source)
+            for (const std::string_view control : control_ports(*content)) names.emplace_back(control);
+        return names;
+    };
     if (!end.port.empty())
         report(end.where, path, "subsystem '" + end.block + "' has no " + kind + " '" + end.port + "'",
-               did_you_mean(end.port, ports));
+               suggestion(end.port, known));
     else if (ports.empty())
         report(end.where, path, "subsystem '" + end.block + "' has no " + kind,
                "declare it in the `" + kind + "s` of '" + end.block + "'");
     else
         report(end.where, path, "subsystem '" + end.block + "' has several " + kind + "s",
-               "name the one that is meant: '" + end.block + "." + ports[0] + "'");
+               "name the one that is meant: '" + end.block + "." + known()[0] + "'");
     return false;
 }
 
 void Checker::check_connections(const System& system, const std::string& path) {
     std::unordered_map<std::string, const Endpoint*> fed;
     const auto is_variant = [&](const Endpoint& end) {
-        const auto block = blocks_.find(end.block);
-        return block != blocks_.end() && block->second->when;
+        const auto& blocks = content_of(system).blocks;
+        const auto block = blocks.find(end.block);
+        return block != blocks.end() && block->second->when;
     };
     for (const Connection& connection : system.connections) {
         check_end(system, connection.from, true, path);
@@ -203,8 +227,6 @@ void Checker::check_block(const Block& block, const std::string& path, int depth
 }
 
 void Checker::check_system(const System& system, const std::string& path, int depth) {
-    blocks_.clear();
-    for (const Block& block : system.blocks) blocks_.try_emplace(block.name, &block);
     check_unique(system.blocks, "block", path);
     check_ports(system, path);
     check_variables(system.enumerations, path);
@@ -232,10 +254,11 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
         const std::string_view name = rest.substr(0, rest.find('.'));
         const bool is_last = name.size() == rest.size();
         if (name.find('*') != name.npos) return; // what it matches depends on the blocks' declarations
-        if (system->find_output(name)) return;   // with more after it a signal of a bus: its wiring tells
-        if (is_last && system->find_input(name)) return;
-        const Block* block = system->find_block(name);
-        if (!block) {
+        const auto& [blocks, inputs, outputs] = content_of(*system);
+        if (outputs.contains(name)) return; // with more after it a signal of a bus: its wiring tells
+        if (is_last && inputs.contains(name)) return;
+        const auto named = blocks.find(name);
+        if (named == blocks.end()) {
             if (signal.path == "all")
                 return report(signal.where, "", "there is no signal 'all'",
                               "every signal is recorded by `record: all`, without brackets");
@@ -245,6 +268,7 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
                               return known;
                           }));
         }
+        const Block* block = named->second;
         if (is_last || block->type == "Merge") return;            // of buses has their signals
         if (block->reference && !block->reference->model) return; // nobody knows what an unread file has
         rest.remove_prefix(name.size() + 1);

@@ -23,8 +23,11 @@ template <typename Items> auto* find_named(Items& items, std::string_view name) 
 }
 
 std::string join_lines(const std::vector<Diagnostic>& diagnostics) {
+    constexpr std::size_t most = 100;
+    const std::size_t shown = std::min(most, diagnostics.size());
     std::string text;
-    for (const Diagnostic& d : diagnostics) text += (text.empty() ? "" : "\n") + d.text();
+    for (std::size_t i = 0; i < shown; ++i) text += (i > 0 ? "\n" : "") + diagnostics[i].text();
+    if (shown < diagnostics.size()) text += "\nand " + std::to_string(diagnostics.size() - shown) + " more";
     return text;
 }
 

@@ -24,9 +24,9 @@ struct ReplayOptions {
 /// The signals that the recording holds, for a recording of the replay.
 std::vector<Quantity> signals_of(const Simulation& simulation, const recording::Recording& recording) {
     std::vector<SignalName> signals;
+    const SignalFinder finder(simulation.diagram());
     for (const auto& channel : recording.channels)
-        if (const auto end = simulation.diagram().find_signal(channel.name); end.node >= 0)
-            signals.push_back({channel.name, end});
+        if (const auto end = finder.find(channel.name); end.node >= 0) signals.push_back({channel.name, end});
     return simulation.quantities(signals);
 }
 

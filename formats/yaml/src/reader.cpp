@@ -1,105 +1,17 @@
-#include "bf/formats/yaml.hpp"
-#include "comments.hpp"
+#include "reader.hpp"
+
 #include "flow.hpp"
-#include "keys.hpp"
-#include "node.hpp"
-#include "printer.hpp"
 
 #include "bf/base/numbers.hpp"
-#include "bf/base/text_file.hpp"
-#include "bf/model/check.hpp"
 #include "bf/model/suggest.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
-#include <map>
-#include <sstream>
 #include <unordered_map>
-#include <unordered_set>
 
 namespace bf::formats {
-namespace {
 
 using namespace model;
-using std::filesystem::path;
-
-/// Reads the files of a model, each once, and collects what is wrong in them.
-class Loader {
-  public:
-    explicit Loader(Files* files = nullptr, bool follows = true) : files_(files), follows_(follows) {}
-
-    std::vector<Diagnostic> wrong;
-
-    /// The model in a file that `where` refers to; null if it is unreadable or wrong.
-    std::shared_ptr<Model> load(const path& file, const Location& where, const std::string& block);
-
-    /// The model in `text`, which stands in `file`; incomplete if something is wrong.
-    Model read(std::string_view text, const path& file);
-
-    bool follows() const { return follows_; }
-
-  private:
-    Files* files_;           // null: nobody asks for the texts
-    bool follows_;           // whether references are read
-    std::vector<path> open_; // from the first file to the one that is being read
-    std::map<path, std::shared_ptr<Model>> done_;
-};
-
-/// Turns the syntax tree of one file into a Model.
-class Reader {
-  public:
-    Reader(const Source& source, Loader& loader, path folder)
-        : source_(source), loader_(loader), folder_(std::move(folder)) {}
-
-    std::vector<Diagnostic> wrong;
-    std::vector<LineRange> values; ///< that stand on several lines
-
-    Model read_model(const Node& node);
-    std::vector<Variable> read_variables(const Node& map, const std::string& path, bool are_declared = false);
-    std::vector<Variable> read_enumerations(const Node& map, const std::string& path);
-
-  private:
-    using OnEntry = std::function<void(const Node& key, const Node& value)>;
-
-    Location at(const Node& node) const { return source_.at(node.line, node.column); }
-    void report(const Node& node, const std::string& path, std::string message, std::string remedy) {
-        wrong.push_back({at(node), path, std::move(message), std::move(remedy)});
-    }
-
-    void read_entries(const Node& map, const std::string& path, const std::string& what,
-                      const OnEntry& on_entry);
-    void report_unknown(const Node& key, const std::string& path, const std::string& of,
-                        const keys::Keys& known);
-
-    std::string read_text(const Node& key, const Node& value, const std::string& path);
-    std::size_t read_choice(const Node& key, const Node& value, const std::string& path,
-                            const keys::Keys& choices);
-    Expression read_expression(const Node& key, const Node& value, const std::string& path);
-    bool is_cell(const Node& map) const;
-    Expression read_flow(const Node& value, const std::string& path);
-    Expression read_rows(const Node& key, const Node& value, const std::string& path);
-
-    void read_declared(Variable& variable, const Node& map, const std::string& path);
-    std::vector<Port> read_ports(const Node& key, const Node& value, const std::string& path,
-                                 const keys::Keys& known);
-    void read_port(Port& port, const Node& map, const std::string& path, const keys::Keys& known);
-    std::vector<Block> read_blocks(const Node& map, const std::string& path);
-    Block read_block(const Node& key, const Node& map, const std::string& path);
-    bool read_system_key(System& system, const Node& key, const Node& value, const std::string& path);
-    void read_connections(System& system, const Node& map, const std::string& path);
-    std::optional<Endpoint> read_endpoint(const Node& node, const std::string& path,
-                                          const std::unordered_set<std::string>& blocks);
-    template <typename Item>
-    std::vector<Item> read_list(const Node& key, const Node& value, std::string Item::*member);
-    double read_number(const Node& key, const Node& value);
-    bool read_extent(Point& at, std::optional<Point>& size, const Node& key, const Node& value);
-    std::vector<Point> read_points(const Node& key, const Node& value);
-    Layout read_layout(const Node& map);
-
-    const Source& source_;
-    Loader& loader_;
-    path folder_;
-};
 
 /// Calls `on_entry` with each key and value; reports what is no mapping, keys that are no text, and second
 /// ones.
@@ -452,8 +364,8 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
     });
     if (connections) read_connections(*block.system, *connections, path);
     if (is_library && block.type.empty()) block.type = "?";
-    if (is_file && !block.reference->file.empty() && loader_.follows())
-        block.reference->model = loader_.load(folder_ / block.reference->file, block.reference->where, path);
+    if (is_file && !block.reference->file.empty() && load_)
+        block.reference->model = load_(block.reference->file, block.reference->where, path);
     return block;
 }
 
@@ -587,112 +499,6 @@ Model Reader::read_model(const Node& node) {
     if (node.is_map() && !named)
         report(node, "", "the model has no name", "begin the file with `model: NAME`");
     return model;
-}
-
-Model Loader::read(std::string_view text, const path& file) {
-    const Source source(text, file.string());
-    std::vector<std::pair<std::size_t, std::size_t>> quoted;
-    Reader reader(source, *this, file.parent_path());
-    Model model;
-    try {
-        model = reader.read_model(parse(source, quoted));
-    } catch (const Errors& errors) {
-        wrong.insert(wrong.end(), errors.diagnostics().begin(), errors.diagnostics().end());
-        return model;
-    }
-    for (Diagnostic& diagnostic : check(model)) reader.wrong.push_back(std::move(diagnostic));
-    std::ranges::stable_sort(reader.wrong, {},
-                             [](const Diagnostic& d) { return std::pair(d.where.line, d.where.column); });
-    wrong.insert(wrong.end(), reader.wrong.begin(), reader.wrong.end());
-    attach_comments(model, source, std::move(quoted), reader.values);
-    model.source = std::make_shared<const std::string>(text);
-    return model;
-}
-
-std::shared_ptr<Model> Loader::load(const path& file, const Location& where, const std::string& block) {
-    auto refuse = [&](std::string message, std::string remedy) {
-        wrong.push_back({where, block, std::move(message), std::move(remedy)});
-        return nullptr;
-    };
-    std::error_code error;
-    const path real = std::filesystem::weakly_canonical(file, error);
-    std::error_code error_of_folder;
-    const path key = std::filesystem::absolute(file, error_of_folder).lexically_normal();
-    if (error_of_folder) return refuse("the current folder is not there any more", "change to another one");
-    const bool is_given = files_ && files_->contains(key);
-    if (!is_given && error != std::errc::too_many_symbolic_link_levels &&
-        !std::filesystem::exists(file, error))
-        return refuse("there is no file '" + file.string() + "'",
-                      "a path is relative to the file that names it");
-    if (const auto begin = std::ranges::find(open_, real); begin != open_.end()) {
-        std::string ring;
-        for (auto link = begin; link != open_.end(); ++link) ring += link->filename().string() + " -> ";
-        return refuse("the files refer to each other in a ring: " + ring + real.filename().string(),
-                      "remove one of these references");
-    }
-    if (const auto known = done_.find(real); known != done_.end()) return known->second;
-    std::string text;
-    if (is_given) {
-        text = files_->at(key);
-    } else {
-        if (const std::string wrong = bf::read_file(file.string(), text, 64u << 20); !wrong.empty())
-            return refuse("cannot read '" + file.string() + "': " + wrong, "");
-        if (files_) files_->emplace(key, text);
-    }
-    open_.push_back(real);
-    const std::size_t wrong_before = wrong.size();
-    std::shared_ptr<Model> model = std::make_shared<Model>(read(text, file));
-    open_.pop_back();
-    if (wrong.size() > wrong_before) model = nullptr;
-    return done_[real] = model;
-}
-
-} // namespace
-
-namespace {
-
-Model read_file(Loader loader, const path& file) {
-    const std::shared_ptr<Model> model = loader.load(file, {}, "");
-    if (!loader.wrong.empty()) throw Errors(std::move(loader.wrong));
-    return std::move(*model);
-}
-
-} // namespace
-
-model::Model read_yaml(const path& file) { return read_file(Loader(), file); }
-model::Model read_yaml(const path& file, Files& files) { return read_file(Loader(&files), file); }
-
-model::Model read_yaml_text(std::string_view text, const std::string& name) {
-    Loader loader;
-    Model model = loader.read(text, name);
-    if (!loader.wrong.empty()) throw Errors(std::move(loader.wrong));
-    return model;
-}
-
-std::optional<model::Model> read_alone(const Source& source, Node& root) {
-    Loader loader(nullptr, false);
-    std::vector<std::pair<std::size_t, std::size_t>> quoted;
-    Reader reader(source, loader, {});
-    try {
-        root = parse(source, quoted);
-    } catch (const Errors&) {
-        return {};
-    }
-    Model model = reader.read_model(root);
-    if (!reader.wrong.empty()) return {};
-    return model;
-}
-
-std::vector<model::Variable> read_yaml_variables(std::string_view text, const std::string& name) {
-    Loader loader;
-    const Source source(text, name);
-    std::vector<std::pair<std::size_t, std::size_t>> quoted;
-    Reader reader(source, loader, {});
-    Node root = parse(source, quoted);
-    if (root.is_null()) root.line = root.column = 1; // nothing stands nowhere
-    auto variables = reader.read_variables(root, "");
-    if (!reader.wrong.empty()) throw Errors(std::move(reader.wrong));
-    return variables;
 }
 
 } // namespace bf::formats

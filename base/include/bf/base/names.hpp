@@ -1,7 +1,8 @@
-// How near two names are.
+// Names in messages: how near two are, which was meant, and lists of them.
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,5 +18,26 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 /// of them.
 std::vector<std::string> nearest_first(std::string_view name, std::vector<std::string> candidates,
                                        std::size_t most = 3);
+
+/// For which mistakes of a document names are suggested: the first ones. Each looks through all names, which
+/// for each of many would take a time that grows with the square of the document.
+class Suggestions {
+  public:
+    /// Whether one more is looked for.
+    bool take() { return left_ > 0 && left_-- > 0; }
+
+  private:
+    int left_ = 20;
+};
+
+/// "a, b, c"; of many names the first ones, and how many more there are: each of many mistakes may list them.
+template <class Items, class NameOf = std::identity>
+std::string name_list(const Items& items, const NameOf& name_of = {}) {
+    constexpr std::size_t most = 12;
+    const std::size_t shown = items.size() <= most + 1 ? items.size() : most;
+    std::string list;
+    for (std::size_t i = 0; i < shown; ++i) list += (i > 0 ? ", " : "") + name_of(items[i]);
+    return shown == items.size() ? list : list + " and " + std::to_string(items.size() - shown) + " more";
+}
 
 } // namespace bf

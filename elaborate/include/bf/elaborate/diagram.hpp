@@ -209,4 +209,25 @@ struct Diagram {
     std::string element_text(const Node::End& end, int i) const;
 };
 
+/// Finds many signals of a diagram, which outlives it and stays as it is: each without looking through all.
+class SignalFinder {
+  public:
+    explicit SignalFinder(const Diagram& diagram);
+    SignalFinder(const SignalFinder&) = delete;
+    SignalFinder& operator=(const SignalFinder&) = delete;
+
+    /// As Diagram::match_signals and Diagram::find_signal.
+    std::vector<SignalName> match(const std::string& pattern) const;
+    Node::End find(const std::string& path) const;
+    /// As Diagram::signals.
+    const std::vector<SignalName>& all() const { return all_; }
+
+  private:
+    std::vector<SignalName> all_;
+    /// Among them, by path, and by what stands before the last dot of it.
+    std::unordered_map<std::string_view, std::vector<std::size_t>> by_path_, by_parent_;
+    /// A sink, or one of its inputs, is seen through what drives it; a state through its memory.
+    std::unordered_map<std::string, Node::End> hidden_;
+};
+
 } // namespace bf

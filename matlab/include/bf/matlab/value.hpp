@@ -11,6 +11,10 @@
 #include <variant>
 #include <vector>
 
+namespace bf {
+class Suggestions;
+}
+
 namespace bf::matlab {
 
 using Index = Eigen::Index;
@@ -95,7 +99,8 @@ class Value {
     const Value& at(Index i) const; ///< element of a cell array, counted from 0, column-major
     const Fields& fields() const;   ///< of a struct
     const Value* find_field(std::string_view name) const; ///< null when there is none
-    const Value& field(std::string_view name) const;      ///< throws with the nearest name
+    /// Throws with the nearest name, as far as `suggestions` lets it be looked for (null: always).
+    const Value& field(std::string_view name, Suggestions* suggestions = nullptr) const;
     const Closure& function() const;
 
     /// Write access; copies the data first when it is shared.

@@ -26,7 +26,7 @@ struct Diagnostic {
     std::string message; ///< what is wrong, with the value and the violated rule
     std::string remedy;  ///< what to do; may be empty
 
-    /// `file:line:column: path: message; remedy`.
+    /// `file:line:column: path: message; remedy`, each shortened where it is longer than anybody reads.
     std::string text() const;
 };
 
@@ -37,7 +37,7 @@ class Errors : public std::exception {
 
     const std::vector<Diagnostic>& diagnostics() const { return diagnostics_; }
 
-    /// One line per diagnostic.
+    /// One line per diagnostic; of more than a hundred the first ones, and how many more there are.
     const char* what() const noexcept override { return text_.c_str(); }
 
   private:

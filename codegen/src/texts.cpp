@@ -10,6 +10,7 @@ namespace {
 struct Text {
     std::string_view name, content;
 };
+using namespace std::string_view_literals;
 constexpr Text texts[] = {
 #include "texts.inc"
 };

@@ -91,7 +91,7 @@ void value_from_json(const Json& json, T& value, JsonContext& context, const std
         value = T{};
         for (const auto& [name, item] : json.items()) {
             bool known = name == "do" && member.empty();
-            for_each_field<T>([&](const auto& field) {
+            for_each_field<T>([&, &name = name, &item = item](const auto& field) {
                 if (name != field.name) return;
                 known = true;
                 value_from_json(item, value.*field.member, context,

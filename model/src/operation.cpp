@@ -266,7 +266,7 @@ void Editor::operator()(const Remove& remove) {
         std::erase_if(ports, [&](const Port& port) { return port.name == own.name; });
         if (!own.parent.empty()) {
             const auto [grandparent, parent] = split_last(own.parent);
-            remove_ends(system_at(grandparent), [&](const Endpoint& end, bool is_source) {
+            remove_ends(system_at(grandparent), [&, &parent = parent](const Endpoint& end, bool is_source) {
                 return end.block == parent && is_source == own.is_output &&
                        (end.port == own.name || (end.port.empty() && is_only));
             });
@@ -301,7 +301,7 @@ void Editor::operator()(const Rename& rename) {
             const auto [grandparent, parent] = split_last(own.parent);
             change_ends(
                 system_at(grandparent),
-                [&](const Endpoint& end, bool is_source) {
+                [&, &parent = parent](const Endpoint& end, bool is_source) {
                     return end.block == parent && end.port == own.name && is_source == own.is_output;
                 },
                 [&](Endpoint& end) { end.port = rename.name; });

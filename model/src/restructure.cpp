@@ -168,8 +168,8 @@ void Editor::operator()(const Dissolve& dissolve) {
     }
 
     // A wire through a port is joined: its source outside (inside) and its destinations on the other side.
-    const auto port_of = [&](const Endpoint& end,
-                             const std::vector<Port>& ports) -> std::optional<std::string> {
+    const auto port_of = [&, &name = name](const Endpoint& end,
+                                           const std::vector<Port>& ports) -> std::optional<std::string> {
         if (end.block != name) return {};
         return end.port.empty() && ports.size() == 1 ? ports[0].name : end.port;
     };
@@ -242,12 +242,13 @@ void Editor::operator()(const Dissolve& dissolve) {
     for (Note& note : model_.layout.notes)
         if (note.system == dissolve.path) note.system = parent;
 
-    const auto output_path = [&](const std::string& port) -> std::vector<std::string> {
+    const auto output_path = [&, &name = name,
+                              &parent = parent](const std::string& port) -> std::vector<std::string> {
         const auto from = source({.block = name, .port = port}, most_hops);
         if (!from) return {};
         return {joined(parent, from->text())};
     };
-    follow([&](const std::string& path) -> std::vector<std::string> {
+    follow([&, &parent = parent](const std::string& path) -> std::vector<std::string> {
         const auto rest = rest_under(path, dissolve.path);
         if (!rest) return {path};
         if (rest->empty())

@@ -28,7 +28,8 @@ class Complaints {
   public:
     template <typename... Parts> void require(bool rule, const Parts&... parts) {
         if (rule) return;
-        (text_ << "\n- " << ... << parts);
+        text_ << "\n- ";
+        (text_ << ... << parts);
     }
     void report() const {
         if (!text_.str().empty()) throw std::invalid_argument("world options:" + text_.str());

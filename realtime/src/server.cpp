@@ -82,6 +82,8 @@ std::uint32_t number_field(const Json& json, const char* name) {
 
 struct Server::State {
     struct Channel {
+        Channel(std::string t, Quantity s) : topic(std::move(t)), signal(std::move(s)) {}
+
         std::string topic;
         Quantity signal;
         std::atomic<bool> is_wanted{false};

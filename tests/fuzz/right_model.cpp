@@ -193,7 +193,8 @@ class Writer {
             const auto plain = block_class.make({});
             for (const auto& [key, value] : settings) {
                 const auto& known = plain->declaration().arguments;
-                if (std::any_of(known.begin(), known.end(), [&](const auto& a) { return a.name == key; }))
+                if (std::any_of(known.begin(), known.end(),
+                                [&, &key = key](const auto& a) { return a.name == key; }))
                     arguments.emplace_back(key, value);
                 made.settings += ", " + key + ": " + text_of(value);
             }
@@ -204,7 +205,7 @@ class Writer {
                 if (const int i = d.find(key, Role::parameter); i >= 0)
                     give(d, i, value);
                 else if (std::none_of(d.arguments.begin(), d.arguments.end(),
-                                      [&](const auto& a) { return a.name == key; }))
+                                      [&, &key = key](const auto& a) { return a.name == key; }))
                     return std::nullopt;
             give_defaults(d);
             propagate(*block);

@@ -148,12 +148,12 @@ enum class CheckKind { always, final, maximum, minimum, rms, mean };
 /// Summary of u over the samples from `from_time` on: value and the sum and count behind it; passed = value
 /// within the limits. rms and mean are over samples, rms of the Euclidean norm, mean of all elements.
 template <CheckKind kind> struct Check {
-    static constexpr const char* names[] = {"bf::kernels::Check<bf::kernels::CheckKind::always>{}",
-                                            "bf::kernels::Check<bf::kernels::CheckKind::final>{}",
-                                            "bf::kernels::Check<bf::kernels::CheckKind::maximum>{}",
-                                            "bf::kernels::Check<bf::kernels::CheckKind::minimum>{}",
-                                            "bf::kernels::Check<bf::kernels::CheckKind::rms>{}",
-                                            "bf::kernels::Check<bf::kernels::CheckKind::mean>{}"};
+    static constexpr const char* names[6] = {"bf::kernels::Check<bf::kernels::CheckKind::always>{}",
+                                             "bf::kernels::Check<bf::kernels::CheckKind::final>{}",
+                                             "bf::kernels::Check<bf::kernels::CheckKind::maximum>{}",
+                                             "bf::kernels::Check<bf::kernels::CheckKind::minimum>{}",
+                                             "bf::kernels::Check<bf::kernels::CheckKind::rms>{}",
+                                             "bf::kernels::Check<bf::kernels::CheckKind::mean>{}"};
     static constexpr const char* name = names[static_cast<int>(kind)];
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class V, class P, class S, class N, class V0, class P0, class S0, class N0, class F, class L,

@@ -170,7 +170,7 @@ template <class T> Object outside_object(std::shared_ptr<T> pointer) {
     Object object{pointer, {}, {}, {}, true};
     if constexpr (requires { T::is_cache; }) {
         object.is_outside = false;
-    } else if constexpr (requires(T t, double* to, const double* from) {
+    } else if constexpr (requires(T & t, double* to, const double* from) {
                              t.state_size(), t.save(to), t.restore(from);
                          }) {
         T* raw = pointer.get();

@@ -16,12 +16,16 @@ test: build
 	scripts/deps test
 	ctest --test-dir $(BUILD) --output-on-failure -j2
 
-# The whole tree and its tests once more, with Debian's clang.
+# The whole tree and its tests once more, with Debian's clang, and a build without robots and SUNDIALS.
 check-all: deps
 	scripts/deps test
 	@test -f $(BUILD)/clang/build.ninja || CC=clang-14 CXX=clang++-14 cmake -S . -B $(BUILD)/clang -G Ninja -DBF_EVERY_COMPILER=ON $(CMAKE_FLAGS)
 	ninja -C $(BUILD)/clang
 	ctest --test-dir $(BUILD)/clang --output-on-failure -j2
+	@test -f $(BUILD)/reduced/build.ninja || cmake -S . -B $(BUILD)/reduced -G Ninja -DBF_ROBOTS=OFF -DBF_SUNDIALS=OFF \
+	    $(patsubst %,-DCMAKE_DISABLE_FIND_PACKAGE_%=ON,SUNDIALS pinocchio proxsuite MuJoCo assimp) $(CMAKE_FLAGS)
+	ninja -C $(BUILD)/reduced
+	ctest --test-dir $(BUILD)/reduced --output-on-failure -j2
 
 # Models of chance for some seconds, under sanitizers.
 fuzz: deps

@@ -5,10 +5,20 @@ if(CMAKE_CROSSCOMPILING)
 else()
     file(GLOB BF_SITE ${BF_DEPS}/venv/lib/python3.*/site-packages)
 endif()
-if(NOT BF_SITE)
+
+# Components that a build may leave out. Folders are tested where both are there, what is left by tests/reduced.
+option(BF_SUNDIALS "CVODE's solvers and the solution of algebraic loops" ON)
+option(BF_ROBOTS "the Whole-Body Toolbox, its physics, and films" ON)
+if(BF_SUNDIALS AND BF_ROBOTS)
+    set(BF_EVERYTHING ON)
+endif()
+if(NOT BF_SITE AND BF_ROBOTS)
     message(FATAL_ERROR "${BF_DEPS} holds no packages: run 'make deps' or, for aarch64, 'make aarch64'")
 endif()
 set(BF_PYTHON ${BF_DEPS}/venv/bin/python)
+if(NOT BF_SITE)
+    set(BF_PYTHON python3)
+endif()
 set(BF_SHARE ${BF_DEPS}/venv/share) # robot models of the icub-models wheel
 set(BF_DAQP_SOURCES ${BF_DEPS}/src/daqp-0.11.0/csrc)
 
@@ -22,16 +32,22 @@ find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(PkgConfig REQUIRED)
-find_package(SUNDIALS 6.4 REQUIRED)
 pkg_check_modules(matio REQUIRED IMPORTED_TARGET matio)
 pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 pkg_check_modules(zlib REQUIRED IMPORTED_TARGET zlib)
-find_package(pinocchio 4.1 REQUIRED)
-find_package(proxsuite REQUIRED COMPONENTS proxsuite)
-find_package(MuJoCo REQUIRED)
-find_package(assimp 6 REQUIRED)
+find_package(Boost CONFIG REQUIRED) # headers
 
-if(NOT CMAKE_CROSSCOMPILING) # what only tests and benchmarks need
+if(BF_SUNDIALS)
+    find_package(SUNDIALS 6.4 REQUIRED)
+endif()
+if(BF_ROBOTS)
+    find_package(pinocchio 4.1 REQUIRED)
+    find_package(proxsuite REQUIRED COMPONENTS proxsuite)
+    find_package(MuJoCo REQUIRED)
+    find_package(assimp 6 REQUIRED)
+endif()
+
+if(BF_EVERYTHING AND NOT CMAKE_CROSSCOMPILING) # what only tests and benchmarks need
     find_package(GTest REQUIRED)
     find_package(benchmark REQUIRED)
     find_package(LibXml2 REQUIRED) # for iDynTree

@@ -21,8 +21,11 @@ set(wheels ${BF_SITE}/cmeel.prefix/lib ${BF_SITE}/mujoco)
 # The build has the same folders. Without that CMake leaves room for the longer path of an installation, as an empty
 # entry, by which the loader takes libraries from whatever folder the program is started in.
 set_target_properties(bf PROPERTIES INSTALL_RPATH "$ORIGIN/../lib;${wheels}")
-set_target_properties(WholeBodyToolbox PROPERTIES INSTALL_RPATH "$ORIGIN/..;${wheels}")
-set_target_properties(bf WholeBodyToolbox PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
+set_target_properties(bf PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
+if(BF_ROBOTS)
+    set_target_properties(WholeBodyToolbox PROPERTIES INSTALL_RPATH "$ORIGIN/..;${wheels}" BUILD_WITH_INSTALL_RPATH ON)
+    install(TARGETS WholeBodyToolbox LIBRARY DESTINATION lib/blockfactory)
+endif()
 
 # Blocks outside this tree must agree with core on the layout of Eigen's objects and on floating-point arithmetic.
 target_compile_features(bf_core INTERFACE cxx_std_20)
@@ -32,7 +35,6 @@ target_compile_definitions(bf_core INTERFACE
 
 install(TARGETS bf_base bf_core bf_kernels bf_matlab bf_blocks bf EXPORT BlockFactory
     RUNTIME DESTINATION bin LIBRARY DESTINATION lib ARCHIVE DESTINATION lib INCLUDES DESTINATION include)
-install(TARGETS WholeBodyToolbox LIBRARY DESTINATION lib/blockfactory)
 install(TARGETS bf_elaborate bf_model bf_yaml EXPORT BlockFactoryElaborate
     ARCHIVE DESTINATION lib INCLUDES DESTINATION include)
 foreach(library elaborate model matlab yaml)

@@ -215,8 +215,12 @@ void Simulation::Machine::emit_solve(const Statement& s, program::Pass pass) {
                               static_cast<std::size_t>(diagram.slot(end).size.count()));
     land({around});
     emit(Op::solve, static_cast<int>(solvers_.size()), s.node);
-    solvers_.push_back(
-        std::make_unique<AlgebraicSolver>(std::move(unknowns), [this, body] { return run(body); }));
+    try {
+        solvers_.push_back(
+            std::make_unique<AlgebraicSolver>(std::move(unknowns), [this, body] { return run(body); }));
+    } catch (const std::runtime_error& error) {
+        throw RunError(diagram.nodes[static_cast<std::size_t>(s.node)].path + ": " + error.what());
+    }
 }
 
 // ---- running

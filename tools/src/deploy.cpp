@@ -3,7 +3,7 @@
 #include "bf/base/open_file.hpp"
 #include "bf/codegen/generate.hpp"
 #include "bf/formats/yaml.hpp"
-#include "bf/toolbox/robot.hpp"
+#include "robots.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
@@ -146,8 +146,7 @@ std::set<fs::path> files_of(const LoadedModel& loaded) {
                 if (const auto file = file_of(text, node.arguments.folder); !file.empty()) files.insert(file);
         }
         for (const auto& provision : node.block->declaration().provisions)
-            if (provision.type == toolbox::RobotConfiguration::resource && provision.made)
-                files.insert(static_cast<const toolbox::RobotConfiguration*>(provision.made.get())->urdf);
+            if (const auto urdf = urdf_of(provision); !urdf.empty()) files.insert(urdf);
     }
     return files;
 }

@@ -166,7 +166,7 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
     }
     case Kind::finite:
         return "if (!is_finite(" + place_of(s.signal).text() + "))\n    " +
-               failing(s.node, message(s.failure.text()));
+               failing(s.node, message(s.failure.text(&block(s.node).declaration())));
     case Kind::assign: return is_used(s.flag) ? flag(s.flag) + " = " + condition(s.when) + ";\n" : "";
     case Kind::clear: return is_used(s.flag) ? flag(s.flag) + " = false;\n" : "";
     case Kind::edge: {

@@ -120,6 +120,9 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
               "p.yaml:1: 'K.K': '1e400' is beyond the largest number, 1.8e308; write Inf for "
               "infinity; a generated program computes no expressions, write the value\n");
     EXPECT_EQ(run("K.K: -inf\none.value: [1d1, 0]\n").substr(0, 4), "time");
+    EXPECT_EQ(program.code("--params p.yaml --csv ./p.yaml"), 1);
+    EXPECT_EQ(program.text("errors.txt"),
+              "program: --csv ./p.yaml is a file that is read; give another name\n");
     EXPECT_EQ(program("--csv /dev/full"), 256);
     EXPECT_EQ(program.text("errors.txt"),
               "program: cannot write /dev/full: No space left on device; free space, or "

@@ -11,7 +11,9 @@ std::string Status::text(const Declaration* block) const {
     constexpr std::string_view element = "{element}";
     if (const auto hole = text.find(element); hole != std::string::npos)
         text.replace(hole, element.size(),
-                     block ? block->element_name(first_, second_) : "element " + std::to_string(second_ + 1));
+                     !block        ? "element " + std::to_string(second_ + 1)
+                     : second_ < 0 ? block->slots[static_cast<std::size_t>(first_)].name
+                                   : block->element_name(first_, second_));
     for (const std::int32_t value : {first_, second_})
         if (const auto hole = text.find("{}"); hole != std::string::npos)
             text.replace(hole, 2, std::to_string(value));

@@ -434,6 +434,11 @@ class Flattener {
                         : number(scope, setting, path);
             if (value) arguments.emplace_back(setting.name, std::move(*value));
         }
+        for (const auto& argument : declared.arguments)
+            if (argument.from_path && std::ranges::find(arguments, argument.name, [](const auto& a) {
+                                          return a.first;
+                                      }) == arguments.end()) // half of it, which an int holds
+                arguments.emplace_back(argument.name, static_cast<double>(number_of_name(path) / 2));
 
         DiagramNode node;
         try {

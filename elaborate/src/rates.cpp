@@ -177,11 +177,12 @@ class Rates {
     void find_step() {
         if (e_.diagram.step > 0) return;
         double step = 0, shortest = std::numeric_limits<double>::infinity();
-        const auto divide = [](double a, double b) {
-            while (b > 1e-9 * a) {
+        const auto divide = [](double a, double b) { // Euclid's algorithm, a >= b
+            const double rounding = 4 * std::numeric_limits<double>::epsilon() * a;
+            while (b > 0) {
                 const double rest = std::abs(a - std::round(a / b) * b);
                 a = b;
-                b = rest < 1e-6 * b ? 0 : rest;
+                b = rest <= std::max(1e-6 * b, rounding) ? 0 : rest;
             }
             return a;
         };
@@ -190,6 +191,12 @@ class Rates {
                 if (time && *time > 0) {
                     step = step == 0 ? *time : divide(std::max(step, *time), std::min(step, *time));
                     shortest = std::min(shortest, *time);
+                    if (shortest > 1e6 * step)
+                        return e_.report.add(nodes_[n].where, nodes_[n].path,
+                                             "runs every " + matlab::number_text(*time) +
+                                                 " s, and a base step that divides this and the other "
+                                                 "periods is more than a million times shorter than they",
+                                             "give periods that nest, or the model a 'step'");
                 }
         if (step > 0) step = shortest / std::round(shortest / step); // free of the rounding above
         if (step == 0)

@@ -302,6 +302,17 @@ TEST(Errors, SampleTimesMustFitTheBaseStep) {
     EXPECT_EQ(errors_of("model: m\nblocks:\n  t: {block: Clock}\n"),
               "m.yaml:1:1: neither the model nor any block names a sample time; give the model a 'step', "
               "e.g. step: 0.001");
+    const auto two_periods = [](const std::string& a, const std::string& b) {
+        return errors_of("model: m\nblocks:\n  t: {block: Clock, period: " + a +
+                         "}\n  u: {block: Clock, period: " + b + "}\n");
+    };
+    EXPECT_EQ(
+        two_periods("pi", "exp(1)"),
+        "m.yaml:4:3: u: runs every 2.718281828459045 s, and a base step that divides this and the other "
+        "periods is more than a million times shorter than they; give periods that nest, or the model a "
+        "'step'");
+    EXPECT_EQ(two_periods("3600*24*365", "1e-4"), "");
+    EXPECT_EQ(two_periods("1/30", "0.001"), "");
     EXPECT_EQ(errors_of("model: m\nstep: 0\nblocks:\n  t: {block: Clock}\n"),
               "m.yaml:2:7: 'step' is 0; give a positive number of seconds up to 1e9");
 }

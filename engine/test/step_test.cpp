@@ -227,7 +227,7 @@ TEST(Step, AnOutputThatIsNotFiniteNamesItsBlockWhereTheModelAsks) {
     EXPECT_EQ(strict.trace("s.y", 2), (Values{-0.5, -1}));
     EXPECT_FALSE(strict.simulation->step());
     EXPECT_EQ(strict.simulation->failure(),
-              "s.loop.inverse: its output 1 is not finite: look at the block's inputs in this step for a "
+              "s.loop.inverse: its output y is not finite: look at the block's inputs in this step for a "
               "division by zero or a value out of range");
 }
 

@@ -105,7 +105,7 @@ double Random::sample(std::uint64_t seed, std::uint64_t i) const {
         mixed(mixed(seed) ^ fnv1a(std::as_bytes(std::span(name.data(), name.size()))));
     const double u = fraction(mixed(stream + 2 * i)), v = fraction(mixed(stream + 2 * i + 1));
     switch (kind) {
-    case Kind::uniform: return a + (b - a) * u;
+    case Kind::uniform: return std::lerp(a, b, u);
     case Kind::integers: return a + std::floor((b - a + 1) * u);
     case Kind::normal: break;
     }

@@ -406,18 +406,16 @@ class Lowering {
     }
     Statements finite(int node) const {
         Statements all;
-        int number = 0;
         for (int s = 0; s < count(slots(node)); ++s) {
             const Slot& slot = at(slots(node), s);
-            number += slot.role == Role::output;
             if (slot.role != Role::output || slot.size.count() == 0 ||
                 (slot.type != Type::float64 && slot.type != Type::float32))
                 continue;
             all.push_back(
                 of_node(Kind::finite, node,
-                        Status::failure("its output {} is not finite: look at the block's inputs in this "
-                                        "step for a division by zero or a value out of range",
-                                        number)));
+                        Status::failure("its output {element} is not finite: look at the block's inputs in "
+                                        "this step for a division by zero or a value out of range",
+                                        s, -1)));
             all.back().signal = {node, s};
         }
         return all;

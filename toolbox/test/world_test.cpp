@@ -320,6 +320,20 @@ TEST(World, LeavesPhysicsUsableAfterItsPluginWasClosed) {
     EXPECT_EQ(physics::World(options).mass(), mass);
 }
 
+TEST(World, HasNoiseOfItsOwnUnlessItIsGivenASeed) {
+    const auto measured = [](const std::string& name, const std::string& seed) {
+        std::string block = world("    noise: [1e-3 0 0]\n" + seed);
+        block.replace(block.find("world:"), 5, name);
+        Running run("model: m\nstep: 0.001\nblocks:\n" + robot + block + pd() + "connections:\n" + pd_lines +
+                    "  " + name + ".s: error.u2\n  " + name + ".s_dot: damping\n  tau: " + name + ".tau\n");
+        EXPECT_TRUE(run.step());
+        return run.get(name + ".s");
+    };
+    EXPECT_EQ(measured("left", ""), measured("left", ""));
+    EXPECT_NE(measured("left", ""), measured("right", ""));
+    EXPECT_EQ(measured("left", "    seed: 3\n"), measured("right", "    seed: 3\n"));
+}
+
 TEST(World, ContinuesASnapshotWithQpAndFiltersBitForBit) {
     // Noise, a filter on the velocities, a trajectory for the torso, and a QP that bounds the torques.
     const std::string noisy = "    noise: [1e-5 1e-3 0]\n";

@@ -42,9 +42,11 @@ std::string value_text(const Value& v) {
     return v.data.size() == 1 ? text : "[" + text + "]";
 }
 
+constexpr const char* by_path = "by the path"; // decides the default
+
 std::string initial_text(const Slot& slot) {
     const bool is_boolean = slot.type_symbol < 0 && slot.type == Type::boolean;
-    if (slot.from_path) return "by the path";
+    if (slot.from_path) return by_path;
     if (slot.initial.empty()) return element_text(0, is_boolean);
     std::string text;
     for (const double x : slot.initial) text += (text.empty() ? "" : " ") + element_text(x, is_boolean);
@@ -176,8 +178,9 @@ Declared declared(const BlockClass& type) {
     for (const auto& slot : d.slots)
         if (is_shown(slot)) result.quantities.push_back(quantity(d, slot));
     for (const auto& argument : d.arguments) {
-        result.arguments.push_back({argument.name, type_text(argument.initial), value_text(argument.initial),
-                                    argument.doc, argument.choices, argument.limits});
+        result.arguments.push_back({argument.name, type_text(argument.initial),
+                                    argument.from_path ? by_path : value_text(argument.initial), argument.doc,
+                                    argument.choices, argument.limits});
         vary(result, type, d, argument);
     }
     for (const auto& r : d.requirements) result.needs.push_back({r.type, r.doc});

@@ -166,6 +166,9 @@ void execute(const FilmOptions& options) {
     if (options.picture.empty() && options.output.empty())
         throw CommandError("say what to make: -o FILE.mp4 for a film, --picture FILE.png for one picture");
     const LoadedModel loaded = load_model(options.model);
+    auto read = files_of(options.model, loaded.source);
+    read.push_back(options.recording);
+    refuse_overwriting({{"-o", options.output}, {"--picture", options.picture}}, read);
     Film film(options, find_robot(loaded.diagram));
     if (!options.picture.empty()) draw_picture(film, options);
     if (!options.output.empty()) draw_film(film, options);

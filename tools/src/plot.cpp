@@ -115,6 +115,7 @@ void plot(const PlotOptions& options) {
     const std::string output = options.output.empty()
                                    ? fs::path(options.recording).replace_extension(".png").string()
                                    : options.output;
+    refuse_overwriting({{"-o", output}}, {options.recording});
     const Waiting waiting("drawing " + output);
     OutputFile file(output);
     recording::save(figure, file.path(), options.width, options.height);
@@ -127,6 +128,7 @@ void execute_export(const std::string& recording_file, const std::string& output
     const bool is_csv = output.ends_with(".csv") || output == "/dev/stdout";
     if (!is_csv && !output.ends_with(".mat"))
         throw CommandError("cannot tell the format of " + output + ": give a name that ends in .csv or .mat");
+    refuse_overwriting({{"-o", output}}, {recording_file});
     const auto r = load_recording(recording_file);
     const Waiting waiting("writing " + output);
     if (is_csv) {

@@ -49,9 +49,7 @@ void execute(const ReplayOptions& options) {
     Replay replay(simulation, recording);
     std::optional<Recorder> recorder;
     if (!options.output.empty()) {
-        std::error_code ignored;
-        if (std::filesystem::equivalent(options.output, options.recording, ignored))
-            throw CommandError("-o " + options.output + " is the recording itself; give another file");
+        refuse_overwriting({{"-o", options.output}}, {options.recording});
         recorder.emplace(simulation, signals_of(simulation, recording), options.output, loaded.source);
         simulation.add_observer(*recorder);
         replay.record(*recorder);

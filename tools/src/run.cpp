@@ -234,11 +234,13 @@ void execute(const RunOptions& options) {
     ModelOptions model = options.model;
     if (!options.stop.empty()) model.sets.push_back("stop=" + options.stop);
     const LoadedModel loaded = load_model(model);
-    for (const auto& [option, file] : {std::pair{"--record", options.record},
-                                       {"--summary", options.summary},
-                                       {"--snapshot", options.snapshot},
-                                       {"--profile", options.profile}})
-        refuse_overwriting(model, loaded.source, option, file);
+    auto read = files_of(model, loaded.source);
+    read.push_back(options.inputs);
+    refuse_overwriting({{"--record", options.record},
+                        {"--summary", options.summary},
+                        {"--snapshot", options.snapshot},
+                        {"--profile", options.profile}},
+                       read);
     const Diagram& diagram = loaded.diagram;
     const std::int64_t every = steps_of_checkpoints(options, diagram.step);
     const bool is_endless = !std::isfinite(diagram.stop);

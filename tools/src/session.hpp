@@ -40,9 +40,16 @@ LoadedModel load_model(const ModelOptions& options);
 /// The same from what a recording holds.
 LoadedModel load_model(const ModelSource& source);
 
-/// Throws CommandError if the file of this option is one that the model is read from, which writing would
-/// replace.
-void refuse_overwriting(const ModelOptions& options, const ModelSource& source, const std::string& option,
-                        const std::string& file);
+/// What the model is read from.
+std::vector<std::filesystem::path> files_of(const ModelOptions& options, const ModelSource& source = {});
+
+/// A file that a command writes, and the option that names it. An empty name is no file.
+struct WrittenFile {
+    std::string option;
+    std::filesystem::path file;
+};
+/// Throws CommandError where writing one of them would replace another one, or one that is read.
+void refuse_overwriting(const std::vector<WrittenFile>& written,
+                        const std::vector<std::filesystem::path>& read);
 
 } // namespace bf::tools

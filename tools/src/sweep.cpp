@@ -240,7 +240,7 @@ void execute(const SweepOptions& options) {
     const std::size_t count = points.size();
     if (!std::filesystem::exists(options.model.file))
         throw CommandError("there is no model file " + options.model.file);
-    refuse_overwriting(options.model, {}, "-o", options.output); // the runs read what the model refers to
+    refuse_overwriting({{"-o", options.output}}, files_of(options.model));
     std::optional<OutputFile> output;
     if (!options.output.empty()) output.emplace(options.output);
 

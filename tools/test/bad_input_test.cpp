@@ -233,9 +233,23 @@ TEST_F(BadInput, FilesThatTheRunReadsAreNotOverwritten) {
     for (const std::string option : {"--record", "--summary", "--snapshot", "--profile"})
         for (const std::string file : {"m.yaml", "./p.yaml"})
             expect_error("run m.yaml --params p.yaml " + option + " " + file,
-                         option + " " + file + " is a file that the run reads; give another name");
-    expect_error("sweep m.yaml -o m.yaml", "-o m.yaml is a file that the run reads");
+                         option + " " + file + " is a file that is read; give another name");
+    expect_error("sweep m.yaml -o m.yaml", "-o m.yaml is a file that is read");
     EXPECT_EQ(bf("check m.yaml --params p.yaml").code, 0);
+}
+
+TEST_F(BadInput, TwoOutputsAreNotOneFile) {
+    write("m.yaml", sine_model);
+    expect_error("run m.yaml --record a.x --summary a.x",
+                 "--summary a.x is the file of --record; give another name");
+    expect_error("run m.yaml --record a.x --snapshot ./a.x", "--snapshot ./a.x is the file of --record");
+    expect_error("run m.yaml --summary a.x --profile $PWD/a.x", "is the file of --summary");
+    EXPECT_EQ(files(), "m.yaml");
+    EXPECT_EQ(bf("run m.yaml --record /dev/null --summary /dev/null").code, 0);
+    bf("run m.yaml --record r.png");
+    expect_error("plot r.png", "-o r.png is a file that is read; give another name");
+    expect_error("replay r.png -o r.png", "-o r.png is a file that is read");
+    EXPECT_EQ(bf("replay r.png").code, 0);
 }
 
 TEST_F(BadInput, FullDisk) {

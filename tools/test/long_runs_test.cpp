@@ -160,7 +160,7 @@ TEST_F(LongRuns, ReplayRefusesWhatItCannotReplay) {
     expect_error("replay loop.yaml", "is no recording");
     ASSERT_EQ(bf("run loop.yaml --record r.mcap").code, 0);
     expect_error("replay r.mcap --from 5", "the recording ends at 1.99 s, before 5 s");
-    expect_error("replay r.mcap -o r.mcap", "is the recording itself");
+    expect_error("replay r.mcap -o r.mcap", "is a file that is read");
     {
         recording::Writer writer(folder / "foreign.mcap");
         writer.close();

@@ -182,7 +182,11 @@ class MujocoWorld final : public RobotBlock {
         {.initial = {0, 0, 0},
          .minimum = 0,
          .doc = "standard deviation of measured positions [rad], velocities [rad/s], torques [Nm]"}};
-    Argument<int> seed{this, "seed", {.initial = 1, .doc = "of the noise"}};
+    Argument<int> seed{this,
+                       "seed",
+                       {.doc = "of the noise; without one the block's path in the model decides, so that the "
+                               "noise of two worlds differs",
+                        .from_path = true}};
 
     Provides<RobotDevice> device{this, [this]() -> std::shared_ptr<const RobotDevice> {
                                      return std::make_shared<WorldDevice>(compile(), *ft_sensors);

@@ -46,6 +46,14 @@ inline std::string why_unreadable(const std::string& file) {
     return "";
 }
 
+/// Do two names stand for one regular file that is there?
+inline bool is_one_file(const std::string& a, const std::string& b) {
+    struct stat first {
+    }, second{};
+    return ::stat(a.c_str(), &first) == 0 && ::stat(b.c_str(), &second) == 0 && S_ISREG(first.st_mode) &&
+           first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+}
+
 /// Opens a file to be written as open(2) does, with further flags, e.g. O_CREAT | O_TRUNC; -1 and errno where
 /// it cannot. It gives the reader of a pipe two seconds to come, and does not wait for ever: ENXIO.
 inline int open_to_write(const std::string& file, int flags) {

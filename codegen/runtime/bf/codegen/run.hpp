@@ -210,6 +210,11 @@ template <class Model> int run(int argc, char** argv) {
             complain(wrong);
             return 1;
         }
+    for (const std::string& read : {options.inputs, options.parameters})
+        if (is_one_file(options.csv, read)) {
+            complain("--csv " + options.csv + " is a file that is read; give another name");
+            return 1;
+        }
     CsvFile csv;
     if (!options.csv.empty() && !csv.open(options.csv, model->recorded_table(), options.is_paced)) {
         complain("cannot write " + options.csv + ": " + write_error(csv.error()));

@@ -113,6 +113,7 @@ template <class T> struct AboutArgument {
     double maximum = Limits::infinity;  ///< of every number, inclusive
     const char* doc = "";
     std::vector<std::string> choices = {};
+    bool from_path = false; ///< the default is a whole number that the block's path in the model decides
 };
 
 /// A value fixed when the block is made. It is there when later members are initialised, so it may decide

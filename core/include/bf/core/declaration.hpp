@@ -137,6 +137,7 @@ struct ArgumentDeclaration {
     Value initial;                         ///< the default
     std::vector<std::string> choices = {}; ///< texts allowed; empty: any
     Limits limits = {};                    ///< of numbers
+    bool from_path = false; ///< the default is a whole number that the block's path in the model decides
 };
 
 /// An object that belongs to one running diagram: workspace, outside state or an opened resource.

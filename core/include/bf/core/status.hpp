@@ -26,7 +26,7 @@ class [[nodiscard]] Status {
     }
 
     /// The same about an element (from 0) of a quantity of the block: in the message `{element}` stands for
-    /// its name, e.g. Status::failure("{element} is not finite", tau, i).
+    /// its name, e.g. Status::failure("{element} is not finite", tau, i); -1: the whole quantity.
     template <std::size_t N, class Key>
     requires requires(const Key& key) { key.index(); }
     static constexpr Status failure(const char (&literal)[N], const Key& quantity, std::int32_t element) {

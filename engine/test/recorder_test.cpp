@@ -294,6 +294,56 @@ TEST_F(RecorderTest, ReplayIsIdenticalWhereSignalsOfOtherRatesHaveAnEvent) {
     }
 }
 
+/// x leaves 0 at 0.2 s, so the trigger rises 2e-16 s after a base step: in the same nanosecond.
+const std::string close_events = R"m(
+model: m
+step: 0.1
+solver: dormand_prince45
+blocks:
+  x: {block: Integrator}
+  s: {execution: triggered, trigger: rising, inputs: [u], outputs: [y], blocks: {h: {block: ZeroOrderHold}}, connections: {u: h, h: y}}
+  jump: {block: Step, period: 0.1, time: 0.2}
+connections: {jump: x, x: [s.u, s.trigger]}
+)m";
+
+TEST_F(RecorderTest, ReplayPairsSamplesOfOneNanosecondInTheirOrder) {
+    Session run(close_events);
+    record(run, 10, [&](Recorder& recorder, int k) {
+        if (k == 2) recorder.checkpoint(*run.simulation);
+    });
+    auto recording = recording::load(file);
+    const auto channel = [&](const std::string& name) -> recording::Channel& {
+        return *std::find_if(recording.channels.begin(), recording.channels.end(),
+                             [&](const auto& c) { return c.name == name; });
+    };
+    ASSERT_EQ(channel("s.h.y").time_ns, std::vector<std::int64_t>{200'000'000});
+    EXPECT_EQ(channel("x.y").time_ns[2], channel("x.y").time_ns[3]);
+    EXPECT_EQ(replay(close_events, recording), "identical");
+    EXPECT_EQ(replay(close_events, recording, 0.2), "identical");
+    EXPECT_EQ(first_step, 2);
+
+    // An event just before a checkpoint has its nanosecond, too.
+    auto& x = channel("x.y");
+    const double before = -1e-17;
+    x.time_ns.insert(x.time_ns.begin() + 2, x.time_ns[2]);
+    const auto* bytes = reinterpret_cast<const std::byte*>(&before);
+    x.data.insert(x.data.begin() + 2 * sizeof before, bytes, bytes + sizeof before);
+    EXPECT_EQ(replay(close_events, recording, 0.2), "identical");
+    EXPECT_EQ(replay(close_events, recording).substr(0, 8), "at 0.2 s");
+}
+
+TEST_F(RecorderTest, ReplayMissesASampleOfTheLastInstant) {
+    Session run(model_text);
+    record(run, 11);
+    auto recording = recording::load(file);
+    auto& slow = *std::find_if(recording.channels.begin(), recording.channels.end(),
+                               [&](const auto& c) { return c.name == "slow.y"; });
+    slow.time_ns.push_back(1'100'000'000);
+    slow.data.insert(slow.data.end(), slow.data.end() - sizeof(double), slow.data.end());
+    EXPECT_EQ(replay(model_text, recording),
+              "at 1.1 s 'slow.y' has a sample in the recording, but none in the replay");
+}
+
 TEST_F(RecorderTest, ReplayNamesTheFirstSignalThatDiffers) {
     Session run(model_text);
     record(run, 20);

@@ -144,6 +144,7 @@ void Replay::start(double from) {
     if (checkpoint) restore_snapshot(run_, checkpoint->data, checkpoint->name);
     restored_ = its_step;
     const std::int64_t now = time_ns();
+    if (checkpoint) restored_ns_ = now;
     for (auto* tracks : {&compared_, &played_})
         for (auto& track : *tracks) {
             const auto& times = track.channel->time_ns;
@@ -182,36 +183,57 @@ bool Replay::step() {
                           " s the replay fails, and the recording goes on: " + run_.failure();
         return false;
     }
+    if (time_ns() > end_ns_)
+        for (const auto& track : compared_)
+            if (difference_.empty() && track.next < track.channel->samples()) report_missing(track);
     return difference_.empty();
 }
 
 void Replay::observe(const Run& run) noexcept {
     for (auto& track : compared_)
         if (difference_.empty()) compare(track, track.signal.rate > 0 && run.is_hit(track.signal.rate));
+    if (difference_.empty() || run.shows_event()) return;
+    // A sample that has not come is nearer to the cause than values that differ.
+    for (const auto& track : compared_)
+        if (track.signal.rate > 0 && !run.is_hit(track.signal.rate) &&
+            track.next < track.channel->samples() && track.channel->time_ns[track.next] == time_ns())
+            return report_missing(track);
 }
 
+void Replay::report_missing(const Track& track) {
+    difference_ = "at " + number_text(track.channel->time(track.next)) + " s '" + track.channel->name +
+                  "' has a sample in the recording, but none in the replay";
+}
+
+/// Steps and events may share a nanosecond; their samples come in the order in which they were recorded.
 void Replay::compare(Track& track, bool is_hit) {
     const auto& channel = *track.channel;
     const std::int64_t now = time_ns();
+    const std::byte* data = track.signal.data;
+    const bool is_held = track.signal.rate > 0 && !is_hit;
+    const auto is_same = [&] {
+        return std::memcmp(data, channel.sample(track.next).data(), channel.info.bytes()) == 0;
+    };
+    const auto is_in = [&](std::size_t k, std::int64_t instant) {
+        return k < channel.samples() && channel.time_ns[k] == instant;
+    };
+    // An event in the nanosecond of the restored checkpoint may have been before it.
+    while (is_in(track.next, restored_ns_) &&
+           (now > restored_ns_ || (is_in(track.next + 1, restored_ns_) && !is_held && !is_same())))
+        ++track.next;
     if (track.next == channel.samples() || channel.time_ns[track.next] > now) {
         missing_ += is_hit && track.next < channel.samples();
         return;
     }
-    const auto at = [&] { return "at " + number_text(channel.time(track.next)) + " s '"; };
-    const bool is_held = track.signal.rate > 0 && !is_hit;
-    if (is_held && run_.shows_event()) return; // its sample of this instant is still to come
-    if (channel.time_ns[track.next] < now || is_held) {
-        difference_ = at() + channel.name + "' has a sample in the recording, but none in the replay";
-        return;
-    }
-    const auto sample = channel.sample(track.next);
-    const std::byte* data = track.signal.data;
-    if (std::memcmp(data, sample.data(), sample.size()) != 0) {
+    if (channel.time_ns[track.next] < now) return report_missing(track);
+    if (is_held) return; // its sample of this nanosecond is still to come
+    if (!is_same()) {
+        const auto sample = channel.sample(track.next);
         std::size_t i = 0;
         const std::size_t size = recording::size_of(channel.info.type);
         while (std::memcmp(data + i * size, &sample[i * size], size) == 0) ++i;
-        difference_ = at() + channel.element_name(i) + "' is " +
-                      number_text(track.signal[static_cast<int>(i)]) + ", in the recording " +
+        difference_ = "at " + number_text(channel.time(track.next)) + " s '" + channel.element_name(i) +
+                      "' is " + number_text(track.signal[static_cast<int>(i)]) + ", in the recording " +
                       number_text(channel.value(track.next, i));
         return;
     }

@@ -56,6 +56,7 @@ class Replay final : public Run::Observer {
     void check_times() const;
     void read_changes();
     void compare(Track& track, bool is_hit);
+    void report_missing(const Track& track);
 
     Run& run_;
     const recording::Recording& recording_;
@@ -65,6 +66,7 @@ class Replay final : public Run::Observer {
     std::size_t next_change_ = 0;
     std::set<std::int64_t> checkpoints_; ///< steps
     std::int64_t restored_ = -1;         ///< the step whose checkpoint was restored
+    std::int64_t restored_ns_ = -1;      ///< its time
     std::int64_t end_ns_ = -1, samples_ = 0, missing_ = 0;
     std::string difference_;
 };

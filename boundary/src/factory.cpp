@@ -1,10 +1,12 @@
 #include "BlockFactory/Core/FactorySingleton.h"
 
 #include "BlockFactory/Core/Block.h"
+#include "bf/base/library_file.hpp"
 #include "bf/boundary/as_legacy_block.hpp"
 #include "bf/core/registry.hpp"
 
 #include <cstdlib>
+#include <cstring>
 #include <dlfcn.h>
 #include <filesystem>
 #include <map>
@@ -33,6 +35,9 @@ namespace sharedlibpp {
 
 bool SharedLibrary::open(const char* filename) {
     close();
+    // A name without a folder is looked for where the system keeps libraries.
+    if (std::strchr(filename, '/'))
+        if (error_ = bf::why_not_loadable(filename); !error_.empty()) return false;
     dlerror();
     handle_ = dlopen(filename, RTLD_LAZY | RTLD_LOCAL);
     if (!handle_) {

@@ -5,10 +5,13 @@
 #include "BlockFactory/Core/FactorySingleton.h"
 #include "BlockFactory/Core/Signal.h"
 
+#include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <future>
 #include <gtest/gtest.h>
 #include <thread>
+#include <unistd.h>
 
 namespace blockfactory::core {
 namespace {
@@ -254,6 +257,19 @@ TEST(LegacyFactory, OpensAClassOfOtherMarksWhenItIsAskedFor) {
     other.destroy(block);
     const shlibpp::SharedLibraryClassFactory<Block> own(file.c_str(), "Matrices");
     EXPECT_EQ(own.getStatus(), shlibpp::SharedLibraryFactory::Status::FactoryNotFunctional);
+}
+
+TEST(LegacyFactory, RefusesAPluginThatIsCut) {
+    const std::string file = testing::TempDir() + "CutLegacyPlugin_" + std::to_string(::getpid()) + ".so";
+    std::ifstream whole(BF_TEST_PLUGINS "/libLegacyPlugin.so", std::ios::binary);
+    std::string bytes(5000, '\0');
+    ASSERT_TRUE(whole.read(bytes.data(), static_cast<std::streamsize>(bytes.size())));
+    std::ofstream(file, std::ios::binary) << bytes;
+    const shlibpp::SharedLibraryClassFactory<Block> cut(file.c_str(), "Matrices");
+    EXPECT_EQ(cut.getStatus(), shlibpp::SharedLibraryFactory::Status::LibraryNotLoaded);
+    EXPECT_NE(cut.getError().find(file + " cannot be loaded: it is cut or damaged"), std::string::npos)
+        << cut.getError();
+    std::remove(file.c_str());
 }
 
 TEST(LegacyFactory, IsMadeOnceAndDestroyedWhenNobodyHoldsIt) {

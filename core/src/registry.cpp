@@ -1,7 +1,7 @@
 #include "bf/core/registry.hpp"
 
+#include "bf/base/library_file.hpp"
 #include "bf/base/names.hpp"
-#include "bf/base/open_file.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -101,7 +101,7 @@ void Registry::load_plugin(const std::string& name) {
                           did_you_mean(name, available_plugins()) +
                           "; set BLOCKFACTORY_PLUGIN_PATH to the folder that holds " + name + ".so");
 
-    if (const std::string wrong = why_unreadable(file.string()); !wrong.empty())
+    if (const std::string wrong = why_not_loadable(file.string()); !wrong.empty())
         throw PluginError("plugin " + file.string() + " cannot be loaded: " + wrong);
     dlerror();
     void* handle = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);

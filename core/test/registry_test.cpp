@@ -1,12 +1,18 @@
+#include "bf/base/files.hpp"
 #include "bf/core/context.hpp"
 #include "bf/core/registry.hpp"
 #include "bf/core/resolve.hpp"
 
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace bf {
 namespace {
+
+namespace fs = std::filesystem;
 
 const std::string folder = std::string(BF_BINARY_DIRECTORY) + "/test_plugins";
 
@@ -114,6 +120,24 @@ TEST(Registry, RefusesAFileThatIsNoLibrary) {
     const auto text = plugin_error_of([&] { registry.load_plugin(folder + "/IsNoLibrary.so"); });
     EXPECT_NE(text.find("IsNoLibrary.so cannot be loaded: "), std::string::npos) << text;
     EXPECT_NE(text.find("file too short"), std::string::npos) << text;
+}
+
+TEST(Registry, RefusesAPluginThatIsCutWhereverItIsCut) {
+    const std::string whole = read_text_file(folder + "/TestPlugin.so");
+    const fs::path file = fs::temp_directory_path() / ("CutPlugin_" + std::to_string(::getpid()) + ".so");
+    for (std::size_t length : {std::size_t{100}, std::size_t{5000}, whole.size() / 2, whole.size() - 1}) {
+        std::ofstream(file, std::ios::binary) << whole.substr(0, length);
+        Registry registry;
+        EXPECT_EQ(plugin_error_of([&] { registry.load_plugin(file.string()); }),
+                  "plugin " + file.string() +
+                      " cannot be loaded: it is cut or damaged: its headers speak of " +
+                      std::to_string(whole.size()) + " bytes, and it has " + std::to_string(length) +
+                      "; copy or build it again");
+    }
+    std::ofstream(file, std::ios::binary) << whole;
+    Registry registry;
+    EXPECT_EQ(plugin_error_of([&] { registry.load_plugin(file.string()); }), "");
+    fs::remove(file);
 }
 
 TEST(Registry, RefusesTwoBlocksOfOneName) {

@@ -1,5 +1,6 @@
 #include "bf/run/loaded.hpp"
 
+#include "bf/base/library_file.hpp"
 #include "bf/core/registry.hpp"
 
 #include <algorithm>
@@ -23,6 +24,8 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 LoadedRun::LoadedRun(const std::filesystem::path& library) {
     const std::string file = std::filesystem::absolute(library).string();
+    if (const std::string wrong = why_not_loadable(file); !wrong.empty())
+        throw RunError("the library " + file + " cannot be opened: " + wrong);
     handle_.reset(::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL), [](void* handle) {
         if (handle) ::dlclose(handle);
     });

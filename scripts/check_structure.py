@@ -15,6 +15,7 @@ EVERYTHING = "everything"
 LIBRARIES = {
     "Eigen": ("Eigen/", "unsupported/Eigen"),
     "Pinocchio": ("pinocchio/", "urdf_parser/", "console_bridge/", "urdf_model/", "urdf_world/"),
+    "tinyxml2": ("tinyxml2.h",),
     "MuJoCo": ("mujoco/",),
     "Assimp": ("assimp/",),
     "OSMesa": ("GL/",),

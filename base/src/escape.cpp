@@ -132,7 +132,8 @@ std::string cmake(std::string_view text) {
 }
 
 std::string gnuplot(std::string_view text) {
-    return quoted(text, '\'', [](char c) { return c == '\'' ? "''" : is_control(c) ? " " : ""; });
+    // Of a quote after a quote gnuplot makes the end of the string, so each is a string of its own.
+    return quoted(text, '\'', [](char c) { return c == '\'' ? "'.\"'\".'" : is_control(c) ? " " : ""; });
 }
 
 std::string csv(std::string_view text) {

@@ -56,7 +56,7 @@ OutputFile::OutputFile(fs::path file) : file_(std::move(file)), target_(place_be
     const bool exists = ::stat(file_.c_str(), &status) == 0; // what a link of /proc leads to has no name
     if (!exists && (errno != ENOENT || file_.empty())) fail(errno);
     if (exists && S_ISDIR(status.st_mode)) fail(EISDIR);
-    is_special_ = exists && !S_ISREG(status.st_mode);
+    is_special_ = exists && (!S_ISREG(status.st_mode) || descriptor_of(file_.string()) >= 0);
     if (is_special_) {
         descriptor_ = open_to_write(file_.string(), 0);
         if (descriptor_ < 0) fail(errno);

@@ -113,7 +113,7 @@ TEST(Escape, GivesAShellAndCMakeTheTextBack) {
 TEST(Escape, WritesFieldsOfTables) {
     EXPECT_EQ(escape::csv("tau (N m)"), "tau (N m)");
     EXPECT_EQ(escape::csv("a,\"b\"\nc"), "\"a,\"\"b\"\"\nc\"");
-    EXPECT_EQ(escape::gnuplot("it's `x`\nb"), "'it''s `x` b'");
+    EXPECT_EQ(escape::gnuplot("it's `x`\nb"), "'it'.\"'\".'s `x` b'");
     EXPECT_EQ(escape::matlab("it's\nb"), "'it''s b'");
     EXPECT_EQ(escape::markdown("a|b *c* <d>\n[e]"), "a\\|b \\*c\\* \\<d> \\[e]");
     EXPECT_EQ(escape::markdown_code(""), "");

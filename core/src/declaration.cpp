@@ -106,6 +106,8 @@ bool Block::feedthrough(int output, int input) const {
     return declaration_.slots[static_cast<std::size_t>(input)].feedthrough;
 }
 
+bool Block::needs(int input) const { return !declaration_.slots[static_cast<std::size_t>(input)].optional; }
+
 namespace detail {
 
 int declare(Block& owner, Role role, std::string name, const About& about, Shape shape, Type type,

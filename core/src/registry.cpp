@@ -21,6 +21,8 @@ std::string plugin_name(const fs::path& file) {
     return name;
 }
 
+constexpr const char* is_no_exception = "is no std::exception; throw one, which says what is wrong";
+
 std::string layout_text(std::uint64_t layout) {
     if (!layout) return "0 (none is given)";
     std::ostringstream text;
@@ -80,7 +82,16 @@ void Registry::add(const Library& library) {
             if (known->qualified_name() == added.qualified_name())
                 throw PluginError("block '" + added.qualified_name() +
                                   "' is registered twice; give one of them another name");
-        classes_.push_back(std::make_unique<BlockClass>(added));
+        auto& listed = *classes_.emplace_back(std::make_unique<BlockClass>(added));
+        listed.make = [make = added.make, name = added.qualified_name()](const Arguments& arguments) {
+            try {
+                return make(arguments);
+            } catch (const std::exception&) {
+                throw;
+            } catch (...) { // nobody who makes blocks expects it
+                throw PluginError("the constructor of block '" + name + "' throws what " + is_no_exception);
+            }
+        };
     }
 }
 
@@ -140,7 +151,14 @@ void fill_from_plugin(Library& library, void* handle) {
         throw PluginError(plugin + " was built for interface layout " + layout_text(layout) +
                           ", this program has " + layout_text(plugin_layout) +
                           "; build the plugin again with the headers of this installation");
-    reinterpret_cast<void (*)(Library&)>(entry)(library);
+    const std::string failure = plugin + " cannot register its blocks: ";
+    try {
+        reinterpret_cast<void (*)(Library&)>(entry)(library);
+    } catch (const std::exception& error) {
+        throw PluginError(failure + error.what());
+    } catch (...) {
+        throw PluginError(failure + plugin_symbol + " throws what " + is_no_exception);
+    }
 }
 
 std::vector<std::string> Registry::available_plugins() const {

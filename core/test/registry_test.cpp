@@ -140,6 +140,21 @@ TEST(Registry, RefusesAPluginThatIsCutWhereverItIsCut) {
     fs::remove(file);
 }
 
+TEST(Registry, NamesThePluginWhoseRegistrationThrows) {
+    Registry registry;
+    EXPECT_EQ(plugin_error_of([&] { registry.load_plugin(folder + "/ThrowsAtOnce.so"); }),
+              "plugin " + folder + "/ThrowsAtOnce.so cannot register its blocks: no licence");
+}
+
+TEST(Registry, NamesTheBlockThatThrowsWhatIsNoException) {
+    Registry registry;
+    registry.add_search_path(folder);
+    EXPECT_EQ(plugin_error_of([&] { registry.find("Throws/NumberThrower").make({}); }),
+              "the constructor of block 'Throws/NumberThrower' throws what is no std::exception; throw one, "
+              "which says what is wrong");
+    EXPECT_THROW(registry.find("Throws/Thrower").make({}), std::runtime_error);
+}
+
 TEST(Registry, RefusesTwoBlocksOfOneName) {
     Registry registry;
     EXPECT_EQ(plugin_error_of([&] { registry.load_plugin(folder + "/RegistersTwice.so"); }),

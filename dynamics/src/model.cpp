@@ -4,6 +4,7 @@
 
 #include "bf/base/names.hpp"
 #include "bf/base/text_file.hpp"
+#include "bf/urdf/check.hpp"
 
 #include <console_bridge/console.h>
 #include <pinocchio/algorithm/joint-configuration.hpp>
@@ -319,6 +320,7 @@ void number_frames(Model::Content& content) {
 Model Model::load(const fs::path& path, const std::vector<std::string>& joints,
                   const Eigen::Vector3d& gravity, const std::string& base_link, bool floating_base) {
     const std::string xml = read(path);
+    check_urdf(xml, path.string());
     const urdf::ModelInterfaceSharedPtr urdf = parse(xml, path);
     auto content = std::make_shared<Content>();
     content->joint_names = joints.empty() ? movable_joints(xml, *urdf) : joints;

@@ -486,7 +486,12 @@ class Flattener {
                           " types of blocks that cannot be had; more are not looked for");
         try {
             const BlockClass* type = &e_.registry.find(block.type);
-            made_[type] = type->make({});
+            try {
+                made_[type] = type->make({});
+            } catch (const std::exception& error) {
+                throw std::runtime_error("block '" + type->qualified_name() +
+                                         "' cannot be made: " + error.what());
+            }
             return classes_[block.type] = type;
         } catch (const std::exception& error) {
             classes_[block.type] = nullptr;

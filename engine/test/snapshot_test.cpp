@@ -1,8 +1,11 @@
 // Snapshots as files.
+#include "bf/core/hash.hpp"
 #include "bf/run/snapshot.hpp"
 #include "support.hpp"
 
+#include <cstring>
 #include <gtest/gtest.h>
+#include <span>
 
 namespace bf::test {
 namespace {
@@ -137,6 +140,25 @@ TEST(SnapshotFile, CutOrDamagedAnywhereIsRefused) {
     EXPECT_THROW(restore_snapshot(*one.simulation, longer, "s.bin"), RunError);
     EXPECT_EQ(refusal(multirate, {}), "the snapshot 's.bin' is no snapshot: it does not begin as one; bf run "
                                       "--snapshot writes them");
+}
+
+TEST(SnapshotFile, BeforeTheFirstStepIsRefusedThoughItsChecksumIsRight) {
+    Session one(multirate);
+    const std::int64_t steps = 4321, before = -4321;
+    while (one.simulation->steps() < steps) ASSERT_TRUE(one.simulation->step());
+    auto file = make_snapshot(*one.simulation);
+    int found = 0;
+    for (std::size_t at = 0; at + sizeof steps <= file.size(); ++at) {
+        if (std::memcmp(&file[at], &steps, sizeof steps) != 0) continue;
+        std::memcpy(&file[at], &before, sizeof before);
+        ++found;
+    }
+    ASSERT_GE(found, 1);
+    constexpr std::size_t checksum_at = 20, content_at = 36;
+    const auto checksum = fnv1a(std::span(file).subspan(content_at));
+    std::memcpy(&file[checksum_at], &checksum, sizeof checksum);
+    const std::string text = refusal(multirate, file);
+    EXPECT_NE(text.find("the snapshot 's.bin' is damaged: "), std::string::npos) << text;
 }
 
 TEST(SnapshotFile, NamesVersionAndByteOrderThatItCannotRead) {

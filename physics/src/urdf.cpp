@@ -3,6 +3,7 @@
 #include "bf/base/names.hpp"
 #include "bf/base/packages.hpp"
 #include "bf/base/text_file.hpp"
+#include "bf/urdf/check.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -66,6 +67,7 @@ Urdf Urdf::read(const fs::path& file) {
                                  "; check the path, relative ones start at the working directory");
     Urdf urdf;
     urdf.file = fs::absolute(file).lexically_normal();
+    check_urdf(text_of_file, urdf.file.string());
     urdf.text = without_comments(std::move(text_of_file));
 
     const std::string& text = urdf.text;

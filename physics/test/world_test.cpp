@@ -129,7 +129,7 @@ TEST(World, GivesLinksThatNoBodyCanBeTheNearestPossibleInertia) {
     EXPECT_NEAR(sim.s_ddot()[0], 100.0, 1e-6);
     options.urdf = urdf(R"(ixx="1e-6" iyy="1e-6" izz="1e-6" ixy="1e-6")"); // a direction without inertia
     EXPECT_EQ(World(options).warnings().size(), 1u);
-    options.urdf = urdf(R"(ixx="-1" iyy="0.1" izz="0.1" ixy="0")");
+    options.urdf = urdf(R"(ixx="0.1" iyy="0.1" izz="0.1" ixy="10")");
     expect_contains(complaint(options),
                     {"link 'arm'", "no body has nor comes near to", "correct its <inertial>"});
 }

@@ -81,7 +81,7 @@ class Runner::Gate final : public Run::Observer {
 
 Runner::Runner(Run& run, RunnerOptions options)
     : run_(run), options_(std::move(options)),
-      pacer_(std::max<Nanoseconds>(std::llround(run.period() / options_.factor * 1e9), 1), options_.overrun),
+      pacer_(std::max<Nanoseconds>(nanoseconds(run.period() / options_.factor), 1), options_.overrun),
       gate_(std::make_unique<Gate>()) {
     run_.add_observer(*gate_);
 }

@@ -82,6 +82,10 @@ TEST(Watchdog, TheLimitOfSlowModelsIsTenOfTheirPeriods) {
     EXPECT_EQ(stall_limit(1, 10 * ms), 1000 * ms);
     EXPECT_EQ(stall_limit(1, 500 * ms), 5000 * ms);
     EXPECT_EQ(stall_limit(0, 500 * ms), 0);
+    for (const double period : {1e9, 1e10, 1e300}) { // s
+        EXPECT_EQ(stall_limit(1, nanoseconds(period)), longest_wait) << period;
+        EXPECT_EQ(stall_limit(period, 1000 * ms), longest_wait) << period;
+    }
     EXPECT_EQ(stall_text(7, 0.07, 1000 * ms, "arm.motor"),
               "step 7 at t = 0.07 s has not ended for 1 s; block 'arm.motor' is at work, so the program ends "
               "without stopping the blocks; look for a block that waits or never ends, or raise --watchdog");

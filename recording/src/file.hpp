@@ -30,6 +30,7 @@ class File {
     int error() const noexcept { return error_.load(std::memory_order_relaxed); } ///< errno of it, or 0
     void fail(int error) noexcept; ///< latches an error number if it is the first
     std::string status() const;
+    const std::string& path() const noexcept { return path_; }
 
   private:
     const std::string path_;

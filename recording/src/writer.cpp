@@ -70,6 +70,7 @@ struct Writer::State {
     std::vector<Slot> slots;
     std::optional<Ring> ring;
     std::atomic<std::uint64_t> dropped{0};
+    std::atomic<bool> is_clock_over{false};
 
     // The background thread
     std::thread thread;
@@ -89,6 +90,7 @@ struct Writer::State {
     std::uint32_t attachment_count = 0, metadata_count = 0;
     bool begun = false, closed = false;
 
+    bool failed() const noexcept { return file.failed() || is_clock_over; }
     std::string status();
     void add_channel(std::string_view name, const ChannelInfo& info);
     void write_start();
@@ -103,6 +105,8 @@ struct Writer::State {
 std::string Writer::State::status() {
     const std::lock_guard lock(mutex);
     std::string text = file.status();
+    if (text.empty() && is_clock_over)
+        text = "the recording '" + file.path() + "' ends, since its clock holds 292 years of nanoseconds";
     if (text.empty()) return text;
     return text + (chunk_count > 0 ? "; it holds the samples until t = " +
                                          number_text(static_cast<double>(times.last) / 1e9) + " s"
@@ -450,7 +454,8 @@ void Writer::begin() {
 void Writer::append(std::span<const Sample> samples, std::int64_t time_ns) noexcept {
     State& s = *state_;
     assert(s.ring && !s.closed);
-    if (s.file.failed()) return;
+    if (time_ns < 0) s.is_clock_over = true;
+    if (s.failed()) return;
     std::array<std::byte, 2 * sizeof time_ns + message_prefix_bytes> instant;
     std::memcpy(&instant[0], &time_ns, sizeof time_ns);              // log time
     std::memcpy(&instant[sizeof time_ns], &time_ns, sizeof time_ns); // publish time
@@ -479,7 +484,7 @@ void Writer::append(std::span<const Sample> samples, std::int64_t time_ns) noexc
     s.ring->publish();
 }
 
-bool Writer::failed() const noexcept { return state_->file.failed(); }
+bool Writer::failed() const noexcept { return state_->failed(); }
 std::string Writer::status() const { return state_->status(); }
 std::uint64_t Writer::dropped() const noexcept { return state_->dropped.load(std::memory_order_relaxed); }
 
@@ -496,7 +501,7 @@ void Writer::close() {
     }
     if (!s.file.failed()) s.write_summary();
     s.file.close();
-    if (s.file.failed()) throw std::runtime_error(s.status());
+    if (s.failed()) throw std::runtime_error(s.status());
 }
 
 } // namespace bf::recording

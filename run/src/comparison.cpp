@@ -3,8 +3,10 @@
 #include "bf/base/elements.hpp"
 #include "bf/base/value_text.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <regex>
+#include <iterator>
+#include <string_view>
 
 namespace bf {
 
@@ -43,18 +45,22 @@ Quantity find_signal(const Run& run, const std::string& path) {
 }
 
 Comparison::Comparison(const Run& run, const std::string& text) {
-    static const std::regex form(R"((.*?)(>=|<=|==|~=|!=|>|<)(.*))");
-    std::smatch parts;
+    // Names may hold signs of comparison, numbers do not: the last one counts.
+    const auto end = text.find_last_of("<>=");
+    const bool has_two = end != text.npos && end > 0 && text[end] == '=';
+    const auto begin = has_two ? end - 1 : end;
+    const std::string comparison = end == text.npos ? "" : text.substr(begin, end - begin + 1);
+    static constexpr std::string_view all[]{">", ">=", "<", "<=", "==", "~=", "!="};
     double x = 0;
-    if (!std::regex_match(text, parts, form) || !read_value(trimmed(parts[3]), x).empty() || std::isnan(x))
+    if (std::find(std::begin(all), std::end(all), comparison) == std::end(all) ||
+        !read_value(trimmed(text.substr(end + 1)), x).empty() || std::isnan(x))
         throw RunError("'" + text +
                        "' is no event; write SIGNAL, one of > >= < <= == ~=, and a number, "
                        "e.g. --until 'controller.x > 0.3'");
-    const std::string name = trimmed(parts[1]);
+    const std::string name = trimmed(text.substr(0, begin));
     const auto [path, which] = split_element(name);
     signal_ = find_signal(run, std::string(path));
     element_ = element_of(signal_, which, name);
-    const std::string comparison = parts[2];
     if (comparison == ">") holds_ = [x](double y) { return y > x; };
     if (comparison == ">=") holds_ = [x](double y) { return y >= x; };
     if (comparison == "<") holds_ = [x](double y) { return y < x; };

@@ -41,6 +41,7 @@ Recorder::Recorder(const Run& run, const std::vector<Quantity>& signals, const s
     std::vector<std::pair<Quantity, std::vector<std::string>>> named; // with other names
     std::map<std::pair<const std::byte*, std::size_t>, std::size_t> position;
     const auto add = [&](const Quantity& signal, bool has_new_name) {
+        if (signal.info.elements() == 0) return;
         const auto [found, is_new] = position.try_emplace({signal.data, signal.info.bytes()}, named.size());
         if (is_new) return static_cast<void>(named.emplace_back(signal, std::vector<std::string>()));
         auto& [known, others] = named[found->second];
@@ -70,7 +71,8 @@ Recorder::Recorder(const Run& run, const std::vector<Quantity>& signals, const s
 }
 
 void Recorder::observe(const Run& run) noexcept {
-    const auto time = static_cast<std::int64_t>(std::llround(run.time() * 1e9));
+    const double ns = run.time() * 1e9;
+    const std::int64_t time = ns < 0x1p63 ? std::llround(ns) : -1; // which the writer refuses
     const bool are_constants_due = are_constants_due_.exchange(false);
     for (const auto& [rate, samples] : samples_)
         if (rate == 0 ? are_constants_due : run.is_hit(rate)) writer_.append(samples, time);

@@ -103,10 +103,13 @@ void restore_snapshot(Run& run, Bytes snapshot, const std::string& name) {
     if (its_fingerprint != run.fingerprint())
         content.fail("belongs to another version of '" + own_name +
                      "': blocks, sizes, types, rates or connections differ; only values of parameters may");
-    content.get<std::int64_t>(); // steps: for who looks at the file without the model
+    const auto steps = content.get<std::int64_t>(); // for who looks at the file without the model, too
     ByteReader given(content.block(), name);
     const Bytes state = content.block();
     run.restore({state.begin(), state.end()});
+    if (steps < 0 || run.steps() != steps)
+        content.fail("is damaged: it was taken before step " + std::to_string(run.steps()) +
+                     ", but says it was " + std::to_string(steps) + "; make it again with bf run --snapshot");
     for (const auto& parameter : run.parameters()) {
         const Bytes then = given.take(parameter.given.size());
         if (then.empty() || std::memcmp(parameter.given.data(), then.data(), then.size()) == 0) continue;

@@ -62,6 +62,38 @@ TEST(FixedBase, HasTheSizesOfItsJointsAndTheWorldsCentreOfMass) {
 }
 
 /// M s_ddot + h = 0 where the joint has no friction and no motor torque; the elbow is held to the shoulder.
+TEST(FixedBase, NeedsNoPoseNorVelocitiesOfItsBase) {
+    const TemporaryUrdf file(arm_urdf);
+    const auto model = [&](const std::string& configuration) {
+        return "model: m\nstep: 0.1\ninputs: [H, v, s, ds]\nblocks:\n"
+               "  robot: {block: WholeBodyToolbox/Configuration, robot: \"'" +
+               file.path + "'\"" + configuration +
+               "}\n  open: {block: WholeBodyToolbox/InverseDynamics}\n"
+               "  wired: {block: WholeBodyToolbox/InverseDynamics}\n"
+               "  elsewhere: {block: WholeBodyToolbox/ForwardKinematics, frame: lower}\n"
+               "  here: {block: WholeBodyToolbox/ForwardKinematics, frame: lower}\n"
+               "connections:\n  H: [wired.w_H_b, elsewhere.w_H_b]\n  v: [wired.v_b, wired.v_b_dot]\n"
+               "  s: [open.s, wired.s, here.s, elsewhere.s]\n  ds: [open.s_dot, open.s_ddot, wired.s_dot, "
+               "wired.s_ddot]\n";
+    };
+    Running run(model(", floating_base: false"));
+    run.set("s", 0.3).set("ds", 0.7).set("v", Matrix::Ones(6, 1)).set("H", Matrix::Identity(4, 4));
+    ASSERT_TRUE(run.step());
+    EXPECT_NE(run.get("open.tau").norm(), 0);
+    EXPECT_EQ(run.get("open.tau"), run.get("wired.tau"));
+    EXPECT_EQ(run.get("here.w_H_frame"), run.get("elsewhere.w_H_frame"));
+    Matrix H = Matrix::Identity(4, 4);
+    H(2, 3) = 1;
+    run.set("H", H);
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.get("elsewhere.w_H_frame"), H * run.get("here.w_H_frame"));
+
+    const std::string floating = refusal(model(""));
+    for (const std::string open :
+         {"open: input 'w_H_b'", "open: input 'v_b'", "open: input 'v_b_dot'", "here: input 'w_H_b'"})
+        EXPECT_NE(floating.find(open + " is not connected"), std::string::npos) << floating;
+}
+
 TEST(Mimic, IsTheSameInTheWorldAndInTheBlocks) {
     const TemporaryUrdf file(arm_urdf);
     for (const char* joints : {"", ", joints: \"{'shoulder', 'elbow'}\""}) {

@@ -129,6 +129,15 @@ std::optional<std::string> find_library(Registry& registry, const std::string& w
     return what;
 }
 
+/// What a class of blocks declares. Throws CommandError for one that cannot be made.
+Declared declared_by_name(const BlockClass& type) {
+    try {
+        return declared(type);
+    } catch (const std::exception& error) {
+        throw CommandError("block '" + type.qualified_name() + "' cannot be made: " + error.what());
+    }
+}
+
 /// A plugin that cannot be loaded hides no other.
 void load_all(Registry& registry) {
     for (const auto& plugin : registry.available_plugins()) {
@@ -158,11 +167,14 @@ void execute(const DescribeOptions& options) {
     const auto library = find_library(*registry, options.what);
     std::vector<Declared> blocks;
     if (!library && !options.what.empty()) {
-        blocks.push_back(declared(find_block(*registry, options.what)));
+        blocks.push_back(declared_by_name(find_block(*registry, options.what)));
     } else {
         if (!library) load_all(*registry);
-        for (const auto& type : registry->classes())
-            if (!library || type->library == *library) blocks.push_back(declared(*type));
+        for (const auto& type : registry->classes()) try {
+                if (!library || type->library == *library) blocks.push_back(declared_by_name(*type));
+            } catch (const CommandError& error) { // it hides no other
+                std::fprintf(stderr, "bf: left out: %s\n", error.what());
+            }
         std::stable_sort(blocks.begin(), blocks.end(), [](const Declared& a, const Declared& b) {
             return std::pair(a.library, a.group) < std::pair(b.library, b.group);
         });

@@ -54,7 +54,7 @@ Axis parse_axis(const std::string& set) {
 }
 
 Random parse_random(const std::string& text) {
-    static const std::regex form(R"(\s*([^~\s]+)\s*~\s*(\w+)\s*\(([^,]*),([^,]*)\)\s*)");
+    static const std::regex form(R"(\s*([^~]*[^~\s])\s*~\s*(\w+)\s*\(([^,]*),([^,]*)\)\s*)");
     std::smatch parts;
     if (!std::regex_match(text, parts, form))
         throw CommandError("'" + text +

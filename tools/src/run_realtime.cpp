@@ -97,7 +97,7 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
     how.thread.cpu = options.cpu;
     how.is_strict = options.is_strict;
     how.duration = options.duration;
-    how.watchdog = stall_limit(options.watchdog, std::llround(period / options.factor * 1e9));
+    how.watchdog = stall_limit(options.watchdog, realtime::nanoseconds(period / options.factor));
     const auto begin = std::chrono::steady_clock::now();
     how.on_stall = [&](std::int64_t step, const std::string& block) {
         RunResult stalled;

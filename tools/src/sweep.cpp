@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -320,7 +321,8 @@ void add_sweep(CLI::App& app) {
         ->type_name("SIGNAL")
         ->allow_extra_args(false);
     command->add_option("-j,--jobs", options->jobs, "runs at the same time; otherwise one per core")
-        ->type_name("J");
+        ->type_name("J")
+        ->check(between(1, std::numeric_limits<int>::max()));
     command->add_option("-o,--output", options->output, "write the table to this CSV file")
         ->type_name("FILE");
     command->add_flag("--json", options->as_json, "print the table as JSON");

@@ -202,6 +202,15 @@ TEST_F(BadInput, PluginThatCannotBeLoaded) {
     refused("undefined symbol: _Z7nowherev");
     write("Broken.so", "no library");
     refused("Broken.so cannot be loaded: ");
+    const std::string test_plugins =
+        "BLOCKFACTORY_PLUGIN_PATH=" + std::string(BF_BINARY_DIRECTORY) + "/test_plugins";
+    const auto throws = bf("describe Throws", test_plugins);
+    EXPECT_EQ(throws.code, 0);
+    EXPECT_CONTAINS(throws.err, "left out: block 'Throws/Thrower' cannot be made: no motor");
+    EXPECT_CONTAINS(throws.err, "left out: block 'Throws/NumberThrower' cannot be made: the constructor");
+    write("throws.yaml", "model: m\nstep: 1\nstop: 1\nblocks: {t: {block: Throws/Thrower}}\n");
+    EXPECT_CONTAINS(bf("run throws.yaml", test_plugins).err,
+                    "t: block 'Throws/Thrower' cannot be made: no motor");
 
     const auto doctor = bf("doctor", environment);
     EXPECT_EQ(doctor.code, 1);
@@ -250,6 +259,18 @@ TEST_F(BadInput, TwoOutputsAreNotOneFile) {
     expect_error("plot r.png", "-o r.png is a file that is read; give another name");
     expect_error("replay r.png -o r.png", "-o r.png is a file that is read");
     EXPECT_EQ(bf("replay r.png").code, 0);
+}
+
+TEST_F(BadInput, WhatStandardOutputHoldsAlreadyStays) {
+    write("m.yaml", sine_model);
+    bf("run m.yaml --record r.mcap");
+    const std::string program = "'" BF_PROGRAM "' ";
+    for (const std::string command :
+         {"export r.mcap -o /dev/stdout", "run m.yaml --quiet --summary /dev/fd/1",
+          "run m.yaml --quiet --summary /proc/self/fd/1"}) {
+        const std::string text = shell("echo first; " + program + command + "; echo last").out;
+        EXPECT_TRUE(text.starts_with("first\n") && text.ends_with("\nlast\n") && text.size() > 100) << text;
+    }
 }
 
 TEST_F(BadInput, FullDisk) {
@@ -484,6 +505,7 @@ TEST_F(BadInput, WrongUsageExitsWithTwo) {
     for (const std::string option : {"realtime-factor", "duration", "watchdog"})
         expect_error("run m.yaml --realtime --" + option + " nan", "--" + option + ": Value nan not in range",
                      2);
+    expect_error("sweep m.yaml -j 0", "--jobs: ", 2);
     expect_error("describe Gian", "there is no block 'Gian'; did you mean 'Gain'");
     expect_error("describe standrd", "there is no library or block 'standrd'; did you mean 'standard'?");
     expect_error("describe --markdown", "--markdown writes the page of one library");

@@ -94,6 +94,35 @@ TEST_F(LongRuns, UntilEndsWithTheStepOfTheEvent) {
     EXPECT_DOUBLE_EQ(json("s.json")["until"]["time_s"].get<double>(), 0.16);
 }
 
+TEST_F(LongRuns, RecordingEndsWithItsClock) {
+    write("m.yaml", "model: m\nstep: 1e9\nblocks:\n  r: {block: Ramp}\n");
+    expect_error("run m.yaml --stop 1e11 --record r.mcap",
+                 "its clock holds 292 years of nanoseconds; it holds the samples until t = 9e+09 s");
+    EXPECT_EQ(recording::load(folder / "r.mcap").channel("r.y").samples(), 10u);
+}
+
+TEST_F(LongRuns, RecordingLeavesOutSignalsWithoutElements) {
+    write("box.urdf",
+          "<robot name='box'><link name='box'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' "
+          "iyy='1' iyz='0' izz='1'/></inertial></link></robot>");
+    write("m.yaml", "model: m\nstep: 0.001\nstop: 0.5\nplugins: [WholeBodyToolbox]\nrecord: all\nblocks:\n"
+                    "  robot: {block: WholeBodyToolbox/Configuration, robot: \"'box.urdf'\"}\n"
+                    "  world: {block: WholeBodyToolbox/MujocoWorld, floor: false}\n");
+    const auto run = bf("run m.yaml --record r.mcap");
+    EXPECT_EQ(run.code, 0) << run.err;
+    const auto recording = recording::load(folder / "r.mcap");
+    EXPECT_EQ(recording.channel("world.v_b").samples(), 500u);
+    for (const auto& channel : recording.channels) EXPECT_NE(channel.name, "world.s");
+}
+
+TEST_F(LongRuns, UntilTakesNamesThatHoldSignsOfComparison) {
+    write("m.yaml", "model: m\nstep: 1\nstop: 9\nblocks:\n  a >= b: {block: Ramp}\n");
+    for (const std::string event : {"> 2.5", ">= 3", "==3", "~= 0"})
+        EXPECT_CONTAINS(bf("run m.yaml --until 'a >= b.y " + event + "'").out,
+                        "a >= b.y " + event + " at t = " + (event == "~= 0" ? "1" : "3") + " s");
+    expect_error("run m.yaml --until 'a >= b.y'", "is no event");
+}
+
 TEST_F(LongRuns, UntilFailsWhenTheEventDoesNotHappenOrIsNone) {
     expect_error("run sine.yaml --until 'gain > 7'", "sine stopped at t = 1 s: gain > 7 did not happen");
     expect_error("run sine.yaml --until 'gain.x > 7'",

@@ -83,10 +83,10 @@ record: [gu.y, gx.y, gM.y, gn.y]
 TEST_F(Verbs, InputsComeFromAFileAndAreReplayed) {
     write("sums.yaml", inputs_model);
     // 0.30000000000000004 is 3 * 0.1; of the two rows at 0.4 the second counts; nothing is read after the
-    // end.
-    write("in.csv",
-          "time,\"u (V)\",x[2],\"M[1][2]\",n\r\n0.1,1,2,3,4\r\n0.30000000000000004,-1.5,0,0,-128\r\n"
-          "0.4,7,7,7,7\r\n0.4,inf,1e-3,+2,0\r\n9,1,1,1,1\r\n");
+    // end. The file begins with the mark of UTF-8, as spreadsheets write it.
+    write("in.csv", "\xEF\xBB\xBFtime,\"u "
+                    "(V)\",x[2],\"M[1][2]\",n\r\n0.1,1,2,3,4\r\n0.30000000000000004,-1.5,0,0,-128\r\n"
+                    "0.4,7,7,7,7\r\n0.4,inf,1e-3,+2,0\r\n9,1,1,1,1\r\n");
     const auto run = bf("run sums.yaml --inputs in.csv --quiet --record r.mcap");
     ASSERT_EQ(run.code, 0) << run.err;
     bf("export r.mcap -o r.csv");

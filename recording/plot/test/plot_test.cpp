@@ -71,10 +71,12 @@ TEST_F(Plot, ShowsNamesAsTheyAre) {
     // Marks that gnuplot or SVG would take for commands.
     const std::string svg =
         draw({"it's `date` {a}_1^2",
-              {{"tau_des & <tau>", "N·m", {line("l_knee[0]", {1, 2}), line("@x \"y\" \\n", {2, 1})}}}},
+              {{"tau_des & <tau>",
+                "N·m",
+                {line("l_knee[0]", {1, 2}), line("@x \"y\" \\n", {2, 1}), line("'it''", {1, 1})}}}},
              "a.svg");
-    for (const char* text :
-         {"it's `date` {a}_1^2", "tau_des &amp; &lt;tau>", "N·m", "@x \"y\" \\n", "l_knee[0]", "time (s)"})
+    for (const char* text : {"it's `date` {a}_1^2", "tau_des &amp; &lt;tau>", "N·m", "@x \"y\" \\n", "'it''",
+                             "l_knee[0]", "time (s)"})
         EXPECT_CONTAINS(svg, text);
 }
 

@@ -12,8 +12,16 @@ constexpr Unit meter = unit<"m">, angle = unit<"rad">, rate = unit<"rad/s">;
 class PositionBlock : public RobotBlock {
   public:
     using RobotBlock::RobotBlock;
-    Input<Transform> w_H_b{this, "w_H_b", {.unit = mixed_units, .doc = base_pose_doc}};
+    Input<Transform> w_H_b{this,
+                           "w_H_b",
+                           {.initial = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
+                            .unit = mixed_units,
+                            .doc = base_pose_doc}};
     Input<Vector> s{this, "s", {.shape = {n}, .unit = angle, .doc = "joint positions"}};
+
+    bool needs(int input) const override {
+        return RobotBlock::needs(input) && !(input == w_H_b.index() && base_is_fixed());
+    }
 
   protected:
     dynamics::Data& at_position(Now at) const {
@@ -28,6 +36,10 @@ class VelocityBlock : public PositionBlock {
     using PositionBlock::PositionBlock;
     Input<Vector6> v_b{this, "v_b", {.unit = mixed_units, .doc = base_velocity_doc}};
     Input<Vector> s_dot{this, "s_dot", {.shape = {n}, .unit = rate, .doc = "joint velocities"}};
+
+    bool needs(int input) const override {
+        return PositionBlock::needs(input) && !(input == v_b.index() && base_is_fixed());
+    }
 
   protected:
     dynamics::Data& at_state(Now at) const {
@@ -150,10 +162,11 @@ class MassMatrix final : public PositionBlock {
 class InverseDynamics final : public VelocityBlock {
   public:
     using VelocityBlock::VelocityBlock;
-    Input<Vector6> v_b_dot{this,
-                           "v_b_dot",
-                           {.unit = mixed_units,
-                            .doc = "time derivative of the mixed base velocity; not used for a fixed base"}};
+    Input<Vector6> v_b_dot{
+        this,
+        "v_b_dot",
+        {.unit = mixed_units,
+         .doc = "time derivative of the mixed base velocity; zero for a fixed base, which needs none"}};
     Input<Vector> s_ddot{
         this, "s_ddot", {.shape = {n}, .unit = unit<"rad/s2">, .doc = "joint accelerations"}};
     Output<Vector> tau{
@@ -163,6 +176,9 @@ class InverseDynamics final : public VelocityBlock {
          .unit = mixed_units,
          .doc = "of a floating base: wrench [N; Nm] at its origin, world axes; joint torques [Nm]"}};
 
+    bool needs(int input) const override {
+        return VelocityBlock::needs(input) && !(input == v_b_dot.index() && base_is_fixed());
+    }
     Status output(Now at, Out out) const noexcept override {
         const Vector6 base = model().has_floating_base() ? Vector6(at[v_b_dot]) : Vector6(Vector6::Zero());
         dynamics::inverse_dynamics(model(), at_state(at), base, at[s_ddot], out[tau]);

@@ -28,6 +28,7 @@ class RobotBlock : public Block {
 
   protected:
     const dynamics::Model& model() const { return robot->model; }
+    bool base_is_fixed() const { return robot.is_bound() && !model().has_floating_base(); }
     dynamics::Data& data(Now at) const { return at[robot].data; }
 };
 
@@ -48,8 +49,10 @@ class FrameArgument {
     Argument<std::string> name_;
 };
 
-inline constexpr const char* base_pose_doc = "base pose: rotation [1], position [m]";
+inline constexpr const char* base_pose_doc =
+    "base pose: rotation [1], position [m]; a fixed base without one is at "
+    "the origin";
 inline constexpr const char* base_velocity_doc = "base velocity, mixed: origin [m/s], angular [rad/s], world "
-                                                 "axes; zero for a fixed base, whatever comes in";
+                                                 "axes; zero for a fixed base, which needs none";
 
 } // namespace bf::toolbox

@@ -15,7 +15,8 @@ struct FileError : std::runtime_error {
 
 /// A file written beside its place, without a name or under one that nobody can foresee, and put there by
 /// `commit`. What stands in its place keeps its permissions; a link stays one, and what it points to is
-/// replaced. What is no regular file (/dev/stdout, a pipe that a program reads) is written as it is.
+/// replaced. What is no regular file (a pipe that a program reads), or is open already (/dev/stdout), is
+/// written as it is.
 class OutputFile {
   public:
     /// Throws FileError when it cannot be written, before any work is done.

@@ -7,6 +7,7 @@
 #include <string>
 #include <sys/stat.h>
 #include <time.h>
+#include <unistd.h>
 
 namespace bf {
 
@@ -54,9 +55,23 @@ inline bool is_one_file(const std::string& a, const std::string& b) {
            first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }
 
+/// Which open file the name stands for: /dev/stdout, /dev/stderr, /dev/fd/N or /proc/self/fd/N; otherwise -1.
+inline int descriptor_of(const std::string& file) {
+    if (file == "/dev/stdout") return STDOUT_FILENO;
+    if (file == "/dev/stderr") return STDERR_FILENO;
+    for (const std::string folder : {"/dev/fd/", "/proc/self/fd/"}) {
+        const std::string number = file.substr(0, folder.size()) == folder ? file.substr(folder.size()) : "";
+        if (!number.empty() && number.size() < 6 && number.find_first_not_of("0123456789") == number.npos)
+            return std::stoi(number);
+    }
+    return -1;
+}
+
 /// Opens a file to be written as open(2) does, with further flags, e.g. O_CREAT | O_TRUNC; -1 and errno where
-/// it cannot. It gives the reader of a pipe two seconds to come, and does not wait for ever: ENXIO.
+/// it cannot. It gives the reader of a pipe two seconds to come, and does not wait for ever: ENXIO. What is
+/// open already is written on from where it stands.
 inline int open_to_write(const std::string& file, int flags) {
+    if (const int open = descriptor_of(file); open >= 0) return ::fcntl(open, F_DUPFD_CLOEXEC, 0);
     constexpr int pauses = 200;
     constexpr timespec pause{0, 10'000'000};
     int descriptor = -1;

@@ -28,6 +28,7 @@ class InputFile {
         std::string text, line;
         if (const std::string wrong = read_file(file, text); !wrong.empty())
             return "cannot read the inputs in " + file + ": " + wrong;
+        if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3); // spreadsheets begin UTF-8 so
         std::istringstream stream(text);
         if (!std::getline(stream, line)) return "there are no inputs in " + file;
         int number = 1;

@@ -237,7 +237,7 @@ template <class Model> int run(int argc, char** argv) {
     std::optional<realtime::Watchdog> watchdog;
     std::atomic<std::int64_t> done{0};
     if (options.is_paced) {
-        const auto period = static_cast<realtime::Nanoseconds>(std::llround(Model::period * 1e9));
+        const auto period = realtime::nanoseconds(Model::period);
         const auto limit = realtime::stall_limit(options.watchdog, period);
         if (limit > 0 || realtime::ServiceManager().is_there())
             watchdog.emplace(limit,

@@ -53,6 +53,9 @@ class Block {
     virtual void infer(Inference&) const {}
     /// Does this output depend on this input in the same step? Both are slot indices.
     virtual bool feedthrough(int output, int input) const;
+    /// Must this input be connected? Asked when the resources are bound; otherwise an open one reads
+    /// `initial`.
+    virtual bool needs(int input) const;
 
     /// Opens what the block needs outside; may throw with the reason and the remedy.
     virtual void start(Now) const {}

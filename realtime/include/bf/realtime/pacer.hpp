@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -22,6 +23,14 @@
 namespace bf::realtime {
 
 using Nanoseconds = std::int64_t;
+
+/// 31 years: no run takes longer, and the sum of a few fits.
+constexpr Nanoseconds longest_wait = 1'000'000'000'000'000'000;
+
+/// A duration or a period of s seconds, at most the longest wait.
+inline Nanoseconds nanoseconds(double s) noexcept {
+    return std::llround(std::min(s * 1e9, static_cast<double>(longest_wait)));
+}
 
 inline Nanoseconds now(clockid_t clock = CLOCK_MONOTONIC) noexcept {
     timespec t;

@@ -127,7 +127,7 @@ class Watchdog {
 /// How long a step may take before it hangs: what was asked for, but a step of a slow model may take as long
 /// as its period. 0: for ever.
 inline Nanoseconds stall_limit(double asked, Nanoseconds period) {
-    return asked > 0 ? std::max(static_cast<Nanoseconds>(asked * 1e9), 10 * period) : 0;
+    return asked > 0 ? std::max(nanoseconds(asked), 10 * std::min(period, longest_wait / 10)) : 0;
 }
 
 /// What a program says that ends since a step hangs; `at` s of the model, `block` may be unknown.

@@ -71,17 +71,19 @@ class Writer {
     void begin();
 
     /// Records samples of one instant, each `info.bytes()` bytes at `data`, matrices column-major. Between
-    /// `begin` and `close`. `time_ns` is not negative. No heap, no lock; after a write error it does nothing.
+    /// `begin` and `close`. A negative `time_ns` is one that the clock does not hold, and fails. No heap, no
+    /// lock; after a failure it does nothing.
     void append(std::span<const Sample> samples, std::int64_t time_ns) noexcept;
     void append(ChannelId channel, std::int64_t time_ns, const void* data) noexcept {
         const Sample sample{channel, data};
         append({&sample, 1}, time_ns);
     }
 
-    /// True after a write error (disk full, device gone): what was written before stays readable.
+    /// True after a write error (disk full, device gone) or the clock's end: what was written before stays
+    /// readable.
     bool failed() const noexcept;
 
-    /// Empty while all is well, else the write error with the file's name and the reason.
+    /// Empty while all is well, else the failure with the file's name and the reason.
     std::string status() const;
 
     /// Samples dropped so far because the disk was too slow (`drop_when_full`).

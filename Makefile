@@ -23,7 +23,7 @@ check-all: deps
 	ninja -C $(BUILD)/clang
 	ctest --test-dir $(BUILD)/clang --output-on-failure -j2
 	@test -f $(BUILD)/reduced/build.ninja || cmake -S . -B $(BUILD)/reduced -G Ninja -DBF_ROBOTS=OFF -DBF_SUNDIALS=OFF \
-	    $(patsubst %,-DCMAKE_DISABLE_FIND_PACKAGE_%=ON,SUNDIALS pinocchio proxsuite MuJoCo assimp) $(CMAKE_FLAGS)
+	    $(patsubst %,-DCMAKE_DISABLE_FIND_PACKAGE_%=ON,SUNDIALS pinocchio proxsuite tinyxml2 MuJoCo assimp) $(CMAKE_FLAGS)
 	ninja -C $(BUILD)/reduced
 	ctest --test-dir $(BUILD)/reduced --output-on-failure -j2
 

@@ -11,7 +11,10 @@ namespace bf {
 namespace elaboration {
 
 void Report::throw_if_any() {
-    if (diagnostics_.empty()) return;
+    if (!diagnostics_.empty()) throw model::Errors(take());
+}
+
+std::vector<model::Diagnostic> Report::take() {
     std::vector<std::string> files; // in the order in which they are first spoken of
     const auto place = [&](const model::Diagnostic& d) {
         constexpr auto last = std::numeric_limits<std::size_t>::max();
@@ -23,21 +26,32 @@ void Report::throw_if_any() {
     for (const auto& diagnostic : diagnostics_) place(diagnostic);
     std::stable_sort(diagnostics_.begin(), diagnostics_.end(),
                      [&](const auto& a, const auto& b) { return place(a) < place(b); });
-    throw model::Errors(std::move(diagnostics_));
+    return std::move(diagnostics_);
 }
 
 } // namespace elaboration
 
-Diagram elaborate(const model::Model& model, Registry& registry, const ElaborateOptions& options) {
+Examined examine(const model::Model& model, Registry& registry, const ElaborateOptions& options) {
     elaboration::Elaboration e{model, registry, options};
-    for (const auto stage :
-         {elaboration::flatten, elaboration::bind_resources, elaboration::wire, elaboration::infer_shapes,
-          elaboration::name_elements, elaboration::assign_rates, elaboration::sort}) {
-        stage(e);
-        // Wiring is checked even where blocks are wrong: mistakes rarely come alone.
-        if (stage != elaboration::flatten && stage != elaboration::bind_resources) e.report.throw_if_any();
+    try {
+        elaboration::flatten(e);
+    } catch (const model::Errors& errors) { // without its plugins, or too large: nothing is known
+        return {Diagram{}, errors.diagnostics()};
     }
-    return std::move(e.diagram);
+    elaboration::bind_resources(e);
+    elaboration::wire(e);
+    elaboration::infer_shapes(e);
+    if (e.report.is_empty()) elaboration::name_elements(e);
+    elaboration::assign_rates(e);
+    // Shapes that depend on a loop have been reported with it.
+    if (e.report.is_empty() || e.diagram.plan.outputs.empty()) elaboration::sort(e);
+    return {std::move(e.diagram), e.report.take()};
+}
+
+Diagram elaborate(const model::Model& model, Registry& registry, const ElaborateOptions& options) {
+    Examined elaborated = examine(model, registry, options);
+    if (!elaborated.diagnostics.empty()) throw model::Errors(std::move(elaborated.diagnostics));
+    return std::move(elaborated.diagram);
 }
 
 } // namespace bf

@@ -23,6 +23,7 @@ class Spreading {
     }
 
     void run() {
+        const bool is_right = e_.report.is_empty();
         drain();
         // Where the wiring alone does not decide, in document order: what ports declare, then the usual
         // meaning.
@@ -41,16 +42,18 @@ class Spreading {
         for_each_slot([&](int n, int, const Slot& slot) {
             if (!slot.size_known && slot.initial_from >= 0) take_initial_size(n, slot);
         });
+        // In a wrong model what is open is not so for want of a wire.
         for_each_slot([&](int n, int i, const Slot& slot) {
             const bool is_unwired_input =
                 slot.role == Role::input && e_.node(n).sources[static_cast<std::size_t>(i)].node < 0;
             const bool is_root_input = slot.role == Role::output && e_.node(n).type == "Inport";
-            if (!slot.size_known && (is_unwired_input || is_root_input)) decide(n, i, Size{});
+            if (is_right && !slot.size_known && (is_unwired_input || is_root_input)) decide(n, i, Size{});
         });
         // An algebraic loop of blocks that do not know their sizes is a loop first of all; another loop in
         // which nothing has a size carries scalars.
-        if (std::any_of(e_.diagram.nodes.begin(), e_.diagram.nodes.end(),
-                        [](const auto& node) { return !unresolved(node.block->declaration()).empty(); })) {
+        if (is_right && std::any_of(e_.diagram.nodes.begin(), e_.diagram.nodes.end(), [](const auto& node) {
+                return !unresolved(node.block->declaration()).empty();
+            })) {
             if (!e_.diagram.solves_algebraic_loops) sort(e_);
             for_each_slot([&](int n, int i, const Slot& slot) {
                 const auto& sources = e_.node(n).sources;
@@ -159,7 +162,7 @@ class Spreading {
             queue_.pop_front();
             queued_[static_cast<std::size_t>(n)] = false;
             try {
-                propagate(*e_.node(n).block);
+                if (is_bound(*e_.node(n).block)) propagate(*e_.node(n).block);
             } catch (const std::exception& error) { // also what a resource says, e.g. an unknown frame
                 report(n, error.what());
             }

@@ -35,7 +35,7 @@ class Rates {
     void run() {
         for (std::size_t n = 0; n < nodes_.size(); ++n) check_period(n);
         find_step();
-        if (!e_.report.is_empty()) return;
+        if (!(e_.diagram.step > 0)) return;
         base_ = rate_of({1, 0, false, false});
         if (std::any_of(nodes_.begin(), nodes_.end(), is_continuous))
             continuous_ = rate_of({1, 0, false, true});
@@ -75,7 +75,9 @@ class Rates {
              ++condition)
             for (auto& outlet : condition->outlets)
                 if (outlet.initial.empty()) inherit_initial(outlet);
-        if (e_.model.rate_transitions != model::RateTransitions::allowed) check_transitions();
+        // The rate of what reads a wire that is missing is not the one that it will have.
+        if (e_.report.is_empty() && e_.model.rate_transitions != model::RateTransitions::allowed)
+            check_transitions();
     }
 
   private:
@@ -199,7 +201,7 @@ class Rates {
                                              "give periods that nest, or the model a 'step'");
                 }
         if (step > 0) step = shortest / std::round(shortest / step); // free of the rounding above
-        if (step == 0)
+        if (step == 0 && e_.report.is_empty()) // a block that could not be made may name one
             e_.report.add(e_.model.where, "", "neither the model nor any block names a sample time",
                           "give the model a 'step', e.g. step: 0.001");
         e_.diagram.step = step;
@@ -378,6 +380,7 @@ class Rates {
     /// conditional subsystem that drives it.
     void inherit_initial(Condition::Outlet& outlet) const {
         const auto from = nodes_[static_cast<std::size_t>(outlet.end.node)].sources[0];
+        if (from.node < 0) return; // in a wrong model
         const auto& node = nodes_[static_cast<std::size_t>(from.node)];
         if (node.rate == constant_rate) outlet.initial_from = from;
         if (node.type == "InitialCondition")

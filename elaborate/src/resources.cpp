@@ -1,6 +1,7 @@
 // Blocks get the resources that other blocks of their subsystem, or of one around it, provide.
 #include "stages.hpp"
 
+#include <algorithm>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -104,6 +105,11 @@ class Binding {
 };
 
 } // namespace
+
+bool is_bound(const Block& block) {
+    const auto& requirements = block.declaration().requirements;
+    return std::all_of(requirements.begin(), requirements.end(), [](const auto& r) { return r.is_bound; });
+}
 
 void bind_resources(Elaboration& e) { Binding(e).run(); }
 

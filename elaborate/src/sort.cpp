@@ -184,17 +184,18 @@ class Sorting {
         for (std::size_t o = 0; o < slots.size(); ++o)
             if (slots[o].role == Role::output) {
                 has_output = true;
-                if (node.block->feedthrough(static_cast<int>(o), input)) return true;
+                if (is_bound(*node.block) && node.block->feedthrough(static_cast<int>(o), input)) return true;
             }
-        return !has_output && slots[static_cast<std::size_t>(input)].feedthrough;
+        return !(has_output && is_bound(*node.block)) && slots[static_cast<std::size_t>(input)].feedthrough;
     }
 
     /// A Merge takes over each of its inputs when the subsystem runs that computes it.
     static bool merges(const DiagramNode& node) { return node.type == "Merge"; }
     Group merged(const DiagramNode& node, std::size_t rule) const {
         const auto& input = node.block->declaration().output_rules[rule].operands.back();
+        const int from = node.sources[static_cast<std::size_t>(input.slot)].node;
         const auto& source =
-            nodes_[static_cast<std::size_t>(node.sources[static_cast<std::size_t>(input.slot)].node)];
+            from < 0 ? node : nodes_[static_cast<std::size_t>(from)]; // open in a wrong model
         return {source.rate, source.condition};
     }
 

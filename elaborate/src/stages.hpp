@@ -30,6 +30,7 @@ class Report {
         return suggestions_.take() ? did_you_mean(name, known()) : std::string();
     }
     /// In the order of the document; what stands in no file comes last.
+    std::vector<model::Diagnostic> take();
     void throw_if_any();
 
   private:
@@ -174,6 +175,9 @@ struct Elaboration {
     std::optional<double> evaluate_scalar(const model::Expression& expression, const Variables& variables,
                                           const std::string& path, const char* what);
 };
+
+/// Has the block all resources that it requires? Otherwise, in a wrong model, its methods are not asked.
+bool is_bound(const Block& block);
 
 /// The core value of a MATLAB value; nothing when blocks know no such value (struct, handle).
 std::optional<Value> to_value(const matlab::Value& value);

@@ -475,7 +475,7 @@ class Wiring {
             const auto from = resolve(&scope, &node_drivers_[static_cast<std::size_t>(index)][i]);
             if (from.node >= 0)
                 node.sources[i] = from;
-            else if (from.node == -1 && !misspelled_.contains(index) &&
+            else if (from.node == -1 && !misspelled_.contains(index) && is_bound(*node.block) &&
                      node.block->needs(static_cast<int>(i)))
                 report_open(node, slots[i].name);
         }

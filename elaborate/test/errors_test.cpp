@@ -356,14 +356,14 @@ TEST(Errors, ValuesOutsideOfTheirLimitsAreRefusedTogether) {
                              "  lag: {block: FilteredDerivative, time_constant: [0.1, T]}\n"
                              "  part:\n    inputs: [u]\n    blocks:\n"
                              "      q: {block: Quantize, interval: 0}\n    connections: {u: q}\n"
-                             "  p: {block: Pulse, width: 101, cycle: nan}\n"
+                             "  p: {block: Pulse, width: [1, 101], cycle: nan}\n"
                              "  c: {block: CounterFree, bits: 33}\n"
                              "connections: {p: [lag, part.u]}\n";
     EXPECT_EQ(errors_of(text),
               "m.yaml:5:51: lag: parameter 'time_constant' must be greater than 0, but element 2 is -1\n"
               "m.yaml:9:38: part.q: parameter 'interval' must be greater than 0, but is 0\n"
-              "m.yaml:11:28: p: parameter 'width' must be from 0 to 100, but is 101\n"
-              "m.yaml:11:40: p: parameter 'cycle' must be greater than 0, but is NaN\n"
+              "m.yaml:11:28: p: parameter 'width' must be from 0 to 100, but element 2 is 101\n"
+              "m.yaml:11:45: p: parameter 'cycle' must be greater than 0, but is NaN\n"
               "m.yaml:12:3: c: argument 'bits' must be from 1 to 32, but is 33");
     EXPECT_EQ(errors_of("model: m\nstep: 0.1\nvariables: {T: 1}\nblocks:\n  p: {block: Pulse, cycle: T}\n",
                         {{"T", "-2"}}),

@@ -38,14 +38,22 @@ void collect(const model::Model& model, const fs::path& file, formats::Files& te
 }
 
 /// `shown` stands for the file in messages.
-LoadedModel load(ModelSource source, const fs::path& shown, const std::vector<Override>& overrides) {
+ExaminedModel examine(ModelSource source, const fs::path& shown, const std::vector<Override>& overrides) {
     source.file = fs::absolute(source.file).lexically_normal();
-    LoadedModel loaded{make_registry(), std::move(source), {}};
-    for (const auto& [name, text, where] : overrides) loaded.source.overrides.emplace_back(name, text);
-    const model::Model model = formats::read_yaml(shown, loaded.source.texts);
-    loaded.diagram =
-        elaborate(model, *loaded.registry, {overrides, loaded.source.file.parent_path().string()});
-    return loaded;
+    ExaminedModel found{{make_registry(), std::move(source), {}}, {}};
+    for (const auto& [name, text, where] : overrides) found.source.overrides.emplace_back(name, text);
+    const model::Model model = formats::read_yaml(shown, found.source.texts);
+    Examined elaborated =
+        examine(model, *found.registry, {overrides, found.source.file.parent_path().string()});
+    found.diagram = std::move(elaborated.diagram);
+    found.diagnostics = std::move(elaborated.diagnostics);
+    return found;
+}
+
+LoadedModel load(ModelSource source, const fs::path& shown, const std::vector<Override>& overrides) {
+    ExaminedModel found = examine(std::move(source), shown, overrides);
+    if (!found.diagnostics.empty()) throw model::Errors(std::move(found.diagnostics));
+    return std::move(found);
 }
 
 } // namespace
@@ -59,6 +67,10 @@ std::unique_ptr<Registry> make_registry() {
     if (::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) != 0)
         registry->add_search_path(fs::path(core.dli_fname).parent_path() / "blockfactory");
     return registry;
+}
+
+ExaminedModel examine(const fs::path& file, const std::vector<Override>& overrides) {
+    return examine(ModelSource{file, {}, {}}, file, overrides);
 }
 
 LoadedModel load(const fs::path& file, const std::vector<Override>& overrides) {

@@ -22,6 +22,7 @@ struct CheckOptions {
 };
 
 std::string rate_text(const Diagram& d, int rate) {
+    if (rate < 0) return "unknown";
     if (rate == constant_rate) return "constant";
     const auto& r = d.rates[static_cast<std::size_t>(rate)];
     if (r.is_continuous) return "continuous";
@@ -164,8 +165,10 @@ void print(const Diagram& d) {
     }
 }
 
-nlohmann::ordered_json to_json(const Diagram& d) {
-    using Json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
+
+/// Of a wrong model: null where nothing is known.
+Json to_json(const Diagram& d) {
     Json json{{"model", d.name},         {"step", d.step},
               {"stop", d.stop},          {"variables", Json::array()},
               {"blocks", Json::array()}, {"order", Json::array()}};
@@ -179,15 +182,15 @@ nlohmann::ordered_json to_json(const Diagram& d) {
     for (const auto& node : d.nodes) {
         Json block{{"path", node.path},
                    {"type", node.type},
-                   {"period", d.period(node.rate)},
+                   {"period", node.rate < 0 ? Json() : Json(d.period(node.rate))},
                    {"constant", node.rate == constant_rate},
                    {"quantities", Json::array()}};
         const auto& slots = node.block->declaration().slots;
         for (std::size_t s = 0; s < slots.size(); ++s) {
             Json quantity{{"name", slots[s].name},
                           {"role", name(slots[s].role)},
-                          {"type", name(slots[s].type)},
-                          {"size", slots[s].size.text()},
+                          {"type", slots[s].type_known ? Json(name(slots[s].type)) : Json()},
+                          {"size", slots[s].size_known ? Json(slots[s].size.text()) : Json()},
                           {"unit", std::string(slots[s].unit.text)}};
             if (const auto names = node.element_names.find(static_cast<int>(s));
                 names != node.element_names.end())
@@ -203,31 +206,40 @@ nlohmann::ordered_json to_json(const Diagram& d) {
     return json;
 }
 
-nlohmann::ordered_json to_json(const model::Errors& errors) {
-    nlohmann::ordered_json json{{"errors", nlohmann::ordered_json::array()}};
-    for (const auto& e : errors.diagnostics())
-        json["errors"].push_back({{"file", e.where.file ? *e.where.file : ""},
-                                  {"line", e.where.line},
-                                  {"column", e.where.column},
-                                  {"path", e.path},
-                                  {"message", e.message},
-                                  {"remedy", e.remedy}});
+Json to_json(const std::vector<model::Diagnostic>& diagnostics) {
+    Json json = Json::array();
+    for (const auto& d : diagnostics)
+        json.push_back({{"file", d.where.file ? *d.where.file : ""},
+                        {"line", d.where.line},
+                        {"column", d.where.column},
+                        {"path", d.path},
+                        {"message", d.message},
+                        {"remedy", d.remedy}});
     return json;
 }
 
-void execute(const CheckOptions& options) {
+void execute_json(const CheckOptions& options) {
+    Json json;
+    std::vector<model::Diagnostic> errors;
     try {
-        const LoadedModel loaded = load_model(options.model);
-        if (options.as_program)
-            std::fputs(escape::terminal(program::text_of(program::lower(loaded.diagram))).c_str(), stdout);
-        else if (options.as_json)
-            std::fputs(to_text(to_json(loaded.diagram)).c_str(), stdout);
-        else
-            print(loaded.diagram);
-    } catch (const model::Errors& errors) {
-        if (options.as_json) std::fputs(to_text(to_json(errors)).c_str(), stdout);
-        throw;
+        const ExaminedModel found = examine_model(options.model);
+        json = to_json(found.diagram);
+        errors = found.diagnostics;
+    } catch (const model::Errors& unreadable) {
+        errors = unreadable.diagnostics();
     }
+    if (!errors.empty()) json["errors"] = to_json(errors);
+    std::fputs(to_text(json).c_str(), stdout);
+    if (!errors.empty()) throw model::Errors(std::move(errors));
+}
+
+void execute(const CheckOptions& options) {
+    if (options.as_json) return execute_json(options);
+    const LoadedModel loaded = load_model(options.model);
+    if (options.as_program)
+        std::fputs(escape::terminal(program::text_of(program::lower(loaded.diagram))).c_str(), stdout);
+    else
+        print(loaded.diagram);
 }
 
 } // namespace
@@ -237,7 +249,8 @@ void add_check(CLI::App& app) {
         "check", "elaborate a model: all its errors, or its variables, sizes, types, rates and order");
     auto options = std::make_shared<CheckOptions>();
     options->model.add_to(*command);
-    command->add_flag("--json", options->as_json, "print as JSON, errors too");
+    command->add_flag("--json", options->as_json,
+                      "print as JSON; of a wrong model its errors, and what is known all the same");
     command->add_flag("--program", options->as_program, "print what a step does, statement by statement")
         ->excludes("--json");
     command->footer("Example: bf check examples/icub_balancing/balancing.yaml --set T_control=0.001");

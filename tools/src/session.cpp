@@ -49,13 +49,19 @@ std::vector<Override> ModelOptions::overrides() const {
     return all;
 }
 
-LoadedModel load_model(const ModelOptions& options) {
+ExaminedModel examine_model(const ModelOptions& options) {
     const Waiting waiting("elaborating " + options.file);
     if (std::error_code error; !fs::exists(options.file, error) && !error)
         throw CommandError("there is no model file " + options.file);
     if (const auto wrong = why_unreadable(options.file); !wrong.empty())
         throw CommandError("cannot read the model " + options.file + ": " + wrong);
-    return load(options.file, options.overrides());
+    return examine(options.file, options.overrides());
+}
+
+LoadedModel load_model(const ModelOptions& options) {
+    ExaminedModel found = examine_model(options);
+    if (!found.diagnostics.empty()) throw model::Errors(std::move(found.diagnostics));
+    return std::move(found);
 }
 
 LoadedModel load_model(const ModelSource& source) {

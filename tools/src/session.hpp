@@ -37,6 +37,9 @@ struct ModelOptions {
 /// model::Errors or CommandError.
 LoadedModel load_model(const ModelOptions& options);
 
+/// The same of a model that may be wrong, whose mistakes are no exception unless it cannot be read.
+ExaminedModel examine_model(const ModelOptions& options);
+
 /// The same from what a recording holds.
 LoadedModel load_model(const ModelSource& source);
 

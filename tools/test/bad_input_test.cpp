@@ -411,10 +411,15 @@ TEST_F(BadInput, ValuesOutsideOfTheirLimits) {
 }
 
 TEST_F(BadInput, CheckPrintsErrorsAsJson) {
-    model("  a: {block: Gian}\n  b: {block: Constant, valu: 3}\n");
+    model("  a: {block: Gian}\n  b: {block: Constant, valu: 3}\n  c: {block: Constant, value: \"[1 2]\"}\n");
     const auto check = bf("check m.yaml --json");
     EXPECT_EQ(check.code, 1);
-    const auto errors = nlohmann::json::parse(check.out)["errors"];
+    const auto json = nlohmann::json::parse(check.out);
+    const auto& blocks = json["blocks"]; // what is known all the same
+    const auto c = std::find_if(blocks.begin(), blocks.end(), [](const auto& b) { return b["path"] == "c"; });
+    ASSERT_NE(c, blocks.end());
+    EXPECT_EQ((*c)["quantities"].back()["size"], "[2]");
+    const auto& errors = json["errors"];
     ASSERT_EQ(errors.size(), 2u);
     EXPECT_EQ(errors[0]["line"], 6);
     EXPECT_EQ(errors[0]["path"], "a");

@@ -22,6 +22,20 @@ struct ElaborateOptions {
     std::string folder;
 };
 
+/// What elaboration finds out about a model, right or wrong.
+struct Examined {
+    /// Of a wrong model: the blocks that can be made, their wires, and the sizes, types, rates and order that
+    /// are determined all the same. What is not known of a size or a type says so in its slot, a rate that is
+    /// not known is -1. It cannot be run.
+    Diagram diagram;
+    /// What is wrong, located and with its remedy, in the order of the document; what stands in no file comes
+    /// last.
+    std::vector<model::Diagnostic> diagnostics;
+};
+
+/// As `elaborate`, but tells of a wrong model, too, what can be known.
+Examined examine(const model::Model& model, Registry& registry, const ElaborateOptions& options = {});
+
 /// Evaluates expressions, dissolves subsystems, makes the blocks, finds sizes, types, rates and the order.
 /// Throws model::Errors with everything that is wrong, each located and with its remedy.
 Diagram elaborate(const model::Model& model, Registry& registry, const ElaborateOptions& options = {});

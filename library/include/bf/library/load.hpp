@@ -30,6 +30,14 @@ using Override = ElaborateOptions::Override;
 /// all that is wrong, FileError when the file cannot be read.
 LoadedModel load(const std::filesystem::path& file, const std::vector<Override>& overrides = {});
 
+/// What can be known of a model, right or wrong.
+struct ExaminedModel : LoadedModel {
+    std::vector<model::Diagnostic> diagnostics; ///< as in `Examined`; where there are some it cannot be run
+};
+
+/// As `load`, but a model that can be read and is wrong is no exception.
+ExaminedModel examine(const std::filesystem::path& file, const std::vector<Override>& overrides = {});
+
 /// The same for what a recording holds. Files that the model names and that are no models - a robot's
 /// description, data - are looked for where they were. Throws FileError for a model that it lacks.
 LoadedModel load(const ModelSource& source);

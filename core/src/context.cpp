@@ -139,7 +139,7 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
             case Role::workspace:
             case Role::guard: now[i] = work_->begin() + offsets[k]; break;
             }
-            if (slot.role == Role::input || slot.role == Role::parameter)
+            if ((slot.role == Role::input && !connected[i]) || slot.role == Role::parameter)
                 write_values(now[i], slot.type, slot.size.count(), slot.initial);
         }
         size += count;

@@ -1,3 +1,4 @@
+#include "bf/core/context.hpp"
 #include "bf/core/resolve.hpp"
 
 #include "bf/kernels/elementwise.hpp"
@@ -278,6 +279,27 @@ TEST(Status, NamesTheElementThatItIsAbout) {
     EXPECT_EQ(text(block.v, 2), "v[3] is not finite");
     EXPECT_EQ(text(block.M, 5), "M[2][3] is not finite");
     EXPECT_EQ(Status::failure("{element} is not finite", block.v, 2).text(), "element 3 is not finite");
+}
+
+struct HasDefaults : Block {
+    using Block::Block;
+    Input<double> a{this, "a", {.initial = {2}, .optional = true}};
+    Input<double> b{this, "b", {.initial = {3}, .optional = true}};
+    Output<double> y{this, "y"};
+};
+
+TEST(Context, GivesOpenInputsTheirDefaultsWhateverIsWiredElsewhere) {
+    HasDefaults open, wired;
+    propagate(open);
+    propagate(wired);
+    const Context context({{&open, {}, {{}, {}, {}}, {}, 0}, {&wired, {}, {{}, {0, 2}, {}}, {}, 0}});
+    const auto value = [&](int node, int slot) {
+        return *static_cast<const double*>(context.data(node, slot));
+    };
+    EXPECT_EQ(value(0, 0), 2);
+    EXPECT_EQ(value(0, 1), 3);
+    EXPECT_EQ(value(1, 0), 2);
+    EXPECT_EQ(context.data(1, 1), context.data(0, 2)) << "a wire is the memory of its source";
 }
 
 TEST(Types, KeepTheirNames) {

@@ -21,7 +21,6 @@ constexpr double step = 0.001;
 
 std::string yaml(const Value& value) {
     if (value.kind == Value::Kind::text) return value.text;
-    if (value.kind == Value::Kind::number) return std::to_string(static_cast<int>(value.data.at(0)));
     std::string list;
     for (const auto& item : value.texts) list += (list.empty() ? "'" : ", '") + item + "'";
     return "\"{" + list + "}\"";
@@ -61,8 +60,7 @@ Size size_of(const Running& run, const std::string& input) {
 const Arguments robot{{"joints", std::vector<std::string>{"l_knee", "r_knee", "torso_yaw"}}};
 const Arguments world{{"feet", std::vector<std::string>{"l_sole", "r_sole"}},
                       {"ft_sensors", std::vector<std::string>{"l_foot_ft_sensor"}},
-                      {"push_links", std::vector<std::string>{"chest"}},
-                      {"seed", 7.0}}; // by default the path decides, which is another one in Simulink
+                      {"push_links", std::vector<std::string>{"chest"}}};
 
 const std::multimap<std::string, Arguments>& cases() {
     static const std::multimap<std::string, Arguments> all{

@@ -153,7 +153,7 @@ def row(bf, urdf, name, folder):
             counts = run(bf, urdf, floating, folder, film=floating == kinds[-1])
             result.append("yes")
         except Exception as error:  # any failure is a row
-            result.append(re.sub(r"\S*/", "", str(error)).replace("|", "/"))
+            result.append(re.sub(r"[^\s']*/", "", str(error)).replace("|", "/"))
     result += ["root is the world"] * (2 - len(result))
     joints, mended = counts or ("", "")
     return f"| {name} | {joints} | {mended or ''} | {result[0]} | {result[1]} |", "yes" in result

@@ -8,6 +8,7 @@ set(tolerance_of_stick_slip 1e-5)
 set(tolerance_of_buck_converter 1e-6)
 set(tolerance_of_bouncing_ball 1e-9)
 set(tolerance_of_shared_resource 1e-12)
+set(tolerance_of_bouncing_mass 1e-9)
 function(bf_expected example)
     add_test(NAME examples.${example}_gives_what_is_expected
         COMMAND ${BF_PYTHON} ${CMAKE_SOURCE_DIR}/examples/compare.py $<TARGET_FILE:bf>

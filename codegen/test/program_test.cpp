@@ -42,6 +42,7 @@ TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
     const std::string changed = "time,\"K.y[1]\",\"K.y[2]\"\n0,-2,-2.5\n0.10000000000000001,-2,-2.5\n";
     EXPECT_EQ(run("# a comment\none.value: [4, 5] # constants follow\nK.K: -0.5\n"), changed);
     EXPECT_EQ(run("---\none:\n  value:\n  - 4\n  - 5\n\nK:\n    # deeper\n    K: -0.5\n"), changed);
+    EXPECT_EQ(run("\xEF\xBB\xBFone.value: [4, 5]\nK.K: -0.5\n"), changed);
     EXPECT_EQ(run("{one: {value: [4,\n   5]}, 'K': {K: -5e-1}}\n"), changed);
     EXPECT_EQ(run("one: {value: \"[4 5]\"}\nK: {K: -.5}\n"), changed);
     EXPECT_EQ(run("one.value: [1, 2, 3]\nK.k: 1\nK.K: nan\nK.K 1\nmatrix.value: [[1, 2], [3]]\nstep: "
@@ -253,6 +254,14 @@ record: [gu.y, gx.y, gM.y, gn.y]
     EXPECT_EQ(program.text("errors.txt"),
               "program: in.csv:1: the model has no input 'v'; it has u, x, M, n, with "
               "elements as x[1], M[1][2], counted from 1\n");
+    write_text(program.folder.path / "in.csv", "time,u\n0,\"1\n");
+    EXPECT_EQ(program.code("--inputs in.csv"), 1);
+    EXPECT_EQ(program.text("errors.txt"), "program: in.csv:2: a quote does not end on its line\n");
+    std::filesystem::remove(program.folder.path / "out.csv");
+    EXPECT_EQ(std::system((program.at + "./program --csv out.csv --stop x 0>&- 1>&- 2>&-").c_str()), 512);
+    EXPECT_EQ(std::system((program.at + "./program --csv out.csv --time 0>&- 1>&- 2>&-").c_str()), 0);
+    EXPECT_EQ(program.text("out.csv").substr(0, 5), "time,") << "and nothing else";
+    EXPECT_EQ(program.text("out.csv").find("per step"), std::string::npos);
 }
 
 TEST(GeneratedProgram, ATcpPortAsksForItsToken) {
@@ -345,6 +354,32 @@ TEST(GeneratedProgram, ReadsAndWritesNumbersAlikeInEveryLocale) {
     write_text(program.folder.path / "p.yaml", "K.K: '0,25'\n");
     EXPECT_EQ(program.code("--params p.yaml"), 1);
     EXPECT_EQ(program.text("errors.txt").substr(0, 36), "p.yaml:1: 'K.K': '0,25' is no number");
+}
+
+TEST(ParameterFile, NamesAreListedAsTheyAreReadEverywhere) {
+    for (const std::string name :
+         {"a.K",    "[q.K", "\"c\"d.K", "'.K",  "it's: x.K", "{a}.K", "# b.K",  "a #b.K", "-.K",
+          "- a.K",  "1.K",  "true",     "null", "NULL",      "~.K",   "a, b.K", "ü.K",    "\\.K",
+          "a: b.K", "?.K",  "!x.K",     "&x.K", "%x.K",      "@.K",   "`.K",    "|.K"}) {
+        const double value = 3;
+        const generated::Quantity q{name.c_str(), "", "", {}, {}, 1, 1, 0, -1};
+        const std::string line = generated::line_of(q, [&](int) { return value; });
+        for (const std::string text : {line, "{" + line.substr(0, line.find("  #")) + "}\n"}) {
+            const auto read = generated::parse_parameters(text, "f");
+            ASSERT_EQ(read.entries.size(), 1u) << text << read.errors;
+            EXPECT_EQ(read.entries[0].name, name);
+            const auto variables = formats::read_yaml_variables(text, "f");
+            ASSERT_EQ(variables.size(), 1u) << text;
+            EXPECT_EQ(variables[0].name, name);
+        }
+    }
+}
+
+TEST(ParameterFile, IndentationSaysWhatANameBelongsTo) {
+    const auto errors = [](const std::string& text) { return generated::parse_parameters(text, "f").errors; };
+    EXPECT_EQ(errors("a:\n  b: 1\n  c:\n     d: 2\n  e: 3\nf: 4\n"), "");
+    EXPECT_EQ(errors("a:\n  b: 1\n c: 2\n"), "f:3: 'c: 2' is indented by 1, its neighbours by 2\n");
+    EXPECT_EQ(errors("a: 1\n  b: 2\n"), "f:2: 'b: 2' is indented by 2, its neighbours by 0\n");
 }
 
 TEST(ParameterFile, AnyTextIsReadOrRefused) {

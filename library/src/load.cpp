@@ -5,6 +5,8 @@
 #include "bf/formats/yaml.hpp"
 
 #include <dlfcn.h>
+#include <map>
+#include <string_view>
 #include <utility>
 
 namespace bf {
@@ -53,7 +55,7 @@ ExaminedModel examine(ModelSource source, const fs::path& shown, const std::vect
 LoadedModel load(ModelSource source, const fs::path& shown, const std::vector<Override>& overrides) {
     ExaminedModel found = examine(std::move(source), shown, overrides);
     if (!found.diagnostics.empty()) throw model::Errors(std::move(found.diagnostics));
-    return std::move(found);
+    return found;
 }
 
 } // namespace
@@ -97,6 +99,14 @@ std::vector<Override> read_overrides(const fs::path& file) {
     std::vector<Override> overrides;
     collect(formats::read_yaml_variables(read_text_file(file, std::size_t{64} << 20), file.string()), "",
             overrides);
+    // `Gain.Kp: 1` and `Gain: {Kp: 2}` are different keys of YAML.
+    std::map<std::string_view, const model::Location*> seen;
+    std::vector<model::Diagnostic> doubles;
+    for (const auto& [name, text, where] : overrides)
+        if (const auto [first, is_new] = seen.try_emplace(name, &where); !is_new)
+            doubles.push_back({where, "", "a second '" + name + "'",
+                               "remove or rename one; the first is at " + first->second->text()});
+    if (!doubles.empty()) throw model::Errors(std::move(doubles));
     return overrides;
 }
 

@@ -50,12 +50,12 @@ void write_table(std::span<const Channel* const> channels, OutputFile& output) {
 }
 
 /// One for each channel. Names of signals may differ in no more than what a name of a file cannot hold.
-std::vector<std::filesystem::path> file_names(std::span<const Channel* const> channels,
+std::vector<std::filesystem::path> file_names(const std::vector<Channel>& channels,
                                               const std::filesystem::path& path) {
     std::vector<std::filesystem::path> names;
     std::set<std::string> taken;
-    for (const Channel* channel : channels) {
-        const std::string plain = path.stem().string() + "_" + escape::file_name(channel->name);
+    for (const Channel& channel : channels) {
+        const std::string plain = path.stem().string() + "_" + escape::file_name(channel.name);
         std::string name = plain;
         for (int i = 2; !taken.insert(name).second; ++i) name = plain + "_" + std::to_string(i);
         names.push_back(path.parent_path() / (name + path.extension().string()));
@@ -65,13 +65,19 @@ std::vector<std::filesystem::path> file_names(std::span<const Channel* const> ch
 
 } // namespace
 
+std::vector<std::filesystem::path> csv_files(const Recording& recording, const std::filesystem::path& path) {
+    const auto& channels = recording.channels;
+    const bool together = std::all_of(channels.begin(), channels.end(), [&](const Channel& channel) {
+        return channel.time_ns == channels.front().time_ns;
+    });
+    return together ? std::vector{path} : file_names(channels, path);
+}
+
 std::vector<std::filesystem::path> write_csv(const Recording& recording, const std::filesystem::path& path) {
     std::vector<const Channel*> channels;
     for (const Channel& channel : recording.channels) channels.push_back(&channel);
-    const bool together = std::all_of(channels.begin(), channels.end(), [&](const Channel* channel) {
-        return channel->time_ns == channels.front()->time_ns;
-    });
-    const auto files = together ? std::vector{path} : file_names(channels, path);
+    const auto files = csv_files(recording, path);
+    const bool together = files.size() == 1;
     // All are written before the first is put in its place.
     std::vector<OutputFile> outputs(files.begin(), files.end());
     for (std::size_t i = 0; i < files.size(); ++i)

@@ -21,7 +21,7 @@ std::string place_of_nameless(const std::string& path) {
 
 File::File(const std::filesystem::path& path, Kind kind) : path_(path.string()) {
     if (kind == Kind::named) {
-        descriptor_ = open_to_write(path_, O_CREAT | O_TRUNC);
+        descriptor_ = open_to_grow(path_);
     } else {
         std::string name = place_of_nameless(path_);
         descriptor_ = ::mkostemp(name.data(), O_CLOEXEC);

@@ -2,8 +2,7 @@
 #include "bf/base/escape.hpp"
 #include "bf/base/open_file.hpp"
 #include "bf/codegen/generate.hpp"
-#include "bf/formats/yaml.hpp"
-#include "robots.hpp"
+#include "files.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
@@ -112,43 +111,6 @@ fs::path place_of(const fs::path& file, const fs::path& model_folder) {
     if (is_inside(at, robots)) return "share" / at.lexically_relative(robots);
     throw CommandError("cannot deploy " + file.string() + ": it is neither in the model's folder " +
                        model_folder.string() + " nor an installed robot; put it beside the model");
-}
-
-/// The file that a text names for a block of a model's file in `folder`; empty when it is none.
-fs::path file_of(const std::string& text, const fs::path& folder) {
-    std::error_code ignored;
-    const fs::path file = folder / text;
-    return !text.empty() && text.size() < 4096 && fs::is_regular_file(file, ignored) ? file : fs::path();
-}
-
-/// What settings of a system and of the systems in it name, whether their variants are used or not: values
-/// may be changed where the package runs.
-void add_files(const model::System& system, std::set<fs::path>& files) {
-    for (const auto& block : system.blocks) {
-        const fs::path folder = block.where.file ? fs::path(*block.where.file).parent_path() : fs::path();
-        for (const auto& setting : block.settings)
-            if (const auto file = file_of(setting.value.text, folder); !file.empty()) files.insert(file);
-        if (const auto* content = block.content()) add_files(*content, files);
-    }
-}
-
-/// All that the model reads: its documents, the files that arguments name, robots.
-std::set<fs::path> files_of(const LoadedModel& loaded) {
-    std::set<fs::path> files;
-    auto texts = loaded.source.texts;
-    for (const auto& [file, text] : texts) files.insert(file);
-    add_files(formats::read_yaml(loaded.source.file, texts).root, files);
-    for (const auto& node : loaded.diagram.nodes) {
-        for (const auto& [name, value] : node.arguments) {
-            auto names = value.texts;
-            if (value.kind == Value::Kind::text) names.push_back(value.text);
-            for (const auto& text : names)
-                if (const auto file = file_of(text, node.arguments.folder); !file.empty()) files.insert(file);
-        }
-        for (const auto& provision : node.block->declaration().provisions)
-            if (const auto urdf = urdf_of(provision); !urdf.empty()) files.insert(urdf);
-    }
-    return files;
 }
 
 /// `options` of the program that make it run until it is told to end. The unit grants what real time needs
@@ -279,7 +241,10 @@ std::string tried(const fs::path& package, const Trial& trial) {
 Trial pack_program(const Program& program, const LoadedModel& loaded, const ModelOptions& options,
                    const std::string& name, const OutputFolder& folder) {
     const fs::path model = loaded.source.file, model_folder = model.parent_path();
-    for (const auto& file : files_of(loaded)) folder.copy(file, place_of(file, model_folder));
+    // Those of unused variants too, for values may be changed where the package runs.
+    FileSet files = files_of(loaded);
+    files.merge(files_of(loaded.source.file, loaded.source.texts));
+    for (const auto& file : files) folder.copy(file, place_of(file, model_folder));
 
     folder.copy(program.file, "bin/bf");
     std::string loader;

@@ -2,6 +2,7 @@
 #include "bf/physics/renderer.hpp"
 #include "bf/recording/reader.hpp"
 #include "bf/toolbox/simulated_robot.hpp"
+#include "files.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
@@ -11,6 +12,8 @@
 #include <optional>
 
 namespace bf::tools {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -123,9 +126,21 @@ class Film {
     const recording::Channel* joints_; ///< none when the robot has no joints
 };
 
+void refuse_after_end(const Film& film, const std::string& option, double t) {
+    if (t > film.end())
+        throw CommandError(option + " " + number(t) + " is after the end at " + number(film.end()) + " s");
+}
+
+void refuse_other_format(const std::string& option, const std::string& file, const std::string& ending) {
+    if (!file.empty() && fs::path(file).extension() != ending)
+        throw CommandError(option + " " + file + ": the name of this file ends in " + ending);
+}
+
 void draw_picture(Film& film, const FilmOptions& options) {
     physics::Image image;
-    film.draw(options.picture_time.value_or(film.end()), image);
+    const double t = options.picture_time.value_or(film.end());
+    refuse_after_end(film, "--at", t);
+    film.draw(t, image);
     OutputFile file(options.picture);
     physics::write_png(file.path(), image);
     file.commit();
@@ -133,9 +148,7 @@ void draw_picture(Film& film, const FilmOptions& options) {
 }
 
 void draw_film(Film& film, const FilmOptions& options) {
-    if (options.from > film.end())
-        throw CommandError("--from " + number(options.from) + " is after the end at " + number(film.end()) +
-                           " s");
+    refuse_after_end(film, "--from", options.from);
     OutputFile file(options.output);
     const InterruptGuard guard;
     physics::VideoWriter video(file.path(), options.picture_options.width, options.picture_options.height,
@@ -165,9 +178,12 @@ void draw_film(Film& film, const FilmOptions& options) {
 void execute(const FilmOptions& options) {
     if (options.picture.empty() && options.output.empty())
         throw CommandError("say what to make: -o FILE.mp4 for a film, --picture FILE.png for one picture");
+    refuse_other_format("-o", options.output, ".mp4");
+    refuse_other_format("--picture", options.picture, ".png");
     const LoadedModel loaded = load_model(options.model);
-    auto read = files_of(options.model, loaded.source);
-    read.push_back(options.recording);
+    FileSet read = files_of(loaded);
+    read.insert(options.recording);
+    read.insert(options.model.params.begin(), options.model.params.end());
     refuse_overwriting({{"-o", options.output}, {"--picture", options.picture}}, read);
     Film film(options, find_robot(loaded.diagram));
     if (!options.picture.empty()) draw_picture(film, options);

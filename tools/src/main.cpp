@@ -101,6 +101,9 @@ int run(CLI::App& app, int argc, char** argv) {
     } catch (const std::filesystem::filesystem_error& error) {
         std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(text_of(error)).c_str());
         return 1;
+    } catch (const std::bad_alloc&) {
+        std::fprintf(stderr, "bf: there is not enough memory; free some, or raise its limit\n");
+        return 1;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "bf: %s\n", bf::escape::terminal(error.what()).c_str());
         return 1;
@@ -112,6 +115,7 @@ int run(CLI::App& app, int argc, char** argv) {
 
 int main(int argc, char** argv) {
     using namespace bf::tools;
+    bf::occupy_standard_streams();
     std::signal(SIGXFSZ, SIG_IGN); // writing past a limit on the size of files fails with a message instead
     CLI::App app{"BlockFactory: design, simulate and run robot controllers as block diagrams", "bf"};
     app.require_subcommand(1);

@@ -1,6 +1,7 @@
 // bf plot, bf export: look at a recording.
 #include "bf/recording/plot.hpp"
 #include "bf/recording/export.hpp"
+#include "files.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
@@ -132,6 +133,10 @@ void execute_export(const std::string& recording_file, const std::string& output
     const auto r = load_recording(recording_file);
     const Waiting waiting("writing " + output);
     if (is_csv) {
+        const auto files = recording::csv_files(r, output);
+        if (files.size() > 1 && output == "/dev/stdout")
+            throw CommandError("signals of different rates go to a file each; give a name that ends in .csv");
+        for (const auto& file : files) refuse_overwriting({{"-o", file}}, {recording_file});
         for (const auto& file : recording::write_csv(r, output))
             if (output != "/dev/stdout") std::printf("%s\n", file.c_str());
         return refuse_incomplete(r, recording_file, output);

@@ -3,6 +3,7 @@
 
 #include "bf/engine/play_back.hpp"
 #include "bf/engine/simulation.hpp"
+#include "files.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
@@ -49,7 +50,9 @@ void execute(const ReplayOptions& options) {
     Replay replay(simulation, recording);
     std::optional<Recorder> recorder;
     if (!options.output.empty()) {
-        refuse_overwriting({{"-o", options.output}}, {options.recording});
+        FileSet read = files_of(loaded);
+        read.insert(options.recording);
+        refuse_overwriting({{"-o", options.output}}, read);
         recorder.emplace(simulation, signals_of(simulation, recording), options.output, loaded.source);
         simulation.add_observer(*recorder);
         replay.record(*recorder);

@@ -5,6 +5,7 @@
 #include "bf/run/comparison.hpp"
 #include "bf/run/recorder.hpp"
 #include "bf/run/snapshot.hpp"
+#include "files.hpp"
 #include "profile.hpp"
 #include "run_realtime.hpp"
 #include "terminal.hpp"
@@ -234,8 +235,9 @@ void execute(const RunOptions& options) {
     ModelOptions model = options.model;
     if (!options.stop.empty()) model.sets.push_back("stop=" + options.stop);
     const LoadedModel loaded = load_model(model);
-    auto read = files_of(model, loaded.source);
-    read.push_back(options.inputs);
+    FileSet read = files_of(loaded);
+    read.insert({options.inputs, options.from_snapshot});
+    read.insert(model.params.begin(), model.params.end());
     refuse_overwriting({{"--record", options.record},
                         {"--summary", options.summary},
                         {"--snapshot", options.snapshot},

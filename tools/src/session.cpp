@@ -61,45 +61,12 @@ ExaminedModel examine_model(const ModelOptions& options) {
 LoadedModel load_model(const ModelOptions& options) {
     ExaminedModel found = examine_model(options);
     if (!found.diagnostics.empty()) throw model::Errors(std::move(found.diagnostics));
-    return std::move(found);
+    return found;
 }
 
 LoadedModel load_model(const ModelSource& source) {
     const Waiting waiting("elaborating " + source.file.string());
     return load(source);
-}
-
-std::vector<fs::path> files_of(const ModelOptions& options, const ModelSource& source) {
-    std::vector<fs::path> files(options.params.begin(), options.params.end());
-    files.push_back(options.file);
-    for (const auto& [path, text] : source.texts) files.push_back(path);
-    return files;
-}
-
-namespace {
-
-/// Devices and pipes take what several write.
-bool will_be_one_file(const fs::path& a, const fs::path& b) {
-    std::error_code error;
-    if (fs::exists(a, error)) return is_one_file(a.string(), b.string());
-    const fs::path real = fs::weakly_canonical(fs::absolute(a, error), error);
-    return !real.empty() && real == fs::weakly_canonical(fs::absolute(b, error), error);
-}
-
-} // namespace
-
-void refuse_overwriting(const std::vector<WrittenFile>& written, const std::vector<fs::path>& read) {
-    for (std::size_t i = 0; i < written.size(); ++i) {
-        const auto& [option, file] = written[i];
-        if (file.empty()) continue;
-        const std::string named = option + " " + file.string();
-        for (const auto& input : read)
-            if (will_be_one_file(file, input))
-                throw CommandError(named + " is a file that is read; give another name");
-        for (std::size_t j = 0; j < i; ++j)
-            if (!written[j].file.empty() && will_be_one_file(file, written[j].file))
-                throw CommandError(named + " is the file of " + written[j].option + "; give another name");
-    }
 }
 
 } // namespace bf::tools

@@ -43,16 +43,4 @@ ExaminedModel examine_model(const ModelOptions& options);
 /// The same from what a recording holds.
 LoadedModel load_model(const ModelSource& source);
 
-/// What the model is read from.
-std::vector<std::filesystem::path> files_of(const ModelOptions& options, const ModelSource& source = {});
-
-/// A file that a command writes, and the option that names it. An empty name is no file.
-struct WrittenFile {
-    std::string option;
-    std::filesystem::path file;
-};
-/// Throws CommandError where writing one of them would replace another one, or one that is read.
-void refuse_overwriting(const std::vector<WrittenFile>& written,
-                        const std::vector<std::filesystem::path>& read);
-
 } // namespace bf::tools

@@ -1,5 +1,6 @@
 // bf sweep: runs a model for many values of its parameters and makes one table of the results.
 #include "bf/base/numbers.hpp"
+#include "files.hpp"
 #include "points.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
@@ -241,7 +242,9 @@ void execute(const SweepOptions& options) {
     const std::size_t count = points.size();
     if (!std::filesystem::exists(options.model.file))
         throw CommandError("there is no model file " + options.model.file);
-    refuse_overwriting({{"-o", options.output}}, files_of(options.model));
+    FileSet read = files_of(options.model.file);
+    read.insert(options.model.params.begin(), options.model.params.end());
+    refuse_overwriting({{"-o", options.output}}, read);
     std::optional<OutputFile> output;
     if (!options.output.empty()) output.emplace(options.output);
 

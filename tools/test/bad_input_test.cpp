@@ -124,6 +124,9 @@ TEST_F(BadInput, MissingMesh) {
           "record: [world.w_H_b, world.s]\n");
     EXPECT_EQ(bf("run m.yaml --set step=0.001 --set stop=0.01 --record r.mcap").code, 0) << read(".err");
     expect_error("film m.yaml r.mcap --set step=0.001 -o film.mp4", "nowhere.stl");
+    expect_error("film m.yaml r.mcap -o film.avi", "-o film.avi: the name of this file ends in .mp4");
+    expect_error("film m.yaml r.mcap --picture p.jpg", "--picture p.jpg: the name of this file ends in .png");
+    expect_error("film m.yaml r.mcap --picture arm.urdf", "--picture arm.urdf: the name of this file ends");
     EXPECT_FALSE(exists("film.mp4"));
 }
 
@@ -261,6 +264,55 @@ TEST_F(BadInput, TwoOutputsAreNotOneFile) {
     EXPECT_EQ(bf("replay r.png").code, 0);
 }
 
+TEST_F(BadInput, OneRunAtATimeRecordsIntoAFile) {
+    write("m.yaml", sine_model);
+    const auto both = shell("'" BF_PROGRAM "' run m.yaml --quiet --realtime --duration 0.8 --priority 0 "
+                            "--record r.mcap & sleep 0.4; '" BF_PROGRAM "' run m.yaml --record r.mcap; wait");
+    EXPECT_CONTAINS(both.err,
+                    "cannot create the recording 'r.mcap': another program is writing it; give another");
+    EXPECT_EQ(bf("replay r.mcap").code, 0);
+    EXPECT_EQ(bf("run m.yaml --record r.mcap").code, 0) << "which nobody writes any more";
+}
+
+TEST_F(BadInput, NoInputIsWrittenByAnotherOption) {
+    write("m.yaml", sine_model);
+    bf("run m.yaml --stop 0.5 --snapshot s.bin");
+    for (const std::string option : {"record", "summary", "profile", "snapshot"})
+        expect_error("run m.yaml --from-snapshot s.bin --" + option + " s.bin",
+                     "s.bin is a file that is read");
+    write("rates.yaml", "model: m\nstep: 0.1\nstop: 1\nrecord: all\nblocks:\n  a: {block: Clock}\n"
+                        "  b: {block: Clock, period: 0.2}\n");
+    bf("run rates.yaml --record x_a.y.csv"); // a recording, whatever its name says
+    expect_error("export x_a.y.csv -o x.csv", "-o x_a.y.csv is a file that is read");
+    expect_error("export x_a.y.csv -o /dev/stdout", "signals of different rates go to a file each");
+    EXPECT_EQ(bf("replay x_a.y.csv").code, 0);
+}
+
+TEST_F(BadInput, NoFileThatABlockReadsIsWritten) {
+    const std::string table = "time,y\n0,1\n1,2\n";
+    write("table.csv", table);
+    write("part.yaml", "model: part\nblocks:\n  data: {block: SignalFromFile, file: \"'table.csv'\"}\n");
+    write("m.yaml", "model: m\nstep: 0.1\nstop: 1\nrecord: all\nvariables: {k: 1}\nblocks:\n"
+                    "  p: {file: part.yaml}\n  g: {block: Gain, K: k}\n  c: {block: Constant}\n"
+                    "connections: {c: g}\n");
+    ASSERT_EQ(bf("run m.yaml --record r.mcap").code, 0);
+    for (const std::string file : {"table.csv", "part.yaml", "./m.yaml"}) {
+        for (const std::string option : {"--record ", "--summary ", "--snapshot ", "--profile "})
+            expect_error("run m.yaml " + option + file, option + file + " is a file that is read");
+        expect_error("replay r.mcap -o " + file, "-o " + file + " is a file that is read");
+        expect_error("sweep m.yaml --set k=1:2 --final g.y -o " + file,
+                     "-o " + file + " is a file that is read");
+    }
+    EXPECT_EQ(read("table.csv"), table);
+}
+
+TEST_F(BadInput, NoFileTakesThePlaceOfAClosedStream) {
+    write("m.yaml", sine_model);
+    EXPECT_EQ(shell("'" BF_PROGRAM "' run m.yaml --record r.mcap --summary s.json 0>&- 1>&- 2>&-").code, 0);
+    EXPECT_EQ(bf("replay r.mcap").code, 0);
+    EXPECT_EQ(read("s.json").front(), '{');
+}
+
 TEST_F(BadInput, WhatStandardOutputHoldsAlreadyStays) {
     write("m.yaml", sine_model);
     bf("run m.yaml --record r.mcap");
@@ -390,6 +442,11 @@ TEST_F(BadInput, ParameterFiles) {
     expect_error("run m.yaml --params p.yaml", "p.yaml:1:1: expected variables, a mapping");
     write("p.yaml", "");
     expect_error("run m.yaml --params p.yaml", "p.yaml:1:1: expected variables, a mapping");
+    write("p.yaml", "Gain.Kp: 0.2\nGain: {Kp: 0.3}\n");
+    expect_error("run m.yaml --params p.yaml",
+                 "p.yaml:2:12: a second 'Gain.Kp'; remove or rename one; the first is at p.yaml:1:");
+    write("p.yaml", "\xEF\xBB\xBFstop: 0.5\n");
+    EXPECT_EQ(bf("run m.yaml --params p.yaml").code, 0);
 }
 
 TEST_F(BadInput, ValuesOutsideOfTheirLimits) {

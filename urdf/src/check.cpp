@@ -149,6 +149,18 @@ void check_urdf(const std::string& xml, const std::string& file) {
     if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) return;
     const auto* robot = document.FirstChildElement("robot");
     if (!robot) return;
+    if (const auto* second = robot->NextSiblingElement())
+        throw std::runtime_error("'" + file + "', line " + std::to_string(second->GetLineNum()) +
+                                 ": a file describes one robot; remove what follows </robot>");
+    // Those who read the file call themselves once per link of a chain.
+    constexpr int most_links = 1000;
+    int links = 0;
+    for (const auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link"))
+        ++links;
+    if (links > most_links)
+        throw std::runtime_error("'" + file + "' has " + std::to_string(links) +
+                                 " links; a robot has at most " + std::to_string(most_links) +
+                                 ": join those that fixed joints hold together");
     const Check check(file);
     for (const auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link"))
         check.link(*link);

@@ -70,6 +70,21 @@ TEST(UrdfCheck, RefusesJointsThatFormNoTree) {
         "'r.urdf', line 9: joint 'k', <mimic joint=\"k\">: a joint cannot mimic itself; name another one");
 }
 
+TEST(UrdfCheck, RefusesWhatFollowsTheRobot) {
+    const std::string refused = "'r.urdf', line 11: a file describes one robot; remove what follows </robot>";
+    EXPECT_EQ(wrong("</robot>", "</robot>\n" + robot), refused);
+    EXPECT_EQ(wrong("</robot>", "</robot>\n<!-- made by hand -->\n"), "");
+}
+
+TEST(UrdfCheck, RefusesMoreLinksThanARobotHas) {
+    std::string links;
+    for (int i = 0; i < 997; ++i) links += "<link name=\"l" + std::to_string(i) + "\"/>";
+    EXPECT_EQ(wrong("<link name=\"a\"/>", "<link name=\"a\"/>" + links), "");
+    EXPECT_EQ(
+        wrong("<link name=\"a\"/>", "<link name=\"a\"/><link name=\"m\"/>" + links),
+        "'r.urdf' has 1001 links; a robot has at most 1000: join those that fixed joints hold together");
+}
+
 TEST(UrdfCheck, TakesWhatExportersWrite) {
     EXPECT_EQ(wrong("1.5", "0"), "");
     EXPECT_EQ(wrong("1.5", " +1.5E0 "), "");

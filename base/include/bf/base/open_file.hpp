@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <string>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -31,6 +32,7 @@ inline std::string write_error(int error) {
     case EFBIG: return with("raise the limit on the size of files, or write less");
     case ENAMETOOLONG: return with("give a shorter name");
     case EISDIR: return with("give the name of a file");
+    case EBUSY: return "another program is writing it; give another name";
     case EIO: return with("check the disk, or write to another one");
     case ESPIPE: return "a pipe or a device is written from its beginning to its end; give a file";
     default: return with("give a file in a folder that may be written");
@@ -67,6 +69,14 @@ inline int descriptor_of(const std::string& file) {
     return -1;
 }
 
+/// Gives /dev/null to the standard streams that whoever started the program has closed: a file would be
+/// opened in their place, and messages written into it. Call it first in main.
+inline void occupy_standard_streams() {
+    int descriptor = 0;
+    while (descriptor >= 0 && descriptor <= STDERR_FILENO) descriptor = ::open("/dev/null", O_RDWR);
+    if (descriptor >= 0) ::close(descriptor);
+}
+
 /// Opens a file to be written as open(2) does, with further flags, e.g. O_CREAT | O_TRUNC; -1 and errno where
 /// it cannot. It gives the reader of a pipe two seconds to come, and does not wait for ever: ENXIO. What is
 /// open already is written on from where it stands.
@@ -86,6 +96,23 @@ inline int open_to_write(const std::string& file, int flags) {
     }
     if (descriptor >= 0) ::fcntl(descriptor, F_SETFL, 0); // writing waits for the reader
     return descriptor;
+}
+
+/// Opens a file that grows from nothing while a program runs, as its only writer: EBUSY where another program
+/// is writing it. Otherwise as `open_to_write`.
+inline int open_to_grow(const std::string& file) {
+    const int descriptor = open_to_write(file, O_CREAT);
+    struct stat status {};
+    if (descriptor < 0 || descriptor_of(file) >= 0 || ::fstat(descriptor, &status) != 0 ||
+        !S_ISREG(status.st_mode))
+        return descriptor;
+    // Where files cannot be locked, as on some networks, nobody is refused.
+    const bool is_taken = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    if (!is_taken && ::ftruncate(descriptor, 0) == 0) return descriptor;
+    const int error = is_taken ? EBUSY : errno;
+    ::close(descriptor);
+    errno = error;
+    return -1;
 }
 
 } // namespace bf

@@ -26,4 +26,9 @@ inline std::string read_file(const std::string& file, std::string& text,
     return stream.bad() ? file_error(errno) : "";
 }
 
+/// Without the byte order mark that some editors and spreadsheets begin UTF-8 with.
+inline std::string without_mark(const std::string& text) {
+    return text.compare(0, 3, "\xEF\xBB\xBF") == 0 ? text.substr(3) : text;
+}
+
 } // namespace bf

@@ -39,7 +39,7 @@ class CsvFile {
     /// Where the buffer is full, the loop waits, or, if it `may_lose` rows, counts one as lost. Call it
     /// before the loop's thread is prepared for real time, for the file's thread inherits.
     bool open(const std::string& file, Quantities columns, bool may_lose) {
-        const int descriptor = open_to_write(file, O_CREAT | O_TRUNC);
+        const int descriptor = open_to_grow(file);
         file_ = descriptor >= 0 ? ::fdopen(descriptor, "w") : nullptr;
         if (!file_) return fail();
         may_lose_ = may_lose;

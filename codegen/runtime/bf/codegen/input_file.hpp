@@ -28,18 +28,19 @@ class InputFile {
         std::string text, line;
         if (const std::string wrong = read_file(file, text); !wrong.empty())
             return "cannot read the inputs in " + file + ": " + wrong;
-        if (text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3); // spreadsheets begin UTF-8 so
-        std::istringstream stream(text);
+        std::istringstream stream(without_mark(text));
         if (!std::getline(stream, line)) return "there are no inputs in " + file;
         int number = 1;
         const auto problem = [&](const std::string& what) {
             return file + ":" + std::to_string(number) + ": " + what;
         };
-        const auto headings = fields(line);
+        const char* const open_quote = "a quote does not end on its line";
+        std::vector<std::string> headings, row;
+        if (!fields(line, headings)) return problem(open_quote);
         if (const std::string wrong = find_columns(headings, inputs); !wrong.empty()) return problem(wrong);
         while (std::getline(stream, line)) {
             ++number;
-            const auto row = fields(line);
+            if (!fields(line, row)) return problem(open_quote);
             if (row.size() == 1 && row[0].empty()) continue;
             if (row.size() != headings.size())
                 return problem(std::to_string(row.size()) + " values, but there are " +
@@ -80,9 +81,9 @@ class InputFile {
         int element;
     };
 
-    /// The fields of a row; quotes as in RFC 4180.
-    static std::vector<std::string> fields(const std::string& line) {
-        std::vector<std::string> all(1);
+    /// The fields of a row; quotes as in RFC 4180, but a line ends them: false then.
+    static bool fields(const std::string& line, std::vector<std::string>& all) {
+        all.assign(1, "");
         bool is_quoted = false;
         for (std::size_t i = 0; i < line.size(); ++i) {
             const char c = line[i];
@@ -96,7 +97,7 @@ class InputFile {
                 all.back() += c;
         }
         for (std::string& field : all) field.erase(field.find_last_not_of(' ') + 1);
-        return all;
+        return !is_quoted;
     }
 
     std::string find_columns(const std::vector<std::string>& headings, Quantities inputs) {

@@ -86,7 +86,7 @@ template <class Model> std::string load_parameters(Model& model, const std::stri
     std::string text;
     if (const std::string wrong = read_file(file, text); !wrong.empty())
         return "cannot read the parameter file " + file + ": " + wrong + "\n";
-    ParsedParameters parsed = parse_parameters(text, file);
+    ParsedParameters parsed = parse_parameters(without_mark(text), file);
     ParameterChanges changes;
     std::vector<Entry> arguments;
     for (const Entry& entry : parsed.entries) {
@@ -139,9 +139,9 @@ template <class F> std::string line_of(const Quantity& q, F&& element) {
     if (q.cols > 1 && q.rows > 1) value = "[" + value + "]";
     char limits[96];
     kernels::describe(q.limits, limits, sizeof limits);
-    return q.name + (": " + value) + "  # " + std::to_string(q.rows) + "x" + std::to_string(q.cols) +
-           (*q.unit ? " [" + detail::one_line(q.unit) + "]" : "") + (*q.doc ? " " : "") +
-           detail::one_line(q.doc) + (*limits ? "; " : "") + limits + "\n";
+    return detail::key_text(q.name) + ": " + value + "  # " + std::to_string(q.rows) + "x" +
+           std::to_string(q.cols) + (*q.unit ? " [" + detail::one_line(q.unit) + "]" : "") +
+           (*q.doc ? " " : "") + detail::one_line(q.doc) + (*limits ? "; " : "") + limits + "\n";
 }
 
 } // namespace bf::generated

@@ -11,6 +11,7 @@
 #include "bf/base/value_text.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 #include <string>
 #include <utility>
@@ -47,7 +48,11 @@ template <class F> void each_plain(const std::string& text, F&& f) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
         if (quote) {
-            quote = c == quote ? 0 : quote;
+            const char next = i + 1 < text.size() ? text[i + 1] : '\0';
+            if ((c == '\\' && quote == '"') || (c == '\'' && quote == c && next == c))
+                ++i; // what follows does not end the quote
+            else if (c == quote)
+                quote = 0;
             continue;
         }
         const bool begins = i == 0 || std::string(" \t,:[{").find(text[i - 1]) != std::string::npos;
@@ -111,8 +116,33 @@ inline bool is_between(const std::string& text, char first, char last) {
     return text.size() >= 2 && text.front() == first && text.back() == last;
 }
 inline std::string inside(const std::string& text) { return text.substr(1, text.size() - 2); }
+/// A quote of a '...' text is doubled; of a "..." text a backslash stands before it, and before a backslash.
 inline std::string unquoted(const std::string& text) {
-    return is_between(text, '"', '"') || is_between(text, '\'', '\'') ? inside(text) : text;
+    const bool is_double = is_between(text, '"', '"');
+    if (!is_double && !is_between(text, '\'', '\'')) return text;
+    std::string plain;
+    for (std::size_t i = 1; i + 1 < text.size(); ++i) {
+        const char next = i + 2 < text.size() ? text[i + 1] : '\0';
+        if (is_double ? text[i] == '\\' && (next == '\\' || next == '"') : text[i] == '\'' && next == '\'')
+            ++i;
+        plain += text[i];
+    }
+    return plain;
+}
+
+/// A name as a key of YAML, in quotes where it would be read as something else.
+inline std::string key_text(const std::string& name) {
+    const auto is_plain = [](unsigned char c) {
+        return c >= 0x80 || std::isalnum(c) ||
+               std::string("_. -+/()").find(static_cast<char>(c)) != std::string::npos;
+    };
+    const auto first = static_cast<unsigned char>(name[0]);
+    if ((first >= 0x80 || std::isalpha(first)) && std::all_of(name.begin(), name.end(), is_plain) &&
+        name != "null" && name != "Null" && name != "NULL")
+        return name;
+    std::string quoted = "'";
+    for (const char c : name) quoted += c == '\'' ? "''" : std::string(1, c);
+    return quoted + "'";
 }
 
 /// A scalar, [a, b], [[a, b], [c, d]] or MATLAB's [a b; c d]. False when rows differ in length.
@@ -173,8 +203,9 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
     struct Level {
         int indent;
         std::string prefix;
+        int inside = -1; ///< indentation of its names, once there is one
     };
-    std::vector<Level> levels{{-1, ""}};
+    std::vector<Level> levels{{-1, "", -1}};
     std::map<std::string, int> lines; // of the names so far
     const auto wrong = [&](int line, const std::string& what) {
         result.errors += source + ":" + std::to_string(line) + ": " + what + "\n";
@@ -248,6 +279,13 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
             add(add, "", content, first_line);
             continue;
         }
+        if (int& inside = levels.back().inside; inside < 0) {
+            inside = indent;
+        } else if (inside != indent) {
+            wrong(first_line, "'" + content + "' is indented by " + std::to_string(indent) +
+                                  ", its neighbours by " + std::to_string(inside));
+            continue;
+        }
         const auto colon = detail::colon_of(content);
         if (colon == std::string::npos || colon == 0) {
             wrong(first_line, "write name: value, not '" + content + "'");
@@ -257,7 +295,7 @@ inline ParsedParameters parse_parameters(const std::string& text, const std::str
             levels.back().prefix + detail::unquoted(detail::trimmed(content.substr(0, colon)));
         const std::string value = detail::trimmed(content.substr(colon + 1));
         if (value.empty()) {
-            levels.push_back({indent, name + "."});
+            levels.push_back({indent, name + ".", -1});
             pending = name;
             pending_line = first_line;
         } else {

@@ -155,6 +155,7 @@ template <class Model> void list_parameters(const Model& model) {
 
 /// Steps the model until its stop time; returns the exit code of the program, as of `bf run`.
 template <class Model> int run(int argc, char** argv) {
+    occupy_standard_streams();
     const NumberLocale locale;
     const std::string program = std::string(argv[0]).substr(std::string(argv[0]).rfind('/') + 1);
     const auto complain = [&](const std::string& text) {

@@ -9,9 +9,12 @@
 
 namespace bf::recording {
 
+/// The files that `write_csv` writes: `path`, or one per signal, "run.csv" becoming "run_controller.tau.csv".
+std::vector<std::filesystem::path> csv_files(const Recording& recording, const std::filesystem::path& path);
+
 /// Writes a table: a line of names with units, "time (s),tau[1] (N m),...", then one line per sample; numbers
 /// are exact. Signals sampled at the same times share the one file `path`; otherwise each signal gets a file
-/// of its own, "run.csv" becoming "run_controller.tau.csv". Returns the files written; all appear, or none.
+/// of its own. Returns the files written; all appear, or none.
 /// Throws FileError when one cannot be written.
 std::vector<std::filesystem::path> write_csv(const Recording& recording, const std::filesystem::path& path);
 

@@ -1,0 +1,80 @@
+#include "files.hpp"
+
+#include "bf/base/open_file.hpp"
+#include "bf/formats/yaml.hpp"
+#include "robots.hpp"
+
+namespace bf::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The file that a text names for a block of a model's file in `folder`; empty when it is none.
+fs::path file_of(const std::string& text, const fs::path& folder) {
+    std::error_code ignored;
+    const fs::path file = folder / text;
+    return !text.empty() && text.size() < 4096 && fs::is_regular_file(file, ignored) ? file : fs::path();
+}
+
+void add_files(const model::System& system, FileSet& files) {
+    for (const auto& block : system.blocks) {
+        const fs::path folder = block.where.file ? fs::path(*block.where.file).parent_path() : fs::path();
+        for (const auto& setting : block.settings) {
+            std::string text = setting.value.text; // which may hold quotes within quotes: "'table.csv'"
+            if (text.size() > 2 && text.front() == '\'' && text.back() == '\'')
+                text = text.substr(1, text.size() - 2);
+            if (const auto file = file_of(text, folder); !file.empty()) files.insert(file);
+        }
+        if (const auto* content = block.content()) add_files(*content, files);
+    }
+}
+
+/// Devices and pipes take what several write.
+bool will_be_one_file(const fs::path& a, const fs::path& b) {
+    std::error_code error;
+    if (fs::exists(a, error)) return is_one_file(a.string(), b.string());
+    const fs::path real = fs::weakly_canonical(fs::absolute(a, error), error);
+    return !real.empty() && real == fs::weakly_canonical(fs::absolute(b, error), error);
+}
+
+} // namespace
+
+FileSet files_of(const LoadedModel& loaded) {
+    FileSet files;
+    for (const auto& [file, text] : loaded.source.texts) files.insert(file);
+    for (const auto& node : loaded.diagram.nodes) {
+        for (const auto& [name, value] : node.arguments) {
+            auto names = value.texts;
+            if (value.kind == Value::Kind::text) names.push_back(value.text);
+            for (const auto& text : names)
+                if (const auto file = file_of(text, node.arguments.folder); !file.empty()) files.insert(file);
+        }
+        for (const auto& provision : node.block->declaration().provisions)
+            if (const auto urdf = urdf_of(provision); !urdf.empty()) files.insert(urdf);
+    }
+    return files;
+}
+
+FileSet files_of(const fs::path& model, std::map<fs::path, std::string> texts) {
+    FileSet files;
+    add_files(formats::read_yaml(model, texts).root, files);
+    for (const auto& [file, text] : texts) files.insert(file);
+    return files;
+}
+
+void refuse_overwriting(const std::vector<WrittenFile>& written, const FileSet& read) {
+    for (std::size_t i = 0; i < written.size(); ++i) {
+        const auto& [option, file] = written[i];
+        if (file.empty()) continue;
+        const std::string named = option + " " + file.string();
+        for (const auto& input : read)
+            if (will_be_one_file(file, input))
+                throw CommandError(named + " is a file that is read; give another name");
+        for (std::size_t j = 0; j < i; ++j)
+            if (!written[j].file.empty() && will_be_one_file(file, written[j].file))
+                throw CommandError(named + " is the file of " + written[j].option + "; give another name");
+    }
+}
+
+} // namespace bf::tools

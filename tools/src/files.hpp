@@ -1,0 +1,31 @@
+// Which files a command reads and writes.
+#pragma once
+
+#include "session.hpp"
+
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace bf::tools {
+
+using FileSet = std::set<std::filesystem::path>;
+
+/// All that was read for an elaborated model: its documents, the files that arguments name, robots.
+FileSet files_of(const LoadedModel& loaded);
+
+/// The documents of a model, which are in `texts` or on the disk, and the files that any setting in them
+/// names, whether its variant is used or not. Throws model::Errors.
+FileSet files_of(const std::filesystem::path& model, std::map<std::filesystem::path, std::string> texts = {});
+
+/// A file that a command writes, and the option that names it. An empty name is no file.
+struct WrittenFile {
+    std::string option;
+    std::filesystem::path file;
+};
+/// Throws CommandError where writing one of them would replace another one, or one that is read.
+void refuse_overwriting(const std::vector<WrittenFile>& written, const FileSet& read);
+
+} // namespace bf::tools

@@ -32,7 +32,7 @@ bool is_printable(const program::Program& program, int number) {
     if (answers_crossings(program, number)) return false;
     for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules})
         for (const Call& call : *rules)
-            if (!find_kernel(call.kernel)) return false;
+            if (!header_of_kernel(call.kernel)) return false;
     return true;
 }
 
@@ -315,7 +315,6 @@ std::string Generator::rule(int n, Phase phase, int index) {
                         : phase == Phase::update ? d.update_rules
                                                  : d.derivative_rules;
     const Call& call = rules[static_cast<std::size_t>(index)];
-    const Kernel& kernel = *find_kernel(call.kernel);
     // Longer ones run out of line: each kernel is compiled once for all that have the same extents.
     bool is_short = call.operands.size() <= 16, is_small = true;
     for (const auto& from : call.operands) {
@@ -334,7 +333,7 @@ std::string Generator::rule(int n, Phase phase, int index) {
             for (const auto& line : *lines) text += equation(line);
             return text;
         }
-    headers_.insert(kernel.header);
+    headers_.insert(*header_of_kernel(call.kernel));
     std::string constants, operands;
     for (std::size_t i = 0; i < call.operands.size(); ++i) {
         const auto& from = call.operands[i];
@@ -356,7 +355,7 @@ std::string Generator::rule(int n, Phase phase, int index) {
         printed.erase(at, 4);
     std::string text = is_short ? printed + "(" + operands + ")" : "call(" + printed + ", " + operands + ")";
     text = wrapped(text, constants.empty() ? 4 : 8, ", ");
-    if (kernel.can_fail)
+    if (call.can_fail)
         text = "if (!" + text + ") return fail(" + literal(node(n).path) + ", failure_of(" + printed + "));";
     else
         text += ";";

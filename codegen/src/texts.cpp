@@ -17,9 +17,9 @@ constexpr Text texts[] = {
 
 bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
 
-/// All structures with a call operator. A kernel without one of its own inherits it, and with it its result.
-std::map<std::string, Kernel, std::less<>> find_all_kernels() {
-    std::map<std::string, Kernel, std::less<>> kernels;
+/// Where each structure is defined.
+std::map<std::string, std::string, std::less<>> find_all_kernels() {
+    std::map<std::string, std::string, std::less<>> kernels;
     for (const auto& text : texts) {
         const auto& source = text.content;
         for (auto at = source.find("struct "); at != std::string_view::npos;
@@ -27,9 +27,8 @@ std::map<std::string, Kernel, std::less<>> find_all_kernels() {
             auto end = at + 7;
             while (end < source.size() && is_word(source[end])) ++end;
             const std::string name(source.substr(at + 7, end - at - 7));
-            const auto body = source.substr(end, source.find("\n};", end) - end);
-            if (body.find('{') == std::string_view::npos || kernels.contains(name)) continue;
-            kernels[name] = {std::string(text.name), body.find("bool operator()") != std::string_view::npos};
+            const auto definition = source.substr(end, source.find("\n};", end) - end);
+            if (definition.find('{') != std::string_view::npos) kernels.emplace(name, text.name);
         }
     }
     return kernels;
@@ -37,7 +36,7 @@ std::map<std::string, Kernel, std::less<>> find_all_kernels() {
 
 } // namespace
 
-const Kernel* find_kernel(std::string_view printed_name) {
+const std::string* header_of_kernel(std::string_view printed_name) {
     static const auto kernels = find_all_kernels();
     constexpr std::string_view space = "bf::kernels::";
     if (!printed_name.starts_with(space)) return nullptr;

@@ -8,14 +8,8 @@
 
 namespace bf::codegen {
 
-/// The kernel behind the name that a rule prints: which header defines it, and whether it can fail.
-struct Kernel {
-    std::string header;
-    bool can_fail = false;
-};
-
-/// Looks up "bf::kernels::Gain{}" in the kernels' sources; null when it is not among them.
-const Kernel* find_kernel(std::string_view printed_name);
+/// The header that defines the kernel "bf::kernels::Gain{}"; null when it is not among the kernels' sources.
+const std::string* header_of_kernel(std::string_view printed_name);
 
 /// Adds a header and all that it includes, as "include/bf/...".
 void add_header(const std::string& header, Files& files);

@@ -46,9 +46,12 @@ int Diagram::find_node(const std::string& path) const {
 }
 
 std::vector<SignalName> Diagram::signals() const {
+    std::vector<char> is_outlet(nodes.size());
+    for (const auto& condition : conditions)
+        for (const auto& outlet : condition.outlets) is_outlet[static_cast<std::size_t>(outlet.end.node)] = 1;
     std::vector<SignalName> all;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
-        if (nodes[n].type == "Outport") continue; // known by its alias
+        if (is_outlet[n]) continue; // known by its alias
         const auto& slots = nodes[n].block->declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].role == Role::output)

@@ -46,7 +46,8 @@ class Spreading {
         for_each_slot([&](int n, int i, const Slot& slot) {
             const bool is_unwired_input =
                 slot.role == Role::input && e_.node(n).sources[static_cast<std::size_t>(i)].node < 0;
-            const bool is_root_input = slot.role == Role::output && e_.node(n).type == "Inport";
+            const bool is_root_input =
+                slot.role == Role::output && e_.node(n).block->declaration().traits.is_root_input;
             if (is_right && !slot.size_known && (is_unwired_input || is_root_input)) decide(n, i, Size{});
         });
         // An algebraic loop of blocks that do not know their sizes is a loop first of all; another loop in

@@ -70,6 +70,7 @@ class Join final : public Block {
 class RootInput final : public Block {
   public:
     explicit RootInput(const Elaboration::Declared& declared) {
+        declare({.is_root_input = true});
         if (declared.size) offer(declaration(), y.index(), *declared.size);
         if (declared.type) offer(declaration(), y.index(), *declared.type);
     }

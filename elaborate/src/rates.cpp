@@ -148,7 +148,7 @@ class Rates {
     static bool never_changes(const DiagramNode& node) {
         const auto& d = node.block->declaration();
         const auto& m = node.methods;
-        if (node.type == "Inport") return false; // written by whoever runs the diagram
+        if (d.traits.is_root_input) return false; // written by whoever runs the diagram
         if (m.output || m.update || m.derivative || m.event || !d.update_rules.empty() ||
             !d.derivative_rules.empty() || !d.objects.empty())
             return false;
@@ -171,7 +171,8 @@ class Rates {
     /// them there.
     int fastest(const DiagramNode& node) const {
         const auto& d = node.block->declaration();
-        const bool is_discrete = (node.methods.update || !d.update_rules.empty()) && !node.methods.event;
+        const bool is_discrete =
+            (node.methods.update || !d.update_rules.empty()) && !node.methods.event && !d.traits.goes_on;
         return continuous_ > 0 && !is_discrete ? continuous_ : base_;
     }
 
@@ -318,8 +319,6 @@ class Rates {
 
     /// Wires between two periodic rates: errors, or a block in between that all readers of that rate share.
     void check_transitions() {
-        static constexpr std::array transitions{"RateTransition", "ZeroOrderHold", "UnitDelay", "Delay",
-                                                "Memory"};
         const bool inserts = e_.model.rate_transitions == model::RateTransitions::inserted;
         const auto period_text = [&](int rate) { // 3 times 0.1 as 0.3
             char text[32];
@@ -329,8 +328,7 @@ class Rates {
         std::map<std::array<int, 3>, int> made; // source, slot, rate of the reader
         const std::size_t count = nodes_.size();
         for (std::size_t n = 0; n < count; ++n) {
-            const bool is_transition =
-                std::find(transitions.begin(), transitions.end(), nodes_[n].type) != transitions.end();
+            const bool is_transition = nodes_[n].block->declaration().traits.changes_rate;
             for (std::size_t i = 0; i < nodes_[n].sources.size() && !is_transition; ++i) {
                 const auto from = nodes_[n].sources[i];
                 if (from.node < 0) continue;
@@ -383,8 +381,8 @@ class Rates {
         if (from.node < 0) return; // in a wrong model
         const auto& node = nodes_[static_cast<std::size_t>(from.node)];
         if (node.rate == constant_rate) outlet.initial_from = from;
-        if (node.type == "InitialCondition")
-            outlet.initial_from = {from.node, node.block->declaration().find("value", Role::parameter)};
+        if (const int value = node.block->declaration().traits.first_value; value >= 0)
+            outlet.initial_from = {from.node, value};
         for (const auto& condition : e_.diagram.conditions)
             for (const auto& inner : condition.outlets)
                 if (inner.end.node == from.node) {

@@ -190,7 +190,7 @@ class Sorting {
     }
 
     /// A Merge takes over each of its inputs when the subsystem runs that computes it.
-    static bool merges(const DiagramNode& node) { return node.type == "Merge"; }
+    static bool merges(const DiagramNode& node) { return node.block->declaration().traits.merges; }
     Group merged(const DiagramNode& node, std::size_t rule) const {
         const auto& input = node.block->declaration().output_rules[rule].operands.back();
         const int from = node.sources[static_cast<std::size_t>(input.slot)].node;

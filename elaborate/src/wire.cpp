@@ -293,7 +293,7 @@ class Wiring {
     void find_merges() {
         for (auto& scope : e_.scopes)
             for (const int n : scope.nodes) {
-                if (e_.node(n).type != "Merge") continue;
+                if (!e_.node(n).block->declaration().traits.merges) continue;
                 MergedBus merge{&scope, {}, {}};
                 for (const auto& input : slots(n, Role::input))
                     merge.drivers.push_back(
@@ -430,27 +430,29 @@ class Wiring {
     /// Blocks that a loop looks at: Iteration has its number, While decides whether there is another.
     void mark_iteration(int n) {
         const DiagramNode& node = e_.node(n);
-        const bool is_index = node.type == "Iteration", is_while = node.type == "While";
-        if (!is_index && !is_while) return;
+        const Declaration& d = node.block->declaration();
+        const Traits& traits = d.traits;
+        const bool is_while = traits.again >= 0;
+        if (!traits.counts && !is_while) return;
         auto* loop = node.loop < 0 ? nullptr : &e_.diagram.plan.loops[static_cast<std::size_t>(node.loop)];
         if (!loop || (is_while && loop->kind != Loop::Kind::while_loop)) {
             e_.report.add(node.where, node.path,
-                          is_index ? "Iteration stands in no loop" : "While stands in no while subsystem",
-                          is_index ? "put it into a subsystem with `execution: for` or `while`"
-                                   : "put it into a subsystem with `execution: while`");
+                          node.type + (is_while ? " stands in no while subsystem" : " stands in no loop"),
+                          is_while ? "put it into a subsystem with `execution: while`"
+                                   : "put it into a subsystem with `execution: for` or `while`");
             return;
         }
-        const auto& d = node.block->declaration();
-        if (is_index) {
+        if (traits.counts) {
             loop->counters.push_back(n);
             return;
         }
-        if (loop->again.node >= 0)
-            e_.report.add(node.where, node.path, "the subsystem has a second While", "keep one of them");
-        loop->again = node.sources[static_cast<std::size_t>(d.find("condition", Role::input))];
-        loop->initial = node.sources[static_cast<std::size_t>(d.find("initial", Role::input))];
-        loop->iterations = static_cast<int>(
-            d.slots[static_cast<std::size_t>(d.find("most", Role::parameter))].initial.at(0));
+        if (loop->decider >= 0)
+            e_.report.add(node.where, node.path, "the subsystem has a second " + node.type,
+                          "keep one of them");
+        loop->decider = n;
+        loop->again = node.sources[static_cast<std::size_t>(traits.again)];
+        loop->initial = node.sources[static_cast<std::size_t>(traits.begin)];
+        loop->iterations = static_cast<int>(d.slots[static_cast<std::size_t>(traits.most)].initial.at(0));
     }
 
     void read_initial(const Scope& scope, const model::Port& port, Condition::Outlet& outlet) {

@@ -40,7 +40,8 @@ void Simulation::bind_guards() {
 /// What may change under the solver's feet: signals of other rates and discrete states of continuous blocks.
 void Simulation::find_held(const std::vector<char>& is_needed) {
     const auto is_continuous = [&](const DiagramNode& node) {
-        return diagram_.rates[static_cast<std::size_t>(node.rate)].is_continuous && node.type != "Inport";
+        return diagram_.rates[static_cast<std::size_t>(node.rate)].is_continuous &&
+               !node.block->declaration().traits.is_root_input;
     };
     const auto hold = [&](int node, int slot, bool is_signal) {
         const Slot& s = diagram_.slot({node, slot});

@@ -43,9 +43,11 @@ int Simulation::owner(Role role, const double* element) noexcept {
 /// Root inputs keep what was written to them before the start.
 void Simulation::clear_outputs() {
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        const Declaration& d = diagram_.nodes[n].block->declaration();
+        if (d.traits.is_root_input) continue;
+        const auto& slots = d.slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
-            if (slots[i].role == Role::output && diagram_.nodes[n].type != "Inport")
+            if (slots[i].role == Role::output)
                 std::memset(context_.data(static_cast<int>(n), static_cast<int>(i)), 0,
                             static_cast<std::size_t>(slots[i].size.count() * bytes(slots[i].type)));
     }

@@ -131,12 +131,14 @@ class Lowering {
             int last = -1;
             for (const auto& activity : segment.activities) {
                 if (std::exchange(last, activity.node) == activity.node) continue;
+                const auto& node = at(d_.nodes, last);
+                const bool has_events = node.methods.event || node.block->declaration().traits.goes_on;
                 bool has_answer = false;
                 for (int s = 0; s < count(slots(last)); ++s) {
                     const Slot& slot = at(slots(last), s);
                     if (slot.role != Role::guard || slot.size.count() == 0) continue;
                     // What counts only marks where a solver must stop.
-                    const bool is_answered = at(d_.nodes, last).methods.event && slot.type == Type::float64;
+                    const bool is_answered = has_events && slot.type == Type::float64;
                     has_answer |= is_answered;
                     if (is_adaptive_ || is_answered)
                         p_.watched.push_back({{last, s}, segment.condition, false, is_answered});
@@ -461,7 +463,7 @@ class Lowering {
             .kind = Kind::repeat, .number = l.iterations, .signal = l.count, .body = std::move(body)};
         if (l.kind == Loop::Kind::while_loop) {
             repeat.when = {above_zero(l.again)};
-            repeat.otherwise = {of_node(Kind::fail, decider(number),
+            repeat.otherwise = {of_node(Kind::fail, l.decider,
                                         Status::failure("the while loop around it did not end within {} "
                                                         "iterations: look at the condition of its While, or "
                                                         "let it allow more",
@@ -471,13 +473,6 @@ class Lowering {
         all.push_back(std::move(repeat));
         append(all, std::move(after));
         return all;
-    }
-    /// The While of a loop.
-    int decider(int loop) const {
-        const auto& nodes = at(d_.plan.loops, loop).nodes;
-        return *std::find_if(nodes.begin(), nodes.end(), [&](int n) {
-            return at(d_.nodes, n).loop == loop && at(d_.nodes, n).type == "While";
-        });
     }
     bool is_around(int loop, int c) const {
         int l = condition(c).loop;

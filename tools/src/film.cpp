@@ -33,15 +33,13 @@ struct FilmedRobot {
 
 FilmedRobot find_robot(const Diagram& diagram) {
     FilmedRobot robot;
-    for (const auto& node : diagram.nodes) {
-        if (node.type == "WholeBodyToolbox/MujocoWorld") {
-            const void* made = node.block->declaration().provisions.front().made.get();
-            robot.path = node.path;
-            robot.world =
-                &static_cast<const toolbox::SimulatedDevice&>(*static_cast<const toolbox::RobotDevice*>(made))
-                     .world();
+    for (const auto& node : diagram.nodes)
+        for (const auto& provision : node.block->declaration().provisions) {
+            if (provision.type != toolbox::RobotDevice::resource) continue;
+            const auto* device = static_cast<const toolbox::RobotDevice*>(provision.made.get());
+            if (const auto* simulated = dynamic_cast<const toolbox::SimulatedDevice*>(device))
+                robot = {&simulated->world(), node.path};
         }
-    }
     if (!robot.world)
         throw CommandError(diagram.name + " has no MujocoWorld block: there is nothing to film");
     return robot;

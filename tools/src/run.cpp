@@ -89,7 +89,7 @@ class Progress {
   public:
     explicit Progress(const Simulation& simulation) : simulation_(simulation), from_(simulation.time()) {
         for (const auto& node : simulation.diagram().nodes)
-            if (node.type == "Display" && node.sources[0].node >= 0)
+            if (node.block->declaration().traits.is_displayed && node.sources[0].node >= 0)
                 shown_.push_back({node.path.substr(node.path.rfind('.') + 1), node.sources[0]});
     }
 

@@ -16,7 +16,7 @@ using Numbers = Array<double>;
 /// y = Δu / Δt since the step before.
 class Derivative final : public Block {
   public:
-    using Block::Block;
+    explicit Derivative(const Arguments& arguments) : Block(arguments) { declare({.goes_on = true}); }
     AnyShape shape{this};
     Input<Numbers> u{this, "u", any(shape)};
     Output<Numbers> y{this, "y", any(shape, "derivative of u, unit of u per second")};
@@ -29,15 +29,13 @@ class Derivative final : public Block {
     UpdateRule rule_last{this, kernels::Copy{}, next(last), y};
     UpdateRule rule_time{this, kernels::Copy{}, next(time), at_time};
     UpdateRule rule_started{this, kernels::Copy{}, next(started), Constants({1})};
-
-    /// Marks y as a signal that goes on inside a step.
-    Status event(Now, After) const noexcept override { return ok; }
 };
 
 /// y(t) = u(t - delay).
 class TransportDelay final : public Block {
   public:
     explicit TransportDelay(const Arguments& arguments) : Block(arguments) {
+        declare({.goes_on = true});
         if (is_external)
             OutputRule(this, kernels::DelayedSample{}, y, initial, delay_input, times, values, count,
                        at_time);
@@ -83,14 +81,12 @@ class TransportDelay final : public Block {
     void infer(Inference& inference) const override {
         if (const Size* s = inference.size(u)) inference.set(values, Size{capacity, s->count(), true});
     }
-    /// Marks y as a signal that goes on inside a step.
-    Status event(Now, After) const noexcept override { return ok; }
 };
 
 /// y = u_k + (u_k - u_{k-1}) / T (t - t_k) from the sample at t_k on.
 class FirstOrderHold final : public Block {
   public:
-    using Block::Block;
+    explicit FirstOrderHold(const Arguments& arguments) : Block(arguments) { declare({.goes_on = true}); }
     AnyShape shape{this};
     Parameter<double> interval{
         this,
@@ -120,8 +116,6 @@ class FirstOrderHold final : public Block {
         if (takes) next[sample] = at[u];
         return ok;
     }
-    /// Marks y as a signal that goes on inside a step.
-    Status event(Now, After) const noexcept override { return ok; }
 
   private:
     /// Is a sample taken in this step? Inside a step, which has been looked at, none is.

@@ -146,7 +146,7 @@ class Relay final : public Block {
 /// y follows u through a play of the given width.
 class Backlash final : public Block {
   public:
-    using Block::Block;
+    explicit Backlash(const Arguments& arguments) : Block(arguments) { declare({.goes_on = true}); }
     AnyShape shape{this};
     Parameter<> width{
         this,
@@ -167,15 +167,12 @@ class Backlash final : public Block {
     GuardOf<Array<double>> at_lower{this, "at_lower", {.shape = shape, .doc = "zero at the lower stop"}};
     GuardOf<Array<double>> at_upper{this, "at_upper", {.shape = shape, .doc = "zero at the upper stop"}};
     GuardRule guard{this, kernels::StopMargins{}, at_lower, at_upper, width, x, u};
-
-    /// Marks y as a signal that goes on inside a step.
-    Status event(Now, After) const noexcept override { return ok; }
 };
 
 /// y = u reaches or passes a level in this step.
 class HitCrossing final : public Block {
   public:
-    using Block::Block;
+    explicit HitCrossing(const Arguments& arguments) : Block(arguments) { declare({.goes_on = true}); }
     Argument<std::string> direction{
         this,
         "direction",
@@ -192,8 +189,6 @@ class HitCrossing final : public Block {
     Crossing at_level{this, "at_level", u, level};
 
     void infer(Inference& inference) const override { at_level.infer(*this, inference); }
-    /// Marks y as a signal that goes on inside a step.
-    Status event(Now, After) const noexcept override { return ok; }
 
   private:
     Constants side() const {

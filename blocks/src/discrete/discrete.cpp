@@ -15,7 +15,7 @@ namespace {
 /// y[k] = u[k-1].
 class UnitDelay final : public Block {
   public:
-    using Block::Block;
+    explicit UnitDelay(const Arguments& arguments) : Block(arguments) { declare({.changes_rate = true}); }
     AnyShape shape{this};
     Parameter<> initial{this, "initial", {.initial = {0}, .unit = any_unit, .doc = "y in the first step"}};
     Input<> u{this, "u", any(shape)};
@@ -38,6 +38,7 @@ class UnitDelay final : public Block {
 class Delay final : public Block {
   public:
     explicit Delay(const Arguments& arguments) : Block(arguments) {
+        declare({.changes_rate = true});
         const Constants last({double(length)});
         if (!reset_input.is_present()) {
             OutputRule(this, kernels::LookUpRow{}, y, past, last);
@@ -115,10 +116,21 @@ class TappedDelay final : public Block {
     }
 };
 
+/// y = u at the hits of its own period.
+class ZeroOrderHold final : public Block {
+  public:
+    explicit ZeroOrderHold(const Arguments& arguments) : Block(arguments) { declare({.changes_rate = true}); }
+    AnyShape shape{this};
+    Input<> u{this, "u", any(shape)};
+    Output<> y{this, "y", any(shape)};
+    OutputRule rule{this, kernels::Copy{}, y, u};
+};
+
 /// y = u, or the sample of the hit before.
 class RateTransition final : public Block {
   public:
     explicit RateTransition(const Arguments& arguments) : Block(arguments) {
+        declare({.changes_rate = true});
         if (is_delay) {
             OutputRule(this, kernels::Copy{}, y, x);
             UpdateRule(this, kernels::Copy{}, next(x), u);
@@ -236,7 +248,9 @@ class FirstSample final : public Block {
 /// y = value in the first step, then u.
 class InitialCondition final : public Block {
   public:
-    using Block::Block;
+    explicit InitialCondition(const Arguments& arguments) : Block(arguments) {
+        declare({.first_value = value.index()});
+    }
     AnyShape shape{this};
     Parameter<> value{this, "value", {.initial = {0}, .unit = any_unit, .doc = "y in the first step"}};
     Input<> u{this, "u", any(shape)};
@@ -319,7 +333,7 @@ void add_discrete(Library& library) {
                     "Delays by several steps. y[k] = u[k - steps], initial before and after a reset; "
                     "breaks loops.")
         .add<TappedDelay>("TappedDelay", "Keeps the last samples. y = [u[k-1] u[k-2] …], initial before.")
-        .add<Unary<kernels::Copy>>("ZeroOrderHold", "Samples a signal at its own period and holds it. y = u.")
+        .add<ZeroOrderHold>("ZeroOrderHold", "Samples a signal at its own period and holds it. y = u.")
         .add<RateTransition>("RateTransition",
                              "Carries a signal between two rates, at its own period. y = u, or "
                              "with mode delay u of the hit before.")

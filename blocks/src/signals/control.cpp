@@ -13,7 +13,7 @@ namespace {
 /// The output of the subsystem that ran last.
 class Merge final : public Block {
   public:
-    using Block::Block;
+    explicit Merge(const Arguments& arguments) : Block(arguments) { declare({.merges = true}); }
     Argument<int> inputs{this,
                          "inputs",
                          {.initial = 2,
@@ -34,7 +34,7 @@ class Merge final : public Block {
 /// The number of the iteration of the loop around it, which resets it in each step.
 class Iteration final : public Block {
   public:
-    using Block::Block;
+    explicit Iteration(const Arguments& arguments) : Block(arguments) { declare({.counts = true}); }
     Output<double> y{this, "y", {.doc = "1 in the first iteration of a step"}};
     DiscreteState<double> number{this, "number", {.initial = {1}, .doc = "of the iteration"}};
     OutputRule output_rule{this, kernels::Copy{}, y, number};
@@ -44,7 +44,9 @@ class Iteration final : public Block {
 /// Decides whether the while subsystem around it runs again.
 class While final : public Block {
   public:
-    using Block::Block;
+    explicit While(const Arguments& arguments) : Block(arguments) {
+        declare({.again = condition.index(), .begin = initial.index(), .most = most.index()});
+    }
     Input<> condition{
         this, "condition", {.unit = any_unit, .doc = "above 0: another iteration", .feedthrough = false}};
     Input<Other> initial{this,

@@ -204,7 +204,7 @@ class Terminator final : public Block {
 /// Input of any type and size for the progress line of a run to show, labelled with the block's name.
 class Display final : public Block {
   public:
-    using Block::Block;
+    explicit Display(const Arguments& arguments) : Block(arguments) { declare({.is_displayed = true}); }
     Input<> u{this, "u", any()};
 };
 

@@ -78,6 +78,9 @@ class Block {
     Declaration& declaration() { return declaration_; }
 
   protected:
+    /// Asks engines for what rules and methods cannot say.
+    void declare(const Traits& traits) { declaration_.traits = traits; }
+
     /// Refuses the arguments; text = what is wrong, which value, the remedy.
     void problem(std::string text) { declaration_.problems.push_back(std::move(text)); }
 

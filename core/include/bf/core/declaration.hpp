@@ -179,6 +179,21 @@ struct SameElements {
     std::vector<int> picked = {};
 };
 
+/// What an engine does for a block besides calling its rules and methods. Members of type int are indices of
+/// slots, -1: none.
+struct Traits {
+    bool is_root_input = false; ///< whoever runs the diagram writes the output
+    bool merges = false;        ///< an input is taken over when the subsystem runs that computes it
+    bool changes_rate = false;  ///< the input may come at another period than the block's
+    bool goes_on = false;       ///< outputs change inside a step, though states do not; crossings are events
+    bool is_displayed = false;  ///< a run shows the inputs
+    bool counts = false;        ///< states begin anew in each step of the loop around
+    int first_value = -1;       ///< parameter: the output while it has not run yet
+    int again = -1;             ///< input: above 0, the while subsystem around runs again;
+    int begin = -1;             ///< input: above 0, it runs at all;
+    int most = -1;              ///< parameter: how often at most
+};
+
 struct Declaration {
     struct DimSymbol {
         std::string name;
@@ -204,6 +219,7 @@ struct Declaration {
     std::vector<ProvisionDeclaration> provisions;
     std::vector<RequirementDeclaration> requirements;
     std::vector<Call> output_rules, update_rules, derivative_rules, guard_rules;
+    Traits traits;
     std::vector<std::string> problems; ///< arguments that were refused; empty in a usable block
 
     /// Index of the slot of that name (and role), or -1.

@@ -95,6 +95,7 @@ struct Loop {
     int iterations = 0;              ///< of a for loop without `count`; the most of a while loop
     Node::End count;                 ///< of a for loop: how often, looked at before the first iteration
     Node::End initial, again;        ///< of a while loop: is there a first iteration, is there another one
+    int decider = -1;                ///< the block in a while loop that says so
     std::vector<int> counters;       ///< blocks whose states begin anew in each step
     std::vector<Node::End> unknowns; ///< of an algebraic loop: outputs that are read before they are written
     std::vector<int> nodes;          ///< blocks directly or indirectly inside

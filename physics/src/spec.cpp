@@ -6,10 +6,9 @@
 #include <array>
 #include <cmath>
 #include <mutex>
-#include <regex>
 #include <set>
 #include <stdexcept>
-#include <string_view>
+#include <tinyxml2.h>
 
 namespace bf::physics {
 
@@ -35,28 +34,23 @@ mjsBody* body_of(mjSpec* spec, const std::string& link) {
     return body;
 }
 
-/// Puts the attribute discardvisual into the element <compiler> of <mujoco> inside <robot>, from which MuJoCo
-/// reads its settings of a URDF; a URDF may have these elements already, and MuJoCo takes each but once.
+tinyxml2::XMLElement& child(tinyxml2::XMLElement& parent, const char* name) {
+    auto* found = parent.FirstChildElement(name);
+    return found ? *found : *parent.InsertNewChildElement(name);
+}
+
+/// The URDF with the attribute discardvisual in its element <compiler> of <mujoco>, from which MuJoCo reads
+/// its settings; a URDF may have these elements already, and MuJoCo takes each but once.
 std::string with_setting(const Urdf& urdf, Looks looks) {
-    const std::string setting =
-        std::string(" discardvisual=\"") + (looks == Looks::meshes ? "false" : "true") + "\"";
-    std::string text = std::regex_replace(urdf.text, std::regex("<mujoco([^>]*)/>"), "<mujoco$1></mujoco>");
-    std::smatch found;
-    if (std::regex_search(text, found, std::regex("<mujoco[^>]*>"))) {
-        const size_t begin = static_cast<size_t>(found.position() + found.length());
-        const size_t compiler = text.find("<compiler", begin);
-        if (compiler > text.find("</mujoco", begin)) return text.insert(begin, "<compiler" + setting + "/>");
-        const size_t end = text.find('>', compiler);
-        const std::regex own("\\sdiscardvisual\\s*=\\s*(\"[^\"]*\"|'[^']*')");
-        const std::string tag = std::regex_replace(text.substr(compiler, end - compiler), own, "");
-        text.replace(compiler, end - compiler, tag);
-        return text.insert(compiler + std::string_view("<compiler").size(), setting);
-    }
-    const size_t robot = text.find("<robot");
-    const size_t end = robot == text.npos ? robot : text.find('>', robot);
-    if (end == text.npos)
+    tinyxml2::XMLDocument document;
+    document.Parse(urdf.text.data(), urdf.text.size());
+    auto* robot = document.FirstChildElement("robot");
+    if (document.Error() || !robot)
         throw std::runtime_error("'" + urdf.file.string() + "' has no element <robot>; a URDF is expected");
-    return text.insert(end + 1, "<mujoco><compiler" + setting + "/></mujoco>");
+    child(child(*robot, "mujoco"), "compiler").SetAttribute("discardvisual", looks != Looks::meshes);
+    tinyxml2::XMLPrinter printer;
+    document.Print(&printer);
+    return printer.CStr();
 }
 
 SpecPtr parse(const Urdf& urdf, Looks looks) {

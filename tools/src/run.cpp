@@ -263,6 +263,7 @@ void execute(const RunOptions& options) {
         static_cast<void>(make_snapshot(simulation)); // refuses before the first step
     std::optional<Inputs> inputs;
     if (!options.inputs.empty()) inputs.emplace(simulation, options.inputs);
+    const InterruptGuard guard; // from here on Ctrl-C leaves whole files
     std::optional<Recorder> recorder;
     if (!options.record.empty()) {
         recorder.emplace(simulation, simulation.recorded(), options.record, loaded.source,
@@ -274,49 +275,46 @@ void execute(const RunOptions& options) {
     if (options.is_profiled) profiler.emplace(simulation, trace ? trace_events : 0);
 
     RunResult result;
-    {
-        const InterruptGuard guard;
-        StatusLine line;
-        const auto goes_on = [&] { return !InterruptGuard::signal() && !(recorder && recorder->failed()); };
-        if (options.realtime.is_asked) {
-            std::string last;
-            result = run_realtime(
-                simulation, options.realtime, recorder ? &*recorder : nullptr,
-                inputs ? [&] { inputs->write(); } : std::function<void()>(),
-                [&](const std::string& progress) {
-                    last = progress;
-                    if (!options.is_quiet && line.is_due()) line.show(progress);
-                    return goes_on();
-                },
-                [&](const RunResult& stalled) {
-                    if (!summary) return;
-                    summary->write(to_text(stalled.to_json()));
-                    summary->commit();
-                });
-            if (!options.is_quiet) line.finish(last);
-        } else {
-            const Progress progress(simulation);
-            RunHooks hooks;
-            hooks.go_on = [&](double wall) {
-                if (!options.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
+    StatusLine line;
+    const auto goes_on = [&] { return !InterruptGuard::signal() && !(recorder && recorder->failed()); };
+    if (options.realtime.is_asked) {
+        std::string last;
+        result = run_realtime(
+            simulation, options.realtime, recorder ? &*recorder : nullptr,
+            inputs ? [&] { inputs->write(); } : std::function<void()>(),
+            [&](const std::string& progress) {
+                last = progress;
+                if (!options.is_quiet && line.is_due()) line.show(progress);
                 return goes_on();
+            },
+            [&](const RunResult& stalled) {
+                if (!summary) return;
+                summary->write(to_text(stalled.to_json()));
+                summary->commit();
+            });
+        if (!options.is_quiet) line.finish(last);
+    } else {
+        const Progress progress(simulation);
+        RunHooks hooks;
+        hooks.go_on = [&](double wall) {
+            if (!options.is_quiet && wall > 1 && line.is_due()) line.show(progress.text(wall));
+            return goes_on();
+        };
+        if (every || event || inputs || !options.snapshot.empty())
+            hooks.between_steps = [&] {
+                if (inputs) inputs->write();
+                if (event && event->time >= 0) return false;
+                if (every && simulation.steps() > 0 && simulation.steps() % every == 0)
+                    recorder->checkpoint(simulation);
+                snapshot.look(simulation, recorder ? &*recorder : nullptr, false);
+                return true;
             };
-            if (every || event || inputs || !options.snapshot.empty())
-                hooks.between_steps = [&] {
-                    if (inputs) inputs->write();
-                    if (event && event->time >= 0) return false;
-                    if (every && simulation.steps() > 0 && simulation.steps() % every == 0)
-                        recorder->checkpoint(simulation);
-                    snapshot.look(simulation, recorder ? &*recorder : nullptr, false);
-                    return true;
-                };
-            hooks.before_stop = [&] { snapshot.look(simulation, recorder ? &*recorder : nullptr, true); };
-            hooks.is_started = !options.from_snapshot.empty();
-            result = run(simulation, diagram.stop, hooks);
-            if (!options.is_quiet) line.finish(progress.text(result.wall));
-        }
-        result.is_interrupted = InterruptGuard::signal() != 0 && result.failure.empty();
+        hooks.before_stop = [&] { snapshot.look(simulation, recorder ? &*recorder : nullptr, true); };
+        hooks.is_started = !options.from_snapshot.empty();
+        result = run(simulation, diagram.stop, hooks);
+        if (!options.is_quiet) line.finish(progress.text(result.wall));
     }
+    result.is_interrupted = InterruptGuard::signal() != 0 && result.failure.empty();
     bool is_recording_lost = false;
     if (recorder) {
         try {

@@ -169,9 +169,9 @@ class Wiring {
         // The connections of a block that is left out are too; one that could not be made was reported.
         if (found != scope.items.end()) return found->second.is_made() ? &found->second : nullptr;
         const auto names = [&] {
-            std::vector<std::string> names;
-            for (const auto& block : scope.system->blocks) names.push_back(block.name);
-            return names;
+            std::vector<std::string> known;
+            for (const auto& block : scope.system->blocks) known.push_back(block.name);
+            return known;
         };
         e_.report.add(end.where, scope.path,
                       "there is no block '" + end.block + "' here" + e_.report.suggestion(end.block, names));
@@ -581,9 +581,9 @@ class Wiring {
         auto found = finder.match(signal.path);
         if (found.empty()) {
             const auto names = [&] {
-                std::vector<std::string> names;
-                for (const auto& known : finder.all()) names.push_back(known.path);
-                return names;
+                std::vector<std::string> known;
+                for (const auto& one : finder.all()) known.push_back(one.path);
+                return known;
             };
             e_.report.add(signal.where, "",
                           "there is no signal '" + signal.path + "'" +

@@ -43,9 +43,10 @@ tinyxml2::XMLElement& child(tinyxml2::XMLElement& parent, const char* name) {
 /// its settings; a URDF may have these elements already, and MuJoCo takes each but once.
 std::string with_setting(const Urdf& urdf, Looks looks) {
     tinyxml2::XMLDocument document;
-    document.Parse(urdf.text.data(), urdf.text.size());
+    if (document.Parse(urdf.text.data(), urdf.text.size()) != tinyxml2::XML_SUCCESS)
+        return urdf.text; // MuJoCo says what is wrong
     auto* robot = document.FirstChildElement("robot");
-    if (document.Error() || !robot)
+    if (!robot)
         throw std::runtime_error("'" + urdf.file.string() + "' has no element <robot>; a URDF is expected");
     child(child(*robot, "mujoco"), "compiler").SetAttribute("discardvisual", looks != Looks::meshes);
     tinyxml2::XMLPrinter printer;

@@ -47,7 +47,8 @@ int size_of(const Statements& statements) {
 std::string message(std::string text) {
     std::string lines;
     for (std::size_t most = 80; text.size() > most;) {
-        const auto end = text.rfind(' ', most) + 1;
+        const auto space = text.rfind(' ', most);
+        const auto end = space == text.npos || space == 0 ? most : space + 1;
         lines += literal(text.substr(0, end)) + "\n    ";
         text.erase(0, end);
     }
@@ -81,24 +82,23 @@ std::string Generator::flag(int f) const {
     const std::string n = number(flag.number);
     switch (flag.kind) {
     case program::Flag::Kind::hit:
-        return "control_." +
-               ((diagram_.rates[static_cast<std::size_t>(flag.number)].trigger > 0 ? "has_fired_"
-                                                                                   : "is_hit_") +
-                n);
-    case program::Flag::Kind::enabled: return "control_.is_enabled_" + n;
-    case program::Flag::Kind::triggered: return "control_.is_triggered_" + n;
-    case program::Flag::Kind::ran: return "control_.has_run_" + number(f);
+        return control_ + ((diagram_.rates[static_cast<std::size_t>(flag.number)].trigger > 0 ? "has_fired_"
+                                                                                              : "is_hit_") +
+                           n);
+    case program::Flag::Kind::enabled: return control_ + "is_enabled_" + n;
+    case program::Flag::Kind::triggered: return control_ + "is_triggered_" + n;
+    case program::Flag::Kind::ran: return control_ + "has_run_" + number(f);
     case program::Flag::Kind::local: return flag.name;
-    case program::Flag::Kind::crossed: return "control_.has_crossings";
-    case program::Flag::Kind::answered: return "control_.has_answers";
+    case program::Flag::Kind::crossed: return control_ + "has_crossings";
+    case program::Flag::Kind::answered: return control_ + "has_answers";
     case program::Flag::Kind::inside: break;
     }
-    return "control_.is_inside";
+    return control_ + "is_inside";
 }
 
 std::string Generator::memory(int m) const {
     const auto& memory = program_.memories[static_cast<std::size_t>(m)];
-    return (memory.is_reset ? "control_.reset_" : "control_.trigger_") + number(memory.condition);
+    return (memory.is_reset ? control_ + "reset_" : control_ + "trigger_") + number(memory.condition);
 }
 
 std::string Generator::condition(const std::vector<Literal>& when) const {
@@ -111,7 +111,7 @@ std::string Generator::condition(const std::vector<Literal>& when) const {
             const Slot& slot = diagram_.slot(l.signal);
             one = place_of(l.signal).text();
             if (is_dynamic() || !is_one_number(slot))
-                one = "is_positive(" + one + ")";
+                one = is_positive(l.signal);
             else if (slot.type != Type::boolean)
                 one = l.is_negated ? "(" + one + " > 0)" : one + " > 0";
         } else if (l.kind == Literal::Kind::crossing) {
@@ -127,6 +127,15 @@ std::string Generator::condition(const std::vector<Literal>& when) const {
 
 std::string Generator::failing(int n, const std::string& why) const {
     return "return fail(" + literal(node(n).path) + ", " + why + ");\n";
+}
+
+std::string Generator::unless(const std::string& good, const std::string& otherwise) const {
+    const bool is_one_call = good.find(' ') == good.npos;
+    return "if (!" + (is_one_call ? good : "(" + good + ")") + ") " + otherwise;
+}
+
+std::string Generator::is_positive(const Node::End& end) const {
+    return "is_positive(" + place_of(end).text() + ")";
 }
 
 std::string Generator::text_of(const Statements& statements, program::Pass pass, int indent) {
@@ -154,7 +163,9 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
         const auto& slots = block(s.node).declaration().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].role == Role::continuous_state && slots[i].size.count() > 0)
-                text += "assign(rates_." + place_of({s.node, static_cast<int>(i)}).member + ", Real(0));\n";
+                text += write_values(in_structure("rates_") + "." +
+                                         place_of({s.node, static_cast<int>(i)}).member,
+                                     slots[i], {});
         return text;
     }
     case Kind::initial: {
@@ -165,8 +176,8 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
                    : initial_output(static_cast<std::size_t>(s.number), static_cast<std::size_t>(s.index));
     }
     case Kind::finite:
-        return "if (!is_finite(" + place_of(s.signal).text() + "))\n    " +
-               failing(s.node, message(s.failure.text(&block(s.node).declaration())));
+        return unless("is_finite(" + place_of(s.signal).text() + ")",
+                      failing(s.node, message(s.failure.text(&block(s.node).declaration()))));
     case Kind::assign: return is_used(s.flag) ? flag(s.flag) + " = " + condition(s.when) + ";\n" : "";
     case Kind::clear: return is_used(s.flag) ? flag(s.flag) + " = false;\n" : "";
     case Kind::edge: {
@@ -180,7 +191,7 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
         const std::string hosted =
             has_hosted() ? "hosted_->hit(" + number(s.number) + ", time_);\n" : std::string();
         if (!used_flags_.contains(f)) return hosted;
-        const std::string until = "control_.until_hit_" + number(s.number);
+        const std::string until = control_ + "until_hit_" + number(s.number);
         return flag(f) + " = " + until + "-- == 0;\nif (" + flag(f) + ") " +
                (hosted.empty() ? "" : "{\n    ") + until + " = " +
                std::to_string(diagram_.rates[static_cast<std::size_t>(s.number)].ticks - 1) + ";\n" +
@@ -201,11 +212,11 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
                failing(s.node, "hosted_->failure()");
     case Kind::look: return "if (!find_crossings()) return false;\n";
     case Kind::observe: return "if (before_event) before_event(observer);\n";
-    case Kind::integrate: return "if (!integrate()) return false;\n";
+    case Kind::integrate: return unless(call_of("integrate"), "return false;\n");
     case Kind::evaluate:
-        return std::string("if (!") + (s.pass == program::first ? "compute" : "compute_again") +
-               "()) return false;\n";
-    case Kind::call: return "if (!" + procedures_[static_cast<std::size_t>(s.number)] + "()) return false;\n";
+        return unless(call_of(s.pass == program::first ? "compute" : "compute_again"), "return false;\n");
+    case Kind::call:
+        return unless(call_of(procedures_[static_cast<std::size_t>(s.number)]), "return false;\n");
     case Kind::fail: return failing(s.node, message(s.failure.text()));
     case Kind::solve: // refused, as adaptive solvers are
     case Kind::locate:
@@ -250,36 +261,49 @@ std::string Generator::repetition(const Statement& s, program::Pass pass) {
     return can_end || has_count ? "{\n" + indented(text, 4) + "}\n" : text;
 }
 
+std::vector<Generator::ControlQuantity> Generator::control_quantities() const {
+    std::vector<ControlQuantity> all;
+    const auto name_of = [](const std::string& place) { return place.substr(place.rfind('.') + 1); };
+    for (const int f : used_flags_)
+        if (const auto& its = program_.flags[static_cast<std::size_t>(f)];
+            its.kind != program::Flag::Kind::local)
+            all.push_back({"bool", name_of(flag(f)), comment(its.name)});
+    for (const int f : used_flags_)
+        if (const auto& its = program_.flags[static_cast<std::size_t>(f)];
+            its.kind == program::Flag::Kind::hit)
+            if (const auto& rate = diagram_.rates[static_cast<std::size_t>(its.number)]; rate.trigger == 0)
+                all.push_back({"int64_t", "until_hit_" + number(its.number),
+                               "steps to the next one, every " +
+                                   literal(diagram_.period(its.number), Type::float64) + " s",
+                               std::to_string(rate.offset)});
+    for (int m = 0; m < static_cast<int>(program_.memories.size()); ++m) {
+        const auto& signal = program_.memories[static_cast<std::size_t>(m)].signal;
+        const std::string name = name_of(memory(m)),
+                          doc = comment(diagram_.end_path(signal)) + ", at the last look";
+        if (is_dynamic())
+            all.push_back({"std::vector<double>", name, doc});
+        else
+            all.push_back({"double", name + "[" + number(diagram_.slot(signal).size.count()) + "]", doc});
+    }
+    for (const int rate : timed_rates_)
+        all.push_back(
+            {"Clock", "clock_" + number(rate),
+             comment(program_.flags[static_cast<std::size_t>(program_.hit[static_cast<std::size_t>(rate)])]
+                         .name)});
+    return all;
+}
+
 std::string Generator::control_declarations() const {
     std::string text, members;
     for (const auto& name : procedures_) text += "    bool " + name + "() noexcept;\n";
     text += "    bool compute() noexcept;\n";
     if (!guards_.empty()) text += "    bool compute_again() noexcept;\n    bool find_crossings() noexcept;\n";
-    const auto member = [&](const std::string& type, const std::string& name, const std::string& value,
-                            const std::string& doc) {
-        members +=
-            "        " + type + " " + name.substr(name.find('.') + 1) + value + "; // " + comment(doc) + "\n";
-    };
-    for (const int f : used_flags_)
-        if (const auto& its = program_.flags[static_cast<std::size_t>(f)];
-            its.kind != program::Flag::Kind::local)
-            member("bool", flag(f), " = false", its.name);
-    for (const int f : used_flags_)
-        if (const auto& its = program_.flags[static_cast<std::size_t>(f)];
-            its.kind == program::Flag::Kind::hit)
-            if (const auto& rate = diagram_.rates[static_cast<std::size_t>(its.number)]; rate.trigger == 0)
-                member("std::int64_t", "until_hit_" + number(its.number), " = " + std::to_string(rate.offset),
-                       "steps to the next one, every " + literal(diagram_.period(its.number), Type::float64) +
-                           " s");
-    for (int m = 0; m < static_cast<int>(program_.memories.size()); ++m) {
-        const auto& signal = program_.memories[static_cast<std::size_t>(m)].signal;
-        member(is_dynamic() ? "std::vector<double>" : "double", memory(m),
-               is_dynamic() ? "" : "[" + number(diagram_.slot(signal).size.count()) + "] = {}",
-               diagram_.end_path(signal) + ", at the last look");
-    }
-    for (const int rate : timed_rates_)
-        member("bf::program::Clock<Real>", "clock_" + number(rate), "",
-               program_.flags[static_cast<std::size_t>(program_.hit[static_cast<std::size_t>(rate)])].name);
+    for (const auto& [type, name, doc, value] : control_quantities())
+        members += "        " +
+                   (type == "int64_t" ? "std::int64_t"
+                    : type == "Clock" ? "bf::program::Clock<Real>"
+                                      : type) +
+                   " " + name + "{" + value + "}; // " + doc + "\n";
     return members.empty() ? text
                            : text + "    struct Control {\n" + members + "    };\n    Control control_{};\n";
 }
@@ -322,9 +346,8 @@ std::string Generator::procedure_function(int number) {
         }
     };
     find(find, procedure.body);
-    return "// " + comment(procedure.name) + "\nbool " + class_ +
-           "::" + procedures_[static_cast<std::size_t>(number)] + "() noexcept {\n" + locals +
-           text_of(procedure.body, program::first, 4) + "    return true;\n}\n\n";
+    return "// " + comment(procedure.name) + "\n" + head_of(procedures_[static_cast<std::size_t>(number)]) +
+           " {\n" + locals + text_of(procedure.body, program::first, 4) + "    return true;\n}\n\n";
 }
 
 int Generator::guard_count() const {
@@ -411,7 +434,7 @@ std::string Generator::update_body() {
     for (auto first = all.begin(); first != all.end();) {
         const auto last = std::find_if_not(first, all.end(), is_computation);
         if (last != first) {
-            text += "    if (!(" + functions("updates", guarded({first, last})) + ")) return false;\n";
+            text += indented(unless(functions("updates", guarded({first, last})), "return false;\n"), 4);
             first = last;
         } else {
             text += indented(text_of(*first++), 4);
@@ -426,11 +449,10 @@ std::string Generator::functions(const std::string& family, const std::vector<Gu
     const auto finish = [&] {
         if (statements == 0) return;
         const std::string name = family + "_" + number(++piece_numbers_[family]);
-        declarations_.push_back("bool " + name + "() noexcept;");
-        pieces_.push_back("[[gnu::flatten]] bool " + class_ + "::" + name + "() noexcept {\n" + body +
-                          "    return true;\n}\n");
+        declarations_.push_back(declaration_of(name));
+        pieces_.push_back(flatten_ + head_of(name) + " {\n" + body + "    return true;\n}\n");
         piece_statements_.push_back(statements);
-        calls += (calls.empty() ? "" : " && ") + name + "()";
+        calls += (calls.empty() ? "" : " && ") + call_of(name);
         body.clear();
         statements = 0;
     };

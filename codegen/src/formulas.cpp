@@ -127,13 +127,13 @@ class Printer {
         const auto& operands = f.operands;
         if (const char* sign = infix(f.operation); sign && f.type.is_scalar()) {
             const std::string text = "(" + print(operands[0]) + sign + print(operands[1]) + ")";
-            return f.type.element == matlab::Class::Logical ? "double" + text : text;
+            return f.type.element == matlab::Class::Logical ? "f.number" + text : text;
         }
         return call("of<bf::kernels::Operation::" + std::string(name_of(f.operation)) + ">", f);
     }
 
     std::string both(const matlab::Formula& f, const char* sign) const {
-        return "double(f.truth(" + print(f.operands[0]) + ")" + sign + "f.truth(" + print(f.operands[1]) +
+        return "f.number(f.truth(" + print(f.operands[0]) + ")" + sign + "f.truth(" + print(f.operands[1]) +
                "))";
     }
 

@@ -100,9 +100,11 @@ void Generator::place(const Node::End& end, const char* structure, std::vector<F
     const Slot& slot = diagram_.slot(end);
     if (slot.size.count() == 0 && !is_dynamic()) return;
     const std::string member = unique_identifier(path, taken_[structure]);
-    places_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {structure, member};
+    places_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {
+        in_structure(structure), member};
     if (slot.role == Role::discrete_state)
-        next_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {"next_", member};
+        next_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {
+            in_structure("next_"), member};
     fields.push_back({end, member, path, &slot});
 }
 
@@ -163,7 +165,7 @@ Place Generator::place_of(int n, const Call::Reference& from) const {
     if (from.source == Call::Source::next)
         return next_[static_cast<std::size_t>(n)][static_cast<std::size_t>(from.slot)];
     Place place = place_of(stored_in(n, from.slot));
-    if (from.source == Call::Source::rate) place.structure = "rates_";
+    if (from.source == Call::Source::rate) place.structure = in_structure("rates_");
     return place;
 }
 
@@ -171,11 +173,11 @@ Argument Generator::argument(int n, const Call::Reference& from) {
     Argument result{.type = real(), .is_written = from.is_written};
     const auto& rate = diagram_.rates[static_cast<std::size_t>(node(n).rate)];
     switch (from.source) {
-    case Call::Source::time: result.text = "time_"; return result;
+    case Call::Source::time: result.text = time_; return result;
     case Call::Source::period:
         if (rate.trigger > 0) {
             timed_rates_.insert(node(n).rate);
-            result.text = "control_.clock_" + number(node(n).rate) + ".period";
+            result.text = control_ + "clock_" + number(node(n).rate) + ".period";
         } else {
             const double period = rate.is_continuous ? 0 : diagram_.period(node(n).rate);
             result.values = {period};
@@ -282,12 +284,12 @@ static std::string wrapped(const std::string& text, std::size_t indent, const st
     return result;
 }
 
-/// An equation in lines of at most 110 columns: its right side stands below where both do not fit, and is
-/// broken at commas before it is broken elsewhere.
-static std::string equation(const std::string& line) {
+/// Its right side stands below where both do not fit, and is broken at commas before it is broken elsewhere.
+std::string equation(const std::string& line) {
     constexpr std::size_t most = 104;
     if (line.size() <= most) return line + "\n";
     const auto body = line.starts_with("for (") ? line.find(") ") + 2 : 0;
+    if (line.starts_with("if (")) return wrapped(line, 8, " ") + "\n";
     if (body > 0) return line.substr(0, body - 1) + "\n" + indented(equation(line.substr(body)), 4);
     const auto right = line.find(" = ") + 3;
     std::string text = line.substr(0, right - 1) + "\n";

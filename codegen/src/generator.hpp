@@ -53,20 +53,25 @@ struct Guarded {
 /// A message as literals of one line each.
 std::string message(std::string text);
 
+/// An equation in lines of at most 110 columns.
+std::string equation(const std::string& line);
+
 /// "path [unit]: doc", for a comment.
 std::string about(const std::string& what, const std::string& unit, const std::string& doc);
 
+/// In C++. What another language writes differently is virtual.
 class Generator {
   public:
     Generator(const Diagram& diagram, const Options& options);
-    Files run();
+    virtual ~Generator() = default;
+    virtual Files run();
     MemoryReport memory() const; ///< after run()
 
-  private:
+  protected:
     const Block& block(int node) const { return *diagram_.nodes[static_cast<std::size_t>(node)].block; }
     const DiagramNode& node(int n) const { return diagram_.nodes[static_cast<std::size_t>(n)]; }
 
-    void check() const;
+    virtual void check() const;
     bool has_continuous_states() const { return !continuous_.empty(); }
     /// Made by the factory from its plugin at the start of the program, because it is more than rules that
     /// can be printed.
@@ -81,24 +86,26 @@ class Generator {
     void place(const Node::End& end, const char* structure, std::vector<Field>& fields,
                const std::string& path);
     const Place& place_of(const Node::End& end) const;
+    /// The structure of that name, before a member of it.
+    virtual std::string in_structure(const std::string& name) const { return name; }
 
     /// One statement per activity of a node, with its constants before it.
     std::string statement(int n, Phase phase, int index);
-    std::string rule(int n, Phase phase, int index);
+    virtual std::string rule(int n, Phase phase, int index);
     std::string operand(int n, const Call::Reference& from, std::string& constants);
     /// The rule as arithmetic: its lines, or nothing where only a kernel says it.
     std::optional<std::vector<std::string>> equations(int n, const Call& call);
-    Argument argument(int n, const Call::Reference& from);
+    virtual Argument argument(int n, const Call::Reference& from);
     /// Where an operand that has a place lies.
     Place place_of(int n, const Call::Reference& from) const;
     /// An input is stored where its source is.
     Node::End stored_in(int n, int slot) const;
     /// Statements that write literal numbers, or the values of another quantity.
-    std::string write_values(const std::string& target, const Slot& slot,
-                             const std::vector<double>& values) const;
+    virtual std::string write_values(const std::string& target, const Slot& slot,
+                                     const std::vector<double>& values) const;
     /// to = from.
-    std::string assignment(const std::string& to, const Slot& to_slot, const std::string& from,
-                           const Slot& from_slot) const;
+    virtual std::string assignment(const std::string& to, const Slot& to_slot, const std::string& from,
+                                   const Slot& from_slot) const;
     std::string initial_output(std::size_t condition, std::size_t number) const;
     std::vector<std::string> resets(int n, bool only_from_parameters) const;
 
@@ -115,17 +122,36 @@ class Generator {
     std::string flag(int flag) const;
     std::string memory(int memory) const;
     std::string condition(const std::vector<program::Literal>& when) const;
-    std::string failing(int node, const std::string& why) const;
-    std::string text_of(const program::Statement& statement, program::Pass pass = program::first);
+    virtual std::string failing(int node, const std::string& why) const;
+    /// A statement that runs where something did not go well.
+    virtual std::string unless(const std::string& good, const std::string& otherwise) const;
+    /// Some element of a signal that is no number on its own is above 0.
+    virtual std::string is_positive(const Node::End& end) const;
+    virtual std::string text_of(const program::Statement& statement, program::Pass pass = program::first);
     std::string text_of(const program::Statements& statements, program::Pass pass, int indent);
-    std::string commits(const program::Statement& statement) const;
+    virtual std::string commits(const program::Statement& statement) const;
     std::string repetition(const program::Statement& statement, program::Pass pass);
+    /// What the control of a step remembers.
+    struct ControlQuantity {
+        std::string type, name, doc;
+        std::string value = {}; ///< at the start; empty: 0
+    };
+    std::vector<ControlQuantity> control_quantities() const;
     std::string control_declarations() const;
     std::string control_resets() const; ///< in initialize()
     std::string has_fired() const;
     std::vector<SignalName> recorded_rows() const;
     std::string run_library(const Files& files) const;
     std::string procedure_function(int procedure);
+    /// Of a function of the model without arguments that may fail: a call, a declaration, the head of the
+    /// definition.
+    virtual std::string call_of(const std::string& function) const { return function + "()"; }
+    virtual std::string declaration_of(const std::string& function) const {
+        return "bool " + function + "() noexcept;";
+    }
+    virtual std::string head_of(const std::string& function) const {
+        return "bool " + class_ + "::" + function + "() noexcept";
+    }
     std::string crossings_functions(const Calls& calls) const;
     int guard_count() const; ///< elements
     int crossed_flag() const;
@@ -178,6 +204,8 @@ class Generator {
 
     const Diagram& diagram_;
     Options options_;
+    std::string flatten_ = "[[gnu::flatten]] ";          ///< before a function that kernels are joined into
+    std::string control_ = "control_.", time_ = "time_"; ///< before what controls a step; of this step
     const program::Program program_;
     int loop_depth_ = 0;                                            ///< of what is printed
     std::set<int> used_flags_;                                      ///< of the program: what asks for others?

@@ -1,4 +1,5 @@
 // The model for other languages: a C interface and a Python module over it.
+#include "c_language.hpp"
 #include "generator.hpp"
 
 #include "bf/core/hash.hpp"
@@ -18,11 +19,6 @@ std::string note_on(const Field& field, bool is_dynamic) {
 }
 
 bool is_scalar(const Slot& slot) { return slot.size.count() == 1 && slot.size.cols == 1; }
-
-std::string c_name(Type type) {
-    const std::string name = cpp_name(type);
-    return name.starts_with("std::") ? name.substr(5) : name;
-}
 
 const char* ctypes_name(Type type) {
     constexpr const char* names[] = {"c_double", "c_float", "c_int8",   "c_uint8", "c_int16",

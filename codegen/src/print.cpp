@@ -1,5 +1,5 @@
 // The files of a project.
-#include "generator.hpp"
+#include "c_generator.hpp"
 
 #include "bf/kernels/runge_kutta.hpp"
 #include "texts.hpp"
@@ -395,15 +395,18 @@ std::string Generator::blocks_page(const Files& files) const {
               (is_hosted(static_cast<int>(n)) ? "" : " (" + comment(diagram_.nodes[n].type) + ")")] = n;
     std::map<std::size_t, std::string> places;
     for (const auto& [file, text] : files) {
-        if (!file.ends_with(".cpp")) continue;
+        if (!file.ends_with(".cpp") && !file.ends_with(".c")) continue;
         std::size_t node = diagram_.nodes.size();
         int first = 0, at = 0;
+        std::size_t indent = 0;
         std::istringstream lines(text);
         for (std::string line; std::getline(lines, line);) {
             ++at;
-            line.erase(0, line.find_first_not_of(' '));
-            const bool is_end = line.empty() || line.starts_with("//") || line.starts_with("}") ||
-                                line == "return true;" || (line.starts_with("if (") && line.ends_with("{"));
+            const auto its_indent = std::min(line.find_first_not_of(' '), line.size());
+            line.erase(0, its_indent);
+            const bool is_end = line.empty() || line.starts_with("//") || its_indent < indent ||
+                                line == "return true;" ||
+                                (its_indent == indent && line.starts_with("if (") && line.ends_with("{"));
             if (is_end && node < diagram_.nodes.size()) {
                 places[node] += (places[node].empty() ? "" : ", ") + file + ":" + number(first) +
                                 (at - 1 > first ? "-" + number(at - 1) : "");
@@ -412,14 +415,19 @@ std::string Generator::blocks_page(const Files& files) const {
             if (const auto found = nodes.find(line); found != nodes.end()) {
                 node = found->second;
                 first = at + 1;
+                indent = its_indent;
             }
         }
     }
-    std::string text = "# " + escape::markdown(diagram_.name) +
-                       ": from blocks to lines\n\n| block | type | lines |\n| --- | --- | --- |\n";
+    const bool has_docs = std::any_of(diagram_.nodes.begin(), diagram_.nodes.end(),
+                                      [](const auto& node) { return !node.doc.empty(); });
+    std::string text =
+        "# " + escape::markdown(diagram_.name) + ": from blocks to lines\n\n| block | type | lines |" +
+        (has_docs ? " what it is for |" : "") + "\n| --- | --- | --- |" + (has_docs ? " --- |" : "") + "\n";
     for (const auto& [n, its] : places)
         text += "| " + escape::markdown_code(diagram_.nodes[n].path) + " | " +
-                escape::markdown(diagram_.nodes[n].type) + " | " + escape::markdown(its) + " |\n";
+                escape::markdown(diagram_.nodes[n].type) + " | " + escape::markdown(its) + " |" +
+                (has_docs ? " " + escape::markdown(diagram_.nodes[n].doc) + " |" : "") + "\n";
     return text;
 }
 
@@ -585,11 +593,19 @@ MemoryReport Generator::memory() const {
 }
 
 MemoryReport memory_report(const Diagram& diagram, const Options& options) {
+    if (options.language == Language::c) {
+        CGenerator generator(diagram, options);
+        generator.run();
+        return generator.memory();
+    }
     Generator generator(diagram, options);
     generator.run();
     return generator.memory();
 }
 
-Files generate(const Diagram& diagram, const Options& options) { return Generator(diagram, options).run(); }
+Files generate(const Diagram& diagram, const Options& options) {
+    return options.language == Language::c ? CGenerator(diagram, options).run()
+                                           : Generator(diagram, options).run();
+}
 
 } // namespace bf::codegen

@@ -5,6 +5,8 @@
 #include "bf/core/declaration.hpp"
 #include "bf/kernels/functions.hpp"
 
+#include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,6 +26,7 @@ struct Term {
         negative,   ///< -x
         arithmetic, ///< x op y
         call,       ///< op(x, ...), whole numbers included
+        conversion, ///< x in the type of the term
         comparison, ///< x op y
         negation,
         conjunction,
@@ -38,16 +41,32 @@ struct Term {
     double value = 0;
     int argument = -1, index = -1; ///< of an element
     Trace* trace = nullptr;        ///< null for numbers
-    std::string key = {};          ///< the same for the same term
+    // What follows from the others.
+    std::string key = {};    ///< the same for the same term, while kernels of one rule run
+    std::size_t size = 1;    ///< terms in its text
+    int first = no_argument; ///< operand of the kernel that it is of, of several the first
+    static constexpr int no_argument = 1 << 30;
 };
 using TermPtr = std::shared_ptr<const Term>;
+using TermKind = Term::Kind;
 
-/// Completes a term: type, trace and key follow from what it is of.
+/// Completes a term.
 TermPtr term(Term t);
 TermPtr number_term(double value);
+/// x in that type; itself where it has this type, or none of its own.
+TermPtr converted(const TermPtr& x, Type type);
+/// Forgets all keys. Real numbers are of this type.
+void begin_terms(Type real);
+Type real_type();
+
+inline bool is_whole(Type type) { return type != Type::float64 && type != Type::float32; }
+inline bool is_number(const TermPtr& t, double value) {
+    return t->kind == TermKind::number && t->value == value;
+}
 
 /// One run of a kernel: how its conditions turn out.
 struct Trace {
+    std::size_t most_terms = 0;               ///< in one text
     std::vector<bool> path;                   ///< of the first conditions; later ones are true
     std::vector<TermPtr> conditions = {};     ///< in the order in which they were asked
     std::map<std::string, bool> answers = {}; ///< by key
@@ -63,7 +82,7 @@ class Symbol {
     const TermPtr& term() const { return term_; }
 
     explicit operator bool() const { return *this != Symbol(0); }
-    /// Of constants alone.
+    /// Of a number, or of one of the first few whole numbers.
     explicit operator int() const;
 
     friend Symbol operator-(const Symbol& x);
@@ -80,17 +99,50 @@ class Symbol {
     friend bool operator!=(const Symbol& x, const Symbol& y) { return compared("!=", x, y); }
     friend bool operator==(const Symbol& x, const Symbol& y) { return !compared("!=", x, y); }
 
+    friend Symbol& operator*=(Symbol& x, const Symbol& y) { return x = x * y; }
+    friend Symbol& operator/=(Symbol& x, const Symbol& y) { return x = x / y; }
+
+    // What kernels call of <cmath>. Of a number it is a number where the result is exact.
+    friend Symbol floor(const Symbol& x) { return x.counts() ? x : exact("floor", std::floor, x); }
+    friend Symbol ceil(const Symbol& x) { return x.counts() ? x : exact("ceil", std::ceil, x); }
+    friend Symbol round(const Symbol& x) { return x.counts() ? x : exact("round", std::round, x); }
+    friend Symbol trunc(const Symbol& x) { return x.counts() ? x : exact("fix", std::trunc, x); }
+    friend Symbol fabs(const Symbol& x) { return exact("absolute", std::fabs, x); }
+    friend Symbol sqrt(const Symbol& x) { return call("sqrt", {x}); }
+    friend Symbol sin(const Symbol& x) { return call("sin", {x}); }
+    friend Symbol cos(const Symbol& x) { return call("cos", {x}); }
+    friend Symbol fmod(const Symbol& x, const Symbol& y) { return call("fmod", {x, y}); }
+
     /// f(x, ...) by its name.
     static Symbol call(const char* function, std::initializer_list<Symbol> x);
 
   private:
     static Symbol binary(const char* op, const Symbol& x, const Symbol& y);
     static bool compared(const char* op, const Symbol& x, const Symbol& y);
+    bool counts() const { return term_->type && is_whole(*term_->type); }
+    static Symbol exact(const char* function, double (*f)(double), const Symbol& x);
 
     TermPtr term_;
 };
 
 } // namespace bf::codegen
+
+template <> struct std::numeric_limits<bf::codegen::Symbol> {
+    static constexpr bool is_specialized = true;
+    template <class F> static bf::codegen::Symbol of_real(F limit) {
+        return bf::codegen::real_type() == bf::Type::float32 ? static_cast<double>(limit(float()))
+                                                             : limit(double());
+    }
+    static bf::codegen::Symbol epsilon() {
+        return of_real([]<class T>(T) { return std::numeric_limits<T>::epsilon(); });
+    }
+    static bf::codegen::Symbol min() {
+        return of_real([]<class T>(T) { return std::numeric_limits<T>::min(); });
+    }
+    static bf::codegen::Symbol max() {
+        return of_real([]<class T>(T) { return std::numeric_limits<T>::max(); });
+    }
+};
 
 namespace bf::kernels {
 
@@ -118,6 +170,8 @@ BF_CALL(power)
 BF_CALL(negate)
 BF_CALL(absolute)
 #undef BF_CALL
+template <> inline codegen::Symbol opaque<codegen::Symbol>(codegen::Symbol x) noexcept { return x; }
+template <> inline const codegen::Symbol pi<codegen::Symbol>{pi<double>};
 template <>
 inline codegen::Symbol clamp<codegen::Symbol>(codegen::Symbol x, codegen::Symbol lower,
                                               codegen::Symbol upper) noexcept {

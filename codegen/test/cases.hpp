@@ -48,6 +48,22 @@ std::vector<Case> control_cases();
 /// The models of examples/ that stand for themselves, those of adaptive solvers with a fixed step.
 std::vector<Case> example_cases();
 
+inline Files c_files(const Case& one) {
+    Options options = one.options;
+    options.language = Language::c;
+    return generate(one.elaborated.diagram, options);
+}
+/// Can it be plain C? Variants of other options cannot.
+inline bool is_c_case(const Case& one) {
+    if (one.options.has_runtime_sizes || one.options.embedded) return false;
+    try {
+        c_files(one);
+        return true;
+    } catch (const GenerationError&) {
+        return false;
+    }
+}
+
 /// All that one program of models writes.
 std::vector<std::vector<Case> (*)()> families();
 

@@ -84,14 +84,12 @@ Recording simulate(const Diagram& diagram, const std::vector<std::vector<double>
     return recording;
 }
 
-void compare(const Case& one, const Recording& expected, const fs::path& folder, const std::string& how) {
+void compare(const Case& one, const Recording& expected, const std::vector<double>& seen,
+             const std::string& failure, const std::string& how) {
     const auto& rows = expected.rows;
     const Diagram& diagram = one.elaborated.diagram;
     const std::string name = file_name(diagram);
-    EXPECT_EQ(read_text(folder / (name + ".txt")), expected.failure) << name << ", " << how;
-    const std::string bytes = read_text(folder / (name + ".out"));
-    std::vector<double> seen(bytes.size() / sizeof(double));
-    std::memcpy(seen.data(), bytes.data(), seen.size() * sizeof(double));
+    EXPECT_EQ(failure, expected.failure) << name << ", " << how;
     const std::size_t width = rows.empty() ? 0 : rows[0].size();
     ASSERT_EQ(seen.size(), rows.size() * width) << name << ", " << how;
     for (std::size_t k = 0; k < rows.size(); ++k)
@@ -113,6 +111,23 @@ void compare(const Case& one, const Recording& expected, const fs::path& folder,
         }
 }
 
+std::vector<double> numbers_of_bytes(const std::string& bytes) {
+    std::vector<double> numbers(bytes.size() / sizeof(double));
+    std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(double));
+    return numbers;
+}
+
+/// Of a CSV text behind its headings.
+std::vector<double> numbers_of_text(const std::string& text) {
+    std::vector<double> numbers;
+    const char* at = text.c_str() + std::min(text.find('\n'), text.size());
+    for (char* end = nullptr;; at = end + (*end == ',')) {
+        const double x = std::strtod(at, &end);
+        if (end == at) return numbers;
+        numbers.push_back(x);
+    }
+}
+
 } // namespace
 
 std::map<std::string, Recording> compare_all(const std::vector<Case>& cases, const Drivers& compiled) {
@@ -125,17 +140,41 @@ std::map<std::string, Recording> compare_all(const std::vector<Case>& cases, con
         for (const auto& row : inputs)
             stream.write(reinterpret_cast<const char*>(row.data()),
                          static_cast<std::streamsize>(row.size() * sizeof(double)));
+        std::ofstream text(folder.path / (file_name(diagram) + ".rows"));
+        text.precision(17);
+        for (const auto& row : inputs) {
+            for (const double x : row) text << x << " ";
+            text << "\n";
+        }
         all[file_name(diagram)] = simulate(diagram, inputs);
     }
-    std::istringstream drivers(compiled.plain + " " + compiled.hosted);
-    for (std::string driver; drivers >> driver;) {
+    const auto run = [&](const std::string& driver) {
         EXPECT_EQ(std::system(("cd " + folder.path.string() + " && BLOCKFACTORY_PLUGIN_PATH='" +
                                compiled.plugins + "' " + driver)
                                   .c_str()),
                   0);
-        for (const auto& one : cases)
+    };
+    std::istringstream drivers(compiled.plain + " " + compiled.hosted);
+    for (std::string driver; drivers >> driver;) {
+        run(driver);
+        for (const auto& one : cases) {
+            const std::string name = file_name(one.elaborated.diagram);
             if (has_hosted_blocks(one.elaborated.diagram) == (driver == compiled.hosted))
-                compare(one, all.at(file_name(one.elaborated.diagram)), folder.path, driver);
+                compare(one, all.at(name), numbers_of_bytes(read_text(folder.path / (name + ".out"))),
+                        read_text(folder.path / (name + ".txt")), driver);
+        }
+    }
+    std::istringstream c_drivers(compiled.in_c);
+    for (std::string driver; c_drivers >> driver;) {
+        run(driver);
+        for (const auto& one : cases) {
+            if (!is_c_case(one)) continue;
+            const std::string name = file_name(one.elaborated.diagram);
+            std::string failure = read_text(folder.path / (name + ".txt"));
+            if (failure.ends_with("\n")) failure.pop_back();
+            compare(one, all.at(name), numbers_of_text(read_text(folder.path / (name + ".csv"))), failure,
+                    driver);
+        }
     }
     return all;
 }

@@ -18,6 +18,7 @@ struct Recording {
 /// The programs that run generated code of the cases.
 struct Drivers {
     std::string plain;  ///< of models without hosted blocks; several
+    std::string in_c;   ///< of those that are plain C; several
     std::string hosted; ///< of the others
     std::string plugins;
 };

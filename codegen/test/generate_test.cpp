@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const Drivers drivers{BF_CASE_DRIVERS, BF_HOSTED_DRIVER, BF_TEST_PLUGINS};
+const Drivers drivers{BF_CASE_DRIVERS, BF_C_DRIVERS, BF_HOSTED_DRIVER, BF_TEST_PLUGINS};
 
 TEST(GeneratedCode, EqualsTheEngineForEveryStandardBlock) {
     const auto cases = block_cases();
@@ -286,6 +286,25 @@ TEST(GeneratedCode, ReadsLikeTheEquation) {
         EXPECT_NE(source.find(line), std::string::npos) << line << "\n" << source;
     for (const char* machinery : {"kernels::", "template", "::new", " in(", "(in(", "out("})
         EXPECT_EQ(source.find(machinery), std::string::npos) << machinery << "\n" << source;
+}
+
+TEST(GeneratedCode, WritesFormulasAsTheirArithmetic) {
+    const std::string source = source_of(R"m(
+  f: {block: Fcn, expression: "p(1)*u1 - sin(u2(2))", p: 0.3}
+  truth: {block: Fcn, expression: "u > 0 && ~u"}
+  each: {block: Fcn, expression: "log1p(u) - min(u, 2)"}
+)m",
+                                         "u: [f.u1, truth], v: [f.u2, each]");
+    for (const char* line :
+         {"signals.f_y = parameters.f_p * inputs.u - math::sin(inputs.v[1]);",
+          "signals.truth_y = math::as<double>(inputs.u > 0.0 && inputs.u == 0.0);",
+          "signals.each_y[i] = math::log1p(inputs.v[i]) - math::minimum(2.0, inputs.v[i]);"})
+        EXPECT_NE(source.find(line), std::string::npos) << line << "\n" << source;
+    EXPECT_EQ(source.find("kernels::Expression"), std::string::npos) << source;
+    const std::string narrow = source_of("  f: {block: Fcn, expression: 2*u}\n", "u: f", "single");
+    EXPECT_NE(narrow.find("signals.f_y = math::as<float>(2.0 * math::as<double>(inputs.u));"),
+              std::string::npos)
+        << narrow;
 }
 
 TEST(GeneratedCode, WrapsWholeNumbersAroundInItsEquations) {

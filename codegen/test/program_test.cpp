@@ -21,6 +21,19 @@ struct Loaded {
     Diagram diagram;
 };
 
+TEST(GeneratedProgram, SubtractsTruthValuesOfVariablesFromZero) {
+    const Loaded model(
+        "model: zeros\nstep: 1\nstop: 1\nvariables: {w: 9}\nblocks:\n  c: {block: Constant, value: "
+        "\"[atan2(0 - (w > 5), -1), atan2(0 - (w > 5 && w < 7), -1)]\"}\n");
+    const Program program(model.diagram);
+    ASSERT_EQ(program.compiled, 0);
+    write_text(program.folder.path / "p.yaml", "w: 1\n");
+    ASSERT_EQ(program("--params p.yaml --csv out.csv"), 0) << program.text("errors.txt");
+    const std::string csv = program.text("out.csv");
+    EXPECT_NE(csv.find("3.1415926535897931,3.1415926535897931"), std::string::npos) << csv; // atan2(0, -1)
+    EXPECT_EQ(csv.find("-3.14"), std::string::npos) << csv;
+}
+
 TEST(GeneratedProgram, TakesAllParametersOfAFileOrNone) {
     model::Builder m("two gains");
     m.step(0.1).stop(0.2);
@@ -364,7 +377,7 @@ TEST(ParameterFile, NamesAreListedAsTheyAreReadEverywhere) {
         const double value = 3;
         const generated::Quantity q{name.c_str(), "", "", {}, {}, 1, 1, 0, -1};
         const std::string line = generated::line_of(q, [&](int) { return value; });
-        for (const std::string text : {line, "{" + line.substr(0, line.find("  #")) + "}\n"}) {
+        for (const std::string& text : {line, "{" + line.substr(0, line.find("  #")) + "}\n"}) {
             const auto read = generated::parse_parameters(text, "f");
             ASSERT_EQ(read.entries.size(), 1u) << text << read.errors;
             EXPECT_EQ(read.entries[0].name, name);

@@ -453,6 +453,9 @@ class Flattener {
         node.methods = type->methods;
         node.condition = scope.condition;
         node.loop = scope.loop;
+        node.doc = block.doc;
+        for (const Scope* at = &scope; node.doc.empty() && at && at->self; at = at->parent)
+            node.doc = at->self->doc;
         node.where = block.where;
         auto& d = node.block->declaration();
         for (const auto& problem : d.problems) e_.report.add(block.where, path, problem);

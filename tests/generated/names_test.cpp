@@ -131,6 +131,12 @@ TEST_F(Names, OfModelsCompileInCppAndC) {
     EXPECT_TRUE(succeeds(BF_CC " -std=c11 -fsyntax-only" + warnings + "all.c")) << log();
 }
 
+TEST_F(Names, OfModelsCompileAsPlainC) {
+    generate_all({.language = Language::c});
+    put("all.c", include_all(".c"));
+    EXPECT_TRUE(succeeds(BF_CC " -std=c11 -fsyntax-only -Wpedantic" + warnings + "all.c")) << log();
+}
+
 TEST_F(Names, OfModelsCompileForMicrocontrollers) {
     generate_all({.embedded = true});
     put("all.cpp", include_all(".cpp"));
@@ -163,12 +169,16 @@ TEST_F(Names, OfModelsAreTextInPython) {
 }
 
 TEST_F(Names, OfModelsConfigureInCMake) {
-    generate_all({});
-    std::string lists = "cmake_minimum_required(VERSION 3.16)\nproject(names LANGUAGES CXX)\n";
-    for (const auto& [folder, files] : projects) lists += "add_subdirectory(" + folder + ")\n";
-    put("CMakeLists.txt", lists);
-    EXPECT_TRUE(succeeds("cmake -S . -B build -DCMAKE_CXX_COMPILER=" BF_CXX)) << log();
-    EXPECT_EQ(log().find("injected"), std::string::npos) << log();
+    for (const Language language : {Language::cpp, Language::c}) {
+        projects.clear();
+        generate_all({.language = language});
+        std::string lists = "cmake_minimum_required(VERSION 3.16)\nproject(names LANGUAGES C CXX)\n";
+        for (const auto& [folder, files] : projects) lists += "add_subdirectory(" + folder + ")\n";
+        put("CMakeLists.txt", lists);
+        EXPECT_TRUE(succeeds("cmake -S . -B build -DCMAKE_CXX_COMPILER=" BF_CXX " -DCMAKE_C_COMPILER=" BF_CC))
+            << log();
+        EXPECT_EQ(log().find("injected"), std::string::npos) << log();
+    }
 }
 
 /// What a block's name may be made of.
@@ -232,6 +242,11 @@ TEST_F(Names, OfPartsCompile) {
         }
         put(embedded ? "e/all.cpp" : "p/all.cpp", all);
     }
+    for (const auto& [file, text] : generate(model.diagram, {.language = Language::c}))
+        put("c/" + file, text);
+    EXPECT_TRUE(succeeds(BF_CC " -std=gnu17 -fsyntax-only -Ic" + warnings + "c/parts.c c/main.c")) << log();
+    EXPECT_TRUE(succeeds(BF_CC " -std=c11 -fsyntax-only -Wpedantic -Ic" + warnings + "c/parts.c c/main.c"))
+        << log();
     put("parts.c", "#include \"p/parts_c.h\"\n");
     EXPECT_TRUE(succeeds(BF_CXX " -std=gnu++17 -fsyntax-only -Ip/include -Ip" + warnings + "p/all.cpp"))
         << log();

@@ -11,7 +11,7 @@ namespace bf::tools {
 void add_generate(CLI::App& app) {
     struct GenerateOptions {
         ModelOptions model;
-        std::string folder, sizes = "fixed";
+        std::string folder, sizes = "fixed", language = "c++";
         codegen::Options how;
     };
     auto* command =
@@ -21,10 +21,16 @@ void add_generate(CLI::App& app) {
     command->add_option("-o,--output", options->folder, "folder of the project; must be empty or not exist")
         ->type_name("DIR")
         ->required();
+    command
+        ->add_option(
+            "--language", options->language,
+            "c++, or c: plain C11 without templates, for models of blocks that are arithmetic (c++ by "
+            "default)")
+        ->type_name("LANGUAGE")
+        ->check(CLI::IsMember(std::set<std::string>{"c++", "c"}).description(""));
     command->add_flag("--embedded", options->how.embedded,
                       "a library for microcontrollers: no heap, exceptions or streams");
-    command->add_flag("--single", options->how.single, "embedded: float instead of double")
-        ->needs("--embedded");
+    command->add_flag("--single", options->how.single, "embedded, or C: float instead of double");
     command
         ->add_option(
             "--sizes", options->sizes,
@@ -36,6 +42,7 @@ void add_generate(CLI::App& app) {
         const LoadedModel loaded = load_model(options->model);
         const auto& diagram = loaded.diagram;
         options->how.has_runtime_sizes = options->sizes == "runtime";
+        if (options->language == "c") options->how.language = codegen::Language::c;
         const codegen::Options how = generation_options(loaded, options->how);
         const auto memory = codegen::memory_report(diagram, how);
         codegen::write(codegen::generate(diagram, how), options->folder);

@@ -1,8 +1,8 @@
 // Delays, latches, counters and limits over time.
 #include "bf/kernels/discrete.hpp"
-#include "bf/blocks/kernels.hpp"
 #include "bf/kernels/logic.hpp"
 #include "bf/kernels/nonlinear.hpp"
+#include "bf/kernels/standard.hpp"
 
 #include "../elementwise.hpp"
 #include "../groups.hpp"

@@ -1,5 +1,5 @@
 // State machines, assertions and what a run reports about itself.
-#include "bf/blocks/kernels.hpp"
+#include "bf/kernels/standard.hpp"
 
 #include "../groups.hpp"
 #include "../shapes.hpp"

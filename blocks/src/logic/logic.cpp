@@ -1,7 +1,7 @@
 // Truth values, comparisons and choices.
 #include "bf/kernels/logic.hpp"
-#include "bf/blocks/kernels.hpp"
 #include "bf/kernels/nonlinear.hpp"
+#include "bf/kernels/standard.hpp"
 
 #include "../groups.hpp"
 #include "../guards.hpp"

@@ -1,9 +1,9 @@
 // Sums, products and what else works on numbers of every type.
-#include "bf/blocks/kernels.hpp"
 #include "bf/kernels/functions.hpp"
 #include "bf/kernels/linear_algebra.hpp"
 #include "bf/kernels/overflow.hpp"
 #include "bf/kernels/reduce.hpp"
+#include "bf/kernels/standard.hpp"
 
 #include "../elementwise.hpp"
 #include "../groups.hpp"

@@ -1,8 +1,8 @@
 // Blocks that control when subsystems run.
 #include "../groups.hpp"
 #include "../shapes.hpp"
-#include "bf/blocks/kernels.hpp"
 #include "bf/kernels/guards.hpp"
+#include "bf/kernels/standard.hpp"
 
 #include <vector>
 

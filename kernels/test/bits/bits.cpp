@@ -15,6 +15,7 @@
 #include "bf/kernels/random.hpp"
 #include "bf/kernels/routing.hpp"
 #include "bf/kernels/sources.hpp"
+#include "bf/kernels/standard.hpp"
 #include "bf/kernels/svd.hpp"
 
 #include <cstdio>
@@ -288,6 +289,27 @@ void states() {
     run(WholeNumber{}, A5<std::int32_t>(), e);
     run(LimitReached{}, A5<double>(), values<double>(-1), values<double>(1), e);
     run(Lag{}, A5<double>(), values<double>(0.3), e, e);
+    run(ScalarOrMatrixProduct{}, Array<double, 3, 5>(), values<double>(0.3), x);
+    run(ScalarOrMatrixProduct{}, Array<double, 3>(), x, e);
+    for (const double row : {0., 2., 2.6, 4.}) run(LookUpRow{}, A5<double>(), x, values<double>(row));
+    run(Assert{}, e);
+    run(Assert{}, values<bool>(0));
+    run(Count{}, One<double>(), values<double>(3), values<double>(1), values<bool>(0));
+    run(OnDelay{}, One<bool>(), One<double>(), values<double>(0.2), values<double>(0.1), values<double>(0.1),
+        values<bool>(1));
+    const auto transitions = values<double>(1, 2, 2, 1, 1, 0, 0.1, 0.3); // from, to, condition, minimum time
+    for (const bool started : {false, true}) {
+        run(StateMachine{}, One<double>(), One<double>(), One<bool>(), transitions, values<double>(1),
+            values<double>(2), values<double>(0.4), values<bool>(started), values<double>(0.7),
+            values<double>(0.1), values<bool>(1));
+        run(StateMachineUpdate{}, One<double>(), One<double>(), One<bool>(), values<double>(2),
+            values<bool>(started), values<double>(0.4), values<double>(0.7));
+    }
+    for (const double which : {0., 1., 2.}) {
+        run(IsFirst{}, One<bool>(), values<double>(which), random<List<bool, 2, 1>>());
+        run(IsCase{}, One<bool>(), values<double>(which), values<double>(3, -1), values<double>(-1.7));
+    }
+    run(AlwaysTrue{}, One<bool>(), e);
     run(CompanionOutput{}, A5<double>(), b, a, x, e);
     run(CompanionRate{}, Array<double, 3, 5>(), a, x, e);
     run(DifferenceQuotient{}, A5<double>(), values<bool>(1), values<double>(0.1), e, e, values<double>(0.4),

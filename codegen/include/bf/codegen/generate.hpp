@@ -17,7 +17,12 @@ struct GenerationError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+enum class Language { cpp, c };
+
 struct Options {
+    /// C: plain C11 without templates, for diagrams of rules that are arithmetic on numbers and short
+    /// vectors. Only `single` and the number of statements apply to it.
+    Language language = Language::cpp;
     /// Statements per function and per file. Compile time grows faster than the length of a function, so that
     /// large models are split.
     int statements_per_function = 200;

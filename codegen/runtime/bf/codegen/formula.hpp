@@ -42,6 +42,9 @@ class Formula {
             return kernels::value_of(op, x, y);
         });
     }
+    /// 1 or 0. A call, since GCC 12 makes 0.0 - double(truth) the number -0.0 for false: it replaces it by a
+    /// negation.
+    double number(bool truth) noexcept { return truth ? 1 : 0; }
     /// Is it true as a condition: no element 0?
     template <class A> bool truth(const A& a) noexcept {
         bool all = OperandOf<A>::rows * OperandOf<A>::cols > 0;

@@ -1,7 +1,7 @@
 // The functions that equations of generated code call, the same ones that simulations do.
 #pragma once
 
-#include "bf/kernels/functions.hpp"
+#include "bf/kernels/expression.hpp"
 
 namespace bf::generated::math {
 
@@ -42,7 +42,18 @@ template <class T> T floor(T x) noexcept { return kernels::Floor::apply(x); }
 template <class T> T ceil(T x) noexcept { return kernels::Ceil::apply(x); }
 template <class T> T round(T x) noexcept { return kernels::Round::apply(x); }
 template <class T> T fix(T x) noexcept { return kernels::Fix::apply(x); }
+template <class T> T fmod(T x, T y) noexcept { return std::fmod(x, y); }
 template <class T> T atan2(T y, T x) noexcept { return kernels::Atan2::apply(y, x); }
 template <class T> T hypot(T a, T b) noexcept { return kernels::Hypot::apply(a, b); }
+
+// Of formulas alone.
+/// A call, since GCC 12 makes 0.0 - double(b) the number -0.0 for false: it replaces it by a negation.
+template <class R, class T> R as(T x) noexcept { return static_cast<R>(x); }
+template <class T> T sign(T x) noexcept { return kernels::value_of(kernels::Operation::sign, x); }
+template <class T> T expm1(T x) noexcept { return kernels::value_of(kernels::Operation::expm1, x); }
+template <class T> T log1p(T x) noexcept { return kernels::value_of(kernels::Operation::log1p, x); }
+template <class T> T log2(T x) noexcept { return kernels::value_of(kernels::Operation::log2, x); }
+template <class T> T deg2rad(T x) noexcept { return kernels::value_of(kernels::Operation::deg2rad, x); }
+template <class T> T rad2deg(T x) noexcept { return kernels::value_of(kernels::Operation::rad2deg, x); }
 
 } // namespace bf::generated::math

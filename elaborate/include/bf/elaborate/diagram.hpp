@@ -66,6 +66,7 @@ struct DiagramNode {
     int loop = -1; ///< the loop that it stands in
     /// By slot, the names of a vector's elements, "" for one that has none; only where one has.
     std::map<int, std::vector<std::string>> element_names;
+    std::string doc; ///< what the model says of the block, or else of the nearest subsystem around it
     model::Location where;
 };
 

@@ -15,16 +15,16 @@ enum class Overflow { wrap, saturate, error };
 /// x rounded to an integer value of its own type.
 template <class T> constexpr T rounded(T x, Rounding rounding) noexcept {
     switch (rounding) {
-    case Rounding::zero: return std::trunc(x);
-    case Rounding::floor: return std::floor(x);
-    case Rounding::ceil: return std::ceil(x);
-    case Rounding::away: return std::round(x);
+    case Rounding::zero: return trunc(x);
+    case Rounding::floor: return floor(x);
+    case Rounding::ceil: return ceil(x);
+    case Rounding::away: return round(x);
     case Rounding::convergent:
     case Rounding::nearest: break;
     }
-    const T below = std::floor(x), part = x - below;
+    const T below = floor(x), part = x - below;
     if (rounding == Rounding::convergent && part == T(0.5))
-        return std::fmod(below, T(2)) == T(0) ? below : below + T(1);
+        return fmod(below, T(2)) == T(0) ? below : below + T(1);
     return part >= T(0.5) ? below + T(1) : below;
 }
 
@@ -47,8 +47,8 @@ constexpr To converted(From x, Rounding rounding = Rounding::floor,
             return static_cast<To>(r);
         }
         if (r - r != 0) return 0; // ±∞
-        const From part = std::fmod(r, From(4294967296));
-        const auto bits = static_cast<std::uint32_t>(std::fabs(part));
+        const From part = fmod(r, From(4294967296));
+        const auto bits = static_cast<std::uint32_t>(fabs(part));
         return static_cast<To>(part < From(0) ? 0u - bits : bits);
     } else {
         const std::int64_t wide = x;
@@ -69,7 +69,7 @@ template <class To, class From> constexpr bool fits(From x, Rounding rounding) n
         return true;
     } else if constexpr (is_real<To>) {
         using Wide = std::common_type_t<To, From>;
-        return std::fabs(Wide(x)) <= Wide(Limits::max());
+        return fabs(Wide(x)) <= Wide(Limits::max());
     } else if constexpr (is_real<From>) {
         const From r = rounded(x, rounding), above = From(Limits::max() / 2 + 1) * From(2); // a power of 2
         return r >= static_cast<From>(Limits::min()) && r < above;

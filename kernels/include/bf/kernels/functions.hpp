@@ -85,8 +85,8 @@ struct SineCosine {
     void operator()(const S& sine, const C& cosine, const U& u) const noexcept {
         for (int i = 0; i < u.size(); ++i) {
             const auto x = opaque(u[i]);
-            sine[i] = std::sin(x);
-            cosine[i] = std::cos(x);
+            sine[i] = sin(x);
+            cosine[i] = cos(x);
         }
     }
 };

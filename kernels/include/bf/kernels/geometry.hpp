@@ -161,7 +161,7 @@ struct QuaternionFromRotation {
         if (r(1, 1) > r(i, i)) i = 1;
         if (r(2, 2) > r(i, i)) i = 2;
         if (trace >= r(i, i)) {
-            const T root = std::sqrt(T(1) + trace), scale = T(0.5) / root;
+            const T root = sqrt(T(1) + trace), scale = T(0.5) / root;
             q[0] = T(0.5) * root;
             q[1] = scale * (r(2, 1) - r(1, 2));
             q[2] = scale * (r(0, 2) - r(2, 0));
@@ -169,7 +169,7 @@ struct QuaternionFromRotation {
             return;
         }
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const T root = std::sqrt(T(1) + r(i, i) - r(j, j) - r(k, k)), twice = r(k, j) - r(j, k);
+        const T root = sqrt(T(1) + r(i, i) - r(j, j) - r(k, k)), twice = r(k, j) - r(j, k);
         const T scale = (twice < T(0) ? T(-0.5) : T(0.5)) / root;
         q[0] = scale * twice;
         q[1 + i] = scale * root * root;
@@ -202,7 +202,7 @@ struct RotationLog {
         using T = Element<W>;
         T q[4] = {};
         QuaternionFromRotation{}(FixedView<T, 4>{q}, r);
-        const T sine = std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+        const T sine = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
         const T scale = sine > T(0) ? T(2) * Atan2::apply<T>(sine, q[0]) / sine : T(2);
         for (int i = 0; i < 3; ++i) w[i] = scale * q[1 + i];
     }
@@ -214,7 +214,7 @@ struct RotationExp {
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class R, class W> void operator()(const R& r, const W& w) const noexcept {
         using T = Element<R>;
-        const T angle = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+        const T angle = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
         const T scale = angle > T(0) ? Sin::apply<T>(angle / 2) / angle : T(0.5);
         const T q[] = {Cos::apply<T>(angle / 2), scale * w[0], scale * w[1], scale * w[2]};
         detail::rotation_of_quaternion(r, FixedView<const T, 4>{q}, T(2)); // of norm 1 as it is made

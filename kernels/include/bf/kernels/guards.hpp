@@ -52,7 +52,7 @@ struct QuantizeEdges {
     template <class G, class Q, class U>
     void operator()(const G& g, const Q& interval, const U& u) const noexcept {
         for (int i = 0; i < g.size(); ++i)
-            g[i] = detail::counted(std::round(u[pick(i, u.size())] / interval[pick(i, interval.size())]));
+            g[i] = detail::counted(round(u[pick(i, u.size())] / interval[pick(i, interval.size())]));
     }
 };
 
@@ -126,7 +126,7 @@ struct FarthestElement {
     template <class G, class U> constexpr void operator()(const G& g, const U& u) const noexcept {
         int farthest = 0;
         for (int i = 1; i < u.size(); ++i)
-            if (std::fabs(u[i]) > std::fabs(u[farthest])) farthest = i;
+            if (fabs(u[i]) > fabs(u[farthest])) farthest = i;
         g[0] = u.size() == 0 ? 0 : u[farthest] < 0 ? -farthest - 1 : farthest + 1;
     }
 };

@@ -103,7 +103,7 @@ template <int C, class T> constexpr bool cholesky_columns(T* l, int height, int 
             for (int k = 0; k < j + c; ++k) left -= l[j + r + k * height] * l[j + c + k * height];
             if (r == c) {
                 positive = positive && left > T(0) && left - left == T(0);
-                left = std::sqrt(left);
+                left = sqrt(left);
             } else {
                 left /= corner[c + c * height];
             }
@@ -267,7 +267,7 @@ struct LeastSquares {
             order[k] = order[pivot];
             order[pivot] = held;
 
-            const T norm = std::sqrt(square);
+            const T norm = sqrt(square);
             if (k == 0) smallest = static_cast<T>(m > n ? m : n) * std::numeric_limits<T>::epsilon() * norm;
             if (!(norm > smallest)) break;
             rank = k + 1;
@@ -291,7 +291,7 @@ struct LeastSquares {
         for (int k = rank - 1; k >= 0 && rank < n; --k) {
             T sum = qr(k, k) * qr(k, k);
             for (int j = rank; j < n; ++j) sum += qr(k, j) * qr(k, j);
-            const T norm = std::sqrt(sum), diagonal = qr(k, k) > T(0) ? -norm : norm;
+            const T norm = sqrt(sum), diagonal = qr(k, k) > T(0) ? -norm : norm;
             const T head = qr(k, k) - diagonal;
             for (int j = rank; j < n; ++j) qr(k, j) /= head;
             qr(k, k) = diagonal;

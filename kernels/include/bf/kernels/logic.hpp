@@ -374,7 +374,7 @@ struct JKFlipFlop {
     template <class Q, class N, class X, class C, class J, class K, class L>
     constexpr void operator()(const Q& q, const N& nq, const X& before, const C& clock_before, const J& j,
                               const K& k, const L& clock) const noexcept {
-        const bool old = before[0];
+        const bool old = static_cast<bool>(before[0]);
         q[0] = !clock[0] && clock_before[0] ? (old ? !k[0] : j[0]) : old;
         nq[0] = !q[0];
     }

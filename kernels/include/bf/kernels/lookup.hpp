@@ -148,7 +148,7 @@ struct AkimaSlopes {
             if (i > n - 2) return inner(n - 2) + R(i - n + 2) * (inner(n - 2) - inner(n - 3));
             return inner(i);
         };
-        const auto weight = [](R a, R b) { return std::fabs(b - a) + std::fabs(b + a) / R(2); };
+        const auto weight = [](R a, R b) { return fabs(b - a) + fabs(b + a) / R(2); };
         for (int i = 0; i < n; ++i) {
             if (n == 1) {
                 slope[i] = 0;

@@ -43,7 +43,7 @@ struct Quantize {
     constexpr void operator()(const Y& y, const Q& interval, const U& u) const noexcept {
         for (int i = 0; i < y.size(); ++i) {
             const Element<Y> q = interval[pick(i, interval.size())];
-            y[i] = q * std::round(u[pick(i, u.size())] / q);
+            y[i] = q * round(u[pick(i, u.size())] / q);
         }
     }
 };

@@ -119,7 +119,7 @@ struct Norm2 {
     template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
         Element<Y> sum = 0;
         for (int i = 0; i < u.size(); ++i) sum += u[i] * u[i];
-        y[0] = std::sqrt(sum);
+        y[0] = sqrt(sum);
     }
 };
 

@@ -9,6 +9,18 @@
 /// their quotient is rounded toward minus infinity, as in Simulink's defaults.
 namespace bf::kernels {
 
+// Kernels call these by their plain names, so that they find those of other kinds of numbers too.
+using std::ceil;
+using std::cos;
+using std::fabs;
+using std::floor;
+using std::fmod;
+using std::pow;
+using std::round;
+using std::sin;
+using std::sqrt;
+using std::trunc;
+
 template <class T> inline constexpr bool is_real = std::is_floating_point_v<T>;
 template <class T> inline constexpr bool is_integer = std::is_integral_v<T> && !std::is_same_v<T, bool>;
 /// double, float and the integers, not bool.
@@ -84,7 +96,7 @@ template <class T> inline T power(T x, T e) noexcept {
     if (e == T(1)) return x;
     if (e == T(2)) return x * x;
     if (e == T(-1)) return T(1) / x;
-    return std::pow(opaque(x), opaque(e));
+    return pow(opaque(x), opaque(e));
 }
 
 /// Larger of both; NaN only if both are.
@@ -100,7 +112,7 @@ template <class T> constexpr T clamp(T x, T lower, T upper) noexcept {
 
 template <class T> constexpr T absolute(T x) noexcept {
     if constexpr (is_real<T>)
-        return std::fabs(x);
+        return fabs(x);
     else if constexpr (std::is_signed_v<T>)
         return x < 0 ? negate(x) : x;
     else
@@ -112,11 +124,10 @@ template <class T> constexpr T absolute(T x) noexcept {
 /// binary number, and rem(0.3, 0.1) would be 0.1 less a little.
 template <class T> constexpr T remainder(T x, T y) noexcept {
     if constexpr (is_real<T>) {
-        const T r = std::fmod(x, y);
-        if (r == T(0) || y == std::floor(y)) return r;
-        const T quotient = std::fabs(x / y);
-        const bool is_whole =
-            std::fabs(quotient - std::round(quotient)) < std::numeric_limits<T>::epsilon() * quotient;
+        const T r = fmod(x, y);
+        if (r == T(0) || y == floor(y)) return r;
+        const T quotient = fabs(x / y);
+        const bool is_whole = fabs(quotient - round(quotient)) < std::numeric_limits<T>::epsilon() * quotient;
         return is_whole ? T(0) : r;
     } else {
         return y == T(0) ? T(0) : static_cast<T>(std::int64_t(x) % std::int64_t(y));
@@ -139,7 +150,7 @@ namespace detail {
 /// What a zero-crossing function counts, less what does not fit into its type; 0 for NaN and infinities.
 template <class T> constexpr std::int32_t counted(T number) noexcept {
     if constexpr (is_real<T>) {
-        const T rest = std::fmod(number, T(1 << 30));
+        const T rest = fmod(number, T(1 << 30));
         return rest == rest ? static_cast<std::int32_t>(rest) : 0;
     } else {
         return static_cast<std::int32_t>(number % (1 << 30));
@@ -148,7 +159,7 @@ template <class T> constexpr std::int32_t counted(T number) noexcept {
 /// x without its fraction: of integers the value, in 64 bits.
 template <class T> constexpr auto whole(T x) noexcept {
     if constexpr (is_real<T>)
-        return std::trunc(x);
+        return trunc(x);
     else
         return static_cast<std::int64_t>(x);
 }

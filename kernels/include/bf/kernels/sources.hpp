@@ -53,9 +53,7 @@ struct SineWave {
 namespace detail {
 /// What is left of x after whole cycles. k · step is seldom n · cycle exactly, so an x less than `slack`
 /// before the end of a cycle counts as the beginning of the next one.
-template <class T> T within(T x, T cycle, T slack) noexcept {
-    return x - std::floor((x + slack) / cycle) * cycle;
-}
+template <class T> T within(T x, T cycle, T slack) noexcept { return x - floor((x + slack) / cycle) * cycle; }
 /// More than rounding makes of a time and of what it was computed from.
 template <class T> constexpr T rounding(T a, T b = 0) noexcept {
     return 4 * std::numeric_limits<T>::epsilon() * (absolute(a) + absolute(b));
@@ -89,7 +87,7 @@ struct PulseEdges {
         for (int i = 0; i < g.size(); ++i) {
             const auto cycle = period[pick(i, period.size())], late = delay[pick(i, delay.size())];
             const auto since = t[0] - late, slack = detail::rounding(t[0], late);
-            const auto before = since < -slack ? -1 : std::floor((since + slack) / cycle);
+            const auto before = since < -slack ? -1 : floor((since + slack) / cycle);
             const bool high = detail::is_high(t[0], cycle, width[pick(i, width.size())], late);
             g[i] = detail::counted(2 * before + (high ? 1 : 2));
         }
@@ -172,7 +170,7 @@ struct WaveEdges {
         const int per_turn = shape == Waveform::sine ? 0 : shape == Waveform::sawtooth ? 1 : 2;
         for (int i = 0; i < g.size(); ++i) {
             const auto turns = frequency[pick(i, frequency.size())] * t[0];
-            g[i] = detail::counted(std::floor(per_turn * (turns + detail::rounding(turns))));
+            g[i] = detail::counted(floor(per_turn * (turns + detail::rounding(turns))));
         }
     }
 };
@@ -200,7 +198,7 @@ struct CycleEdges {
         WithinCycle{}(FixedView<Computed<X, T>, 1>{&at}, points, t);
         int k = 0;
         while (k < last - 1 && at >= points[k + 1]) ++k;
-        g[0] = detail::counted(std::floor((since + detail::rounding(t[0], points[0])) / cycle) * last + k);
+        g[0] = detail::counted(floor((since + detail::rounding(t[0], points[0])) / cycle) * last + k);
     }
 };
 
@@ -209,7 +207,7 @@ struct CountUp {
     static constexpr const char* name = "bf::kernels::CountUp{}";
     template <class Y, class L, class U>
     constexpr void operator()(const Y& y, const L& limit, const U& u) const noexcept {
-        y[0] = u[0] >= limit[0] ? Element<Y>(0) : u[0] + 1;
+        y[0] = u[0] >= limit[0] ? Element<Y>(0) : add(u[0], Element<U>(1));
     }
 };
 

@@ -41,12 +41,12 @@ template <class G, class V> constexpr bool orthogonalize(const G& g, const V& v)
             for (int j = i + 1; j < q; ++j) {
                 T *const x = g.data + i * p, *const y = g.data + j * p;
                 const T xx = detail::dot(x, x, p), yy = detail::dot(y, y, p), xy = detail::dot(x, y, p);
-                if (absolute(xy) <= small * (std::sqrt(xx) * std::sqrt(yy))) continue;
+                if (absolute(xy) <= small * (sqrt(xx) * sqrt(yy))) continue;
                 done = false;
                 const T zeta = (yy - xx) / (T(2) * xy);
-                const T root = absolute(zeta) + std::sqrt(T(1) + zeta * zeta);
+                const T root = absolute(zeta) + sqrt(T(1) + zeta * zeta);
                 const T t = zeta < T(0) ? T(-1) / root : T(1) / root;
-                const T c = T(1) / std::sqrt(T(1) + t * t);
+                const T c = T(1) / sqrt(T(1) + t * t);
                 detail::rotate(x, y, c, c * t, p);
                 detail::rotate(v.data + i * q, v.data + j * q, c, c * t, q);
             }
@@ -77,14 +77,14 @@ struct TruncatedPinv {
 
         T limit = static_cast<T>(tolerance[0]), largest = 0;
         for (int k = 0; k < q; ++k)
-            largest = maximum(largest, std::sqrt(detail::dot(g.data + k * p, g.data + k * p, p)));
+            largest = maximum(largest, sqrt(detail::dot(g.data + k * p, g.data + k * p, p)));
         if (limit < T(0))
             limit = static_cast<T>(p) * (std::nextafter(largest, std::numeric_limits<T>::max()) - largest);
         for (int i = 0; i < y.size(); ++i) y[i] = 0;
         for (int k = 0; k < q; ++k) {
             const View<T> left{(tall ? v.data : g.data) + k * (tall ? q : p), tall ? q : p};
             const View<T> right{(tall ? g.data : v.data) + k * (tall ? p : q), tall ? p : q};
-            const T sigma = std::sqrt(detail::dot(g.data + k * p, g.data + k * p, p));
+            const T sigma = sqrt(detail::dot(g.data + k * p, g.data + k * p, p));
             if (sigma <= limit) continue;
             for (int j = 0; j < right.rows; ++j)
                 detail::add_scaled<T>(y.data + j * left.rows, left.data, right[j] / sigma / sigma, left.rows);

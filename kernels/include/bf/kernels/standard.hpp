@@ -130,7 +130,7 @@ struct IsCase {
     template <class Y, class W, class C, class U>
     constexpr void operator()(const Y& y, const W& which, const C& cases, const U& u) const noexcept {
         int first = 0;
-        while (first < cases.size() && cases[first] != std::trunc(u[0])) ++first;
+        while (first < cases.size() && cases[first] != trunc(u[0])) ++first;
         y[0] = first == static_cast<int>(which[0]);
     }
 };
@@ -188,7 +188,7 @@ template <CheckKind kind> struct Check {
                 sum[0] += kind == CheckKind::rms ? x * x : x / static_cast<Number>(u.size());
             }
             const Number mean = sum[0] / count[0];
-            value[0] = kind == CheckKind::rms ? std::sqrt(mean) : mean;
+            value[0] = kind == CheckKind::rms ? sqrt(mean) : mean;
         }
         passed[0] = value[0] >= at_least[0] && value[0] <= at_most[0];
         if constexpr (kind == CheckKind::always) passed[0] = passed[0] && value[0] != 0;

@@ -1,0 +1,25 @@
+// C11 spellings of types, numbers and functions.
+#pragma once
+
+#include "bf/core/declaration.hpp"
+
+#include <string>
+#include <utility>
+
+namespace bf::codegen {
+
+/// double, float, int8_t, ...
+std::string c_name(Type type);
+/// As `literal` in C++.
+std::string c_literal(double value, Type type);
+
+/// A function of numbers by its name in `kernels/scalar.hpp` or <cmath>, and the type of these numbers.
+using CFunction = std::pair<std::string, Type>;
+/// How it is called: sqrt, sqrtf, or a function of ours with that prefix, e.g. motor_modulo_int8.
+std::string c_name(const CFunction& function, const std::string& prefix);
+/// The definition of a function of ours, which does what that of `kernels/scalar.hpp` does; empty where
+/// <math.h> has it. A function that it calls stands before it: `needs` gives its name, or nothing.
+std::string c_definition(const CFunction& function, const std::string& prefix);
+std::string c_needs(const CFunction& function);
+
+} // namespace bf::codegen

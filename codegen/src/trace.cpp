@@ -1,0 +1,294 @@
+#include "trace.hpp"
+
+#include "bf/kernels/continuous.hpp"
+#include "bf/kernels/discrete.hpp"
+#include "bf/kernels/geometry.hpp"
+#include "bf/kernels/limits.hpp"
+#include "bf/kernels/linear_algebra.hpp"
+#include "bf/kernels/logic.hpp"
+#include "bf/kernels/matrix.hpp"
+#include "bf/kernels/nonlinear.hpp"
+#include "bf/kernels/pid.hpp"
+#include "bf/kernels/reduce.hpp"
+#include "bf/kernels/routing.hpp"
+#include "bf/kernels/sources.hpp"
+#include "bf/kernels/standard.hpp"
+#include "operations.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace bf::codegen {
+
+namespace {
+
+constexpr int most_runs = 600;
+
+// ---- one term of all runs
+
+TermPtr opposite(const TermPtr& x) {
+    if (x->kind == TermKind::number) return number_term(x->value == 0 ? 1 : 0);
+    if (x->kind == TermKind::negation) return x->of[0];
+    return term({.kind = TermKind::negation, .of = {x}, .type = Type::boolean});
+}
+/// Truth values in the order of the kernel's operands; runs ask for them in an order of their own.
+TermPtr joined(TermKind kind, const TermPtr& x, const TermPtr& y) {
+    std::vector<TermPtr> of;
+    for (const auto& one : {x, y})
+        if (one->kind == kind && kind != TermKind::difference)
+            of.insert(of.end(), one->of.begin(), one->of.end());
+        else
+            of.push_back(one);
+    std::stable_sort(of.begin(), of.end(), [](const auto& a, const auto& b) { return a->first < b->first; });
+    bool is_opposite = false;
+    if (kind == TermKind::difference)
+        for (auto& one : of)
+            if (one->kind == TermKind::negation) {
+                one = TermPtr(one)->of[0];
+                is_opposite = !is_opposite;
+            }
+    const TermPtr result = term({.kind = kind, .of = std::move(of), .type = Type::boolean});
+    return is_opposite ? opposite(result) : result;
+}
+
+/// condition ? x : y. Of truth values it is what people write.
+TermPtr choice(const TermPtr& condition, const TermPtr& x, const TermPtr& y, bool is_truth) {
+    if (x->key == y->key) return x;
+    if (is_truth) {
+        if (is_number(x, 1)) return is_number(y, 0) ? condition : joined(TermKind::disjunction, condition, y);
+        if (is_number(y, 0)) return joined(TermKind::conjunction, condition, x);
+        if (is_number(x, 0))
+            return is_number(y, 1) ? opposite(condition)
+                                   : joined(TermKind::conjunction, opposite(condition), y);
+        if (is_number(y, 1)) return joined(TermKind::disjunction, opposite(condition), x);
+        if (opposite(x)->key == y->key) return joined(TermKind::difference, condition, y);
+    }
+    if (y->kind == TermKind::choice && y->of[1]->key == x->key)
+        return choice(joined(TermKind::disjunction, condition, y->of[0]), x, y->of[2], is_truth);
+    if (x->kind == TermKind::choice && x->of[2]->key == y->key)
+        return choice(joined(TermKind::conjunction, condition, x->of[0]), x->of[1], y, is_truth);
+    return term({.kind = TermKind::choice, .of = {condition, x, y}, .type = x->type ? x->type : y->type});
+}
+
+// ---- the kernels
+
+using SymbolView = kernels::View<Symbol>;
+using SymbolList = kernels::ListView<Symbol>;
+enum class List { none, first, last };
+
+struct TracedKernel {
+    std::string_view name;
+    int operands; ///< a list counts as one
+    List list;
+    bool is_elementwise;
+    std::string_view failure;
+    /// False where the kernel says that its operands are wrong.
+    bool (*run)(const SymbolView* views, const SymbolList& list);
+};
+
+template <List list, std::size_t i, std::size_t count>
+decltype(auto) operand(const SymbolView* views, const SymbolList& its) {
+    if constexpr ((list == List::first && i == 0) || (list == List::last && i + 1 == count))
+        return (its);
+    else
+        return (views[i - (list == List::first ? 1 : 0)]);
+}
+template <class K, List list, std::size_t... i> constexpr bool takes(std::index_sequence<i...>) {
+    return std::is_invocable_v<const K&,
+                               decltype(operand<list, i, sizeof...(i)>(
+                                   std::declval<const SymbolView*>(), std::declval<const SymbolList&>()))...>;
+}
+template <class K> constexpr std::string_view failure_text() {
+    if constexpr (requires { K::failure; })
+        return K::failure;
+    else
+        return "the result is not defined for these inputs";
+}
+template <class K> constexpr bool is_elementwise_kernel = requires { K::is_elementwise; };
+template <class K, List list, std::size_t... i>
+bool run(const SymbolView* views, const SymbolList& its, std::index_sequence<i...>) {
+    constexpr auto count = sizeof...(i);
+    if constexpr (std::is_same_v<decltype(K{}(operand<list, i, count>(views, its)...)), bool>)
+        return K{}(operand<list, i, count>(views, its)...);
+    K{}(operand<list, i, count>(views, its)...);
+    return true;
+}
+template <class K, List list, std::size_t count = 1> constexpr TracedKernel kernel() {
+    if constexpr (!takes<K, list>(std::make_index_sequence<count>{}))
+        return kernel<K, list, count + 1>();
+    else
+        return {K::name,
+                static_cast<int>(count),
+                list,
+                is_elementwise_kernel<K>,
+                failure_text<K>(),
+                [](const SymbolView* views, const SymbolList& its) {
+                    return run<K, list>(views, its, std::make_index_sequence<count>{});
+                }};
+}
+template <List list, class... K> constexpr std::array<TracedKernel, sizeof...(K)> kernels_of() {
+    return {kernel<K, list>()...};
+}
+
+namespace k = kernels;
+constexpr auto plain = kernels_of<
+    List::none, k::Copy, k::Gain, k::Add, k::Subtract, k::Multiply, k::Divide, k::Negate, k::Abs, k::Sign,
+    k::Square, k::Minimum, k::Maximum, k::Mod, k::Rem, k::Sqrt, k::SignedSqrt, k::ReciprocalSqrt,
+    k::Reciprocal, k::Exp, k::Log, k::Log10, k::Pow10, k::Sin, k::Cos, k::Tan, k::Asin, k::Acos, k::Atan,
+    k::Sinh, k::Cosh, k::Tanh, k::Asinh, k::Acosh, k::Atanh, k::Floor, k::Ceil, k::Round, k::Fix, k::Power,
+    k::Atan2, k::Hypot, k::Polynomial, k::Saturate, k::DeadZone, k::RateLimit, k::RelayMode, k::ShownMode,
+    k::Choose, k::Backlash, k::Friction, k::WrapToZero, k::HitCrossing, k::Accumulate, k::AccumulateHalf,
+    k::RisingEdge, k::FallingEdge, k::EitherEdge, k::LevelReset, k::Difference, k::FilterOutput,
+    k::FilterUpdate, k::Shift, k::Step, k::Ramp, k::SineWave, k::LimitedRate, k::LimitReached, k::Lag,
+    k::CompanionOutput, k::CompanionRate, k::DifferenceQuotient, k::Equal, k::NotEqual, k::Less, k::LessEqual,
+    k::Greater, k::GreaterEqual, k::Not, k::All, k::Any, k::Inside, k::Changed, k::Increased, k::Decreased,
+    k::SetReset, k::DFlipFlop, k::Advance, k::SumOfElements, k::ProductOfElements, k::MinimumOfElements,
+    k::MaximumOfElements, k::Dot, k::Cross, k::PartOf, k::SineCosine, k::Pulse, k::Interpolate, k::CountUp,
+    k::ElementOf, k::CountAlong, k::Quantize, k::FirstRow, k::FilterState, k::FilterInitial,
+    k::LowPassCoefficients, k::MinimumJerkCoefficients, k::Place, k::Select, k::SelectMatrix, k::Submatrix,
+    k::Assign, k::AssignMatrix, k::RotationX, k::RotationY, k::RotationZ, k::RotationFromRollPitchYaw,
+    k::Skew, k::SkewVee, k::RotationFromQuaternion, k::QuaternionDerivative, k::RotationErrorSkew,
+    k::PoseFromRotationPosition, k::PosePosition, k::PoseRotation, k::PoseComposition, k::PoseInverse,
+    k::AnyPositive, k::TruthTable, k::MatrixProduct, k::ScalarOrMatrixProduct, k::StateSpace, k::Transpose,
+    k::Diagonal, k::DiagonalOf, k::Identity, k::SumOfColumns, k::SumOfRows, k::Norm1, k::Norm2, k::NormInf,
+    k::CumulativeSum, k::Sort, k::FindFirst, k::LookUpRow, k::Assert, k::Count, k::OnDelay, k::StateMachine,
+    k::StateMachineUpdate, k::IsCase, k::AlwaysTrue, k::Wave, k::WithinCycle, k::JKFlipFlop, k::Chirp,
+    k::Check<k::CheckKind::always>, k::Check<k::CheckKind::final>, k::Check<k::CheckKind::maximum>,
+    k::Check<k::CheckKind::minimum>, k::Check<k::CheckKind::rms>, k::Check<k::CheckKind::mean>>();
+constexpr std::array variadic{kernel<k::Pid, List::none, 19>()};
+constexpr auto of_lists =
+    kernels_of<List::last, k::Sum, k::ElementProduct, k::MinimumOfList, k::MaximumOfList, k::And, k::Or,
+               k::Nand, k::Nor, k::Xor, k::Xnor, k::Concatenate, k::ConcatenateVertically, k::BlockDiagonal,
+               k::MultiportSwitch, k::IsFirst, k::Expression>();
+constexpr auto to_lists = kernels_of<List::first, k::Split>();
+
+const TracedKernel* find(std::string_view name) {
+    const TracedKernel* found = nullptr;
+    const auto look = [&](const auto& all) {
+        for (const auto& one : all)
+            if (one.name == name) found = &one;
+    };
+    look(plain);
+    look(variadic);
+    look(of_lists);
+    look(to_lists);
+    return found;
+}
+
+/// All runs of one kernel on the symbols of its operands.
+class Runs {
+  public:
+    /// `computed_in` is the type into which the kernel converts its operands, if it does.
+    Runs(const TracedKernel& kernel, const std::vector<Argument>& arguments, int list_from, int list_size,
+         const Type* computed_in, std::size_t most_terms)
+        : kernel_(kernel), arguments_(arguments), list_from_(list_from), list_size_(list_size),
+          computed_in_(computed_in), most_terms_(most_terms) {}
+
+    /// With these answers to the first conditions.
+    std::optional<Traced> operator()(std::vector<bool> path = {}) {
+        Trace trace{.most_terms = most_terms_, .path = path};
+        std::vector<std::vector<Symbol>> cells;
+        std::vector<SymbolView> views, list;
+        for (std::size_t a = 0; a < arguments_.size(); ++a) {
+            const auto& argument = arguments_[a];
+            cells.emplace_back();
+            for (int e = 0; e < argument.size.count(); ++e)
+                cells.back().push_back(Symbol(symbol(static_cast<int>(a), e, &trace)));
+        }
+        for (std::size_t a = 0; a < arguments_.size(); ++a) {
+            const bool is_listed = static_cast<int>(a) >= list_from_ &&
+                                   static_cast<int>(a) < list_from_ + list_size_ && list_from_ >= 0;
+            (is_listed ? list : views)
+                .emplace_back(cells[a].data(), arguments_[a].size.rows, arguments_[a].size.cols);
+        }
+        const bool is_right =
+            kernel_.run(views.data(), SymbolList(list.data(), static_cast<int>(list.size())));
+        if (trace.has_failed || ++count_ > most_runs) return {};
+        if (trace.conditions.size() == path.size()) {
+            Traced traced{{}, number_term(is_right ? 0 : 1)};
+            for (const auto& its : cells) {
+                traced.terms.emplace_back();
+                for (const auto& cell : its) traced.terms.back().push_back(cell.term());
+            }
+            return traced;
+        }
+        const TermPtr condition = trace.conditions[path.size()];
+        path.push_back(true);
+        auto one = (*this)(path);
+        path.back() = false;
+        const auto other = (*this)(path);
+        if (!one || !other) return {};
+        for (std::size_t a = 0; a < arguments_.size(); ++a)
+            for (std::size_t e = 0; e < one->terms[a].size(); ++e) {
+                TermPtr& term = one->terms[a][e];
+                if (is_number(one->fails, 1)) // what it wrote before means nothing
+                    term = other->terms[a][e];
+                else if (!is_number(other->fails, 1))
+                    term = choice(condition, term, other->terms[a][e], arguments_[a].type == Type::boolean);
+            }
+        one->fails = choice(condition, one->fails, other->fails, true);
+        return one;
+    }
+
+  private:
+    TermPtr symbol(int a, int e, Trace* trace) const {
+        const auto& argument = arguments_[static_cast<std::size_t>(a)];
+        if (!argument.values.empty())
+            return term({.kind = TermKind::number,
+                         .op = argument.text,
+                         .type = argument.type,
+                         .value = argument.values[static_cast<std::size_t>(e)],
+                         .trace = trace});
+        // Two inputs may be wired to one signal; then they are one symbol, which equals itself.
+        const auto same = std::find_if(arguments_.begin(), arguments_.end(), [&](const Argument& other) {
+            return !other.is_written && !argument.is_written && other.values.empty() &&
+                   other.text == argument.text && other.is_array == argument.is_array;
+        });
+        const auto at = same == arguments_.end() ? a : static_cast<int>(same - arguments_.begin());
+        const TermPtr element = term(
+            {.kind = TermKind::element, .type = argument.type, .argument = at, .index = e, .trace = trace});
+        return argument.is_written || !computed_in_ ? element : converted(element, *computed_in_);
+    }
+
+    const TracedKernel& kernel_;
+    const std::vector<Argument>& arguments_;
+    int list_from_, list_size_, count_ = 0;
+    const Type* computed_in_;
+    std::size_t most_terms_;
+};
+
+} // namespace
+
+std::optional<Traced> trace(std::string_view name, const std::vector<Argument>& arguments, int list_from,
+                            int list_size, std::size_t most_terms) {
+    const TracedKernel* const kernel = find(name);
+    const int operands = static_cast<int>(arguments.size()) - (list_from >= 0 ? list_size - 1 : 0);
+    if (!kernel || operands != kernel->operands || (kernel->list != List::none) != (list_from >= 0))
+        return {};
+    const bool is_single = std::any_of(arguments.begin(), arguments.end(),
+                                       [](const Argument& a) { return a.type == Type::float32; });
+    begin_terms(is_single ? Type::float32 : Type::float64);
+    // A formula computes in the type of p, which is its third operand.
+    const bool is_formula = name == k::Expression::name;
+    auto traced = Runs(*kernel, arguments, list_from, list_size, is_formula ? &arguments[2].type : nullptr,
+                       most_terms)();
+    for (std::size_t a = 0; traced && a < arguments.size(); ++a)
+        for (auto& one : traced->terms[a]) {
+            // What a kernel only copies may become another type.
+            const bool is_copy = one->kind == TermKind::element && one->argument != static_cast<int>(a);
+            if (arguments[a].is_written && (is_formula || is_copy)) one = converted(one, arguments[a].type);
+        }
+    return traced;
+}
+
+bool is_elementwise(std::string_view name) {
+    const TracedKernel* const kernel = find(name);
+    return kernel && kernel->is_elementwise;
+}
+
+std::string_view failure_of(std::string_view name) {
+    const TracedKernel* const kernel = find(name);
+    return kernel ? kernel->failure : std::string_view();
+}
+
+} // namespace bf::codegen

@@ -40,7 +40,7 @@ std::string advance_text(int wanted, double h, Type real, const std::vector<Argu
 CGenerator::CGenerator(const Diagram& diagram, const Options& options) : Generator(diagram, options) {
     flatten_ = "";
     control_ = "model->control.";
-    time_ = "model->time_of_step";
+    time_ = step_time_ = "model->time_of_step";
 }
 
 void CGenerator::check() const {
@@ -65,6 +65,10 @@ std::string CGenerator::failing(int n, const std::string& why) const {
 
 std::string CGenerator::unless(const std::string& good, const std::string& otherwise) const {
     return "if (!(" + good + ")) {\n" + indented(otherwise, 4) + "}\n";
+}
+
+std::string CGenerator::time_at(const std::string& steps) const {
+    return "(" + c_name(real()) + ")" + steps + " * " + c_literal(diagram_.step, real());
 }
 
 std::string CGenerator::call_of(const std::string& function) const {
@@ -193,12 +197,11 @@ std::string CGenerator::text_of(const Statement& s, program::Pass pass) {
                       failing(s.node, message(s.failure.text(&block(s.node).declaration()))));
     case Kind::edge: return edge(s);
     case Kind::hit: {
-        const int f = program_.hit[static_cast<std::size_t>(s.number)];
-        if (!used_flags_.contains(f)) return {};
-        const std::string until = control_ + "until_hit_" + number(s.number);
-        return flag(f) + " = (" + until + " == 0);\nif (" + flag(f) + ") {\n    " + until + " = " +
-               std::to_string(diagram_.rates[static_cast<std::size_t>(s.number)].ticks) + ";\n}\n" + until +
-               "--;\n";
+        if (!used_flags_.contains(s.flag)) return {};
+        const auto& hit = program_.flags[static_cast<std::size_t>(s.flag)];
+        const std::string until = control_ + "until_hit_" + hit_name(hit);
+        return flag(s.flag) + " = (" + until + " == 0);\nif (" + flag(s.flag) + ") {\n    " + until + " = " +
+               std::to_string(calls_between(hit)) + ";\n}\n" + until + "--;\n";
     }
     case Kind::fire: {
         if (!timed_rates_.contains(s.number)) return {};

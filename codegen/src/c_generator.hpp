@@ -25,6 +25,11 @@ class CGenerator final : public Generator {
     std::string assignment(const std::string& to, const Slot& to_slot, const std::string& from,
                            const Slot& from_slot) const override;
     std::string failing(int node, const std::string& why) const override;
+    std::string unless_failed() const override {
+        return "    if (model->failure != NULL) {\n        return false;\n    }\n";
+    }
+    std::string rate_functions() const override;
+    std::string time_at(const std::string& steps) const override;
     std::string unless(const std::string& good, const std::string& otherwise) const override;
     std::string is_positive(const Node::End& end) const override;
     std::string text_of(const program::Statement& statement, program::Pass pass) override;

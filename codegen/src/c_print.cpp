@@ -40,6 +40,15 @@ std::string CGenerator::control_members() const {
     return text;
 }
 
+std::string CGenerator::rate_functions() const {
+    if (!is_split()) return {};
+    std::string text = rate_rules("//");
+    for (const auto& task : program_.tasks)
+        text += "// " + rate_doc(task) + "\nbool " + file_ + "_step_" + rate_name(task.rate) + "(" + file_ +
+                "_model *model);\n";
+    return text;
+}
+
 std::string CGenerator::header() {
     const std::string guard = upper(file_) + "_H", real = c_name(this->real()), p = file_ + "_";
     const std::string control = control_members();
@@ -80,8 +89,8 @@ std::string CGenerator::header() {
         " // of the solver's stages");
     add("workspace", workspace_, "workspace", "");
     if (!control.empty()) text += "    " + p + "control control;\n";
-    text += "    int64_t steps;\n    " + real +
-            " time_of_step; // [s]\n    const char *failed_block;\n    const char "
+    text += "    int64_t steps;\n" + (is_split() ? "" : "    " + real + " time_of_step; // [s]\n") +
+            "    const char *failed_block;\n    const char "
             "*failure;\n} " +
             p + "model;\n\n" + "// Of a step, and of the whole run [s].\n#define " + upper(file_) +
             "_PERIOD " + c_literal(diagram_.step, Type::float64) + "\n#define " + upper(file_) +
@@ -99,8 +108,8 @@ std::string CGenerator::header() {
             p + "step(" + p +
             "model *model);\n// The halves of a step: signals and outputs from inputs and states; the next "
             "states.\nbool " +
-            p + "output(" + p + "model *model);\nbool " + p + "update(" + p +
-            "model *model);\n// Recomputes what follows from parameters alone.\nbool " + p +
+            p + "output(" + p + "model *model);\nbool " + p + "update(" + p + "model *model);\n" +
+            rate_functions() + "// Recomputes what follows from parameters alone.\nbool " + p +
             "compute_constants(" + p + "model *model);\n// Of the next step [s].\ndouble " + p +
             "time(const " + p + "model *model);\n\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n";
     return text;
@@ -127,8 +136,9 @@ std::string CGenerator::source(const Calls& calls) {
                           zero("continuous", continuous_, "continuous") +
                           zero("rates", continuous_, "continuous") +
                           (control_members().empty() ? "" : "    model->control = (" + p + "control){0};\n") +
-                          "    model->steps = 0;\n    " + time_ + " = " + c_literal(0, real()) +
-                          ";\n    model->failed_block = NULL;\n    model->failure = NULL;\n" +
+                          "    model->steps = 0;\n" +
+                          (is_split() ? "" : "    " + step_time_ + " = " + c_literal(0, real()) + ";\n") +
+                          "    model->failed_block = NULL;\n    model->failure = NULL;\n" +
                           values("model->states", states_) + values("model->continuous", continuous_);
     for (const auto& quantity : control_quantities())
         if (!quantity.value.empty() && quantity.value != "0")
@@ -152,29 +162,33 @@ std::string CGenerator::source(const Calls& calls) {
     body += "bool " + p + "initialize" + parameter + "\n{\n" + initial +
             give_up(p + "compute_constants(model)") + Generator::text_of(program_.begin, program::first, 4) +
             "    return true;\n}\n\n";
-    const std::string failed = "    if (model->failure != NULL) {\n        return false;\n    }\n";
-    std::string outputs;
-    for (const auto& field : outputs_)
-        outputs += indented(assignment("model->outputs." + field.member, *field.slot,
-                                       place_of(field.end).text(), diagram_.slot(field.end)),
-                            4);
     const auto evaluation = [&](const std::string& name, const std::string& its, const std::string& doc) {
         return "// " + doc + "\n" + head_of(name) + "\n{\n" + (its == "true" ? "    (void)model;\n" : "") +
                "    return " + its + ";\n}\n\n";
     };
-    std::string middle = evaluation("compute", calls.outputs, "The signals of the step.");
-    for (int i = 0; i < static_cast<int>(procedures_.size()); ++i) middle += procedure_function(i);
+    std::string middle = is_split() ? "" : evaluation("compute", calls.outputs, "The signals of the step.");
+    middle += procedure_functions() + task_functions(calls);
     if (has_continuous_states()) middle += runge_kutta(calls);
     body += "bool " + p + "compute_constants" + parameter + "\n{\n" +
             (calls.constants == "true" ? "    (void)model;\n" : "") + "    return " + calls.constants +
             ";\n}\n\n";
-    body += "bool " + p + "output" + parameter + "\n{\n" + failed + "    " + time_ + " = (" + c_name(real()) +
-            ")model->steps * " + c_literal(diagram_.step, real()) + ";\n" +
-            Generator::text_of(program_.step, program::first, 4) + outputs + "    return true;\n}\n\n";
-    body += "bool " + p + "update" + parameter + "\n{\n" + failed + calls.update +
+    body += "bool " + p + "output" + parameter + "\n{\n" + unless_failed();
+    if (is_split()) {
+        body += task_calls(calls, "output");
+    } else {
+        body += "    " + step_time_ + " = " + time_at("model->steps") + ";\n" +
+                Generator::text_of(program_.step, program::first, 4);
+        for (const auto& field : outputs_) body += indented(copy_of(field), 4);
+    }
+    body += "    return true;\n}\n\n";
+    body += "bool " + p + "update" + parameter + "\n{\n" + unless_failed() +
+            (is_split() ? task_calls(calls, "update") : calls.update) +
             "    model->steps++;\n    return true;\n}\n\n";
     body += "bool " + p + "step" + parameter + "\n{\n    return " + p + "output(model) && " + p +
             "update(model);\n}\n\n";
+    for (const auto& task : calls.tasks)
+        body += "bool " + p + "step_" + task.name + parameter + "\n{\n    return " +
+                call_of("output_" + task.name) + " && " + call_of("update_" + task.name) + ";\n}\n\n";
     body += "double " + p + "time(const " + p + "model *model)\n{\n    return (double)model->steps * " +
             upper(file_) + "_PERIOD;\n}\n";
     std::string pieces;
@@ -183,7 +197,10 @@ std::string CGenerator::source(const Calls& calls) {
     for (const auto& declaration : declarations_) declarations += declaration + "\n";
     for (const auto& procedure : procedures_) declarations += declaration_of(procedure) + "\n";
     if (has_continuous_states()) declarations += declaration_of("integrate") + "\n";
-    declarations += declaration_of("compute") + "\n";
+    if (!is_split()) declarations += declaration_of("compute") + "\n";
+    for (const auto& task : calls.tasks)
+        for (const char* half : {"output_", "update_"})
+            declarations += declaration_of(half + task.name) + "\n";
     std::string functions;
     std::set<std::string> defined;
     for (const auto& function : functions_) {
@@ -272,8 +289,10 @@ std::string CGenerator::make_file() const {
            file_ + "_model STATIC " + file_ + ".c)\ntarget_include_directories(" + file_ +
            "_model PUBLIC .)\nif(UNIX)\n    "
            "target_link_libraries(" +
-           file_ + "_model PUBLIC m)\nendif()\nadd_executable(run_" + file_ +
-           " main.c)\ntarget_link_libraries(run_" + file_ + " PRIVATE " + file_ + "_model)\n";
+           file_ + "_model PUBLIC m)\nendif()\n" +
+           (options_.embedded ? ""
+                              : "add_executable(run_" + file_ + " main.c)\ntarget_link_libraries(run_" +
+                                    file_ + " PRIVATE " + file_ + "_model)\n");
 }
 
 std::string CGenerator::read_me() const {
@@ -284,9 +303,9 @@ std::string CGenerator::read_me() const {
            literal(diagram_.step, Type::float64) +
            " s and read `outputs`. No function uses the heap, and a model\nknows no other. `blocks.md` says "
            "which lines "
-           "each block became.\n\n```\ncmake -S . -B build && cmake --build build\n./build/run_" +
-           file_ +
-           "\n```\n\nThe results equal those of the simulation bit for bit, as long as the compiler neither "
+           "each block became.\n\n```\ncmake -S . -B build && cmake --build build\n" +
+           (options_.embedded ? "" : "./build/run_" + file_ + "\n") +
+           "```\n\nThe results equal those of the simulation bit for bit, as long as the compiler neither "
            "fuses "
            "multiplications and additions\n(`-ffp-contract=off`) nor reorders them (no `-ffast-math`).\n";
 }
@@ -298,8 +317,7 @@ Files CGenerator::run() {
     Calls calls;
     find_flags_in_use();
     calls.constants = functions("constants", guarded(program_.constants));
-    print_outputs(calls);
-    calls.update = update_body();
+    print_step(calls);
     calls.derivatives = functions("derivatives", guarded(program_.derivatives));
     const std::string text = source(calls);
     if (!refused_.empty()) {
@@ -315,7 +333,7 @@ Files CGenerator::run() {
     files["CMakeLists.txt"] = make_file();
     files["README.md"] = read_me();
     files["blocks.md"] = blocks_page(files);
-    files["main.c"] = main_program();
+    if (!options_.embedded) files["main.c"] = main_program();
     return files;
 }
 

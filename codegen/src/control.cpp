@@ -65,9 +65,16 @@ void Generator::find_flags_in_use() {
             self(self, s.otherwise);
         }
     };
-    for (const auto* part :
-         {&program_.step, &program_.outputs, &program_.update, &program_.derivatives, &program_.guards})
-        find(find, *part);
+    if (is_split()) {
+        for (const auto& task : program_.tasks) {
+            for (const auto* part : {&task.outputs, &task.update}) find(find, *part);
+            const auto& rate = diagram_.rates[static_cast<std::size_t>(task.rate)];
+            if (rate.ticks > 1) used_flags_.insert(program_.hit[static_cast<std::size_t>(task.rate)]);
+        }
+    } else {
+        for (const auto* part : {&program_.step, &program_.outputs, &program_.update}) find(find, *part);
+    }
+    for (const auto* part : {&program_.derivatives, &program_.guards}) find(find, *part);
     if (!options_.embedded) // recorders ask for them
         for (std::size_t r = 0; r < diagram_.rates.size(); ++r)
             if (diagram_.rates[r].trigger > 0) used_flags_.insert(program_.hit[r]);
@@ -84,7 +91,7 @@ std::string Generator::flag(int f) const {
     case program::Flag::Kind::hit:
         return control_ + ((diagram_.rates[static_cast<std::size_t>(flag.number)].trigger > 0 ? "has_fired_"
                                                                                               : "is_hit_") +
-                           n);
+                           hit_name(flag));
     case program::Flag::Kind::enabled: return control_ + "is_enabled_" + n;
     case program::Flag::Kind::triggered: return control_ + "is_triggered_" + n;
     case program::Flag::Kind::ran: return control_ + "has_run_" + number(f);
@@ -187,19 +194,18 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
                (is_dynamic() ? ".data()" : "") + ");\n";
     }
     case Kind::hit: {
-        const int f = program_.hit[static_cast<std::size_t>(s.number)];
         const std::string hosted =
             has_hosted() ? "hosted_->hit(" + number(s.number) + ", time_);\n" : std::string();
-        if (!used_flags_.contains(f)) return hosted;
-        const std::string until = control_ + "until_hit_" + number(s.number);
-        return flag(f) + " = " + until + "-- == 0;\nif (" + flag(f) + ") " +
-               (hosted.empty() ? "" : "{\n    ") + until + " = " +
-               std::to_string(diagram_.rates[static_cast<std::size_t>(s.number)].ticks - 1) + ";\n" +
-               (hosted.empty() ? "" : "    " + hosted + "}\n");
+        if (!used_flags_.contains(s.flag)) return hosted;
+        const auto& hit = program_.flags[static_cast<std::size_t>(s.flag)];
+        const std::string until = control_ + "until_hit_" + hit_name(hit);
+        return flag(s.flag) + " = " + until + "-- == 0;\nif (" + flag(s.flag) + ") " +
+               (hosted.empty() ? "" : "{\n    ") + until + " = " + std::to_string(calls_between(hit) - 1) +
+               ";\n" + (hosted.empty() ? "" : "    " + hosted + "}\n");
     }
     case Kind::fire:
         return (timed_rates_.contains(s.number)
-                    ? "bf::program::fire(control_.clock_" + number(s.number) + ", time_);\n"
+                    ? "bf::program::fire(control_.clock_" + number(s.number) + ", " + time_ + ");\n"
                     : "") +
                (has_hosted() ? "hosted_->fire(" + number(s.number) + ", time_);\n" : std::string());
     case Kind::when: {
@@ -271,11 +277,18 @@ std::vector<Generator::ControlQuantity> Generator::control_quantities() const {
     for (const int f : used_flags_)
         if (const auto& its = program_.flags[static_cast<std::size_t>(f)];
             its.kind == program::Flag::Kind::hit)
-            if (const auto& rate = diagram_.rates[static_cast<std::size_t>(its.number)]; rate.trigger == 0)
-                all.push_back({"int64_t", "until_hit_" + number(its.number),
-                               "steps to the next one, every " +
+            if (diagram_.rates[static_cast<std::size_t>(its.number)].trigger == 0)
+                all.push_back({"int64_t", "until_hit_" + hit_name(its),
+                               (its.task < 0 ? "steps" : "calls") + std::string(" to the next one, every ") +
                                    literal(diagram_.period(its.number), Type::float64) + " s",
-                               std::to_string(rate.offset)});
+                               std::to_string(calls_before(its))});
+    for (const auto& task : program_.tasks) {
+        const std::string r = number(task.rate);
+        all.push_back({"int64_t", "steps_" + r,
+                       "of the model before this call of step_" + rate_name(task.rate),
+                       std::to_string(diagram_.rates[static_cast<std::size_t>(task.rate)].offset)});
+        all.push_back({cpp_name(real()), "time_" + r, "of this call [s]"});
+    }
     for (int m = 0; m < static_cast<int>(program_.memories.size()); ++m) {
         const auto& signal = program_.memories[static_cast<std::size_t>(m)].signal;
         const std::string name = name_of(memory(m)),
@@ -296,7 +309,10 @@ std::vector<Generator::ControlQuantity> Generator::control_quantities() const {
 std::string Generator::control_declarations() const {
     std::string text, members;
     for (const auto& name : procedures_) text += "    bool " + name + "() noexcept;\n";
-    text += "    bool compute() noexcept;\n";
+    if (!is_split()) text += "    bool compute() noexcept;\n";
+    for (const auto& task : program_.tasks)
+        for (const char* half : {"output_", "update_"})
+            text += "    bool " + (half + rate_name(task.rate)) + "() noexcept;\n";
     if (!guards_.empty()) text += "    bool compute_again() noexcept;\n    bool find_crossings() noexcept;\n";
     for (const auto& [type, name, doc, value] : control_quantities())
         members += "        " +
@@ -332,9 +348,8 @@ std::string Generator::control_resets() const {
     return text;
 }
 
-std::string Generator::procedure_function(int number) {
-    const auto& procedure = program_.procedures[static_cast<std::size_t>(number)];
-    std::string locals;
+std::string Generator::procedure_functions() {
+    std::string text, locals;
     const auto find = [&](const auto& self, const Statements& statements) -> void {
         for (const auto& s : statements) {
             if (s.flag >= 0 &&
@@ -345,9 +360,16 @@ std::string Generator::procedure_function(int number) {
             self(self, s.body);
         }
     };
-    find(find, procedure.body);
-    return "// " + comment(procedure.name) + "\n" + head_of(procedures_[static_cast<std::size_t>(number)]) +
-           " {\n" + locals + text_of(procedure.body, program::first, 4) + "    return true;\n}\n\n";
+    for (std::size_t i = 0; i < procedures_.size(); ++i) {
+        const auto& procedure = program_.procedures[i];
+        time_ = time_of(procedure.task);
+        locals.clear();
+        find(find, procedure.body);
+        text += "// " + comment(procedure.name) + "\n" + head_of(procedures_[i]) + " {\n" + locals +
+                text_of(procedure.body, program::first, 4) + "    return true;\n}\n\n";
+    }
+    time_ = time_inside();
+    return text;
 }
 
 int Generator::guard_count() const {
@@ -389,7 +411,7 @@ std::vector<Guarded> Generator::guarded(const Statements& statements, program::P
 }
 
 /// What takes part in the same evaluations of the outputs is printed once for all of them.
-void Generator::print_outputs(Calls& calls) {
+void Generator::print_outputs(const Statements& outputs, Calls& calls) {
     struct Part {
         int passes;
         std::vector<Guarded> all;
@@ -401,7 +423,7 @@ void Generator::print_outputs(Calls& calls) {
         if (all.empty() || all.back().condition != when) all.push_back({when, {}});
         all.back().statements.push_back(text);
     };
-    for (const auto& s : program_.outputs)
+    for (const auto& s : outputs)
         for (const auto& one : s.kind == Kind::when ? s.body : Statements{s}) {
             std::vector<std::pair<std::string, int>> texts; // and the passes of each
             for (const auto pass : {program::first, program::again, program::inside}) {
@@ -415,7 +437,7 @@ void Generator::print_outputs(Calls& calls) {
                 add(s.kind == Kind::when ? condition(s.when) : "", text, passes);
         }
     const auto append = [](std::string& to, const std::string& more) {
-        if (more != "true") to += (to.empty() ? "" : " && ") + more;
+        if (more != "true") to = (to.empty() || to == "true" ? "" : to + " && ") + more;
     };
     for (const auto& [passes, all] : parts) {
         const std::string some = functions("outputs", all);
@@ -428,9 +450,8 @@ void Generator::print_outputs(Calls& calls) {
 }
 
 /// Computations stand in functions of their own.
-std::string Generator::update_body() {
+std::string Generator::update_body(const Statements& all) {
     std::string text;
-    const auto& all = program_.update;
     for (auto first = all.begin(); first != all.end();) {
         const auto last = std::find_if_not(first, all.end(), is_computation);
         if (last != first) {

@@ -50,7 +50,11 @@ std::vector<std::string> hosted_blocks(const Diagram& diagram) {
 bool has_hosted_blocks(const Diagram& diagram) { return !hosted_blocks(diagram).empty(); }
 
 Generator::Generator(const Diagram& diagram, const Options& options)
-    : diagram_(diagram), options_(options), program_(program::lower(diagram)),
+    : diagram_(diagram), options_(options), program_([&] {
+          auto program = program::lower(diagram);
+          if (options.has_function_per_rate) split_problems_ = program::split(program);
+          return program;
+      }()),
       formulas_(options.has_runtime_sizes ? Formulas() : formulas_of(diagram)), class_(class_name(diagram)),
       file_(file_name(diagram)) {
     for (const auto& formula : formulas_.formulas)
@@ -87,9 +91,16 @@ void Generator::check() const {
     if (is_dynamic() && options_.embedded)
         problems +=
             "\n  sizes at run time need a heap, which embedded code does without; leave one of both out";
-    if (options_.single && !options_.embedded)
+    if (options_.single && !options_.embedded && options_.language == Language::cpp)
         problems +=
             "\n  single precision is for embedded code: it does not equal the simulation; add --embedded";
+    for (const auto& problem : split_problems_) problems += "\n  " + problem;
+    if (options_.has_function_per_rate && has_hosted())
+        problems += "\n  a function per rate needs blocks that are rules alone: what a class shares between "
+                    "rates is not known; leave --functions-per-rate out, or these blocks:";
+    for (std::size_t n = 0; n < diagram_.nodes.size() && options_.has_function_per_rate; ++n)
+        if (is_hosted(static_cast<int>(n)))
+            problems += " " + diagram_.nodes[n].path + " (" + diagram_.nodes[n].type + ")";
     if (problems.empty()) return;
     throw GenerationError("no code can be generated for '" + diagram_.name + "':" + problems +
                           "\nreplace these blocks, or generate the part of the model without them");
@@ -216,7 +227,7 @@ std::optional<std::vector<std::string>> Generator::equations(int n, const Call& 
 std::string Generator::operand(int n, const Call::Reference& from, std::string& constants) {
     const char* direction = from.is_written ? "out" : "in";
     switch (from.source) {
-    case Call::Source::time: return "in(time_)";
+    case Call::Source::time: return "in(" + time_ + ")";
     case Call::Source::period: {
         const int rate = node(n).rate;
         if (diagram_.rates[static_cast<std::size_t>(rate)].trigger > 0) {

@@ -72,6 +72,8 @@ class Generator {
     const DiagramNode& node(int n) const { return diagram_.nodes[static_cast<std::size_t>(n)]; }
 
     virtual void check() const;
+    /// Has each rate functions of its own?
+    bool is_split() const { return !program_.tasks.empty(); }
     bool has_continuous_states() const { return !continuous_.empty(); }
     /// Made by the factory from its plugin at the start of the program, because it is more than rules that
     /// can be printed.
@@ -115,6 +117,10 @@ class Generator {
         std::string outputs, again, inside; ///< by pass
         int inner_statements = 0;           ///< that the solver evaluates inside a step
         std::string update;                 ///< statements
+        struct Task {
+            std::string name, outputs, update;
+        };
+        std::vector<Task> tasks; ///< of the program's, where it is split
     };
 
     // The statements of the program.
@@ -142,7 +148,7 @@ class Generator {
     std::string has_fired() const;
     std::vector<SignalName> recorded_rows() const;
     std::string run_library(const Files& files) const;
-    std::string procedure_function(int procedure);
+    std::string procedure_functions();
     /// Of a function of the model without arguments that may fail: a call, a declaration, the head of the
     /// definition.
     virtual std::string call_of(const std::string& function) const { return function + "()"; }
@@ -156,8 +162,42 @@ class Generator {
     int guard_count() const; ///< elements
     int crossed_flag() const;
     std::vector<Guarded> guarded(const program::Statements& statements, program::Pass pass = program::first);
-    void print_outputs(Calls& calls);
-    std::string update_body();
+    /// Adds to what is called there.
+    void print_outputs(const program::Statements& outputs, Calls& calls);
+    std::string update_body(const program::Statements& update);
+    /// Outputs and updates, of all or of each task.
+    void print_step(Calls& calls);
+    /// The functions that one task consists of, behind each other.
+    std::string task_functions(const Calls& calls);
+    /// Statements of output() and update() where tasks do it.
+    std::string task_calls(const Calls& calls, const std::string& half);
+    /// "10ms": of the functions at a rate.
+    std::string rate_name(int rate) const;
+    static std::string rate_rules(const std::string& slashes); ///< of calling them, as comments
+    virtual std::string rate_functions() const;                ///< declarations
+    /// "Every 0.01 s, ...": of the function of a task.
+    std::string rate_doc(const program::Task& task) const;
+    std::string of_task(const std::string& quantity, int rate) const {
+        return control_ + quantity + "_" + number(rate);
+    }
+    /// The time of a statement of that task, of the whole step for -1.
+    std::string time_of(int task) const { return task < 0 ? step_time_ : of_task("time", task); }
+    std::string time_inside() const; ///< a step, where a solver evaluates
+    /// Statement by which a function does nothing after a failure; the product of steps and period.
+    virtual std::string unless_failed() const { return "    if (failure_) return false;\n"; }
+    virtual std::string time_at(const std::string& steps) const {
+        return "Real(" + steps + ") * Real(period)";
+    }
+    /// A copy to a port of the root.
+    std::string copy_of(const Field& output) const {
+        return assignment(in_structure("outputs") + "." + output.member, *output.slot,
+                          place_of(output.end).text(), *output.slot);
+    }
+    /// How often a task asks for a hit until the next one, and before the first.
+    std::int64_t calls_between(const program::Flag& hit) const;
+    std::int64_t calls_before(const program::Flag& hit) const;
+    /// "2", or "2_in_1" in the calls of a task.
+    static std::string hit_name(const program::Flag& hit);
 
     /// Spreads guarded statements over functions `family_1`, ... and returns the calls of all.
     std::string functions(const std::string& family, const std::vector<Guarded>& all);
@@ -204,8 +244,10 @@ class Generator {
 
     const Diagram& diagram_;
     Options options_;
-    std::string flatten_ = "[[gnu::flatten]] ";          ///< before a function that kernels are joined into
-    std::string control_ = "control_.", time_ = "time_"; ///< before what controls a step; of this step
+    std::string flatten_ = "[[gnu::flatten]] "; ///< before a function that kernels are joined into
+    std::string control_ = "control_.", step_time_ = "time_"; ///< before what controls a step; of this step
+    std::string time_ = step_time_;                           ///< of what is printed
+    std::vector<std::string> split_problems_;                 ///< what stands against a function per rate
     const program::Program program_;
     int loop_depth_ = 0;                                            ///< of what is printed
     std::set<int> used_flags_;                                      ///< of the program: what asks for others?

@@ -38,7 +38,7 @@ bool @prefix@_step(@prefix@_model* model);
    the solver's last stage. */
 bool @prefix@_output(@prefix@_model* model);
 bool @prefix@_update(@prefix@_model* model);
-void @prefix@_terminate(@prefix@_model* model);
+@rates@void @prefix@_terminate(@prefix@_model* model);
 
 double @prefix@_period(void);                         /* of a step [s] */
 double @prefix@_time(const @prefix@_model* model); /* of the next step [s] */
@@ -74,7 +74,7 @@ bool @prefix@_initialize(@prefix@_model* model) { return model->initialize(); }
 bool @prefix@_step(@prefix@_model* model) { return model->step(); }
 bool @prefix@_output(@prefix@_model* model) { return model->output(); }
 bool @prefix@_update(@prefix@_model* model) { return model->update(); }
-void @prefix@_terminate(@prefix@_model* model) { model->terminate(); }
+@rates_of_source@void @prefix@_terminate(@prefix@_model* model) { model->terminate(); }
 double @prefix@_period(void) { return @Class@::period; }
 double @prefix@_time(const @prefix@_model* model) { return model->time(); }
 const char* @prefix@_failed_block(const @prefix@_model* model) { return model->failed_block(); }
@@ -425,7 +425,16 @@ void Generator::add_interfaces(Files& files) const {
     source += is_dynamic() ? c_elaborate_source : c_load_source;
     header += accessors + "\n" + c_functions + "\n#ifdef __cplusplus\n}\n#endif\n";
     source += "\n} // extern \"C\"\n";
-    const Marks marks{{"@folder_member@", has_hosted() ? ", own_folder" : ""},
+    std::string rates, rates_of_source;
+    for (const auto& task : program_.tasks) {
+        const std::string head =
+            "bool " + file_ + "_step_" + rate_name(task.rate) + "(" + file_ + "_model* model)";
+        rates += "/* " + rate_doc(task) + " The class has the rules of calling it. */\n" + head + ";\n";
+        rates_of_source += head + " { return model->step_" + rate_name(task.rate) + "(); }\n";
+    }
+    const Marks marks{{"@rates@", rates},
+                      {"@rates_of_source@", rates_of_source},
+                      {"@folder_member@", has_hosted() ? ", own_folder" : ""},
                       {"@folder_argument@", has_hosted() ? ", folder=\"\"" : ""},
                       {"@folder_doc@", has_hosted() ? " Relative file names of\n        blocks are meant "
                                                       "from `folder` instead of the model's folder."

@@ -162,7 +162,8 @@ std::string Generator::header(const Calls& calls) const {
         "    bool output() noexcept;\n"
         "    /// Computes the next states; call it after output().\n"
         "    bool update() noexcept;\n"
-        "    void terminate() noexcept;\n\n"
+        "    void terminate() noexcept;\n\n" +
+        rate_functions() +
         "    double time() const noexcept { return static_cast<double>(steps_) * period; } ///< of the "
         "next step [s]\n"
         "    std::int64_t steps() const noexcept { return steps_; }\n"
@@ -247,9 +248,20 @@ std::string Generator::header(const Calls& calls) const {
                           "why they could not be made\n    "
                           "std::vector<bf::generated::Entry> arguments_; // changed ones\n"
                         : "") +
-        "    std::int64_t steps_ = 0;\n    Real time_ = 0; // of this step [s]\n" +
+        "    std::int64_t steps_ = 0;\n" + (is_split() ? "" : "    Real time_ = 0; // of this step [s]\n") +
         "    const char* failed_block_ = nullptr;\n    const char* failure_ = nullptr;\n};\n";
     return text;
+}
+
+std::string Generator::rate_functions() const {
+    if (!is_split()) return {};
+    std::string text = indented(rate_rules("///"), 4);
+    for (const auto& task : program_.tasks) {
+        const std::string name = rate_name(task.rate);
+        text += "    /// " + rate_doc(task) + "\n    bool step_" + name + "() noexcept { return output_" +
+                name + "() && update_" + name + "(); }\n";
+    }
+    return text + "\n";
 }
 
 std::string Generator::main_source(const Calls& calls) {
@@ -261,8 +273,8 @@ std::string Generator::main_source(const Calls& calls) {
         text += "    renew(continuous);\n    renew(rates_);\n"
                 "    for (int i = 0; i < " +
                 number(continuous_size()) + "; ++i) elements<Real>(rates_)[i] = 0;\n";
-    text += "    steps_ = 0;\n    time_ = 0;\n    failed_block_ = failure_ = "
-            "nullptr;\n";
+    text += std::string("    steps_ = 0;\n") + (is_split() ? "" : "    time_ = 0;\n") +
+            "    failed_block_ = failure_ = nullptr;\n";
     if (is_dynamic()) text += "    if (!start_hosted_blocks()) return false;\n    is_initialized_ = true;\n";
     text += control_resets();
     for (const auto& field : is_dynamic() ? std::vector<Field>() : signals_)
@@ -278,17 +290,19 @@ std::string Generator::main_source(const Calls& calls) {
                          : "    if (!compute_constants()) return false;\n";
     text += text_of(program_.begin, program::first, 4) + "    return true;\n}\n\n";
 
-    text += "// The signals of the step.\nbool " + class_ + "::compute() noexcept { return " + calls.outputs +
-            "; }\n\n";
-    text +=
-        flattened(calls) + ("bool " + class_) +
-        "::output() noexcept {\n    if (failure_) return false;\n    time_ = Real(steps_) * Real(period);\n" +
-        text_of(program_.step, program::first, 4);
-    for (const auto& field : outputs_)
-        text += "    " +
-                assignment("outputs." + field.member, *field.slot, place_of(field.end).text(), *field.slot);
-    text += "    return true;\n}\n\n" + (flattened(calls) + ("bool " + class_)) +
-            "::update() noexcept {\n    if (failure_) return false;\n" + calls.update +
+    if (!is_split())
+        text += "// The signals of the step.\nbool " + class_ + "::compute() noexcept { return " +
+                calls.outputs + "; }\n\n";
+    text += flattened(calls) + ("bool " + class_) + "::output() noexcept {\n" + unless_failed();
+    if (is_split()) {
+        text += task_calls(calls, "output");
+    } else {
+        text += "    " + step_time_ + " = " + time_at("steps_") + ";\n" +
+                text_of(program_.step, program::first, 4);
+        for (const auto& field : outputs_) text += "    " + copy_of(field);
+    }
+    text += "    return true;\n}\n\n" + (flattened(calls) + ("bool " + class_)) + "::update() noexcept {\n" +
+            unless_failed() + (is_split() ? task_calls(calls, "update") : calls.update) +
             "    ++steps_;\n    return true;\n}\n\nvoid " + class_ + "::terminate() noexcept {" +
             (has_hosted() ? "\n    if (hosted_) hosted_->stop();\n" : "") +
             "}\n\n"
@@ -297,7 +311,7 @@ std::string Generator::main_source(const Calls& calls) {
             "; }\n\n// What follows from variables.\nbool " + class_ + "::follow() noexcept { return " +
             calls.follow + "; }\n\n";
     if (has_continuous_states()) text += integration(calls);
-    for (int i = 0; i < static_cast<int>(procedures_.size()); ++i) text += procedure_function(i);
+    text += procedure_functions() + task_functions(calls);
     if (!guards_.empty()) text += crossings_functions(calls);
     text += "bool " + class_ +
             "::fail(const char* block, const char* text) noexcept {\n"
@@ -353,15 +367,15 @@ std::string Generator::integration(const Calls& calls) const {
     for (const auto& field : continuous_)
         lost += "!is_finite(continuous." + field.member + ") ? " + literal(node(field.end.node).path) + " : ";
     return "// Inside a step: the continuous signals that derivatives depend on.\nbool " + class_ +
-           "::evaluate(Real at) noexcept {\n    time_ = at;\n" + go_to + "    return " + calls.inside +
-           ";\n}\n\n" + flattened(calls) + "bool " + class_ + "::integrate() noexcept {\n" +
+           "::evaluate(Real at) noexcept {\n    " + time_ + " = at;\n" + go_to + "    return " +
+           calls.inside + ";\n}\n\n" + flattened(calls) + "bool " + class_ + "::integrate() noexcept {\n" +
            (is_joined(calls) ? "    Real " + solver_memory("start", "slopes") + ";\n" : "") +
            "    // In stage 0 the signals are computed already.\n"
            "    const auto derivative = [&](int stage, Real at) { return (stage == 0 || evaluate(at)) && " +
            calls.derivatives +
            "; };\n    const bool good = "
            "kernels::runge_kutta_step<kernels::" +
-           solver_name() + ">(\n        time_, Real(period), " +
+           solver_name() + ">(\n        " + time_ + ", Real(period), " +
            (is_dynamic()
                 ? "continuous_size_, continuous_elements_, rate_elements_, start_.data(), slopes_.data(), "
                 : number(continuous_size()) + ", elements<Real>(continuous), elements<Real>(rates_), " +
@@ -501,8 +515,7 @@ Files Generator::run() {
     find_flags_in_use();
     calls.constants = functions("constants", guarded(program_.constants));
     calls.follow = functions("follow", follow());
-    print_outputs(calls);
-    calls.update = update_body();
+    print_step(calls);
     calls.derivatives = functions("derivatives", guarded(program_.derivatives));
     for (const auto& s : program_.derivatives)
         calls.inner_statements += std::max(static_cast<int>(s.body.size()), 1);

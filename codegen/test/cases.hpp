@@ -47,6 +47,10 @@ std::vector<Case> structure_cases();
 std::vector<Case> control_cases();
 /// The models of examples/ that stand for themselves, those of adaptive solvers with a fixed step.
 std::vector<Case> example_cases();
+/// Models with a function per rate.
+std::vector<Case> rate_cases();
+/// Three rates with what can stand in each; also continuous states beside the fastest one.
+Case three_rates();
 
 inline Files c_files(const Case& one) {
     Options options = one.options;

@@ -372,8 +372,93 @@ std::vector<Case> example_cases() {
     return cases;
 }
 
+Case three_rates() {
+    return {Elaborated(read("three_rates", R"m(step: 0.001
+solver: rk4
+inputs: {u: {}, v: {shape: [3]}}
+blocks:
+  limit: {block: Constant, value: 0.2}
+  difference: {block: Sum, signs: "+-+"}
+  fast: {block: DiscreteIntegrator, period: 0.001}
+  x: {block: Integrator}
+  back: {block: Gain, K: 0.1}
+  sample: {block: ZeroOrderHold, period: 0.006}
+  medium:
+    period: 0.006
+    inputs: [u, w]
+    outputs: [y]
+    blocks:
+      clock: {block: Sine, frequency: 500}
+      g: {block: Sum, signs: "+++"}
+      i: {block: DiscreteIntegrator}
+      p: {block: UnitDelay, initial: 2}
+      high: {block: CompareToConstant, operator: ">", constant: 0}
+      part:
+        execution: enabled
+        inputs: [u]
+        outputs: [y]
+        blocks: {count: {block: DiscreteIntegrator}, now: {block: Clock}, both: {block: Sum}}
+        connections: {u: count, count: both.u1, now: both.u2, both: y}
+      triggered:
+        execution: triggered
+        trigger: either
+        inputs: [u]
+        outputs: [y]
+        blocks: {k: {block: Gain, K: 2}, d: {block: DiscreteDerivative}}
+        connections: {u: k, k: d, d: y}
+      loop:
+        execution: for
+        iterations: 3
+        inputs: [u]
+        outputs: [y]
+        blocks: {a: {block: Sum}, m: {block: UnitDelay, initial: 1}}
+        connections: {u: a.u1, m: a.u2, a: [m, y]}
+      sum: {block: Sum, signs: "++++"}
+    connections: {u: g.u1, clock: [g.u2, high, triggered.trigger], w: g.u3, g: [i, part.u, triggered.u, loop.u],
+                  i: p, high: part.enable, p: sum.u1, part: sum.u2, triggered: sum.u3, loop: sum.u4, sum: y}
+  waves: {block: RateTransition, period: 0.03, offset: 0.006}
+  slow:
+    period: 0.03
+    offset: 0.006
+    inputs: [u, v]
+    outputs: [y, z]
+    blocks: {g: {block: Gain, K: 0.3}, c: {block: Clock}, s: {block: Sum, signs: "+++"}, h: {block: UnitDelay},
+             b: {block: DiscreteIntegrator}, k: {block: Gain, K: "[1; 2; 10]"}}
+    connections: {u: g, g: s.u1, c: s.u2, h: s.u3, s: [h, y], v: b, b: k, k: z}
+  command: {block: RateTransition, mode: delay, period: 0.03, offset: 0.006, initial: 0.5}
+  direct: {block: UnitDelay, period: 0.03, offset: 0.006}
+outputs: [y, z, l]
+connections: {u: difference.u1, command: difference.u2, limit: [difference.u3, l], difference: fast, fast: [sample, back],
+              back: x, sample: medium.u, direct: medium.w, medium: waves, waves: slow.u, v: slow.v, slow.y: [command, direct],
+              slow.z: z, x: y}
+)m")),
+            200,
+            {.has_function_per_rate = true}};
+}
+
+std::vector<Case> rate_cases() {
+    std::vector<Case> cases;
+    cases.push_back(three_rates());
+    cases.push_back({Elaborated(read("inserted_rates", R"m(step: 0.01
+rate_transitions: inserted
+inputs: [u]
+blocks:
+  fast: {block: DiscreteIntegrator}
+  slow: {block: Gain, K: 0.3, period: 0.03}
+  slower: {block: UnitDelay, period: 0.06}
+  sum: {block: Sum, signs: "+++"}
+connections: {u: sum.u1, slow: [sum.u2, slower], slower: sum.u3, sum: fast, fast: slow}
+)m")),
+                     60,
+                     {.has_function_per_rate = true}});
+    model::Model one = formats::read_yaml(std::filesystem::path(BF_EXAMPLES) / "two_rates/model.yaml");
+    one.name = "two_rates_apart";
+    cases.push_back({Elaborated(one), 200, {.has_function_per_rate = true}});
+    return cases;
+}
+
 std::vector<std::vector<Case> (*)()> families() {
-    return {block_cases, structure_cases, control_cases, example_cases};
+    return {block_cases, structure_cases, control_cases, example_cases, rate_cases};
 }
 
 } // namespace bf::codegen::test

@@ -17,15 +17,23 @@ namespace bf::elaboration {
 
 namespace {
 
-class DelayTransition final : public Block {
+/// y = u at the hits of its rate, or u of the hit before.
+class Transition final : public Block {
   public:
-    using Block::Block;
+    explicit Transition(bool delays) : delays_(delays) {
+        declare({.changes_rate = true});
+        if (delays) {
+            OutputRule(this, kernels::Copy{}, y, x);
+            UpdateRule(this, kernels::Copy{}, next(x), u);
+        } else {
+            OutputRule(this, kernels::Copy{}, y, u);
+        }
+    }
+    const bool delays_;
     AnyShape s{this};
-    Input<> u{this, "u", {.shape = s, .unit = any_unit, .feedthrough = false}};
+    Input<> u{this, "u", {.shape = s, .unit = any_unit}};
     Output<> y{this, "y", {.shape = s, .unit = any_unit}};
-    DiscreteState<> x{this, "x", {.shape = s}};
-    OutputRule output_rule{this, kernels::Copy{}, y, x};
-    UpdateRule update_rule{this, kernels::Copy{}, next(x), u};
+    DiscreteState<> x{this, "x", {.shape = s, .present = delays_}};
 };
 
 class Rates {
@@ -332,8 +340,10 @@ class Rates {
             for (std::size_t i = 0; i < nodes_[n].sources.size() && !is_transition; ++i) {
                 const auto from = nodes_[n].sources[i];
                 if (from.node < 0) continue;
-                const int a = nodes_[static_cast<std::size_t>(from.node)].rate, b = nodes_[n].rate;
+                const auto& source = nodes_[static_cast<std::size_t>(from.node)];
+                const int a = source.rate, b = nodes_[n].rate;
                 if (a == b || !is_periodic(a) || !is_periodic(b)) continue;
+                if (delays(source) && e_.diagram.period(a) > e_.diagram.period(b)) continue;
                 if (inserts) {
                     const auto [place, is_new] = made.try_emplace({from.node, from.slot, b}, 0);
                     if (is_new) place->second = add_transition(from, b);
@@ -349,6 +359,18 @@ class Rates {
         }
     }
 
+    /// Does it change the rate, and nobody wait for what it reads?
+    static bool delays(const DiagramNode& node) {
+        const auto& d = node.block->declaration();
+        return d.traits.changes_rate &&
+               std::none_of(d.output_rules.begin(), d.output_rules.end(), [&](const Call& rule) {
+                   return std::any_of(rule.operands.begin(), rule.operands.end(), [&](const auto& operand) {
+                       return operand.slot >= 0 &&
+                              d.slots[static_cast<std::size_t>(operand.slot)].role == Role::input;
+                   });
+               });
+    }
+
     /// To a slower rate the sample of its hit is held; to a faster one the last sample but one, so that the
     /// slow block has its whole period to compute.
     int add_transition(const Node::End& from, int rate) {
@@ -356,10 +378,7 @@ class Rates {
         const bool to_faster = e_.diagram.period(source_rate) > e_.diagram.period(rate);
         const auto& source = nodes_[static_cast<std::size_t>(from.node)];
         DiagramNode node;
-        if (to_faster)
-            node.block = std::make_unique<DelayTransition>();
-        else
-            node.block = std::make_unique<Hold>();
+        node.block = std::make_unique<Transition>(to_faster);
         const Slot& slot = e_.diagram.slot(from);
         offer(node.block->declaration(), 0, slot.size);
         offer(node.block->declaration(), 0, slot.type);

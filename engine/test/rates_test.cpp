@@ -239,5 +239,17 @@ TEST(RateTransitions, InsertedOnesDelayToTheFasterRateOnly) {
     EXPECT_EQ(run.trace("fast", 7), (Values{0, 0, 0, 0, 20, 20, 40}));
 }
 
+TEST(RateTransitions, StandWhereTheModelDelaysASignalForAFasterReader) {
+    for (const char* transitions : {"inserted", "checked"}) {
+        std::string model = two_rates(transitions);
+        model.replace(model.find("slow: fast"), 10, "slow: wait, wait: fast");
+        model.replace(model.find("t: slow"), 7, "t: hold, hold: slow");
+        model.insert(model.find("  slow:"), "  wait: {block: RateTransition, mode: delay, period: 2}\n"
+                                            "  hold: {block: ZeroOrderHold, period: 2}\n");
+        Session run(model);
+        EXPECT_EQ(run.trace("fast", 7), (Values{0, 0, 0, 0, 20, 20, 40})) << transitions;
+    }
+}
+
 } // namespace
 } // namespace bf::test

@@ -36,15 +36,17 @@ with tempfile.TemporaryDirectory() as folder:
     assert result.stderr.endswith("ValueError: K.K: parameter 'K.K' must be a number, but is NaN\n"), result.stderr
 
     # Without heap, exceptions and streams: the library needs nothing that would bring them.
-    for options in (["--embedded"], ["--embedded", "--single"]):
+    for options in ([], ["--single"], ["--language", "c++"], ["--language", "c++", "--single"]):
+        options = ["--embedded", *options]
         bare = folder / "-".join(["bare", *options])
         run(bf, "generate", f"{source}/lowpass.yaml", "-o", bare, *options)
         run("cmake", "-S", bare, "-B", bare / "build", "-DCMAKE_BUILD_TYPE=Debug")
         run("cmake", "--build", bare / "build")
         needed = run("nm", "-uC", bare / "build/liblowpass_model.a")
-        for word in ("operator new", "malloc", "__cxa", "std::", "_Unwind"):
+        for word in ("operator new", "malloc", "__cxa", "std::", "_Unwind", "fopen", "printf"):
             assert word not in needed, needed
-        assert ("float" in (bare / "lowpass.hpp").read_text()) == ("--single" in options)
+        header = (bare / ("lowpass.hpp" if "c++" in options else "lowpass.h")).read_text()
+        assert ("float" in header) == ("--single" in options)
     result = subprocess.run([bf, "generate", f"{source}/lowpass.yaml", "-o", folder / "x", "--single"],
                             capture_output=True, text=True)
     assert result.returncode != 0 and "--embedded" in result.stderr, result.stderr

@@ -3,7 +3,7 @@
 # the bytes of its result in double and in single precision. Exits with 77 when a tool is missing.
 set -euo pipefail
 bf=$1 source=$(cd "$(dirname "$0")" && pwd)
-for tool in arm-none-eabi-g++ qemu-system-arm; do
+for tool in arm-none-eabi-gcc qemu-system-arm; do
     command -v $tool >/dev/null || {
         echo "skipped: $tool is missing: scripts/deps test installs it"
         exit 77
@@ -15,11 +15,10 @@ for precision in "" --single; do
     code=$work/code$precision
     "$bf" generate "$source/../embed/lowpass.yaml" -o "$code" --embedded $precision >/dev/null
     objects=()
-    for file in "$code"/*.cpp "$source/main.cpp"; do
+    for file in "$code"/*.c "$source/main.c"; do
         object=$work/$(basename "$file")$precision.o
-        arm-none-eabi-g++ -mcpu=cortex-m3 -mthumb -std=c++17 -Os -ffp-contract=off -fno-exceptions -fno-rtti \
-            -fno-threadsafe-statics -ffunction-sections -fdata-sections -Wall -Wextra -Werror \
-            -I"$code" -I"$code/include" -c "$file" -o "$object"
+        arm-none-eabi-gcc -mcpu=cortex-m3 -mthumb -std=c11 -Os -ffp-contract=off -ffunction-sections \
+            -fdata-sections -Wall -Wextra -Werror -I"$code" -c "$file" -o "$object"
         objects+=("$object")
     done
     arm-none-eabi-gcc -mcpu=cortex-m3 -mthumb -nostartfiles -Wl,--gc-sections -T "$source/mps2_an385.ld" \

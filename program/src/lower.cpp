@@ -1,7 +1,7 @@
 // Diagram → Program: every rule of a step is said here, once.
 #include "bf/program/program.hpp"
 
-#include "bf/base/numbers.hpp"
+#include "lists.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -40,8 +40,6 @@ Statement if_all(std::vector<Literal> when, Statements body) {
 void append(Statements& to, Statements more) {
     to.insert(to.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
-template <class List> int count(const List& list) { return static_cast<int>(list.size()); }
-template <class List> auto& at(List& list, int i) { return list[static_cast<std::size_t>(i)]; }
 
 class Lowering {
   public:
@@ -65,7 +63,8 @@ class Lowering {
         p_.derivatives = phase(d_.plan.derivatives, Phase::derivative);
         p_.guards = phase(d_.plan.guards, Phase::guards);
         for (int r = 1; r < count(d_.rates); ++r)
-            if (rate(r).trigger == 0) p_.step.push_back(numbered(Kind::hit, r));
+            if (rate(r).trigger == 0)
+                p_.step.push_back({.kind = Kind::hit, .number = r, .flag = at(p_.hit, r)});
         p_.step.push_back({.kind = Kind::evaluate, .pass = first});
         if (!p_.watched.empty()) {
             p_.step.push_back(look(Kind::look));
@@ -95,8 +94,8 @@ class Lowering {
         return count(p_.flags) - 1;
     }
     int local(const char* name) { return new_flag(Flag::Kind::local, -1, name); }
-    int procedure(std::string name) {
-        p_.procedures.push_back({std::move(name), {}});
+    int procedure(std::string name, int condition = -1) {
+        p_.procedures.push_back({std::move(name), {}, condition});
         return count(p_.procedures) - 1;
     }
     int memory(int c, const Node::End& signal, model::Edge edge, bool is_reset) {
@@ -109,10 +108,7 @@ class Lowering {
         for (int r = 1; r < count(d_.rates); ++r) {
             std::string name = rate(r).trigger > 0     ? condition(rate(r).trigger).path + ".fired"
                                : rate(r).is_continuous ? "hit(continuous)"
-                                                       : "hit(" + number_text(d_.period(r)) + " s";
-            if (rate(r).offset > 0)
-                name += " + " + number_text(static_cast<double>(rate(r).offset) * d_.step) + " s";
-            if (rate(r).trigger == 0 && !rate(r).is_continuous) name += ")";
+                                                       : "hit(" + period_text(d_, r) + ")";
             p_.hit.push_back(new_flag(Flag::Kind::hit, r, std::move(name)));
         }
         enabled_ = p_.active = {-1};
@@ -163,10 +159,10 @@ class Lowering {
         for (int c = 1; c < count(d_.conditions); ++c) {
             const int parent = condition(c).parent;
             const bool can_end = condition(c).enable.node >= 0 || (parent > 0 && at(disable_, parent) >= 0);
-            disable_.push_back(can_end ? procedure("disable " + condition(c).path) : -1);
+            disable_.push_back(can_end ? procedure("disable " + condition(c).path, c) : -1);
         }
         for (int c = 1; c < count(d_.conditions); ++c) {
-            test_.push_back(procedure("test " + condition(c).path));
+            test_.push_back(procedure("test " + condition(c).path, c));
             Statements tests = test(c);
             at(p_.procedures, at(test_, c)).body = std::move(tests);
             if (at(disable_, c) >= 0) at(p_.procedures, at(disable_, c)).body = disable(c);

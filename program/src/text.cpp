@@ -1,6 +1,8 @@
 // A program in words.
 #include "bf/program/program.hpp"
 
+#include <cstdio>
+
 namespace bf::program {
 
 namespace {
@@ -27,6 +29,12 @@ class Text {
         section("guards", p_.guards);
         section("arrive at the end of a step", p_.arrive);
         section("event inside a step", p_.event);
+        for (const auto& task : p_.tasks) {
+            const std::string& its = flag(p_.hit[static_cast<std::size_t>(task.rate)]);
+            section("hits at " + its, task.hits);
+            section("outputs at " + its, task.outputs);
+            section("update at " + its, task.update);
+        }
         for (const auto& procedure : p_.procedures) section(procedure.name, procedure.body);
         return std::move(text_);
     }
@@ -72,7 +80,7 @@ class Text {
         case Kind::assign: return flag(s.flag) + " := " + (s.when.empty() ? "true" : all(s.when));
         case Kind::clear: return flag(s.flag) + " := false";
         case Kind::edge: return flag(s.flag) + " := " + edge(s.number);
-        case Kind::hit: return "count " + flag(p_.hit[static_cast<std::size_t>(s.number)]);
+        case Kind::hit: return "count " + flag(s.flag);
         case Kind::fire: return "clock of " + flag(p_.hit[static_cast<std::size_t>(s.number)]) + " goes on";
         case Kind::when: return "if " + all(s.when);
         case Kind::repeat: {
@@ -127,6 +135,17 @@ class Text {
 };
 
 } // namespace
+
+std::string period_text(const Diagram& diagram, int rate) {
+    const auto seconds = [](double time) {
+        char text[32];
+        std::snprintf(text, sizeof text, "%.12g s", time);
+        return std::string(text);
+    };
+    const auto offset = diagram.rates[static_cast<std::size_t>(rate)].offset;
+    return seconds(diagram.period(rate)) +
+           (offset > 0 ? " + " + seconds(static_cast<double>(offset) * diagram.step) : "");
+}
 
 std::string text_of(const Program& program) { return Text(program).run(); }
 

@@ -11,7 +11,7 @@ namespace bf::tools {
 void add_generate(CLI::App& app) {
     struct GenerateOptions {
         ModelOptions model;
-        std::string folder, sizes = "fixed", language = "c++";
+        std::string folder, sizes = "fixed", language;
         codegen::Options how;
     };
     auto* command =
@@ -24,12 +24,16 @@ void add_generate(CLI::App& app) {
     command
         ->add_option(
             "--language", options->language,
-            "c++, or c: plain C11 without templates, for models of blocks that are arithmetic (c++ by "
-            "default)")
+            "c++, or c: plain C11 without templates, for models of blocks that are arithmetic (c by default "
+            "for --embedded, else c++)")
         ->type_name("LANGUAGE")
         ->check(CLI::IsMember(std::set<std::string>{"c++", "c"}).description(""));
-    command->add_flag("--embedded", options->how.embedded,
-                      "a library for microcontrollers: no heap, exceptions or streams");
+    command->add_flag(
+        "--embedded", options->how.embedded,
+        "a library for microcontrollers: no program, heap or files; in C++ no exceptions either");
+    command->add_flag(
+        "--functions-per-rate", options->how.has_function_per_rate,
+        "besides step() one function for each rate, for tasks of which a faster one interrupts a slower one");
     command->add_flag("--single", options->how.single, "embedded, or C: float instead of double");
     command
         ->add_option(
@@ -42,6 +46,7 @@ void add_generate(CLI::App& app) {
         const LoadedModel loaded = load_model(options->model);
         const auto& diagram = loaded.diagram;
         options->how.has_runtime_sizes = options->sizes == "runtime";
+        if (options->language.empty()) options->language = options->how.embedded ? "c" : "c++";
         if (options->language == "c") options->how.language = codegen::Language::c;
         const codegen::Options how = generation_options(loaded, options->how);
         const auto memory = codegen::memory_report(diagram, how);

@@ -21,16 +21,20 @@ enum class Language { cpp, c };
 
 struct Options {
     /// C: plain C11 without templates, for diagrams of rules that are arithmetic on numbers and short
-    /// vectors. Only `single` and the number of statements apply to it.
+    /// vectors. Sizes at run time are not for it.
     Language language = Language::cpp;
     /// Statements per function and per file. Compile time grows faster than the length of a function, so that
     /// large models are split.
     int statements_per_function = 200;
     int statements_per_file = 2000;
-    /// For microcontrollers: a library without heap, exceptions and streams instead of a program.
+    /// For microcontrollers: a library without heap, exceptions and streams instead of a program. In C only
+    /// the program is left out.
     bool embedded = false;
-    /// Embedded: float instead of double. The results then differ from the simulation's.
+    /// Embedded or C: float instead of double. The results then differ from the simulation's.
     bool single = false;
+    /// Besides step() one function for each rate, for schedulers that let a shorter period interrupt a longer
+    /// one.
+    bool has_function_per_rate = false;
     /// Sizes are found when the program starts: it elaborates the model then, with the values of its
     /// parameter file, and runs the generated steps on memory of these sizes. Needs `texts`.
     bool has_runtime_sizes = false;

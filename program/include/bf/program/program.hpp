@@ -51,7 +51,8 @@ struct Statement {
         assign,  ///< `flag` := all of `when` hold
         clear,   ///< `flag` := false
         edge,    ///< `flag` := the signal of memory `number` has its edge since the last look, this one
-        hit,     ///< `flag` := rate `number` is hit; then its clock goes on to this time
+        hit,     ///< `flag` := rate `number` is hit; then its clock goes on to this time. Of a task: it is
+                 ///< asked once in each of its calls
         fire,    ///< triggered rate `number` runs now: its clock's period is the time since it did before
         when,    ///< `body`, if all of `when` hold
         repeat,  ///< `body`, at most `number` times or as often as `signal` says, and while `when` holds
@@ -98,6 +99,7 @@ struct Flag {
     Kind kind;
     int number;
     std::string name;
+    int task = -1; ///< of a hit: in the calls of this task, rather than in all steps
 };
 
 /// The values of a control signal at the last look; at the start it was not looked at yet.
@@ -119,6 +121,17 @@ struct Watched {
 struct Procedure {
     std::string name; ///< "test part"
     Statements body;
+    int condition = -1; ///< that it tests or ends
+    int task = -1;      ///< that calls it, by its rate; -1: whoever does the whole step
+};
+
+/// What is done at the hits of one period, for a scheduler with a priority for each. It may be interrupted
+/// anywhere by tasks before it in the list, and ends before it is due again.
+struct Task {
+    int rate;        ///< that is hit when the task is due
+    Statements hits; ///< of slower rates from or to which it carries signals
+    Statements outputs, update;
+    std::vector<int> nodes; ///< whose outputs it writes
 };
 
 struct Program {
@@ -130,19 +143,31 @@ struct Program {
     std::vector<int> hit;    ///< flag by rate
     std::vector<int> active; ///< flag by condition: its blocks run; -1 for what is always true
 
-    Statements constants;   ///< once, and after each change of parameters
-    Statements begin;       ///< after the constants at the start
-    Statements outputs;     ///< in their order, with the passes of each
-    Statements step;        ///< before observers see the step
-    Statements update;      ///< after it
-    Statements derivatives; ///< for the solver
-    Statements guards;      ///< zero-crossing functions
-    Statements arrive;      ///< where an adaptive solver reaches the end of a step
-    Statements event;       ///< where it stops at a crossing
+    Statements constants;    ///< once, and after each change of parameters
+    Statements begin;        ///< after the constants at the start
+    Statements outputs;      ///< in their order, with the passes of each
+    Statements step;         ///< before observers see the step
+    Statements update;       ///< after it
+    Statements derivatives;  ///< for the solver
+    Statements guards;       ///< zero-crossing functions
+    Statements arrive;       ///< where an adaptive solver reaches the end of a step
+    Statements event;        ///< where it stops at a crossing
+    std::vector<Task> tasks; ///< made by `split`: shorter periods first
 };
 
 /// The program of a diagram, which must outlive it.
 Program lower(const Diagram& diagram);
+
+/// Deals the statements of outputs and updates out to tasks: each block to that of its period. Between
+/// periods signals pass through blocks that change the rate alone. Their outputs belong to the faster side,
+/// at the hits of the slower one, when nobody there is at work: a held sample stays what it is while the slow
+/// task reads it, and a delayed one is what the slow task left when it ended. So whatever the tasks' moments,
+/// they compute what a step does. Returns what stands against it, each with its place, reason and remedy;
+/// there are no tasks then.
+std::vector<std::string> split(Program& program);
+
+/// "0.3 s", and with an offset "0.3 s + 0.1 s": as people write it, 3 times 0.1 as 0.3.
+std::string period_text(const Diagram& diagram, int rate);
 
 /// The program in words, one statement a line.
 std::string text_of(const Program& program);

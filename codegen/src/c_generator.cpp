@@ -115,7 +115,7 @@ std::string CGenerator::rule(int n, Phase phase, int index) {
     std::string text = "// " + comment(node(n).path) + " (" + comment(node(n).type) + ")\n";
     for (const std::string& written : made->lines) {
         if (const auto at = written.find(c_fail); at != written.npos) {
-            text += indented(failing(n, message(std::string(failure_of(call.kernel)))), static_cast<int>(at));
+            text += indented(failing(n, message(std::string(made->failure))), static_cast<int>(at));
             continue;
         }
         const auto indent = written.find_first_not_of(' ');

@@ -30,6 +30,136 @@ const std::map<std::string, std::string, std::less<>> of_all{
      "? lower : x);\n}\n"}};
 
 const std::map<std::string, std::string, std::less<>> of_reals{
+    {"to_nearest", R"(static @T@ @name@(@T@ x)
+{
+    const @T@ below = floor@f@(x);
+    return ((x - below) >= @half@) ? (below + @one@) : below;
+}
+)"},
+    {"to_even", R"(static @T@ @name@(@T@ x)
+{
+    const @T@ below = floor@f@(x);
+    const @T@ part = x - below;
+    const bool is_down = (part < @half@) || ((part == @half@) && (fmod@f@(below, @two@) == @zero@));
+    return (is_down || (isnan(part) != 0)) ? below : (below + @one@);
+}
+)"},
+    // Philox4x32-10 of the seed, the number of draws and the element: the same numbers on every machine.
+    {"uniform", R"(static @T@ @name@(uint32_t seed, const uint32_t *count, uint32_t element, bool is_second)
+{
+    uint32_t word[4] = {count[0], count[1], element, 0U};
+    uint32_t key[2] = {seed, 0U};
+    for (int round = 0; round < 10; ++round) {
+        const uint64_t a = 0xD2511F53ULL * word[0];
+        const uint64_t b = 0xCD9E8D57ULL * word[2];
+        word[0] = (uint32_t)(b >> 32U) ^ word[1] ^ key[0];
+        word[1] = (uint32_t)(b & 0xFFFFFFFFULL);
+        word[2] = (uint32_t)(a >> 32U) ^ word[3] ^ key[1];
+        word[3] = (uint32_t)(a & 0xFFFFFFFFULL);
+        key[0] += 0x9E3779B9U;
+        key[1] += 0xBB67AE85U;
+    }
+    if (is_second) {
+        word[0] = word[2];
+        word[1] = word[3];
+    }
+    @draw@
+}
+)"},
+    {"normal", R"(static @T@ @name@(@T@ variance, uint32_t seed, const uint32_t *count, uint32_t element)
+{
+    const @T@ radius = sqrt@f@(-@two@ * log@f@(@one@ - @uniform@(seed, count, element, false)));
+    const @T@ angle = @two@ * @pi@ * @uniform@(seed, count, element, true);
+    return sqrt@f@(variance) * radius * cos@f@(angle);
+}
+)"},
+    // The k with points[k] <= at < points[k + 1], of the first or last two beyond the ends, and the part of
+    // the way between the two.
+    {"piece", R"(static int32_t @name@(const @T@ *points, int32_t n, @T@ at, bool clips, @T@ *part)
+{
+    int32_t low = 0;
+    int32_t high = n - 1;
+    @T@ f = (isnan(at) != 0) ? at : @zero@;
+    while ((high - low) > 1) {
+        const int32_t middle = low + ((high - low) / 2);
+        if (at >= points[middle]) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    if (n > 1) {
+        f = (at - points[low]) / (points[low + 1] - points[low]);
+    }
+    if (clips && (f > @one@)) {
+        f = @one@;
+    }
+    if (clips && (f < @zero@)) {
+        f = @zero@;
+    }
+    *part = f;
+    return low;
+}
+)"},
+    // The table's value between the elements from `places` on, along straight lines, the last dimension
+    // first.
+    {"weigh",
+     R"(static @T@ @name@(const @T@ *table, const int32_t *sizes, const int32_t *places, const @T@ *part,
+                  int32_t dimensions)
+{
+    @T@ value[64];
+    int32_t corner[64] = {0};
+    int32_t corners = 1;
+    int32_t stride = 1;
+    for (int32_t i = 0; i < dimensions; ++i) {
+        for (int32_t c = 0; c < corners; ++c) {
+            corner[c] += places[i] * stride;
+            corner[c + corners] = (sizes[i] > 1) ? (corner[c] + stride) : corner[c];
+        }
+        corners *= 2;
+        stride *= sizes[i];
+    }
+    for (int32_t c = 0; c < corners; ++c) {
+        value[c] = table[corner[c]];
+    }
+    for (int32_t i = dimensions - 1; i >= 0; --i) {
+        corners /= 2;
+        for (int32_t c = 0; c < corners; ++c) {
+            const @T@ other = value[c + corners];
+            if (part[i] == @one@) {
+                value[c] = other;
+            } else if (part[i] != @zero@) {
+                value[c] = value[c] + (part[i] * (other - value[c]));
+            } else {
+                // the value of this corner
+            }
+        }
+    }
+    return value[0];
+}
+)"},
+    // layout: 0 for the lower point's value, 1 for the nearer one's, 2 for straight lines; whether values are
+    // held beyond the ends; the numbers of points; the points.
+    {"look_up", R"(static @T@ @name@(const @T@ *layout, const @T@ *table, const @T@ *at, int32_t dimensions)
+{
+    const bool is_flat = (layout[0] == @zero@);
+    const bool is_nearest = (layout[0] == @one@);
+    const bool clips = is_flat || is_nearest || (layout[1] != @zero@);
+    @T@ part[6] = {0};
+    int32_t sizes[6] = {0};
+    int32_t places[6] = {0};
+    int32_t points = 2 + dimensions;
+    for (int32_t i = 0; i < dimensions; ++i) {
+        sizes[i] = (int32_t)layout[2 + i];
+        places[i] = @piece@(&layout[points], sizes[i], at[i], clips, &part[i]);
+        if ((is_flat || is_nearest) && (isnan(part[i]) == 0)) {
+            part[i] = (part[i] < (is_flat ? @one@ : @half@)) ? @zero@ : @one@;
+        }
+        points += sizes[i];
+    }
+    return @weigh@(table, sizes, places, part, dimensions);
+}
+)"},
     {"maximum", "static @T@ @name@(@T@ a, @T@ b)\n{\n    return ((a > b) || (isnan(b) != 0)) ? a : b;\n}\n"},
     {"minimum", "static @T@ @name@(@T@ a, @T@ b)\n{\n    return ((a < b) || (isnan(b) != 0)) ? a : b;\n}\n"},
     {"signed_sqrt", "static @T@ @name@(@T@ x)\n{\n    return copysign@f@(sqrt@f@(fabs@f@(x)), x);\n}\n"},
@@ -71,7 +201,7 @@ const std::map<std::string, std::string, std::less<>> of_reals{
 {
     @T@ r = x;
     if (y != @zero@) {
-        r = @needs@(x, y);
+        r = @remainder@(x, y);
         if ((r != @zero@) && ((r < @zero@) != (y < @zero@))) {
             r = r + y;
         }
@@ -82,6 +212,74 @@ const std::map<std::string, std::string, std::less<>> of_reals{
 
 /// Whole numbers wrap around: the low bits of sum, difference and product do not depend on signs.
 const std::map<std::string, std::string, std::less<>> of_whole_numbers{
+    {"is_index", "static bool @name@(double at, @T@ n)\n{\n    return (at >= 0.0) && (at < (double)n);\n}\n"},
+    {"nearest_index", R"(static @T@ @name@(double at, @T@ n)
+{
+    @T@ k = 0;
+    if (at >= (double)n) {
+        k = n - 1;
+    } else if (at >= 0.0) {
+        k = (@T@)at;
+    } else {
+        // of NaN, too, 0
+    }
+    return k;
+}
+)"},
+    // Zeros come in from below, the sign from above.
+    {"shift", R"(static @T@ @name@(@T@ x, double places)
+{
+    const double held = (places > 32.0) ? 32.0 : ((places < -32.0) ? -32.0 : places);
+    const uint64_t wide = (uint64_t)(int64_t)x;
+    const uint32_t distance = (uint32_t)fabs(held);
+    uint64_t y;
+    if (held >= 0.0) {
+        y = wide << distance;
+    } else if (wide > (uint64_t)INT64_MAX) {
+        y = ~(~wide >> distance);
+    } else {
+        y = wide >> distance;
+    }
+    return (@T@)y;
+}
+)"},
+    {"holds", "static bool @name@(double x)\n{\n    return (x >= (double)@min@) && (x < ((double)@max@ + "
+              "1.0));\n}\n"},
+    {"saturated", R"(static @T@ @name@(double x)
+{
+    @T@ y = 0;
+    if (x >= (double)@max@) {
+        y = @max@;
+    } else if (x <= (double)@min@) {
+        y = @min@;
+    } else if (isnan(x) == 0) {
+        y = (@T@)x;
+    } else {
+        // of NaN 0
+    }
+    return y;
+}
+)"},
+    {"wrapped", R"(static @T@ @name@(double x)
+{
+    @T@ y = 0;
+    if (isfinite(x) != 0) {
+        const double part = fmod(x, 4294967296.0);
+        const uint32_t bits = (uint32_t)fabs(part);
+        const uint32_t low = (part < 0.0) ? (0U - bits) : bits;
+        y = (@T@)low;
+    }
+    return y;
+}
+)"},
+    {"bit_and", "static @T@ @name@(@T@ a, @T@ b)\n{\n    const uint32_t y = (uint32_t)a & (uint32_t)b;\n    "
+                "return (@T@)y;\n}\n"},
+    {"bit_or", "static @T@ @name@(@T@ a, @T@ b)\n{\n    const uint32_t y = (uint32_t)a | (uint32_t)b;\n    "
+               "return (@T@)y;\n}\n"},
+    {"bit_xor", "static @T@ @name@(@T@ a, @T@ b)\n{\n    const uint32_t y = (uint32_t)a ^ (uint32_t)b;\n    "
+                "return (@T@)y;\n}\n"},
+    {"bit_not", "static @T@ @name@(@T@ a)\n{\n    const uint32_t y = ~(uint32_t)a;\n    return "
+                "(@T@)y;\n}\n"},
     {"maximum", "static @T@ @name@(@T@ a, @T@ b)\n{\n    return (a > b) ? a : b;\n}\n"},
     {"minimum", "static @T@ @name@(@T@ a, @T@ b)\n{\n    return (a < b) ? a : b;\n}\n"},
     {"add", "static @T@ @name@(@T@ a, @T@ b)\n{\n    const uint32_t y = (uint32_t)a + (uint32_t)b;\n    "
@@ -154,8 +352,12 @@ std::string c_name(const CFunction& function, const std::string& prefix) {
     return prefix + name + "_" + enumerator(type);
 }
 
-std::string c_needs(const CFunction& function) {
-    return function.first == "modulo" && is_real(function.second) ? "remainder" : "";
+std::vector<CFunction> c_needs(const CFunction& function) {
+    const auto& [name, type] = function;
+    if (name == "normal") return {{"uniform", type}};
+    if (name == "look_up") return {{"piece", type}, {"weigh", type}};
+    if (name == "modulo" && is_real(type)) return {{"remainder", type}};
+    return {};
 }
 
 std::string c_definition(const CFunction& function, const std::string& prefix) {
@@ -163,19 +365,25 @@ std::string c_definition(const CFunction& function, const std::string& prefix) {
     if (is_real(type) && library.contains(name)) return {};
     std::string upper = enumerator(type);
     for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    const Marks marks{{"@T@", c_name(type)},
-                      {"@name@", c_name(function, prefix)},
-                      {"@needs@", c_name({c_needs(function), type}, prefix)},
-                      {"@f@", type == Type::float32 ? "f" : ""},
-                      {"@zero@", literal(0, type)},
-                      {"@one@", literal(1, type)},
-                      {"@two@", literal(2, type)},
-                      {"@ten@", literal(10, type)},
-                      {"@pi@", literal(std::acos(-1.0), type)},
-                      {"@half_turn@", literal(180, type)},
-                      {"@epsilon@", type == Type::float32 ? "FLT_EPSILON" : "DBL_EPSILON"},
-                      {"@max@", upper + "_MAX"},
-                      {"@min@", is_signed(type) ? upper + "_MIN" : "0"}};
+    Marks marks{{"@T@", c_name(type)},
+                {"@name@", c_name(function, prefix)},
+                {"@f@", type == Type::float32 ? "f" : ""},
+                {"@zero@", literal(0, type)},
+                {"@one@", literal(1, type)},
+                {"@two@", literal(2, type)},
+                {"@half@", is_real(type) ? literal(0.5, type) : ""},
+                {"@draw@", type == Type::float32
+                               ? "const uint32_t high = word[0] >> 8U;\n    return (float)high / 16777216.0F;"
+                               : "const uint32_t high = word[0] >> 5U;\n    const uint32_t low = word[1] >> "
+                                 "6U;\n    return (((double)high * 67108864.0) + (double)low) / "
+                                 "9007199254740992.0;"},
+                {"@ten@", literal(10, type)},
+                {"@pi@", literal(std::acos(-1.0), type)},
+                {"@half_turn@", literal(180, type)},
+                {"@epsilon@", type == Type::float32 ? "FLT_EPSILON" : "DBL_EPSILON"},
+                {"@max@", upper + "_MAX"},
+                {"@min@", is_signed(type) ? upper + "_MIN" : "0"}};
+    for (const auto& needed : c_needs(function)) marks["@" + needed.first + "@"] = c_name(needed, prefix);
     for (const auto* known : {&of_all, is_real(type) ? &of_reals : &of_whole_numbers,
                               is_real(type)     ? &of_reals
                               : is_signed(type) ? &of_signed

@@ -5,6 +5,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace bf::codegen {
 
@@ -18,8 +19,8 @@ using CFunction = std::pair<std::string, Type>;
 /// How it is called: sqrt, sqrtf, or a function of ours with that prefix, e.g. motor_modulo_int8.
 std::string c_name(const CFunction& function, const std::string& prefix);
 /// The definition of a function of ours, which does what that of `kernels/scalar.hpp` does; empty where
-/// <math.h> has it. A function that it calls stands before it: `needs` gives its name, or nothing.
+/// <math.h> has it. The functions that it calls stand before it.
 std::string c_definition(const CFunction& function, const std::string& prefix);
-std::string c_needs(const CFunction& function);
+std::vector<CFunction> c_needs(const CFunction& function);
 
 } // namespace bf::codegen

@@ -203,13 +203,13 @@ std::string CGenerator::source(const Calls& calls) {
             declarations += declaration_of(half + task.name) + "\n";
     std::string functions;
     std::set<std::string> defined;
-    for (const auto& function : functions_) {
-        const CFunction needed{c_needs(function), function.second};
-        for (const auto& one : {needed, function})
-            if (!one.first.empty() && defined.insert(c_name(one, p)).second)
-                if (const std::string definition = c_definition(one, p); !definition.empty())
-                    functions += definition + "\n";
-    }
+    const auto define = [&](const auto& self, const CFunction& function) -> void {
+        if (!defined.insert(c_name(function, p)).second) return;
+        for (const auto& needed : c_needs(function)) self(self, needed);
+        if (const std::string definition = c_definition(function, p); !definition.empty())
+            functions += definition + "\n";
+    };
+    for (const auto& function : functions_) define(define, function);
     const std::string all = middle + pieces + body;
     std::string fail;
     if (all.find(p + "fail(") != all.npos)

@@ -1,5 +1,6 @@
 #include "c_rule.hpp"
 
+#include "c_library.hpp"
 #include "equation.hpp"
 #include "names.hpp"
 #include "trace.hpp"
@@ -106,7 +107,7 @@ std::optional<CRule> all_at_once(std::string_view kernel, const std::vector<Argu
     if (!traced) return {};
     Statements all(arguments, *traced, -1, prefix);
     if (!all.make() || all.lines.size() > most_lines) return {};
-    CRule rule{std::move(all.lines), std::move(all.functions)};
+    CRule rule{std::move(all.lines), std::move(all.functions), failure_of(kernel)};
     if (all.has_names()) {
         for (auto& line : rule.lines) line.insert(0, "    ");
         rule.lines.insert(rule.lines.begin(), "{");
@@ -118,8 +119,9 @@ std::optional<CRule> all_at_once(std::string_view kernel, const std::vector<Argu
 /// Operands with one element stand for as many as the others have. What stands beside a list has a value for
 /// each of its operands, not for each element.
 std::optional<CRule> each_element(std::string_view kernel, const std::vector<Argument>& arguments,
-                                  int list_from, int list_size, int count, const std::string& prefix) {
-    CRule loop, unrolled;
+                                  int list_from, int list_size, int count, Elements elements,
+                                  const std::string& prefix) {
+    CRule loop, unrolled{.lines = {}, .functions = {}, .failure = failure_of(kernel)};
     bool is_uniform = true;
     for (int e = 0; e < count; ++e) {
         std::vector<Argument> one = arguments;
@@ -127,7 +129,8 @@ std::optional<CRule> each_element(std::string_view kernel, const std::vector<Arg
             Argument& a = one[static_cast<std::size_t>(at)];
             const bool is_beside_list =
                 list_from >= 0 && !a.is_written && (at < list_from || at >= list_from + list_size);
-            if (is_beside_list || (a.size.count() == 1 && !a.is_array)) continue;
+            const bool is_for_all = !a.values.empty() && elements == Elements::of_all_but_constants;
+            if (is_beside_list || is_for_all || (a.size.count() == 1 && !a.is_array)) continue;
             const int index = a.size.count() == 1 ? 0 : e;
             if (!a.values.empty()) a.values = {a.values[static_cast<std::size_t>(index)]};
             if (a.is_array && a.size.count() == 1) { // of a signal with one element in an array
@@ -142,7 +145,7 @@ std::optional<CRule> each_element(std::string_view kernel, const std::vector<Arg
         Statements in_loop(one, *traced, 0, prefix);
         if (!in_loop.make()) return {};
         is_uniform = is_uniform && (e == 0 || in_loop.lines == loop.lines);
-        if (e == 0) loop = {in_loop.lines, in_loop.functions};
+        if (e == 0) loop = {in_loop.lines, in_loop.functions, failure_of(kernel)};
         for (auto& a : one)
             if (a.is_array) {
                 a.text += "[" + number(e) + "]";
@@ -168,14 +171,17 @@ std::optional<CRule> each_element(std::string_view kernel, const std::vector<Arg
 
 std::optional<CRule> c_rule(std::string_view kernel, const std::vector<Argument>& arguments, int list_from,
                             int list_size, const std::string& prefix) {
+    if (auto rule = library_rule(kernel, arguments, list_size, prefix)) return rule;
     int count = 1;
     for (const auto& a : arguments)
         if (a.is_written) count = std::max(count, a.size.count());
+    const Elements elements = elements_of(kernel);
     const bool fits_loop = std::all_of(arguments.begin(), arguments.end(), [&](const Argument& a) {
-        return a.size.count() == count || a.size.count() == 1 || list_from >= 0;
+        return a.size.count() == count || a.size.count() == 1 || list_from >= 0 ||
+               (!a.values.empty() && elements == Elements::of_all_but_constants);
     });
-    if (count > 1 && fits_loop && is_elementwise(kernel))
-        return each_element(kernel, arguments, list_from, list_size, count, prefix);
+    if (count > 1 && fits_loop && elements != Elements::differ)
+        return each_element(kernel, arguments, list_from, list_size, count, elements, prefix);
     return all_at_once(kernel, arguments, list_from, list_size, prefix);
 }
 

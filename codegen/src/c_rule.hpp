@@ -15,6 +15,7 @@ namespace bf::codegen {
 struct CRule {
     std::vector<std::string> lines;
     std::set<CFunction> functions; ///< that they call
+    std::string_view failure = {}; ///< what the kernel says of operands that it refuses
 };
 
 /// Stands in a line where the step fails because the kernel refuses its operands.

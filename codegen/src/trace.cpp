@@ -80,7 +80,7 @@ struct TracedKernel {
     std::string_view name;
     int operands; ///< a list counts as one
     List list;
-    bool is_elementwise;
+    Elements elements;
     std::string_view failure;
     /// False where the kernel says that its operands are wrong.
     bool (*run)(const SymbolView* views, const SymbolList& list);
@@ -104,7 +104,24 @@ template <class K> constexpr std::string_view failure_text() {
     else
         return "the result is not defined for these inputs";
 }
-template <class K> constexpr bool is_elementwise_kernel = requires { K::is_elementwise; };
+template <class K, class... Of> constexpr bool is_one_of = (std::is_same_v<K, Of> || ...);
+/// Kernels with options, which are constants.
+template <class K>
+constexpr bool is_alike =
+    is_one_of<K, kernels::Saturate, kernels::DeadZone, kernels::Quantize, kernels::RateLimit,
+              kernels::RelayMode, kernels::ShownMode, kernels::Choose, kernels::Backlash, kernels::Friction,
+              kernels::WrapToZero, kernels::HitCrossing, kernels::Accumulate, kernels::AccumulateHalf,
+              kernels::RisingEdge, kernels::FallingEdge, kernels::EitherEdge, kernels::LevelReset,
+              kernels::Difference, kernels::Equal, kernels::NotEqual, kernels::Less, kernels::LessEqual,
+              kernels::Greater, kernels::GreaterEqual, kernels::Not, kernels::Inside, kernels::Changed,
+              kernels::Increased, kernels::Decreased, kernels::LimitedRate, kernels::LimitReached,
+              kernels::Pid>;
+template <class K> constexpr Elements elements_of_kernel() {
+    if constexpr (requires { K::is_elementwise; })
+        return Elements::of_all;
+    else
+        return is_alike<K> ? Elements::of_all_but_constants : Elements::differ;
+}
 template <class K, List list, std::size_t... i>
 bool run(const SymbolView* views, const SymbolList& its, std::index_sequence<i...>) {
     constexpr auto count = sizeof...(i);
@@ -120,7 +137,7 @@ template <class K, List list, std::size_t count = 1> constexpr TracedKernel kern
         return {K::name,
                 static_cast<int>(count),
                 list,
-                is_elementwise_kernel<K>,
+                elements_of_kernel<K>(),
                 failure_text<K>(),
                 [](const SymbolView* views, const SymbolList& its) {
                     return run<K, list>(views, its, std::make_index_sequence<count>{});
@@ -178,11 +195,11 @@ const TracedKernel* find(std::string_view name) {
 /// All runs of one kernel on the symbols of its operands.
 class Runs {
   public:
-    /// `computed_in` is the type into which the kernel converts its operands, if it does.
+    /// `computed_in` is the type into which the kernel converts each operand, if it does.
     Runs(const TracedKernel& kernel, const std::vector<Argument>& arguments, int list_from, int list_size,
-         const Type* computed_in, std::size_t most_terms)
+         std::vector<std::optional<Type>> computed_in, std::size_t most_terms)
         : kernel_(kernel), arguments_(arguments), list_from_(list_from), list_size_(list_size),
-          computed_in_(computed_in), most_terms_(most_terms) {}
+          computed_in_(std::move(computed_in)), most_terms_(most_terms) {}
 
     /// With these answers to the first conditions.
     std::optional<Traced> operator()(std::vector<bool> path = {}) {
@@ -233,10 +250,11 @@ class Runs {
   private:
     TermPtr symbol(int a, int e, Trace* trace) const {
         const auto& argument = arguments_[static_cast<std::size_t>(a)];
+        const auto& type = computed_in_[static_cast<std::size_t>(a)];
         if (!argument.values.empty())
             return term({.kind = TermKind::number,
-                         .op = argument.text,
-                         .type = argument.type,
+                         .op = type ? "" : argument.text,
+                         .type = type.value_or(argument.type),
                          .value = argument.values[static_cast<std::size_t>(e)],
                          .trace = trace});
         // Two inputs may be wired to one signal; then they are one symbol, which equals itself.
@@ -247,15 +265,37 @@ class Runs {
         const auto at = same == arguments_.end() ? a : static_cast<int>(same - arguments_.begin());
         const TermPtr element = term(
             {.kind = TermKind::element, .type = argument.type, .argument = at, .index = e, .trace = trace});
-        return argument.is_written || !computed_in_ ? element : converted(element, *computed_in_);
+        return argument.is_written || !type ? element : converted(element, *type);
     }
 
     const TracedKernel& kernel_;
     const std::vector<Argument>& arguments_;
     int list_from_, list_size_, count_ = 0;
-    const Type* computed_in_;
+    std::vector<std::optional<Type>> computed_in_;
     std::size_t most_terms_;
 };
+
+template <class... K> bool is_any(std::string_view name) { return ((name == K::name) || ...); }
+
+/// By operand, where the kernel converts it before it computes.
+std::vector<std::optional<Type>> types_of_computation(std::string_view name,
+                                                      const std::vector<Argument>& arguments) {
+    std::vector<std::optional<Type>> types(arguments.size());
+    // A formula computes in the type of p, which is its third operand.
+    if (name == k::Expression::name) types.assign(arguments.size(), arguments[2].type);
+    // A double holds what it is compared with.
+    if (is_any<k::Equal, k::NotEqual, k::Less, k::LessEqual, k::Greater, k::GreaterEqual>(name) &&
+        arguments[1].values.empty() && arguments[2].values.empty() &&
+        (arguments[1].type == Type::float64 || arguments[2].type == Type::float64))
+        types.assign(arguments.size(), Type::float64);
+    // The period, in a model of another type.
+    if (is_any<k::Accumulate, k::AccumulateHalf, k::Difference, k::RateLimit>(name))
+        for (std::size_t a = 0; a < arguments.size(); ++a)
+            if (!arguments[a].values.empty() && arguments[a].type != arguments[0].type)
+                types[a] = arguments[0].type;
+    if (name.starts_with("bf::kernels::Check<")) types.back() = arguments[0].type;
+    return types;
+}
 
 } // namespace
 
@@ -268,10 +308,9 @@ std::optional<Traced> trace(std::string_view name, const std::vector<Argument>& 
     const bool is_single = std::any_of(arguments.begin(), arguments.end(),
                                        [](const Argument& a) { return a.type == Type::float32; });
     begin_terms(is_single ? Type::float32 : Type::float64);
-    // A formula computes in the type of p, which is its third operand.
     const bool is_formula = name == k::Expression::name;
-    auto traced = Runs(*kernel, arguments, list_from, list_size, is_formula ? &arguments[2].type : nullptr,
-                       most_terms)();
+    auto traced =
+        Runs(*kernel, arguments, list_from, list_size, types_of_computation(name, arguments), most_terms)();
     for (std::size_t a = 0; traced && a < arguments.size(); ++a)
         for (auto& one : traced->terms[a]) {
             // What a kernel only copies may become another type.
@@ -281,9 +320,9 @@ std::optional<Traced> trace(std::string_view name, const std::vector<Argument>& 
     return traced;
 }
 
-bool is_elementwise(std::string_view name) {
+Elements elements_of(std::string_view name) {
     const TracedKernel* const kernel = find(name);
-    return kernel && kernel->is_elementwise;
+    return kernel ? kernel->elements : Elements::differ;
 }
 
 std::string_view failure_of(std::string_view name) {

@@ -22,8 +22,13 @@ struct Traced {
 std::optional<Traced> trace(std::string_view kernel, const std::vector<Argument>& arguments, int list_from,
                             int list_size, std::size_t most_terms);
 
-/// Does a kernel that can be traced work element by element?
-bool is_elementwise(std::string_view kernel);
+/// Does a kernel do the same to element i of all its operands?
+enum class Elements {
+    differ,
+    of_all,
+    of_all_but_constants ///< which are the same for every element
+};
+Elements elements_of(std::string_view kernel);
 /// What a kernel says of operands that it refuses.
 std::string_view failure_of(std::string_view kernel);
 

@@ -114,13 +114,16 @@ connections: {u: speed}
 }
 
 TEST(GeneratedC, RefusesByNameWhatIsMoreThanArithmetic) {
-    const std::string model =
-        "model: m\nstep: 0.1\nblocks:\n  noise: {block: WhiteNoise}\n  a: {block: Gain}\n  table: "
-        "{block: Lookup1D, breakpoints: [0, 1]}\nconnections: {noise: a, a: table}\n";
-    EXPECT_EQ(refusal(model), "no C code can be generated for 'm', because these rules are more than "
-                              "arithmetic on numbers and short "
-                              "vectors:\n  noise (WhiteNoise)\n  table (Lookup1D)\nreplace these blocks, or "
-                              "generate C++: --language c++");
+    const std::string model = "model: m\nstep: 0.1\nblocks:\n  noise: {block: WhiteNoise}\n  inverse: "
+                              "{block: PseudoInverse}\n  table: "
+                              "{block: Lookup1D, breakpoints: [0, 1], interpolation: spline}\nconnections: "
+                              "{noise: inverse, inverse: "
+                              "table}\n";
+    EXPECT_EQ(refusal(model),
+              "no C code can be generated for 'm', because these rules are more than "
+              "arithmetic on numbers and short "
+              "vectors:\n  inverse (PseudoInverse)\n  table (Lookup1D)\nreplace these blocks, or "
+              "generate C++: --language c++");
     EXPECT_EQ(refusal(model, {}), "");
     EXPECT_NE(refusal("model: m\nstep: 0.1\nsolver: dormand_prince45\nblocks: {c: {block: Constant}, x: "
                       "{block: Integrator}}\nconnections: {c: x}\n")
@@ -135,11 +138,27 @@ TEST(GeneratedC, IsWrittenForMostOfTheCases) {
             ++all;
             in_c += is_c_case(one);
         }
-    EXPECT_GT(5 * in_c, 3 * all) << in_c << " of " << all;
+    EXPECT_GT(5 * in_c, 4 * all) << in_c << " of " << all;
 }
 
 /// The deviations that docs/how-to/generate_code.md lists, each with its reason.
 const std::set<std::string> deviations{"2.5", "8.7", "8.9", "12.1", "15.5"};
+
+/// What calls functions that are more than arithmetic.
+const char* const library = R"m(model: library
+step: 0.1
+inputs: {u: {}, n: {type: int16}}
+blocks:
+  table: {block: Lookup2D, breakpoints1: [0, 1, 3], breakpoints2: [0, 2], table: [1, 2; 3, 4; 5, 7]}
+  noise: {block: WhiteNoise}
+  uniform: {block: RandomUniform}
+  whole: {block: Convert, type: int8, rounding: nearest, on_overflow: saturate}
+  wrapped: {block: Convert, type: uint8, rounding: convergent, on_overflow: wrap}
+  checked: {block: Convert, type: int8, on_overflow: error}
+  bits: {block: Bitwise, operator: NAND}
+  down: {block: ShiftBits, places: -3}
+connections: {u: [table.u1, table.u2, whole, wrapped, checked], n: [bits, down]}
+)m";
 
 TEST(GeneratedC, KeepsTheRulesOfMisraButForTheDeviationsOfTheDocs) {
     if (std::system("command -v cppcheck >/dev/null") != 0) GTEST_SKIP() << "cppcheck is not installed";
@@ -156,10 +175,12 @@ TEST(GeneratedC, KeepsTheRulesOfMisraButForTheDeviationsOfTheDocs) {
     for (const auto& one : control_cases()) add(one);
     write_text(folder.path / "m.c", in_c(motor).at("m.c"));
     write_text(folder.path / "m.h", in_c(motor).at("m.h"));
+    write_text(folder.path / "library.c", in_c(library).at("library.c"));
+    write_text(folder.path / "library.h", in_c(library).at("library.h"));
     ASSERT_EQ(
         std::system(("cd " + folder.path.string() +
                      " && cppcheck --addon=misra --std=c11 --enable=warning,style,portability,performance "
-                     "--suppress=missingIncludeSystem -q m.c" +
+                     "--suppress=missingIncludeSystem -q m.c library.c" +
                      files + " 2>report.txt")
                         .c_str()),
         0);

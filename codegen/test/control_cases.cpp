@@ -338,6 +338,29 @@ connections: {t: [counts.u, anew.u], counts: sum.u1, anew: sum.u2, x: sum.u3, u:
 )m");
 }
 
+/// Tables with several points in each dimension, inside of them and beyond.
+model::Model tables() {
+    return read("tables", R"m(step: 0.01
+inputs: [u, v]
+blocks:
+  line: {block: Lookup1D, breakpoints: [-1, -0.2, 0.5, 2], table: [3, 1, 4, 1.5], extrapolation: linear}
+  held: {block: Lookup1D, breakpoints: [-1, -0.2, 0.5, 2], table: [3, 1, 4, 1.5]}
+  flat: {block: Lookup1D, breakpoints: [-1, -0.2, 0.5, 2], table: [3, 1, 4, 1.5], interpolation: flat}
+  nearest: {block: Lookup2D, breakpoints1: [-1, 0, 1], breakpoints2: [-0.5, 0.5], table: "[1 2; 3 4; 5 7]", interpolation: nearest}
+  plane: {block: Lookup2D, breakpoints1: [-1, 0, 1], breakpoints2: [-0.5, 0.5], table: "[1 2; 3 4; 5 7]", extrapolation: linear}
+  space: {block: LookupND, breakpoints1: [-1, 0, 1], breakpoints2: [-0.5, 0.5], breakpoints3: [0, 1],
+          table: "[1 2 3 4; 5 6 8 9; 7 1 0 2]"}
+  first: {block: Prelookup, breakpoints: [-1, 0, 1]}
+  second: {block: Prelookup, breakpoints: [-0.5, 0.5], extrapolation: linear}
+  at: {block: InterpolateAt, size: [3, 2], table: "[1 2; 3 4; 5 7]"}
+  four: {block: Gain, K: 4}
+  direct: {block: DirectLookup, table: [5, 6, 7, 8]}
+  cell: {block: DirectLookup, dimensions: 2, from_zero: true, table: "[1 2 3; 4 5 6]"}
+connections: {u: [line, held, flat, nearest.u1, plane.u1, space.u1, first, four], v: [nearest.u2, plane.u2, space.u2, space.u3, second],
+              first.k: at.k1, first.f: at.f1, second.k: at.k2, second.f: at.f2, four: [direct, cell.i1, cell.i2]}
+)m");
+}
+
 } // namespace
 
 std::vector<Case> control_cases() {
@@ -357,6 +380,7 @@ std::vector<Case> control_cases() {
     add(loops_between_steps(), 40);
     add(endless(), 20);
     add(infinite(), 40);
+    add(tables(), 60);
     return cases;
 }
 

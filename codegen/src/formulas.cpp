@@ -70,7 +70,7 @@ class Printer {
         for (const auto& [used, variable] : definition_.uses) {
             if (!is_free(variable)) continue;
             const auto& value = values_[static_cast<std::size_t>(variable)];
-            if (used == name) return matlab::Slot{variable, {value.type(), {value.rows(), value.cols()}}};
+            if (used == name) return matlab::Slot{variable, matlab::type_of(value)};
             if (used.starts_with(name + ".") || name.starts_with(used + ".")) found = matlab::Slot{-1, {}};
         }
         return found;

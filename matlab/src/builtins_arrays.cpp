@@ -11,7 +11,10 @@ namespace {
 /// The class a trailing name such as 'int8' asks for.
 Class class_named(const std::string& name) {
     for (int k = 0; k <= static_cast<int>(Class::Logical); ++k)
-        if (class_name(static_cast<Class>(k)) == name) return static_cast<Class>(k);
+        if (class_name(static_cast<Class>(k)) == name) {
+            if (const std::string why = unsupported(static_cast<Class>(k)); !why.empty()) throw Error(why);
+            return static_cast<Class>(k);
+        }
     throw Error("'" + name +
                 "' is no number class; use 'double', 'single', 'int8' ... 'uint32' or 'logical'");
 }

@@ -9,14 +9,8 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-/// The class of f(x): logicals and characters become double.
-Class numeric_class(const Value& x) {
-    if (!x.is_array()) throw Error("expected numbers, got " + x.describe());
-    return x.is_numeric() ? x.type() : Class::Double;
-}
-
 template <Operation op> Value apply(const Call& call) {
-    return map(call[0], numeric_class(call[0]), computed<op>);
+    return map(call[0], number_class(call[0].type()), computed<op>);
 }
 template <bool (*F)(double)> Value test(const Call& call) {
     if (!call[0].is_array()) return Value::filled(Class::Logical, call[0].rows(), call[0].cols(), 0);
@@ -40,7 +34,7 @@ bool isinf_(double x) { return std::isinf(x); }
 bool isfinite_(double x) { return std::isfinite(x); }
 
 Value round_digits(const Call& call) {
-    const Class type = numeric_class(call[0]);
+    const Class type = number_class(call[0].type());
     if (call.size() == 1) return map(call[0], type, [](double x) { return std::round(x); });
     const double scale = std::pow(10.0, call.scalar(1));
     const Value scaled = binary(Operator::Times, call[0], scale, call.budget());
@@ -76,6 +70,10 @@ template <int... op> void add_operations(Builtins& t, std::integer_sequence<int,
     (add_operation<op>(t), ...);
 }
 
+template <int... type> void add_conversions(Builtins& t, std::integer_sequence<int, type...>) {
+    ((t[class_name(static_cast<Class>(type))] = {1, 1, convert<static_cast<Class>(type)>}), ...);
+}
+
 } // namespace
 
 void add_elementwise(Builtins& t) {
@@ -92,15 +90,7 @@ void add_elementwise(Builtins& t) {
         t[name] = {operands, operands, operate};
     }
 
-    t["double"] = {1, 1, convert<Class::Double>};
-    t["single"] = {1, 1, convert<Class::Single>};
-    t["int8"] = {1, 1, convert<Class::Int8>};
-    t["int16"] = {1, 1, convert<Class::Int16>};
-    t["int32"] = {1, 1, convert<Class::Int32>};
-    t["uint8"] = {1, 1, convert<Class::Uint8>};
-    t["uint16"] = {1, 1, convert<Class::Uint16>};
-    t["uint32"] = {1, 1, convert<Class::Uint32>};
-    t["logical"] = {1, 1, convert<Class::Logical>};
+    add_conversions(t, std::make_integer_sequence<int, static_cast<int>(Class::Logical) + 1>());
     t["boolean"] = {1, 1, convert<Class::Logical>};
 }
 

@@ -16,11 +16,6 @@ int dimension(const Call& call, std::size_t at) {
     return int(d);
 }
 
-Class sum_class(const Value& x) {
-    if (!x.is_array()) throw Error("expected numbers, got " + x.describe());
-    return x.is_numeric() ? x.type() : Class::Double;
-}
-
 /// Runs f(line, lines, i) over the columns (dim 1) or rows (dim 2) of x; `line` holds its elements.
 template <typename F> void for_each_line(const Value& x, int dim, F f) {
     const Index length = dim == 1 ? x.rows() : x.cols(), lines = dim == 1 ? x.cols() : x.rows();
@@ -60,13 +55,13 @@ template <typename F> double accumulated(const std::vector<double>& line, double
 }
 
 Value sum(const Call& call) {
-    const Class type = sum_class(call[0]);
+    const Class type = number_class(call[0].type());
     return reduced(call[0], dimension(call, 1), type, [type](const std::vector<double>& line) {
         return accumulated(line, 0, type, std::plus());
     });
 }
 Value prod(const Call& call) {
-    const Class type = sum_class(call[0]);
+    const Class type = number_class(call[0].type());
     return reduced(call[0], dimension(call, 1), type, [type](const std::vector<double>& line) {
         return accumulated(line, 1, type, std::multiplies());
     });
@@ -104,12 +99,12 @@ Value nnz(const Call& call) {
     return Index(std::count_if(x, x + call[0].numel(), [](double e) { return e != 0; }));
 }
 Value cumsum(const Call& call) {
-    return scanned(call[0], dimension(call, 1), sum_class(call[0]), [](std::vector<double>& line) {
+    return scanned(call[0], dimension(call, 1), number_class(call[0].type()), [](std::vector<double>& line) {
         std::partial_sum(line.begin(), line.end(), line.begin());
     });
 }
 Value cumprod(const Call& call) {
-    return scanned(call[0], dimension(call, 1), sum_class(call[0]), [](std::vector<double>& line) {
+    return scanned(call[0], dimension(call, 1), number_class(call[0].type()), [](std::vector<double>& line) {
         std::partial_sum(line.begin(), line.end(), line.begin(), std::multiplies());
     });
 }
@@ -118,7 +113,7 @@ Value diff(const Call& call) {
     const Value& x = call[0];
     const bool rows = dimension(call, 2) == 1;
     const Index n = rows ? x.rows() : x.cols();
-    if (n < 2) return Value::filled(sum_class(x), rows ? 0 : x.rows(), rows ? x.cols() : 0, 0);
+    if (n < 2) return Value::filled(number_class(x.type()), rows ? 0 : x.rows(), rows ? x.cols() : 0, 0);
     Selection head = select_all(n - 1, call.budget()), tail = head;
     for (Index& p : tail.positions) ++p;
     const Selection other = select_all(rows ? x.cols() : x.rows(), call.budget());
@@ -132,12 +127,12 @@ Value diff(const Call& call) {
 /// min and max: of one argument along a dimension, NaN ignored, or of two element by element.
 template <bool Max> std::vector<Value> extremum(const Call& call) {
     const auto better = [](double x, double y) { return std::isnan(y) || (Max ? x > y : x < y); };
-    if (call.size() == 2 && !call[1].is_empty()) {
+    if (call.size() == 2) {
         return {broadcast(call[0], call[1], arithmetic_class(call[0], call[1]), call.name, call.budget(),
                           computed_two < Max ? Operation::max : Operation::min >)};
     }
     const Value& x = call[0];
-    const Class type = sum_class(x);
+    const Class type = number_class(x.type());
     if (x.is_empty()) return {Value::array(type, 0, 0, {}), Value()};
     const auto place = [&](const std::vector<double>& line) {
         std::size_t best = 0;

@@ -64,39 +64,14 @@ void grow_linear(Value& base, Index largest, Budget& budget) {
                     " of a " + base.size_text() + " matrix; give row and column to grow it");
 }
 
-Class joint_class(const std::vector<Value>& parts) {
-    Class result = Class::Logical;
-    bool any = false;
-    for (const Value& part : parts) {
-        const Class type = part.type();
-        if (type == Class::Struct || type == Class::Function)
-            throw Error(type == Class::Struct ? "arrays of structs are not supported; use a cell array {a, b}"
-                                              : "function handles form no array; use a cell array {f, g}");
-        if (type == Class::Double && part.rows() == 0 && part.cols() == 0) continue;
-        if (!any) {
-            result = type;
-            any = true;
-        } else if (type == Class::Cell || result == Class::Cell) {
-            result = Class::Cell;
-        } else if (type == Class::Char || result == Class::Char) {
-            result = Class::Char;
-        } else if (is_integer(result) || result == type) {
-            continue; // the first integer class decides
-        } else if (is_integer(type)) {
-            result = type;
-        } else if (type == Class::Single || result == Class::Single) {
-            result = Class::Single;
-        } else {
-            result = Class::Double;
-        }
-    }
-    return any ? result : Class::Double;
-}
-
 /// [a b c] when `across`, else [a; b; c].
 Value concatenate(const std::vector<Value>& parts, bool across, Budget& budget) {
     if (parts.size() == 1 && parts[0].type() != Class::Function) return parts[0];
-    const Class type = joint_class(parts);
+    std::optional<Class> joined;
+    for (const Value& part : parts)
+        if (part.type() != Class::Double || part.rows() != 0 || part.cols() != 0)
+            joined = joined_class(joined, part.type());
+    const Class type = joined.value_or(Class::Double);
     std::vector<const Value*> kept;
     std::vector<Value> wrapped; // elements that join a cell array
     wrapped.reserve(parts.size());
@@ -116,9 +91,8 @@ Value concatenate(const std::vector<Value>& parts, bool across, Budget& budget) 
     Index length = 0;
     for (const Value* part : kept) {
         if (extent(*part) != extent(*kept[0]))
-            throw Error("size mismatch: " + kept[0]->size_text() + (across ? " beside " : " above ") +
-                        part->size_text() + " (" + std::to_string(extent(*kept[0])) + " and " +
-                        std::to_string(extent(*part)) + (across ? " rows differ)" : " columns differ)"));
+            throw Error(join_mismatch(kept[0]->size_text(), extent(*kept[0]), part->size_text(),
+                                      extent(*part), across));
         length += across ? part->cols() : part->rows();
     }
     const Index rows = across ? extent(*kept[0]) : length, cols = across ? length : extent(*kept[0]);
@@ -194,7 +168,8 @@ Value index(const Value& base, const std::vector<Selection>& at, Budget& budget)
     if (base.is_struct()) {
         for (const Selection& s : at)
             if (s.positions != std::vector<Index>{0})
-                throw Error("arrays of structs are not supported; a struct has only element 1");
+                throw Error("arrays of structs are not supported; a struct has only element 1, use a cell "
+                            "array, c{i}.field");
         return base;
     }
     check_indexable(base);

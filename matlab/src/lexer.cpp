@@ -223,9 +223,14 @@ class Lexer {
             digits += "e" + std::string(text_.substr(from, at_ - from));
         }
         if (is_word(peek())) {
+            const std::string_view unit = text_.substr(at_, 1);
             while (is_word(peek())) ++at_;
-            fail("a number ends before a letter; complex and hexadecimal numbers are not supported", begin,
-                 at_);
+            if (at_ - begin == digits.size() + 1 && (unit == "i" || unit == "j"))
+                fail("complex numbers are not supported; compute with real and imaginary parts of their own",
+                     begin, at_);
+            fail(
+                "a number ends before a letter; write '*' to multiply; hexadecimal numbers are not supported",
+                begin, at_);
         }
         double value = 0;
         if (const std::string wrong = read_value(digits, value); !wrong.empty()) fail(wrong, begin, at_);

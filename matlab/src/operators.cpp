@@ -6,17 +6,9 @@
 namespace bf::matlab {
 namespace {
 
-void require_array(const Value& a, std::string_view what) {
-    if (!a.is_array())
-        throw Error("operator '" + std::string(what) + "' does not apply to a " + std::string(a.type_name()));
-}
-
 Value multiply_values(const Value& a, const Value& b, Budget& budget) {
     const Class type = arithmetic_class(a, b);
-    if (a.cols() != b.rows())
-        throw Error("size mismatch: " + a.size_text() + " * " + b.size_text() + " (inner lengths " +
-                    std::to_string(a.cols()) + " and " + std::to_string(b.rows()) +
-                    " differ); use '.*' for an element-wise product");
+    if (a.cols() != b.rows()) throw Error(product_mismatch(a.size_text(), a.cols(), b.size_text(), b.rows()));
     budget.allocate(double(a.rows()), double(b.cols()));
     budget.spend(double(a.rows()) * double(a.cols()) * double(b.cols()));
     return Value(multiply(a.view(), b.view())).as(type);
@@ -57,6 +49,10 @@ Value matrix_power(const Value& a, const Value& b, Budget& budget) {
     return Value(result).as(type);
 }
 
+template <Operation op> double computed_swapped(double x, double y) { return computed(op, y, x); }
+template <Operation op> constexpr ElementRule arithmetic{op, computed_two<op>, false, false};
+template <Operation op> constexpr ElementRule comparison{op, computed_two<op>, true, false};
+
 } // namespace
 
 std::string_view symbol(Operator op) {
@@ -78,6 +74,7 @@ const std::unordered_map<std::string_view, Operator>& operator_functions() {
                                                                     {"mtimes", Operator::Mtimes},
                                                                     {"rdivide", Operator::Rdivide},
                                                                     {"mrdivide", Operator::Mrdivide},
+                                                                    {"ldivide", Operator::Ldivide},
                                                                     {"mldivide", Operator::Mldivide},
                                                                     {"power", Operator::Power},
                                                                     {"mpower", Operator::Mpower},
@@ -91,6 +88,7 @@ const std::unordered_map<std::string_view, Operator>& operator_functions() {
                                                                     {"or", Operator::Or},
                                                                     {"not", Operator::Not},
                                                                     {"uminus", Operator::UnaryMinus},
+                                                                    {"uplus", Operator::UnaryPlus},
                                                                     {"transpose", Operator::Transpose},
                                                                     {"ctranspose", Operator::Transpose}};
     return all;
@@ -108,13 +106,65 @@ void Budget::allocate(double rows, double cols) {
     spend(8 * rows * cols); // also bounds the memory that many arrays take together
 }
 
+void require_array(Class type, std::string_view symbol) {
+    if (type > Class::Char)
+        throw Error("operator '" + std::string(symbol) + "' does not apply to a " +
+                    std::string(class_name(type)));
+}
+
 Class arithmetic_class(Class x, Class y) {
-    if (is_integer(x) && is_integer(y) && x != y)
-        throw Error("integers of different classes do not mix: " + std::string(class_name(x)) + " and " +
-                    std::string(class_name(y)) + "; cast one of them");
-    if (is_integer(x)) return x;
-    if (is_integer(y)) return y;
-    return x == Class::Single || y == Class::Single ? Class::Single : Class::Double;
+    const Class a = number_class(x), b = number_class(y);
+    if (is_integer(a) && is_integer(b) && a != b)
+        throw Error("integers of different classes do not mix: " + std::string(class_name(a)) + " and " +
+                    std::string(class_name(b)) + "; cast one of them");
+    if (is_integer(a)) return a;
+    if (is_integer(b)) return b;
+    return a == Class::Single || b == Class::Single ? Class::Single : Class::Double;
+}
+
+Class joined_class(std::optional<Class> before, Class next) {
+    if (next == Class::Struct || next == Class::Function)
+        throw Error(next == Class::Struct ? "arrays of structs are not supported; use a cell array {a, b}"
+                                          : "function handles form no array; use a cell array {f, g}");
+    if (!before || *before == next) return next;
+    for (const Class strongest : {Class::Cell, Class::Char})
+        if (*before == strongest || next == strongest) return strongest;
+    if (is_integer(*before)) return *before; // the first integer class decides
+    return arithmetic_class(*before, next);
+}
+
+const ElementRule* element_rule(Operator op, bool is_scalar_a, bool is_scalar_b) {
+    static constexpr ElementRule left_quotient{Operation::over, computed_swapped<Operation::over>, false,
+                                               true};
+    switch (op) {
+    case Operator::Plus: return &arithmetic<Operation::plus>;
+    case Operator::Minus: return &arithmetic<Operation::minus>;
+    case Operator::Mtimes:
+        if (!is_scalar_a && !is_scalar_b) return nullptr;
+        [[fallthrough]];
+    case Operator::Times: return &arithmetic<Operation::times>;
+    case Operator::Mrdivide:
+        if (!is_scalar_b) return nullptr;
+        [[fallthrough]];
+    case Operator::Rdivide: return &arithmetic<Operation::over>;
+    case Operator::Mldivide:
+        if (!is_scalar_a) return nullptr;
+        [[fallthrough]];
+    case Operator::Ldivide: return &left_quotient;
+    case Operator::Mpower:
+        if (!is_scalar_a || !is_scalar_b) return nullptr;
+        [[fallthrough]];
+    case Operator::Power: return &arithmetic<Operation::power>;
+    case Operator::Equal: return &comparison<Operation::equal>;
+    case Operator::NotEqual: return &comparison<Operation::not_equal>;
+    case Operator::Less: return &comparison<Operation::less>;
+    case Operator::LessEqual: return &comparison<Operation::less_equal>;
+    case Operator::Greater: return &comparison<Operation::greater>;
+    case Operator::GreaterEqual: return &comparison<Operation::greater_equal>;
+    case Operator::And: return &comparison<Operation::logical_and>;
+    case Operator::Or: return &comparison<Operation::logical_or>;
+    default: return nullptr;
+    }
 }
 
 std::string size_mismatch(const std::string& a, std::string_view what, const std::string& b) {
@@ -122,15 +172,23 @@ std::string size_mismatch(const std::string& a, std::string_view what, const std
            "; sizes must be equal, or 1 where they differ";
 }
 
+std::string product_mismatch(const std::string& a, Index cols, const std::string& b, Index rows) {
+    return "size mismatch: " + a + " * " + b + " (inner lengths " + std::to_string(cols) + " and " +
+           std::to_string(rows) + " differ); use '.*' for an element-wise product";
+}
+
+std::string join_mismatch(const std::string& a, Index of_a, const std::string& b, Index of_b, bool is_row) {
+    return "size mismatch: " + a + (is_row ? " beside " : " above ") + b + " (" + std::to_string(of_a) +
+           " and " + std::to_string(of_b) + (is_row ? " rows differ)" : " columns differ)");
+}
+
 Value broadcast(const Value& a, const Value& b, Class type, std::string_view what, Budget& budget,
                 double (*f)(double, double)) {
     if (a.is_scalar() && b.is_scalar())
         return Value::array(type, 1, 1, {cast(f(*a.data(), *b.data()), type)});
-    const bool rows_fit = a.rows() == b.rows() || a.rows() == 1 || b.rows() == 1;
-    const bool cols_fit = a.cols() == b.cols() || a.cols() == 1 || b.cols() == 1;
-    if (!rows_fit || !cols_fit) throw Error(size_mismatch(a.size_text(), what, b.size_text()));
-    const Index rows = a.rows() == 1 ? b.rows() : a.rows();
-    const Index cols = a.cols() == 1 ? b.cols() : a.cols();
+    const auto all_rows = expanded(a.rows(), b.rows()), all_cols = expanded(a.cols(), b.cols());
+    if (!all_rows || !all_cols) throw Error(size_mismatch(a.size_text(), what, b.size_text()));
+    const Index rows = *all_rows, cols = *all_cols;
     budget.allocate(double(rows), double(cols));
     const double *x = a.data(), *y = b.data();
     const Index x_row = a.rows() != 1, y_row = b.rows() != 1;
@@ -167,43 +225,15 @@ double computed(Operation op, double x, double y) {
 
 Value binary(Operator op, const Value& a, const Value& b, Budget& budget) {
     const std::string_view what = symbol(op);
-    require_array(a, what);
-    require_array(b, what);
-    const auto arithmetic = [&](double (*f)(double, double)) {
-        return broadcast(a, b, arithmetic_class(a, b), what, budget, f);
-    };
-    const auto compare = [&](double (*f)(double, double)) {
-        return broadcast(a, b, Class::Logical, what, budget, f);
-    };
-    const bool scalars = a.is_scalar() || b.is_scalar();
+    require_array(a.type(), what);
+    require_array(b.type(), what);
+    if (const ElementRule* rule = element_rule(op, a.is_scalar(), b.is_scalar()))
+        return broadcast(a, b, rule->result(a.type(), b.type()), what, budget, rule->value);
     switch (op) {
-    case Operator::Plus: return arithmetic(computed_two<Operation::plus>);
-    case Operator::Minus: return arithmetic(computed_two<Operation::minus>);
-    case Operator::Mtimes:
-        if (!scalars) return multiply_values(a, b, budget);
-        [[fallthrough]];
-    case Operator::Times: return arithmetic(computed_two<Operation::times>);
-    case Operator::Mrdivide:
-        if (!b.is_scalar()) return right_divide(a, b, budget);
-        [[fallthrough]];
-    case Operator::Rdivide: return arithmetic(computed_two<Operation::over>);
-    case Operator::Mldivide:
-        if (!a.is_scalar()) return left_divide(a, b, budget);
-        [[fallthrough]];
-    case Operator::Ldivide:
-        return arithmetic([](double x, double y) { return computed(Operation::over, y, x); });
-    case Operator::Mpower:
-        if (!a.is_scalar() || !b.is_scalar()) return matrix_power(a, b, budget);
-        [[fallthrough]];
-    case Operator::Power: return arithmetic(computed_two<Operation::power>);
-    case Operator::Equal: return compare(computed_two<Operation::equal>);
-    case Operator::NotEqual: return compare(computed_two<Operation::not_equal>);
-    case Operator::Less: return compare(computed_two<Operation::less>);
-    case Operator::LessEqual: return compare(computed_two<Operation::less_equal>);
-    case Operator::Greater: return compare(computed_two<Operation::greater>);
-    case Operator::GreaterEqual: return compare(computed_two<Operation::greater_equal>);
-    case Operator::And: return compare(computed_two<Operation::logical_and>);
-    case Operator::Or: return compare(computed_two<Operation::logical_or>);
+    case Operator::Mtimes: return multiply_values(a, b, budget);
+    case Operator::Mrdivide: return right_divide(a, b, budget);
+    case Operator::Mldivide: return left_divide(a, b, budget);
+    case Operator::Mpower: return matrix_power(a, b, budget);
     default: throw Error("operator '" + std::string(what) + "' takes one operand");
     }
 }
@@ -213,9 +243,9 @@ Value unary(Operator op, const Value& a, Budget& budget) {
         budget.spend(double(a.numel()));
         return transpose(a);
     }
-    require_array(a, symbol(op));
+    require_array(a.type(), symbol(op));
     budget.spend(double(a.numel()));
-    const Class type = a.is_numeric() ? a.type() : Class::Double;
+    const Class type = number_class(a.type());
     if (op == Operator::UnaryMinus) return map(a, type, computed<Operation::negative>);
     if (op == Operator::UnaryPlus) return a.as(type);
     return map(a, Class::Logical, computed<Operation::logical_not>);

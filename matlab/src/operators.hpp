@@ -3,6 +3,7 @@
 #include "bf/matlab/formula.hpp"
 
 #include <functional>
+#include <optional>
 #include <string_view>
 #include <unordered_map>
 
@@ -31,11 +32,37 @@ Value unary(Operator op, const Value& a, Budget& budget);
 Value range(const Value& first, const Value& step, const Value& last, Budget& budget);
 Value transpose(const Value& a);
 
-/// The class of an arithmetic result of two classes.
+// What operators mean for classes and sizes. `resolve` infers by the same rules.
+
+/// The class of an arithmetic result of two classes. Throws Error for integers that do not mix and for what
+/// has no elements.
 Class arithmetic_class(Class a, Class b);
 inline Class arithmetic_class(const Value& a, const Value& b) { return arithmetic_class(a.type(), b.type()); }
-/// The rule that sizes, as texts, break when neither is 1 where they differ.
+/// The class of a concatenation, from that of the parts before and that of the next part. Parts that are a
+/// 0x0 double do not count.
+Class joined_class(std::optional<Class> before, Class next);
+/// How long two extents are together, when one of them is 1 or both are the same.
+inline std::optional<Index> expanded(Index a, Index b) {
+    if (a == b || b == 1) return a;
+    return a == 1 ? std::optional(b) : std::nullopt;
+}
+/// An operator that computes element by element.
+struct ElementRule {
+    Operation operation;
+    double (*value)(double, double); ///< of the operands in the operator's order
+    bool is_comparison;              ///< the result is logical, else of the arithmetic class
+    bool is_swapped;                 ///< the operation has the operands in the other order
+    Class result(Class a, Class b) const { return is_comparison ? Class::Logical : arithmetic_class(a, b); }
+};
+/// Null where the operator has one operand, leaves out the second one, or computes with whole matrices.
+const ElementRule* element_rule(Operator op, bool is_scalar_a, bool is_scalar_b);
+void require_array(Class type, std::string_view symbol); ///< throws Error
+
+// The rules that sizes, as texts, break.
 std::string size_mismatch(const std::string& a, std::string_view symbol, const std::string& b);
+std::string product_mismatch(const std::string& a, Index cols, const std::string& b, Index rows);
+/// Of two parts, across which the extents are these.
+std::string join_mismatch(const std::string& a, Index of_a, const std::string& b, Index of_b, bool is_row);
 std::string_view symbol(Operator op);
 bool is_unary(Operator op);
 

@@ -20,8 +20,18 @@ bool is_sized_by_value(std::string_view name) {
     return std::ranges::find(names, name) != std::end(names);
 }
 
-Type type_of(const Value& value) { return {value.type(), {value.rows(), value.cols()}}; }
-Class number_class(const Type& type) { return type.element <= Class::Uint32 ? type.element : Class::Double; }
+/// Refuses a quantity whose type no part of a formula computes with.
+void require_supported(const Type& type) {
+    const std::string this_is = "this is a " + type.text() + "; ";
+    if (type.is_complex)
+        throw Error(this_is +
+                    "complex numbers are not supported; compute with real and imaginary parts of their own");
+    if (const std::string why = unsupported(type.element); !why.empty()) throw Error(this_is + why);
+    if (type.extents.size() > 2)
+        throw Error(this_is + "arrays have two dimensions; use a cell array for more");
+    if (type.element == Class::Struct && !type.is_scalar())
+        throw Error(this_is + "arrays of structs are not supported; use a cell array, c{i}.field");
+}
 
 class Resolver {
   public:
@@ -78,19 +88,32 @@ class Resolver {
         return suggestion(name, known);
     }
 
-    Value value_of(const Expression& e) const { return Interpreter().evaluate(e, scope_.constants); }
-
-    Formula constant(const Expression& e) {
-        Formula formula;
-        if (e.kind == Kind::Index && e.parts.size() == 2 && is_size(*e.parts[0]) && is_open(*e.parts[1])) {
+    bool is_size_of_slot(const Expression& e) const {
+        return e.kind == Kind::Index && e.parts.size() == 2 && is_size(*e.parts[0]) && is_open(*e.parts[1]);
+    }
+    /// The expression with the sizes of slots as numbers.
+    Expression with_sizes(const Expression& e) {
+        Expression known = e;
+        if (is_size_of_slot(e)) {
             const Type of = resolve(*e.parts[1]).type;
             Workspace workspace;
             workspace.set("x", Value::filled(Class::Double, of.rows(), of.cols(), 0));
-            formula.value = evaluate(e.parts[0]->name + "(x)", workspace);
-        } else {
-            require_known(e);
-            formula.value = value_of(e);
+            known.kind = Kind::Literal;
+            known.value = evaluate(e.parts[0]->name + "(x)", workspace);
+            known.parts.clear();
         }
+        for (ExpressionPtr& part : known.parts) part = std::make_shared<const Expression>(with_sizes(*part));
+        return known;
+    }
+    Value value_of(const Expression& e) {
+        const Expression known = with_sizes(e);
+        require_known(known);
+        return Interpreter().evaluate(known, scope_.constants);
+    }
+
+    Formula constant(const Expression& e) {
+        Formula formula;
+        formula.value = value_of(e);
         formula.type = type_of(formula.value);
         return formula;
     }
@@ -98,6 +121,7 @@ class Resolver {
     Formula open(const Expression& e) {
         if (const std::string name = dotted_name(e); !name.empty()) {
             const auto found = slot(e, name);
+            if (found) require_supported(found->type);
             if (!found || found->number < 0) throw Unresolved("its expression is more than arithmetic", e);
             Formula formula;
             formula.kind = Form::slot;
@@ -127,12 +151,9 @@ class Resolver {
     static Formula elementwise(Operation operation, Class element, std::vector<Formula> operands,
                                std::string_view symbol) {
         const Type &a = operands.front().type, &b = operands.back().type;
-        const auto expanded = [&](Index x, Index y) {
-            if (x != y && x != 1 && y != 1) throw Error(size_mismatch(a.size_text(), symbol, b.size_text()));
-            return x == 1 ? y : x;
-        };
-        const Index rows = expanded(a.rows(), b.rows()), cols = expanded(a.cols(), b.cols());
-        Formula formula = made(Form::operation, element, rows, cols, std::move(operands));
+        const auto rows = expanded(a.rows(), b.rows()), cols = expanded(a.cols(), b.cols());
+        if (!rows || !cols) throw Error(size_mismatch(a.size_text(), symbol, b.size_text()));
+        Formula formula = made(Form::operation, element, *rows, *cols, std::move(operands));
         formula.operation = operation;
         return formula;
     }
@@ -142,73 +163,62 @@ class Resolver {
         std::vector<Formula> operands;
         for (std::size_t i = first; i < parts.size(); ++i) operands.push_back(resolve(*parts[i]));
         const Type a = operands.front().type, b = operands.back().type;
-        const auto arithmetic = [&](Operation operation) {
-            return elementwise(operation, arithmetic_class(a.element, b.element), std::move(operands),
-                               symbol(op));
-        };
-        const auto comparison = [&](Operation operation) {
-            return elementwise(operation, Class::Logical, std::move(operands), symbol(op));
-        };
-        const auto quotient = [&](const Type& divisor, bool is_left) {
-            if (!divisor.is_scalar() && op != Operator::Rdivide && op != Operator::Ldivide)
-                throw Unresolved("a system of equations or a power of a matrix is not computed there", e);
-            if (is_left) std::swap(operands.front(), operands.back());
-            return arithmetic(Operation::over);
-        };
-        switch (op) {
-        case Operator::UnaryPlus: operands[0].type.element = number_class(a); return operands[0];
-        case Operator::UnaryMinus:
-            return elementwise(Operation::negative, number_class(a), std::move(operands), "-");
-        case Operator::Not:
-            return elementwise(Operation::logical_not, Class::Logical, std::move(operands), "~");
-        case Operator::Transpose:
+        if (op == Operator::Transpose)
             return made(Form::transpose, a.element, a.cols(), a.rows(), std::move(operands));
-        case Operator::Plus: return arithmetic(Operation::plus);
-        case Operator::Minus: return arithmetic(Operation::minus);
-        case Operator::Mtimes:
-            if (a.is_scalar() || b.is_scalar()) return arithmetic(Operation::times);
-            if (a.cols() != b.rows()) throw Error(size_mismatch(a.size_text(), "*", b.size_text()));
-            return made(Form::multiply, arithmetic_class(a.element, b.element), a.rows(), b.cols(),
+        if (op == Operator::AndAlso || op == Operator::OrElse) {
+            for (const Formula& operand : operands)
+                if (operand.type.element > Class::Char)
+                    throw Error("expected a condition (numbers or logicals), got a " + operand.type.text());
+            return made(op == Operator::AndAlso ? Form::both : Form::either, Class::Logical, 1, 1,
                         std::move(operands));
-        case Operator::Times: return arithmetic(Operation::times);
-        case Operator::Mrdivide:
-        case Operator::Rdivide: return quotient(b, false);
-        case Operator::Mldivide:
-        case Operator::Ldivide: return quotient(a, true);
-        case Operator::Mpower:
-            if (!a.is_scalar() || !b.is_scalar())
-                throw Unresolved("a system of equations or a power of a matrix is not computed there", e);
-            [[fallthrough]];
-        case Operator::Power: return arithmetic(Operation::power);
-        case Operator::Equal: return comparison(Operation::equal);
-        case Operator::NotEqual: return comparison(Operation::not_equal);
-        case Operator::Less: return comparison(Operation::less);
-        case Operator::LessEqual: return comparison(Operation::less_equal);
-        case Operator::Greater: return comparison(Operation::greater);
-        case Operator::GreaterEqual: return comparison(Operation::greater_equal);
-        case Operator::And: return comparison(Operation::logical_and);
-        case Operator::Or: return comparison(Operation::logical_or);
-        case Operator::AndAlso: return made(Form::both, Class::Logical, 1, 1, std::move(operands));
-        case Operator::OrElse: return made(Form::either, Class::Logical, 1, 1, std::move(operands));
-        case Operator::None: break;
         }
-        throw Unresolved("its expression is more than arithmetic", e);
+        require_array(a.element, symbol(op));
+        require_array(b.element, symbol(op));
+        if (op == Operator::UnaryPlus) {
+            operands[0].type.element = number_class(a.element);
+            return operands[0];
+        }
+        if (op == Operator::UnaryMinus)
+            return elementwise(Operation::negative, number_class(a.element), std::move(operands), "-");
+        if (op == Operator::Not)
+            return elementwise(Operation::logical_not, Class::Logical, std::move(operands), "~");
+        if (const ElementRule* rule = element_rule(op, a.is_scalar(), b.is_scalar())) {
+            Formula formula = elementwise(rule->operation, rule->result(a.element, b.element),
+                                          std::move(operands), symbol(op));
+            if (rule->is_swapped) std::swap(formula.operands.front(), formula.operands.back());
+            return formula;
+        }
+        if (op != Operator::Mtimes)
+            throw Unresolved("a system of equations or a power of a matrix is not computed there", e);
+        const Class element = arithmetic_class(a.element, b.element);
+        if (a.cols() != b.rows())
+            throw Error(product_mismatch(a.size_text(), a.cols(), b.size_text(), b.rows()));
+        return made(Form::multiply, element, a.rows(), b.cols(), std::move(operands));
     }
 
-    /// Rows one above the other, or elements side by side; what is empty leaves no trace.
-    Formula joined(Form kind, std::vector<Formula> parts) {
-        std::erase_if(parts, [](const Formula& part) { return part.type.numel() == 0; });
+    /// Rows one above the other, or elements side by side. What is empty leaves no trace but its class.
+    Formula joined(Form kind, std::vector<Formula> parts, const Expression& e) {
         if (parts.size() == 1) return std::move(parts[0]);
+        std::optional<Class> classes;
+        bool has_extent = false;
+        for (const Formula& part : parts) {
+            const bool is_nothing = part.type.rows() == 0 && part.type.cols() == 0;
+            has_extent = has_extent || !is_nothing;
+            if (part.type.element != Class::Double || !is_nothing)
+                classes = joined_class(classes, part.type.element);
+        }
+        const Class element = classes.value_or(Class::Double);
+        if (element == Class::Cell) throw Unresolved("its expression is more than arithmetic", e);
+        std::erase_if(parts, [](const Formula& part) { return part.type.numel() == 0; });
+        if (parts.empty()) return made(kind, element, has_extent ? 1 : 0, 0, {});
         const bool is_row = kind == Form::row;
         Index length = 0;
-        Class element = parts[0].type.element;
         const auto across = [&](const Formula& part) { return is_row ? part.type.rows() : part.type.cols(); };
         for (const Formula& part : parts) {
             if (across(part) != across(parts[0]))
-                throw Error("size mismatch: " + parts[0].type.size_text() +
-                            (is_row ? " beside " : " above ") + part.type.size_text());
+                throw Error(join_mismatch(parts[0].type.size_text(), across(parts[0]), part.type.size_text(),
+                                          across(part), is_row));
             length += is_row ? part.type.cols() : part.type.rows();
-            if (part.type.element != element) element = arithmetic_class(element, part.type.element);
         }
         const Index other = across(parts[0]);
         return made(kind, element, is_row ? other : length, is_row ? length : other, std::move(parts));
@@ -217,13 +227,12 @@ class Resolver {
         std::vector<Formula> rows;
         for (const ExpressionPtr& row : e.parts) {
             std::vector<Formula> items;
-            for (const ExpressionPtr& part : row->parts) {
-                items.push_back(resolve(*part));
-                if (items.back().type.numel() == 0) items.pop_back();
-            }
-            if (!items.empty()) rows.push_back(joined(Form::row, std::move(items)));
+            for (const ExpressionPtr& part : row->parts) items.push_back(resolve(*part));
+            rows.push_back(joined(Form::row, std::move(items), e));
         }
-        return joined(Form::column, std::move(rows));
+        Formula all = joined(Form::column, std::move(rows), e);
+        if (all.type.numel() == 0) throw Unresolved("it has no element", e);
+        return all;
     }
 
     Formula index(const Expression& e) {
@@ -245,6 +254,10 @@ class Resolver {
             return operation(e, op->second, e.parts, 1);
         if (name == "double" && count == 1) {
             Formula operand = resolve(*e.parts[1]);
+            const Class from = number_class(operand.type.element);
+            // What computed an integer rounds it, which its new class would hide.
+            if (from != Class::Double && operand.kind != Form::slot)
+                throw Unresolved("it is computed with a " + std::string(class_name(from)), e);
             operand.type.element = Class::Double;
             return operand;
         }
@@ -252,6 +265,7 @@ class Resolver {
             std::vector<Formula> operand{resolve(*e.parts[1])};
             const Type type = operand[0].type;
             const Index n = type.is_vector() ? type.numel() : std::min(type.rows(), type.cols());
+            if (n == 0) throw Unresolved("it has no element", e);
             return made(Form::diagonal, type.element, n, type.is_vector() ? n : 1, std::move(operand));
         }
         for (int i = static_cast<int>(Operation::abs); i < kernels::operation_count; ++i) {
@@ -261,7 +275,7 @@ class Resolver {
             std::vector<Formula> operands;
             for (std::size_t k = 1; k <= count; ++k) operands.push_back(resolve(*e.parts[k]));
             const Class element = count == 1
-                                      ? number_class(operands[0].type)
+                                      ? number_class(operands[0].type.element)
                                       : arithmetic_class(operands[0].type.element, operands[1].type.element);
             return elementwise(operation, element, std::move(operands), name);
         }
@@ -292,6 +306,8 @@ class Resolver {
                 operands.back().type.element == Class::Logical)
                 throw Unresolved("a list of indices that may change is not computed there", *e.parts[i]);
         }
+        if (operands.size() > 3)
+            throw Unresolved("arrays have two dimensions; more indices are not computed there", e);
         const Class element = operands[0].type.element;
         return made(Form::at, element, 1, 1, std::move(operands));
     }
@@ -324,8 +340,7 @@ void append(const Formula& f, const std::function<Instruction(const Formula&)>& 
     };
     if (!f.type.is_scalar() || !f.value.is_array() ||
         !(f.type.element == Class::Double || f.type.element == Class::Logical))
-        throw Error("a step computes this formula with numbers of class double, this is a " +
-                        f.type.size_text() + " " + std::string(class_name(f.type.element)),
+        throw Error("a step computes this formula with numbers of class double, this is a " + f.type.text(),
                     f.span);
     if (height >= kernels::Expression::depth)
         throw Error("it nests too deeply; split it into two blocks", f.span);
@@ -361,6 +376,17 @@ std::string Type::size_text() const {
     std::string text;
     for (const Index extent : extents) text += (text.empty() ? "" : "x") + std::to_string(extent);
     return text;
+}
+
+std::string Type::text() const {
+    return size_text() + (is_complex ? " complex " : " ") + std::string(class_name(element));
+}
+
+Type type_of(const Value& value) {
+    Type type{value.type(), {value.rows(), value.cols()}};
+    if (value.is_struct())
+        for (const auto& [name, field] : value.fields()) type.fields.push_back({name, type_of(field)});
+    return type;
 }
 
 Formula resolve(const Expression& expression, const Scope& scope) {

@@ -12,9 +12,9 @@
 namespace bf::matlab {
 namespace {
 
-constexpr std::array<std::string_view, 13> names{"double", "single", "int8",           "int16",   "int32",
-                                                 "uint8",  "uint16", "uint32",         "logical", "char",
-                                                 "cell",   "struct", "function_handle"};
+constexpr std::array<std::string_view, 15> names{"double",  "single", "int8",   "int16",  "int32",
+                                                 "int64",   "uint8",  "uint16", "uint32", "uint64",
+                                                 "logical", "char",   "cell",   "struct", "function_handle"};
 constexpr int deepest_nesting = 200; // destructors of nested values recurse
 
 template <typename T> double saturated(double x) {
@@ -39,7 +39,19 @@ bool same_number(double a, double b) { return a == b || (std::isnan(a) && std::i
 
 std::string_view class_name(Class type) { return names[static_cast<std::size_t>(type)]; }
 
-bool is_integer(Class type) { return type >= Class::Int8 && type <= Class::Uint32; }
+bool is_integer(Class type) { return type >= Class::Int8 && type <= Class::Uint64; }
+
+Class number_class(Class type) {
+    if (type > Class::Char) throw Error("expected numbers, got a " + std::string(class_name(type)));
+    return type <= Class::Uint64 ? type : Class::Double;
+}
+
+std::string unsupported(Class type) {
+    if (type != Class::Int64 && type != Class::Uint64) return {};
+    return std::string(class_name(type)) +
+           " is not supported; use int32 or uint32, or double, which holds whole "
+           "numbers up to 2^53";
+}
 
 double cast(double x, Class type) {
     switch (type) {
@@ -55,6 +67,8 @@ double cast(double x, Class type) {
     case Class::Logical:
         if (std::isnan(x)) throw Error("NaN cannot become logical; test it with isnan");
         return x != 0;
+    case Class::Int64:
+    case Class::Uint64: throw Error(unsupported(type));
     default: throw Error("a number cannot become a " + std::string(class_name(type)));
     }
 }

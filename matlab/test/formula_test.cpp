@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <random>
 
 using namespace bf::matlab;
 
@@ -86,6 +87,8 @@ TEST(Formula, FoldsWhatDependsOnNoSlot) {
     EXPECT_EQ(folded("2*n + norm([3 4])").kind, Formula::Kind::constant);
     EXPECT_EQ(folded("2*n + norm([3 4])").value, Value(9));
     EXPECT_EQ(folded("numel(v)").value, Value(3));
+    EXPECT_EQ(folded("2*numel(v) + 1").value, Value(7));
+    EXPECT_EQ(folded("v(numel(v))").places, std::vector<Index>{2});
     EXPECT_EQ(folded("a + 2*n").operands[1].value, Value(4));
 }
 
@@ -93,7 +96,7 @@ TEST(Formula, SaysWhereItIsWrong) {
     EXPECT_EQ(type_of("a + nn"),
               "5: unknown variable or function 'nn'; did you mean 'n'?; names are a, b, v, M, on, S.k");
     EXPECT_EQ(type_of("M + v"), "1: size mismatch: 2x2 + 1x3; sizes must be equal, or 1 where they differ");
-    EXPECT_EQ(type_of("1 + [a b; v]"), "5: size mismatch: 1x2 above 1x3");
+    EXPECT_EQ(type_of("1 + [a b; v]"), "5: size mismatch: 1x2 above 1x3 (2 and 3 columns differ)");
     EXPECT_EQ(type_of("a + inv(M)"), "5: 'inv' is not computed there");
     EXPECT_EQ(type_of("zeros(a)"), "1: its size would change");
     EXPECT_EQ(type_of("M \\ v'"), "1: a system of equations or a power of a matrix is not computed there");
@@ -167,6 +170,124 @@ TEST(Formula, ComputesAsTheInterpreterDoes) {
                             (std::isnan(found) && std::isnan(expected)))
                     << text << " of " << a << " and " << b << ": " << found << " " << expected;
             }
+}
+
+// Whatever is inferred without the operands' values is what their values then give, and what is wrong is
+// wrong in the same words.
+TEST(Formula, InfersTheClassAndSizeThatTheInterpretersValuesHave) {
+    const std::pair<const char*, const char*> quantities[] = {{"a", "0.5"},
+                                                              {"r", "[1 2 3]"},
+                                                              {"c", "[2; 1; 3]"},
+                                                              {"M", "[1 2 3; 4 5 6; 7 8 9]"},
+                                                              {"on", "true"},
+                                                              {"mask", "[true false true]"},
+                                                              {"x", "single(2)"},
+                                                              {"k", "int8(3)"},
+                                                              {"kr", "int8([1 2 3])"},
+                                                              {"n", "uint16(2)"},
+                                                              {"text", "'abc'"},
+                                                              {"e", "zeros(1,0)"}};
+    const char* constants[] = {"2",    "[1 2 3]", "[1; 2; 3]", "int8(2)", "int16([1 2 3])", "single(3)",
+                               "true", "'a'",     "[]",        "{1}",     "zeros(0,3)"};
+    const char* binary[] = {"+",  "-",  "*",  ".*", "/",  "./", "\\", ".\\", "^",
+                            ".^", "==", "~=", "<",  "<=", ">",  ">=", "&",   "|"};
+    const char* functions[] = {"min", "max", "atan2", "hypot", "mod", "rem", "plus", "ldivide", "eq"};
+    const char* unary[] = {"-", "+", "~"};
+    const char* of_one[] = {"abs", "sqrt", "round", "floor", "sign", "diag", "double", "transpose", "numel"};
+    Workspace workspace;
+    for (const auto& [name, text] : quantities) workspace.set(name, evaluate(text, Workspace()));
+    const Workspace none;
+    const Scope scope{[&](const std::string& name) -> std::optional<Slot> {
+                          for (int i = 0; i < static_cast<int>(std::size(quantities)); ++i)
+                              if (name == quantities[i].first) return Slot{i, type_of(workspace.at(name))};
+                          return std::nullopt;
+                      },
+                      none};
+    std::mt19937 random(1);
+    const auto pick = [&](const auto& list) { return list[random() % std::size(list)]; };
+    const std::function<std::string(int)> expression = [&](int depth) -> std::string {
+        if (depth == 0) return random() % 4 == 0 ? pick(constants) : pick(quantities).first;
+        const auto part = [&] {
+            return expression(static_cast<int>(random() % static_cast<unsigned>(depth)));
+        };
+        switch (random() % 8) {
+        case 0: return std::string(pick(functions)) + "(" + part() + ", " + part() + ")";
+        case 1: return std::string(pick(unary)) + "(" + part() + ")";
+        case 2: return std::string(pick(of_one)) + "(" + part() + ")";
+        case 3: return "[" + part() + ", " + part() + "]";
+        case 4: return "[" + part() + "; " + part() + "]";
+        case 5: return "(" + part() + ")'";
+        default: return "(" + part() + ") " + pick(binary) + " (" + part() + ")";
+        }
+    };
+    int inferred = 0, refused = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const std::string text = expression(1 + static_cast<int>(random() % 3));
+        std::string expected, found;
+        try {
+            expected = type_of(evaluate(text, workspace)).text();
+        } catch (const Error& error) {
+            expected = error.message();
+        }
+        try {
+            found = resolve(*parse_expression(text), scope).type.text();
+            ++inferred;
+        } catch (const Unresolved&) {
+            continue;
+        } catch (const Error& error) {
+            found = error.message();
+            ++refused;
+        }
+        const bool depends_on_values =
+            expected.find("is complex") != std::string::npos || expected.find("NaN") != std::string::npos;
+        if (!depends_on_values) {
+            ASSERT_EQ(found, expected) << "of " << text;
+        }
+    }
+    EXPECT_GT(inferred, 5000);
+    EXPECT_GT(refused, 1000);
+}
+
+TEST(Formula, HasTypesForAllArraysAndRefusesThoseThatNothingComputes) {
+    const auto refused = [](const Type& type) {
+        const Workspace none;
+        const Scope scope{[&](const std::string& name) {
+                              return name == "q" ? std::optional(Slot{0, type}) : std::nullopt;
+                          },
+                          none};
+        try {
+            return resolve(*parse_expression("1 + q"), scope).type.text();
+        } catch (const Error& error) {
+            return std::to_string(error.location().column) + ": " + error.message();
+        }
+    };
+    Type complex;
+    complex.is_complex = true;
+    EXPECT_EQ(refused(complex),
+              "5: this is a 1x1 complex double; complex numbers are not supported; compute with "
+              "real and imaginary parts of their own");
+    EXPECT_EQ(refused({Class::Int64}),
+              "5: this is a 1x1 int64; int64 is not supported; use int32 or uint32, or "
+              "double, which holds whole numbers up to 2^53");
+    EXPECT_EQ(refused({Class::Double, {2, 2, 2}}),
+              "5: this is a 2x2x2 double; arrays have two dimensions; use a cell array for more");
+    Type structs{Class::Struct, {1, 3}};
+    structs.fields.push_back({"a", complex});
+    EXPECT_EQ(refused(structs),
+              "5: this is a 1x3 struct; arrays of structs are not supported; use a cell array, "
+              "c{i}.field");
+    const Type of_struct = type_of(evaluate("struct('a', int8([1 2]), 'b', struct('c', 'x'))", Workspace()));
+    ASSERT_EQ(of_struct.fields.size(), 2U);
+    EXPECT_EQ(of_struct.fields[0].type.text(), "1x2 int8");
+    EXPECT_EQ(of_struct.fields[1].type.fields[0].name, "c");
+}
+
+TEST(Formula, RefusesToHideThatIntegersRound) {
+    EXPECT_EQ(type_of("double(i)"), "1x1 double");
+    EXPECT_EQ(type_of("double(i * 2.7)"), "1: it is computed with a int8");
+    EXPECT_EQ(type_of("M(a, a, a)"), "1: arrays have two dimensions; more indices are not computed there");
+    EXPECT_EQ(type_of("a && {1}"), "1: expected a condition (numbers or logicals), got a 1x1 cell");
+    EXPECT_EQ(type_of("a + {1}"), "1: operator '+' does not apply to a cell");
 }
 
 TEST(Formula, OfNumbersRefusesWhatIsMore) {

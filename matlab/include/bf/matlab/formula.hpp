@@ -15,10 +15,14 @@ namespace bf::matlab {
 
 using kernels::Operation;
 
-/// The class of a value and its extents, of which there are two or more.
+/// The class of a value and its extents, of which there are two or more. It has room for all of MATLAB's
+/// arrays: `resolve` alone says which of them are computed, and refuses the others by name.
 struct Type {
+    struct Field;
     Class element = Class::Double;
     std::vector<Index> extents{1, 1};
+    bool is_complex = false;
+    std::vector<Field> fields = {}; ///< of each element of an array of structs
 
     Index rows() const { return extents[0]; }
     Index cols() const { return extents[1]; }
@@ -26,7 +30,13 @@ struct Type {
     bool is_scalar() const { return numel() == 1; }
     bool is_vector() const { return rows() == 1 || cols() == 1; }
     std::string size_text() const; ///< `2x3`
+    std::string text() const;      ///< `2x3 complex double`
 };
+struct Type::Field {
+    std::string name;
+    Type type;
+};
+Type type_of(const Value& value);
 
 /// A resolved expression.
 struct Formula {
@@ -79,8 +89,9 @@ struct Unresolved : Error {
     const Expression& part;
 };
 
-/// Binds names, folds what depends on no slot, and infers classes and sizes. Throws Error: Unresolved for
-/// what needs the interpreter.
+/// Binds names, folds what depends on no slot, and infers classes and sizes as the interpreter's values have
+/// them. Throws Error: Unresolved for what needs the interpreter. A slot that is complex, of a 64-bit class,
+/// of more than two dimensions or an array of structs is refused.
 Formula resolve(const Expression& expression, const Scope& scope);
 
 /// One instruction of a kernels::Expression.

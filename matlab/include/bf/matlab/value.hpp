@@ -20,16 +20,18 @@ namespace bf::matlab {
 using Index = Eigen::Index;
 struct Closure;
 
-/// The class of a value. 64-bit integers, complex numbers and arrays of more than two dimensions are absent.
+/// The class of a type. No value has one of the 64-bit integers yet: a double does not hold their elements.
 enum class Class : std::uint8_t {
     Double,
     Single,
     Int8,
     Int16,
     Int32,
+    Int64,
     Uint8,
     Uint16,
     Uint32,
+    Uint64,
     Logical,
     Char,
     Cell,
@@ -40,9 +42,15 @@ enum class Class : std::uint8_t {
 /// MATLAB's name: `double`, `int8`, `function_handle`, ...
 std::string_view class_name(Class type);
 bool is_integer(Class type);
+/// The class of arithmetic with one operand: logicals and characters count as doubles. Throws Error for what
+/// has no elements.
+Class number_class(Class type);
+/// Why no value is of this class, with the remedy; empty when some are.
+std::string unsupported(Class type);
 
 /// `x` as an element of `type`: integers round half away from zero and saturate (NaN becomes 0), single
-/// rounds to nearest, logical becomes 0 or 1 (NaN throws Error). Classes without elements throw Error.
+/// rounds to nearest, logical becomes 0 or 1 (NaN throws Error). Classes without elements and 64-bit integers
+/// throw Error.
 double cast(double x, Class type);
 
 /// A MATLAB value: a matrix of numbers, logicals or characters, a cell array, one struct, or a function
@@ -80,7 +88,7 @@ class Value {
     bool is_empty() const { return numel() == 0; }
     bool is_scalar() const { return rows_ == 1 && cols_ == 1; }
     bool is_vector() const { return rows_ == 1 || cols_ == 1; }
-    bool is_numeric() const { return type_ <= Class::Uint32; } ///< double, single or integer
+    bool is_numeric() const { return type_ <= Class::Uint64; } ///< double, single or integer
     bool is_array() const { return type_ <= Class::Char; }     ///< elements are numbers, logicals, characters
     bool is_logical() const { return type_ == Class::Logical; }
     bool is_text() const { return type_ == Class::Char && (rows_ == 1 || numel() == 0); }

@@ -10,14 +10,14 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 template <Operation op> Value apply(const Call& call) {
-    return map(call[0], number_class(call[0].type()), computed<op>);
+    return map(call[0], function_class(op, call[0].type()), computed<op>);
 }
 template <bool (*F)(double)> Value test(const Call& call) {
     if (!call[0].is_array()) return Value::filled(Class::Logical, call[0].rows(), call[0].cols(), 0);
     return map(call[0], Class::Logical, [](double x) { return double(F(x)); });
 }
 template <Operation op> Value apply_two(const Call& call) {
-    const Class type = arithmetic_class(call[0], call[1]);
+    const Class type = function_class(op, call[0].type(), call[1].type());
     // Numbers of class single are rounded as such, which decides what is an integer but for rounding.
     const bool is_rounded = op == Operation::mod || op == Operation::rem;
     return broadcast(call[0], call[1], type, call.name, call.budget(),
@@ -53,8 +53,9 @@ Value eps_(const Call& call) {
 }
 
 Value exclusive_or(const Call& call) {
-    return broadcast(call[0], call[1], Class::Logical, "xor", call.budget(),
-                     [](double x, double y) { return double((x != 0) != (y != 0)); });
+    return broadcast(call[0], call[1], Class::Logical, "xor", call.budget(), [](double x, double y) {
+        return double(cast(x, Class::Logical) != cast(y, Class::Logical));
+    });
 }
 
 /// The functions of the table, each by its name; min and max have other forms as well.

@@ -111,6 +111,7 @@ Value cumprod(const Call& call) {
 
 Value diff(const Call& call) {
     const Value& x = call[0];
+    if (x.is_scalar()) return Value::array(number_class(x.type()), 0, 0, {});
     const bool rows = dimension(call, 2) == 1;
     const Index n = rows ? x.rows() : x.cols();
     if (n < 2) return Value::filled(number_class(x.type()), rows ? 0 : x.rows(), rows ? x.cols() : 0, 0);
@@ -161,7 +162,7 @@ std::vector<Value> find(const Call& call) {
         for (const Index i : places) numbers.push_back(double(f(i) + 1));
         const auto n = static_cast<Index>(numbers.size());
         const bool row = x.rows() == 1 && x.cols() != 1;
-        if (x.rows() == 0 && x.cols() == 0) return Value();
+        if ((x.rows() == 0 && x.cols() == 0) || (x.is_scalar() && n == 0)) return Value();
         return Value::array(Class::Double, row ? 1 : n, row ? n : 1, std::move(numbers));
     };
     if (call.outputs < 2) return {listed([](Index i) { return i; })};

@@ -7,7 +7,7 @@ namespace bf::matlab {
 namespace {
 
 Value multiply_values(const Value& a, const Value& b, Budget& budget) {
-    const Class type = arithmetic_class(a, b);
+    const Class type = matrix_class(a.type(), b.type());
     if (a.cols() != b.rows()) throw Error(product_mismatch(a.size_text(), a.cols(), b.size_text(), b.rows()));
     budget.allocate(double(a.rows()), double(b.cols()));
     budget.spend(double(a.rows()) * double(a.cols()) * double(b.cols()));
@@ -15,7 +15,7 @@ Value multiply_values(const Value& a, const Value& b, Budget& budget) {
 }
 
 Value left_divide(const Value& a, const Value& b, Budget& budget) {
-    const Class type = arithmetic_class(a, b);
+    const Class type = matrix_class(a.type(), b.type());
     if (a.rows() != b.rows())
         throw Error("size mismatch: " + a.size_text() + " \\ " + b.size_text() + " (" +
                     std::to_string(a.rows()) + " and " + std::to_string(b.rows()) + " rows differ)");
@@ -33,7 +33,7 @@ Value right_divide(const Value& a, const Value& b, Budget& budget) {
 }
 
 Value matrix_power(const Value& a, const Value& b, Budget& budget) {
-    const Class type = arithmetic_class(a, b);
+    const Class type = matrix_class(a.type(), b.type());
     if (a.rows() != a.cols() || !b.is_scalar() || b.scalar() != std::round(b.scalar()))
         throw Error("'^' needs a square matrix and a whole number, got " + a.size_text() + " ^ " +
                     b.describe() + "; use '.^' for element-wise powers");
@@ -120,6 +120,36 @@ Class arithmetic_class(Class x, Class y) {
     if (is_integer(a)) return a;
     if (is_integer(b)) return b;
     return a == Class::Single || b == Class::Single ? Class::Single : Class::Double;
+}
+
+Class function_class(Operation function, Class a, Class b) {
+    const Class type = arithmetic_class(a, b);
+    switch (function) {
+    case Operation::abs:
+    case Operation::sign:
+    case Operation::floor:
+    case Operation::ceil:
+    case Operation::round:
+    case Operation::fix:
+    case Operation::min:
+    case Operation::max:
+    case Operation::mod:
+    case Operation::rem: return type;
+    default: break;
+    }
+    if (is_integer(type))
+        throw Error("'" + std::string(kernels::name_of(function)) +
+                    "' computes with double or single, not with " + std::string(class_name(type)) +
+                    "; cast with double(x)");
+    return type;
+}
+
+Class matrix_class(Class a, Class b) {
+    const Class type = arithmetic_class(a, b);
+    if (is_integer(type))
+        throw Error("products, quotients and powers of matrices are not computed with " +
+                    std::string(class_name(type)) + "; cast with double(x)");
+    return type;
 }
 
 Class joined_class(std::optional<Class> before, Class next) {

@@ -38,6 +38,12 @@ Value transpose(const Value& a);
 /// has no elements.
 Class arithmetic_class(Class a, Class b);
 inline Class arithmetic_class(const Value& a, const Value& b) { return arithmetic_class(a.type(), b.type()); }
+/// The class of a function of one or two numbers. Throws Error also for integers where it computes with
+/// double and single alone.
+Class function_class(Operation function, Class a, Class b);
+inline Class function_class(Operation function, Class a) { return function_class(function, a, a); }
+/// The class of a product or quotient of matrices. Throws Error also for integers.
+Class matrix_class(Class a, Class b);
 /// The class of a concatenation, from that of the parts before and that of the next part. Parts that are a
 /// 0x0 double do not count.
 Class joined_class(std::optional<Class> before, Class next);

@@ -190,7 +190,7 @@ class Resolver {
         }
         if (op != Operator::Mtimes)
             throw Unresolved("a system of equations or a power of a matrix is not computed there", e);
-        const Class element = arithmetic_class(a.element, b.element);
+        const Class element = matrix_class(a.element, b.element);
         if (a.cols() != b.rows())
             throw Error(product_mismatch(a.size_text(), a.cols(), b.size_text(), b.rows()));
         return made(Form::multiply, element, a.rows(), b.cols(), std::move(operands));
@@ -274,9 +274,8 @@ class Resolver {
                 continue;
             std::vector<Formula> operands;
             for (std::size_t k = 1; k <= count; ++k) operands.push_back(resolve(*e.parts[k]));
-            const Class element = count == 1
-                                      ? number_class(operands[0].type.element)
-                                      : arithmetic_class(operands[0].type.element, operands[1].type.element);
+            const Class element =
+                function_class(operation, operands.front().type.element, operands.back().type.element);
             return elementwise(operation, element, std::move(operands), name);
         }
         require_known(*e.parts[0]);

@@ -20,7 +20,8 @@ constexpr int deepest_nesting = 200; // destructors of nested values recurse
 template <typename T> double saturated(double x) {
     if (std::isnan(x)) return 0;
     return std::clamp(std::round(x), double(std::numeric_limits<T>::min()),
-                      double(std::numeric_limits<T>::max()));
+                      double(std::numeric_limits<T>::max())) +
+           0.0; // integers have no -0
 }
 
 /// The object behind `pointer`, copied first when somebody else holds it.

@@ -35,6 +35,11 @@ constexpr Wrong wrongs[] = {
     {"zeros(2,'int64')",
      "1: int64 is not supported; use int32 or uint32, or double, which holds whole numbers up to "
      "2^53"},
+    {"sin(int8(3))", "1: 'sin' computes with double or single, not with int8; cast with double(x)"},
+    {"int8([1 2]) * [1; 2]",
+     "1: products, quotients and powers of matrices are not computed with int8; cast with "
+     "double(x)"},
+    {"xor(NaN, 1)", "1: NaN cannot become logical; test it with isnan"},
     {"zeros([2 2 2])", "1: arrays have two dimensions; use a cell array for more"},
     {"Config(2).t_step",
      "1: arrays of structs are not supported; a struct has only element 1, use a cell array, "

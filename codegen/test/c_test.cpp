@@ -52,6 +52,9 @@ blocks:
 connections: {u: [difference.u1, limited, either.u1], wave: [difference.u2, either.u3], difference: sum, v: spread, on: either.u2, n: [twice, ratio.u1, rest.u1, size, opposite.u1], twice: [ratio.u2, rest.u2, opposite.u2]}
 )m";
 
+// That they compile in C++, too, and have the engine's values is a part of the comparison of all cases.
+TEST(GeneratedC, HasEveryFunctionOfFormulas) { EXPECT_EQ(refusal(functions_model()), ""); }
+
 TEST(GeneratedC, ReadsLikeTheEquation) {
     const std::string source = in_c(motor).at("m.c");
     for (const char* line :

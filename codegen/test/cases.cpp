@@ -1,6 +1,7 @@
 #include "cases.hpp"
 
 #include "bf/formats/yaml.hpp"
+#include "bf/kernels/expression.hpp"
 #include "bf/model/builder.hpp"
 #include "standard_variants.hpp"
 
@@ -464,6 +465,29 @@ model::Model nan_model() {
 
 } // namespace
 
+std::string functions_model() {
+    std::string blocks = "  wave: {block: Sine, amplitude: 0.3, bias: 0.5, frequency: 7}\n"
+                         "  half: {block: Constant, value: 0.4}\n",
+                one, two;
+    const auto add = [&](kernels::Operation function, const std::string& arguments) {
+        const std::string name = kernels::name_of(function);
+        blocks += "  of_" + name + ": {block: Fcn, expression: \"" + name + arguments + "\"}\n";
+        return "of_" + name + ", ";
+    };
+    for (int i = static_cast<int>(kernels::Operation::abs); i < kernels::operation_count; ++i) {
+        const auto function = static_cast<kernels::Operation>(i);
+        if (function < kernels::Operation::plus)
+            one += add(function, kernels::is_defined(function, 0.5) ? "(u)" : "(1 + u)");
+        else if (function >= kernels::Operation::min) {
+            const std::string block = add(function, "(u1, u2)"), name = block.substr(0, block.size() - 2);
+            one += name + ".u1, ";
+            two += name + ".u2, ";
+        }
+    }
+    return "model: functions\nstep: 0.01\nblocks:\n" + blocks + "connections: {wave: [" + one + "], half: [" +
+           two + "]}\n";
+}
+
 std::vector<Case> structure_cases() {
     std::vector<Case> cases;
     cases.push_back({Elaborated(chain(500, 10)), 100});
@@ -491,6 +515,7 @@ std::vector<Case> structure_cases() {
         {Elaborated(extremes("uint32", {"0", "1", "2", "3", "4294967295", "2147483648", "65536", "7"})), 2});
     cases.push_back({Elaborated(odd_names()), 5});
     cases.push_back({Elaborated(nan_model()), 6});
+    cases.push_back({Elaborated(formats::read_yaml_text(functions_model(), "functions.yaml")), 20});
     return cases;
 }
 

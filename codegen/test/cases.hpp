@@ -68,6 +68,10 @@ inline bool is_c_case(const Case& one) {
     }
 }
 
+/// A block for each function that formulas know, of one or two inputs in (0, 1), or from 1 on where it needs
+/// that.
+std::string functions_model();
+
 /// All that one program of models writes.
 std::vector<std::vector<Case> (*)()> families();
 

@@ -34,12 +34,15 @@ bool isinf_(double x) { return std::isinf(x); }
 bool isfinite_(double x) { return std::isfinite(x); }
 
 Value round_digits(const Call& call) {
+    if (call.size() == 1) return apply<Operation::round>(call);
     const Class type = number_class(call[0].type());
-    if (call.size() == 1) return map(call[0], type, [](double x) { return std::round(x); });
     const double scale = std::pow(10.0, call.scalar(1));
-    const Value scaled = binary(Operator::Times, call[0], scale, call.budget());
-    return binary(Operator::Rdivide, map(scaled, type, [](double x) { return std::round(x); }), scale,
-                  call.budget());
+    // An integer would saturate before it is divided again.
+    const Value scaled =
+        binary(Operator::Times, is_integer(type) ? call[0].as(Class::Double) : call[0], scale, call.budget());
+    return binary(Operator::Rdivide, map(scaled, scaled.type(), computed<Operation::round>), scale,
+                  call.budget())
+        .as(type);
 }
 
 Value eps_(const Call& call) {

@@ -75,7 +75,7 @@ Value det(const Call& call) {
 }
 Value trace(const Call& call) {
     require_square(call);
-    return like(call[0], Matrix::Constant(1, 1, call[0].view().trace()));
+    return Value(call[0].view().trace()).as(number_class(call[0].type()));
 }
 Value rank(const Call& call) {
     const Matrix a = finite(call);
@@ -121,7 +121,7 @@ Value dot(const Call& call) {
                     "; it needs two vectors of equal length");
     double sum = 0;
     for (Index i = 0; i < call[0].numel(); ++i) sum += call[0][i] * call[1][i];
-    return sum;
+    return Value(sum).as(arithmetic_class(call[0], call[1]));
 }
 Value cross(const Call& call) {
     const Value &a = call[0], &b = call[1];
@@ -129,8 +129,9 @@ Value cross(const Call& call) {
         throw Error("size mismatch: cross of " + a.size_text() + " and " + b.size_text() +
                     "; it needs two vectors of 3 elements");
     const double *x = a.data(), *y = b.data();
-    return Value::array(arithmetic_class(a, b), a.rows(), a.cols(),
-                        {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]});
+    return Value::array(Class::Double, a.rows(), a.cols(),
+                        {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]})
+        .as(arithmetic_class(a, b));
 }
 Value kron(const Call& call) {
     const auto a = call[0].view(), b = call[1].view();

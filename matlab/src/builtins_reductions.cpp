@@ -54,6 +54,14 @@ template <typename F> double accumulated(const std::vector<double>& line, double
     return result;
 }
 
+/// The same for each element with those before it.
+template <typename F> Value accumulated_along(const Call& call, F f) {
+    const Class type = number_class(call[0].type());
+    return scanned(call[0], dimension(call, 1), type, [&](std::vector<double>& line) {
+        for (std::size_t i = 1; i < line.size(); ++i) line[i] = cast(f(line[i - 1], line[i]), type);
+    });
+}
+
 Value sum(const Call& call) {
     const Class type = number_class(call[0].type());
     return reduced(call[0], dimension(call, 1), type, [type](const std::vector<double>& line) {
@@ -66,14 +74,15 @@ Value prod(const Call& call) {
         return accumulated(line, 1, type, std::multiplies());
     });
 }
+/// The class of a mean: double but of numbers of class single.
+Class float_class(const Value& x) { return x.type() == Class::Single ? Class::Single : Class::Double; }
 Value mean(const Call& call) {
-    const Class type = call[0].type() == Class::Single ? Class::Single : Class::Double;
-    return reduced(call[0], dimension(call, 1), type, [](const std::vector<double>& line) {
+    return reduced(call[0], dimension(call, 1), float_class(call[0]), [](const std::vector<double>& line) {
         return std::accumulate(line.begin(), line.end(), 0.0) / double(line.size());
     });
 }
 Value variance(const Call& call) {
-    return reduced(call[0], dimension(call, 2), Class::Double, [](const std::vector<double>& line) {
+    return reduced(call[0], dimension(call, 2), float_class(call[0]), [](const std::vector<double>& line) {
         if (line.size() == 1) return 0.0;
         const double m = std::accumulate(line.begin(), line.end(), 0.0) / double(line.size());
         double total = 0;
@@ -82,7 +91,7 @@ Value variance(const Call& call) {
     });
 }
 Value deviation(const Call& call) {
-    return map(variance(call), Class::Double, [](double x) { return std::sqrt(x); });
+    return map(variance(call), float_class(call[0]), [](double x) { return std::sqrt(x); });
 }
 Value any(const Call& call) {
     return reduced(call[0], dimension(call, 1), Class::Logical, [](const std::vector<double>& line) {
@@ -98,16 +107,8 @@ Value nnz(const Call& call) {
     const double* x = call[0].data();
     return Index(std::count_if(x, x + call[0].numel(), [](double e) { return e != 0; }));
 }
-Value cumsum(const Call& call) {
-    return scanned(call[0], dimension(call, 1), number_class(call[0].type()), [](std::vector<double>& line) {
-        std::partial_sum(line.begin(), line.end(), line.begin());
-    });
-}
-Value cumprod(const Call& call) {
-    return scanned(call[0], dimension(call, 1), number_class(call[0].type()), [](std::vector<double>& line) {
-        std::partial_sum(line.begin(), line.end(), line.begin(), std::multiplies());
-    });
-}
+Value cumsum(const Call& call) { return accumulated_along(call, std::plus()); }
+Value cumprod(const Call& call) { return accumulated_along(call, std::multiplies()); }
 
 Value diff(const Call& call) {
     const Value& x = call[0];

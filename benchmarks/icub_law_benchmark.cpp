@@ -26,10 +26,11 @@ constexpr int steps = 64; // repeated: few enough to stay in the cache
 /// Stands for a block that does not run here. Those of its outputs that are read are inputs of the diagram.
 class Recorded final : public bf::Block {
   public:
-    Recorded(const bf::Declaration& from, const std::set<int>& read) {
-        auto& slots = declaration().slots = from.slots;
-        for (int i = 0; i < static_cast<int>(slots.size()); ++i) {
-            auto& slot = slots[static_cast<std::size_t>(i)];
+    Recorded(const bf::Resolution& from, const std::set<int>& read) {
+        bf::detail::declared_by(*this).slots = from.declaration().slots;
+        resolution().slots = from.slots;
+        for (int i = 0; i < static_cast<int>(from.slots.size()); ++i) {
+            auto& slot = resolution().slots[static_cast<std::size_t>(i)];
             slot.role = bf::Role::output;
             if (!read.contains(i)) slot.size = {0, 1, false};
         }
@@ -52,7 +53,7 @@ void reduce(bf::Diagram& d) {
     for (std::size_t n = 0; n < d.nodes.size(); ++n) {
         if (stays[n]) continue;
         auto& node = d.nodes[n];
-        node.block = std::make_unique<Recorded>(node.block->declaration(), read[n]);
+        node.block = std::make_unique<Recorded>(node.block->resolution(), read[n]);
         node.type = "Inport";
         node.methods = {};
         node.sources.assign(node.sources.size(), {});

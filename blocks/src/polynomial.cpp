@@ -8,7 +8,9 @@ namespace bf::blocks {
 
 namespace {
 
-void problem(Block& block, std::string text) { block.declaration().problems.push_back(std::move(text)); }
+void problem(Block& block, std::string text) {
+    bf::detail::declared_by(block).problems.push_back(std::move(text));
+}
 
 /// Coefficients of Π(x - root), highest power first.
 std::vector<double> expand(Block& block, const char* argument, const Matrix& roots) {

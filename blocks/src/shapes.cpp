@@ -2,13 +2,13 @@
 
 namespace bf::blocks {
 
-std::string label(const Declaration& declaration, int slot) {
-    const Slot& s = declaration.slots[static_cast<std::size_t>(slot)];
+std::string label(const Resolution& resolution, int slot) {
+    const Slot& s = resolution.slots[static_cast<std::size_t>(slot)];
     return std::string(name(s.role)) + " '" + s.name + "' of size " + s.size.text();
 }
 
 void broadcast(const Block& block, Inference& inference, const std::vector<int>& operands, int result) {
-    const auto& d = block.declaration();
+    const Resolution& r = block.resolution();
     Size size;
     int from = -1;
     bool all_known = true;
@@ -27,7 +27,7 @@ void broadcast(const Block& block, Inference& inference, const std::vector<int>&
                    (s->rows == 1 || size.rows == 1)) {
             if (s->is_matrix) size = *s;
         } else {
-            inference.refuse(label(d, from) + " and " + label(d, operand) +
+            inference.refuse(label(r, from) + " and " + label(r, operand) +
                              " cannot be combined element by element; sizes must be equal or scalar");
         }
     }
@@ -50,14 +50,14 @@ void multiply(const Block& block, Inference& inference, int a, int b, int result
     else if (left->cols == right->rows)
         inference.set(result, {left->rows, right->cols, right->is_matrix});
     else
-        inference.refuse(label(block.declaration(), a) + " and " + label(block.declaration(), b) +
+        inference.refuse(label(block.resolution(), a) + " and " + label(block.resolution(), b) +
                          " cannot be multiplied as matrices; the columns of the first must equal the rows of "
                          "the second (a 1-D signal is a column)");
 }
 
 const Size* square(const Block& block, Inference& inference, int slot) {
     const Size* s = inference.size(slot);
-    if (s && s->rows != s->cols) inference.refuse(label(block.declaration(), slot) + " must be square");
+    if (s && s->rows != s->cols) inference.refuse(label(block.resolution(), slot) + " must be square");
     return s;
 }
 
@@ -65,7 +65,7 @@ void check_feedthrough(const Block& block, Inference& inference, const Matrix& D
     const Size *in = inference.size(u), *out = inference.size(y);
     if (!in || !out || D.isZero(0) || (D.rows() == out->count() && D.cols() == in->count())) return;
     inference.refuse("argument 'D' is " + std::to_string(D.rows()) + "x" + std::to_string(D.cols()) +
-                     ", but " + label(block.declaration(), u) + " and " + label(block.declaration(), y) +
+                     ", but " + label(block.resolution(), u) + " and " + label(block.resolution(), y) +
                      " ask for " + std::to_string(out->count()) + "x" + std::to_string(in->count()));
 }
 
@@ -73,7 +73,7 @@ void check_initial(const Block& block, Inference& inference, int initial, int si
     const Size *first = inference.size(initial), *s = inference.size(signal);
     if (first && !first->is_scalar() && !s) return inference.set(signal, *first);
     if (first && s && !first->is_scalar() && first->count() != s->count())
-        inference.refuse(label(block.declaration(), initial) + " and " + label(block.declaration(), signal) +
+        inference.refuse(label(block.resolution(), initial) + " and " + label(block.resolution(), signal) +
                          " differ; give a scalar or as many elements");
 }
 

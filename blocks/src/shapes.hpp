@@ -20,7 +20,7 @@ inline About any(const Shape& shape, const char* doc = "") {
 inline constexpr Shape scalar{Extent(1)};
 
 /// "input 'u1' of size [3]".
-std::string label(const Declaration& declaration, int slot);
+std::string label(const Resolution& resolution, int slot);
 
 /// Slot indices of keys and lists of keys.
 template <class... Keys> std::vector<int> slots(const Keys&... keys) {

@@ -325,7 +325,7 @@ TEST(FirstOrderHold, GoesOnAsTheLastTwoSamplesLead) {
         Session run("model: m\nstep: 0.25\nsolver: " + solver +
                     "\nblocks:\n  t: {block: Clock}\n  u: {block: Square}\n"
                     "  y: {block: FirstOrderHold, interval: 1}\n  x: {block: Integrator}\n"
-                    "connections: {t: u, u: y, y: x}\n");
+                    "connections: {t: u, u: y, y: x}");
         Log y(run, "y"), x(run, "x");
         run.trace("y", 17);
         for (int i = 0; i < 17; ++i) {

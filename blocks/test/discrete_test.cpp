@@ -28,7 +28,7 @@ TEST(Delay, OutputsTheInputOfSeveralStepsBefore) {
     EXPECT_EQ(refusal([] {
                   make("Delay", {{"steps", 0}});
               }),
-              "argument 'steps' must be from 1 to 1000000, but is 0\n");
+              "argument 'steps' must be from 1 to 1000000, but is 0");
 }
 
 TEST(DiscreteDerivative, IsTheDifferenceQuotient) {

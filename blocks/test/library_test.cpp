@@ -45,7 +45,7 @@ TEST(RepeatingSequence, BeginsAgainAtItsLastTime) {
     EXPECT_EQ(refusal([] {
                   make("RepeatingSequence", {{"times", row({0, 0})}});
               }),
-              "argument 'times' must hold at least two times, each later than the one before\n");
+              "argument 'times' must hold at least two times, each later than the one before");
 }
 
 TEST(RepeatingStair, TakesOneValuePerStep) {
@@ -61,7 +61,7 @@ TEST(Counters, BeginAgainAfterTheirLimit) {
     EXPECT_EQ(refusal([] {
                   make("CounterFree", {{"bits", 40}});
               }),
-              "argument 'bits' must be from 1 to 32, but is 40\n");
+              "argument 'bits' must be from 1 to 32, but is 40");
 }
 
 TEST(Random, GivesTheSequenceOfItsSeedAfterResetAndSnapshot) {
@@ -161,7 +161,7 @@ TEST(CombinatorialLogic, ReadsItsTruthTable) {
     EXPECT_EQ(refusal([] {
                   make("CombinatorialLogic", {{"table", Value(Matrix::Ones(3, 1).eval())}});
               }),
-              "argument 'table' has 3 rows, but needs one for each combination of inputs: 2, 4, 8, …\n");
+              "argument 'table' has 3 rows, but needs one for each combination of inputs: 2, 4, 8, …");
 }
 
 TEST(IndexVector, TakesElementsOrStops) {
@@ -230,7 +230,7 @@ TEST(Overflow, WrapsSaturatesOrStopsByName) {
     EXPECT_EQ(refusal([] {
                   make("Gain", {{"on_overflow", "error"}, {"multiplication", "K*u"}});
               }),
-              "argument 'on_overflow' is for element-by-element operation; matrix products wrap\n");
+              "argument 'on_overflow' is for element-by-element operation; matrix products wrap");
 }
 
 TEST(Vectors, SortSumAndSearch) {

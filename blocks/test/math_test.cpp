@@ -97,7 +97,7 @@ TEST(Sum, RefusesSignsItDoesNotKnow) {
             make("Sum", {{"signs", "+*"}});
         }),
         "argument 'signs' is the text '+*', but must be made of '+' and '-', one per input, or be the number "
-        "of inputs\n");
+        "of inputs");
 }
 
 TEST(Sum, TakesTheFormOfAColumnBesideA1DSignal) {
@@ -308,7 +308,7 @@ TEST(LinearSolve, RefusesCholeskyFromTheRight) {
     EXPECT_EQ(refusal([] {
                   make("LinearSolve", {{"side", "right"}, {"method", "cholesky"}});
               }),
-              "argument 'method' is 'cholesky', but b / A is solved by 'lu' only\n");
+              "argument 'method' is 'cholesky', but b / A is solved by 'lu' only");
 }
 
 TEST(PseudoInverse, AgreesWithItsDefinition) {

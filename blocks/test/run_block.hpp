@@ -1,9 +1,7 @@
 // Runs one block alone: sizes are offered as wiring would, then phases are called as an engine would.
 #pragma once
 
-#include "bf/core/context.hpp"
-#include "bf/core/registry.hpp"
-#include "bf/core/resolve.hpp"
+#include "bf/core/instance.hpp"
 
 #include <memory>
 #include <stdexcept>
@@ -24,75 +22,54 @@ class RunBlock {
 
     /// Throws std::runtime_error with the problems of the arguments.
     explicit RunBlock(const BlockClass& block_class, const Arguments& arguments = {})
-        : methods_(block_class.methods), block_(block_class.make(arguments)) {
-        std::string problems;
-        for (const auto& problem : declaration().problems) problems += problem + "\n";
-        if (!problems.empty()) throw std::runtime_error(problems);
-    }
+        : instance_(std::make_shared<Instance>(block_class, arguments)) {}
 
-    const Block& block() const { return *block_; }
-    const Declaration& declaration() const { return block_->declaration(); }
+    const Block& block() const { return instance_->block(); }
+    const Declaration& declaration() const { return instance_->declaration(); }
+    const Resolution& resolution() const { return instance_->resolution(); }
+    Instance& instance() { return *instance_; }
 
-    /// Size and type of what is wired to an input or given for a parameter.
+    /// Size and type of what is wired to an input, or of a parameter, whose values are set later.
     RunBlock& wire(const std::string& name, Size size) {
-        offer(block_->declaration(), index(name), size);
+        Resolution& r = instance_->block().resolution();
+        offer(r, index(name), size);
+        auto& initial = r.slots[static_cast<std::size_t>(index(name))].initial;
+        if (static_cast<int>(initial.size()) != size.count()) initial.clear();
         return *this;
     }
     RunBlock& wire(const std::string& name, Size size, Type type) {
-        offer(block_->declaration(), index(name), type);
+        offer(instance_->block().resolution(), index(name), type);
         return wire(name, size);
     }
-    /// Infers the rest (what nothing decides has its declared initial value's size and type double), then
-    /// allocates and resets. Throws ResolutionError.
+    /// Infers and decides the rest, then allocates and resets. Throws std::runtime_error.
     RunBlock& start() {
-        auto& d = block_->declaration();
-        propagate(*block_);
-        for (std::size_t i = 0; i < d.slots.size(); ++i) {
-            const auto& slot = d.slots[i];
-            const bool has_value =
-                slot.role == Role::parameter || (slot.role == Role::input && slot.optional);
-            if (has_value && !slot.size_known)
-                offer(d, static_cast<int>(i),
-                      vector_size(std::max(1, static_cast<int>(slot.initial.size()))));
-            propagate(*block_);
-        }
-        for (std::size_t i = 0; i < d.slots.size(); ++i)
-            if (!d.slots[i].type_known) {
-                offer(d, static_cast<int>(i), Type::float64);
-                propagate(*block_);
-            }
-        if (const auto open = unresolved(d); !open.empty())
-            throw ResolutionError("size of '" + d.slots[static_cast<std::size_t>(open[0])].name +
-                                  "' is unknown");
-        context_ = std::make_shared<Context>(std::vector<Node>{{block_.get(), methods_, {}, {}, 0}});
-        for (const Phase phase : {Phase::output, Phase::update})
-            for (int i = 0; i < context_->activities(0, phase); ++i)
-                tasks(phase).push_back(context_->task(0, phase, i));
+        instance_->settle();
+        instance_->open();
         return reset();
     }
 
     /// Writes an input or parameter, column by column; one value expands.
     RunBlock& set(const std::string& name, const std::vector<double>& values) {
-        const Slot& slot = declaration().slots[static_cast<std::size_t>(index(name))];
+        const Slot& slot = instance_->slot(index(name));
         if (values.size() != 1 && static_cast<int>(values.size()) != slot.size.count())
             throw std::runtime_error("'" + name + "' has size " + slot.size.text());
-        write_values(context_->data(0, index(name)), slot.type, slot.size.count(), values);
+        write_values(instance_->data(index(name)), slot.type, slot.size.count(), values);
         return *this;
     }
     RunBlock& set(const std::string& name, const Matrix& value) {
         return set(name, std::vector<double>(value.data(), value.data() + value.size()));
     }
     RunBlock& reset() {
-        if (const Status s = context_->reset(0); !s) throw std::runtime_error(s.text());
-        context_->clock(0) = {0, period, 0};
+        if (const Status s = instance_->reset(); !s) throw std::runtime_error(s.text());
+        instance_->clock() = {0, period, 0};
         return *this;
     }
 
-    Status output() { return run(output_tasks_); }
-    Status update() { return run(update_tasks_); }
+    Status output() { return instance_->run(Phase::output); }
+    Status update() { return instance_->run(Phase::update); }
     void commit() {
-        context_->commit(0);
-        auto& clock = context_->clock(0);
+        instance_->commit();
+        auto& clock = instance_->clock();
         ++clock.step;
         clock.time = static_cast<double>(clock.step) * period;
     }
@@ -118,20 +95,16 @@ class RunBlock {
     }
 
     Matrix get(const std::string& name) const {
-        const Slot& slot = declaration().slots[static_cast<std::size_t>(index(name))];
+        const Slot& slot = instance_->slot(index(name));
         Matrix value(slot.size.rows, slot.size.cols);
         for (int i = 0; i < slot.size.count(); ++i)
-            value.data()[i] = read_value(context_->data(0, index(name)), slot.type, i);
+            value.data()[i] = read_value(instance_->data(index(name)), slot.type, i);
         return value;
     }
     double scalar(const std::string& name) const { return get(name)(0, 0); }
-    Size size(const std::string& name) const {
-        return declaration().slots[static_cast<std::size_t>(index(name))].size;
-    }
-    Type type(const std::string& name) const {
-        return declaration().slots[static_cast<std::size_t>(index(name))].type;
-    }
-    Context& context() { return *context_; }
+    Size size(const std::string& name) const { return instance_->slot(index(name)).size; }
+    Type type(const std::string& name) const { return instance_->slot(index(name)).type; }
+    Context& context() { return instance_->context(); }
     int index(const std::string& name) const {
         // A state may bear the name of a port: ports first.
         for (const Role role : {Role::input, Role::output, Role::parameter})
@@ -142,17 +115,7 @@ class RunBlock {
     }
 
   private:
-    std::vector<Task>& tasks(Phase phase) { return phase == Phase::output ? output_tasks_ : update_tasks_; }
-    static Status run(const std::vector<Task>& tasks) {
-        for (const Task& task : tasks)
-            if (Status s = task(); !s) return s;
-        return ok;
-    }
-
-    Block::Methods methods_;
-    std::shared_ptr<Block> block_;
-    std::shared_ptr<Context> context_;
-    std::vector<Task> output_tasks_, update_tasks_;
+    std::shared_ptr<Instance> instance_;
 };
 
 } // namespace bf::test

@@ -98,7 +98,7 @@ TEST(Constant, HasTheTypeAndSizeOfItsValue) {
     EXPECT_EQ(list(constant.get("y")), (Values{1, 0}));
     const auto as_written = [](const Arguments& arguments) {
         const auto b = make("Constant", arguments);
-        return b.declaration().slots[static_cast<std::size_t>(b.index("value"))].as_written;
+        return b.resolution().slots[static_cast<std::size_t>(b.index("value"))].as_written;
     };
     EXPECT_FALSE(as_written({}));
     EXPECT_TRUE(as_written({{"vector_1d", false}}));
@@ -177,7 +177,7 @@ TEST_F(File, ThatHasNoEndIsRefused) {
                   make("SignalFromFile", {{"file", std::string("/dev/zero")}});
               }),
               "file '/dev/zero' cannot be read: it is no regular file, which has an end; write its content "
-              "to one\n");
+              "to one");
 }
 
 TEST_F(File, IsPlayedBackHeldOrInterpolated) {
@@ -198,17 +198,16 @@ TEST_F(File, IsPlayedBackHeldOrInterpolated) {
 }
 
 TEST_F(File, IsRefusedWithItsLine) {
-    EXPECT_EQ(refused("t,a\n0,1\n1,x\n"), "file '" + path + "', line 3: 'x' is no number\n");
-    EXPECT_EQ(refused("0,1\n1,2,3\n"),
-              "file '" + path + "', line 2: 3 columns, but the rows before have 2\n");
+    EXPECT_EQ(refused("t,a\n0,1\n1,x\n"), "file '" + path + "', line 3: 'x' is no number");
+    EXPECT_EQ(refused("0,1\n1,2,3\n"), "file '" + path + "', line 2: 3 columns, but the rows before have 2");
     EXPECT_EQ(refused("0,1\n0,2\n"),
-              "file '" + path + "', line 2: the time does not grow; rows must be in order of time\n");
-    EXPECT_EQ(refused("# nothing\n"), "file '" + path + "' has no row of numbers\n");
+              "file '" + path + "', line 2: the time does not grow; rows must be in order of time");
+    EXPECT_EQ(refused("# nothing\n"), "file '" + path + "' has no row of numbers");
     std::filesystem::remove(path);
     EXPECT_EQ(refusal([&] {
                   make("SignalFromFile", {{"file", path}});
               }),
-              "file '" + path + "' cannot be read: No such file or directory\n");
+              "file '" + path + "' cannot be read: No such file or directory");
 }
 
 double logic(const char* op, const Values& u) {
@@ -354,7 +353,7 @@ TEST(StateMachine, RefusesStatesAndConditionsThatDoNotExist) {
     EXPECT_EQ(refusal([&] {
                   make("StateMachine", {{"transitions", to_2}});
               }),
-              "argument 'transitions', row 1: states are numbered 1 to 1\n");
+              "argument 'transitions', row 1: states are numbered 1 to 1");
     EXPECT_EQ(
         refusal([&] {
             make("StateMachine", {{"transitions", Matrix(3, 0)}}).wire("conditions", scalar_size()).start();
@@ -396,7 +395,7 @@ TEST(Check, ReportsValueAndVerdict) {
     const auto reported = [](const char* kind) {
         std::vector<std::string> names;
         const auto block = make("Check", {{"kind", kind}});
-        for (const auto& slot : block.declaration().slots)
+        for (const auto& slot : block.resolution().slots)
             if (slot.reported) names.push_back(slot.name);
         return names;
     };

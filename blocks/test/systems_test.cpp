@@ -42,11 +42,11 @@ TEST(DiscreteZeroPole, EqualsScipysForComplexPoles) {
             make("DiscreteZeroPole", {{"poles", Value((Matrix(2, 2) << 0.3, 0.4, 0.3, 0.4).finished())}});
         }),
         "argument 'poles' holds a complex root without its conjugate; give both [real imaginary] and "
-        "[real -imaginary]\n");
+        "[real -imaginary]");
     EXPECT_EQ(refusal([] {
                   make("DiscreteZeroPole", {{"zeros", row({1, 2})}});
               }),
-              "there are more zeros than poles, 2 and 1; give at least as many poles\n");
+              "there are more zeros than poles, 2 and 1; give at least as many poles");
 }
 
 TEST(DiscreteFilter, EqualsScipysOnEveryElement) {

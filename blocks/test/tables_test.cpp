@@ -39,7 +39,7 @@ TEST(Lookup1D, RefusesPointsThatDoNotIncreaseAndTablesOfAnotherLength) {
     EXPECT_EQ(refusal([] {
                   make("Lookup1D", {{"breakpoints", row({0, 2, 2})}});
               }),
-              "argument 'breakpoints' must increase strictly, but element 3 is not above the one before\n");
+              "argument 'breakpoints' must increase strictly, but element 3 is not above the one before");
     EXPECT_EQ(refusal([] {
                   make("Lookup1D", {{"breakpoints", row({0, 1, 3})}}).wire("table", vector_size(2)).start();
               }),
@@ -66,7 +66,7 @@ TEST(LookupND, TakesBreakpointsForEachDimension) {
     EXPECT_EQ(refusal([] {
                   make("LookupND", {{"dimensions", 7}});
               }),
-              "argument 'dimensions' must be from 1 to 6, but is 7\n");
+              "argument 'dimensions' must be from 1 to 6, but is 7");
 }
 
 TEST(DirectLookup, TakesTheElementAndClipsOrStops) {

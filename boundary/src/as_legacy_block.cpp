@@ -3,8 +3,7 @@
 #include "BlockFactory/Core/BlockInformation.h"
 #include "BlockFactory/Core/Log.h"
 #include "BlockFactory/Core/Signal.h"
-#include "bf/core/context.hpp"
-#include "bf/core/resolve.hpp"
+#include "bf/core/instance.hpp"
 #include "data_type.hpp"
 #include "host_information.hpp"
 #include "log_capture.hpp"
@@ -18,30 +17,16 @@ namespace bf::boundary {
 
 namespace core = blockfactory::core;
 
-struct AsLegacyBlock::Instance {
+struct AsLegacyBlock::Running {
     struct Port {
-        int slot;
-        void* memory; // of the context
+        void* memory; // of the instance
         std::size_t bytes;
         DataType type;
     };
-    // The block comes first, providers follow: node i of the context is block i.
-    std::vector<const BlockClass*> classes;
-    std::vector<std::unique_ptr<bf::Block>> blocks;
-    std::vector<Node::End> providers;
+    std::vector<std::unique_ptr<Instance>> providers;
+    std::unique_ptr<Instance> block; // which goes before what it uses
     double period = 0;
     std::vector<Port> inputs, outputs;
-    std::unique_ptr<Context> context;
-    std::vector<Task> output_tasks, update_tasks;
-
-    ~Instance() {
-        if (context) stop();
-    }
-    void stop() {
-        for (std::size_t i = blocks.size(); i-- > 0;) context->stop(static_cast<int>(i));
-        context.reset();
-    }
-    Declaration& declaration() const { return blocks[0]->declaration(); }
 };
 
 namespace {
@@ -80,10 +65,10 @@ Value read(const core::Parameters& parameters, const PositionalValue& wanted) {
     throw std::runtime_error("the engine gave no value for parameter '" + metadata.name + "'");
 }
 
-core::Port::Dimensions dimensions(const Declaration& d, const Slot& slot) {
+core::Port::Dimensions dimensions(const Resolution& r, const Slot& slot) {
     const auto length = [&](const Extent& extent) {
         if (extent.dim < 0) return extent.plus;
-        const int value = d.dims[static_cast<std::size_t>(extent.dim)].value;
+        const int value = r.dims[static_cast<std::size_t>(extent.dim)];
         return value < 0 ? core::Port::DynamicSize : value + extent.plus;
     };
     if (slot.size_known) {
@@ -181,73 +166,55 @@ bool AsLegacyBlock::parseParameters(core::BlockInformation* blockInfo) {
     });
 }
 
-std::unique_ptr<AsLegacyBlock::Instance> AsLegacyBlock::make() const {
-    auto instance = std::make_unique<Instance>();
+std::unique_ptr<AsLegacyBlock::Running> AsLegacyBlock::make() const {
+    auto running = std::make_unique<Running>();
     const auto list = parameters();
-    instance->classes = classes();
-    for (std::size_t i = 0; i < instance->classes.size(); ++i) {
+    const auto instance_of = [&](const BlockClass& type) {
         Arguments arguments;
         for (const auto& entry : list)
-            if (entry.goal == Goal::argument && entry.owner == instance->classes[i])
+            if (entry.goal == Goal::argument && entry.owner == &type)
                 arguments.emplace_back(entry.name, read(m_parameters, entry));
-        instance->blocks.push_back(instance->classes[i]->make(arguments));
-        std::string problems;
-        for (const auto& problem : instance->blocks.back()->declaration().problems)
-            problems += (problems.empty() ? "" : "; ") + problem;
-        if (!problems.empty()) throw std::runtime_error(problems);
-    }
-    auto& d = instance->declaration();
-    for (const auto& slot : d.slots)
+        return std::make_unique<Instance>(type, arguments);
+    };
+    const auto all = classes();
+    running->block = instance_of(*all[0]);
+    Instance& block = *running->block;
+    for (const auto& slot : block.declaration().slots)
         if (slot.role == Role::continuous_state)
             throw std::runtime_error("it has continuous states, which this interface cannot integrate");
-    for (std::size_t i = 0; i < d.requirements.size(); ++i) {
-        const auto type_matches = [&](std::size_t k) {
-            return instance->blocks[k]->declaration().provisions[0].type == d.requirements[i].type;
-        };
-        for (std::size_t k = 1; k < instance->blocks.size() && !d.requirements[i].is_bound; ++k) {
-            if (!type_matches(k)) continue;
-            auto& provision = instance->blocks[k]->declaration().provisions[0];
-            if (!provision.made) provision.made = provision.make();
-            d.requirements[i].bind(provision.made);
-            d.requirements[i].is_bound = true;
-            instance->providers.push_back({static_cast<int>(k), 0});
-        }
-        if (!d.requirements[i].is_bound) throw std::runtime_error("it requires a " + d.requirements[i].type);
+    for (std::size_t i = 0; i < block.declaration().requirements.size(); ++i) {
+        auto& provider = running->providers.emplace_back(instance_of(*all[i + 1]));
+        provide(provider->block());
+        block.require(static_cast<int>(i), provider->resolution().provided[0],
+                      [from = provider.get()] { return from->object(0); });
     }
     for (const auto& entry : list) {
         if (entry.goal == Goal::period) {
-            instance->period = read(m_parameters, entry).data.at(0);
-            if (!(instance->period >= 0)) throw std::runtime_error("sample_time must not be negative");
+            running->period = read(m_parameters, entry).data.at(0);
+            if (!(running->period >= 0)) throw std::runtime_error("sample_time must not be negative");
         }
         if (entry.goal != Goal::parameter) continue;
-        const int index = d.find(entry.name, Role::parameter);
+        const int index = block.declaration().find(entry.name, Role::parameter);
         if (index < 0) continue; // these arguments switch it off
-        Slot& slot = d.slots[static_cast<std::size_t>(index)];
-        slot.initial = read(m_parameters, entry).data;
-        if (const auto wrong = outside_limits(slot, slot.initial); !wrong.empty())
-            throw std::runtime_error(wrong);
-        const int count = static_cast<int>(slot.initial.size());
-        if (slot.shape.symbol >= 0 ? count > 1 : !slot.shape.is_matrix && count > 1)
-            offer(d, index, Size{count, 1, false});
+        block.give(index, read(m_parameters, entry));
     }
-    propagate(*instance->blocks[0]);
-    return instance;
+    propagate(block.block());
+    return running;
 }
 
 bool AsLegacyBlock::configureSizeAndPorts(core::BlockInformation* blockInfo) {
     return guarded("configureSizeAndPorts", [&] {
         if (!Block::parseParameters(blockInfo) || !parseParameters(blockInfo))
             throw std::runtime_error("the parameters could not be read");
-        const auto instance = make();
+        const auto running = make();
+        const Resolution& r = running->block->resolution();
         core::InputPortsInfo inputs;
         core::OutputPortsInfo outputs;
-        for (const Slot& slot : instance->declaration().slots) {
+        for (const Slot& slot : r.slots) {
             if (slot.role == Role::input && !slot.optional)
-                inputs.push_back(
-                    {inputs.size(), dimensions(instance->declaration(), slot), legacy(slot.type)});
+                inputs.push_back({inputs.size(), dimensions(r, slot), legacy(slot.type)});
             if (slot.role == Role::output)
-                outputs.push_back(
-                    {outputs.size(), dimensions(instance->declaration(), slot), legacy(slot.type)});
+                outputs.push_back({outputs.size(), dimensions(r, slot), legacy(slot.type)});
         }
         if (!blockInfo->setPortsInfo(inputs, outputs))
             throw std::runtime_error("the engine refused the ports");
@@ -255,62 +222,35 @@ bool AsLegacyBlock::configureSizeAndPorts(core::BlockInformation* blockInfo) {
 }
 
 bool AsLegacyBlock::initialize(core::BlockInformation* blockInfo) {
-    instance_.reset();
+    running_.reset();
     return guarded("initialize", [&] {
         if (!Block::parseParameters(blockInfo) || !parseParameters(blockInfo))
             throw std::runtime_error("the parameters could not be read");
-        auto instance = make();
-        bf::Block& block = *instance->blocks[0];
-        auto& d = instance->declaration();
-        std::size_t inputs = 0, outputs = 0;
-        const auto offer_port = [&](std::size_t i, const core::Port::Info& port) {
-            const int index = static_cast<int>(i);
-            if (!d.slots[i].type_known) offer(d, index, native(port.dataType));
-            if (!d.slots[i].size_known || d.slots[i].role == Role::input)
-                offer(d, index, size_of(port, d.slots[i]));
-            propagate(block);
+        auto running = make();
+        Instance& block = *running->block;
+        std::vector<int> inputs, outputs;
+        for (int i = 0; i < static_cast<int>(block.resolution().slots.size()); ++i) {
+            if (block.slot(i).role == Role::input && !block.slot(i).optional) inputs.push_back(i);
+            if (block.slot(i).role == Role::output) outputs.push_back(i);
+        }
+        const auto wire = [&](int i, const core::Port::Info& port) {
+            if (!block.resolution().type_of(i)) block.wire(i, native(port.dataType));
+            if (!block.slot(i).size_known || block.slot(i).role == Role::input)
+                block.wire(i, size_of(port, block.slot(i)));
         };
-        for (std::size_t i = 0; i < d.slots.size(); ++i)
-            if (d.slots[i].role == Role::input && !d.slots[i].optional)
-                offer_port(i, blockInfo->getInputPortInfo(inputs++));
-        for (std::size_t i = 0; i < d.slots.size(); ++i)
-            if (d.slots[i].role == Role::output) offer_port(i, blockInfo->getOutputPortInfo(outputs++));
-        for (std::size_t i = 0; i < d.slots.size(); ++i)
-            if (!d.slots[i].size_known && (d.slots[i].role == Role::parameter || d.slots[i].optional)) {
-                offer(d, static_cast<int>(i),
-                      Size{std::max(1, static_cast<int>(d.slots[i].initial.size())), 1, false});
-                propagate(block);
-            }
-        for (const Slot& slot : d.slots) {
-            if (!slot.size_known) throw std::runtime_error("the size of '" + slot.name + "' is not known");
-            if (slot.role == Role::parameter && slot.initial.size() > 1 &&
-                static_cast<int>(slot.initial.size()) != slot.size.count())
-                throw std::runtime_error("parameter '" + slot.name + "' must have " +
-                                         std::to_string(slot.size.count()) + " elements, not " +
-                                         std::to_string(slot.initial.size()));
-        }
-
-        std::vector<Node> nodes;
-        for (std::size_t i = 0; i < instance->blocks.size(); ++i)
-            nodes.push_back({instance->blocks[i].get(), instance->classes[i]->methods, {}, {}, 0});
-        nodes[0].providers = instance->providers;
-        instance->context = std::make_unique<Context>(nodes);
-        for (std::size_t i = 0; i < d.slots.size(); ++i) {
-            const Slot& slot = d.slots[i];
-            const Instance::Port port{static_cast<int>(i), instance->context->data(0, static_cast<int>(i)),
-                                      static_cast<std::size_t>(slot.size.count()) *
-                                          static_cast<std::size_t>(bytes(slot.type)),
-                                      legacy(slot.type)};
-            if (slot.role == Role::input && !slot.optional) instance->inputs.push_back(port);
-            if (slot.role == Role::output) instance->outputs.push_back(port);
-        }
-        for (int i = 0; i < instance->context->activities(0, Phase::output); ++i)
-            instance->output_tasks.push_back(instance->context->task(0, Phase::output, i));
-        for (int i = 0; i < instance->context->activities(0, Phase::update); ++i)
-            instance->update_tasks.push_back(instance->context->task(0, Phase::update, i));
-        instance_ = std::move(instance);
-        for (std::size_t i = instance_->blocks.size(); i-- > 0;)
-            instance_->context->start(static_cast<int>(i));
+        for (std::size_t k = 0; k < inputs.size(); ++k) wire(inputs[k], blockInfo->getInputPortInfo(k));
+        for (std::size_t k = 0; k < outputs.size(); ++k) wire(outputs[k], blockInfo->getOutputPortInfo(k));
+        block.settle();
+        for (auto& provider : running->providers) provider->open();
+        block.open();
+        const auto port = [&](int i) {
+            return Running::Port{block.data(i), block.bytes_of(i), legacy(block.slot(i).type)};
+        };
+        for (const int i : inputs) running->inputs.push_back(port(i));
+        for (const int i : outputs) running->outputs.push_back(port(i));
+        for (auto& provider : running->providers) provider->start();
+        block.start();
+        running_ = std::move(running);
         if (!initializeInitialConditions(blockInfo))
             throw std::runtime_error("the initial conditions failed");
     });
@@ -318,11 +258,13 @@ bool AsLegacyBlock::initialize(core::BlockInformation* blockInfo) {
 
 bool AsLegacyBlock::initializeInitialConditions(const core::BlockInformation*) {
     return guarded("initializeInitialConditions", [&] {
-        if (!instance_ || !instance_->context) throw std::runtime_error("the block was not initialised");
-        for (std::size_t i = instance_->blocks.size(); i-- > 0;)
-            if (const Status status = instance_->context->reset(static_cast<int>(i)); !status)
-                throw std::runtime_error(status.text());
-        instance_->context->clock(0) = {0, instance_->period, 0};
+        if (!running_) throw std::runtime_error("the block was not initialised");
+        const auto reset = [](Instance& instance) {
+            if (const Status status = instance.reset(); !status) throw std::runtime_error(status.text());
+        };
+        for (auto& provider : running_->providers) reset(*provider);
+        reset(*running_->block);
+        running_->block->clock() = {0, running_->period, 0};
     });
 }
 
@@ -344,28 +286,26 @@ bool AsLegacyBlock::output(const core::BlockInformation* blockInfo) {
         bfError << "plugin '" << library_->name() << "', block '" << name_ << "', output: " << why;
         return false;
     };
-    if (!instance_ || !instance_->context) return refuse("the block was not initialised");
-    Instance& instance = *instance_;
-    for (std::size_t i = 0; i < instance.inputs.size(); ++i) {
-        const auto& port = instance.inputs[i];
+    if (!running_) return refuse("the block was not initialised");
+    Instance& block = *running_->block;
+    for (std::size_t i = 0; i < running_->inputs.size(); ++i) {
+        const auto& port = running_->inputs[i];
         const void* memory = memory_of(blockInfo->getInputPortSignal(i), port.type, port.bytes);
         if (!memory)
             return refuse("the signal of input port " + std::to_string(i) + " is missing or has changed");
         std::memcpy(port.memory, memory, port.bytes);
     }
-    for (const Task& task : instance.output_tasks)
-        if (const Status status = task(); !status) return refuse(status.text());
-    for (std::size_t i = 0; i < instance.outputs.size(); ++i) {
-        const auto& port = instance.outputs[i];
+    if (const Status status = block.run(Phase::output); !status) return refuse(status.text());
+    for (std::size_t i = 0; i < running_->outputs.size(); ++i) {
+        const auto& port = running_->outputs[i];
         void* memory = memory_of(blockInfo->getOutputPortSignal(i), port.type, port.bytes);
         if (!memory)
             return refuse("the signal of output port " + std::to_string(i) + " is missing or has changed");
         std::memcpy(memory, port.memory, port.bytes);
     }
-    for (const Task& task : instance.update_tasks)
-        if (const Status status = task(); !status) return refuse(status.text());
-    instance.context->commit(0);
-    Clock& clock = instance.context->clock(0);
+    if (const Status status = block.run(Phase::update); !status) return refuse(status.text());
+    block.commit();
+    Clock& clock = block.clock();
     ++clock.step;
     clock.time = static_cast<double>(clock.step) * clock.period;
     return true;
@@ -373,8 +313,8 @@ bool AsLegacyBlock::output(const core::BlockInformation* blockInfo) {
 
 bool AsLegacyBlock::terminate(const core::BlockInformation*) {
     return guarded("terminate", [&] {
-        if (!instance_ || !instance_->context) throw std::runtime_error("the block was not initialised");
-        instance_.reset();
+        if (!running_) throw std::runtime_error("the block was not initialised");
+        running_.reset();
     });
 }
 

@@ -92,9 +92,9 @@ void HostedBlock::declare(const Arguments& arguments) {
     for (const auto& metadata : told.parameters) {
         if (metadata.index < core::Block::NumberOfParameters) continue;
         parameters_.push_back(metadata);
-        declaration().arguments.push_back({argument_name(metadata.name),
-                                           "parameter " + std::to_string(metadata.index),
-                                           default_value(metadata)});
+        detail::declared_by(*this).arguments.push_back({argument_name(metadata.name),
+                                                        "parameter " + std::to_string(metadata.index),
+                                                        default_value(metadata)});
     }
     if (!told.problem.empty()) problem(told.problem);
     for (const auto& port : told.inputs)
@@ -145,7 +145,7 @@ void HostedBlock::infer(Inference& inference) const {
     const Size size = *common;
     for (const auto& port : ports_)
         if (port.is_output && port.is_open && !inference.size(port.slot)) {
-            const auto& shape = declaration().slots[static_cast<std::size_t>(port.slot)].shape;
+            const auto& shape = resolution().slots[static_cast<std::size_t>(port.slot)].shape;
             if (shape.is_matrix == size.is_matrix) inference.set(port.slot, size);
         }
 }
@@ -154,7 +154,7 @@ void HostedBlock::start(Now at) const {
     LegacyObject& object = at[object_];
     HostInformation::Ports sides[2];
     for (const auto& port : ports_) {
-        const Slot& slot = declaration().slots[static_cast<std::size_t>(port.slot)];
+        const Slot& slot = resolution().slots[static_cast<std::size_t>(port.slot)];
         auto& side = sides[port.is_output];
         core::Port::Dimensions dimension{slot.size.rows};
         if (slot.shape.is_matrix) dimension.push_back(slot.size.cols);

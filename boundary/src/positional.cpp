@@ -22,7 +22,7 @@ core::ParameterMetadata metadata_of(const std::string& name, const Value& initia
 }
 
 /// The default of a parameter: zeros where nothing is declared.
-Value initial_of(const Slot& slot) {
+Value initial_of(const SlotDeclaration& slot) {
     const bool is_open = slot.shape.symbol >= 0 || slot.shape.rows.dim >= 0 || slot.shape.cols.dim >= 0;
     const int rows = is_open ? 1 : slot.shape.rows.plus, cols = is_open ? 1 : slot.shape.cols.plus;
     Matrix matrix = Matrix::Zero(rows, cols);
@@ -65,12 +65,12 @@ std::vector<Value> other_values(const ArgumentDeclaration& argument) {
 }
 
 /// Parameters of the class, in order of declaration; behind them those that other arguments bring.
-std::vector<Slot> parameters_of(const BlockClass& block_class, const Declaration& declaration) {
-    std::vector<Slot> all;
+std::vector<SlotDeclaration> parameters_of(const BlockClass& block_class, const Declaration& declaration) {
+    std::vector<SlotDeclaration> all;
     const auto take = [&](const Declaration& d) {
-        for (const Slot& slot : d.slots)
+        for (const auto& slot : d.slots)
             if (slot.role == Role::parameter &&
-                std::none_of(all.begin(), all.end(), [&](const Slot& s) { return s.name == slot.name; }))
+                std::none_of(all.begin(), all.end(), [&](const auto& s) { return s.name == slot.name; }))
                 all.push_back(slot);
     };
     take(declaration);
@@ -121,7 +121,7 @@ std::vector<PositionalValue> positional_values(const BlockClass& block_class,
                 argument.limits, argument.initial.data.size() == 1 && takes_vector(owner, argument));
     };
     add_arguments(block_class, block->declaration());
-    for (const Slot& slot : parameters_of(block_class, block->declaration())) {
+    for (const auto& slot : parameters_of(block_class, block->declaration())) {
         const bool is_scalar = slot.shape.symbol < 0 && slot.shape.rows.dim < 0 && slot.shape.cols.dim < 0 &&
                                slot.shape.rows.plus * slot.shape.cols.plus == 1;
         add(Goal::parameter, block_class, slot.name, slot.doc, initial_of(slot), {}, slot.limits, !is_scalar);

@@ -80,57 +80,42 @@ struct Conformance : testing::TestWithParam<Case> {
 
     /// Steps of the block in its own engine, with the robot's description beside it when it needs one.
     std::vector<Outputs> native() {
-        auto block = of(c.block).make(c.arguments);
-        auto& d = block->declaration();
-        std::unique_ptr<Block> robot;
-        std::vector<Node> nodes{{block.get(), of(c.block).methods, {}, {}, 0}};
+        Instance block(of(c.block), c.arguments);
+        std::unique_ptr<Instance> robot;
         if (is_robotic) {
-            robot = of("Configuration").make({{"joints", legs}});
-            auto& provision = robot->declaration().provisions[0];
-            provision.made = provision.make();
-            d.requirements[0].bind(provision.made);
-            nodes.push_back({robot.get(), of("Configuration").methods, {}, {}, 0});
-            nodes[0].providers = {{1, 0}};
+            robot = std::make_unique<Instance>(of("Configuration"), Arguments{{"joints", legs}});
+            robot->open();
+            block.require(0, robot->resolution().provided[0], [&] { return robot->object(0); });
         }
+        for (const auto& [name, value] : c.parameters)
+            block.give(block.declaration().find(name, Role::parameter),
+                       Value(Matrix(Eigen::Map<const Eigen::RowVectorXd>(
+                           value.data(), static_cast<Eigen::Index>(value.size())))));
         std::vector<int> in, out;
-        for (std::size_t i = 0; i < d.slots.size(); ++i) {
-            const int index = static_cast<int>(i);
-            for (const auto& [name, value] : c.parameters)
-                if (d.slots[i].name == name) {
-                    d.slots[i].initial = value;
-                    if (value.size() > 1) offer(d, index, test::vector_size(static_cast<int>(value.size())));
-                }
-            if (d.slots[i].role == Role::input && !d.slots[i].optional) {
-                offer(d, index, c.inputs[in.size()]);
-                in.push_back(index);
+        for (int i = 0; i < static_cast<int>(block.resolution().slots.size()); ++i) {
+            if (block.slot(i).role == Role::input && !block.slot(i).optional) {
+                block.wire(i, c.inputs[in.size()]);
+                in.push_back(i);
             }
-            if (d.slots[i].role == Role::output) out.push_back(index);
+            if (block.slot(i).role == Role::output) out.push_back(i);
         }
-        propagate(*block);
-        EXPECT_TRUE(unresolved(d).empty());
-        Context context(nodes);
-        std::vector<Task> outputs, updates;
-        for (int i = 0; i < context.activities(0, Phase::output); ++i)
-            outputs.push_back(context.task(0, Phase::output, i));
-        for (int i = 0; i < context.activities(0, Phase::update); ++i)
-            updates.push_back(context.task(0, Phase::update, i));
-        EXPECT_TRUE(context.reset(0));
+        block.open();
+        EXPECT_TRUE(block.reset());
         std::vector<Outputs> all;
         for (int k = 0; k < steps; ++k) {
-            context.clock(0) = {k * period, period, k};
+            block.clock() = {k * period, period, k};
             for (std::size_t i = 0; i < in.size(); ++i)
-                write_values(context.data(0, in[i]), Type::float64, c.inputs[i].count(),
-                             input(c.inputs[i], k, i));
-            for (const auto& task : outputs) EXPECT_TRUE(task()) << task().text();
+                write_values(block.data(in[i]), Type::float64, c.inputs[i].count(), input(c.inputs[i], k, i));
+            EXPECT_TRUE(block.run(Phase::output));
             Outputs now;
             for (const int slot : out) {
-                const auto* data = static_cast<const double*>(context.data(0, slot));
-                now.emplace_back(data, data + d.slots[static_cast<std::size_t>(slot)].size.count());
+                const auto* data = static_cast<const double*>(block.data(slot));
+                now.emplace_back(data, data + block.slot(slot).size.count());
             }
             EXPECT_NE(now[0], std::vector<double>(now[0].size(), 0.0));
             all.push_back(now);
-            for (const auto& task : updates) EXPECT_TRUE(task());
-            context.commit(0);
+            EXPECT_TRUE(block.run(Phase::update));
+            block.commit();
         }
         return all;
     }
@@ -149,7 +134,7 @@ struct Conformance : testing::TestWithParam<Case> {
                                  [&](const auto& a) { return a.first == argument.name; }))
                     all.emplace_back(argument.name,
                                      argument.name == "joints" ? Value(legs) : argument.initial);
-            for (const auto& slot : block.declaration().slots)
+            for (const auto& slot : block.resolution().slots)
                 if (slot.role == Role::parameter &&
                     std::none_of(all.begin(), all.end(), [&](const auto& a) { return a.first == slot.name; }))
                     all.emplace_back(slot.name, Value(slot.initial.empty() ? 0.0 : slot.initial[0]));

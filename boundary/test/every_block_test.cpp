@@ -47,8 +47,8 @@ int compare(RunBlock& native, const std::vector<int>& inputs, const std::vector<
     for (int k = 0; k < 6; ++k) {
         conformance::detail::randomise(native, random);
         // Old engines know no optional inputs: these keep their declared values.
-        for (std::size_t i = 0; i < native.declaration().slots.size(); ++i)
-            if (const Slot& slot = native.declaration().slots[i]; slot.optional)
+        for (std::size_t i = 0; i < native.resolution().slots.size(); ++i)
+            if (const Slot& slot = native.resolution().slots[i]; slot.optional)
                 write_values(native.context().data(0, static_cast<int>(i)), slot.type, slot.size.count(),
                              slot.initial);
         std::vector<std::vector<std::byte>> in, expected;
@@ -86,7 +86,7 @@ TEST_P(EveryStandardBlock, IsTheSameInOldEngines) {
     }
     const RunBlock described(type, arguments);
     int count = 0;
-    for (const auto& slot : described.declaration().slots) count += slot.role == Role::input;
+    for (const auto& slot : described.resolution().slots) count += slot.role == Role::input;
     const std::vector<Size> sizes{{}, {3, 1, false}, {3, 3, true}, {4, 1, false}, {4, 4, true}};
     std::vector<std::vector<Size>> wirings;
     if (count <= 3)
@@ -105,9 +105,9 @@ TEST_P(EveryStandardBlock, IsTheSameInOldEngines) {
     int accepted = 0;
     for (const auto& wiring : wirings) {
         RunBlock native(type, arguments);
-        const std::vector<Type> double_symbols(native.declaration().types.size(), Type::float64),
-            boolean_symbols(native.declaration().types.size(), Type::boolean),
-            integer_symbols(native.declaration().types.size(), Type::uint8);
+        const auto symbols_of = static_cast<std::size_t>(native.declaration().types);
+        const std::vector<Type> double_symbols(symbols_of, Type::float64),
+            boolean_symbols(symbols_of, Type::boolean), integer_symbols(symbols_of, Type::uint8);
         bool is_wired = conformance::detail::wire(native, {wiring, double_symbols});
         for (const auto* symbols : {&boolean_symbols, &integer_symbols})
             if (!is_wired) {
@@ -116,7 +116,7 @@ TEST_P(EveryStandardBlock, IsTheSameInOldEngines) {
             }
         if (!is_wired) continue;
         SCOPED_TRACE(conformance::detail::text({wiring, {}}));
-        const auto& slots = native.declaration().slots;
+        const auto& slots = native.resolution().slots;
         std::vector<int> inputs, outputs;
         bool is_continuous = false;
         for (std::size_t i = 0; i < slots.size(); ++i) {

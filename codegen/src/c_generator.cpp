@@ -194,7 +194,7 @@ std::string CGenerator::text_of(const Statement& s, program::Pass pass) {
     switch (s.kind) {
     case Kind::finite:
         return unless(is_finite(s.signal),
-                      failing(s.node, message(s.failure.text(&block(s.node).declaration()))));
+                      failing(s.node, message(s.failure.text(&block(s.node).resolution()))));
     case Kind::edge: return edge(s);
     case Kind::hit: {
         if (!used_flags_.contains(s.flag)) return {};
@@ -220,7 +220,7 @@ std::string CGenerator::text_of(const Statement& s, program::Pass pass) {
 
 std::string CGenerator::commits(const Statement& s) const {
     std::string checks, copies;
-    const auto& slots = block(s.node).declaration().slots;
+    const auto& slots = block(s.node).resolution().slots;
     for (std::size_t k = 0; k < slots.size(); ++k) {
         const Slot& slot = slots[k];
         if (slot.role != Role::discrete_state || slot.size.count() == 0) continue;

@@ -167,7 +167,7 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
     }
     case Kind::rest: {
         std::string text;
-        const auto& slots = block(s.node).declaration().slots;
+        const auto& slots = block(s.node).resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].role == Role::continuous_state && slots[i].size.count() > 0)
                 text += write_values(in_structure("rates_") + "." +
@@ -184,7 +184,7 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
     }
     case Kind::finite:
         return unless("is_finite(" + place_of(s.signal).text() + ")",
-                      failing(s.node, message(s.failure.text(&block(s.node).declaration()))));
+                      failing(s.node, message(s.failure.text(&block(s.node).resolution()))));
     case Kind::assign: return is_used(s.flag) ? flag(s.flag) + " = " + condition(s.when) + ";\n" : "";
     case Kind::clear: return is_used(s.flag) ? flag(s.flag) + " = false;\n" : "";
     case Kind::edge: {
@@ -233,7 +233,7 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
 
 std::string Generator::commits(const Statement& s) const {
     std::string text;
-    const auto& slots = block(s.node).declaration().slots;
+    const auto& slots = block(s.node).resolution().slots;
     for (std::size_t i = 0; i < slots.size(); ++i) {
         if (slots[i].role != Role::discrete_state || (slots[i].size.count() == 0 && !is_dynamic())) continue;
         const std::string state = place_of({s.node, static_cast<int>(i)}).text();

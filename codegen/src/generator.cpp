@@ -12,7 +12,7 @@ namespace {
 
 /// The slot of a node that an operand refers to.
 const Slot& slot_of(const Block& block, int slot) {
-    return block.declaration().slots[static_cast<std::size_t>(slot)];
+    return block.resolution().slots[static_cast<std::size_t>(slot)];
 }
 
 std::string extents(const Size& size) { return number(size.rows) + ", " + number(size.cols); }
@@ -123,7 +123,7 @@ void Generator::place_all() {
     places_.resize(diagram_.nodes.size());
     next_.resize(diagram_.nodes.size());
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        const auto& slots = diagram_.nodes[n].block->resolution().slots;
         places_[n].resize(slots.size());
         next_[n].resize(slots.size());
     }
@@ -132,7 +132,7 @@ void Generator::place_all() {
         if (!place_of(input.end).member.empty()) inputs_.back().declare(input);
     }
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        const auto& slots = diagram_.nodes[n].block->resolution().slots;
         for (std::size_t s = 0; s < slots.size(); ++s) {
             const Node::End end{static_cast<int>(n), static_cast<int>(s)};
             const std::string path = diagram_.end_path(end);
@@ -421,7 +421,7 @@ std::vector<std::string> Generator::resets(int n, bool only_from_parameters) con
     std::vector<std::string> statements;
     if ((is_hosted(n) || is_dynamic()) && !only_from_parameters)
         return {"if (!hosted_->reset(" + number(hosted_number(n)) + ")) " + failing(n, "hosted_->failure()")};
-    const auto& slots = block(n).declaration().slots;
+    const auto& slots = block(n).resolution().slots;
     for (std::size_t s = 0; s < slots.size(); ++s) {
         const Slot& slot = slots[s];
         const bool is_discrete = slot.role == Role::discrete_state;

@@ -63,7 +63,7 @@ std::string Generator::add_libraries(const std::string& registry) const {
 }
 
 std::string Generator::hosted_slot(int n, int s) const {
-    const Slot& slot = block(n).declaration().slots[static_cast<std::size_t>(s)];
+    const Slot& slot = block(n).resolution().slots[static_cast<std::size_t>(s)];
     constexpr const char* roles[] = {"input",     "output", "parameter", "discrete_state", "continuous_state",
                                      "workspace", "guard"};
     const auto address = [](const Place& place) {
@@ -111,7 +111,7 @@ std::string Generator::hosted_source() const {
         for (const auto& [name, value] : node.arguments)
             arguments += (arguments.empty() ? "" : ",\n         ") +
                          ("{" + literal(name) + ", " + argument(value) + "}");
-        const auto& all = node.block->declaration().slots;
+        const auto& all = node.block->resolution().slots;
         for (std::size_t s = 0; s < all.size(); ++s)
             if (all[s].role != Role::workspace &&
                 (all[s].role != Role::guard ||

@@ -87,7 +87,7 @@ std::vector<Case> block_cases() {
                 continue; // reads a file that is not there
             }
             std::vector<std::string> inputs;
-            for (const auto& slot : block->declaration().slots)
+            for (const auto& slot : block->resolution().slots)
                 if (slot.role == Role::input) inputs.push_back(slot.name);
             std::vector<Wiring> accepted;
             const auto attempt = [&](const Wiring& wiring) {

@@ -23,7 +23,7 @@ struct Elaborated {
         diagram.record = diagram.signals();
         diagram.plots.clear();
         for (std::size_t n = 0; n < diagram.nodes.size(); ++n) {
-            const auto& slots = diagram.nodes[n].block->declaration().slots;
+            const auto& slots = diagram.nodes[n].block->resolution().slots;
             for (std::size_t s = 0; s < slots.size(); ++s)
                 if (slots[s].role == Role::discrete_state || slots[s].role == Role::continuous_state)
                     diagram.record.push_back({diagram.nodes[n].path + "." + slots[s].name + " (state)",

@@ -460,9 +460,9 @@ TEST(GeneratedProgram, FollowsVariablesBitForBitAsElaborationDoes) {
         row = row.substr(row.find("\n0,") + 3);
         std::istringstream values(row.substr(0, row.find('\n')));
         for (const auto& node : expected.nodes) {
-            const auto& d = node.block->declaration();
+            const Resolution& r = node.block->resolution();
             for (const double wanted :
-                 d.slots[static_cast<std::size_t>(d.find("value", Role::parameter))].initial) {
+                 r.slots[static_cast<std::size_t>(r.find("value", Role::parameter))].initial) {
                 std::string cell;
                 std::getline(values, cell, ',');
                 EXPECT_EQ(std::strtod(cell.c_str(), nullptr), wanted)

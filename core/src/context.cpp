@@ -72,11 +72,11 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
     std::vector<std::size_t> offsets;
     std::size_t slots = 0, objects = 0;
     for (const Node& node : nodes_) {
-        const auto& d = node.block->declaration();
-        slots += d.slots.size();
-        objects += d.objects.size();
-        for (std::size_t i = 0; i < d.slots.size(); ++i) {
-            const Slot& slot = d.slots[i];
+        const auto& of_block = node.block->resolution().slots;
+        slots += of_block.size();
+        objects += node.block->declaration().objects.size();
+        for (std::size_t i = 0; i < of_block.size(); ++i) {
+            const Slot& slot = of_block[i];
             const auto reserve = [&](Arena& arena) {
                 offsets.push_back(
                     arena.reserve(slot_bytes(slot), static_cast<std::size_t>(bytes(slot.type))));
@@ -113,14 +113,14 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
     std::uint8_t* connected = connected_.data();
     std::size_t k = 0;
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
-        const auto& d = nodes_[n].block->declaration();
-        const std::size_t count = d.slots.size();
+        const auto& of_block = nodes_[n].block->resolution().slots;
+        const std::size_t count = of_block.size();
         void **now = table, **next = table + count, **rate = table + 2 * count, **object = table + 3 * count;
-        table += 3 * count + d.objects.size();
+        table += 3 * count + nodes_[n].block->declaration().objects.size();
         frames_[n] = {now,      next, rate, size, object, &clocks_[static_cast<std::size_t>(nodes_[n].clock)],
                       connected};
         for (std::size_t i = 0; i < count; ++i, ++k) {
-            const Slot& slot = d.slots[i];
+            const Slot& slot = of_block[i];
             size[i] = slot.size;
             connected[i] = i < nodes_[n].sources.size() && nodes_[n].sources[i].node >= 0;
             switch (slot.role) {
@@ -147,16 +147,23 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
     }
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
         const auto& d = nodes_[n].block->declaration();
+        const auto& provided = nodes_[n].block->resolution().provided;
         auto** now = const_cast<void**>(frames_[n].now);
         for (std::size_t i = 0; i < nodes_[n].sources.size(); ++i)
             if (const auto& from = nodes_[n].sources[i]; from.node >= 0) now[i] = data(from.node, from.slot);
         for (std::size_t i = 0; i < d.objects.size(); ++i) {
-            const auto& declared = d.objects[i];
-            if (declared.requirement >= 0) continue;
-            Object made = declared.provision >= 0
-                              ? d.provisions[static_cast<std::size_t>(declared.provision)].open(
-                                    d.provisions[static_cast<std::size_t>(declared.provision)].made.get())
-                              : declared.make();
+            const auto& [make, requirement, provision] = d.objects[i];
+            const auto r = static_cast<std::size_t>(requirement), p = static_cast<std::size_t>(provision);
+            const auto& [borrowed, shared] = std::tie(nodes_[n].borrowed, nodes_[n].shared);
+            Object made;
+            if (requirement >= 0) {
+                if (r >= borrowed.size() || !borrowed[r]) continue; // it comes from another node
+                made.pointer = borrowed[r]().pointer;
+            } else if (provision >= 0) {
+                made = p < shared.size() && shared[p] ? shared[p]() : d.provisions[p].open(provided[p].get());
+            } else {
+                made = make();
+            }
             const_cast<void**>(frames_[n].objects)[i] = made.pointer.get();
             objects_.push_back(std::move(made));
             object_nodes_.push_back(static_cast<int>(n));
@@ -219,8 +226,8 @@ int Context::activities(int node, Phase phase) const {
 Task Context::task(int node, Phase phase, int i) {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
     const Frame& frame = frames_[static_cast<std::size_t>(node)];
-    const auto& d = n.block->declaration();
-    const auto& calls = rules(d, phase);
+    const Resolution& resolution = n.block->resolution();
+    const auto& calls = rules(n.block->declaration(), phase);
     if (i >= static_cast<int>(calls.size())) {
         calls_.push_back(std::make_unique<MethodCall>(MethodCall{n.block, &frame}));
         const auto run = [&]() -> Call::Run {
@@ -254,7 +261,8 @@ Task Context::task(int node, Phase phase, int i) {
     Operand* operand = operands_.back().get();
     bool are_scalars = true;
     for (const auto& from : call.operands) {
-        const Size size = from.slot >= 0 ? d.slots[static_cast<std::size_t>(from.slot)].size : Size{};
+        const Size size =
+            from.slot >= 0 ? resolution.slots[static_cast<std::size_t>(from.slot)].size : Size{};
         are_scalars = are_scalars && size.count() == 1;
         switch (from.source) {
         case Call::Source::slot: *operand = {frame.now[from.slot], size.rows, size.cols}; break;
@@ -273,7 +281,10 @@ Task Context::task(int node, Phase phase, int i) {
     std::size_t version = 0;
     for (int symbol = 0; symbol < call.symbols; ++symbol) {
         const auto s = static_cast<std::size_t>(symbol);
-        version = version * type_count + (s < d.types.size() ? static_cast<std::size_t>(d.types[s].type) : 0);
+        version = version * type_count +
+                  (s < resolution.types.size()
+                       ? static_cast<std::size_t>(resolution.types[s].value_or(Type::float64))
+                       : 0);
     }
     const auto run = are_scalars && version == 0 && call.run_scalars ? call.run_scalars : call.run[version];
     return {run, operands_.back().get(), static_cast<int>(call.operands.size())};
@@ -282,7 +293,7 @@ Task Context::task(int node, Phase phase, int i) {
 Status Context::reset(int node) {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
     const Frame& frame = frames_[static_cast<std::size_t>(node)];
-    const auto& slots = n.block->declaration().slots;
+    const auto& slots = n.block->resolution().slots;
     const auto copy_all = [&](auto&& from, auto&& to) {
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (frame.next[i]) std::memcpy(to(i), from(i), slot_bytes(slots[i]));
@@ -315,7 +326,7 @@ Status Context::reset(int node) {
 Status Context::event(int node) {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
     const Frame& frame = frames_[static_cast<std::size_t>(node)];
-    const auto& slots = n.block->declaration().slots;
+    const auto& slots = n.block->resolution().slots;
     for (std::size_t i = 0; i < slots.size(); ++i)
         if (frame.next[i]) std::memcpy(frame.next[i], frame.now[i], slot_bytes(slots[i]));
     const Status status = n.block->event(Now(frame), After(frame));
@@ -326,7 +337,7 @@ Status Context::event(int node) {
 
 void Context::commit(int node) {
     const Frame& frame = frames_[static_cast<std::size_t>(node)];
-    const auto& slots = nodes_[static_cast<std::size_t>(node)].block->declaration().slots;
+    const auto& slots = nodes_[static_cast<std::size_t>(node)].block->resolution().slots;
     for (std::size_t i = 0; i < slots.size(); ++i)
         if (slots[i].role == Role::discrete_state)
             std::memcpy(frame.now[i], frame.next[i], slot_bytes(slots[i]));

@@ -1,6 +1,6 @@
 #include "bf/core/block.hpp"
 
-#include "bf/base/elements.hpp"
+#include <algorithm>
 
 namespace bf {
 
@@ -42,7 +42,7 @@ std::string outside(Type type, const std::vector<double>& values) {
 }
 
 Dim::Dim(Block* owner, const char* name, std::function<int()> rule) {
-    auto& dims = owner->declaration().dims;
+    auto& dims = detail::declared_by(*owner).dims;
     id_ = static_cast<int>(dims.size());
     dims.push_back({name, std::move(rule), {}});
 }
@@ -52,14 +52,10 @@ Dim::Dim(Block* owner, const char* name, std::function<Names()> names)
           const auto known = names();
           return known ? static_cast<int>(known->size()) : -1;
       }) {
-    owner->declaration().dims.back().names = std::move(names);
+    detail::declared_by(*owner).dims.back().names = std::move(names);
 }
 
-AnyShape::AnyShape(Block* owner) {
-    auto& shapes = owner->declaration().shapes;
-    id_ = static_cast<int>(shapes.size());
-    shapes.emplace_back();
-}
+AnyShape::AnyShape(Block* owner) { id_ = detail::declared_by(*owner).shapes++; }
 
 int Declaration::find(std::string_view slot_name) const {
     for (std::size_t i = 0; i < slots.size(); ++i)
@@ -78,11 +74,6 @@ std::vector<std::string> Declaration::element_names(int slot) const {
     if (shape.symbol >= 0 || shape.is_matrix || shape.rows.dim < 0 || shape.rows.plus != 0) return {};
     const auto& names = dims[static_cast<std::size_t>(shape.rows.dim)].names;
     return names ? names().value_or(std::vector<std::string>()) : std::vector<std::string>();
-}
-
-std::string Declaration::element_name(int slot, int element) const {
-    const Slot& of = slots[static_cast<std::size_t>(slot)];
-    return of.name + element_text(of.size.rows, of.size.cols, element, element_names(slot));
 }
 
 namespace {
@@ -110,11 +101,13 @@ bool Block::needs(int input) const { return !declaration_.slots[static_cast<std:
 
 namespace detail {
 
+Declaration& declared_by(Block& owner) { return owner.declaration_; }
+
 int declare(Block& owner, Role role, std::string name, const About& about, Shape shape, Type type,
             int symbol) {
     if (!about.present) return -1;
-    auto& d = owner.declaration();
-    Slot slot;
+    auto& d = declared_by(owner);
+    SlotDeclaration slot;
     slot.role = role;
     slot.name = std::move(name);
     slot.doc = about.doc;
@@ -122,7 +115,6 @@ int declare(Block& owner, Role role, std::string name, const About& about, Shape
     slot.shape = shape;
     slot.type_symbol = symbol;
     slot.type = type;
-    slot.type_known = symbol < 0;
     slot.feedthrough = about.feedthrough;
     slot.optional = about.optional;
     slot.reported = about.reported;
@@ -131,13 +123,13 @@ int declare(Block& owner, Role role, std::string name, const About& about, Shape
     slot.initial_from = about.initial_from;
     slot.initial = about.initial;
     if (role == Role::parameter) slot.limits = {about.minimum, about.above, about.maximum};
-    if (symbol >= static_cast<int>(d.types.size())) d.types.resize(static_cast<std::size_t>(symbol) + 1);
+    d.types = std::max(d.types, symbol + 1);
     d.slots.push_back(std::move(slot));
     return static_cast<int>(d.slots.size()) - 1;
 }
 
 int declare(Block& owner, ObjectDeclaration object) {
-    auto& objects = owner.declaration().objects;
+    auto& objects = declared_by(owner).objects;
     objects.push_back(std::move(object));
     return static_cast<int>(objects.size()) - 1;
 }
@@ -147,9 +139,9 @@ int declare(Block& owner, ObjectDeclaration object) {
 
 namespace bf::detail {
 
-std::vector<Call>& output_rules(Block& owner) { return owner.declaration().output_rules; }
-std::vector<Call>& update_rules(Block& owner) { return owner.declaration().update_rules; }
-std::vector<Call>& derivative_rules(Block& owner) { return owner.declaration().derivative_rules; }
-std::vector<Call>& guard_rules(Block& owner) { return owner.declaration().guard_rules; }
+std::vector<Call>& output_rules(Block& owner) { return declared_by(owner).output_rules; }
+std::vector<Call>& update_rules(Block& owner) { return declared_by(owner).update_rules; }
+std::vector<Call>& derivative_rules(Block& owner) { return declared_by(owner).derivative_rules; }
+std::vector<Call>& guard_rules(Block& owner) { return declared_by(owner).guard_rules; }
 
 } // namespace bf::detail

@@ -1,11 +1,11 @@
 #include "bf/core/status.hpp"
 
 #include "bf/base/elements.hpp"
-#include "bf/core/declaration.hpp"
+#include "bf/core/resolution.hpp"
 
 namespace bf {
 
-std::string Status::text(const Declaration* block) const {
+std::string Status::text(const Resolution* block) const {
     if (!message_) return "ok";
     std::string text = message_;
     constexpr std::string_view element = "{element}";

@@ -134,7 +134,7 @@ TEST(Limits, BelongToParametersAlone) {
         Input<double> u{this, "u", {.minimum = 0}};
     };
     const Limited block;
-    const auto& slots = block.declaration().slots;
+    const auto& slots = block.resolution().slots;
     EXPECT_EQ(text_of(slots[0].limits), "from 0 to 2");
     EXPECT_FALSE(slots[1].limits.are_given());
     EXPECT_EQ(outside_limits(slots[0], {3}), "parameter 'p' must be from 0 to 2, but is 3");
@@ -172,71 +172,71 @@ template <class F> std::string error_of(F&& f) {
 
 TEST(Resolution, SpreadsALengthToAllThatNameIt) {
     Shaped block;
-    EXPECT_TRUE(offer(block.declaration(), 0, Size{5, 1, false}));
+    EXPECT_TRUE(offer(block.resolution(), 0, Size{5, 1, false}));
     propagate(block);
-    EXPECT_TRUE(unresolved(block.declaration()).empty());
-    EXPECT_EQ(block.declaration().slots[1].size, (Size{11, 1, false}));
-    EXPECT_EQ(block.declaration().slots[3].size, (Size{5, 5, true}));
+    EXPECT_TRUE(unresolved(block.resolution()).empty());
+    EXPECT_EQ(block.resolution().slots[1].size, (Size{11, 1, false}));
+    EXPECT_EQ(block.resolution().slots[3].size, (Size{5, 5, true}));
 }
 
 TEST(Resolution, NamesWhatContradictsALength) {
     Shaped block;
-    auto& d = block.declaration();
-    offer(d, 0, Size{5, 1, false});
+    auto& r = block.resolution();
+    offer(r, 0, Size{5, 1, false});
     EXPECT_EQ(error_of([&] {
-                  offer(d, 1, Size{10, 1, false});
+                  offer(r, 1, Size{10, 1, false});
               }),
               "input 'b' needs n = 4, but n is already 5");
     EXPECT_EQ(error_of([&] {
-                  offer(d, 2, Size{4, 1, false});
+                  offer(r, 2, Size{4, 1, false});
               }),
               "input 'fixed' has length 3, but is wired to length 4");
     EXPECT_EQ(error_of([&] {
-                  offer(d, 0, Size{5, 2, true});
+                  offer(r, 0, Size{5, 2, true});
               }),
               "input 'a' is a 1-D signal, but is wired to a 5x2 matrix");
 }
 
 TEST(Resolution, TakesAColumnWhereA1DSignalIsDeclared) {
     Shaped block;
-    offer(block.declaration(), 0, Size{5, 1, true});
-    EXPECT_FALSE(block.declaration().slots[0].size.is_matrix);
+    offer(block.resolution(), 0, Size{5, 1, true});
+    EXPECT_FALSE(block.resolution().slots[0].size.is_matrix);
 }
 
 TEST(Resolution, ListsWhatIsUnknown) {
     Shaped block;
     propagate(block);
-    EXPECT_EQ(unresolved(block.declaration()), (std::vector<int>{0, 1, 3}));
+    EXPECT_EQ(unresolved(block.resolution()), (std::vector<int>{0, 1, 3}));
 }
 
 TEST(Resolution, KeepsOneTypeAndSizeAmongLikeQuantities) {
     Typed block;
-    auto& d = block.declaration();
-    offer(d, 0, Type::int8);
+    auto& r = block.resolution();
+    offer(r, 0, Type::int8);
     EXPECT_EQ(
-        error_of([&] { offer(d, 1, Type::float64); }),
+        error_of([&] { offer(r, 1, Type::float64); }),
         "input 'v' must be of type int8 like the other quantities of its kind, but is wired to type double; "
         "insert a Convert block");
-    offer(d, 0, Size{3, 1, false});
+    offer(r, 0, Size{3, 1, false});
     EXPECT_EQ(
         error_of([&] {
-            offer(d, 1, Size{4, 1, false});
+            offer(r, 1, Size{4, 1, false});
         }),
         "input 'v' must have size [3] like the other quantities of its shape, but is wired to size [4]");
     propagate(block);
-    EXPECT_EQ(d.slots[2].type, Type::int8);
+    EXPECT_EQ(r.slots[2].type, Type::int8);
 }
 
 TEST(Resolution, RefusesATypeThatARuleIsNotDefinedFor) {
     Typed block;
-    offer(block.declaration(), 0, Type::boolean);
+    offer(block.resolution(), 0, Type::boolean);
     EXPECT_EQ(error_of([&] { propagate(block); }), "output 'y' cannot be of type boolean, for which this "
                                                    "operation is not defined; insert a Convert block");
 }
 
 TEST(Resolution, RefusesAnotherTypeThanTheDeclaredOne) {
     Shaped block;
-    EXPECT_EQ(error_of([&] { offer(block.declaration(), 0, Type::boolean); }),
+    EXPECT_EQ(error_of([&] { offer(block.resolution(), 0, Type::boolean); }),
               "input 'a' is of type double, but is wired to type boolean; insert a Convert block");
 }
 
@@ -258,10 +258,10 @@ struct Named : Block {
 
 TEST(Dim, HasAsManyElementsAsNames) {
     Named block;
-    offer(block.declaration(), block.v.index(), Size{3, 1, false});
+    offer(block.resolution(), block.v.index(), Size{3, 1, false});
     propagate(block);
     const auto& d = block.declaration();
-    EXPECT_EQ(d.slots[0].size.text(), "[2]");
+    EXPECT_EQ(block.resolution().slots[0].size.text(), "[2]");
     EXPECT_EQ(d.element_names(block.u.index()), (std::vector<std::string>{"hip", "knee"}));
     EXPECT_TRUE(d.element_names(block.v.index()).empty());
     EXPECT_TRUE(d.element_names(block.longer.index()).empty());
@@ -270,10 +270,10 @@ TEST(Dim, HasAsManyElementsAsNames) {
 
 TEST(Status, NamesTheElementThatItIsAbout) {
     Named block;
-    offer(block.declaration(), block.v.index(), Size{3, 1, false});
+    offer(block.resolution(), block.v.index(), Size{3, 1, false});
     propagate(block);
     const auto text = [&](const auto& quantity, int element) {
-        return Status::failure("{element} is not finite", quantity, element).text(&block.declaration());
+        return Status::failure("{element} is not finite", quantity, element).text(&block.resolution());
     };
     EXPECT_EQ(text(block.u, 1), "u[knee] is not finite");
     EXPECT_EQ(text(block.v, 2), "v[3] is not finite");

@@ -48,7 +48,7 @@ std::vector<std::string> signals_of(const Elaboration& e, const Scope& scope, co
 void split_merges(Elaboration& e, std::size_t hops) {
     for (auto& [first, merge] : e.merges) {
         const std::string path = e.node(first).path;
-        const int output = e.declaration(first).find("y", Role::output);
+        const int output = e.resolution(first).find("y", Role::output);
         for (const auto& element : signals_of(e, *merge.scope, merge.drivers.front(), hops)) {
             if (element.empty()) break;
             int node = first;

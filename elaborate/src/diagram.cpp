@@ -52,7 +52,7 @@ std::vector<SignalName> Diagram::signals() const {
     std::vector<SignalName> all;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         if (is_outlet[n]) continue; // known by its alias
-        const auto& slots = nodes[n].block->declaration().slots;
+        const auto& slots = nodes[n].block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].role == Role::output)
                 all.push_back(
@@ -71,7 +71,7 @@ std::vector<SignalName> Diagram::recorded() const {
 std::vector<SignalName> Diagram::checks() const {
     std::vector<SignalName> all;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
-        const auto& slots = nodes[n].block->declaration().slots;
+        const auto& slots = nodes[n].block->resolution().slots;
         const auto count =
             std::count_if(slots.begin(), slots.end(), [](const Slot& s) { return s.reported; });
         const std::string name = nodes[n].path.substr(nodes[n].path.rfind('.') + 1);
@@ -152,7 +152,7 @@ SignalFinder::SignalFinder(const Diagram& diagram) : all_(diagram.signals()) {
     }
     for (std::size_t n = 0; n < diagram.nodes.size(); ++n) {
         const auto& node = diagram.nodes[n];
-        const auto& slots = node.block->declaration().slots;
+        const auto& slots = node.block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role == Role::discrete_state)
                 hidden_.try_emplace(node.path + "." + slots[i].name,

@@ -28,7 +28,7 @@ class Naming {
     explicit Naming(Elaboration& e) : e_(e) {
         for (const auto& node : e_.diagram.nodes) {
             first_.push_back(static_cast<int>(names_.size()));
-            names_.resize(names_.size() + node.block->declaration().slots.size());
+            names_.resize(names_.size() + node.block->resolution().slots.size());
         }
     }
 
@@ -36,7 +36,7 @@ class Naming {
         std::vector<int> named;
         for (int n = 0; n < count(); ++n)
             for (int s = 0; s < slots(n); ++s)
-                if (auto names = e_.declaration(n).element_names(s); !names.empty()) {
+                if (auto names = e_.node(n).block->declaration().element_names(s); !names.empty()) {
                     names_[at(n, s)] = std::move(names);
                     named.push_back(first_[static_cast<std::size_t>(n)] + s);
                 }
@@ -62,11 +62,11 @@ class Naming {
     };
 
     int count() const { return static_cast<int>(e_.diagram.nodes.size()); }
-    int slots(int n) const { return static_cast<int>(e_.declaration(n).slots.size()); }
+    int slots(int n) const { return static_cast<int>(e_.resolution(n).slots.size()); }
     std::size_t at(int n, int s) const {
         return static_cast<std::size_t>(first_[static_cast<std::size_t>(n)] + s);
     }
-    const Slot& slot(int n, int s) const { return e_.declaration(n).slots[static_cast<std::size_t>(s)]; }
+    const Slot& slot(int n, int s) const { return e_.resolution(n).slots[static_cast<std::size_t>(s)]; }
 
     void link(const Node::End& from, const Node::End& to, int first = 0,
               const std::vector<int>* picked = nullptr) {
@@ -87,7 +87,7 @@ class Naming {
         entering_.resize(names_.size());
         sizes_.resize(names_.size());
         for (int n = 0; n < count(); ++n) {
-            const auto& d = e_.declaration(n);
+            const auto& d = e_.resolution(n);
             for (int s = 0; s < slots(n); ++s)
                 if (const auto& from = e_.node(n).sources[static_cast<std::size_t>(s)]; from.node >= 0)
                     link(from, {n, s});

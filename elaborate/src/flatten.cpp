@@ -457,10 +457,10 @@ class Flattener {
         for (const Scope* at = &scope; node.doc.empty() && at && at->self; at = at->parent)
             node.doc = at->self->doc;
         node.where = block.where;
-        auto& d = node.block->declaration();
+        const auto& d = node.block->declaration();
         for (const auto& problem : d.problems) e_.report.add(block.where, path, problem);
         if (!d.problems.empty() && d.slots.empty()) return; // what it declares is not known
-        give_parameters(scope, path, d, parameters, block.where);
+        give_parameters(scope, path, node.block->resolution(), parameters, block.where);
         node.sources.resize(d.slots.size());
         node.providers.resize(d.requirements.size());
 
@@ -543,14 +543,14 @@ class Flattener {
         return converted;
     }
 
-    void give_parameters(const Scope& scope, const std::string& path, Declaration& d,
+    void give_parameters(const Scope& scope, const std::string& path, Resolution& r,
                          const std::vector<const model::Setting*>& parameters, const model::Location& where) {
         const auto check_limits = [&](const Slot& slot, const model::Location& at) {
             const auto wrong =
                 outside_limits(slot, slot.initial.empty() ? std::vector<double>{0} : slot.initial);
             if (!wrong.empty()) e_.report.add(at, path, wrong, outside_remedy(slot));
         };
-        for (Slot& slot : d.slots) {
+        for (Slot& slot : r.slots) {
             const bool is_default =
                 slot.role == Role::parameter &&
                 std::none_of(parameters.begin(), parameters.end(),
@@ -559,14 +559,15 @@ class Flattener {
             if (is_default) check_limits(slot, where); // one may lie outside: then a value must be given
         }
         for (const auto* setting : parameters) {
-            const int index = d.find(setting->name, Role::parameter);
+            const int index = r.find(setting->name, Role::parameter);
             if (index < 0) {
-                e_.report.add(setting->where ? setting->where : setting->value.where, path,
-                              "the block has no argument or parameter '" + setting->name + "'" +
-                                  e_.report.suggestion(setting->name, [&] { return setting_names(d); }));
+                e_.report.add(
+                    setting->where ? setting->where : setting->value.where, path,
+                    "the block has no argument or parameter '" + setting->name + "'" +
+                        e_.report.suggestion(setting->name, [&] { return setting_names(r.declaration()); }));
                 continue;
             }
-            const Slot& slot = d.slots[static_cast<std::size_t>(index)];
+            const Slot& slot = r.slots[static_cast<std::size_t>(index)];
             const auto value = number(scope, *setting, path, Definition::Kind::parameter);
             if (!value) continue;
             if (value->kind != Value::Kind::number) {
@@ -580,7 +581,7 @@ class Flattener {
                 continue;
             }
             try {
-                give(d, index, *value);
+                give(r, index, *value);
                 e_.written_parameters[{static_cast<int>(e_.diagram.nodes.size()), index}] =
                     setting->value.where;
                 check_limits(slot, setting->value.where);
@@ -589,7 +590,7 @@ class Flattener {
                               "'" + setting->value.text + "' does not fit: " + error.what());
             }
         }
-        give_defaults(d);
+        give_defaults(r);
     }
 
     Elaboration& e_;

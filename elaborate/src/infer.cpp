@@ -30,7 +30,7 @@ class Spreading {
         for (const auto& declared : e_.declared) {
             if (declared.end.node < 0) continue;
             const Slot& slot =
-                e_.declaration(declared.end.node).slots[static_cast<std::size_t>(declared.end.slot)];
+                e_.resolution(declared.end.node).slots[static_cast<std::size_t>(declared.end.slot)];
             if (declared.size && !slot.size_known)
                 decide(declared.end.node, declared.end.slot, *declared.size);
             if (declared.type && !slot.type_known)
@@ -53,7 +53,7 @@ class Spreading {
         // An algebraic loop of blocks that do not know their sizes is a loop first of all; another loop in
         // which nothing has a size carries scalars.
         if (is_right && std::any_of(e_.diagram.nodes.begin(), e_.diagram.nodes.end(), [](const auto& node) {
-                return !unresolved(node.block->declaration()).empty();
+                return !unresolved(node.block->resolution()).empty();
             })) {
             if (!e_.diagram.solves_algebraic_loops) sort(e_);
             for_each_slot([&](int n, int i, const Slot& slot) {
@@ -84,7 +84,7 @@ class Spreading {
 
     template <class F> void for_each_slot(F&& f) {
         for (std::size_t n = 0; n < queued_.size(); ++n) {
-            const auto& slots = e_.declaration(static_cast<int>(n)).slots;
+            const auto& slots = e_.resolution(static_cast<int>(n)).slots;
             for (std::size_t i = 0; i < slots.size(); ++i)
                 f(static_cast<int>(n), static_cast<int>(i), slots[i]);
         }
@@ -93,7 +93,7 @@ class Spreading {
     /// Settles what nothing else decides, and what follows from it.
     template <class News> void decide(int node, int slot, News news) {
         try {
-            if (offer(e_.declaration(node), slot, news)) push(node);
+            if (offer(e_.resolution(node), slot, news)) push(node);
         } catch (const ResolutionError& error) {
             report(node, error.what());
         }
@@ -102,16 +102,12 @@ class Spreading {
 
     /// In a loop whose size nothing else decides, a state has the size of its initial value.
     void take_initial_size(int node, const Slot& state) {
-        const auto& slots = e_.declaration(node).slots;
-        const Slot& initial = slots[static_cast<std::size_t>(state.initial_from)];
+        const Resolution& r = e_.resolution(node);
+        const Slot& initial = r.slots[static_cast<std::size_t>(state.initial_from)];
         if (!initial.size_known) return;
         size_from_ = e_.node(node).path + "." + initial.name;
-        for (std::size_t i = 0; i < slots.size(); ++i) {
-            if (slots[i].role != Role::input || slots[i].size_known) continue;
-            const bool is_alike = state.shape.symbol >= 0 && slots[i].shape.symbol == state.shape.symbol;
-            // A state of another shape, such as the past of a Delay, tells only that its input is a scalar.
-            if (is_alike || initial.size.is_scalar()) decide(node, static_cast<int>(i), initial.size);
-        }
+        for (const int input : sized_by_initial(r, state))
+            if (!r.slots[static_cast<std::size_t>(input)].size_known) decide(node, input, initial.size);
     }
 
     void check_declared(const Elaboration::Declared& declared) {
@@ -163,7 +159,7 @@ class Spreading {
             queue_.pop_front();
             queued_[static_cast<std::size_t>(n)] = false;
             try {
-                if (is_bound(*e_.node(n).block)) propagate(*e_.node(n).block);
+                if (e_.resolution(n).is_bound()) propagate(*e_.node(n).block);
             } catch (const std::exception& error) { // also what a resource says, e.g. an unknown frame
                 report(n, error.what());
             }
@@ -177,13 +173,13 @@ class Spreading {
 
     /// One wire: each end learns from the other.
     void share(const Node::End& from, const Node::End& to) {
-        auto& source = e_.declaration(from.node);
-        auto& target = e_.declaration(to.node);
+        auto& source = e_.resolution(from.node);
+        auto& target = e_.resolution(to.node);
         Slot& a = source.slots[static_cast<std::size_t>(from.slot)];
         Slot& b = target.slots[static_cast<std::size_t>(to.slot)];
-        const auto tell = [&](Declaration& d, const Node::End& end, auto news) {
+        const auto tell = [&](Resolution& r, const Node::End& end, auto news) {
             try {
-                if (offer(d, end.slot, news)) push(end.node);
+                if (offer(r, end.slot, news)) push(end.node);
             } catch (const ResolutionError& error) {
                 report(to.node, std::string(error.what()) + " (" + e_.diagram.end_path(from) + " -> " +
                                     e_.diagram.end_path(to) + ")");
@@ -193,18 +189,11 @@ class Spreading {
             tell(target, to, a.size);
         else if (!a.size_known && b.size_known)
             tell(source, from, b.size);
-        const bool a_knows = knows_type(source, a), b_knows = knows_type(target, b);
-        if (a_knows && !is_told(to, 1))
-            tell(target, to, type_of_slot(source, a));
-        else if (!a_knows && b_knows)
-            tell(source, from, type_of_slot(target, b));
-    }
-
-    static bool knows_type(const Declaration& d, const Slot& s) {
-        return s.type_symbol < 0 || d.types[static_cast<std::size_t>(s.type_symbol)].known;
-    }
-    static Type type_of_slot(const Declaration& d, const Slot& s) {
-        return s.type_symbol < 0 ? s.type : d.types[static_cast<std::size_t>(s.type_symbol)].type;
+        const auto type_of_a = source.type_of(from.slot), type_of_b = target.type_of(to.slot);
+        if (type_of_a && !is_told(to, 1))
+            tell(target, to, *type_of_a);
+        else if (!type_of_a && type_of_b)
+            tell(source, from, *type_of_b);
     }
 
     /// Each input hears its source's size and type once.
@@ -225,16 +214,16 @@ class Spreading {
 
     void report_open(int n) {
         if (!e_.report.is_empty()) return; // what is open then follows from what was reported
-        const auto& d = e_.declaration(n);
-        for (const int i : unresolved(d)) {
-            const Slot& slot = d.slots[static_cast<std::size_t>(i)];
+        const Resolution& r = e_.resolution(n);
+        for (const int i : unresolved(r)) {
+            const Slot& slot = r.slots[static_cast<std::size_t>(i)];
             e_.report.add(e_.node(n).where, e_.node(n).path,
                           std::string("the size of ") + name(slot.role) + " '" + slot.name +
                               "' cannot be found from the wiring",
                           "connect the block, or give a parameter with the wanted size");
         }
-        for (std::size_t i = 0; i < d.slots.size(); ++i) {
-            const Slot& slot = d.slots[i];
+        for (std::size_t i = 0; i < r.slots.size(); ++i) {
+            const Slot& slot = r.slots[i];
             const int count = slot.size.count();
             if (slot.role == Role::parameter && slot.type_symbol >= 0) // the types of others were known
                 if (const auto wrong = outside_limits(slot, values_of(slot.initial)); !wrong.empty()) {
@@ -250,7 +239,7 @@ class Spreading {
                                   " elements, but needs " + std::to_string(count),
                               "give one element or " + std::to_string(count));
             if (slot.initial_from >= 0) {
-                const Slot& from = d.slots[static_cast<std::size_t>(slot.initial_from)];
+                const Slot& from = r.slots[static_cast<std::size_t>(slot.initial_from)];
                 if (from.size.count() != 1 && from.size.count() != count)
                     e_.report.add(e_.node(n).where, e_.node(n).path,
                                   "parameter '" + from.name + "' has " + std::to_string(from.size.count()) +
@@ -259,12 +248,13 @@ class Spreading {
                                   "give one element or " + std::to_string(count));
             }
         }
+        const Declaration& d = r.declaration();
         for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
             for (const Call& call : *rules)
-                if (call.symbols == 1 && !call.run[static_cast<std::size_t>(d.types[0].type)])
+                if (call.symbols == 1 && !call.run[static_cast<std::size_t>(*r.types[0])])
                     e_.report.add(e_.node(n).where, e_.node(n).path,
                                   "the block does not work on signals of type " +
-                                      std::string(bf::name(d.types[0].type)),
+                                      std::string(bf::name(*r.types[0])),
                                   "insert a Convert block before it");
     }
 

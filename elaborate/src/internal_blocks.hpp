@@ -71,8 +71,8 @@ class RootInput final : public Block {
   public:
     explicit RootInput(const Elaboration::Declared& declared) {
         declare({.is_root_input = true});
-        if (declared.size) offer(declaration(), y.index(), *declared.size);
-        if (declared.type) offer(declaration(), y.index(), *declared.type);
+        if (declared.size) offer(resolution(), y.index(), *declared.size);
+        if (declared.type) offer(resolution(), y.index(), *declared.type);
     }
     Output<> y{this, "y", {.unit = any_unit}};
 };

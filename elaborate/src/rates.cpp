@@ -170,7 +170,7 @@ class Rates {
     }
 
     static bool is_continuous(const DiagramNode& node) {
-        const auto& slots = node.block->declaration().slots;
+        const auto& slots = node.block->resolution().slots;
         return std::any_of(slots.begin(), slots.end(),
                            [](const Slot& s) { return s.role == Role::continuous_state; });
     }
@@ -350,7 +350,7 @@ class Rates {
                     nodes_[n].sources[i] = {place->second, 1};
                     continue;
                 }
-                const Slot& slot = nodes_[n].block->declaration().slots[i];
+                const Slot& slot = nodes_[n].block->resolution().slots[i];
                 e_.report.add(nodes_[n].where, nodes_[n].path,
                               "input '" + slot.name + "' at " + period_text(b) + " s reads " +
                                   e_.diagram.end_path(from) + " at " + period_text(a) + " s",
@@ -380,12 +380,12 @@ class Rates {
         DiagramNode node;
         node.block = std::make_unique<Transition>(to_faster);
         const Slot& slot = e_.diagram.slot(from);
-        offer(node.block->declaration(), 0, slot.size);
-        offer(node.block->declaration(), 0, slot.type);
+        offer(node.block->resolution(), 0, slot.size);
+        offer(node.block->resolution(), 0, slot.type);
         propagate(*node.block);
         node.path = e_.diagram.end_path(from) + (to_faster ? " delayed" : " held");
         node.type = "RateTransition";
-        node.sources.resize(node.block->declaration().slots.size());
+        node.sources.resize(node.block->resolution().slots.size());
         node.sources[0] = from;
         node.rate = to_faster ? source_rate : rate;
         node.where = source.where;

@@ -1,7 +1,6 @@
 // Blocks get the resources that other blocks of their subsystem, or of one around it, provide.
 #include "stages.hpp"
 
-#include <algorithm>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -24,48 +23,44 @@ class Binding {
     /// Binds what a block requires, and then makes what it provides.
     void bind(int index, int depth = 0) {
         DiagramNode& node = e_.node(index);
-        auto& d = node.block->declaration();
+        const auto& requirements = node.block->declaration().requirements;
+        const auto& required = node.block->resolution().required;
         if (depth > 100) {
             e_.report.add(node.where, node.path, "resources need each other in a circle");
             return;
         }
         bool is_complete = true;
-        for (std::size_t r = 0; r < d.requirements.size(); ++r) {
-            auto& requirement = d.requirements[r];
-            if (requirement.is_bound) continue;
+        for (std::size_t r = 0; r < requirements.size(); ++r) {
+            const std::string& type = requirements[r].type;
+            if (required[r]) continue;
             std::string found_twice;
-            const auto from =
-                provider(scopes_[static_cast<std::size_t>(index)], index, requirement.type, found_twice);
+            const auto from = provider(scopes_[static_cast<std::size_t>(index)], index, type, found_twice);
             if (!found_twice.empty())
                 e_.report.add(node.where, node.path,
-                              "finds more than one " + requirement.type + " around it: " + found_twice,
+                              "finds more than one " + type + " around it: " + found_twice,
                               "keep one of them in this subsystem");
             if (from.node < 0) {
                 e_.report.add(node.where, node.path,
-                              "needs a " + requirement.type + ", and no enclosing subsystem has one",
+                              "needs a " + type + ", and no enclosing subsystem has one",
                               "add a block that provides it beside this block or in a subsystem around it");
                 is_complete = false;
                 continue;
             }
             bind(from.node, depth + 1);
-            const auto& made = e_.declaration(from.node).provisions[static_cast<std::size_t>(from.slot)].made;
+            const auto& made = e_.resolution(from.node).provided[static_cast<std::size_t>(from.slot)];
             if (!made) {
                 is_complete = false;
                 continue;
             }
-            requirement.bind(made);
-            requirement.is_bound = true;
+            require(*node.block, static_cast<int>(r), made);
             node.providers[r] = from;
         }
-        if (!is_complete) return;
-        for (auto& provision : d.provisions) {
-            if (provision.made || failed_.contains(index)) continue;
-            try {
-                provision.made = provision.make();
-            } catch (const std::exception& error) {
-                failed_.insert(index);
-                e_.report.add(node.where, node.path, error.what());
-            }
+        if (!is_complete || failed_.contains(index)) return;
+        try {
+            provide(*node.block);
+        } catch (const std::exception& error) {
+            failed_.insert(index);
+            e_.report.add(node.where, node.path, error.what());
         }
     }
 
@@ -91,7 +86,7 @@ class Binding {
         const auto [known, is_new] = providers_.try_emplace(&scope);
         if (is_new)
             for (const int n : scope.nodes) {
-                const auto& provisions = e_.declaration(n).provisions;
+                const auto& provisions = e_.node(n).block->declaration().provisions;
                 for (std::size_t p = 0; p < provisions.size(); ++p)
                     known->second[provisions[p].type].push_back({n, static_cast<int>(p)});
             }
@@ -105,11 +100,6 @@ class Binding {
 };
 
 } // namespace
-
-bool is_bound(const Block& block) {
-    const auto& requirements = block.declaration().requirements;
-    return std::all_of(requirements.begin(), requirements.end(), [](const auto& r) { return r.is_bound; });
-}
 
 void bind_resources(Elaboration& e) { Binding(e).run(); }
 

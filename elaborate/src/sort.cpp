@@ -179,14 +179,15 @@ class Sorting {
 
     /// Does the block's output method read the input? Asked per output where the block says so.
     static bool reads(const DiagramNode& node, int input) {
-        const auto& slots = node.block->declaration().slots;
+        const auto& slots = node.block->resolution().slots;
+        const bool is_bound = node.block->resolution().is_bound();
         bool has_output = false;
         for (std::size_t o = 0; o < slots.size(); ++o)
             if (slots[o].role == Role::output) {
                 has_output = true;
-                if (is_bound(*node.block) && node.block->feedthrough(static_cast<int>(o), input)) return true;
+                if (is_bound && node.block->feedthrough(static_cast<int>(o), input)) return true;
             }
-        return !(has_output && is_bound(*node.block)) && slots[static_cast<std::size_t>(input)].feedthrough;
+        return !(has_output && is_bound) && slots[static_cast<std::size_t>(input)].feedthrough;
     }
 
     /// A Merge takes over each of its inputs when the subsystem runs that computes it.
@@ -407,7 +408,7 @@ class Sorting {
             const auto& a = vertices_[static_cast<std::size_t>(v)];
             if (a.node < 0 || group(v) != group(members.front())) return false;
             const auto& node = nodes_[static_cast<std::size_t>(a.node)];
-            const auto& slots = node.block->declaration().slots;
+            const auto& slots = node.block->resolution().slots;
             return std::all_of(slots.begin(), slots.end(), [](const Slot& slot) {
                 return slot.role != Role::output || slot.type == Type::float64;
             });

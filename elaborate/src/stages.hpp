@@ -152,7 +152,7 @@ struct Elaboration {
 
     Scope& root() { return scopes.front(); }
     DiagramNode& node(int i) { return diagram.nodes[static_cast<std::size_t>(i)]; }
-    Declaration& declaration(int i) { return node(i).block->declaration(); }
+    Resolution& resolution(int i) { return node(i).block->resolution(); }
 
     /// The value of an expression, noted among the diagram's definitions under that path, and `what` of it.
     std::optional<matlab::Value> evaluate(const model::Expression& expression, const Variables& variables,
@@ -175,9 +175,6 @@ struct Elaboration {
     std::optional<double> evaluate_scalar(const model::Expression& expression, const Variables& variables,
                                           const std::string& path, const char* what);
 };
-
-/// Has the block all resources that it requires? Otherwise, in a wrong model, its methods are not asked.
-bool is_bound(const Block& block);
 
 /// The core value of a MATLAB value; nothing when blocks know no such value (struct, handle).
 std::optional<Value> to_value(const matlab::Value& value);

@@ -35,8 +35,9 @@ std::string text_of(const DiagramNode& node) {
     add(text, node.rate, node.condition, node.loop, m.reset, m.output, m.update, m.derivative, m.guards,
         m.event);
     const auto& d = node.block->declaration();
-    for (std::size_t s = 0; s < d.slots.size(); ++s) {
-        const Slot& slot = d.slots[s];
+    const auto& slots = node.block->resolution().slots;
+    for (std::size_t s = 0; s < slots.size(); ++s) {
+        const Slot& slot = slots[s];
         text += slot.name + " ";
         add(text, slot.role, slot.type, slot.initial_from);
         if (slot.role == Role::input) add(text, node.sources[s]);

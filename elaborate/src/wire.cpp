@@ -40,7 +40,7 @@ class Wiring {
     void run() {
         const int blocks = static_cast<int>(node_drivers_.size());
         for (int n = 0; n < blocks; ++n)
-            node_drivers_[static_cast<std::size_t>(n)].resize(e_.declaration(n).slots.size());
+            node_drivers_[static_cast<std::size_t>(n)].resize(e_.resolution(n).slots.size());
         for (auto& scope : e_.scopes) {
             scope.inputs.resize(scope.system->inputs.size() + model::control_ports(*scope.system).size());
             scope.outputs.resize(scope.system->outputs.size());
@@ -90,7 +90,7 @@ class Wiring {
 
     std::vector<NamedPort> slots(int node, Role role) {
         std::vector<NamedPort> ports;
-        const auto& slots = e_.declaration(node).slots;
+        const auto& slots = e_.resolution(node).slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].role == role) ports.push_back({slots[i].name, static_cast<int>(i)});
         return ports;
@@ -337,7 +337,7 @@ class Wiring {
     int add_internal(std::unique_ptr<Block> block, const model::Port& port, const char* type,
                      const Scope& scope) {
         DiagramNode node;
-        node.sources.resize(block->declaration().slots.size());
+        node.sources.resize(block->resolution().slots.size());
         node.block = std::move(block);
         node.path = inside(scope, port.name);
         node.type = type;
@@ -452,7 +452,8 @@ class Wiring {
         loop->decider = n;
         loop->again = node.sources[static_cast<std::size_t>(traits.again)];
         loop->initial = node.sources[static_cast<std::size_t>(traits.begin)];
-        loop->iterations = static_cast<int>(d.slots[static_cast<std::size_t>(traits.most)].initial.at(0));
+        loop->iterations = static_cast<int>(
+            node.block->resolution().slots[static_cast<std::size_t>(traits.most)].initial.at(0));
     }
 
     void read_initial(const Scope& scope, const model::Port& port, Condition::Outlet& outlet) {
@@ -471,13 +472,13 @@ class Wiring {
             merge != e_.merges.end() && !merge->second.signals.empty())
             return connect_merge(merge->second, index);
         DiagramNode& node = e_.node(index);
-        const auto& slots = node.block->declaration().slots;
+        const auto& slots = node.block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role != Role::input) continue;
             const auto from = resolve(&scope, &node_drivers_[static_cast<std::size_t>(index)][i]);
             if (from.node >= 0)
                 node.sources[i] = from;
-            else if (from.node == -1 && !misspelled_.contains(index) && is_bound(*node.block) &&
+            else if (from.node == -1 && !misspelled_.contains(index) && node.block->resolution().is_bound() &&
                      node.block->needs(static_cast<int>(i)))
                 report_open(node, slots[i].name);
         }
@@ -564,7 +565,7 @@ class Wiring {
         for (const auto& node : e_.diagram.nodes)
             for (std::size_t i = 0; i < node.sources.size(); ++i) {
                 if (node.sources[i].node < 0) continue;
-                const Slot& to = node.block->declaration().slots[i];
+                const Slot& to = node.block->resolution().slots[i];
                 const Slot& from = e_.diagram.slot(node.sources[i]);
                 // "1" is also what a source without a unit of its own says.
                 const Unit none;

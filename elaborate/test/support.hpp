@@ -23,10 +23,10 @@ struct Elaborated {
         return diagram.nodes[static_cast<std::size_t>(n)];
     }
     const Slot& slot(const std::string& path, const std::string& name) const {
-        const auto& d = node(path).block->declaration();
-        const int i = d.find(name);
+        const Resolution& r = node(path).block->resolution();
+        const int i = r.find(name);
         if (i < 0) throw std::runtime_error("no quantity " + path + "." + name);
-        return d.slots[static_cast<std::size_t>(i)];
+        return r.slots[static_cast<std::size_t>(i)];
     }
     std::string size(const std::string& path, const std::string& name = "y") const {
         return slot(path, name).size.text();

@@ -23,7 +23,7 @@ void Simulation::bind_guards() {
     for (const auto& [end, condition, is_control, is_answered] : program_.watched) {
         const Slot& slot = diagram_.slot(end);
         const auto count = static_cast<std::size_t>(slot.size.count());
-        const auto& slots = diagram_.nodes[static_cast<std::size_t>(end.node)].block->declaration().slots;
+        const auto& slots = diagram_.nodes[static_cast<std::size_t>(end.node)].block->resolution().slots;
         const bool has_states = std::any_of(slots.begin(), slots.end(),
                                             [](const Slot& s) { return s.role == Role::continuous_state; });
         guard_bindings_.push_back({end.node, program_.active[static_cast<std::size_t>(condition)],
@@ -61,7 +61,7 @@ void Simulation::find_held(const std::vector<char>& is_needed) {
         const auto& node = diagram_.nodes[n];
         if (!is_needed[n] || !is_continuous(node)) continue;
         for (const auto& from : node.sources) hold_source(from);
-        const auto& slots = node.block->declaration().slots;
+        const auto& slots = node.block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].role == Role::discrete_state) hold(static_cast<int>(n), static_cast<int>(i), false);
     }
@@ -82,7 +82,7 @@ void Simulation::find_seen() {
         const auto& node = diagram_.nodes[n];
         goes_on = goes_on && !is_left_out[n];
         if (is_left_out[n] || !diagram_.rates[static_cast<std::size_t>(node.rate)].is_continuous) continue;
-        const auto& slots = node.block->declaration().slots;
+        const auto& slots = node.block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role != Role::output) continue;
             auto* now = static_cast<std::byte*>(context_.data(static_cast<int>(n), static_cast<int>(i)));

@@ -59,7 +59,7 @@ std::uint64_t fingerprint(const Diagram& diagram) {
     for (const auto& node : diagram.nodes) {
         const Declaration& d = node.block->declaration();
         hash << node.path << node.type << node.condition << node.rate << d.slots.size();
-        for (const auto& slot : d.slots)
+        for (const auto& slot : node.block->resolution().slots)
             hash << slot.role << slot.name << slot.type << slot.size.rows << slot.size.cols;
         for (const auto& source : node.sources) hash << source;
         for (const auto& provider : node.providers) hash << provider;

@@ -168,7 +168,7 @@ void Simulation::Machine::emit(const Statement& s, program::Pass pass) {
 
 void Simulation::Machine::emit_commits(const Statement& s) {
     const auto& slots =
-        simulation_.diagram_.nodes[static_cast<std::size_t>(s.node)].block->declaration().slots;
+        simulation_.diagram_.nodes[static_cast<std::size_t>(s.node)].block->resolution().slots;
     for (std::size_t i = 0; i < slots.size(); ++i) {
         if (slots[i].role != Role::discrete_state) continue;
         const int slot = static_cast<int>(i);
@@ -257,7 +257,7 @@ bool Simulation::Machine::fail(int failing) noexcept {
 
 /// Continuous states that do not run keep their value.
 void Simulation::Machine::rest(int node) noexcept {
-    const auto& slots = simulation_.diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().slots;
+    const auto& slots = simulation_.diagram_.nodes[static_cast<std::size_t>(node)].block->resolution().slots;
     for (std::size_t i = 0; i < slots.size(); ++i)
         if (slots[i].role == Role::continuous_state)
             std::memset(context_.frame(node).rate[i], 0,

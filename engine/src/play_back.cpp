@@ -12,10 +12,12 @@ namespace {
 class Silent final : public Block {
   public:
     explicit Silent(std::unique_ptr<Block> block) : block_(std::move(block)) {
-        declaration() = block_->declaration();
-        declaration().output_rules.clear();
-        declaration().update_rules.clear();
-        declaration().derivative_rules.clear();
+        Declaration& d = detail::declared_by(*this);
+        d = block_->declaration();
+        d.output_rules.clear();
+        d.update_rules.clear();
+        d.derivative_rules.clear();
+        resolution() = block_->resolution();
     }
 
   private:
@@ -38,7 +40,7 @@ std::vector<int> play_back_devices(Diagram& diagram, const recording::Recording&
     Plan& plan = diagram.plan;
     for (const int device : devices) {
         auto& node = diagram.nodes[static_cast<std::size_t>(device)];
-        const auto& slots = node.block->declaration().slots;
+        const auto& slots = node.block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             const Node::End end{device, static_cast<int>(i)};
             const bool is_recorded =

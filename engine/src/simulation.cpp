@@ -28,7 +28,7 @@ bool Simulation::is_hit(int rate) const {
 
 int Simulation::owner(Role role, const double* element) noexcept {
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        const auto& slots = diagram_.nodes[n].block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role != role || slots[i].type != Type::float64) continue;
             const int node = static_cast<int>(n), slot = static_cast<int>(i);
@@ -43,9 +43,9 @@ int Simulation::owner(Role role, const double* element) noexcept {
 /// Root inputs keep what was written to them before the start.
 void Simulation::clear_outputs() {
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const Declaration& d = diagram_.nodes[n].block->declaration();
-        if (d.traits.is_root_input) continue;
-        const auto& slots = d.slots;
+        const Block& block = *diagram_.nodes[n].block;
+        if (block.declaration().traits.is_root_input) continue;
+        const auto& slots = block.resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (slots[i].role == Role::output)
                 std::memset(context_.data(static_cast<int>(n), static_cast<int>(i)), 0,
@@ -125,7 +125,7 @@ std::string Simulation::failure() const {
     if (status_) return {};
     if (failed_node_ < 0) return status_.text();
     const auto& node = diagram_.nodes[static_cast<std::size_t>(failed_node_)];
-    return node.path + ": " + status_.text(&node.block->declaration());
+    return node.path + ": " + status_.text(&node.block->resolution());
 }
 
 std::vector<CheckResult> Simulation::checks() const {

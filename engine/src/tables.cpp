@@ -40,7 +40,7 @@ std::vector<Quantity> Simulation::quantities(const std::vector<SignalName>& name
 std::vector<Quantity> Simulation::parameters() const {
     std::vector<Quantity> all;
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const auto& slots = diagram_.nodes[n].block->declaration().slots;
+        const auto& slots = diagram_.nodes[n].block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             const Slot& slot = slots[i];
             if (slot.role != Role::parameter) continue;
@@ -56,7 +56,7 @@ std::vector<Quantity> Simulation::parameters() const {
 std::vector<Quantity> Simulation::outside() const {
     std::vector<SignalName> names = diagram_.inputs;
     for (const int node : context_.devices()) {
-        const auto& slots = diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().slots;
+        const auto& slots = diagram_.nodes[static_cast<std::size_t>(node)].block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i)
             if (const Node::End end{node, static_cast<int>(i)}; slots[i].role == Role::output)
                 names.push_back({diagram_.end_path(end), end});

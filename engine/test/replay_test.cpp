@@ -16,7 +16,7 @@ std::vector<std::byte> follow(Simulation& simulation, int steps) {
     for (int k = 0; k < steps; ++k) {
         const bool is_ok = static_cast<bool>(simulation.step());
         for (std::size_t n = 0; n < simulation.diagram().nodes.size(); ++n) {
-            const auto& slots = simulation.diagram().nodes[n].block->declaration().slots;
+            const auto& slots = simulation.diagram().nodes[n].block->resolution().slots;
             for (std::size_t i = 0; i < slots.size(); ++i) {
                 if (slots[i].role != Role::output && slots[i].role != Role::discrete_state) continue;
                 const auto* data = static_cast<const std::byte*>(

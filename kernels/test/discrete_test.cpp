@@ -128,7 +128,8 @@ TEST(MinimumJerk, FollowsItsDifferentialEquation) {
 }
 
 TEST(Median, IsTheMiddleOfTheWindow) {
-    const Eigen::MatrixXd past = (Eigen::MatrixXd(2, 2) << 5, 1, 9, 2).finished();
+    Eigen::MatrixXd past(2, 2);
+    past << 5, 1, 9, 2;
     const Eigen::Vector2d u(7, 3);
     Eigen::Vector2d y;
     Eigen::VectorXd work(4);

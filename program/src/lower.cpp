@@ -81,7 +81,7 @@ class Lowering {
   private:
     const Condition& condition(int c) const { return at(d_.conditions, c); }
     const SampleRate& rate(int r) const { return at(d_.rates, r); }
-    const std::vector<Slot>& slots(int n) const { return at(d_.nodes, n).block->declaration().slots; }
+    const std::vector<Slot>& slots(int n) const { return at(d_.nodes, n).block->resolution().slots; }
     bool has(int n, Role role) const {
         return std::any_of(slots(n).begin(), slots(n).end(), [&](const Slot& s) { return s.role == role; });
     }

@@ -29,12 +29,12 @@ namespace detail {
 using test::RunBlock;
 
 inline std::vector<std::byte> bytes_of(RunBlock& run, int slot) {
-    const Slot& s = run.declaration().slots[static_cast<std::size_t>(slot)];
+    const Slot& s = run.resolution().slots[static_cast<std::size_t>(slot)];
     const auto* data = static_cast<const std::byte*>(run.context().data(0, slot));
     return {data, data + s.size.count() * bytes(s.type)};
 }
 inline std::vector<std::byte> next_of(RunBlock& run, int slot) {
-    const Slot& s = run.declaration().slots[static_cast<std::size_t>(slot)];
+    const Slot& s = run.resolution().slots[static_cast<std::size_t>(slot)];
     const auto* data = static_cast<const std::byte*>(run.context().next_data(0, slot));
     return {data, data + s.size.count() * bytes(s.type)};
 }
@@ -50,8 +50,8 @@ inline constexpr int patterns[] = {0xAB, 0x54};
 /// Random inputs; square matrices are symmetric and positive definite, so that every solver accepts them.
 inline void randomise(RunBlock& run, std::mt19937& random) {
     std::normal_distribution<double> normal;
-    for (std::size_t i = 0; i < run.declaration().slots.size(); ++i) {
-        const Slot& s = run.declaration().slots[i];
+    for (std::size_t i = 0; i < run.resolution().slots.size(); ++i) {
+        const Slot& s = run.resolution().slots[i];
         if (s.role != Role::input) continue;
         Matrix value(s.size.rows, s.size.cols);
         for (int k = 0; k < s.size.count(); ++k) value.data()[k] = normal(random);
@@ -66,8 +66,8 @@ inline void randomise(RunBlock& run, std::mt19937& random) {
 /// Values of all outputs and states.
 inline std::vector<std::vector<std::byte>> observe(RunBlock& run) {
     std::vector<std::vector<std::byte>> all;
-    for (std::size_t i = 0; i < run.declaration().slots.size(); ++i)
-        if (const Role role = run.declaration().slots[i].role;
+    for (std::size_t i = 0; i < run.resolution().slots.size(); ++i)
+        if (const Role role = run.resolution().slots[i].role;
             role == Role::output || role == Role::discrete_state || role == Role::continuous_state)
             all.push_back(bytes_of(run, static_cast<int>(i)));
     return all;
@@ -88,7 +88,7 @@ inline std::vector<std::vector<std::vector<std::byte>>> five_steps(RunBlock& run
 
 inline void check_wired(RunBlock& run, const std::string& where, Verdict& verdict) {
     const auto broken = [&](const std::string& what) { verdict.broken.push_back(where + ": " + what); };
-    const auto& slots = run.declaration().slots;
+    const auto& slots = run.resolution().slots;
     const int count = static_cast<int>(slots.size());
     const auto role = [&](int i) { return slots[static_cast<std::size_t>(i)].role; };
     const auto name_of = [&](int i) { return "'" + slots[static_cast<std::size_t>(i)].name + "'"; };
@@ -182,21 +182,21 @@ inline std::string text(const Wiring& wiring) {
 /// Wires the inputs in turn; false when the block refuses.
 inline bool wire(RunBlock& run, const Wiring& wiring) {
     try {
-        auto& d = const_cast<Declaration&>(run.declaration());
+        Resolution& r = run.instance().block().resolution();
         std::size_t k = 0;
-        for (std::size_t i = 0; i < d.slots.size(); ++i) {
-            Slot& s = d.slots[i];
+        for (std::size_t i = 0; i < r.slots.size(); ++i) {
+            const Slot& s = r.slots[i];
             if (s.role != Role::input && s.role != Role::output && s.role != Role::parameter) continue;
             if (s.type_symbol >= 0 && static_cast<std::size_t>(s.type_symbol) < wiring.types.size())
-                offer(d, static_cast<int>(i), wiring.types[static_cast<std::size_t>(s.type_symbol)]);
+                offer(r, static_cast<int>(i), wiring.types[static_cast<std::size_t>(s.type_symbol)]);
             if (s.role == Role::input && k < wiring.sizes.size())
-                offer(d, static_cast<int>(i), wiring.sizes[k++]);
+                offer(r, static_cast<int>(i), wiring.sizes[k++]);
         }
-        propagate(const_cast<Block&>(run.block()));
+        propagate(run.instance().block());
         if (k == 0) // a source whose reader decides
-            for (std::size_t i = 0; i < d.slots.size(); ++i)
-                if (d.slots.size() == 1 && d.slots[i].role == Role::output && !d.slots[i].size_known)
-                    offer(d, static_cast<int>(i), Size{3, 1, false});
+            for (std::size_t i = 0; i < r.slots.size(); ++i)
+                if (r.slots.size() == 1 && r.slots[i].role == Role::output && !r.slots[i].size_known)
+                    offer(r, static_cast<int>(i), Size{3, 1, false});
         run.start();
         return true;
     } catch (const ResolutionError&) {
@@ -222,7 +222,7 @@ template <class T> std::vector<std::vector<T>> combinations(const std::vector<T>
 inline void check_description(const RunBlock& run, const std::string& where, Verdict& verdict) {
     static const std::set<std::string> obvious{"u", "y", "u1", "u2", "u3", "y1", "y2", "x"};
     std::set<std::pair<Role, std::string>> names;
-    for (const auto& slot : run.declaration().slots) {
+    for (const auto& slot : run.resolution().slots) {
         const auto what = where + ": " + name(slot.role) + " '" + slot.name + "' ";
         if (slot.name.empty()) verdict.broken.push_back(what + "has no name");
         if (slot.doc.empty() && slot.role != Role::workspace && !obvious.contains(slot.name))
@@ -232,7 +232,7 @@ inline void check_description(const RunBlock& run, const std::string& where, Ver
     }
     // A model file says these of every block, so no block can be given its own.
     static const std::set<std::string> taken{"block", "doc", "period", "offset"};
-    for (const auto& slot : run.declaration().slots)
+    for (const auto& slot : run.resolution().slots)
         if (slot.role == Role::parameter && taken.contains(slot.name))
             verdict.broken.push_back(where + ": parameter '" + slot.name + "' cannot be set in a model file");
     for (const auto& argument : run.declaration().arguments)
@@ -255,8 +255,8 @@ inline Verdict check_contract(const BlockClass& block_class, const Arguments& ar
     if (block_class.doc.empty()) verdict.broken.push_back(title + ": the class has no doc");
 
     int inputs = 0;
-    for (const auto& slot : described.declaration().slots) inputs += slot.role == Role::input;
-    const int symbols = static_cast<int>(described.declaration().types.size());
+    for (const auto& slot : described.resolution().slots) inputs += slot.role == Role::input;
+    const int symbols = described.declaration().types;
     const std::vector<Size> sizes{{}, {3, 1, false}, {3, 3, true}, {4, 1, false}, {4, 4, true}};
     std::vector<std::vector<Size>> wirings;
     if (inputs <= 3)

@@ -86,7 +86,7 @@ class Function {
     struct Element {
         int slot, element;
     };
-    const std::vector<Slot>& slots() const { return run_.declaration().slots; }
+    const std::vector<Slot>& slots() const { return run_.resolution().slots; }
     const Slot& slot(std::size_t argument) const {
         return slots()[static_cast<std::size_t>(arguments_[argument].slot)];
     }

@@ -65,7 +65,7 @@ std::string diagram_of(const BlockClass& block_class, const std::string& setting
         "\"{'l_foot_ft_sensor'}\", push_links: \"{'chest'}\"";
     std::string inputs = "inputs:\n", connections = "connections:\n";
     const auto block = block_class.make({});
-    for (const auto& slot : block->declaration().slots) {
+    for (const auto& slot : block->resolution().slots) {
         if (slot.role != Role::input) continue;
         inputs += "  " + slot.name + ": {" + (slot.name == "w_H_b" ? "shape: \"[4 4]\"" : "") + "}\n";
         connections += "  " + slot.name + ": x." + slot.name + "\n";
@@ -98,7 +98,7 @@ void randomise_inputs(Running& run, std::mt19937& random) {
 /// Bytes of all outputs and states of a node.
 std::vector<std::byte> state_of(const Running& run, int node) {
     std::vector<std::byte> all;
-    const auto& slots = run.diagram().nodes[static_cast<std::size_t>(node)].block->declaration().slots;
+    const auto& slots = run.diagram().nodes[static_cast<std::size_t>(node)].block->resolution().slots;
     for (std::size_t i = 0; i < slots.size(); ++i) {
         if (slots[i].role != Role::output && slots[i].role != Role::discrete_state) continue;
         const auto* data =
@@ -113,7 +113,7 @@ void check_in_diagram(const BlockClass& block_class, const std::string& settings
     Running run(diagram_of(block_class, settings));
     const int node = run.diagram().find_node("x");
     auto& context = run.simulation.context();
-    const auto& slots = run.diagram().nodes[static_cast<std::size_t>(node)].block->declaration().slots;
+    const auto& slots = run.diagram().nodes[static_cast<std::size_t>(node)].block->resolution().slots;
     std::mt19937 random(1);
     randomise_inputs(run, random);
 

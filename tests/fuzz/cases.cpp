@@ -46,7 +46,7 @@ const std::vector<const BlockClass*>& classes() {
 Ports ports_of(const BlockClass& block_class, std::string name) {
     Ports ports{std::move(name), {}, {}};
     const auto block = block_class.make({});
-    for (const auto& slot : block->declaration().slots) {
+    for (const auto& slot : block->resolution().slots) {
         if (slot.role == Role::input) ports.inputs.push_back(slot.name);
         if (slot.role == Role::output) ports.outputs.push_back(slot.name);
     }
@@ -185,7 +185,7 @@ std::string mangled(std::string text, Chance& chance) {
 std::uint64_t hash_of(const Simulation& simulation, std::uint64_t hash) {
     const auto& nodes = simulation.diagram().nodes;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
-        const auto& slots = nodes[n].block->declaration().slots;
+        const auto& slots = nodes[n].block->resolution().slots;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (slots[i].role != Role::output && slots[i].role != Role::discrete_state) continue;
             const auto* data = static_cast<const std::byte*>(

@@ -199,29 +199,30 @@ class Writer {
                 made.settings += ", " + key + ": " + text_of(value);
             }
             const auto block = block_class.make(arguments);
-            auto& d = block->declaration();
+            const auto& d = block->declaration();
+            Resolution& r = block->resolution();
             if (!d.problems.empty()) return std::nullopt;
             for (const auto& [key, value] : settings)
                 if (const int i = d.find(key, Role::parameter); i >= 0)
-                    give(d, i, value);
+                    give(r, i, value);
                 else if (std::none_of(d.arguments.begin(), d.arguments.end(),
                                       [&, &key = key](const auto& a) { return a.name == key; }))
                     return std::nullopt;
-            give_defaults(d);
+            give_defaults(r);
             propagate(*block);
-            for (std::size_t i = 0; i < d.slots.size(); ++i) {
-                if (d.slots[i].role == Role::continuous_state) made.is_continuous = true;
-                if (d.slots[i].role != Role::input || (d.slots[i].optional && chance_.one_in(2))) continue;
-                const Signal* from = source(s, d.slots[i], made);
+            for (std::size_t i = 0; i < r.slots.size(); ++i) {
+                if (r.slots[i].role == Role::continuous_state) made.is_continuous = true;
+                if (r.slots[i].role != Role::input || (r.slots[i].optional && chance_.one_in(2))) continue;
+                const Signal* from = source(s, r.slots[i], made);
                 if (!from) return std::nullopt;
-                offer(d, static_cast<int>(i), from->size);
-                offer(d, static_cast<int>(i), from->type);
+                offer(r, static_cast<int>(i), from->size);
+                offer(r, static_cast<int>(i), from->type);
                 propagate(*block);
                 made.wires.emplace_back(from->path, d.slots[i].name);
             }
             settle(*block);
-            if (!unresolved(d).empty() || !works(d)) return std::nullopt;
-            for (const auto& slot : d.slots)
+            if (!unresolved(r).empty() || !works(r)) return std::nullopt;
+            for (const auto& slot : r.slots)
                 if (slot.role == Role::output)
                     made.outputs.push_back({slot.name, slot.size, slot.type, slot.unit});
             return made;
@@ -250,7 +251,7 @@ class Writer {
                 add(argument.name, chance_.one_in(2));
         }
         static constexpr std::array numbers{0.5, 1.0, 2.0, -1.0, 3.0};
-        for (const auto& slot : plain->declaration().slots)
+        for (const auto& slot : plain->resolution().slots)
             if (slot.role == Role::parameter && chance_.one_in(10))
                 if (const double x = chance_.of(numbers); slot.limits.allow(x)) add(slot.name, x);
         return settings;
@@ -276,23 +277,23 @@ class Writer {
 
     /// What elaboration decides where the wiring does not.
     static void settle(Block& block) {
-        auto& d = block.declaration();
-        for (std::size_t i = 0; i < d.slots.size(); ++i) {
-            if (!d.slots[i].type_known) offer(d, static_cast<int>(i), Type::float64);
-            propagate(block);
-            if (d.slots[i].role == Role::input && d.slots[i].optional && !d.slots[i].size_known)
-                offer(d, static_cast<int>(i), Size{});
+        settle_types(block);
+        Resolution& r = block.resolution();
+        for (std::size_t i = 0; i < r.slots.size(); ++i) {
+            if (r.slots[i].role == Role::input && r.slots[i].optional && !r.slots[i].size_known)
+                offer(r, static_cast<int>(i), Size{});
             propagate(block);
         }
     }
 
-    static bool works(const Declaration& d) {
+    static bool works(const Resolution& r) {
+        const Declaration& d = r.declaration();
         for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
             for (const Call& call : *rules)
-                if (call.symbols == 1 && !call.run[static_cast<std::size_t>(d.types[0].type)]) return false;
-        for (const auto& slot : d.slots) {
+                if (call.symbols == 1 && !call.run[static_cast<std::size_t>(*r.types[0])]) return false;
+        for (const auto& slot : r.slots) {
             if (slot.initial_from < 0) continue;
-            const int given = d.slots[static_cast<std::size_t>(slot.initial_from)].size.count();
+            const int given = r.slots[static_cast<std::size_t>(slot.initial_from)].size.count();
             if (given != 1 && given != slot.size.count()) return false;
         }
         return d.requirements.empty();

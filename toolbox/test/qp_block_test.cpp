@@ -75,7 +75,7 @@ TEST(QP, HasThePortsThatItsArgumentsSwitchOn) {
             arguments.push_back({name, (settings + " ").find(std::string(name) + " ") != std::string::npos});
         std::string names;
         const auto block = blocks.find("WholeBodyToolbox/QP").make(arguments);
-        for (const auto& slot : block->declaration().slots)
+        for (const auto& slot : block->resolution().slots)
             if (slot.role == Role::input || slot.role == Role::output) names += slot.name + " ";
         return names;
     };

@@ -41,7 +41,7 @@ const char* colour(int rate) {
 
 std::string outputs_text(const Block& block) {
     std::string text;
-    for (const auto& slot : block.declaration().slots)
+    for (const auto& slot : block.resolution().slots)
         if (slot.role == Role::output)
             text += (text.empty() ? "" : "  ") + slot.name + ":" + slot.size.text() +
                     (slot.type == Type::float64 ? "" : std::string(" ") + name(slot.type));
@@ -185,7 +185,7 @@ Json to_json(const Diagram& d) {
                    {"period", node.rate < 0 ? Json() : Json(d.period(node.rate))},
                    {"constant", node.rate == constant_rate},
                    {"quantities", Json::array()}};
-        const auto& slots = node.block->declaration().slots;
+        const auto& slots = node.block->resolution().slots;
         for (std::size_t s = 0; s < slots.size(); ++s) {
             Json quantity{{"name", slots[s].name},
                           {"role", name(slots[s].role)},

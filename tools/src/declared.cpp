@@ -15,7 +15,7 @@ std::string extent_text(const Declaration& d, const Extent& e) {
     return e.plus ? name + (e.plus > 0 ? "+" : "") + std::to_string(e.plus) : name;
 }
 
-std::string size_text(const Declaration& d, const Slot& slot) {
+std::string size_text(const Declaration& d, const SlotDeclaration& slot) {
     if (slot.shape.symbol >= 0) return "any";
     const std::string rows = extent_text(d, slot.shape.rows);
     if (slot.shape.is_matrix) return rows + " x " + extent_text(d, slot.shape.cols);
@@ -44,7 +44,7 @@ std::string value_text(const Value& v) {
 
 constexpr const char* by_path = "by the path"; // decides the default
 
-std::string initial_text(const Slot& slot) {
+std::string initial_text(const SlotDeclaration& slot) {
     const bool is_boolean = slot.type_symbol < 0 && slot.type == Type::boolean;
     if (slot.from_path) return by_path;
     if (slot.initial.empty()) return element_text(0, is_boolean);
@@ -62,12 +62,12 @@ std::string type_text(const Value& v) {
     return v.type == Type::boolean ? "boolean" : v.data.size() == 1 ? "number" : "matrix";
 }
 
-bool is_shown(const Slot& slot) {
+bool is_shown(const SlotDeclaration& slot) {
     return std::any_of(std::begin(shown_roles), std::end(shown_roles),
                        [&](const auto& r) { return r.first == slot.role; });
 }
 
-DeclaredQuantity quantity(const Declaration& d, const Slot& slot) {
+DeclaredQuantity quantity(const Declaration& d, const SlotDeclaration& slot) {
     const bool has_initial = slot.role != Role::output && (slot.role != Role::input || slot.optional);
     return {slot.role,
             slot.name,

@@ -50,8 +50,7 @@ FileSet files_of(const LoadedModel& loaded) {
             for (const auto& text : names)
                 if (const auto file = file_of(text, node.arguments.folder); !file.empty()) files.insert(file);
         }
-        for (const auto& provision : node.block->declaration().provisions)
-            if (const auto urdf = urdf_of(provision); !urdf.empty()) files.insert(urdf);
+        if (const auto urdf = urdf_of(node.block->resolution()); !urdf.empty()) files.insert(urdf);
     }
     return files;
 }

@@ -33,13 +33,12 @@ struct FilmedRobot {
 
 FilmedRobot find_robot(const Diagram& diagram) {
     FilmedRobot robot;
-    for (const auto& node : diagram.nodes)
-        for (const auto& provision : node.block->declaration().provisions) {
-            if (provision.type != toolbox::RobotDevice::resource) continue;
-            const auto* device = static_cast<const toolbox::RobotDevice*>(provision.made.get());
-            if (const auto* simulated = dynamic_cast<const toolbox::SimulatedDevice*>(device))
-                robot = {&simulated->world(), node.path};
-        }
+    for (const auto& node : diagram.nodes) {
+        const auto* device = static_cast<const toolbox::RobotDevice*>(
+            node.block->resolution().find_provided(toolbox::RobotDevice::resource));
+        if (const auto* simulated = dynamic_cast<const toolbox::SimulatedDevice*>(device))
+            robot = {&simulated->world(), node.path};
+    }
     if (!robot.world)
         throw CommandError(diagram.name + " has no MujocoWorld block: there is nothing to film");
     return robot;

@@ -4,9 +4,9 @@
 
 namespace bf::tools {
 
-std::filesystem::path urdf_of(const ProvisionDeclaration& provision) {
-    if (provision.type != toolbox::RobotConfiguration::resource || !provision.made) return {};
-    return static_cast<const toolbox::RobotConfiguration*>(provision.made.get())->urdf;
+std::filesystem::path urdf_of(const Resolution& block) {
+    const void* robot = block.find_provided(toolbox::RobotConfiguration::resource);
+    return robot ? static_cast<const toolbox::RobotConfiguration*>(robot)->urdf : std::filesystem::path();
 }
 
 } // namespace bf::tools

@@ -185,7 +185,7 @@ void write_block(Writer& file, const BlockClass& type, int index) {
     }
     const auto made = type.make({});
     int inputs = 0, outputs = 0;
-    for (const auto& slot : made->declaration().slots) {
+    for (const auto& slot : made->resolution().slots) {
         inputs += slot.role == Role::input;
         outputs += slot.role == Role::output;
     }

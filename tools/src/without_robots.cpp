@@ -4,7 +4,7 @@
 
 namespace bf::tools {
 
-std::filesystem::path urdf_of(const ProvisionDeclaration&) { return {}; }
+std::filesystem::path urdf_of(const Resolution&) { return {}; }
 
 void add_film(CLI::App& app) {
     auto* command = app.add_subcommand("film", "render a recording of a physics world: not in this build");

@@ -91,7 +91,7 @@ class DiscreteIntegrator final : public Block {
             if (!signal)
                 inference.set(u, *s);
             else if (s->count() != signal->count())
-                inference.refuse(label(declaration(), operand) + " and " + label(declaration(), u.index()) +
+                inference.refuse(label(resolution(), operand) + " and " + label(resolution(), u.index()) +
                                  " differ; give a scalar or as many elements");
         }
     }

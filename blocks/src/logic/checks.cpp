@@ -63,7 +63,7 @@ class StateMachine final : public Block {
                                ? static_cast<int>(transitions->col(2).maxCoeff())
                                : 0;
         if (s && s->count() < needed)
-            inference.refuse(label(declaration(), conditions.index()) +
+            inference.refuse(label(resolution(), conditions.index()) +
                              " is too short: 'transitions' names condition " + std::to_string(needed));
     }
 
@@ -129,7 +129,7 @@ class Check final : public Block {
     void infer(Inference& inference) const override {
         const Size* s = inference.size(u);
         if (s && *kind == "final" && !s->is_scalar())
-            inference.refuse(label(declaration(), u.index()) + " must be a scalar for kind 'final'");
+            inference.refuse(label(resolution(), u.index()) + " must be a scalar for kind 'final'");
     }
 
   private:

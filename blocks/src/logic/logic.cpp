@@ -182,7 +182,7 @@ class MultiportSwitch final : public Block {
 
     void infer(Inference& inference) const override {
         if (const Size* s = inference.size(control); s && !s->is_scalar())
-            inference.refuse(label(declaration(), control.index()) + " must be a scalar");
+            inference.refuse(label(resolution(), control.index()) + " must be a scalar");
         broadcast(*this, inference, slots(u), y.index());
     }
 
@@ -216,7 +216,7 @@ class LookUpRow final : public Block {
 
     void infer(Inference& inference) const override {
         if (const Size* s = inference.size(row); s && !s->is_scalar())
-            inference.refuse(label(declaration(), row.index()) + " must be a scalar");
+            inference.refuse(label(resolution(), row.index()) + " must be a scalar");
         if (const Size* s = inference.size(table)) inference.set(y, Size{s->cols, 1, false});
     }
 };

@@ -79,7 +79,7 @@ std::vector<double> parse_operations(Block& block, const char* argument, const V
         else
             is_understood = is_understood && (c == '|' || c == ' ');
     if (!is_understood || signs.empty()) {
-        block.declaration().problems.push_back(
+        bf::detail::declared_by(block).problems.push_back(
             "argument '" + std::string(argument) + "' is " + value.describe() + ", but must be made of '" +
             plus + "' and '" + minus + "', one per input, or be the number of inputs");
         return {1, 1};
@@ -253,7 +253,7 @@ class Product final : public Block {
         }
     }
     [[noreturn]] void refuse_sizes(Inference& inference, const Step& s) const {
-        inference.refuse(label(declaration(), s.a) + " and " + label(declaration(), s.b) +
+        inference.refuse(label(resolution(), s.a) + " and " + label(resolution(), s.b) +
                          " cannot be divided as matrices; A \\ b needs as many rows in b as in A, b / A as "
                          "many columns");
     }
@@ -271,7 +271,7 @@ class Dot final : public Block {
     void infer(Inference& inference) const override {
         const Size *a = inference.size(u1), *b = inference.size(u2);
         if (a && b && a->count() != b->count() && !a->is_scalar() && !b->is_scalar())
-            inference.refuse(label(declaration(), u1.index()) + " and " + label(declaration(), u2.index()) +
+            inference.refuse(label(resolution(), u1.index()) + " and " + label(resolution(), u2.index()) +
                              " must have as many elements");
     }
 };

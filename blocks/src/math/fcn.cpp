@@ -43,7 +43,7 @@ class Fcn final : public Block {
             const auto n = static_cast<std::size_t>(i);
             const Size* s = inference.size(u[i]);
             if (s && s->count() < compiled.elements[n])
-                inference.refuse(label(declaration(), u[i].index()) + " has no element " +
+                inference.refuse(label(resolution(), u[i].index()) + " has no element " +
                                  std::to_string(compiled.elements[n]) + ", which the expression reads");
             if (compiled.whole[n]) operands.push_back(u[i].index());
         }

@@ -99,7 +99,7 @@ class LinearSolve final : public Block {
         const Size* rhs = inference.size(b);
         if (!a || !rhs) return;
         if (is_right ? rhs->cols != a->cols : rhs->rows != a->rows)
-            inference.refuse(label(declaration(), A.index()) + " and " + label(declaration(), b.index()) +
+            inference.refuse(label(resolution(), A.index()) + " and " + label(resolution(), b.index()) +
                              " do not fit: A \\ b needs as many rows in b as in A, b / A as many columns");
         inference.set(x, is_right ? *rhs : Size{a->cols, rhs->cols, rhs->is_matrix});
         const int size = any_shape ? a->rows * (a->cols + rhs->cols) + a->cols : a->count() + rhs->count();

@@ -46,7 +46,7 @@ class Reshape final : public Block {
         if (n.size() == 1) wanted = {n[0], 1, false};
         if (n.size() == 2) wanted = {n[0], n[1], true};
         if (s && s->count() != wanted.count())
-            inference.refuse(label(declaration(), u.index()) + " has " + std::to_string(s->count()) +
+            inference.refuse(label(resolution(), u.index()) + " has " + std::to_string(s->count()) +
                              " elements and cannot become " + wanted.text() + "; change argument 'size'");
         if (s || !n.empty()) inference.set(y, wanted);
     }
@@ -68,7 +68,7 @@ class Submatrix final : public Block {
     void infer(Inference& inference) const override {
         const Size* s = inference.size(u);
         if (s && (*row + *rows - 1 > s->rows || *column + *columns - 1 > s->cols))
-            inference.refuse(label(declaration(), u.index()) + " has no rows " + std::to_string(*row) +
+            inference.refuse(label(resolution(), u.index()) + " has no rows " + std::to_string(*row) +
                              " to " + std::to_string(*row + *rows - 1) + " and columns " +
                              std::to_string(*column) + " to " + std::to_string(*column + *columns - 1));
     }
@@ -100,7 +100,7 @@ class ConcatenateMatrices final : public Block {
             if (!s || !first) return;
             if (side_by_side ? s->rows != first->rows : s->cols != first->cols)
                 inference.refuse(
-                    label(declaration(), u[0].index()) + " and " + label(declaration(), input.index()) +
+                    label(resolution(), u[0].index()) + " and " + label(resolution(), input.index()) +
                     " cannot be joined: they need as many " + (side_by_side ? "rows" : "columns"));
             sum += side_by_side ? s->cols : s->rows;
         }

@@ -31,7 +31,7 @@ class Mux final : public Block {
             if (!s) return;
             if (s->rows > 1 && s->cols > 1)
                 inference.refuse(
-                    label(declaration(), input.index()) +
+                    label(resolution(), input.index()) +
                     " is a matrix; stack matrices with ConcatenateMatrices or Reshape them first");
             inference.same_elements({y.index(), input.index(), sum});
             sum += s->count();
@@ -59,7 +59,7 @@ class Demux final : public Block {
     void infer(Inference& inference) const override {
         const Size* s = inference.size(u);
         if (s && s->rows > 1 && s->cols > 1)
-            inference.refuse(label(declaration(), u.index()) + " is a matrix; Demux splits vectors");
+            inference.refuse(label(resolution(), u.index()) + " is a matrix; Demux splits vectors");
         int sum = 0;
         for (int i = 0; i < y.size(); ++i) {
             int width = 0;
@@ -78,7 +78,7 @@ class Demux final : public Block {
                 inference.same_elements({y[i].index(), u.index(), 0, std::move(picked)});
         }
         if (s && (s->count() != sum || s->count() < y.size()))
-            inference.refuse(label(declaration(), u.index()) + " cannot be split into " +
+            inference.refuse(label(resolution(), u.index()) + " cannot be split into " +
                              std::to_string(y.size()) + " outputs" +
                              (sizes->size() > 1 ? " whose widths sum to " + std::to_string(sum) : "") +
                              "; change argument 'sizes'");
@@ -122,7 +122,7 @@ class Selector final : public Block {
         const auto check = [&](const std::vector<int>& list, int most, const char* what) {
             for (const int i : list)
                 if (i > most)
-                    inference.refuse(label(declaration(), u.index()) + " has no " + what + " " +
+                    inference.refuse(label(resolution(), u.index()) + " has no " + what + " " +
                                      std::to_string(i));
         };
         if (cols > 0) {
@@ -130,7 +130,7 @@ class Selector final : public Block {
             return check(*columns, s->cols, "column");
         }
         if (s->rows > 1 && s->cols > 1)
-            inference.refuse(label(declaration(), u.index()) + " is a matrix; give argument 'columns' too");
+            inference.refuse(label(resolution(), u.index()) + " is a matrix; give argument 'columns' too");
         check(*indices, s->count(), "element");
         std::vector<int> picked = *indices;
         for (int& i : picked) --i;
@@ -168,7 +168,7 @@ class Assign final : public Block {
         const auto check = [&](const std::vector<int>& list, int most, const char* what) {
             for (const int i : list)
                 if (i > most)
-                    inference.refuse(label(declaration(), base.index()) + " has no " + what + " " +
+                    inference.refuse(label(resolution(), base.index()) + " has no " + what + " " +
                                      std::to_string(i));
         };
         const bool is_matrix = !columns->empty();
@@ -176,8 +176,8 @@ class Assign final : public Block {
         if (whole && is_matrix) check(*columns, whole->cols, "column");
         const std::size_t wanted = indices->size() * (is_matrix ? columns->size() : 1);
         if (part && !part->is_scalar() && static_cast<std::size_t>(part->count()) != wanted)
-            inference.refuse(label(declaration(), u.index()) +
-                             " must have as many elements as it replaces, " + std::to_string(wanted));
+            inference.refuse(label(resolution(), u.index()) + " must have as many elements as it replaces, " +
+                             std::to_string(wanted));
     }
 };
 

@@ -43,7 +43,7 @@ std::vector<double> increasing(Block& block, const std::string& argument, const 
             wrong = "must increase strictly, but element " + std::to_string(i + 1) +
                     " is not above the one before";
     if (wrong.empty()) return points;
-    block.declaration().problems.push_back("argument '" + argument + "' " + wrong);
+    bf::detail::declared_by(block).problems.push_back("argument '" + argument + "' " + wrong);
     return {0};
 }
 
@@ -58,11 +58,11 @@ void check_table(const Block& block, Inference& inference, int table,
         text += (text.empty() ? "" : " x ") + std::to_string(n);
     }
     if (s && static_cast<std::size_t>(s->count()) != wanted)
-        inference.refuse(label(block.declaration(), table) + " has " + std::to_string(s->count()) +
+        inference.refuse(label(block.resolution(), table) + " has " + std::to_string(s->count()) +
                          " elements, but the breakpoints ask for " + text);
     if (s && lengths.size() == 2 && s->is_matrix && s->rows != 1 && s->cols != 1 &&
         static_cast<std::size_t>(s->rows) != lengths[0])
-        inference.refuse(label(block.declaration(), table) + " must be " + text +
+        inference.refuse(label(block.resolution(), table) + " must be " + text +
                          ": one row per breakpoint of the first input");
 }
 

@@ -136,7 +136,7 @@ static void mdlSetDefaultPortDimensionInfo(SimStruct* S) {
         Prototype prototype(S);
         prototype.require_providers();
         prototype.learn(S);
-        prototype.decide_sizes();
+        settle_sizes(prototype.instance().block());
         prototype.tell(S);
     });
 }
@@ -166,7 +166,7 @@ static void mdlSetDefaultPortDataTypes(SimStruct* S) {
     guarded(S, "mdlSetDefaultPortDataTypes", [&] {
         Prototype prototype(S);
         prototype.learn(S);
-        prototype.decide_types();
+        settle_types(prototype.instance().block());
         prototype.tell(S);
     });
 }
@@ -177,9 +177,9 @@ static void mdlSetWorkWidths(SimStruct* S) {
         Prototype prototype(S);
         prototype.require_providers();
         prototype.learn(S);
-        prototype.decide_sizes();
-        prototype.decide_types();
-        prototype.require_resolved();
+        settle_sizes(prototype.instance().block());
+        settle_types(prototype.instance().block());
+        prototype.instance().require_resolved();
         Running::declare_work(S, prototype);
     });
 }

@@ -105,43 +105,6 @@ Type own_type(DTypeId id) {
     throw std::runtime_error("a port has a type that is not built in; insert a Data Type Conversion");
 }
 
-bool knows_type(const Declaration& d, const Slot& slot) {
-    return slot.type_symbol < 0 || d.types[static_cast<std::size_t>(slot.type_symbol)].known;
-}
-Type type_of_slot(const Declaration& d, const Slot& slot) {
-    return slot.type_symbol < 0 ? slot.type : d.types[static_cast<std::size_t>(slot.type_symbol)].type;
-}
-
-std::size_t bytes_of(const Slot& slot) {
-    return static_cast<std::size_t>(slot.size.count()) * static_cast<std::size_t>(bytes(slot.type));
-}
-
-/// What drives the inputs of a block that runs alone: outputs that the S-function fills.
-struct Wires final : Block {
-    explicit Wires(const std::vector<Slot>& inputs) {
-        for (Slot slot : inputs) {
-            slot.role = Role::output;
-            slot.type_symbol = slot.shape.symbol = -1;
-            declaration().slots.push_back(std::move(slot));
-        }
-    }
-};
-
-/// Stands for a provider that another S-function is.
-struct Borrowed final : Block {
-    Borrowed(const Scope::Binding& binding, const std::string& type) {
-        auto& d = declaration();
-        const auto open = [binding](const void*) {
-            Object shared = Scope::instance().open(*binding.provider, binding.provision);
-            return Object{shared.pointer, {}, {}, {}, false}; // its provider saves it
-        };
-        d.provisions.push_back({type, {}, open, {}});
-        ObjectDeclaration object;
-        object.provision = 0;
-        d.objects.push_back(std::move(object));
-    }
-};
-
 } // namespace
 
 Prototype::Prototype(SimStruct* S) {
@@ -159,9 +122,6 @@ Prototype::Prototype(SimStruct* S) {
         Value value = parameter(S, wanted);
         if (wanted.goal == Goal::argument) {
             arguments.emplace_back(wanted.name, std::move(value));
-        } else if (value.kind != Value::Kind::number || value.data.empty()) {
-            throw std::runtime_error("parameter '" + wanted.name + "' must be a number, not " +
-                                     value.describe());
         } else if (wanted.goal == Goal::period) {
             period = value.data[0];
             if (value.data.size() > 1) offset = value.data[1];
@@ -174,30 +134,20 @@ Prototype::Prototype(SimStruct* S) {
             numbers.emplace_back(&wanted, std::move(value));
         }
     }
-    block_ = type_->make(arguments);
-    auto& d = declaration();
-    std::string problems;
-    for (const auto& problem : d.problems) problems += (problems.empty() ? "" : "; ") + problem;
-    if (!problems.empty()) throw std::runtime_error(problems);
+    instance_ = std::make_unique<Instance>(*type_, arguments);
+    const auto& d = declaration();
     for (auto& [wanted, value] : numbers) {
         const int index = d.find(wanted->name, Role::parameter);
         if (index < 0) continue; // these arguments switch it off
-        if (const auto wrong = outside_limits(d.slots[static_cast<std::size_t>(index)], value.data);
-            !wrong.empty())
-            throw std::runtime_error(wrong);
-        try {
-            give(d, index, value);
-        } catch (const ResolutionError& error) {
-            throw std::runtime_error("parameter '" + wanted->name + "' does not fit: " + error.what());
-        }
+        instance_->give(index, value);
         parameters.emplace_back(index, std::move(value));
     }
-    give_defaults(d);
+    give_defaults(instance_->block().resolution());
     for (std::size_t i = 0; i < d.slots.size(); ++i) {
         if (d.slots[i].role == Role::input) inputs.push_back(static_cast<int>(i));
         if (d.slots[i].role == Role::output) outputs.push_back(static_cast<int>(i));
     }
-    bindings = Scope::instance().bind(ssGetPath(S), d);
+    bindings = Scope::instance().bind(ssGetPath(S), instance_->block());
 }
 
 bool Prototype::is_tunable(int parameter) const {
@@ -209,12 +159,12 @@ bool Prototype::is_tunable(int parameter) const {
 bool Prototype::feeds_through(int input) const {
     if (outputs.empty()) return slot(input).feedthrough;
     return std::any_of(outputs.begin(), outputs.end(),
-                       [&](int output) { return block_->feedthrough(output, input); });
+                       [&](int output) { return instance_->block().feedthrough(output, input); });
 }
 
 bool Prototype::has(Role role) const {
     const auto& slots = declaration().slots;
-    return std::any_of(slots.begin(), slots.end(), [&](const Slot& s) { return s.role == role; });
+    return std::any_of(slots.begin(), slots.end(), [&](const auto& s) { return s.role == role; });
 }
 
 bool Prototype::has_state() const {
@@ -229,13 +179,11 @@ double Prototype::period_of_steps(SimStruct* S) const {
 
 void Prototype::learn(SimStruct* S) {
     if (std::any_of(bindings.begin(), bindings.end(), [](const auto& b) { return !b.provider; })) return;
-    auto& d = declaration();
-    propagate(*block_);
+    propagate(instance_->block());
     const auto hear = [&](int slot, int dimensions, const int_T* lengths, DTypeId type) {
         if (dimensions > 0)
-            offer(d, slot, Size{lengths[0], dimensions == 2 ? lengths[1] : 1, dimensions == 2});
-        if (type != DYNAMICALLY_TYPED) offer(d, slot, own_type(type));
-        propagate(*block_);
+            instance_->wire(slot, Size{lengths[0], dimensions == 2 ? lengths[1] : 1, dimensions == 2});
+        if (type != DYNAMICALLY_TYPED) instance_->wire(slot, own_type(type));
     };
     for (std::size_t i = 0; i < inputs.size(); ++i) {
         const int port = static_cast<int>(i);
@@ -251,8 +199,8 @@ void Prototype::learn(SimStruct* S) {
     }
 }
 
-void Prototype::set_port(SimStruct* S, bool is_input, int port, const Slot& slot) const {
-    const auto& d = declaration();
+void Prototype::set_port(SimStruct* S, bool is_input, int port, int index) const {
+    const Slot& slot = this->slot(index);
     const int width = is_input ? ssGetInputPortWidth(S, port) : ssGetOutputPortWidth(S, port);
     if (slot.size_known && width == DYNAMICALLY_SIZED) {
         const Size size = slot.size;
@@ -268,8 +216,9 @@ void Prototype::set_port(SimStruct* S, bool is_input, int port, const Slot& slot
         else
             ssSetOutputPortVectorDimension(S, port, size.rows);
     }
-    if (!knows_type(d, slot)) return;
-    const DTypeId type = simulink_type(type_of_slot(d, slot));
+    const auto known = instance_->resolution().type_of(index);
+    if (!known) return;
+    const DTypeId type = simulink_type(*known);
     if (is_input)
         ssSetInputPortDataType(S, port, type);
     else
@@ -277,44 +226,8 @@ void Prototype::set_port(SimStruct* S, bool is_input, int port, const Slot& slot
 }
 
 void Prototype::tell(SimStruct* S) const {
-    for (std::size_t i = 0; i < inputs.size(); ++i) set_port(S, true, static_cast<int>(i), slot(inputs[i]));
-    for (std::size_t i = 0; i < outputs.size(); ++i)
-        set_port(S, false, static_cast<int>(i), slot(outputs[i]));
-}
-
-void Prototype::decide_sizes() {
-    auto& d = declaration();
-    for (const auto& [index, value] : parameters)
-        if (!slot(index).size_known) { // one number, for which nothing else expands
-            offer(d, index, Size{1, 1, slot(index).shape.is_matrix});
-            propagate(*block_);
-        }
-    for (const Slot& state : d.slots) {
-        if (state.size_known || state.initial_from < 0) continue;
-        const Slot& initial = slot(state.initial_from);
-        for (const int input : inputs)
-            if (initial.size_known && !slot(input).size_known &&
-                (initial.size.is_scalar() ||
-                 (state.shape.symbol >= 0 && slot(input).shape.symbol == state.shape.symbol))) {
-                offer(d, input, initial.size);
-                propagate(*block_);
-            }
-    }
-    for (const auto* ports : {&inputs, &outputs})
-        for (const int port : *ports)
-            if (!slot(port).size_known) {
-                offer(d, port, Size{});
-                propagate(*block_);
-            }
-}
-
-void Prototype::decide_types() {
-    auto& d = declaration();
-    for (std::size_t i = 0; i < d.slots.size(); ++i)
-        if (!knows_type(d, d.slots[i])) {
-            offer(d, static_cast<int>(i), Type::float64);
-            propagate(*block_);
-        }
+    for (std::size_t i = 0; i < inputs.size(); ++i) set_port(S, true, static_cast<int>(i), inputs[i]);
+    for (std::size_t i = 0; i < outputs.size(); ++i) set_port(S, false, static_cast<int>(i), outputs[i]);
 }
 
 void Prototype::require_providers() const {
@@ -324,22 +237,12 @@ void Prototype::require_providers() const {
                                      ": put a block that provides one into its subsystem or one around it");
 }
 
-void Prototype::require_resolved() const {
-    const auto open = unresolved(declaration());
-    if (open.empty()) return;
-    const Slot& s = slot(open[0]);
-    throw std::runtime_error(
-        std::string("the size of ") + name(s.role) + " '" + s.name +
-        "' cannot be found from the wiring; connect the block, or give a parameter of the "
-        "wanted size");
-}
-
 // ---- a run
 
 void Running::declare_work(SimStruct* S, const Prototype& prototype) {
     std::vector<const Slot*> states;
     int continuous = 0, crossings = 0;
-    for (const Slot& slot : prototype.declaration().slots) {
+    for (const Slot& slot : prototype.instance().resolution().slots) {
         if (slot.role == Role::continuous_state) continuous += slot.size.count();
         if (slot.role == Role::guard) crossings += slot.size.count();
         if (slot.role == Role::discrete_state && slot.size.count() > 0) states.push_back(&slot);
@@ -365,58 +268,36 @@ void Running::declare_work(SimStruct* S, const Prototype& prototype) {
 Running::Running(SimStruct* S) : prototype_(S) {
     prototype_.require_providers();
     prototype_.learn(S);
-    prototype_.decide_sizes();
-    prototype_.decide_types();
-    prototype_.require_resolved();
-    check_parameters(prototype_);
-    auto& d = prototype_.declaration();
-
-    // Node 0 is the block, node 1 drives its wired inputs, the others stand for its providers.
-    std::vector<Slot> wired;
-    std::vector<Node> nodes(2);
-    nodes[0].block = prototype_.block().get();
-    nodes[0].methods = prototype_.type().methods;
-    nodes[0].sources.resize(d.slots.size());
-    std::vector<int> drivers(prototype_.inputs.size(), -1);
-    for (std::size_t i = 0; i < prototype_.inputs.size(); ++i) {
-        const int slot = prototype_.inputs[i];
-        if (d.slots[static_cast<std::size_t>(slot)].optional &&
-            !ssGetInputPortConnected(S, static_cast<int>(i)))
-            continue; // it keeps its declared value
-        drivers[i] = static_cast<int>(wired.size());
-        nodes[0].sources[static_cast<std::size_t>(slot)] = {1, drivers[i]};
-        wired.push_back(d.slots[static_cast<std::size_t>(slot)]);
-    }
-    wires_ = std::make_unique<Wires>(wired);
-    nodes[1].block = wires_.get();
+    Instance& block = instance();
+    block.settle();
     for (std::size_t i = 0; i < prototype_.bindings.size(); ++i) {
-        borrowed_.push_back(std::make_unique<Borrowed>(prototype_.bindings[i], d.requirements[i].type));
-        nodes[0].providers.push_back({static_cast<int>(nodes.size()), 0});
-        nodes.push_back({borrowed_.back().get(), {}, {}, {}, 0});
+        const Scope::Binding& from = prototype_.bindings[i];
+        block.require(static_cast<int>(i), block.resolution().required[i],
+                      [from] { return Scope::instance().open(*from.provider, from.provision); });
     }
     // What the block itself provides is the object that its users see.
-    if (!d.provisions.empty()) {
-        const auto self = Scope::instance().find(ssGetPath(S));
-        for (std::size_t k = 0; self && k < d.provisions.size(); ++k) {
-            d.provisions[k].made = Scope::instance().description(*self, k);
-            d.provisions[k].open = [self, k](const void*) { return Scope::instance().open(*self, k); };
-        }
-    }
-    context_ = std::make_unique<Context>(nodes);
+    const auto self = Scope::instance().find(ssGetPath(S));
+    for (std::size_t k = 0; self && k < block.declaration().provisions.size(); ++k)
+        block.share(static_cast<int>(k), Scope::instance().description(*self, k),
+                    [self, k] { return Scope::instance().open(*self, k); });
+    const auto port_is_wired = [&](int slot) {
+        const auto port = std::find(prototype_.inputs.begin(), prototype_.inputs.end(), slot);
+        return ssGetInputPortConnected(S, static_cast<int>(port - prototype_.inputs.begin()));
+    };
+    block.open(port_is_wired);
 
-    for (std::size_t i = 0; i < prototype_.inputs.size(); ++i)
-        input_ports_.push_back({drivers[i] < 0 ? nullptr : context_->data(1, drivers[i]),
-                                bytes_of(prototype_.slot(prototype_.inputs[i])),
-                                prototype_.feeds_through(prototype_.inputs[i])});
+    for (const int slot : prototype_.inputs) {
+        const bool keeps_default = prototype_.slot(slot).optional && !port_is_wired(slot);
+        input_ports_.push_back({keeps_default ? nullptr : block.data(slot), block.bytes_of(slot),
+                                prototype_.feeds_through(slot)});
+    }
     for (const int slot : prototype_.outputs)
-        output_ports_.push_back({context_->data(0, slot), bytes_of(prototype_.slot(slot)), false});
-    for (std::size_t i = 0; i < d.slots.size(); ++i) {
-        const Slot& slot = d.slots[i];
-        const int index = static_cast<int>(i);
-        auto* data = static_cast<double*>(context_->data(0, index));
+        output_ports_.push_back({block.data(slot), block.bytes_of(slot), false});
+    for (int i = 0; i < static_cast<int>(block.resolution().slots.size()); ++i) {
+        const Slot& slot = block.slot(i);
+        auto* data = static_cast<double*>(block.data(i));
         for (int e = 0; e < slot.size.count(); ++e) {
-            if (slot.role == Role::continuous_state)
-                continuous_.emplace_back(data + e, static_cast<double*>(context_->frame(0).rate[i]) + e);
+            if (slot.role == Role::continuous_state) continuous_.emplace_back(data + e, block.rate(i) + e);
             if (slot.role == Role::guard)
                 crossings_.push_back(
                     {reinterpret_cast<std::byte*>(data) +
@@ -424,29 +305,17 @@ Running::Running(SimStruct* S) : prototype_(S) {
                      slot.type});
         }
         if (slot.role == Role::discrete_state && slot.size.count() > 0)
-            discrete_.push_back({data, bytes_of(slot), false});
+            discrete_.push_back({data, block.bytes_of(i), false});
     }
-    const auto bind = [&](Phase phase, std::vector<Task>& tasks) {
-        for (int i = 0; i < context_->activities(0, phase); ++i) tasks.push_back(context_->task(0, phase, i));
-    };
-    bind(Phase::output, outputs_);
-    bind(Phase::update, updates_);
-    bind(Phase::derivative, derivatives_);
-    bind(Phase::guards, guards_);
 }
 
-Running::~Running() {
-    if (has_started_) context_->stop(0);
-}
-
-void Running::run(const std::vector<Task>& tasks) {
-    for (const Task& task : tasks)
-        if (const Status status = task(); !status) throw std::runtime_error(status.text());
+void Running::run(Phase phase) {
+    if (const Status status = instance().run(phase); !status) throw std::runtime_error(status.text());
 }
 
 void Running::take_clock(SimStruct* S) {
     const double* steps = static_cast<const double*>(ssGetDWork(S, steps_work));
-    context_->clock(0) = {ssGetT(S), prototype_.period_of_steps(S), static_cast<std::int64_t>(*steps)};
+    instance().clock() = {ssGetT(S), prototype_.period_of_steps(S), static_cast<std::int64_t>(*steps)};
 }
 
 void Running::take_inputs(SimStruct* S, bool only_feedthrough) {
@@ -479,10 +348,10 @@ void Running::reset(SimStruct* S) {
     auto* crossings = static_cast<double*>(ssGetDWork(S, crossings_work));
     std::fill_n(crossings, std::max<std::size_t>(1, crossings_.size()), 0.0);
     take_clock(S);
-    if (const Status status = context_->reset(0); !status) throw std::runtime_error(status.text());
+    if (const Status status = instance().reset(); !status) throw std::runtime_error(status.text());
     give_states(S);
     if (has_started_) return;
-    context_->start(0);
+    instance().start();
     has_started_ = true;
 }
 
@@ -490,12 +359,12 @@ void Running::output(SimStruct* S) {
     take_clock(S);
     take_inputs(S, true);
     take_states(S);
-    run(outputs_);
+    run(Phase::output);
     if (ssIsMajorTimeStep(S) && !crossings_.empty() && cross(S) && prototype_.type().methods.event) {
-        if (const Status status = context_->event(0); !status) throw std::runtime_error(status.text());
+        if (const Status status = instance().event(); !status) throw std::runtime_error(status.text());
         give_states(S);
         if (!continuous_.empty()) ssSetSolverNeedsReset(S);
-        run(outputs_);
+        run(Phase::output);
     }
     for (std::size_t i = 0; i < output_ports_.size(); ++i)
         std::memcpy(ssGetOutputPortSignal(S, static_cast<int>(i)), output_ports_[i].memory,
@@ -504,7 +373,7 @@ void Running::output(SimStruct* S) {
 
 /// Which guards changed sign since the step before? The guards then hold +1, -1 or 0.
 bool Running::cross(SimStruct* S) {
-    run(guards_);
+    run(Phase::guards);
     auto* last = static_cast<double*>(ssGetDWork(S, crossings_work));
     bool any = false;
     for (std::size_t i = 0; i < crossings_.size(); ++i) {
@@ -521,8 +390,8 @@ void Running::update(SimStruct* S) {
     take_clock(S);
     take_inputs(S, false);
     take_states(S);
-    run(updates_);
-    context_->commit(0);
+    run(Phase::update);
+    instance().commit();
     give_states(S);
     ++*static_cast<double*>(ssGetDWork(S, steps_work));
 }
@@ -531,7 +400,7 @@ void Running::derivative(SimStruct* S) {
     take_clock(S);
     take_inputs(S, false);
     take_states(S);
-    run(derivatives_);
+    run(Phase::derivative);
     double* rates = ssGetdX(S);
     for (const auto& [state, rate] : continuous_) *rates++ = *rate;
 }
@@ -540,7 +409,7 @@ void Running::zero_crossings(SimStruct* S) {
     take_clock(S);
     take_inputs(S, false);
     take_states(S);
-    run(guards_);
+    run(Phase::guards);
     double* values = ssGetNonsampledZCs(S);
     for (const auto& crossing : crossings_) *values++ = crossing.sign();
 }
@@ -560,25 +429,26 @@ void Running::check_parameters(const Prototype& changed) const {
 void Running::take_parameters(const Prototype& changed) {
     for (const auto& [index, value] : changed.parameters) {
         const Slot& slot = prototype_.slot(index);
-        write_values(context_->data(0, index), slot.type, slot.size.count(), value.data);
+        write_values(instance().data(index), slot.type, slot.size.count(), value.data);
     }
 }
 
 mxArray* Running::save(SimStruct* S) {
-    if (context_->refuses_snapshot() >= 0)
+    if (instance().context().refuses_snapshot() >= 0)
         throw std::runtime_error("its state lies outside and cannot be saved");
     take_clock(S);
     take_states(S);
-    mxArray* state = mxCreateNumericMatrix(context_->snapshot_size(), 1, mxUINT8_CLASS, mxREAL);
-    context_->save(static_cast<std::byte*>(mxGetData(state)));
+    mxArray* state = mxCreateNumericMatrix(instance().context().snapshot_size(), 1, mxUINT8_CLASS, mxREAL);
+    instance().context().save(static_cast<std::byte*>(mxGetData(state)));
     return state;
 }
 
 void Running::restore(SimStruct* S, const mxArray* state) {
-    if (mxGetClassID(state) != mxUINT8_CLASS || mxGetNumberOfElements(state) != context_->snapshot_size())
+    if (mxGetClassID(state) != mxUINT8_CLASS ||
+        mxGetNumberOfElements(state) != instance().context().snapshot_size())
         throw std::runtime_error("the saved state is of another block or of other sizes");
-    context_->restore(static_cast<const std::byte*>(mxGetData(state)));
-    *static_cast<double*>(ssGetDWork(S, steps_work)) = static_cast<double>(context_->clock(0).step);
+    instance().context().restore(static_cast<const std::byte*>(mxGetData(state)));
+    *static_cast<double*>(ssGetDWork(S, steps_work)) = static_cast<double>(instance().clock().step);
     give_states(S);
 }
 

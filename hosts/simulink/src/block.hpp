@@ -2,8 +2,7 @@
 #pragma once
 
 #include "bf/boundary/positional.hpp"
-#include "bf/core/context.hpp"
-#include "bf/core/registry.hpp"
+#include "bf/core/instance.hpp"
 #include "scope.hpp"
 
 #include <simstruc.h>
@@ -30,17 +29,11 @@ class Prototype {
     void learn(SimStruct* S);
     /// Gives the ports of the model what is known of them.
     void tell(SimStruct* S) const;
-    /// Decides what neither block nor wiring does: one number is a scalar, a state's initial value gives the
-    /// size, then an input is a scalar.
-    void decide_sizes();
-    void decide_types();
-    /// Throws std::runtime_error that names what is still open.
-    void require_resolved() const;
     void require_providers() const;
 
     const BlockClass& type() const { return *type_; }
-    Declaration& declaration() const { return block_->declaration(); }
-    const Slot& slot(int i) const { return declaration().slots[static_cast<std::size_t>(i)]; }
+    const Declaration& declaration() const { return instance_->declaration(); }
+    const Slot& slot(int i) const { return instance_->slot(i); }
     int parameter_count() const { return parameter_count_; }
     bool is_tunable(int parameter) const;
     bool feeds_through(int input) const; ///< the slot of an input
@@ -49,7 +42,8 @@ class Prototype {
     /// s; 0 when steps are as long as the solver likes.
     double period_of_steps(SimStruct* S) const;
 
-    std::shared_ptr<Block> block() const { return block_; }
+    Instance& instance() { return *instance_; }
+    const Instance& instance() const { return *instance_; }
     std::vector<int> inputs, outputs;              ///< slots of the ports
     Arguments arguments;                           ///< as given
     std::vector<std::pair<int, Value>> parameters; ///< slots and values as given
@@ -57,12 +51,12 @@ class Prototype {
     double period = INHERITED_SAMPLE_TIME, offset = 0;
 
   private:
-    void set_port(SimStruct* S, bool is_input, int port, const Slot& slot) const;
+    void set_port(SimStruct* S, bool is_input, int port, int slot) const;
 
     const BlockClass* type_;
     const std::vector<boundary::PositionalValue>* values_;
     int parameter_count_ = 0;
-    std::shared_ptr<Block> block_;
+    std::unique_ptr<Instance> instance_;
 };
 
 /// A block in a run. Simulink owns states and signals: each call takes them over and gives them back.
@@ -70,7 +64,6 @@ class Running {
   public:
     /// Allocates everything. Throws what opening a resource throws.
     explicit Running(SimStruct* S);
-    ~Running();
 
     /// How many work vectors hold discrete states and the count of steps, and what they are.
     static void declare_work(SimStruct* S, const Prototype& prototype);
@@ -97,13 +90,10 @@ class Running {
     void give_states(SimStruct* S);
     void take_clock(SimStruct* S);
     bool cross(SimStruct* S);
-    static void run(const std::vector<Task>& tasks);
+    void run(Phase phase);
+    Instance& instance() { return prototype_.instance(); }
 
     Prototype prototype_;
-    std::unique_ptr<Block> wires_;
-    std::vector<std::unique_ptr<Block>> borrowed_;
-    std::unique_ptr<Context> context_;
-    std::vector<Task> outputs_, updates_, derivatives_, guards_;
     std::vector<Port> input_ports_, output_ports_;
     std::vector<Port> discrete_;                          ///< in the order of the work vectors
     std::vector<std::pair<double*, double*>> continuous_; ///< state and rate, element by element

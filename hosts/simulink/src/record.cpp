@@ -20,7 +20,7 @@ using Goal = PositionalValue::Goal;
 std::vector<PositionalValue> positional_values(const Prototype& prototype) {
     std::vector<const BlockClass*> providers;
     for (const auto& binding : prototype.bindings) {
-        if (!binding.provider->block->declaration().slots.empty())
+        if (!binding.provider->block->resolution().slots.empty())
             throw std::runtime_error("it needs the running block '" + binding.provider->path +
                                      "', which generated code cannot reach");
         providers.push_back(binding.provider->type);

@@ -1,5 +1,7 @@
 #include "scope.hpp"
 
+#include "bf/core/resolve.hpp"
+
 #include <algorithm>
 #include <stdexcept>
 
@@ -40,45 +42,43 @@ std::shared_ptr<Scope::Provider> Scope::find(const std::string& path) const {
     return nullptr;
 }
 
-std::vector<Scope::Binding> Scope::bind(const std::string& path, Declaration& declaration) {
-    std::vector<Binding> bindings(declaration.requirements.size());
+std::vector<Scope::Binding> Scope::bind(const std::string& path, Block& block) {
+    const auto& requirements = block.declaration().requirements;
+    std::vector<Binding> bindings(requirements.size());
     for (std::size_t i = 0; i < bindings.size(); ++i) {
-        auto& requirement = declaration.requirements[i];
+        const std::string& type = requirements[i].type;
         auto& binding = bindings[i];
         for (std::string around = parent(path); !around.empty() && !binding.provider; around = parent(around))
             for (const auto& provider : providers_) {
                 if (parent(provider->path) != around || provider->path == path) continue;
                 const auto& offered = provider->block->declaration().provisions;
                 for (std::size_t k = 0; k < offered.size(); ++k) {
-                    if (offered[k].type != requirement.type) continue;
+                    if (offered[k].type != type) continue;
                     if (binding.provider)
-                        throw std::runtime_error("two blocks of one subsystem provide a " + requirement.type +
-                                                 ": '" + binding.provider->path + "' and '" + provider->path +
-                                                 "'");
+                        throw std::runtime_error("two blocks of one subsystem provide a " + type + ": '" +
+                                                 binding.provider->path + "' and '" + provider->path + "'");
                     binding = {provider, k};
                 }
             }
-        if (!binding.provider || requirement.is_bound) continue;
-        requirement.bind(description(*binding.provider, binding.provision));
-        requirement.is_bound = true;
+        if (binding.provider && !block.resolution().required[i])
+            require(block, static_cast<int>(i), description(*binding.provider, binding.provision));
     }
     return bindings;
 }
 
 std::shared_ptr<const void> Scope::description(Provider& provider, std::size_t k) {
-    auto& d = provider.block->declaration();
+    const auto& d = provider.block->declaration();
     for (const auto& problem : d.problems) throw std::runtime_error(provider.path + ": " + problem);
-    const auto bindings = bind(provider.path, d);
+    const auto bindings = bind(provider.path, *provider.block);
     for (std::size_t i = 0; i < bindings.size(); ++i)
         if (!bindings[i].provider)
             throw std::runtime_error(provider.path + " needs a " + d.requirements[i].type + " around it");
-    auto& provision = d.provisions[k];
     try {
-        if (!provision.made) provision.made = provision.make();
+        provide(*provider.block);
     } catch (const std::exception& error) {
         throw std::runtime_error(provider.path + ": " + error.what());
     }
-    return provision.made;
+    return provider.block->resolution().provided[k];
 }
 
 Object Scope::open(Provider& provider, std::size_t k) {

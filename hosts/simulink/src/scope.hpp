@@ -35,7 +35,7 @@ class Scope {
 
     /// For each requirement of the block at `path`, the provider in the nearest subsystem around it; those
     /// that are found are bound. Throws what making the description throws.
-    std::vector<Binding> bind(const std::string& path, Declaration& declaration);
+    std::vector<Binding> bind(const std::string& path, Block& block);
     std::shared_ptr<Provider> find(const std::string& path) const;
     /// The description that the provider offers. Throws.
     std::shared_ptr<const void> description(Provider& provider, std::size_t provision);

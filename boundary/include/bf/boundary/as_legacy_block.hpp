@@ -37,16 +37,16 @@ class AsLegacyBlock final : public blockfactory::core::Block {
     bool terminate(const blockfactory::core::BlockInformation* blockInfo) override;
 
   private:
-    struct Instance;
+    struct Running;
     const BlockClass& find(const std::string& name) const;
     std::vector<const BlockClass*> classes() const; ///< the block's own, then its providers'
     std::vector<PositionalValue> parameters() const;
-    std::unique_ptr<Instance> make() const;
+    std::unique_ptr<Running> make() const;
     template <class F> bool guarded(const char* call, F&& f) noexcept;
 
     std::shared_ptr<const Library> library_;
     std::string name_;
-    std::unique_ptr<Instance> instance_;
+    std::unique_ptr<Running> running_;
 };
 
 /// What the exported factory functions call. `inside` is any address in the plugin: its own bf_plugin_v1 is

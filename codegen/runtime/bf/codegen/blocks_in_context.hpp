@@ -65,7 +65,7 @@ class BlocksInContext : public Hosted {
     };
     bool good(Status status, int block) noexcept {
         if (status) return true;
-        failure_ = status.text(&this->block(block).declaration());
+        failure_ = status.text(&this->block(block).resolution());
         return false;
     }
     bool fail(int block, std::string text) noexcept {

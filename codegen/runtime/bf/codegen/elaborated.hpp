@@ -113,7 +113,7 @@ class ElaboratedModel final : public BlocksInContext {
         std::fill(rates.begin(), rates.end(), 0.0);
         for (auto& output : outputs_) std::fill(output.begin(), output.end(), std::byte{0});
         for (int n = 0; n < count(); ++n) {
-            const auto& slots = diagram_.nodes[static_cast<std::size_t>(n)].block->declaration().slots;
+            const auto& slots = diagram_.nodes[static_cast<std::size_t>(n)].block->resolution().slots;
             for (std::size_t s = 0; s < slots.size(); ++s)
                 if (slots[s].role == Role::output && !is_input({n, static_cast<int>(s)}))
                     write_values(context_->data(n, static_cast<int>(s)), slots[s].type, slots[s].size.count(),
@@ -218,7 +218,7 @@ class ElaboratedModel final : public BlocksInContext {
 
     void make_tables() {
         for (int n = 0; n < count(); ++n) {
-            const auto& slots = diagram_.nodes[static_cast<std::size_t>(n)].block->declaration().slots;
+            const auto& slots = diagram_.nodes[static_cast<std::size_t>(n)].block->resolution().slots;
             for (std::size_t s = 0; s < slots.size(); ++s)
                 if (const Node::End end{n, static_cast<int>(s)};
                     slots[s].role == Role::parameter && slots[s].size.count() > 0)

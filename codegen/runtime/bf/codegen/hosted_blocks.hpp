@@ -55,7 +55,7 @@ class HostedBlocks final : public BlocksInContext {
             const BlockClass& found = registry_.find(type);
             change(path, found, arguments);
             Item item{path, found.make(arguments), std::move(slots), false};
-            auto& d = item.block->declaration();
+            const auto& d = item.block->declaration();
             if (!d.problems.empty()) throw std::runtime_error(d.problems.front());
             if (providers.size() != d.requirements.size()) throw std::runtime_error(is_another_version());
             nodes_.push_back({item.block.get(), found.methods, {}, std::move(providers), rate});
@@ -149,24 +149,23 @@ class HostedBlocks final : public BlocksInContext {
         Item& item = items_[k];
         if (item.is_resolved) return;
         item.is_resolved = true;
-        auto& d = item.block->declaration();
-        for (std::size_t r = 0; r < d.requirements.size(); ++r) {
-            const Node::End& from = nodes_[k].providers[r];
+        Resolution& r = item.block->resolution();
+        for (std::size_t i = 0; i < r.required.size(); ++i) {
+            const Node::End& from = nodes_[k].providers[i];
             resolve(static_cast<std::size_t>(from.node));
-            const auto& provisions =
-                items_[static_cast<std::size_t>(from.node)].block->declaration().provisions;
-            if (from.slot >= static_cast<int>(provisions.size()))
+            const auto& provided = items_[static_cast<std::size_t>(from.node)].block->resolution().provided;
+            if (from.slot >= static_cast<int>(provided.size()))
                 throw std::runtime_error(item.path + ": " + is_another_version());
-            d.requirements[r].bind(provisions[static_cast<std::size_t>(from.slot)].made);
+            require(*item.block, static_cast<int>(i), provided[static_cast<std::size_t>(from.slot)]);
         }
         attempt(item.path, [&] {
-            for (auto& provision : d.provisions) provision.made = provision.make();
+            provide(*item.block);
             for (const auto& slot : item.slots) {
-                offer(d, find(item, slot), slot.size);
-                offer(d, find(item, slot), slot.type);
+                offer(r, find(item, slot), slot.size);
+                offer(r, find(item, slot), slot.type);
             }
             propagate(*item.block);
-            if (!unresolved(d).empty()) throw std::runtime_error(is_another_version());
+            if (!unresolved(r).empty()) throw std::runtime_error(is_another_version());
         });
     }
 

@@ -59,7 +59,8 @@ using Guard = GuardOf<double>;
 template <class T, Role role> class KeyList {
   public:
     KeyList(Block* owner, const char* stem, int count, const About& about = {}) {
-        for (int i = 1; i <= count; ++i) keys_.emplace_back(owner, stem + std::to_string(i), about);
+        for (int i = 1; i <= count; ++i)
+            keys_.emplace_back(owner, std::string(stem) + std::to_string(i), about);
     }
     KeyList(Block* owner, const std::vector<std::string>& names, const About& about = {}) {
         for (const auto& name : names) keys_.emplace_back(owner, name, about);

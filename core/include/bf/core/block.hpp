@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/core/access.hpp"
+#include "bf/core/resolution.hpp"
 #include "bf/core/rule.hpp"
 #include "bf/core/status.hpp"
 
@@ -9,10 +10,15 @@
 
 namespace bf {
 
+namespace detail {
+/// The declaration of a block that is being made.
+Declaration& declared_by(Block& owner);
+} // namespace detail
+
 /// What a block may ask and say while sizes and types are inferred.
 class Inference {
   public:
-    explicit Inference(Declaration& declaration) : declaration_(&declaration) {}
+    explicit Inference(Resolution& resolution) : resolution_(&resolution) {}
 
     /// The size of the key's slot, or null while it is unknown.
     template <class T, Role role> const Size* size(const Key<T, role>& key) const {
@@ -34,7 +40,7 @@ class Inference {
     [[noreturn]] void refuse(const std::string& message) const;
 
   private:
-    Declaration* declaration_;
+    Resolution* resolution_;
 };
 
 /// A pure rule: declares its quantities once, then maps (inputs, states, parameters) to (outputs, next
@@ -75,7 +81,9 @@ class Block {
     };
 
     const Declaration& declaration() const { return declaration_; }
-    Declaration& declaration() { return declaration_; }
+    /// What the diagram around it has decided so far; nothing at first.
+    const Resolution& resolution() const;
+    Resolution& resolution();
 
   protected:
     /// Asks engines for what rules and methods cannot say.
@@ -90,15 +98,18 @@ class Block {
 
     /// The resolved size and type of a key; only for rules of Dim, Scratch and OutsideState.
     template <class T, Role role> const Size& size(const Key<T, role>& key) const {
-        return declaration_.slots[static_cast<std::size_t>(key.index())].size;
+        return resolution().slots[static_cast<std::size_t>(key.index())].size;
     }
-    int value(const Dim& dim) const { return declaration_.dims[static_cast<std::size_t>(dim.id())].value; }
+    int value(const Dim& dim) const { return resolution().dims[static_cast<std::size_t>(dim.id())]; }
 
   private:
     template <class> friend class Argument;
+    friend Declaration& detail::declared_by(Block& owner);
     static const Arguments& no_arguments();
     const Arguments* arguments_; // valid while the block is being made
     Declaration declaration_;
+    mutable std::unique_ptr<Resolution>
+        resolution_; // begun when the first asks, as the declaration is complete then
 };
 
 /// Which methods a block class overrides.
@@ -212,21 +223,20 @@ OutsideState<T>::OutsideState(Block* owner, std::function<std::shared_ptr<T>()> 
     : index_(detail::declare(*owner, {[make] { return detail::outside_object<T>(make()); }})) {}
 
 template <class T> Provides<T>::Provides(Block* owner, std::function<std::shared_ptr<const T>()> make) {
-    auto& declaration = owner->declaration();
+    auto& declaration = detail::declared_by(*owner);
     ObjectDeclaration object;
     object.provision = static_cast<int>(declaration.provisions.size());
     declaration.provisions.push_back({T::resource, [make]() -> std::shared_ptr<const void> { return make(); },
                                       [](const void* made) {
                                           return detail::outside_object<typename T::Live>(
                                               static_cast<const T*>(made)->open());
-                                      },
-                                      nullptr});
+                                      }});
     index_ = detail::declare(*owner, std::move(object));
 }
 
 template <class T> Requires<T>::Requires(Block* owner, const char* doc, bool present) : index_(-1) {
     if (!present) return;
-    auto& declaration = owner->declaration();
+    auto& declaration = detail::declared_by(*owner);
     ObjectDeclaration object;
     object.requirement = static_cast<int>(declaration.requirements.size());
     declaration.requirements.push_back({T::resource, doc, [this](std::shared_ptr<const void> made) {

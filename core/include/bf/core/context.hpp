@@ -23,6 +23,9 @@ struct Node {
         sources; ///< one per slot; used for inputs. Unconnected inputs own memory with their initial value
     std::vector<End> providers; ///< one per requirement: the node and its provision
     int clock = 0;              ///< which of the context's clocks the block sees
+    /// Who opens the live objects of requirements and of provisions, where they are shared with somebody
+    /// outside the context; one each, or none at all. What is borrowed for a requirement its owner saves.
+    std::vector<std::function<Object()>> borrowed = {}, shared = {};
 };
 
 /// One bound call: a rule or a method of a block, ready to run.

@@ -115,20 +115,17 @@ struct About {
 };
 
 /// Everything an engine, exporter or editor may ask about one declared quantity.
-struct Slot {
+struct SlotDeclaration {
     Role role = Role::input;
     std::string name, doc;
     Unit unit;
     Shape shape;          ///< as declared
-    int type_symbol = -1; ///< -1: `type` is fixed
+    int type_symbol = -1; ///< -1: `type` is fixed; keys of one symbol have the same type
+    Type type = Type::float64;
     bool feedthrough = true, optional = false, reported = false, as_written = false, from_path = false;
     int initial_from = -1;
     std::vector<double> initial; ///< empty: zeros; one element: expands
     Limits limits;               ///< of a parameter
-
-    Type type = Type::float64; ///< valid when type_known
-    Size size;                 ///< valid when size_known
-    bool type_known = false, size_known = false;
 };
 
 /// One structural value: fixed when the block is made, may decide which ports exist.
@@ -161,22 +158,12 @@ struct ProvisionDeclaration {
     std::string type;
     std::function<std::shared_ptr<const void>()> make; ///< may throw: wrong file, unknown name
     std::function<Object(const void*)> open;
-    std::shared_ptr<const void> made;
 };
 
 /// A resource this block needs, found in the nearest enclosing subsystem that offers one.
 struct RequirementDeclaration {
     std::string type, doc;
     std::function<void(std::shared_ptr<const void>)> bind;
-    bool is_bound = false;
-};
-
-/// Element `first` + i of the vector `to` is element `picked[i]` of the vector `from`, all from 0; none
-/// picked: all in their order. Both are indices of slots.
-struct SameElements {
-    int to, from;
-    int first = 0;
-    std::vector<int> picked = {};
 };
 
 /// What an engine does for a block besides calling its rules and methods. Members of type int are indices of
@@ -194,27 +181,19 @@ struct Traits {
     int most = -1;              ///< parameter: how often at most
 };
 
+/// A Dim: its name in messages, and how its value or the names of its elements are found, if not by wiring.
+struct DimDeclaration {
+    std::string name;
+    std::function<int()> rule;
+    std::function<Dim::Names()> names;
+};
+
+/// Complete when the block is made, and the same from then on.
 struct Declaration {
-    struct DimSymbol {
-        std::string name;
-        std::function<int()> rule;
-        std::function<Dim::Names()> names;
-        int value = -1;
-    };
-    struct ShapeSymbol {
-        Size size;
-        bool known = false;
-    };
-    struct TypeSymbol {
-        Type type = Type::float64;
-        bool known = false;
-    };
     std::vector<ArgumentDeclaration> arguments;
-    std::vector<Slot> slots;
-    std::vector<DimSymbol> dims;
-    std::vector<ShapeSymbol> shapes;
-    std::vector<TypeSymbol> types;
-    std::vector<SameElements> same_elements; ///< besides those of vectors of one Dim or AnyShape
+    std::vector<SlotDeclaration> slots;
+    std::vector<DimDeclaration> dims;
+    int shapes = 0, types = 0; ///< how many symbols of shapes and types there are
     std::vector<ObjectDeclaration> objects;
     std::vector<ProvisionDeclaration> provisions;
     std::vector<RequirementDeclaration> requirements;
@@ -227,8 +206,6 @@ struct Declaration {
     int find(std::string_view slot_name, Role role) const;
     /// The names that the block itself gives to the elements of a vector, those of its Dim; empty: none.
     std::vector<std::string> element_names(int slot) const;
-    /// "tau[l_knee]", or "tau[4]" where the block gives no names; elements are numbered from 0.
-    std::string element_name(int slot, int element) const;
 };
 
 } // namespace bf

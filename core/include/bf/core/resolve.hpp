@@ -14,13 +14,13 @@ struct ResolutionError : std::runtime_error {
 
 /// The quantity wired to, or given for, slot `index` has this size. Returns whether that was news.
 /// Throws ResolutionError when it contradicts what is known.
-bool offer(Declaration& declaration, int index, const Size& size);
-bool offer(Declaration& declaration, int index, Type type);
+bool offer(Resolution& resolution, int index, const Size& size);
+bool offer(Resolution& resolution, int index, Type type);
 
 /// The number, not empty, given for parameter `index`: its initial value, its type where that is open, and
 /// its size, unless it is one element that stands for as many as an input has. Vectors are 1-D except where
 /// the parameter is a matrix or keeps them as written. Throws ResolutionError.
-void give(Declaration& declaration, int index, const Value& value);
+void give(Resolution& resolution, int index, const Value& value);
 
 /// What is wrong with the values of a parameter, by its limits and by its type as far as that is known:
 /// "parameter 'T' must be greater than 0, but is -1". Empty: nothing is. No value is rounded to an integer,
@@ -31,13 +31,29 @@ std::string outside_limits(const Slot& slot, const std::vector<double>& values, 
 std::string outside_remedy(const Slot& slot);
 
 /// Parameters that alone decide their size and were not given have the size of their default.
-void give_defaults(Declaration& declaration);
+void give_defaults(Resolution& resolution);
 
 /// Spreads what is known through the block's symbols and its `infer`, until nothing new is learned. Returns
 /// whether any slot's size or type became known. Throws ResolutionError.
 bool propagate(Block& block);
 
-/// Why the block is not resolved yet: names of slots whose size or type is unknown; empty when resolved.
-std::vector<int> unresolved(const Declaration& declaration);
+/// The inputs without a size that take that of the initial value of `state`, where nothing else decides:
+/// those of the state's shape, and all when the value is one number, as a state of another shape, such as the
+/// past of a Delay, tells only that its input is a scalar.
+std::vector<int> sized_by_initial(const Resolution& resolution, const Slot& state);
+/// Decides what neither the block nor its wiring does. A parameter, and an input that may stay unconnected,
+/// has as many elements as its value; inputs may have the size of a state's initial value; other ports are
+/// scalars.
+void settle_sizes(Block& block);
+/// Numbers of which nothing says the type are double.
+void settle_types(Block& block);
+
+/// Slots whose size or type is unknown.
+std::vector<int> unresolved(const Resolution& resolution);
+
+/// Gives the block the resource that it requires there.
+void require(Block& block, int requirement, std::shared_ptr<const void> resource);
+/// Makes what the block provides, as far as that was not done. Throws what making it throws.
+void provide(Block& block);
 
 } // namespace bf

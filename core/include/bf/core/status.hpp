@@ -7,7 +7,7 @@
 
 namespace bf {
 
-struct Declaration;
+struct Resolution;
 
 /// Result of a step. Never allocates: the message is a string literal, in which each `{}` stands for one of
 /// two integers, e.g. Status::failure("H({}, {}) is not finite", row, column). Fits in two registers.
@@ -36,7 +36,7 @@ class [[nodiscard]] Status {
     constexpr explicit operator bool() const { return message_ == nullptr; }
     /// The message with its integers filled in; "ok" when nothing failed. The block that failed knows how its
     /// elements are called: "tau[l_knee]", otherwise it is "element 4". Allocates: not for use in a step.
-    std::string text(const Declaration* block = nullptr) const;
+    std::string text(const Resolution* block = nullptr) const;
 
   private:
     const char* message_ = nullptr;

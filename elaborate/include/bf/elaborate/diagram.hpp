@@ -197,7 +197,7 @@ struct Diagram {
     /// The node of that path, or -1.
     int find_node(const std::string& path) const;
     const Slot& slot(const Node::End& end) const {
-        return nodes[static_cast<std::size_t>(end.node)].block->declaration().slots[static_cast<std::size_t>(
+        return nodes[static_cast<std::size_t>(end.node)].block->resolution().slots[static_cast<std::size_t>(
             end.slot)];
     }
     std::string end_path(const Node::End& end) const {

@@ -49,14 +49,14 @@ static_assert(static_cast<int>(Type::float64) == SS_DOUBLE && static_cast<int>(T
 /// Runs the wired block here and there with the same random inputs. Returns how many steps agreed.
 int compare(const BlockClass& type, const Arguments& arguments, RunBlock& run) {
     constexpr int steps = 6;
-    const auto& d = run.declaration();
-    const bool is_continuous = std::any_of(d.slots.begin(), d.slots.end(),
+    const Resolution& r = run.resolution();
+    const bool is_continuous = std::any_of(r.slots.begin(), r.slots.end(),
                                            [](const Slot& s) { return s.role == Role::continuous_state; });
     Model model(simstruct_methods, run.period);
     const int block = model.add("model/block", parameters(type, arguments, -1));
     std::vector<int> sources, in, out;
-    for (std::size_t i = 0; i < d.slots.size(); ++i) {
-        const Slot& slot = d.slots[i];
+    for (std::size_t i = 0; i < r.slots.size(); ++i) {
+        const Slot& slot = r.slots[i];
         if (slot.role == Role::output) out.push_back(static_cast<int>(i));
         if (slot.role != Role::input) continue;
         in.push_back(static_cast<int>(i));
@@ -66,7 +66,7 @@ int compare(const BlockClass& type, const Arguments& arguments, RunBlock& run) {
     }
     model.compile();
     for (std::size_t i = 0; i < out.size(); ++i) {
-        const Slot& slot = d.slots[static_cast<std::size_t>(out[i])];
+        const Slot& slot = r.slots[static_cast<std::size_t>(out[i])];
         EXPECT_EQ(model.output_type(block, static_cast<int>(i)), id_of(slot.type));
         EXPECT_EQ(model.output_dimensions(block, static_cast<int>(i)),
                   slot.size.is_matrix ? (std::vector<int>{slot.size.rows, slot.size.cols})
@@ -103,23 +103,23 @@ int compare(const BlockClass& type, const Arguments& arguments, RunBlock& run) {
         for (std::size_t i = 0; i < out.size(); ++i)
             EXPECT_EQ(0, std::memcmp(model.output(block, static_cast<int>(i)), expected[i].data(),
                                      expected[i].size()))
-                << "output " << d.slots[static_cast<std::size_t>(out[i])].name << ", step " << k;
+                << "output " << r.slots[static_cast<std::size_t>(out[i])].name << ", step " << k;
         run.commit();
         if (is_continuous) {
             // x + h dx, as the host does, in the same order
             for (int i = 0; i < run.context().activities(0, Phase::derivative); ++i)
                 EXPECT_TRUE(run.context().task(0, Phase::derivative, i)());
-            for (std::size_t i = 0; i < d.slots.size(); ++i)
-                if (d.slots[i].role == Role::continuous_state)
-                    for (int e = 0; e < d.slots[i].size.count(); ++e)
+            for (std::size_t i = 0; i < r.slots.size(); ++i)
+                if (r.slots[i].role == Role::continuous_state)
+                    for (int e = 0; e < r.slots[i].size.count(); ++e)
                         static_cast<double*>(run.context().data(0, static_cast<int>(i)))[e] +=
                             model.step_size() * static_cast<const double*>(run.context().frame(0).rate[i])[e];
         }
-        for (std::size_t i = 0; i < d.slots.size(); ++i)
-            if (d.slots[i].role == Role::discrete_state && d.slots[i].size.count() > 0) {
+        for (std::size_t i = 0; i < r.slots.size(); ++i)
+            if (r.slots[i].role == Role::discrete_state && r.slots[i].size.count() > 0) {
                 const auto wanted = conformance::detail::bytes_of(run, static_cast<int>(i));
-                EXPECT_EQ(0, std::memcmp(model.state(block, d.slots[i].name), wanted.data(), wanted.size()))
-                    << "state " << d.slots[i].name << ", step " << k;
+                EXPECT_EQ(0, std::memcmp(model.state(block, r.slots[i].name), wanted.data(), wanted.size()))
+                    << "state " << r.slots[i].name << ", step " << k;
             }
         ++agreed;
     }
@@ -142,7 +142,7 @@ TEST_P(EveryStandardBlock, RunsInSimulinkAsHere) {
     }
     const RunBlock described(*type, arguments);
     int inputs = 0;
-    for (const auto& slot : described.declaration().slots) inputs += slot.role == Role::input;
+    for (const auto& slot : described.resolution().slots) inputs += slot.role == Role::input;
     const std::vector<Size> sizes{{}, {3, 1, false}, {3, 3, true}, {4, 1, false}, {4, 4, true}};
     std::vector<std::vector<Size>> wirings;
     if (inputs <= 3)
@@ -151,19 +151,14 @@ TEST_P(EveryStandardBlock, RunsInSimulinkAsHere) {
         for (const auto& size : sizes) wirings.emplace_back(static_cast<std::size_t>(inputs), size);
     std::vector<Type> types;
     for (int i = 0; i < type_count; ++i) types.push_back(static_cast<Type>(i));
-    const auto all_types =
-        conformance::detail::combinations(types, static_cast<int>(described.declaration().types.size()));
+    const auto all_types = conformance::detail::combinations(types, described.declaration().types);
     int accepted = 0;
     for (const auto& wiring : wirings)
         for (const auto& choice : all_types) {
             RunBlock run(*type, arguments);
             if (inputs == 0) { // where nothing decides, Simulink makes a scalar
-                auto& d = const_cast<Declaration&>(run.declaration());
-                give_defaults(d);
-                propagate(const_cast<Block&>(run.block()));
-                for (std::size_t i = 0; i < d.slots.size(); ++i)
-                    if (d.slots[i].role == Role::output && !d.slots[i].size_known)
-                        offer(d, static_cast<int>(i), Size{});
+                give_defaults(run.instance().block().resolution());
+                settle_sizes(run.instance().block());
             }
             if (!conformance::detail::wire(run, {wiring, choice})) continue;
             SCOPED_TRACE(conformance::detail::text({wiring, choice}));

@@ -99,7 +99,7 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         const BlockClass& type = blocks.find("WholeBodyToolbox/" + name);
         const bool is_world = name == "MujocoWorld";
         const auto sized = type.make(arguments);
-        const auto& slots = sized->declaration().slots;
+        const auto& slots = sized->resolution().slots;
         // The wired inputs: those of the world stay open.
         std::vector<std::string> inputs, outputs;
         for (const auto& slot : slots) {

@@ -4,7 +4,7 @@
 Fences of the page, in a temporary folder that looks like the repository with its build:
     ```sh               run in order by one bash; must succeed
     ```sh fails         must fail
-    ```sh not run       for readers only
+    ```sh not run       for readers only; the first line says `# No test runs this: ` and why
     ```text output      what the commands above it print; … stands for anything
     ```LANGUAGE FILE    written to FILE before anything runs
     ```LANGUAGE FILE = PATH    so, and must equal PATH of the repository
@@ -52,6 +52,8 @@ def main(page, build):
                 script.append(f"if ( set -e\n{content}) 2>&1; then echo 'this should fail'; exit 1; fi" if fails else content)
                 script.append(f"echo '{MARK}'")
                 blocks.append((line, None))
+            elif info == ["sh", "not", "run"] and not content.startswith("# No test runs this: "):
+                problems.append(f"line {line}: commands that no test runs begin with `# No test runs this: ` and why")
             elif info == ["text", "output"]:
                 blocks[-1] = (line, content)
             elif info == ["yaml"] and content.startswith("model:"):

@@ -221,8 +221,9 @@ Outcome try_model(std::string_view text, std::uint64_t seed) {
     constexpr int steps = 8;
     Outcome outcome;
     const auto refused = [&](const std::exception& error) {
-        outcome.hash = hash_of(error.what());
-        if (std::string_view(error.what()).empty()) outcome.violation = "it is refused without a message";
+        outcome.refusal = error.what();
+        outcome.hash = hash_of(outcome.refusal);
+        if (outcome.refusal.empty()) outcome.violation = "it is refused without a message";
         return outcome;
     };
     try {

@@ -11,6 +11,7 @@ namespace bf::fuzz {
 struct Outcome {
     bool is_accepted = false; ///< it was elaborated; a step may fail
     std::uint64_t hash = 0;   ///< of all outputs of its steps, or of the messages that refuse it
+    std::string refusal;      ///< the messages that refuse it
     std::string violation;    ///< what must not happen: empty
 };
 

@@ -110,7 +110,8 @@ class Flattener {
             e_.report.add(given.where, "",
                           "nothing is called '" + given.name + "'" +
                               e_.report.suggestion(given.name, [&] { return known_names(); }),
-                          "give the name of a variable, of a setting as block.setting, step or stop");
+                          "give the name of a variable, of a setting as block.setting, step, stop or one of "
+                          "the solver");
         }
     }
 

@@ -331,9 +331,9 @@ TEST(Errors, UnknownOverrideIsNamedWithSimilarOnes) {
               "Gain.Kp: '2*': expected a value, found the end of the text\n"
               "g: the block has no argument or parameter 'valu'; did you mean 'value'?\n"
               "nothing is called 'Gain.Kd'; did you mean 'Gain.Kp'?; give the name of a variable, of a "
-              "setting as block.setting, step or stop\n"
+              "setting as block.setting, step, stop or one of the solver\n"
               "nothing is called 'stepp'; did you mean 'step' or 'stop'?; give the name of a variable, of a "
-              "setting as block.setting, step or stop");
+              "setting as block.setting, step, stop or one of the solver");
 }
 
 TEST(Errors, WrongParametersAreRefused) {

@@ -32,7 +32,9 @@ CLI::Validator between(double low, double high) { return within({low, high}); }
 
 void ModelOptions::add_to(CLI::App& app) {
     app.add_option("MODEL", file, "model file (.yaml)")->required()->type_name("");
-    app.add_option("--set", sets, "change a variable, a block's setting, step or stop; may be repeated")
+    app.add_option("--set", sets,
+                   "change a variable, a block's setting, or the model's step, stop, solver, "
+                   "relative_tolerance, absolute_tolerance or max_step; may be repeated")
         ->type_name("NAME=EXPRESSION")
         ->check(CLI::Validator(check_set, ""))
         ->allow_extra_args(false);

@@ -297,8 +297,8 @@ void add_sweep(CLI::App& app) {
     command
         ->add_option(
             "--set", options->model.sets,
-            "values of a variable, a block's setting, step or stop: each element is one; may be repeated, "
-            "and all combinations are run")
+            "values of a variable, a block's setting, or the model's step, stop and solver settings: each "
+            "element is one; may be repeated, and all combinations are run")
         ->type_name("NAME=VALUES")
         ->allow_extra_args(false);
     command->add_option("--params", options->model.params, "YAML file of names and expressions to change")

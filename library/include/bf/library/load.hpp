@@ -22,8 +22,8 @@ struct LoadedModel {
     Diagram diagram;
 };
 
-/// "Gain.Kp", "3" and where that is written: an expression for a variable, a block's setting, "step" or
-/// "stop".
+/// "Gain.Kp", "3" and where that is written: an expression for a variable, a block's setting, or the model's
+/// "step", "stop", "solver", "relative_tolerance", "absolute_tolerance" or "max_step".
 using Override = ElaborateOptions::Override;
 
 /// Reads and elaborates the file with these changes; the last one of a name counts. Throws model::Errors with

@@ -384,7 +384,7 @@ std::string Type::text() const {
 Type type_of(const Value& value) {
     Type type{value.type(), {value.rows(), value.cols()}};
     if (value.is_struct())
-        for (const auto& [name, field] : value.fields()) type.fields.push_back({name, type_of(field)});
+        for (const auto& [name, field] : value.fields()) type.fields.emplace_back(name, type_of(field));
     return type;
 }
 

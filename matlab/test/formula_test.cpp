@@ -272,14 +272,14 @@ TEST(Formula, HasTypesForAllArraysAndRefusesThoseThatNothingComputes) {
     EXPECT_EQ(refused({Class::Double, {2, 2, 2}}),
               "5: this is a 2x2x2 double; arrays have two dimensions; use a cell array for more");
     Type structs{Class::Struct, {1, 3}};
-    structs.fields.push_back({"a", complex});
+    structs.fields.emplace_back("a", complex);
     EXPECT_EQ(refused(structs),
               "5: this is a 1x3 struct; arrays of structs are not supported; use a cell array, "
               "c{i}.field");
     const Type of_struct = type_of(evaluate("struct('a', int8([1 2]), 'b', struct('c', 'x'))", Workspace()));
     ASSERT_EQ(of_struct.fields.size(), 2U);
-    EXPECT_EQ(of_struct.fields[0].type.text(), "1x2 int8");
-    EXPECT_EQ(of_struct.fields[1].type.fields[0].name, "c");
+    EXPECT_EQ(of_struct.fields[0].second.text(), "1x2 int8");
+    EXPECT_EQ(of_struct.fields[1].second.fields[0].first, "c");
 }
 
 TEST(Formula, RefusesToHideThatIntegersRound) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// Expressions with their names bound and their classes and sizes known, for whoever computes them without
@@ -18,11 +19,10 @@ using kernels::Operation;
 /// The class of a value and its extents, of which there are two or more. It has room for all of MATLAB's
 /// arrays: `resolve` alone says which of them are computed, and refuses the others by name.
 struct Type {
-    struct Field;
     Class element = Class::Double;
     std::vector<Index> extents{1, 1};
     bool is_complex = false;
-    std::vector<Field> fields = {}; ///< of each element of an array of structs
+    std::vector<std::pair<std::string, Type>> fields = {}; ///< of each element of an array of structs
 
     Index rows() const { return extents[0]; }
     Index cols() const { return extents[1]; }
@@ -31,10 +31,6 @@ struct Type {
     bool is_vector() const { return rows() == 1 || cols() == 1; }
     std::string size_text() const; ///< `2x3`
     std::string text() const;      ///< `2x3 complex double`
-};
-struct Type::Field {
-    std::string name;
-    Type type;
 };
 Type type_of(const Value& value);
 

@@ -77,6 +77,12 @@ class Rates {
             const int around = triggered_rate(condition.parent);
             condition.rate = around >= 0 ? around : seen_outside(condition.triggered_rate);
         }
+        // What a trigger computes and disabling resets changes whenever its subsystem is looked at.
+        for (const auto& condition : conditions_)
+            if (condition.trigger.node >= 0 && condition.enable.node >= 0)
+                for (const auto& outlet : condition.outlets)
+                    if (outlet.resets)
+                        nodes_[static_cast<std::size_t>(outlet.end.node)].rate = condition.rate;
         for (auto& loop : e_.diagram.plan.loops) loop.rate = fastest_of(loop.nodes, loop.condition);
         // Inner conditions come after those around them: an output may inherit from theirs.
         for (auto condition = e_.diagram.conditions.rbegin(); condition != e_.diagram.conditions.rend();

@@ -113,6 +113,20 @@ TEST_F(RecorderTest, HoldsSignalsOfDisabledSubsystemsAndConstantsOnce) {
     EXPECT_TRUE(recording.channel("c.y").info.is_held);
 }
 
+TEST_F(RecorderTest, SeesWhatDisablingResetsBetweenTriggers) {
+    Session run("model: m\nstep: 1\nblocks:\n  on: {block: Pulse, cycle: 8, width: 50}\n"
+                "  fire: {block: Pulse, cycle: 2, width: 50, delay: 1}\n  t: {block: Clock}\n  s:\n"
+                "    execution: enabled_and_triggered\n    inputs: [u]\n"
+                "    outputs: {y: {when_disabled: reset, initial: 7}, held: {initial: 9}}\n"
+                "    blocks: {g: {block: Gain}}\n    connections: {u: g, g: [y, held]}\n"
+                "connections: {on: s.enable, fire: s.trigger, t: s.u}\n");
+    record(run, 6);
+    const auto recording = recording::load(file);
+    EXPECT_EQ(recording.channel("s.y").values(0), (Values{7, 1, 1, 3, 7, 7}));
+    EXPECT_EQ(recording.channel("s.held").values(0), (Values{1, 3}));
+    EXPECT_TRUE(recording.channel("s.y").info.is_held);
+}
+
 TEST_F(RecorderTest, StoresTheOutputOfASubsystemWithTheSignalItIs) {
     Session run("model: m\nstep: 1\nblocks:\n  s:\n    outputs: [y]\n    blocks: {t: {block: Clock}}\n"
                 "    connections: {t: y}\n");

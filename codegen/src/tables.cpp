@@ -16,15 +16,17 @@ std::string about(const std::string& what, const std::string& unit, const std::s
 }
 
 /// The last members of a row; by default everything is allowed, and no element has a name.
-static std::string last_members(const Limits& limits, const std::string& elements = {}) {
-    const std::string names = elements.empty() ? "" : ", " + literal(elements);
-    if (!limits.are_given()) return names.empty() ? "" : ", {}" + names;
+static std::string last_members(const Limits& limits, const std::string& elements = {}, int at_least = -1) {
+    std::string last;
+    if (at_least >= 0) last = ", " + number(at_least);
+    if (!elements.empty() || at_least >= 0) last = ", " + literal(elements) + last;
+    if (!limits.are_given()) return last.empty() ? "" : ", {}" + last;
     const auto bound = [](double x) {
         if (std::isinf(x)) return std::string(x < 0 ? "-" : "") + "bf::kernels::Limits::infinity";
         return literal(x, Type::float64);
     };
     return ", {" + bound(limits.minimum) + ", " + bound(limits.above) + ", " + bound(limits.maximum) + "}" +
-           names;
+           last;
 }
 
 std::string Generator::table_row(const std::string& name, const Node::End& end) const {
@@ -32,11 +34,16 @@ std::string Generator::table_row(const std::string& name, const Node::End& end) 
     const Place& place = place_of(end);
     std::string structure = place.structure == "continuous" ? "continuousStates" : place.structure;
     structure[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(structure[0])));
+    const auto least = std::find_if(parameters_.begin(), parameters_.end(), [&](const Field& field) {
+        return field.end.node == end.node && field.end.slot == slot.at_least;
+    });
+    const int at_least =
+        least == parameters_.end() ? -1 : static_cast<int>(std::distance(parameters_.begin(), least));
     return "    {" + literal(name) + ", " + literal(unit_text(slot)) + ", " + literal(slot.doc) +
            ", Type::" + enumerator(type_of(slot)) + ", Where::" + place.structure + ", " +
            number(slot.size.rows) + ", " + number(slot.size.cols) + ", offsetof(" + class_ +
            "::" + structure + ", " + place.member + "), " + number(formula_of(name)) +
-           last_members(slot.limits, diagram_.element_lines(end)) + "},\n";
+           last_members(slot.limits, diagram_.element_lines(end), at_least) + "},\n";
 }
 
 int Generator::formula_of(const std::string& name) const {
@@ -195,6 +202,10 @@ std::string Generator::tables() const {
            "    const char* wrong = follow() ? bf::generated::check_following(*this" +
            problem +
            ") : failure_;\n"
+           "    const auto memory = [this](const Quantity& quantity) { return data(quantity); };\n"
+           "    if (!wrong) wrong = bf::generated::check_order(parameter_table(), memory" +
+           problem +
+           ");\n"
            "    if (!wrong && is_initialized_ && !compute_constants()) wrong = failure_;\n"
            "    if (!wrong) return nullptr;\n"
            "    parameters = previous_;\n" +

@@ -95,7 +95,8 @@ blocks:
   v: {block: Constant, value: [1, 2]}
   lag: {block: FilteredDerivative, time_constant: [0.1, 0.2]}
   p: {block: Pulse, cycle: 1/w, width: 50}
-connections: {v: lag}
+  s: {block: Saturate, lower: 0, upper: w}
+connections: {v: lag, c: s}
 )m";
 
 TEST(GeneratedProgram, HoldsParametersAndVariablesToTheirLimits) {
@@ -113,7 +114,12 @@ TEST(GeneratedProgram, HoldsParametersAndVariablesToTheirLimits) {
               "p.yaml:4: parameter 'lag.time_constant' must be greater than 0, but element 2 is -1\n");
     EXPECT_EQ(errors("c.value: 1\nw: -4\n"),
               "p.yaml: parameter 'p.cycle' must be greater than 0, but is -0.25\n");
-    EXPECT_EQ(errors("w: -4\np.cycle: 2\n"), "none") << "what was given follows no more";
+    EXPECT_EQ(errors("w: -4\np.cycle: 2\ns.lower: -4\n"), "none") << "what was given follows no more";
+    EXPECT_EQ(errors("w: -4\np.cycle: 2\n"),
+              "p.yaml: parameter 's.upper' must be at least 'lower', but -4 is below 0\n");
+    EXPECT_EQ(errors("s.lower: [5]\n"),
+              "p.yaml: parameter 's.upper' must be at least 'lower', but 4 is below 5\n");
+    EXPECT_EQ(errors("s.lower: 5\ns.upper: 6\n"), "none");
     EXPECT_EQ(errors("c.value: 1\nw: 9.5\n"), "p.yaml:2: variable 'w' must be from -5 to 9, but is 9.5\n");
     EXPECT_EQ(errors("w: 7\n"), "p.yaml: variable 'twice' must be at most 12, but is 14\n");
     EXPECT_EQ(errors("w: 7\ntwice: 12\n"), "none");
@@ -151,7 +157,7 @@ with Commanded("./program") as program:
 int main() {
     Limited m;
     if (!m.initialize()) return 1;
-    const double width[] = {-1}, value[] = {7}, w[] = {-4}, much[] = {9.5}, more[] = {7};
+    const double width[] = {-1}, value[] = {7}, w[] = {-4}, much[] = {9.5}, more[] = {7}, low[] = {5};
     const bf::generated::NewValue changes[] = {{"c.value", value, 1}, {"p.width", width, 1}};
     const bf::generated::NewValue following[] = {{"c.value", value, 1}, {"w", w, 1}};
     const bf::generated::NewValue variable[] = {{"c.value", value, 1}, {"w", much, 1}};
@@ -159,6 +165,7 @@ int main() {
     std::printf("%s\n", m.set_parameters(following, 2));
     std::printf("%s\n", m.set_parameters(variable, 2));
     std::printf("%s\n", m.set_parameter("w", more, 1));
+    std::printf("%s\n", m.set_parameter("s.lower", low, 1));
     std::printf("%g %g %g\n", m.parameters.c_value, m.parameters.p_width, m.variables.w);
     std::printf("%d %d\n", m.set_parameter("c.value", value, 1) == nullptr, m.step());
 }
@@ -171,6 +178,7 @@ int main() {
                                        "parameter 'p.cycle' must be greater than 0, but is -0.25\n"
                                        "variable 'w' must be from -5 to 9, but is 9.5\n"
                                        "variable 'twice' must be at most 12, but is 14\n"
+                                       "parameter 's.upper' must be at least 'lower', but 4 is below 5\n"
                                        "3 50 4\n1 1\n");
 }
 
@@ -354,11 +362,12 @@ TEST(GeneratedCode, ForMicrocontrollersRefusesWithoutFormattingNumbers) {
 #include <cstdio>
 int main() {
     Limited m;
-    const double w[] = {-4}, cycle[] = {-1}, much[] = {9.5}, more[] = {7};
+    const double w[] = {-4}, cycle[] = {-1}, much[] = {9.5}, more[] = {7}, low[] = {5};
     std::printf("%s\n", m.set_parameter("w", w, 1));
     std::printf("%s\n", m.set_parameter("p.cycle", cycle, 1));
     std::printf("%s\n", m.set_parameter("w", much, 1));
     std::printf("%s\n", m.set_parameter("w", more, 1));
+    std::printf("%s\n", m.set_parameter("s.lower", low, 1));
     std::printf("%g\n", m.variables.w);
 }
 )");
@@ -373,7 +382,8 @@ int main() {
     EXPECT_EQ(read_text(folder.path / "out.txt"), "a value is outside of its limits\n"
                                                   "a value is outside of its limits\n"
                                                   "a value is outside of its limits\n"
-                                                  "a value is outside of its limits\n4\n");
+                                                  "a value is outside of its limits\n"
+                                                  "a value is below another that it must be at least\n4\n");
     EXPECT_EQ(read_text(folder.path / "needs.txt").find("printf"), std::string::npos);
 }
 

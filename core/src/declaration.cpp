@@ -122,7 +122,10 @@ int declare(Block& owner, Role role, std::string name, const About& about, Shape
     slot.from_path = about.from_path;
     slot.initial_from = about.initial_from;
     slot.initial = about.initial;
-    if (role == Role::parameter) slot.limits = {about.minimum, about.above, about.maximum};
+    if (role == Role::parameter) {
+        slot.limits = {about.minimum, about.above, about.maximum};
+        slot.at_least = about.at_least;
+    }
     d.types = std::max(d.types, symbol + 1);
     d.slots.push_back(std::move(slot));
     return static_cast<int>(d.slots.size()) - 1;

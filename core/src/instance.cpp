@@ -52,6 +52,8 @@ void Instance::require_resolved() const {
             static_cast<int>(s.initial.size()) != s.size.count())
             throw ResolutionError("parameter '" + s.name + "' must have " + std::to_string(s.size.count()) +
                                   " elements, not " + std::to_string(s.initial.size()));
+    for (int i = 0; i < static_cast<int>(resolution().slots.size()); ++i)
+        if (const auto wrong = below_another(resolution(), i); !wrong.empty()) throw ResolutionError(wrong);
 }
 
 void Instance::open(const std::function<bool(int)>& connects) {

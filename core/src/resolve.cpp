@@ -3,6 +3,7 @@
 #include "bf/base/elements.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace bf {
 
@@ -146,6 +147,18 @@ std::string outside_limits(const Slot& slot, const std::vector<double>& values, 
     const bool is_typed = slot.type_known || slot.type_symbol < 0;
     if (wrong.empty()) wrong = outside(is_typed ? slot.type : Type::float64, values);
     return wrong.empty() ? wrong : "parameter '" + (path.empty() ? slot.name : path) + "' " + wrong;
+}
+
+std::string below_another(const Resolution& r, int parameter) {
+    const auto value = [&](int slot, int i) {
+        const auto& values = r.slots[static_cast<std::size_t>(slot)].initial;
+        const auto element = values.size() == 1 ? 0 : static_cast<std::size_t>(i);
+        // A wrong number of elements is a mistake of its own.
+        return values.empty() ? 0 : element < values.size() ? values[element] : NAN;
+    };
+    char wrong[256];
+    const std::string& path = r.slots[static_cast<std::size_t>(parameter)].name;
+    return is_below_another(r, parameter, value, path.c_str(), wrong, sizeof wrong) ? wrong : "";
 }
 
 std::string outside_remedy(const Slot& slot) {

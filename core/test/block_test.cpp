@@ -141,6 +141,32 @@ TEST(Limits, BelongToParametersAlone) {
     EXPECT_EQ(outside_limits(slots[0], {3}, "a.b.p"), "parameter 'a.b.p' must be from 0 to 2, but is 3");
 }
 
+TEST(Limits, HoldOneParameterToAnother) {
+    struct Interval : Block {
+        AnyShape n{this}, m{this};
+        Parameter<> lower{this, "lower", {.shape = n, .initial = {0}}};
+        Parameter<> upper{this, "upper", {.shape = m, .initial = {1}, .at_least = lower.index()}};
+    };
+    const auto wrong = [](const Eigen::VectorXd& lower, const Eigen::VectorXd& upper) {
+        Interval block;
+        Resolution& r = block.resolution();
+        give(r, block.lower.index(), Matrix(lower));
+        give(r, block.upper.index(), Matrix(upper));
+        propagate(block);
+        EXPECT_EQ(below_another(r, block.lower.index()), "");
+        return below_another(r, block.upper.index());
+    };
+    const double infinity = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(wrong(Eigen::VectorXd::Constant(1, 1), Eigen::VectorXd::Constant(1, 1)), "");
+    EXPECT_EQ(wrong(Eigen::Vector2d(1, -infinity), Eigen::Vector2d(infinity, -infinity)), "");
+    EXPECT_EQ(wrong(Eigen::VectorXd::Constant(1, 2), Eigen::VectorXd::Constant(1, 1)),
+              "parameter 'upper' must be at least 'lower', but 1 is below 2");
+    EXPECT_EQ(wrong(Eigen::Vector2d(0, 2), Eigen::VectorXd::Constant(1, 1)),
+              "parameter 'upper' must be at least 'lower', but 1 is below 2 (element 2)");
+    EXPECT_EQ(wrong(Eigen::VectorXd::Constant(1, 0.5), Eigen::Vector2d(1, 0.25)),
+              "parameter 'upper' must be at least 'lower', but 0.25 is below 0.5 (element 2)");
+}
+
 // ---- sizes and types
 
 struct Shaped : Block {

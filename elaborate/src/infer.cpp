@@ -65,6 +65,7 @@ class Spreading {
             });
         }
         for (std::size_t n = 0; n < queued_.size(); ++n) report_open(static_cast<int>(n));
+        for (std::size_t n = 0; n < queued_.size(); ++n) report_crossed(static_cast<int>(n));
         if (e_.report.is_empty())
             for (const auto& declared : e_.declared) {
                 check_declared(declared);
@@ -210,6 +211,20 @@ class Spreading {
                           size_from_.empty() ? ""
                                              : "if the loop has another size than '" + size_from_ +
                                                    "', give that parameter as many elements as the signal");
+    }
+
+    /// Parameters that are below the ones that they must be at least.
+    void report_crossed(int n) {
+        const Resolution& r = e_.resolution(n);
+        for (int i = 0; i < static_cast<int>(r.slots.size()); ++i) {
+            const auto wrong = below_another(r, i);
+            if (wrong.empty()) continue;
+            auto written = e_.written_parameters.find({n, i});
+            if (written == e_.written_parameters.end())
+                written = e_.written_parameters.find({n, r.slots[static_cast<std::size_t>(i)].at_least});
+            e_.report.add(written == e_.written_parameters.end() ? e_.node(n).where : written->second,
+                          e_.node(n).path, wrong, "exchange the two, or give others");
+        }
     }
 
     void report_open(int n) {

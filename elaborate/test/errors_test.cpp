@@ -351,6 +351,22 @@ TEST(Errors, WrongParametersAreRefused) {
         "m.yaml:10:3: h: argument 'steps' must be from 1 to 1000000, but is 0");
 }
 
+TEST(Errors, LimitsThatCrossAreRefusedWhereTheyAreWritten) {
+    EXPECT_EQ(
+        errors_of("model: m\nstep: 0.1\nvariables: {low: 2}\nblocks:\n"
+                  "  c: {block: Constant, value: [1, 2]}\n"
+                  "  s: {block: Saturate, lower: [0, low], upper: 1}\n"
+                  "  d: {block: DeadZone, start: 3}\n"
+                  "  r: {block: Relay, on_point: -1}\n"
+                  "connections: {c: [s, d, r]}\n"),
+        "m.yaml:6:48: s: parameter 'upper' must be at least 'lower', but 1 is below 2 (element 2); "
+        "exchange the two, or give others\n"
+        "m.yaml:7:31: d: parameter 'end' must be at least 'start', but 0.5 is below 3; exchange the two, "
+        "or give others\n"
+        "m.yaml:8:31: r: parameter 'on_point' must be at least 'off_point', but -1 is below 0; exchange the "
+        "two, or give others");
+}
+
 TEST(Errors, ValuesOutsideOfTheirLimitsAreRefusedTogether) {
     const std::string text = "model: m\nstep: 0.1\nvariables: {T: 1 - 2}\nblocks:\n"
                              "  lag: {block: FilteredDerivative, time_constant: [0.1, T]}\n"

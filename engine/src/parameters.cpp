@@ -4,6 +4,7 @@
 #include "bf/core/resolve.hpp"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace bf {
 
@@ -33,21 +34,44 @@ ParameterChange Simulation::prepare(const std::vector<ParameterValue>& changes) 
         result.parts.push_back({at, std::vector<std::byte>(static_cast<std::size_t>(s.size.count()) *
                                                            static_cast<std::size_t>(bytes(s.type)))});
         write_values(result.parts.back().bytes.data(), s.type, s.size.count(), values);
+        const Resolution& r = diagram_.nodes[static_cast<std::size_t>(node)].block->resolution();
+        for (int i = 0; i < static_cast<int>(r.slots.size()); ++i)
+            if (const int least = r.slots[static_cast<std::size_t>(i)].at_least;
+                least >= 0 && (i == slot || least == slot))
+                result.ordered.push_back({node, i});
     }
     return result;
+}
+
+bool Simulation::is_in_order(ParameterChange& change) const noexcept {
+    return std::none_of(change.ordered.begin(), change.ordered.end(), [&](const auto& place) {
+        const auto& node = diagram_.nodes[static_cast<std::size_t>(place.node)];
+        const Resolution& r = node.block->resolution();
+        const auto value = [&](int slot, int i) {
+            return read_value(context_.data(place.node, slot), r.slots[static_cast<std::size_t>(slot)].type,
+                              i);
+        };
+        char path[160];
+        std::snprintf(path, sizeof path, "%.100s.%.40s", node.path.c_str(),
+                      r.slots[static_cast<std::size_t>(place.slot)].name.c_str());
+        return is_below_another(r, place.slot, value, path, change.refusal, sizeof change.refusal);
+    });
 }
 
 Status Simulation::apply(ParameterChange& change) noexcept {
     const auto swap = [&] {
         for (auto& part : change.parts) std::swap_ranges(part.bytes.begin(), part.bytes.end(), part.at);
-        return machine_->run(machine_->constants);
     };
     must_restart_ = true;
     const Status before = status_;
     const int node_before = failed_node_;
-    if (swap()) return ok;
-    const Status failed = status_;
+    swap();
+    const bool in_order = is_in_order(change);
+    if (in_order && machine_->run(machine_->constants)) return ok;
+    const Status failed =
+        in_order ? status_ : Status::failure("a parameter is below the one that it must be at least");
     swap(); // these values were good before
+    machine_->run(machine_->constants);
     status_ = before;
     failed_node_ = node_before;
     return failed;

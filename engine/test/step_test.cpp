@@ -374,6 +374,25 @@ TEST(Parameters, AreHeldToTheirLimits) {
     EXPECT_EQ(run("c"), 5);
 }
 
+TEST(Parameters, OfWhichOneMustBeAtLeastAnotherAreJudgedTogether) {
+    Session run("model: m\nstep: 1\nblocks:\n  c: {block: Constant, value: 9}\n"
+                "  s: {block: Saturate, lower: -1, upper: [1, 2]}\nconnections: {c: s}\n");
+    const auto refused = [&](const std::vector<ParameterValue>& changes) -> std::string {
+        auto change = run.simulation->prepare(changes);
+        const Status status = run.simulation->apply(change);
+        return status ? "" : change.why_refused(status);
+    };
+    EXPECT_EQ(refused({{"c.value", {5}}, {"s.upper", {1, -2}}}),
+              "parameter 's.upper' must be at least 'lower', but -2 is below -1 (element 2)");
+    EXPECT_EQ(refused({{"s.lower", {3}}}),
+              "parameter 's.upper' must be at least 'lower', but 1 is below 3 (element 1)");
+    EXPECT_EQ(run("c"), 9) << "nothing is changed";
+    EXPECT_EQ(refused({{"s.lower", {3}}, {"s.upper", {4}}}), "");
+    EXPECT_EQ(refused({{"s.upper", {-4}}, {"s.lower", {-5}}}), "");
+    EXPECT_THROW(run.simulation->set_parameter("s.upper", {-6}), RunError);
+    EXPECT_EQ(run.trace("s", 1), Values{-4});
+}
+
 TEST(Parameters, ChangeAllOrNone) {
     Session run("model: m\nstep: 1\nblocks:\n  a: {block: Constant, value: 1}\n  b: {block: Constant, value: "
                 "[1, 2]}\n");

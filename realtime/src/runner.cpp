@@ -18,14 +18,15 @@ bool ParameterMailbox::post(ParameterChange change) {
 
 std::optional<ParameterMailbox::Result> ParameterMailbox::take_result() {
     if (state_.load(std::memory_order_acquire) != State::applied) return {};
-    const Result result = result_;
+    Result result = result_;
+    if (!result.status) result.refusal = change_.why_refused(result.status);
     state_.store(State::empty, std::memory_order_release);
     return result;
 }
 
 void ParameterMailbox::apply(Run& run) noexcept {
     if (state_.load(std::memory_order_acquire) != State::posted) return;
-    result_ = {run.apply(change_), run.steps()};
+    result_ = {run.apply(change_), run.steps(), {}};
     state_.store(State::applied, std::memory_order_release);
 }
 

@@ -547,7 +547,7 @@ void Server::State::reject(const std::vector<Request>& requests, const std::stri
 
 void Server::State::finish_change(const ParameterMailbox::Result& result) {
     const auto requests = std::exchange(posted, {});
-    if (!result.status) return reject(requests, result.status.text());
+    if (!result.status) return reject(requests, result.refusal);
     changes.fetch_add(1, std::memory_order_relaxed);
     if (options.on_change) options.on_change(result.step, posted_parameters);
     run.accept(posted_values);

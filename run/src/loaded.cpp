@@ -4,6 +4,7 @@
 #include "bf/core/registry.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <dlfcn.h>
 
 namespace bf {
@@ -164,9 +165,11 @@ ParameterChange LoadedRun::prepare(const std::vector<ParameterValue>& values) {
 }
 
 Status LoadedRun::apply(ParameterChange& change) noexcept {
-    if (!library_->set_parameters(model_, change.rows.data(), static_cast<int>(change.rows.size())))
-        return ok;
-    return Status::failure("a value is outside of its limits, or what follows from it is not defined");
+    const char* const wrong =
+        library_->set_parameters(model_, change.rows.data(), static_cast<int>(change.rows.size()));
+    if (!wrong) return ok;
+    std::snprintf(change.refusal, sizeof change.refusal, "%s", wrong);
+    return Status::failure("the generated code refuses the values");
 }
 
 std::vector<ParameterValue> LoadedRun::variables() const {

@@ -30,8 +30,7 @@ const Quantity& find(const std::vector<Quantity>& quantities, const std::string&
 
 void Run::set_parameter(const std::string& path, const std::vector<double>& values) {
     ParameterChange change = prepare({{path, values}});
-    if (const Status status = apply(change); !status)
-        throw RunError("parameter '" + path + "': " + status.text());
+    if (const Status status = apply(change); !status) throw RunError(change.why_refused(status));
 }
 
 std::int64_t Run::steps_before(double time) const { return kernels::steps_before(time, period()); }

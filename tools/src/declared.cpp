@@ -79,7 +79,8 @@ DeclaredQuantity quantity(const Declaration& d, const SlotDeclaration& slot) {
             : has_initial          ? initial_text(slot)
                                    : "",
             "",
-            slot.limits};
+            slot.limits,
+            slot.at_least < 0 ? "" : d.slots[static_cast<std::size_t>(slot.at_least)].name};
 }
 
 /// Another value of the argument, and what to call it: does it bring ports, or take them away?
@@ -166,8 +167,9 @@ std::string first_sentence(const std::string& doc) {
     return doc.substr(0, end == std::string::npos && doc.ends_with('.') ? doc.size() - 1 : end);
 }
 
-std::string with_limits(const std::string& doc, const Limits& limits) {
-    const std::string text = text_of(limits);
+std::string with_limits(const std::string& doc, const Limits& limits, const std::string& at_least) {
+    std::string text = text_of(limits);
+    if (!at_least.empty()) text += (text.empty() ? "at least " : ", at least ") + at_least;
     return doc + (doc.empty() || text.empty() ? "" : "; ") + text;
 }
 

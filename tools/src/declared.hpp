@@ -21,6 +21,7 @@ struct DeclaredQuantity {
     std::string initial; ///< default of a parameter or an optional input, first value of a state; else empty
     std::string condition; ///< the argument that brings it, e.g. "use_lb: true"; empty: always there
     Limits limits;         ///< of a parameter
+    std::string at_least;  ///< the parameter that no element of this one is below; empty: none
 };
 
 struct Declared {
@@ -39,8 +40,8 @@ Declared declared(const BlockClass& type);
 /// What the text says up to its first full stop, without that.
 std::string first_sentence(const std::string& doc);
 
-/// What a value means and what it may be: "of the lag; greater than 0".
-std::string with_limits(const std::string& doc, const Limits& limits);
+/// What a value means and what it may be: "of the lag; greater than 0", "largest y; at least lower".
+std::string with_limits(const std::string& doc, const Limits& limits, const std::string& at_least = {});
 
 /// The roles that people see, in the order in which they are shown, and their headings.
 inline constexpr std::pair<Role, const char*> shown_roles[] = {{Role::input, "inputs"},

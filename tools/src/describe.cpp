@@ -51,6 +51,7 @@ nlohmann::ordered_json to_json(const Declared& block) {
         if (!q.initial.empty()) json["quantities"].back()["initial"] = q.initial;
         if (!q.condition.empty()) json["quantities"].back()["only_with"] = q.condition;
         add_limits(json["quantities"].back(), q.limits);
+        if (!q.at_least.empty()) json["quantities"].back()["at_least"] = q.at_least;
     }
     for (const auto& need : block.needs)
         json["needs"].push_back({{"resource", need.type}, {"doc", need.doc}});
@@ -98,7 +99,7 @@ void print(const Declared& block) {
         for (const auto& q : block.quantities)
             if (q.role == role)
                 rows.push_back({q.name, q.initial.empty() ? "" : "= " + q.initial, q.size, q.type, q.unit,
-                                with_limits(q.doc, q.limits) +
+                                with_limits(q.doc, q.limits, q.at_least) +
                                     (q.condition.empty() ? "" : " (only with " + q.condition + ")")});
         section(heading);
     }

@@ -144,7 +144,7 @@ std::string help(const Declared& block) {
             if (is_first) text += "\n" + std::string(heading) + ":\n";
             is_first = false;
             text += "  " + q.name + "  " + q.size + "  " + q.type + (q.unit == "any" ? "" : "  " + q.unit) +
-                    (q.doc.empty() ? "" : "  " + with_limits(q.doc, q.limits)) +
+                    (q.doc.empty() ? "" : "  " + with_limits(q.doc, q.limits, q.at_least)) +
                     (q.condition.empty() ? "" : " (only with " + q.condition + ")") + "\n";
         }
     }

@@ -57,8 +57,13 @@ class LimitedIntegrator final : public Block {
         {.initial = {0}, .unit = any_unit, .doc = "y at the start", .present = !is_external}};
     Parameter<Numbers> lower{
         this, "lower", {.shape = shape, .initial = {-infinity}, .unit = any_unit, .doc = "smallest y"}};
-    Parameter<Numbers> upper{
-        this, "upper", {.shape = shape, .initial = {infinity}, .unit = any_unit, .doc = "largest y"}};
+    Parameter<Numbers> upper{this,
+                             "upper",
+                             {.shape = shape,
+                              .initial = {infinity},
+                              .at_least = lower.index(),
+                              .unit = any_unit,
+                              .doc = "largest y"}};
     Input<Numbers> u{
         this, "u", {.shape = shape, .unit = any_unit, .doc = "signal to integrate", .feedthrough = false}};
     ContinuousReset reset_input{this};
@@ -134,12 +139,22 @@ class SecondOrderIntegrator final : public Block {
         this, "initial_v", {.initial = {0}, .unit = any_unit, .doc = "v at the start"}};
     Parameter<Numbers> lower_x{
         this, "lower_x", {.shape = shape, .initial = {-infinity}, .unit = any_unit, .doc = "smallest x"}};
-    Parameter<Numbers> upper_x{
-        this, "upper_x", {.shape = shape, .initial = {infinity}, .unit = any_unit, .doc = "largest x"}};
+    Parameter<Numbers> upper_x{this,
+                               "upper_x",
+                               {.shape = shape,
+                                .initial = {infinity},
+                                .at_least = lower_x.index(),
+                                .unit = any_unit,
+                                .doc = "largest x"}};
     Parameter<Numbers> lower_v{
         this, "lower_v", {.shape = shape, .initial = {-infinity}, .unit = any_unit, .doc = "smallest v"}};
-    Parameter<Numbers> upper_v{
-        this, "upper_v", {.shape = shape, .initial = {infinity}, .unit = any_unit, .doc = "largest v"}};
+    Parameter<Numbers> upper_v{this,
+                               "upper_v",
+                               {.shape = shape,
+                                .initial = {infinity},
+                                .at_least = lower_v.index(),
+                                .unit = any_unit,
+                                .doc = "largest v"}};
     Input<Numbers> u{this, "u", any(shape, "second derivative of x")};
     Output<Numbers> y{this, "x", any(shape, "position")};
     Output<Numbers> v{this, "v", any(shape, "velocity")};

@@ -31,7 +31,9 @@ template <class Of, class Bound> class Between final : public Block {
     using Block::Block;
     Input<> u{this, "u", any()};
     Bound lower{this, Of::lower, {.initial = {-Of::bound}, .unit = any_unit, .doc = Of::lower_doc}};
-    Bound upper{this, Of::upper, {.initial = {Of::bound}, .unit = any_unit, .doc = Of::upper_doc}};
+    Bound upper{this,
+                Of::upper,
+                {.initial = {Of::bound}, .at_least = lower.index(), .unit = any_unit, .doc = Of::upper_doc}};
     Output<> y{this, "y", any()};
     OutputRule rule{this, typename Of::Kernel{}, y, lower, upper, u};
     Crossing at_lower{this, "at_lower", u, lower};
@@ -106,12 +108,15 @@ class Relay final : public Block {
   public:
     using Block::Block;
     AnyShape shape{this};
-    Parameter<> on_point{
-        this,
-        "on_point",
-        {.shape = scalar, .initial = {1}, .unit = any_unit, .doc = "switches on from here up"}};
     Parameter<> off_point{
         this, "off_point", {.shape = scalar, .unit = any_unit, .doc = "switches off from here down"}};
+    Parameter<> on_point{this,
+                         "on_point",
+                         {.shape = scalar,
+                          .initial = {1},
+                          .at_least = off_point.index(),
+                          .unit = any_unit,
+                          .doc = "switches on from here up"}};
     Parameter<> on_value{
         this, "on_value", {.shape = scalar, .initial = {1}, .unit = any_unit, .doc = "y while on"}};
     Parameter<> off_value{this, "off_value", {.shape = scalar, .unit = any_unit, .doc = "y while off"}};

@@ -57,7 +57,10 @@ class DiscreteIntegrator final : public Block {
     AnyShape shape{this};
     Parameter<> gain{this, "gain", {.initial = {1}, .unit = any_unit, .doc = "factor K"}};
     Parameter<> lower{this, "lower", {.initial = {-infinity}, .unit = any_unit, .doc = "smallest y"}};
-    Parameter<> upper{this, "upper", {.initial = {infinity}, .unit = any_unit, .doc = "largest y"}};
+    Parameter<> upper{
+        this,
+        "upper",
+        {.initial = {infinity}, .at_least = lower.index(), .unit = any_unit, .doc = "largest y"}};
     Parameter<> initial{
         this,
         "initial",

@@ -114,8 +114,12 @@ class Check final : public Block {
         {.initial = {-infinity}, .unit = unit<"s">, .doc = "earlier samples do not count"}};
     Parameter<double> at_least{
         this, "at_least", {.initial = {-infinity}, .unit = any_unit, .doc = "smallest value that passes"}};
-    Parameter<double> at_most{
-        this, "at_most", {.initial = {infinity}, .unit = any_unit, .doc = "largest value that passes"}};
+    Parameter<double> at_most{this,
+                              "at_most",
+                              {.initial = {infinity},
+                               .at_least = at_least.index(),
+                               .unit = any_unit,
+                               .doc = "largest value that passes"}};
     Input<> u{this, "u", any("signal that is checked")};
     DiscreteState<double> value{
         this,

@@ -64,7 +64,8 @@ class IntervalTest final : public Block {
     Argument<bool> closed_upper{
         this, "closed_upper", {.initial = true, .doc = "the upper end belongs to it"}};
     Parameter<> lower{this, "lower", {.initial = {-0.5}, .unit = any_unit, .doc = "lower end"}};
-    Parameter<> upper{this, "upper", {.initial = {0.5}, .unit = any_unit, .doc = "upper end"}};
+    Parameter<> upper{
+        this, "upper", {.initial = {0.5}, .at_least = lower.index(), .unit = any_unit, .doc = "upper end"}};
     Input<> u{this, "u", any()};
     Output<Booleans> y{this, "y"};
     OutputRule rule{

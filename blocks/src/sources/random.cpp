@@ -22,7 +22,10 @@ class RandomUniform final : public Block {
   public:
     using Block::Block;
     Parameter<Real> minimum{this, "minimum", {.initial = {0}, .unit = any_unit, .doc = "smallest y"}};
-    Parameter<Real> maximum{this, "maximum", {.initial = {1}, .unit = any_unit, .doc = "y stays below"}};
+    Parameter<Real> maximum{
+        this,
+        "maximum",
+        {.initial = {1}, .at_least = minimum.index(), .unit = any_unit, .doc = "y stays below"}};
     Parameter<std::uint32_t> seed{this, "seed", a_seed};
     Output<Real> y{this, "y", any()};
     DiscreteState<Words> count{this, "count", {.shape = {Extent(2)}, .doc = count_doc}};

@@ -20,6 +20,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -160,9 +161,11 @@ class ElaboratedModel final : public BlocksInContext {
                 before.emplace_back(&q, std::move(old));
                 write(q, values);
             }
-            if (!recompute()) {
+            const char* wrong = check_order(parameters(), address, outside_);
+            if (!wrong && !recompute()) wrong = "what follows is not defined for these values";
+            if (wrong) {
                 for (const auto& [q, values] : before) write(*q, values);
-                return "what follows is not defined for these values";
+                return wrong;
             }
             tuning_->accept(asked);
             show_variables();
@@ -219,10 +222,15 @@ class ElaboratedModel final : public BlocksInContext {
     void make_tables() {
         for (int n = 0; n < count(); ++n) {
             const auto& slots = diagram_.nodes[static_cast<std::size_t>(n)].block->resolution().slots;
-            for (std::size_t s = 0; s < slots.size(); ++s)
-                if (const Node::End end{n, static_cast<int>(s)};
-                    slots[s].role == Role::parameter && slots[s].size.count() > 0)
-                    parameters_.push_back(row(diagram_.end_path(end), end, Where::parameters));
+            std::map<int, int> rows; // of the block's parameters
+            for (int s = 0; s < static_cast<int>(slots.size()); ++s) {
+                const Slot& slot = slots[static_cast<std::size_t>(s)];
+                if (slot.role != Role::parameter || slot.size.count() == 0) continue;
+                rows[s] = static_cast<int>(parameters_.size());
+                parameters_.push_back(row(diagram_.end_path({n, s}), {n, s}, Where::parameters));
+                if (const auto least = rows.find(slot.at_least); least != rows.end())
+                    parameters_.back().at_least = least->second;
+            }
         }
         const auto has_elements = [&](const SignalName& signal) {
             return diagram_.slot(signal.end).size.count() > 0;

@@ -31,6 +31,7 @@ struct Quantity {
     int formula; ///< number of the formula that gives its value, or -1
     kernels::Limits limits = {};
     const char* elements = ""; ///< names of the elements of a vector, a line each; an empty line: none
+    int at_least = -1;         ///< row of the parameter that no element of this one is below
     int size() const noexcept { return rows * cols; }
 };
 
@@ -152,6 +153,37 @@ template <class Model, class... To> const char* check_following(const Model& mod
             const auto value = [&](int i) { return read(data, q.type, i); };
             if (const char* wrong = check_limits(q, q.size(), value, problem...)) return wrong;
         }
+    return nullptr;
+}
+
+/// Is each parameter at least the one that it must be, with their present values? Null, or what is wrong.
+/// `data` gives the memory of a row.
+template <class F>
+const char* check_order(const Quantities& parameters, F&& data, Problem& problem) noexcept {
+    for (const Quantity& q : parameters) {
+        if (q.at_least < 0) continue;
+        const Quantity& least = parameters.first[q.at_least];
+        const char* const dot = std::strrchr(least.name, '.');
+        if (kernels::find_below(
+                q.name, q.size(), [&](int i) { return read(data(q), q.type, i); }, dot ? dot + 1 : least.name,
+                least.size(), [&](int i) { return read(data(least), least.type, i); }, problem.text,
+                sizeof problem.text))
+            return problem.text;
+    }
+    return nullptr;
+}
+
+/// The same where formatting a number would need a heap: a text of its own kind.
+template <class F> const char* check_order(const Quantities& parameters, F&& data) noexcept {
+    for (const Quantity& q : parameters) {
+        if (q.at_least < 0) continue;
+        const Quantity& least = parameters.first[q.at_least];
+        const int count = q.size() > least.size() ? q.size() : least.size();
+        for (int i = 0; i < count; ++i)
+            if (read(data(q), q.type, q.size() == 1 ? 0 : i) <
+                read(data(least), least.type, least.size() == 1 ? 0 : i))
+                return "a value is below another that it must be at least";
+    }
     return nullptr;
 }
 

@@ -103,6 +103,7 @@ struct About {
     double minimum = -Limits::infinity; ///< parameters: of every element, inclusive
     double above = -Limits::infinity;   ///< parameters: every element is greater than this
     double maximum = Limits::infinity;  ///< parameters: of every element, inclusive
+    int at_least = -1;                  ///< parameters: index() of the one that no element is below
     Unit unit = {};
     const char* doc = "";
     bool present = true;     ///< false: an optional port that the arguments switch off
@@ -126,6 +127,7 @@ struct SlotDeclaration {
     int initial_from = -1;
     std::vector<double> initial; ///< empty: zeros; one element: expands
     Limits limits;               ///< of a parameter
+    int at_least = -1;           ///< the parameter that no element of this one is below
 };
 
 /// One structural value: fixed when the block is made, may decide which ports exist.

@@ -26,6 +26,21 @@ void give(Resolution& resolution, int index, const Value& value);
 /// "parameter 'T' must be greater than 0, but is -1". Empty: nothing is. No value is rounded to an integer,
 /// and no parameter is NaN. `path` is how it is called, the slot's name if empty.
 std::string outside_limits(const Slot& slot, const std::vector<double>& values, const std::string& path = {});
+/// Is an element of a parameter below the other parameter that it must be at least? Then writes what is
+/// wrong. `value(slot, i)` is element i of a parameter of the block, `path` what the parameter is called.
+/// Nothing allocates.
+template <class F>
+bool is_below_another(const Resolution& r, int parameter, F&& value, const char* path, char* text,
+                      std::size_t size) noexcept {
+    const Slot& slot = r.slots[static_cast<std::size_t>(parameter)];
+    if (slot.at_least < 0) return false;
+    const Slot& least = r.slots[static_cast<std::size_t>(slot.at_least)];
+    return kernels::find_below(
+        path, slot.size.count(), [&](int i) { return value(parameter, i); }, least.name.c_str(),
+        least.size.count(), [&](int i) { return value(slot.at_least, i); }, text, size);
+}
+/// The same of the values that the block was given. Empty: nothing is wrong.
+std::string below_another(const Resolution& r, int parameter);
 /// What to do about a value that the type of the block's signals does not hold; empty where a value alone
 /// helps.
 std::string outside_remedy(const Slot& slot);

@@ -119,6 +119,8 @@ class Simulation final : public Run {
 
   private:
     class Machine;
+    /// Is no parameter below the one that it must be at least? If one is, the change says so.
+    bool is_in_order(ParameterChange& change) const noexcept;
     /// The zero-crossing functions in one slot of a node, or its output that controls a subsystem.
     struct GuardBinding {
         int node;

@@ -113,4 +113,23 @@ bool find_outside(const Bounds& bounds, int count, F&& value, char* text, std::s
     return false;
 }
 
+/// Looks for the first of value(0), ..., value(count - 1) that is below its element of another parameter,
+/// where a single element of either expands, and writes what is wrong with it: "parameter 'p.upper' must be
+/// at least 'lower', but 1 is below 2". False: none is, and nothing is written.
+template <class F, class G>
+bool find_below(const char* path, int count, F&& value, const char* least_name, int least_count, G&& least,
+                char* text, std::size_t size) noexcept {
+    const int all = count > least_count ? count : least_count;
+    for (int i = 0; i < all; ++i) {
+        const double x = value(count == 1 ? 0 : i), low = least(least_count == 1 ? 0 : i);
+        if (!(x < low)) continue;
+        char element[32] = "";
+        if (all > 1) std::snprintf(element, sizeof element, " (element %d)", i + 1);
+        std::snprintf(text, size, "parameter '%.120s' must be at least '%.40s', but %s is below %s%s", path,
+                      least_name, detail::NumberText(x).text, detail::NumberText(low).text, element);
+        return true;
+    }
+    return false;
+}
+
 } // namespace bf::kernels

@@ -21,7 +21,8 @@ class ParameterMailbox {
     bool post(ParameterChange change);
     struct Result {
         Status status;
-        std::int64_t step; ///< before which it acts
+        std::int64_t step;   ///< before which it acts
+        std::string refusal; ///< why it does not
     };
     /// What became of the last one, once.
     std::optional<Result> take_result();

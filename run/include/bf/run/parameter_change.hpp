@@ -1,6 +1,7 @@
 // New values of parameters on their way into a running simulation.
 #pragma once
 
+#include "bf/core/status.hpp"
 #include "bf/run/run_c.h"
 
 #include <cstddef>
@@ -28,9 +29,18 @@ struct ParameterChange {
         std::vector<std::byte> bytes;
     };
     std::vector<Part> parts = {};
+    struct Place {
+        int node, slot;
+    };
+    std::vector<Place> ordered = {}; ///< parameters that must be at least another, where one of both changes
     /// Of generated code.
     std::vector<ParameterValue> values = {};
     std::vector<bf_run_value> rows = {};
+
+    /// Written by Run::apply, which cannot allocate, where its status does not say all.
+    char refusal[300] = "";
+    /// Why Run::apply refused these values with that status.
+    std::string why_refused(const Status& status) const { return *refusal ? refusal : status.text(); }
 };
 
 } // namespace bf

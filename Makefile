@@ -16,16 +16,17 @@ test: build
 	scripts/deps test
 	ctest --test-dir $(BUILD) --output-on-failure -j2
 
-# The whole tree and its tests once more, with Debian's clang, and a build without robots and SUNDIALS.
-check-all: deps
+# The whole tree and its tests once more, with Debian's clang, a build without robots and SUNDIALS, and one for aarch64.
+check-all: build
 	scripts/deps test
 	@test -f $(BUILD)/clang/build.ninja || CC=clang-14 CXX=clang++-14 cmake -S . -B $(BUILD)/clang -G Ninja -DBF_EVERY_COMPILER=ON $(CMAKE_FLAGS)
-	ninja -C $(BUILD)/clang
+	ninja -C $(BUILD)/clang all bf_benchmarks
 	ctest --test-dir $(BUILD)/clang --output-on-failure -j2
 	@test -f $(BUILD)/reduced/build.ninja || cmake -S . -B $(BUILD)/reduced -G Ninja -DBF_ROBOTS=OFF -DBF_SUNDIALS=OFF \
 	    $(patsubst %,-DCMAKE_DISABLE_FIND_PACKAGE_%=ON,SUNDIALS pinocchio proxsuite tinyxml2 MuJoCo assimp) $(CMAKE_FLAGS)
 	ninja -C $(BUILD)/reduced
 	ctest --test-dir $(BUILD)/reduced --output-on-failure -j2
+	tests/install/package_for_aarch64.sh $(abspath $(BUILD))/bin/bf $(CURDIR) $(abspath $(BUILD))
 
 # Models of chance for some seconds, under sanitizers.
 fuzz: deps
@@ -34,6 +35,7 @@ fuzz: deps
 
 # Prints the table and writes $(BUILD)/bench.json.
 bench: build
+	ninja -C $(BUILD) bf_benchmarks
 	.deps/venv/bin/python benchmarks/report.py $(BUILD)/bin/bf_benchmarks $(BUILD)/bench.json
 
 # The same models in other tools, each installed in $(BUILD)/peers; writes $(BUILD)/peers.json.

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
 # package_for_aarch64.sh BF SOURCE BUILD: builds BlockFactory for aarch64, deploys the balancing iCub for it and runs the
 # package on QEMU; it computes what `bf run` does here but for rounding. So does a plugin that somebody else builds
-# for aarch64. Exit code 77 where the cross compiler or QEMU is missing, or the registries cannot be reached.
+# for aarch64.
 set -euo pipefail
 bf=$1 source=$2 build=$3
 unset BLOCKFACTORY_PLUGIN_PATH MAKEFLAGS
 if ! command -v aarch64-linux-gnu-g++ >/dev/null || ! command -v qemu-aarch64 >/dev/null; then
     echo "package_for_aarch64.sh needs g++-aarch64-linux-gnu and qemu-user, which 'scripts/deps test' installs"
-    exit 77
+    exit 1
 fi
-"$source/scripts/deps-aarch64" || { echo "the libraries for aarch64 cannot be had"; exit 77; }
+"$source/scripts/deps-aarch64"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"

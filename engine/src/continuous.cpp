@@ -278,6 +278,13 @@ bool Simulation::advance_to(double end, Status lost) noexcept {
         if (const int state = lost_state(t, outcome == Solver::Outcome::failed); state >= 0)
             return fail(lost, owner(Role::continuous_state, x.data() + state));
         if (outcome == Solver::Outcome::failed) {
+            for (const auto& guard : guard_bindings_)
+                if (guard.is_sliding)
+                    return fail(
+                        Status::failure("its state slides along a jump of its derivative, which takes "
+                                        "steps as short as the tolerances ask: use larger ones, or "
+                                        "dormand_prince45 where this is another solver"),
+                        guard.node);
             const int worst = solver_->worst_state();
             return fail(solver_->failure(), worst < 0 ? -1 : owner(Role::continuous_state, x.data() + worst));
         }

@@ -252,6 +252,19 @@ TEST(Limits, LetAStateSlideAlongThem) {
     }
 }
 
+TEST(Limits, ThatAStateSlidesAlongAreNamedWhereTheToleranceAsksForTooManySteps) {
+    Session run(
+        "model: m\nstep: 0.1\nrelative_tolerance: 1e-9\nabsolute_tolerance: 1e-11\nsolver: cvode_bdf\n"
+        "blocks:\n  u: {block: Sine, phase: 3*pi/4 - 0.2}\n"
+        "  x: {block: PID, P: 1, I: 1, upper: 1, initial: 1 - cos(pi/4 - 0.2), anti_windup: clamping}\n"
+        "connections: {u: x}\n");
+    while (run.simulation->step()) ASSERT_LT(run.simulation->time(), 1);
+    EXPECT_EQ(
+        run.simulation->failure(),
+        "x: its state slides along a jump of its derivative, which takes steps as short as the tolerances "
+        "ask: use larger ones, or dormand_prince45 where this is another solver");
+}
+
 TEST(Limits, OfPositionAreLeftWhereTheAccelerationTurns) {
     // v' = 2 sin(t + 0.7), x' = v: each flight ends at a limit at rest, and the next one begins there when
     // the acceleration leads inwards.

@@ -92,7 +92,10 @@ class Flattener {
         std::string names;
         for (const auto& [name, known] : solver_methods)
             names += (names.empty() ? "" : ", ") + std::string(name);
-        e_.report.add(method.where, "", "there is no solver '" + method.text + "'", "solvers: " + names);
+        e_.report.add(method.where, "",
+                      "there is no solver " +
+                          (method.text.starts_with("'") ? method.text : "'" + method.text + "'"),
+                      "solvers: " + names);
     }
 
     bool override_of(const std::string& name, model::Expression& expression) {
@@ -258,9 +261,10 @@ class Flattener {
         for (const auto& block : scope.system->blocks) {
             const std::string path = scope.path.empty() ? block.name : scope.path + "." + block.name;
             scope.items[block.name];
-            if (block.when && !is_wanted(scope, *block.when, path))
+            if (block.when && !is_wanted(scope, *block.when, path)) {
                 scope.left_out.insert(block.name);
-            else if (add_bus(scope, block, path))
+                e_.left_out.insert(path);
+            } else if (add_bus(scope, block, path))
                 continue;
             else if (block.is_library_block())
                 add_node(scope, block, path);

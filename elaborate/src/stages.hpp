@@ -132,7 +132,8 @@ struct Elaboration {
     Report report = {};
     matlab::Interpreter interpreter = {};
     Diagram diagram = {};
-    std::deque<Scope> scopes = {}; ///< stable addresses
+    std::deque<Scope> scopes = {};                 ///< stable addresses
+    std::unordered_set<std::string> left_out = {}; ///< paths of blocks whose `when` is false
     std::vector<Bus> buses = {};
     std::map<int, MergedBus> merges = {};      ///< by their node
     std::vector<SampleTime> sample_times = {}; ///< by node

@@ -578,9 +578,18 @@ class Wiring {
             }
     }
 
+    /// Is it in a block whose `when` is false? Then it is left out with it.
+    bool is_left_out(const std::string& signal) const {
+        for (std::size_t dot = 0; dot < signal.size();) {
+            dot = std::min(signal.find('.', dot + 1), signal.size());
+            if (e_.left_out.contains(signal.substr(0, dot))) return true;
+        }
+        return false;
+    }
+
     void named(const SignalFinder& finder, const model::Signal& signal, std::vector<SignalName>& to) {
         auto found = finder.match(signal.path);
-        if (found.empty()) {
+        if (found.empty() && !is_left_out(signal.path)) {
             const auto names = [&] {
                 std::vector<std::string> known;
                 for (const auto& one : finder.all()) known.push_back(one.path);

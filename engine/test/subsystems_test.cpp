@@ -312,6 +312,10 @@ TEST(Variants, KeepOnlyWhatIsWanted) {
     EXPECT_EQ(Steps(text("1")).trace("y", 1), Values{30});
     EXPECT_EQ(Steps(text("2")).trace("y", 1), Values{300});
     EXPECT_EQ(message(text("3")), "m.yaml:13:3: y: input 'u' is not connected; connect a signal to it");
+    const Steps recorded(text("1") + "record: [y, two.g, two.y, one]\n");
+    EXPECT_EQ(recorded.simulation->diagram().recorded().size(), 2U) << "of what is left out nothing";
+    EXPECT_NE(message(text("1") + "record: [twos.y]\n").find("there is no signal 'twos.y'"),
+              std::string::npos);
 }
 
 TEST(Buses, GroupSignalsAndGiveThemBackByName) {

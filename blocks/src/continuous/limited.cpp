@@ -1,4 +1,5 @@
 // Integrators with limits and resets: events change their states.
+#include "bf/kernels/continuous.hpp"
 #include "bf/kernels/elementwise.hpp"
 #include "bf/kernels/nonlinear.hpp"
 

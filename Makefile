@@ -2,7 +2,7 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test check-all fuzz bench peers robots lint format build aarch64 configure deps lock clean
+.PHONY: demo test check-all mutate fuzz bench peers robots lint format build aarch64 configure deps lock clean
 
 # What a build says while it goes on: how much is done, and since when.
 export NINJA_STATUS = [%p, %es] 
@@ -27,6 +27,10 @@ check-all: build
 	ninja -C $(BUILD)/reduced
 	ctest --test-dir $(BUILD)/reduced --output-on-failure -j2
 	tests/install/package_for_aarch64.sh $(abspath $(BUILD))/bin/bf $(CURDIR) $(abspath $(BUILD))
+
+# Small faults in the sources, and whether the tests of their folders notice; takes hours.
+mutate: deps
+	scripts/mutate --whole-suite
 
 # Models of chance for some seconds, under sanitizers.
 fuzz: deps

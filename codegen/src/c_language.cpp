@@ -1,5 +1,6 @@
 #include "c_language.hpp"
 
+#include "bf/codegen/generate.hpp"
 #include "names.hpp"
 
 #include <cmath>

@@ -22,11 +22,14 @@ bool unify_extent(Resolution& r, const Slot& slot, const Extent& extent, int act
                                   ", but is wired to length " + std::to_string(actual));
         return false;
     }
+    if (wanted < 0)
+        throw ResolutionError(label(slot) + " has at least " + std::to_string(extent.plus) +
+                              " elements, but is wired to length " + std::to_string(actual));
     const auto& [name, rule, names] = r.declaration().dims[static_cast<std::size_t>(extent.dim)];
     int& value = r.dims[static_cast<std::size_t>(extent.dim)];
     if (rule && value < 0) value = rule(); // the rule goes before the wiring
     if (value == wanted) return false;
-    if (value >= 0 || wanted < 0)
+    if (value >= 0)
         throw ResolutionError(label(slot) + " needs " + name + " = " + std::to_string(wanted) + ", but " +
                               name + " is already " + std::to_string(value));
     value = wanted;

@@ -205,6 +205,42 @@ TEST(Resolution, SpreadsALengthToAllThatNameIt) {
     EXPECT_EQ(block.resolution().slots[3].size, (Size{5, 5, true}));
 }
 
+TEST(Resolution, KnowsSignalsWithoutElements) {
+    Shaped block;
+    EXPECT_TRUE(offer(block.resolution(), 0, Size{0, 1, false}));
+    propagate(block);
+    EXPECT_TRUE(unresolved(block.resolution()).empty());
+    EXPECT_EQ(block.resolution().slots[1].size, (Size{6, 1, false}));
+    EXPECT_EQ(block.resolution().slots[3].size, (Size{0, 0, true}));
+    EXPECT_EQ(error_of([&] {
+                  offer(block.resolution(), 1, Size{7, 1, false});
+              }),
+              "input 'b' needs n = 1, but n is already 0");
+    Shaped other;
+    EXPECT_EQ(error_of([&] {
+                  offer(other.resolution(), 1, Size{5, 1, false});
+              }),
+              "input 'b' has at least 6 elements, but is wired to length 5");
+}
+
+/// Its first quantity has the size of its second one, by the block's own rule.
+struct Infers : Block {
+    using Block::Block;
+    AnyShape of_y{this}, of_u{this};
+    Output<Vector> y{this, "y", {.shape = of_y}};
+    Input<Vector> u{this, "u", {.shape = of_u}};
+    void infer(Inference& inference) const override {
+        if (const Size* size = inference.size(u.index())) inference.set(y.index(), *size);
+    }
+};
+
+TEST(Resolution, TakesTheSizesThatABlockInfers) {
+    Infers block;
+    offer(block.resolution(), 1, Size{3, 1, false});
+    propagate(block);
+    EXPECT_EQ(block.resolution().slots[0].size, (Size{3, 1, false}));
+}
+
 TEST(Resolution, NamesWhatContradictsALength) {
     Shaped block;
     auto& r = block.resolution();

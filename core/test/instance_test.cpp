@@ -87,6 +87,31 @@ TEST(Instance, StepsABlockWithoutADiagram) {
     EXPECT_EQ(numbers(ramp, "x")[0], 12);
 }
 
+/// What it holds open outside.
+struct Device : Block {
+    using Block::Block;
+    static inline int open = 0;
+    void start(Now) const override { ++open; }
+    void stop(Now) const noexcept override { --open; }
+};
+
+TEST(Instance, ClosesWhatItsStartOpened) {
+    const BlockClass type = class_of<Device>("Device");
+    {
+        Instance device(type, {});
+        device.open();
+        EXPECT_EQ(Device::open, 0);
+        device.start();
+        EXPECT_EQ(Device::open, 1);
+    }
+    EXPECT_EQ(Device::open, 0);
+    {
+        Instance never_started(type, {});
+        never_started.open();
+    }
+    EXPECT_EQ(Device::open, 0);
+}
+
 TEST(Instance, ConnectsAnOptionalInputOnlyWhereItIsSaid) {
     const BlockClass type = class_of<Ramp>("Ramp");
     Instance ramp(type, {});
@@ -139,6 +164,8 @@ TEST(Instance, BorrowsTheLiveObjectOfAnother) {
     const BlockClass bank_class = class_of<Bank>("Bank"), customer_class = class_of<Customer>("Customer");
     Instance bank(bank_class, {});
     bank.open();
+    EXPECT_EQ(bank.resolution().find_provided("Account"), bank.resolution().provided[0].get());
+    EXPECT_EQ(bank.resolution().find_provided("Bank"), nullptr);
     const auto customer = [&] {
         auto made = std::make_unique<Instance>(customer_class, Arguments{});
         made->require(0, bank.resolution().provided[0], [&] { return bank.object(0); });

@@ -155,12 +155,40 @@ Value num2str(const Call& call) {
     return values.empty() ? Value("") : concatenate_rows(values, call.budget());
 }
 
-Value mat2str(const Call& call) { return Value(call[0].to_text()); }
+Value int2str(const Call& call) {
+    Value x = call[0];
+    if (x.is_text()) return x;
+    for (Index i = 0; i < x.numel(); ++i) x.mutable_data()[i] = std::round(x[i]);
+    call.arguments[0] = std::move(x);
+    return num2str(call);
+}
+
+/// "[1 2;3 4]" with 15 significant digits, or as many as the second argument says.
+Value mat2str(const Call& call) {
+    const Value& x = call[0];
+    if (!x.is_numeric() && !x.is_logical()) return Value(x.to_text());
+    const int digits = call.size() == 2 ? int(std::clamp<Index>(call.length(1), 1, 50)) : 15;
+    std::string text;
+    for (Index i = 0; i < x.rows(); ++i)
+        for (Index j = 0; j < x.cols(); ++j) {
+            if (i + j > 0) text += j > 0 ? " " : ";";
+            const double element = x[i + j * x.rows()];
+            text += x.is_logical() ? element != 0 ? "true" : "false" : number_cell(element, digits);
+        }
+    if (x.numel() == 0) text = "zeros(" + std::to_string(x.rows()) + "," + std::to_string(x.cols()) + ")";
+    return Value(x.numel() > 1 ? "[" + text + "]" : text);
+}
+
+Value str2double(const Call& call) {
+    const std::optional<double> x = plain_number(trim(call.text(0)));
+    return x ? Value(*x) : Value(std::nan(""));
+}
 
 Value str2num(const Call& call) {
-    const std::string text = trim(call.text(0));
-    const std::optional<double> x = plain_number(text);
-    return x ? Value(*x) : Value(std::nan(""));
+    if (const std::optional<double> x = plain_number(trim(call.text(0)))) return Value(*x);
+    throw Error(
+        "str2num computes no text here: write the expression itself, or str2double, which gives NaN for "
+        "what is no number");
 }
 
 template <bool IgnoreCase, bool Prefix> Value compare(const Call& call) {
@@ -361,9 +389,10 @@ std::string formatted(const std::string& format, const std::vector<Value>& argum
 
 void add_text(Builtins& t) {
     t["num2str"] = {1, 2, num2str};
-    t["int2str"] = {1, 1, num2str};
-    t["mat2str"] = {1, 1, mat2str};
-    t["str2num"] = t["str2double"] = {1, 1, str2num};
+    t["int2str"] = {1, 1, int2str};
+    t["mat2str"] = {1, 2, mat2str};
+    t["str2double"] = {1, 1, str2double};
+    t["str2num"] = {1, 1, str2num};
     t["sprintf"] = {1, -1, sprintf_};
     t["strcmp"] = {2, 2, compare<false, false>};
     t["strcmpi"] = {2, 2, compare<true, false>};

@@ -19,6 +19,9 @@ constexpr Wrong wrongs[] = {
     {"24**2", "4: expected a value, found '*'; a power is written with '^'"},
     {"24 V", "4: expected the end of the expression, found 'V'; write units in a comment"},
     {"(1", "1: this '(' is never closed"},
+    {"str2num('1 + 1')",
+     "1: str2num computes no text here: write the expression itself, or str2double, which gives "
+     "NaN for what is no number"},
     {"1)", "2: this ')' closes nothing; expected a '(' before it"},
     {"[1 2)", "5: this ')' closes nothing; expected a '(' before it"},
     {"'abc", "1: this text has no closing '"},

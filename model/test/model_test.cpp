@@ -68,6 +68,26 @@ TEST(Builder, ReportsAllErrorsAtOnce) {
     }
 }
 
+TEST(System, HasTheControlPortsOfItsExecution) {
+    const auto ports = [](Execution execution, bool resets = false, bool counts = false) {
+        System system;
+        system.execution = execution;
+        if (resets) system.reset = Edge::rising;
+        if (counts) system.iterations = Expression{.text = "3"};
+        std::string all;
+        for (const auto port : control_ports(system)) all += std::string(port) + " ";
+        return all;
+    };
+    EXPECT_EQ(ports(Execution::atomic), "");
+    EXPECT_EQ(ports(Execution::enabled), "enable ");
+    EXPECT_EQ(ports(Execution::triggered), "trigger ");
+    EXPECT_EQ(ports(Execution::enabled_and_triggered, true), "enable trigger reset ");
+    EXPECT_EQ(ports(Execution::atomic, true), "reset ");
+    EXPECT_EQ(ports(Execution::for_loop), "iterations ");
+    EXPECT_EQ(ports(Execution::for_loop, true, true), "reset ");
+    EXPECT_EQ(ports(Execution::for_each, true), "");
+}
+
 TEST(Builder, AtomicSubsystemsKeepTheirPeriod) {
     Builder m{"atomic"};
     m.atomic_subsystem("slow", "0.01");

@@ -215,6 +215,28 @@ TEST(Set, RefusesWhatIsNot) {
               "controller: there is no 'Kp' to set here; see the keys of the file's form in formats/yaml");
 }
 
+TEST(RenameVariable, KnowsNamesFromWhatLooksLikeThem) {
+    const auto renamed = [](const std::string& text) {
+        Model model =
+            after(drawn_loop(), SetVariable{"", "z", Variable{.name = {}, .value = {.text = text}}});
+        model = after(model, RenameVariable{"", "k", "K"});
+        return model.root.variables.back().value.text;
+    };
+    const std::vector<std::pair<const char*, const char*>> all{
+        {"k*k'", "K*K'"},
+        {"kk + k2 + k_ + 2*k", "kk + k2 + k_ + 2*K"},
+        {"s.k + k.s", "s.k + K.s"},
+        {"[1 k]' + k.'", "[1 K]' + K.'"},
+        {"{'it''s k', k}", "{'it''s k', K}"},
+        {"{\"a \"\"k\"\" b\", k}", "{\"a \"\"k\"\" b\", K}"},
+        {"k % of k", "K % of k"},
+        {"[k, 'k' k]", "[K, 'k' K]"},
+        {"1e3 + 0x1k + k", "1e3 + 0x1k + K"},
+        {"'k", "'k"},
+    };
+    for (const auto& [text, wanted] : all) EXPECT_EQ(renamed(text), wanted);
+}
+
 TEST(RenameVariable, FollowsExpressionsButNoTextsFieldsOrShadows) {
     Model model = after(drawn_loop(), RenameVariable{"", "k", "spring"});
     EXPECT_EQ(find(model, "plant")->find_setting("A")->value.text, "[0 1; -spring 0]");

@@ -56,39 +56,6 @@ update:
 )");
 }
 
-TEST(Program, DealsItsStatementsOutToATaskForEachPeriod) {
-    Registry registry;
-    registry.add(standard_library());
-    const Diagram diagram =
-        elaborate(formats::read_yaml_text(
-                      "model: m\nstep: 0.1\nblocks:\n  fast: {block: Sine, period: 0.1}\n"
-                      "  sample: {block: ZeroOrderHold, period: 0.2}\n  slow: {block: Gain}\n"
-                      "  wait: {block: UnitDelay, period: 0.2}\n  add: {block: Sum}\n"
-                      "connections: {fast: [sample, add.u1], sample: slow, slow: wait, wait: add.u2}\n",
-                      "m.yaml"),
-                  registry);
-    Program program = lower(diagram);
-    EXPECT_TRUE(split(program).empty());
-    const std::string text = text_of(program);
-    EXPECT_EQ(text.substr(text.find("hits at")), R"(hits at hit(0.1 s):
-    count hit(0.2 s) in hit(0.1 s)
-
-outputs at hit(0.1 s):
-    output fast
-    if hit(0.2 s) in hit(0.1 s)
-        output sample
-        output wait
-    output add
-
-outputs at hit(0.2 s):
-    output slow
-
-update at hit(0.2 s):
-    update wait
-    commit wait
-)");
-}
-
 constexpr const char* const conditional = R"(solver: @
 inputs: [on, go]
 blocks:

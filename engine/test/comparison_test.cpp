@@ -46,9 +46,20 @@ TEST(Comparison, SaysWhatIsNoComparison) {
     for (const char* text : {"s", "s = 1", "=", "s >", "s > nan", "s > 1 m", "> 1 >"})
         EXPECT_TRUE(refused(text).starts_with("'" + std::string(text) + "' is no event; write SIGNAL"))
             << text;
-    for (const char* text :
-         {"t > 1", "s => 1", "a[0] > 1", "a[4] > 1", "a > 1", "M[3] > 1", "M[2][3] > 1", "s[2] > 1"})
-        EXPECT_NE(refused(text), "") << text;
+    const std::string more = "; bf check lists the signals",
+                      three = "'a' has 3, counted from 1; name one, e.g. a[1]",
+                      four = "'M' has 2 x 2, counted from 1; name one, e.g. M[1][1]",
+                      one = "'s' has only one; call it s";
+    const std::vector<std::pair<std::string, std::string>> all{
+        {"t > 1", "the run has no 't'" + more},
+        {"s => 1", "the run has no 's ='; did you mean 's.y'?" + more},
+        {"a[0] > 1", "'a[0]' is no element: " + three},
+        {"a[4] > 1", "'a[4]' is no element: " + three},
+        {"a > 1", "'a' is no element: " + three},
+        {"M[3] > 1", "'M[3]' is no element: " + four},
+        {"M[2][3] > 1", "'M[2][3]' is no element: " + four},
+        {"s[2] > 1", "'s[2]' is no element: " + one}};
+    for (const auto& [text, wanted] : all) EXPECT_EQ(refused(text), wanted);
 }
 
 } // namespace

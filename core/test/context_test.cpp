@@ -79,8 +79,9 @@ TEST(Context, GivesEveryQuantityMemoryOfItsOwnOfItsTypeAndAlignment) {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
         ASSERT_NE(pieces[i].first, nullptr) << i;
         std::memset(pieces[i].first, static_cast<int>(i + 1), pieces[i].second);
-        if (pieces[i].second % 8 == 0)
+        if (pieces[i].second % 8 == 0) {
             EXPECT_EQ(reinterpret_cast<std::uintptr_t>(pieces[i].first) % 8, 0U) << i;
+        }
     }
     for (std::size_t i = 0; i < pieces.size(); ++i)
         EXPECT_TRUE(std::all_of(pieces[i].first, pieces[i].first + pieces[i].second, [&](std::byte b) {

@@ -235,6 +235,144 @@ TEST(Program, AnswersCrossingsUntilNothingMoreCrosses) {
 )");
 }
 
+TEST(Program, WatchesGuardsOfRulesUnderTheirConditionAndAnswersWhereABlockCan) {
+    const std::string text = program_of(R"(solver: dormand_prince45
+inputs: [u]
+blocks:
+  x: {block: LimitedIntegrator, upper: 1}
+  sign: {block: Sign}
+  part:
+    execution: enabled
+    inputs: [u]
+    outputs: [y]
+    blocks: {d: {block: LimitedIntegrator, upper: 2}}
+    connections: {u: d, d: y}
+connections: {u: [x, part.u], x: [sign, part.enable]}
+)");
+    EXPECT_EQ(section(text, "guards"), R"(    guards of x
+    guards of x (2)
+    guards of x (3)
+    guards of sign
+    if part.enabled
+        guards of part.d
+        guards of part.d (2)
+        guards of part.d (3)
+)");
+    EXPECT_EQ(section(text, "answer crossings:"), R"(    restart the solver
+    fired := false
+    if not answered and inside a step and fired
+        observe the event
+    if answered
+        repeat while crossed, at most 1001 times
+            observe the event
+            if x crossed
+                event of x
+            if part.d crossed
+                event of part.d
+            outputs, again
+            look for crossings of guards
+        otherwise
+            if x crossed
+                fail at x: its zero crossings answer one another without end: 1000 times at one instant; give one of the blocks a dead band or hysteresis
+            if part.d crossed
+                fail at part.d: its zero crossings answer one another without end: 1000 times at one instant; give one of the blocks a dead band or hysteresis
+        if inside a step
+            observe the event
+)");
+}
+
+TEST(Program, BetweenFixedStepsWatchesOnlyWhatAnswers) {
+    const std::string text = program_of("solver: rk4\ninputs: [u]\nblocks:\n  sign: {block: Sign}\n"
+                                        "  x: {block: LimitedIntegrator}\nconnections: {u: [sign, x]}\n");
+    EXPECT_EQ(section(text, "guards"), "    guards of x\n    guards of x (2)\n")
+        << "the third counts, and would only stop a solver";
+}
+
+TEST(Program, CountsAFunctionCallOnceInAStep) {
+    const std::string text = program_of(R"(solver: dormand_prince45
+blocks:
+  wave: {block: Sine}
+  part:
+    execution: triggered
+    trigger: function_call
+    inputs: [u]
+    outputs: [y]
+    blocks: {d: {block: UnitDelay}}
+    connections: {u: d, d: y}
+  x: {block: Integrator}
+connections: {wave: [part.u, part.trigger], part: x}
+)");
+    EXPECT_EQ(section(text, "test part:"), R"(    fires := part.fired
+    if not fires and not inside a step
+        fires := wave.y > 0
+    part.enabled := true
+    part.triggered := part.enabled and fires
+    if part.triggered and not part.fired
+        clock of part.fired goes on
+        part.fired := true
+)");
+}
+
+TEST(Program, SolvesAlgebraicLoopsAndRepeatsAsOftenAsASignalSays) {
+    EXPECT_EQ(section(program_of("algebraic_loops: solve\ninputs: [u]\nblocks:\n"
+                                 "  a: {block: Sum, signs: \"+-\"}\n  b: {block: Gain, K: 0.5}\n"
+                                 "connections: {u: a.u1, a: b, b: a.u2}\n"),
+                      "outputs"),
+              "    solve the loop through a\n        output a\n        output b\n");
+    const std::string loops = R"(inputs: [u, n]
+blocks:
+  s:
+    execution: for
+    inputs: [u]
+    outputs: [y]
+    blocks: {i: {block: Iteration}, d: {block: UnitDelay}}
+    connections: {i: d, d: y}
+  w:
+    execution: while
+    inputs: [u]
+    outputs: [y]
+    blocks: {more: {block: While, most: 5}, g: {block: Gain}}
+    connections: {u: [g, more.condition, more.initial], g: y}
+connections: {u: [s.u, w.u], n: s.iterations}
+)";
+    EXPECT_EQ(section(program_of(loops), "outputs"), R"(    reset s.i
+    repeat n.y times
+        output s.i
+        output s.d
+        update s.i
+        update s.d
+        commit s.i
+        commit s.d
+    if u.y > 0
+        repeat while u.y > 0, at most 5 times
+            output w.g
+        otherwise
+            fail at w.more: the while loop around it did not end within 5 iterations: look at the condition of its While, or let it allow more
+)") << "without states: reset only the counter begins anew";
+}
+
+TEST(Program, ChecksEachFloatingOutputOnceAlsoInLoops) {
+    const std::string text = program_of(R"(non_finite: error
+inputs: [u]
+blocks:
+  one: {block: Constant, value: 1}
+  s:
+    execution: for
+    iterations: 2
+    inputs: [u]
+    outputs: [y]
+    blocks: {g: {block: Gain}, yes: {block: CompareToZero}, f: {block: Convert, type: single}}
+    connections: {u: g, g: [yes, f], f: y}
+  split: {block: Demux}
+  pair: {block: Mux}
+connections: {u: [s.u, pair.u1], one: pair.u2, pair: split}
+)");
+    EXPECT_EQ(section(text, "update"),
+              "    fail unless s.g.y is finite\n    fail unless s.f.y is finite\n"
+              "    fail unless pair.y is finite\n"
+              "    fail unless split.y1 is finite\n    fail unless split.y2 is finite\n");
+}
+
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Edges, RiseFromZeroOrBelowAndNeedALookBefore) {

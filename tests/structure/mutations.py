@@ -40,6 +40,7 @@ expect(
         "z = std::max(u, v);  ->  z = std::min(u, v);",
     ],
 )
-# Comments, texts, the preprocessor, templates and declarations.
+# Comments, texts, the preprocessor, templates, declarations, and memory that is only taken in advance.
+expect(written("    list.reserve(a + 1);\n"), [])
 expect(written('// a < b\n/* c && d\n   e */\n#if A == 1\n#define B \\\n    c + d\nauto s = "a < b" + t;\n'), [])
 expect(written("template <class T> T f(const T& a, T&& b, std::vector<T>* c);\nstatic_assert(a == 1);\n"), [])

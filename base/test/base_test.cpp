@@ -2,6 +2,7 @@
 #include "bf/base/numbers.hpp"
 
 #include <gtest/gtest.h>
+#include <random>
 
 #include <bit>
 #include <limits>
@@ -16,6 +17,29 @@ TEST(Names, CountEditsAndSwapsLettersApartFromCase) {
     EXPECT_EQ(edit_distance("gain", "gains"), 1u);
     EXPECT_EQ(edit_distance("kitten", "sitting"), 3u); // the textbook's example
     EXPECT_EQ(edit_distance("", "abc"), 3u);
+}
+
+/// By the definition, without a table: the best of all last edits.
+std::size_t plain_distance(std::string_view a, std::string_view b) {
+    if (a.empty() || b.empty()) return a.size() + b.size();
+    const auto shorter = [](std::string_view text, std::size_t by) {
+        return text.substr(0, text.size() - by);
+    };
+    std::size_t best = std::min({plain_distance(shorter(a, 1), b) + 1, plain_distance(a, shorter(b, 1)) + 1,
+                                 plain_distance(shorter(a, 1), shorter(b, 1)) + (a.back() != b.back())});
+    if (a.size() > 1 && b.size() > 1 && a.back() == b[b.size() - 2] && b.back() == a[a.size() - 2])
+        best = std::min(best, plain_distance(shorter(a, 2), shorter(b, 2)) + 1);
+    return best;
+}
+
+TEST(Names, HaveTheDistanceOfTheirBestEdits) {
+    std::mt19937 random(3);
+    for (int k = 0; k < 300; ++k) {
+        std::string a(random() % 6, ' '), b(random() % 6, ' ');
+        for (auto* text : {&a, &b})
+            for (char& c : *text) c = static_cast<char>('a' + random() % 3);
+        EXPECT_EQ(edit_distance(a, b), plain_distance(a, b)) << a << ", " << b;
+    }
 }
 
 TEST(Names, AreOrderedByDistanceAndThenAsGiven) {

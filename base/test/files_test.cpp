@@ -1,4 +1,5 @@
 #include "bf/base/files.hpp"
+#include "bf/base/library_file.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -168,6 +169,25 @@ TEST_F(FilesTest, AreNotReadWhereTheyHaveNoEnd) {
               "cannot read " + (at / "large").string() + ": it is larger than 1 MB");
     EXPECT_EQ(error_of([&] { read_text_file(at / "none"); }),
               "cannot read " + (at / "none").string() + ": No such file or directory");
+}
+
+TEST_F(FilesTest, LibrariesAreNotLoadedWhereTheyAreCut) {
+    const auto why = [&](const std::string& bytes) {
+        put("lib.so", bytes);
+        return why_not_loadable((at / "lib.so").string());
+    };
+    std::ifstream own("/proc/self/exe", std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(own), {}};
+    EXPECT_EQ(why(whole), "");
+    EXPECT_EQ(why(whole + "more"), "");
+    // The table of sections ends such a file.
+    for (const std::size_t size : {whole.size() - 1, whole.size() / 2, std::size_t{200}})
+        EXPECT_EQ(why(whole.substr(0, size)), "it is cut or damaged: its headers speak of " +
+                                                  std::to_string(whole.size()) + " bytes, and it has " +
+                                                  std::to_string(size) + "; copy or build it again");
+    EXPECT_EQ(why("no library at all"), "") << "the loader says what it is";
+    EXPECT_EQ(why(whole.substr(0, 10)), "");
+    EXPECT_NE(why_not_loadable((at / "nothing.so").string()).find("No such file"), std::string::npos);
 }
 
 TEST_F(FilesTest, FoldersAppearWholeOrNotAtAll) {

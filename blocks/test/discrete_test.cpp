@@ -57,6 +57,28 @@ TEST(InitialCondition, ReplacesTheFirstSample) {
     EXPECT_EQ(block.respond("u", ramp), (Values{9, 2, 3, 4, 5}));
 }
 
+TEST(InitialValues, HaveOneElementOrAsManyAsTheSignal) {
+    const std::vector<std::pair<const char*, const char*>> all{
+        {"InitialCondition", "value"},    {"UnitDelay", "initial"},  {"SampleHold", "initial"},
+        {"LimitedIntegrator", "initial"}, {"Integrator", "initial"}, {"DiscreteIntegrator", "initial"}};
+    for (const auto& [name, parameter] : all) {
+        const auto wrong = [&](int of_value, int of_signal) {
+            return refusal([&] {
+                make(name).wire(parameter, vector_size(of_value)).wire("u", vector_size(of_signal)).start();
+            });
+        };
+        EXPECT_EQ(wrong(3, 3), "") << name;
+        EXPECT_EQ(wrong(3, 2), std::string("parameter '") + parameter +
+                                   "' of size [3] and input 'u' of size [2] differ; give a scalar or as many "
+                                   "elements")
+            << name;
+        EXPECT_EQ(make(name).wire(parameter, scalar_size()).wire("u", vector_size(3)).start().size("y"),
+                  vector_size(3))
+            << name;
+        EXPECT_EQ(make(name).wire(parameter, vector_size(3)).start().size("y"), vector_size(3)) << name;
+    }
+}
+
 TEST(SampleHold, LetsItsInputThroughWhileTriggered) {
     auto block =
         make("SampleHold").wire("u", scalar_size()).wire("trigger", scalar_size(), Type::boolean).start();

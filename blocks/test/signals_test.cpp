@@ -197,6 +197,21 @@ TEST_F(File, IsPlayedBackHeldOrInterpolated) {
     }
 }
 
+TEST_F(File, MayHaveOneHeadingAndCommentsAnywhere) {
+    write("# measured\nt,a\n# in the lab\n\n0,1\n# half-way\n0.5,2\n");
+    auto block = make("SignalFromFile", {{"file", path}});
+    block.period = 0.5;
+    block.start();
+    EXPECT_EQ(block.size("y"), vector_size(1));
+    for (const double expected : {1, 2, 2}) {
+        ASSERT_TRUE(block.step());
+        EXPECT_EQ(block.get("y")(0, 0), expected);
+    }
+    EXPECT_EQ(refused("0,1\n1#,2\n"), "file '" + path + "', line 2: '1#' is no number");
+    EXPECT_EQ(refused("t,a\nu,b\n0,1\n"), "file '" + path + "', line 2: 'u' is no number");
+    EXPECT_EQ(refused("0\n"), "file '" + path + "', line 1: a row needs a time and at least one value");
+}
+
 TEST_F(File, IsRefusedWithItsLine) {
     EXPECT_EQ(refused("t,a\n0,1\n1,x\n"), "file '" + path + "', line 3: 'x' is no number");
     EXPECT_EQ(refused("0,1\n1,2,3\n"), "file '" + path + "', line 2: 3 columns, but the rows before have 2");
@@ -255,6 +270,31 @@ TEST(Relational, HasTheMeaningOfItsOperators) {
         ASSERT_TRUE(one.output());
         EXPECT_EQ(list(one.get("y")), expected) << op;
     }
+}
+
+TEST(Choices, EnableTheFirstThatHoldsOrElseTheLast) {
+    for (int pattern = 0; pattern < 8; ++pattern) {
+        auto block = make("If", {{"conditions", 3}});
+        block.start();
+        int first = 3;
+        for (int i = 3; i-- > 0;) {
+            const bool holds = (pattern >> i & 1) != 0;
+            block.set("u" + std::to_string(i + 1), Values{double(holds)});
+            if (holds) first = i;
+        }
+        ASSERT_TRUE(block.step());
+        for (int i = 0; i < 4; ++i)
+            EXPECT_EQ(block.get("y" + std::to_string(i + 1))(0, 0), i == first) << pattern << ", y" << i + 1;
+        EXPECT_LT(block.declaration().find("y5"), 0) << "one for each condition, and else";
+    }
+    auto cases = make("SwitchCase", {{"cases", Value(row({3, -1}))}}).wire("u", scalar_size()).start();
+    for (const auto& [u, chosen] : {std::pair(3.0, 1), {-1, 2}, {3.9, 1}, {-1.9, 2}, {0, 3}}) {
+        cases.set("u", Values{u});
+        ASSERT_TRUE(cases.step());
+        for (int i = 1; i <= 3; ++i)
+            EXPECT_EQ(cases.get("y" + std::to_string(i))(0, 0), i == chosen) << u << ", y" << i;
+    }
+    EXPECT_LT(cases.declaration().find("y4"), 0);
 }
 
 TEST(Switch, AppliesItsCriterion) {

@@ -380,6 +380,43 @@ TEST_F(RecorderTest, ReplayNamesTheFirstSignalThatDiffers) {
     EXPECT_EQ(replay(model_text, recording), "at 0 s 'constant.y[1][2]' is 2, in the recording -0");
 }
 
+TEST_F(RecorderTest, ReplayRefusesSignalsOfAnotherSizeOrName) {
+    Session run(model_text);
+    record(run, 5);
+    const auto refused = [&](const std::string& from, const std::string& to) -> std::string {
+        std::string other = model_text;
+        other.replace(other.find(from), from.size(), to);
+        try {
+            replay(other, recording::load(file));
+        } catch (const RunError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    const std::string another = "' of the recording has another type or size";
+    for (const auto* frequency : {"3", "[3 5 7]"})
+        EXPECT_EQ(refused("\"[3 5]\"", "\"" + std::string(frequency) + "\""), "the signal 'sine.y" + another)
+            << "fewer or more elements";
+    EXPECT_EQ(refused("[1 2; 3 4]", "int8([1 2; 3 4])"), "the signal 'constant.y" + another);
+    EXPECT_EQ(refused("  constant:", "  renamed:"),
+              "the model has no signal 'constant.y', but the recording has");
+}
+
+TEST_F(RecorderTest, KeepsThePlotsOfTheModelInTheirOrder) {
+    std::string plots = model_text + "plots:\n";
+    for (int i = 9; i > 0; --i) plots += "  panel" + std::to_string(i) + ": [gain.y, slow]\n";
+    Session run(plots);
+    record(run, 1);
+    std::string titles;
+    for (const auto& [name, metadata] : recording::load(file).metadata)
+        if (name == "plots")
+            for (const auto& [title, signals] : metadata) {
+                titles += title.substr(title.find(' ') + 1) + " ";
+                EXPECT_EQ(signals, "gain.y\nslow");
+            }
+    EXPECT_EQ(titles, "panel9 panel8 panel7 panel6 panel5 panel4 panel3 panel2 panel1 ");
+}
+
 TEST_F(RecorderTest, ReplayFindsAnotherModelInTheFirstSampleItChanges) {
     Session run(model_text);
     record(run, 20);

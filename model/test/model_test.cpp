@@ -169,6 +169,15 @@ TEST(Check, SaysWhatIsWrongWithNames) {
                "shifted: `offset` without `period`; an offset shifts a sample time: give both"}));
 }
 
+TEST(Check, APluginIsANameAndNoPath) {
+    Model model{.name = "m"};
+    model.plugins = {{.name = "Filters"}, {.name = "/opt/Filters"}, {.name = "a/b"}};
+    const std::string remedy =
+        "' is a path; give its name only, and its folder as `bf --plugin-path FOLDER` or in "
+        "BLOCKFACTORY_PLUGIN_PATH";
+    EXPECT_EQ(texts(check(model)), (Texts{"the plugin '/opt/Filters" + remedy, "the plugin 'a/b" + remedy}));
+}
+
 TEST(Check, FindsSignalsThatDoNotExist) {
     Model model = loop();
     model.record = {{.path = "controler.tau"}, {.path = "controller.dp"}, {.path = "c*.x"}, {.path = "all"}};

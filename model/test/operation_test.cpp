@@ -63,7 +63,7 @@ Model after(const Model& before, const Operation& operation, const ReadReference
     EXPECT_EQ(to_json(read_back), to_json(operation));
     Model model = before;
     const Patch back = edit(model, read_back, read);
-    EXPECT_TRUE(check(model).empty());
+    for (const Diagnostic& wrong : check(model)) ADD_FAILURE() << wrong.text();
     Model undone = model;
     const Patch again = edit(undone, back);
     EXPECT_TRUE(undone == before) << to_json(back);
@@ -215,6 +215,22 @@ TEST(Set, RefusesWhatIsNot) {
               "controller: there is no 'Kp' to set here; see the keys of the file's form in formats/yaml");
 }
 
+TEST(Set, TakesTruthAsItIsWritten) {
+    Model model{.name = "m"};
+    System part;
+    part.execution = Execution::for_each;
+    part.iterations = Expression{.text = "2"};
+    part.inputs.push_back({.name = "u"});
+    model.root.blocks.push_back({.name = "s", .system = std::make_unique<System>(part)});
+    const auto port = [](const Model& m) { return find(m, "s")->system->inputs[0]; };
+    const Model each = after(model, Set{"s.u", "each", "true"});
+    EXPECT_TRUE(port(each).each);
+    EXPECT_FALSE(port(after(each, Set{"s.u", "each", "false"})).each);
+    EXPECT_FALSE(port(after(each, Set{"s.u", "each"})).each) << "left out, it is as usual";
+    EXPECT_EQ(refusal(Set{"s.u", "each", "yes"}, model),
+              "the operation's 'each' is not as it must be; it is true or false");
+}
+
 TEST(RenameVariable, KnowsNamesFromWhatLooksLikeThem) {
     const auto renamed = [](const std::string& text) {
         Model model =
@@ -233,6 +249,8 @@ TEST(RenameVariable, KnowsNamesFromWhatLooksLikeThem) {
         {"[k, 'k' k]", "[K, 'k' K]"},
         {"1e3 + 0x1k + k", "1e3 + 0x1k + K"},
         {"'k", "'k"},
+        {"1..k + a.k + [.k k]", "1..K + a.k + [.k K]"},
+        {"a.k..k", "a.k..K"},
     };
     for (const auto& [text, wanted] : all) EXPECT_EQ(renamed(text), wanted);
 }
@@ -316,6 +334,41 @@ TEST(Dissolve, FollowsOutputsAndMakesNamesUnique) {
         "set `execution`, `period`, `offset`, `reset`");
 }
 
+TEST(Dissolve, RefusesWhateverWouldBeLost) {
+    const auto with = [](auto&& change) {
+        Model model{.name = "m"};
+        Block block{.name = "s", .system = std::make_unique<System>()};
+        block.system->inputs.push_back({.name = "u"});
+        block.system->outputs.push_back({.name = "y"});
+        change(block);
+        model.root.blocks.push_back(std::move(block));
+        return refusal(Dissolve{"s"}, std::move(model));
+    };
+    const std::string runs =
+        "s: the subsystem decides when its blocks run, which would be lost; make it virtual "
+        "first: set `execution`, `period`, `offset`, `reset`";
+    EXPECT_EQ(with([](Block&) {}), "accepted");
+    EXPECT_EQ(with([](Block& s) { s.system->execution = Execution::atomic; }), runs);
+    EXPECT_EQ(with([](Block& s) { s.period = Expression{.text = "1"}; }), runs);
+    EXPECT_EQ(with([](Block& s) { s.offset = Expression{.text = "1"}; }), runs);
+    EXPECT_EQ(with([](Block& s) { s.system->reset = Edge::rising; }), runs);
+    EXPECT_EQ(with([](Block& s) { s.when = Expression{.text = "true"}; }),
+              "s: the subsystem is a variant, which would be lost; remove its `when` first");
+    const std::string variables =
+        "s: the subsystem has variables, which would be lost; declare them outside first";
+    EXPECT_EQ(with([](Block& s) { s.system->variables.push_back({.name = "k", .value = {.text = "1"}}); }),
+              variables);
+    EXPECT_EQ(with([](Block& s) { s.system->enumerations.push_back({.name = "Mode"}); }), variables);
+    for (const bool is_input : {true, false}) {
+        const auto port = [&](auto&& change) {
+            return with([&](Block& s) { change((is_input ? s.system->inputs : s.system->outputs)[0]); });
+        };
+        EXPECT_NE(port([](Port& p) { p.shape = Expression{.text = "[3]"}; }), "accepted") << is_input;
+        EXPECT_NE(port([](Port& p) { p.type = "int8"; }), "accepted") << is_input;
+        EXPECT_NE(port([](Port& p) { p.initial = Expression{.text = "1"}; }), "accepted") << is_input;
+    }
+}
+
 TEST(Reference, IsExtractedAndInlinedAgain) {
     const Model extracted = after(drawn_loop(), Extract{"controller", "parts/controller.yaml"});
     const Block& block = *find(extracted, "controller");
@@ -353,6 +406,28 @@ TEST(Inline, PutsOverridesInPlaceAndRefusesHiddenNames) {
         refusal(Inline{"b"}, model),
         "b: 'g' is overridden with '3*n', and 'n' means something else in 'part.yaml'; rename one of the two "
         "variables");
+}
+
+TEST(Inline, BringsPluginsOfTheFileOnce) {
+    auto part = std::make_shared<Model>(Model{.name = "part"});
+    part->plugins = {{.name = "Known"}, {.name = "New"}};
+    Model model{.name = "m"};
+    model.plugins = {{.name = "Known"}};
+    model.root.blocks.push_back({.name = "b"});
+    model.root.blocks[0].reference.emplace(Reference{.file = "part.yaml", .model = part});
+    const Model inlined = after(model, Inline{"b"}, [&](const std::string&) { return part; });
+    std::vector<std::string> names;
+    for (const auto& plugin : inlined.plugins) names.push_back(plugin.name);
+    EXPECT_EQ(names, (Texts{"Known", "New"}));
+}
+
+TEST(Patch, ChangesOnlyWhatDiffers) {
+    // The inverse of one new unit names that unit alone, however deep it stands.
+    Model model = drawn_loop();
+    const std::string back = to_json(Operation(edit(model, Set{"controller.tau", "unit", "N*m"})));
+    EXPECT_NE(back.find("/unit"), std::string::npos) << back;
+    EXPECT_EQ(back.find("pd"), std::string::npos) << back;
+    EXPECT_EQ(back.find("plant"), std::string::npos) << back;
 }
 
 TEST(Batch, IsAllOrNothing) {

@@ -66,6 +66,41 @@ TEST(Csv, AppearsWholeOrNotAtAll) {
     EXPECT_FALSE(std::filesystem::exists(folder / "run_x.csv"));
 }
 
+TEST(Csv, OfNoSignalsIsATableWithoutRows) {
+    const Folder folder;
+    ASSERT_EQ(write_csv(recording_of({}), folder / "run.csv").size(), 1u);
+    EXPECT_EQ(read_file(folder / "run.csv"), "time (s)\n");
+}
+
+TEST(Mat, GivesEachSignalOneStructOfAValidName) {
+    const Folder folder;
+    const std::string endless(70, 'x');
+    std::vector<Channel> channels;
+    for (const auto& name : {std::string("a.b"), std::string("a_b"), std::string("a b"), std::string("1st"),
+                             std::string("_y"), endless + "1", endless + "2"})
+        channels.push_back(signal(name, {0}, {1}));
+    write_mat(recording_of(channels), folder / "run.mat");
+    // Scipy tells the size of the struct array of each variable and the label in it.
+    const std::string script = "import scipy.io, sys; m = scipy.io.loadmat(sys.argv[1]); "
+                               "print(*(f'{n} {m[n].shape} {m[n][0, 0][\"signals\"].shape} '"
+                               "f'{m[n][0, 0][\"signals\"][0, 0][\"label\"][0][:3]}' "
+                               "for n in m if n[:2] != '__'), sep='\\n', file=open(sys.argv[2], 'w'))";
+    std::ofstream(folder / "names.py") << script;
+    const std::string command = std::string(BF_PYTHON) + " " + (folder / "names.py").string() + " " +
+                                (folder / "run.mat").string() + " " + (folder / "names.txt").string();
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    std::string expected;
+    for (const auto& [name, label] : {std::pair(std::string("a_b"), "a.b"),
+                                      {"a_b_2", "a_b"},
+                                      {"a_b_3", "a b"},
+                                      {"x1st", "1st"},
+                                      {"x_y", "_y"},
+                                      {std::string(63, 'x'), "xxx"},
+                                      {std::string(61, 'x') + "_2", "xxx"}})
+        expected += name + " (1, 1) (1, 1) " + label + "\n";
+    EXPECT_EQ(read_file(folder / "names.txt"), expected);
+}
+
 TEST(Export, NamesTheFileThatCannotBeWritten) {
     const Recording recording =
         recording_of({signal("x", std::vector<std::int64_t>(5000), std::vector<double>(5000))});

@@ -1,0 +1,33 @@
+// The drawing of a subsystem, from the document and all that elaboration knows of it.
+#pragma once
+
+#include "bf/elaborate/diagram.hpp"
+#include "bf/view/drawing.hpp"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace bf::view {
+
+struct DrawOptions {
+    bool sizes = false, types = false, rates = false, units = false; ///< beside wires
+    /// Blocks and ports of the subsystem that are drawn elsewhere than the document says, by path.
+    std::map<std::string, Point> moved = {};
+};
+
+/// Draws one subsystem; `system` is its path, empty for the model itself. Where the document has no positions, blocks
+/// are arranged. `diagram` and `diagnostics` are those of this model, as far as known (see bf::examine); the diagram
+/// may be one of an earlier state, of which blocks of the same path and type tell their ports. Throws model::Errors
+/// when there is no such subsystem.
+Drawing draw(const model::Model& model, const std::string& system, const Diagram& diagram,
+             const std::vector<model::Diagnostic>& diagnostics, const DrawOptions& options = {});
+
+/// As a document of its own, readable on white and on black where `is_dark`.
+std::string to_svg(const Drawing& drawing, bool is_dark = false);
+
+/// Where `draw` puts what the document gives no position: one Move for each block and port of the subsystem.
+std::vector<std::pair<std::string, Point>> arranged(const model::Model& model, const std::string& system,
+                                                    const Diagram& diagram);
+
+} // namespace bf::view

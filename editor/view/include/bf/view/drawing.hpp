@@ -1,0 +1,96 @@
+// What is drawn of one subsystem: a display list. The editor's page paints it on a canvas, `bf draw` writes it as SVG;
+// hit tests, tool tips and what a screen reader says come from the same list.
+#pragma once
+
+#include "bf/model/model.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+/// Coordinates are pixels at 100 %: x grows to the right, y downwards.
+namespace bf::view {
+
+using model::Point;
+
+struct Rectangle {
+    double x = 0, y = 0, width = 0, height = 0;
+};
+
+/// What a shape stands for; a theme gives it colours, widths and fonts.
+enum class Style {
+    body,     ///< a block's outline, filled
+    symbol,   ///< a line inside of a block
+    value,    ///< text inside of a block
+    name,     ///< a block's name, beneath it
+    port,     ///< an open port, or the name of a port inside of a subsystem's block
+    wire,     ///< a line of a connection
+    branch,   ///< the dot where a connection divides
+    label,    ///< size, type, rate or unit beside a wire
+    note,     ///< a text of the document's layout
+    highlight ///< what is wrong: around a block, along a wire
+};
+
+enum class Align { start, middle, end };
+
+struct Shape {
+    enum class Kind {
+        polygon, ///< closed
+        line,    ///< open, straight from point to point
+        curve,   ///< cubic Bézier: a point, then three for each piece
+        ellipse, ///< in the rectangle of two corners
+        text     ///< one line at a point: of its base line, by `align` its start, middle or end
+    };
+    Kind kind = Kind::polygon;
+    Style style = Style::body;
+    std::vector<Point> points;
+    std::string text = {};
+    double size = 0; ///< height of letters, of a text
+    Align align = Align::start;
+};
+
+/// Where a wire may end.
+struct Port {
+    std::string name;       ///< as the block calls it: "u1"
+    bool is_output = false;
+    bool is_wired = false;
+    Point at;
+    std::string about = {}; ///< what is known: "3x1 double, rad, every 10 ms"
+};
+
+/// What is wrong, with the text of `bf check`.
+struct Mark {
+    std::string message, remedy;
+};
+
+/// Something that is chosen, moved or read as one.
+struct Element {
+    enum class Kind {
+        block,     ///< of a library
+        subsystem, ///< or the file it stands in
+        input,     ///< of the drawn subsystem, seen from inside
+        output,
+        wire, ///< from one output to one input
+        note
+    };
+    Kind kind = Kind::block;
+    std::string path;      ///< "controller.pd"; of a wire that of the input it leads to: "controller.pd.q"
+    std::string from = {}; ///< of a wire, as the document writes its ends: "error", "pd.q"
+    std::string to = {};
+    Rectangle bounds;
+    std::vector<Shape> shapes; ///< from the back to the front
+    std::vector<Port> ports = {};
+    std::string title = {};       ///< what it is, in words: "pd, Gain, K = Gain.Kp"
+    std::string description = {}; ///< what the model or the library says of it
+    std::vector<Mark> marks = {};
+    std::optional<int> rate = {}; ///< its number in `Drawing::rates`
+};
+
+struct Drawing {
+    std::string system; ///< path of the subsystem, empty for the model itself
+    Rectangle bounds;   ///< of all elements
+    std::vector<Element> elements; ///< from the back to the front: wires, blocks, notes
+    std::vector<std::string> rates = {}; ///< "constant", "continuous", "every 10 ms"
+};
+
+} // namespace bf::view

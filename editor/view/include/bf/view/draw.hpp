@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace bf::view {
+namespace bf::editor {
 
 struct DrawOptions {
     bool sizes = false, types = false, rates = false, units = false; ///< beside wires
@@ -30,4 +30,4 @@ std::string to_svg(const Drawing& drawing, bool is_dark = false);
 std::vector<std::pair<std::string, Point>> arranged(const model::Model& model, const std::string& system,
                                                     const Diagram& diagram);
 
-} // namespace bf::view
+} // namespace bf::editor

@@ -9,7 +9,7 @@
 #include <vector>
 
 /// Coordinates are pixels at 100 %: x grows to the right, y downwards.
-namespace bf::view {
+namespace bf::editor {
 
 using model::Point;
 
@@ -93,4 +93,4 @@ struct Drawing {
     std::vector<std::string> rates = {}; ///< "constant", "continuous", "every 10 ms"
 };
 
-} // namespace bf::view
+} // namespace bf::editor

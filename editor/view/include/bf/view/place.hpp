@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace bf::view {
+namespace bf::editor {
 
 enum class Side { left, right, top, bottom };
 
@@ -48,4 +48,4 @@ std::vector<std::vector<Route>> route(const std::vector<Box>& boxes, const std::
                                       const std::vector<Net>& nets,
                                       const std::vector<std::vector<std::vector<Point>>>& bends = {});
 
-} // namespace bf::view
+} // namespace bf::editor

@@ -147,13 +147,15 @@ class Spreading {
     /// Where a track may run between boxes, and where it would best.
     void limit(const Track& track, double& least, double& most) const {
         for (const Rectangle& box : boxes_) {
-            if (low(box, track.axis) > track.to || high(box, track.axis) < track.from) continue;
+            const Rectangle around = widened(box); // since what meets the track moves over it
+            if (low(around, track.axis) >= track.to || high(around, track.axis) <= track.from) continue;
             const double before = track.at - high(box, 1 - track.axis),
                          after = low(box, 1 - track.axis) - track.at;
-            constexpr double share = 0.75; // of the margin stays when many wires need the room
+            // Part of the margin is there for when many wires need the room.
+            const auto kept = [](double room, double of) { return 0.75 * (room < 0.75 * of ? room : of); };
             const double beneath = track.axis == 0 ? margin_beneath : margin;
-            if (before >= 0) least = std::max(least, track.at - before + share * std::min(before, beneath));
-            if (after >= 0) most = std::min(most, track.at + after - share * std::min(after, margin));
+            if (before >= 0) least = std::max(least, track.at - before + kept(before, beneath));
+            if (after >= 0) most = std::min(most, track.at + after - kept(after, margin));
         }
     }
 

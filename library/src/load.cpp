@@ -39,6 +39,12 @@ void collect(const model::Model& model, const fs::path& file, formats::Files& te
     visit(visit, model.root);
 }
 
+ModelSource source_of(const model::Model& model, const fs::path& file) {
+    ModelSource source{fs::absolute(file).lexically_normal(), {}, {}};
+    collect(model, source.file, source.texts);
+    return source;
+}
+
 /// `shown` stands for the file in messages.
 ExaminedModel examine(ModelSource source, const fs::path& shown, const std::vector<Override>& overrides) {
     source.file = fs::absolute(source.file).lexically_normal();
@@ -89,10 +95,11 @@ LoadedModel load(const ModelSource& source) {
 }
 
 LoadedModel load(const model::Model& model, const fs::path& file, const std::vector<Override>& overrides) {
-    ModelSource source{fs::absolute(file).lexically_normal(), {}, {}};
-    collect(model, source.file, source.texts);
-    for (const auto& [name, text, where] : overrides) source.overrides.emplace_back(name, text);
-    return load(source);
+    return load(source_of(model, file), file, overrides);
+}
+
+ExaminedModel examine(const model::Model& model, const fs::path& file, const std::vector<Override>& overrides) {
+    return examine(source_of(model, file), file, overrides);
 }
 
 std::vector<Override> read_overrides(const fs::path& file) {

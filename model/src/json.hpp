@@ -121,9 +121,6 @@ void value_from_json(const Json& json, T& value, JsonContext& context, const std
     }
 }
 
-/// What turns `before` into `after`, every detail included.
-operations::Patch difference(const Model& before, const Model& after);
-
 /// Throws Errors where the patch does not fit the model.
 void apply_patch(Model& model, const operations::Patch& patch);
 

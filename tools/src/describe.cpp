@@ -1,5 +1,5 @@
 // bf describe: which blocks exist and what they declare.
-#include "declared.hpp"
+#include "reference.hpp"
 #include "session.hpp"
 #include "simulink_library.hpp"
 #include "verbs.hpp"

@@ -1,5 +1,5 @@
 // Reference pages in Markdown.
-#include "declared.hpp"
+#include "reference.hpp"
 
 #include "bf/base/escape.hpp"
 

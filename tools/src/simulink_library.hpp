@@ -1,7 +1,7 @@
 // A Simulink library of masked blocks.
 #pragma once
 
-#include "declared.hpp"
+#include "bf/library/declared.hpp"
 
 #include <string>
 #include <vector>

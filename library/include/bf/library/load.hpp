@@ -47,6 +47,10 @@ LoadedModel load(const ModelSource& source);
 LoadedModel load(const model::Model& model, const std::filesystem::path& file,
                  const std::vector<Override>& overrides = {});
 
+/// The same for a model that may be wrong.
+ExaminedModel examine(const model::Model& model, const std::filesystem::path& file,
+                      const std::vector<Override>& overrides = {});
+
 /// The changes that a YAML file of names and expressions makes: Gain: {Kp: 1} changes Gain.Kp. Throws
 /// model::Errors, FileError.
 std::vector<Override> read_overrides(const std::filesystem::path& file);

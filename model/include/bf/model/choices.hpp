@@ -1,12 +1,11 @@
 #pragma once
 
-#include <string>
-#include <vector>
+#include "bf/base/fields.hpp"
 
 /// The words for the values of enumerations, in files and in operations.
 namespace bf::model::choices {
 
-using Words = std::vector<std::string>;
+using bf::Words;
 
 inline const Words executions = {"virtual", "atomic", "enabled", "triggered", "enabled_and_triggered",
                                  "for",     "while",  "for_each"};              ///< in the order of Execution

@@ -191,6 +191,9 @@ using ReadReference = std::function<std::shared_ptr<const Model>(const std::stri
 /// yet stay unread.
 operations::Patch edit(Model& model, const Operation& operation, const ReadReference& read = {});
 
+/// What turns `before` into `after`, every detail included.
+operations::Patch difference(const Model& before, const Model& after);
+
 /// `{"do": "rename", "path": "controller.pd", "name": "law"}`. Members that have their usual value are left
 /// out; an expression is its MATLAB text.
 std::string to_json(const Operation& operation);

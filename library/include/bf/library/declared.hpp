@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace bf::tools {
+namespace bf {
 
 struct DeclaredArgument {
     std::string name, type, initial, doc;
@@ -50,7 +50,4 @@ inline constexpr std::pair<Role, const char*> shown_roles[] = {{Role::input, "in
                                                                {Role::discrete_state, "discrete states"},
                                                                {Role::continuous_state, "continuous states"}};
 
-/// A page of all blocks of a library, in Markdown.
-std::string reference_page(const std::string& library, const std::vector<Declared>& blocks);
-
-} // namespace bf::tools
+} // namespace bf

@@ -1,11 +1,11 @@
-#include "declared.hpp"
+#include "bf/library/declared.hpp"
 
-#include "output.hpp"
+#include "bf/base/numbers.hpp"
 
 #include <algorithm>
 #include <optional>
 
-namespace bf::tools {
+namespace bf {
 
 namespace {
 
@@ -23,7 +23,7 @@ std::string size_text(const Declaration& d, const SlotDeclaration& slot) {
 }
 
 std::string element_text(double x, bool is_boolean) {
-    return is_boolean ? (x != 0 ? "true" : "false") : number(x);
+    return is_boolean ? (x != 0 ? "true" : "false") : number_text(x + 0.0);
 }
 
 std::string value_text(const Value& v) {
@@ -190,4 +190,4 @@ Declared declared(const BlockClass& type) {
     return result;
 }
 
-} // namespace bf::tools
+} // namespace bf

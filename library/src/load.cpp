@@ -98,7 +98,8 @@ LoadedModel load(const model::Model& model, const fs::path& file, const std::vec
     return load(source_of(model, file), file, overrides);
 }
 
-ExaminedModel examine(const model::Model& model, const fs::path& file, const std::vector<Override>& overrides) {
+ExaminedModel examine(const model::Model& model, const fs::path& file,
+                      const std::vector<Override>& overrides) {
     return examine(source_of(model, file), file, overrides);
 }
 

@@ -67,6 +67,12 @@ std::string without_last_breaks(std::string text) {
     return text;
 }
 
+/// A type of which set_member gives a member another value.
+template <typename Member>
+constexpr bool is_simple =
+    std::is_same_v<Member, std::optional<Expression>> || std::is_same_v<Member, std::string> ||
+    std::is_same_v<Member, bool> || std::is_enum_v<Member> || std::is_same_v<Member, std::optional<Edge>>;
+
 /// Gives the member called `name` the value that `text` writes; false if there is no such member of a simple
 /// type.
 template <typename T>
@@ -78,9 +84,7 @@ bool set_member(T& target, const std::string& name, const std::optional<std::str
         if (field.name != name || field.spelling || (name == "name" && !std::is_same_v<T, Model>)) return;
         Member& member = target.*field.member;
         JsonContext context;
-        if constexpr (std::is_same_v<Member, std::optional<Expression>> ||
-                      std::is_same_v<Member, std::string> || std::is_same_v<Member, bool> ||
-                      std::is_enum_v<Member> || std::is_same_v<Member, std::optional<Edge>>) {
+        if constexpr (is_simple<Member>) {
             found = true;
             if (!text)
                 member = usual.*field.member;
@@ -96,6 +100,32 @@ bool set_member(T& target, const std::string& name, const std::optional<std::str
         }
     });
     return found;
+}
+
+/// The members that set_member knows, as it would write them again.
+template <typename T> void add_properties(const T& source, std::vector<Property>& to) {
+    static const T usual{};
+    for_each_field<T>([&](const auto& field) {
+        using Member = std::remove_cvref_t<decltype(source.*field.member)>;
+        if constexpr (is_simple<Member>) {
+            if (field.spelling || (std::string_view(field.name) == "name" && !std::is_same_v<T, Model>))
+                return;
+            const Member& member = source.*field.member;
+            Property property{.name = field.name};
+            if (field.words) property.choices = *field.words;
+            if constexpr (std::is_same_v<Member, bool>) property.choices = {"false", "true"};
+            if (!are_equal(member, usual.*field.member, false)) {
+                JsonContext context;
+                if constexpr (std::is_same_v<Member, std::optional<Expression>>)
+                    property.value = member->text;
+                else if constexpr (std::is_same_v<Member, bool>)
+                    property.value = member ? "true" : "false";
+                else
+                    property.value = value_to_json(member, context, field.words).template get<std::string>();
+            }
+            to.push_back(std::move(property));
+        }
+    });
 }
 
 /// Fills in what referenced files hold, where a new reference does not say.
@@ -551,6 +581,41 @@ void Editor::operator()(const Batch& batch) {
     for (const Operation& operation : batch.operations) std::visit(*this, operation);
 }
 
+std::vector<Property> properties(const Model& model, const std::string& path) {
+    std::vector<Property> all;
+    if (path.empty()) {
+        add_properties(model, all);
+        add_properties(model.root, all);
+        return all;
+    }
+    const auto [parent, name] = split_last(path);
+    const Block* const around = parent.empty() ? nullptr : find(model, parent);
+    const System* const system = parent.empty() ? &model.root : around ? around->content() : nullptr;
+    const Block* const block = system ? system->find_block(name) : nullptr;
+    if (block) {
+        const auto keep = [&](std::initializer_list<std::string_view> names) {
+            std::erase_if(all,
+                          [&](const Property& p) { return std::ranges::find(names, p.name) == names.end(); });
+        };
+        add_properties(*block, all);
+        keep({"doc", "when", "period", "offset"});
+        if (block->reference)
+            all.push_back({"file", block->reference->file});
+        else if (block->system)
+            add_properties(*block->system, all);
+        return all;
+    }
+    const Port* const output = system ? system->find_output(name) : nullptr;
+    const Port* const port = output ? output : system ? system->find_input(name) : nullptr;
+    if (!port)
+        throw Errors({{{}, path, "there is no block or port of that path", "look at the model's blocks"}});
+    add_properties(*port, all);
+    std::erase_if(all, [&](const Property& p) {
+        return p.name == (output ? "each" : "when_disabled") || (!output && p.name == "initial");
+    });
+    return all;
+}
+
 Patch edit(Model& model, const Operation& operation, const ReadReference& read) {
     Model after = model;
     std::visit(Editor(after), operation);
@@ -566,9 +631,17 @@ void History::edit(Model& model, const Operation& operation, const ReadReference
     undone_.clear();
 }
 
-bool History::step(Model& model, std::vector<Patch>& from, std::vector<Patch>& to) {
+void History::replace(Model& model, Model other) {
+    done_.emplace_back(std::exchange(model, std::move(other)));
+    undone_.clear();
+}
+
+bool History::step(Model& model, std::vector<Step>& from, std::vector<Step>& to) {
     if (from.empty()) return false;
-    to.push_back(model::edit(model, from.back()));
+    if (auto* const patch = std::get_if<Patch>(&from.back()))
+        to.emplace_back(model::edit(model, *patch));
+    else
+        to.emplace_back(std::exchange(model, std::move(std::get<Model>(from.back()))));
     from.pop_back();
     return true;
 }

@@ -191,6 +191,17 @@ using ReadReference = std::function<std::shared_ptr<const Model>(const std::stri
 /// yet stay unread.
 operations::Patch edit(Model& model, const Operation& operation, const ReadReference& read = {});
 
+/// Something that Set may change by that name; of a library's block that has not its settings.
+struct Property {
+    std::string name;
+    std::optional<std::string> value = {}; ///< as the document has it, where it has
+    std::vector<std::string> choices = {};
+};
+
+/// Of a block, a subsystem's own port, or, without a path, the model. Throws Errors where nothing stands at
+/// `path`.
+std::vector<Property> properties(const Model& model, const std::string& path);
+
 /// What turns `before` into `after`, every detail included.
 operations::Patch difference(const Model& before, const Model& after);
 
@@ -205,15 +216,20 @@ Operation operation_from_json(std::string_view text);
 class History {
   public:
     void edit(Model& model, const Operation& operation, const ReadReference& read = {});
+    /// Another model takes its place, such as one that was read anew because another program wrote its file.
+    void replace(Model& model, Model other);
 
     /// False if there is nothing to undo (redo).
     bool undo(Model& model) { return step(model, done_, undone_); }
     bool redo(Model& model) { return step(model, undone_, done_); }
+    bool can_undo() const { return !done_.empty(); }
+    bool can_redo() const { return !undone_.empty(); }
 
   private:
-    static bool step(Model& model, std::vector<operations::Patch>& from, std::vector<operations::Patch>& to);
+    using Step = std::variant<operations::Patch, Model>; // the way back from where the model is
+    static bool step(Model& model, std::vector<Step>& from, std::vector<Step>& to);
 
-    std::vector<operations::Patch> done_, undone_; // each the way back from where the model is
+    std::vector<Step> done_, undone_;
 };
 
 } // namespace bf::model

@@ -16,10 +16,10 @@ struct DrawOptions {
     std::map<std::string, Point> moved = {};
 };
 
-/// Draws one subsystem; `system` is its path, empty for the model itself. Where the document has no positions, blocks
-/// are arranged. `diagram` and `diagnostics` are those of this model, as far as known (see bf::examine); the diagram
-/// may be one of an earlier state, of which blocks of the same path and type tell their ports. Throws model::Errors
-/// when there is no such subsystem.
+/// Draws one subsystem; `system` is its path, empty for the model itself. Where the document has no
+/// positions, blocks are arranged. `diagram` and `diagnostics` are those of this model, as far as known (see
+/// bf::examine); the diagram may be one of an earlier state, of which blocks of the same path and type tell
+/// their ports. Throws model::Errors when there is no such subsystem.
 Drawing draw(const model::Model& model, const std::string& system, const Diagram& diagram,
              const std::vector<model::Diagnostic>& diagnostics, const DrawOptions& options = {});
 

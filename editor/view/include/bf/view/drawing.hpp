@@ -1,5 +1,5 @@
-// What is drawn of one subsystem: a display list. The editor's page paints it on a canvas, `bf draw` writes it as SVG;
-// hit tests, tool tips and what a screen reader says come from the same list.
+// What is drawn of one subsystem: a display list. The editor's page paints it on a canvas, `bf draw` writes
+// it as SVG; hit tests, tool tips and what a screen reader says come from the same list.
 #pragma once
 
 #include "bf/model/model.hpp"
@@ -51,7 +51,7 @@ struct Shape {
 
 /// Where a wire may end.
 struct Port {
-    std::string name;       ///< as the block calls it: "u1"
+    std::string name; ///< as the block calls it: "u1"
     bool is_output = false;
     bool is_wired = false;
     Point at;
@@ -87,9 +87,9 @@ struct Element {
 };
 
 struct Drawing {
-    std::string system; ///< path of the subsystem, empty for the model itself
-    Rectangle bounds;   ///< of all elements
-    std::vector<Element> elements; ///< from the back to the front: wires, blocks, notes
+    std::string system;                  ///< path of the subsystem, empty for the model itself
+    Rectangle bounds;                    ///< of all elements
+    std::vector<Element> elements;       ///< from the back to the front: wires, blocks, notes
     std::vector<std::string> rates = {}; ///< "constant", "continuous", "every 10 ms"
 };
 

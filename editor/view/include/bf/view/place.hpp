@@ -31,8 +31,8 @@ struct Net {
     std::vector<PinOf> to;
 };
 
-/// A corner for each box: signals run from left to right, boxes overlap nowhere, few wires cross, and the order of
-/// boxes is kept where nothing else decides. The same input gives the same result.
+/// A corner for each box: signals run from left to right, boxes overlap nowhere, few wires cross, and the
+/// order of boxes is kept where nothing else decides. The same input gives the same result.
 std::vector<Point> arrange(const std::vector<Box>& boxes, const std::vector<Net>& nets);
 
 /// How a wire runs: from its output to its input, by horizontal and vertical pieces.
@@ -41,9 +41,9 @@ struct Route {
     std::vector<Point> branches; ///< where it leaves the wires of its net before it
 };
 
-/// Routes in the order of nets and their inputs, around the boxes, which stand at `corners`. `bends`, where given (not
-/// empty), are the corners that a person drew of that wire; they are kept. Wires of different nets do not lie on each
-/// other, and cross rarely.
+/// Routes in the order of nets and their inputs, around the boxes, which stand at `corners`. `bends`, where
+/// given (not empty), are the corners that a person drew of that wire; they are kept. Wires of different nets
+/// do not lie on each other, and cross rarely.
 std::vector<std::vector<Route>> route(const std::vector<Box>& boxes, const std::vector<Point>& corners,
                                       const std::vector<Net>& nets,
                                       const std::vector<std::vector<std::vector<Point>>>& bends = {});

@@ -1,0 +1,62 @@
+// The opened model with the files it refers to: edits, undo, and files that are always as the page shows
+// them.
+#pragma once
+
+#include "bf/model/operation.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bf::service {
+
+/// One document for each file. What is edited lands in its file at once, and what another program writes into
+/// a file is taken over, as an edit that can be undone.
+class Project {
+  public:
+    /// Reads the model and all it refers to. Throws model::Errors, FileError.
+    explicit Project(const std::filesystem::path& file);
+    ~Project();
+
+    const std::filesystem::path& file() const;
+    /// With the content of all files it refers to.
+    const model::Model& model() const;
+    /// Counts changes of any of the files.
+    std::int64_t revision() const { return revision_; }
+
+    /// Paths are those of the whole model: what lies under a block that stands for another file is an edit of
+    /// that file. Throws model::Errors and changes nothing where it is impossible.
+    void edit(const model::Operation& operation);
+    bool undo() { return step(done_, undone_, &model::History::undo); }
+    bool redo() { return step(undone_, done_, &model::History::redo); }
+    bool can_undo() const { return !done_.empty(); }
+    bool can_redo() const { return !undone_.empty(); }
+
+    /// Writes what could not be written before, and reads what others wrote; true when that changed the model
+    /// or `failure`.
+    bool synchronise();
+    /// Why a file is not as the model, with the remedy; empty when all are.
+    std::string failure() const;
+
+    /// The file in which the block or subsystem of that path stands, and its path there.
+    std::pair<std::filesystem::path, std::string> place_of(const std::string& path) const;
+
+  private:
+    struct Document;
+    Document& open(const std::filesystem::path& file);
+    Document& document_of(std::string& path) const;
+    void link(Document& document);
+    void link_all();
+    model::Operation localised(model::Operation operation, Document*& document) const;
+    bool step(std::vector<Document*>& from, std::vector<Document*>& to,
+              bool (model::History::*move)(model::Model&));
+    void changed();
+
+    std::vector<std::unique_ptr<Document>> documents_; ///< the opened one first
+    std::vector<Document*> done_, undone_;             ///< which of them was changed
+    std::int64_t revision_ = 0;
+};
+
+} // namespace bf::service

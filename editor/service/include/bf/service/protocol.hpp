@@ -1,0 +1,169 @@
+// What the page and the service say to each other: JSON-RPC 2.0 in text frames over one WebSocket, samples in
+// binary frames. editor/page/src/protocol.ts is made from these declarations.
+//
+// A binary frame has one piece per sample, little-endian: uint32 index of the signal, uint32 number of
+// elements n, float64 time [s], n float64.
+#pragma once
+
+#include "bf/view/drawing.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bf::service {
+
+/// A page of another number is refused.
+inline constexpr int protocol_version = 1;
+
+/// One mistake, with the text of `bf check`.
+struct Diagnostic {
+    std::string file; ///< relative to the opened folder
+    int line = 0, column = 0;
+    std::string path, message, remedy;
+};
+
+/// Of the opened model, after each change.
+struct DocumentState {
+    std::string file;          ///< relative to the opened folder
+    std::int64_t revision = 0; ///< counts changes, whoever made them
+    bool can_undo = false, can_redo = false;
+    bool is_checked = false; ///< are `diagnostics` those of this revision?
+    std::vector<Diagnostic> diagnostics = {};
+    std::string failure = {}; ///< why files and page differ: a file cannot be read, or not be written
+};
+
+struct LibraryPort {
+    std::string name, doc;
+};
+
+struct LibraryBlock {
+    std::string name, group, doc;
+    std::vector<LibraryPort> inputs = {}, outputs = {}; ///< with default arguments
+};
+
+enum class FieldRole {
+    argument,  ///< fixed when the block is made
+    parameter, ///< may change in a run
+    property   ///< of the document: period, doc, when, ...
+};
+
+/// What a dialog shows of one setting of a block, or of the model.
+struct SettingField {
+    std::string name;
+    FieldRole role = FieldRole::argument;
+    std::optional<std::string> text = {}; ///< as the document has it, where it has
+    std::string initial = {};             ///< what holds without it
+    std::string value = {};               ///< what the expression comes to, where that is known
+    std::string unit = {}, doc = {};      ///< with limits
+    std::vector<std::string> choices = {};
+};
+
+struct Inspection {
+    std::string path, title, type, doc;
+    std::vector<SettingField> fields = {};
+};
+
+struct VariableField {
+    std::string system; ///< path of the subsystem that declares it
+    std::string name;   ///< "Gain.Kp": a field of a struct
+    std::string text, value, unit, doc, limits;
+};
+
+enum class Running { none, paused, running, ended, failed };
+
+struct RunState {
+    Running state = Running::none;
+    double time = 0;                   ///< s
+    std::optional<double> stop = {};   ///< s; none: the model names none
+    std::optional<double> factor = {}; ///< seconds of the model per second; none: as fast as possible
+    double reached = 0;                ///< latest time that was simulated, s
+    bool is_current = true;            ///< is it a run of the model as it is now?
+    std::string message = {};          ///< why it failed
+};
+
+/// A signal of the run. Its index is that of binary frames.
+struct SignalInfo {
+    int index = 0;
+    std::string path;
+    int elements = 0;
+    std::vector<std::string> names = {}; ///< of its elements, where they have some
+    std::string unit = {};
+};
+
+// ---- parameters and results of methods ----
+
+struct Nothing {};
+
+struct Hello {
+    int protocol = 0;
+};
+struct Welcome {
+    std::string version;            ///< of BlockFactory
+    std::vector<std::string> files; ///< models of the opened folder, relative to it
+    DocumentState document;
+};
+struct Open {
+    std::string file; ///< relative to the opened folder
+};
+struct LibraryList {
+    std::vector<LibraryBlock> blocks;
+};
+
+enum class Show { sizes, types, rates, units };
+struct Moved {
+    std::string path;
+    view::Point to;
+};
+struct Draw {
+    std::string system;
+    std::vector<Show> show = {};
+    std::vector<Moved> moved = {}; ///< as if they stood there, while they are dragged
+};
+struct Inspect {
+    std::string path; ///< of a block; empty: the model itself
+};
+struct InSystem {
+    std::string system;
+};
+struct Variables {
+    std::vector<VariableField> variables;
+};
+struct Copy {
+    std::string system;
+    std::vector<std::string> names; ///< of its blocks
+};
+struct Text {
+    std::string text;
+};
+struct Paste {
+    std::string system, text;
+    view::Point at; ///< of their upper left corner
+};
+
+enum class Action {
+    start, ///< from the beginning, or on from where it is
+    pause,
+    step, ///< a base step
+    stop,
+    to, ///< forwards by simulating, back by a checkpoint
+    pace
+};
+struct RunCommand {
+    Action action = Action::start;
+    std::optional<double> time = {};   ///< of `to`, s
+    std::optional<double> factor = {}; ///< of `start` and `pace`, as in RunState
+};
+struct Signals {
+    std::vector<SignalInfo> signals;
+};
+struct Watch {
+    std::vector<std::string> paths; ///< all that this page wants to have samples of
+};
+struct Tune {
+    std::string name; ///< a parameter ("controller.pd.K") or a variable ("Gain.Kp")
+    std::vector<double> values;
+};
+
+} // namespace bf::service

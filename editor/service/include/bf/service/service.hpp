@@ -1,0 +1,45 @@
+// What pages ask for, and what they are told.
+#pragma once
+
+#include "bf/service/playback.hpp"
+#include "bf/service/project.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace bf::service {
+
+/// Answers the pages that look at one opened folder: its models, one of which is open, its checks and its
+/// run. Knows no network. All functions are called in one thread; what other threads find out (a check of the
+/// model, samples) comes back to it by `post`.
+class Service {
+  public:
+    struct Options {
+        std::filesystem::path file; ///< the opened model; all others are looked for in its folder and below
+        std::string version;        ///< of the program
+        std::function<void(std::function<void()>)> post; ///< runs a task in the thread of the service, later
+        std::function<void(const std::string& text)> tell;  ///< a notification, for all pages
+        std::function<void(const std::string& frame)> send; ///< a binary frame, for all pages
+    };
+
+    /// Throws model::Errors, FileError when the model cannot be read.
+    explicit Service(Options options);
+    ~Service();
+    Service(const Service&) = delete;
+    Service& operator=(const Service&) = delete;
+
+    /// A request of JSON-RPC, and its answer. `page` tells pages apart.
+    std::string answer(int page, std::string_view request);
+    void leave(int page); ///< its wishes are forgotten
+    /// A few times a second: looks after files.
+    void tick();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+} // namespace bf::service

@@ -1,0 +1,126 @@
+#include "clipboard.hpp"
+
+#include "bf/formats/yaml.hpp"
+#include "bf/model/edit.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+namespace bf::service {
+
+namespace {
+
+const model::System& system_at(const model::Model& model, const std::string& path) {
+    const model::Block* const block = path.empty() ? nullptr : model::find(model, path);
+    const model::System* const system = path.empty() ? &model.root : block ? block->content() : nullptr;
+    if (!system)
+        throw model::Errors({{{}, path, "there is no subsystem of that path", "look at the model's blocks"}});
+    return *system;
+}
+
+std::string joined(const std::string& system, const std::string& name) {
+    return system.empty() ? name : system + "." + name;
+}
+
+/// "gain" -> "gain2", "gain2" -> "gain3".
+std::string fresh(std::string name, const std::set<std::string>& taken) {
+    if (!taken.contains(name)) return name;
+    const auto digits = name.find_last_not_of("0123456789") + 1;
+    unsigned long long number =
+        digits < name.size() && name.size() - digits < 10 ? std::stoull(name.substr(digits)) : 1;
+    if (digits < name.size() && name.size() - digits < 10) name.resize(digits);
+    while (taken.contains(name + std::to_string(number + 1))) ++number;
+    return name + std::to_string(number + 1);
+}
+
+} // namespace
+
+std::string copied(const model::Model& model, const std::string& system,
+                   const std::vector<std::string>& names) {
+    const model::System& from = system_at(model, system);
+    model::Model part{.name = "clipboard"};
+    for (const auto& block : from.blocks)
+        if (std::ranges::find(names, block.name) != names.end()) part.root.blocks.push_back(block);
+    for (const auto& name : names)
+        if (!from.find_block(name))
+            throw model::Errors(
+                {{{}, joined(system, name), "there is no block of that path", "copy blocks alone"}});
+    for (model::Connection wire : from.connections) {
+        std::erase_if(wire.to, [&](const model::Endpoint& end) { return !part.root.find_block(end.block); });
+        if (!wire.to.empty() && part.root.find_block(wire.from.block))
+            part.root.connections.push_back(std::move(wire));
+    }
+    const std::string prefix = system.empty() ? "" : system + ".";
+    const auto is_inside = [&](std::string& path) {
+        if (!path.starts_with(prefix)) return false;
+        path.erase(0, prefix.size());
+        return part.root.find_block(path.substr(0, path.find('.'))) != nullptr;
+    };
+    for (model::Placement placement : model.layout.blocks)
+        if (is_inside(placement.path)) part.layout.blocks.push_back(std::move(placement));
+    for (model::Bends bends : model.layout.wires)
+        if (is_inside(bends.path)) part.layout.wires.push_back(std::move(bends));
+    return formats::canonical_yaml(part);
+}
+
+model::Operation pasted(const model::Model& model, const std::string& system, const std::string& text,
+                        model::Point at) {
+    const model::Model part = formats::read_yaml_text(text, "clipboard");
+    const model::System& into = system_at(model, system);
+    std::set<std::string> taken;
+    for (const auto& block : into.blocks) taken.insert(block.name);
+    for (const auto* ports : {&into.inputs, &into.outputs})
+        for (const auto& port : *ports) taken.insert(port.name);
+
+    std::optional<model::Point> corner; // upper left one of what was copied
+    for (const auto& placement : part.layout.blocks)
+        if (placement.path.find('.') == std::string::npos)
+            corner = corner ? model::Point{std::min(corner->x, placement.at.x),
+                                           std::min(corner->y, placement.at.y)}
+                            : placement.at;
+    const auto moved = [&](model::Point p) {
+        return model::Point{p.x - corner->x + at.x, p.y - corner->y + at.y};
+    };
+
+    namespace op = model::operations;
+    op::Batch batch;
+    std::map<std::string, std::string> names;
+    double below = 0; // those without a place stand one below the other
+    for (model::Block block : part.root.blocks) {
+        const std::string name = fresh(block.name, taken);
+        taken.insert(name);
+        names[block.name] = name;
+        const auto placed = std::ranges::find(part.layout.blocks, block.name, &model::Placement::path);
+        const bool is_placed = placed != part.layout.blocks.end();
+        block.name = name;
+        batch.operations.emplace_back(op::Add{
+            system, std::move(block), {}, is_placed ? moved(placed->at) : model::Point{at.x, at.y + below}});
+        if (!is_placed) below += 80;
+        if (is_placed && placed->size)
+            batch.operations.emplace_back(op::Resize{joined(system, name), placed->size});
+        if (is_placed && placed->flipped) batch.operations.emplace_back(op::Flip{joined(system, name)});
+    }
+    const auto renamed = [&](const std::string& path) {
+        const auto dot = std::min(path.find('.'), path.size());
+        const auto found = names.find(path.substr(0, dot));
+        return found == names.end() ? std::string() : joined(system, found->second + path.substr(dot));
+    };
+    for (const auto& placement : part.layout.blocks) { // inside of subsystems
+        const std::string path = renamed(placement.path);
+        if (path.empty() || placement.path.find('.') == std::string::npos) continue;
+        batch.operations.emplace_back(op::Move{path, placement.at});
+        if (placement.size) batch.operations.emplace_back(op::Resize{path, placement.size});
+        if (placement.flipped) batch.operations.emplace_back(op::Flip{path});
+    }
+    for (const auto& wire : part.root.connections)
+        for (const auto& end : wire.to) {
+            if (!names.contains(wire.from.block) || !names.contains(end.block)) continue;
+            model::Endpoint from{names[wire.from.block], wire.from.port}, to{names[end.block], end.port};
+            batch.operations.emplace_back(op::Connect{system, from.text(), to.text()});
+        }
+    return batch;
+}
+
+} // namespace bf::service

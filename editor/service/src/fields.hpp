@@ -1,0 +1,82 @@
+#pragma once
+
+#include "bf/base/fields.hpp"
+#include "bf/service/protocol.hpp"
+
+/// The members of what is said between page and service, listed once: JSON and TypeScript follow from the
+/// lists.
+namespace bf {
+
+namespace words {
+
+inline const Words style = {"body", "symbol", "value", "name", "port",
+                            "wire", "branch", "label", "note", "highlight"};
+inline const Words align = {"start", "middle", "end"};
+inline const Words shape = {"polygon", "line", "curve", "ellipse", "text"};
+inline const Words element = {"block", "subsystem", "input", "output", "wire", "note"};
+inline const Words role = {"argument", "parameter", "property"};
+inline const Words running = {"none", "paused", "running", "ended", "failed"};
+inline const Words show = {"sizes", "types", "rates", "units"};
+inline const Words action = {"start", "pause", "step", "stop", "to", "pace"};
+
+} // namespace words
+
+BF_FIELDS(view::Point, has("x", &T::x), has("y", &T::y))
+BF_FIELDS(view::Rectangle, has("x", &T::x), has("y", &T::y), has("width", &T::width),
+          has("height", &T::height))
+BF_FIELDS(view::Shape, one_of("kind", &T::kind, words::shape), one_of("style", &T::style, words::style),
+          has("points", &T::points), has("text", &T::text), has("size", &T::size),
+          one_of("align", &T::align, words::align))
+BF_FIELDS(view::Port, has("name", &T::name), has("is_output", &T::is_output), has("is_wired", &T::is_wired),
+          has("at", &T::at), has("about", &T::about))
+BF_FIELDS(view::Mark, has("message", &T::message), has("remedy", &T::remedy))
+BF_FIELDS(view::Element, one_of("kind", &T::kind, words::element), has("path", &T::path),
+          has("from", &T::from), has("to", &T::to), has("bounds", &T::bounds), has("shapes", &T::shapes),
+          has("ports", &T::ports), has("title", &T::title), has("description", &T::description),
+          has("marks", &T::marks), has("rate", &T::rate))
+BF_FIELDS(view::Drawing, has("system", &T::system), has("bounds", &T::bounds), has("elements", &T::elements),
+          has("rates", &T::rates))
+
+BF_FIELDS(service::Diagnostic, has("file", &T::file), has("line", &T::line), has("column", &T::column),
+          has("path", &T::path), has("message", &T::message), has("remedy", &T::remedy))
+BF_FIELDS(service::DocumentState, has("file", &T::file), has("revision", &T::revision),
+          has("can_undo", &T::can_undo), has("can_redo", &T::can_redo), has("is_checked", &T::is_checked),
+          has("diagnostics", &T::diagnostics), has("failure", &T::failure))
+BF_FIELDS(service::LibraryPort, has("name", &T::name), has("doc", &T::doc))
+BF_FIELDS(service::LibraryBlock, has("name", &T::name), has("group", &T::group), has("doc", &T::doc),
+          has("inputs", &T::inputs), has("outputs", &T::outputs))
+BF_FIELDS(service::SettingField, has("name", &T::name), one_of("role", &T::role, words::role),
+          has("text", &T::text), has("initial", &T::initial), has("value", &T::value), has("unit", &T::unit),
+          has("doc", &T::doc), has("choices", &T::choices))
+BF_FIELDS(service::Inspection, has("path", &T::path), has("title", &T::title), has("type", &T::type),
+          has("doc", &T::doc), has("fields", &T::fields))
+BF_FIELDS(service::VariableField, has("system", &T::system), has("name", &T::name), has("text", &T::text),
+          has("value", &T::value), has("unit", &T::unit), has("doc", &T::doc), has("limits", &T::limits))
+BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("time", &T::time),
+          has("stop", &T::stop), has("factor", &T::factor), has("reached", &T::reached),
+          has("is_current", &T::is_current), has("message", &T::message))
+BF_FIELDS(service::SignalInfo, has("index", &T::index), has("path", &T::path), has("elements", &T::elements),
+          has("names", &T::names), has("unit", &T::unit))
+
+BF_FIELDS(service::Nothing, std::tuple<>())
+BF_FIELDS(service::Hello, has("protocol", &T::protocol))
+BF_FIELDS(service::Welcome, has("version", &T::version), has("files", &T::files),
+          has("document", &T::document))
+BF_FIELDS(service::Open, has("file", &T::file))
+BF_FIELDS(service::LibraryList, has("blocks", &T::blocks))
+BF_FIELDS(service::Moved, has("path", &T::path), has("to", &T::to))
+BF_FIELDS(service::Draw, has("system", &T::system), one_of("show", &T::show, words::show),
+          has("moved", &T::moved))
+BF_FIELDS(service::Inspect, has("path", &T::path))
+BF_FIELDS(service::InSystem, has("system", &T::system))
+BF_FIELDS(service::Variables, has("variables", &T::variables))
+BF_FIELDS(service::Copy, has("system", &T::system), has("names", &T::names))
+BF_FIELDS(service::Text, has("text", &T::text))
+BF_FIELDS(service::Paste, has("system", &T::system), has("text", &T::text), has("at", &T::at))
+BF_FIELDS(service::RunCommand, one_of("action", &T::action, words::action), has("time", &T::time),
+          has("factor", &T::factor))
+BF_FIELDS(service::Signals, has("signals", &T::signals))
+BF_FIELDS(service::Watch, has("paths", &T::paths))
+BF_FIELDS(service::Tune, has("name", &T::name), has("values", &T::values))
+
+} // namespace bf

@@ -1,0 +1,311 @@
+#include "bf/service/server.hpp"
+
+#include "bf/base/files.hpp"
+#include "bf/realtime/token.hpp"
+#include "bf/service/service.hpp"
+
+#include <algorithm>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <chrono>
+#include <deque>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+namespace bf::service {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using tcp = asio::ip::tcp;
+
+constexpr auto tick = std::chrono::milliseconds(200);
+constexpr std::size_t longest_request = std::size_t{16} << 20; ///< bytes of a pasted text
+
+/// Nothing is loaded from elsewhere, nothing runs that is not a file of the page, and no other page may frame
+/// it.
+constexpr const char* policy =
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' "
+    "data: blob:; font-src 'self'; connect-src 'self'; worker-src 'self' blob:; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'";
+
+std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
+
+const char* media_type(const fs::path& file) {
+    static const std::map<std::string, const char*> types = {{".html", "text/html; charset=utf-8"},
+                                                             {".js", "text/javascript; charset=utf-8"},
+                                                             {".css", "text/css; charset=utf-8"},
+                                                             {".svg", "image/svg+xml"},
+                                                             {".png", "image/png"},
+                                                             {".woff2", "font/woff2"},
+                                                             {".json", "application/json"},
+                                                             {".wasm", "application/wasm"}};
+    const auto found = types.find(file.extension().string());
+    return found == types.end() ? "application/octet-stream" : found->second;
+}
+
+} // namespace
+
+struct Server::State {
+    struct Page;
+
+    explicit State(const ServerOptions& o)
+        : options(o), service({options.file, options.version,
+                               [this](std::function<void()> task) { asio::post(io, std::move(task)); },
+                               [this](const std::string& text) { broadcast(text, false); },
+                               [this](const std::string& frame) { broadcast(frame, true); }}) {
+        if (options.token.empty()) options.token = realtime::random_token();
+        if (options.token.empty()) throw std::runtime_error("the system gives no random token");
+        const tcp::endpoint endpoint(asio::ip::address_v4::loopback(), options.port);
+        try {
+            acceptor.open(endpoint.protocol());
+            acceptor.set_option(tcp::acceptor::reuse_address(true));
+            acceptor.bind(endpoint);
+            acceptor.listen();
+            port = acceptor.local_endpoint().port();
+        } catch (const boost::system::system_error& error) {
+            throw std::runtime_error("cannot serve on port " + std::to_string(options.port) + ": " +
+                                     error.code().message() + "; give another port, or 0 for any free one");
+        }
+    }
+
+    void accept();
+    void run_tick(const std::function<bool()>& go_on);
+    void broadcast(const std::string& message, bool is_binary);
+    std::size_t open_pages() const;
+
+    /// Is this the address that the browser was given, and not one that another page made it believe in?
+    bool is_here(std::string_view host) const {
+        const std::string number = ":" + std::to_string(port);
+        return host == "127.0.0.1" + number || host == "localhost" + number;
+    }
+
+    ServerOptions options;
+    asio::io_context io;
+    tcp::acceptor acceptor{io};
+    asio::steady_timer timer{io};
+    std::uint16_t port = 0;
+    std::vector<std::shared_ptr<Page>> pages;
+    int next_page = 0;
+    Service service; ///< after what its callbacks use
+};
+
+struct Server::State::Page : std::enable_shared_from_this<Page> {
+    Page(State& s, tcp::socket socket, int n) : state(s), stream(std::move(socket)), number(n) {}
+
+    void start() {
+        beast::get_lowest_layer(stream).expires_after(std::chrono::seconds(30));
+        parser.emplace();
+        parser->header_limit(16384);
+        parser->body_limit(0);
+        http::async_read(stream.next_layer(), buffer, *parser, [self = shared_from_this()](auto error, auto) {
+            error ? self->leave() : self->respond(self->parser->get());
+        });
+    }
+
+    void respond(const http::request<http::string_body>& request) {
+        if (!state.is_here(view_of(request[http::field::host])))
+            return refuse(http::status::forbidden,
+                          "this address is not served; use the one that bf edit printed\n");
+        const std::string target(view_of(request.target()));
+        const std::string path = target.substr(0, target.find('?'));
+        if (path == "/socket") return shake_hands(request, target);
+        if (request.method() != http::verb::get && request.method() != http::verb::head)
+            return refuse(http::status::method_not_allowed, "this server answers GET\n");
+        send_file(path == "/" ? "/index.html" : path, request.method() == http::verb::head);
+    }
+
+    void shake_hands(const http::request<http::string_body>& request, const std::string& target) {
+        constexpr std::string_view key = "/socket?token=";
+        const std::string_view given =
+            target.starts_with(key) ? std::string_view(target).substr(key.size()) : "";
+        if (!realtime::is_token(given, state.options.token))
+            return refuse(http::status::forbidden,
+                          "open the address with the token, which bf edit printed\n");
+        // A program may come without an origin; a browser always says which page it is.
+        const std::string_view origin = view_of(request[http::field::origin]);
+        constexpr std::string_view scheme = "http://";
+        if (!origin.empty() && !(origin.starts_with(scheme) && state.is_here(origin.substr(scheme.size()))))
+            return refuse(http::status::forbidden, "pages of other addresses are not served\n");
+        if (!websocket::is_upgrade(request))
+            return refuse(http::status::upgrade_required, "this address takes a WebSocket\n");
+        if (state.open_pages() >= state.options.most_pages)
+            return refuse(http::status::service_unavailable, "too many pages are open; close one\n");
+        beast::get_lowest_layer(stream).expires_never();
+        stream.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+        stream.read_message_max(longest_request);
+        stream.async_accept(request, [self = shared_from_this()](auto error) {
+            if (error) return self->leave();
+            self->is_open = true;
+            self->buffer.clear();
+            self->read();
+        });
+    }
+
+    /// Only files of the page, which hold no secret, so that they need no token.
+    void send_file(const std::string& path, bool is_head) {
+        const fs::path file = state.options.page / fs::path(path.substr(1));
+        std::error_code error;
+        const fs::path real = fs::canonical(file, error);
+        const fs::path inside = error ? fs::path() : fs::canonical(state.options.page, error);
+        const std::string within = real.lexically_relative(inside).generic_string();
+        if (error || within.empty() || within == "." || within.starts_with("..") ||
+            !fs::is_regular_file(real, error))
+            return refuse(http::status::not_found, "there is no such file\n");
+        auto response = std::make_shared<http::response<http::string_body>>(http::status::ok, 11);
+        try {
+            response->body() = read_text_file(real);
+        } catch (const FileError&) {
+            return refuse(http::status::not_found, "there is no such file\n");
+        }
+        response->set(http::field::content_type, media_type(real));
+        response->content_length(response->body().size());
+        if (is_head) response->body().clear();
+        send(std::move(response));
+    }
+
+    void refuse(http::status status, const char* text) {
+        auto response = std::make_shared<http::response<http::string_body>>(status, 11, text);
+        response->set(http::field::content_type, "text/plain; charset=utf-8");
+        response->prepare_payload();
+        send(std::move(response));
+    }
+
+    /// One answer for each connection: a page has few files.
+    void send(std::shared_ptr<http::response<http::string_body>> response) {
+        response->set("Content-Security-Policy", policy);
+        response->set("X-Content-Type-Options", "nosniff");
+        response->set("Referrer-Policy", "no-referrer");
+        response->set("Cross-Origin-Opener-Policy", "same-origin");
+        response->set("Cross-Origin-Resource-Policy", "same-origin");
+        response->set(http::field::cache_control, "no-cache");
+        response->keep_alive(false);
+        http::async_write(stream.next_layer(), *response,
+                          [self = shared_from_this(), response](auto, auto) { self->leave(); });
+    }
+
+    void read() {
+        if (!is_open) return;
+        stream.async_read(buffer, [self = shared_from_this()](auto error, auto) {
+            if (error) return self->leave();
+            const std::string request = beast::buffers_to_string(self->buffer.data());
+            self->buffer.clear();
+            // Others wait in the meantime; what a page asks for takes milliseconds.
+            if (self->stream.got_text()) self->push(self->state.service.answer(self->number, request), false);
+            self->read();
+        });
+    }
+
+    /// Samples are lost where a page does not read, and in the end the page is.
+    void push(std::string message, bool is_binary) {
+        if (!is_open) return;
+        if (waiting + message.size() > state.options.page_bytes) {
+            if (is_binary) return;
+            if (waiting > 4 * state.options.page_bytes) return leave();
+        }
+        waiting += message.size();
+        queue.push_back({std::move(message), is_binary});
+        write();
+    }
+
+    void write() {
+        if (is_writing || queue.empty() || !is_open) return;
+        is_writing = true;
+        stream.binary(queue.front().second);
+        stream.async_write(asio::buffer(queue.front().first), [self = shared_from_this()](auto error, auto) {
+            self->is_writing = false;
+            if (error) return self->leave();
+            self->waiting -= self->queue.front().first.size();
+            self->queue.pop_front();
+            self->write();
+        });
+    }
+
+    void leave() {
+        if (std::exchange(has_left, true)) return;
+        if (std::exchange(is_open, false)) state.service.leave(number);
+        beast::error_code ignored;
+        beast::get_lowest_layer(stream).socket().shutdown(tcp::socket::shutdown_send, ignored);
+        beast::get_lowest_layer(stream).socket().close(ignored);
+        std::erase(state.pages, shared_from_this());
+    }
+
+    State& state;
+    websocket::stream<beast::tcp_stream> stream;
+    beast::flat_buffer buffer;
+    std::optional<http::request_parser<http::string_body>> parser;
+    const int number;
+    bool is_open = false, is_writing = false, has_left = false;
+    std::deque<std::pair<std::string, bool>> queue; ///< not yet written; is it binary
+    std::size_t waiting = 0;                        ///< bytes in it
+};
+
+std::size_t Server::State::open_pages() const {
+    return static_cast<std::size_t>(
+        std::count_if(pages.begin(), pages.end(), [](const auto& p) { return p->is_open; }));
+}
+
+void Server::State::accept() {
+    acceptor.async_accept([this](auto error, tcp::socket socket) {
+        if (!error) {
+            beast::error_code ignored;
+            socket.set_option(tcp::no_delay(true), ignored);
+            constexpr std::size_t most_strangers = 64; // browsers open several connections at once
+            if (pages.size() - open_pages() >= most_strangers)
+                (*std::find_if(pages.begin(), pages.end(), [](const auto& p) {
+                    return !p->is_open;
+                }))->leave();
+            pages.push_back(std::make_shared<Page>(*this, std::move(socket), next_page++));
+            pages.back()->start();
+        }
+        if (acceptor.is_open()) accept();
+    });
+}
+
+void Server::State::run_tick(const std::function<bool()>& go_on) {
+    if (!go_on()) return io.stop();
+    service.tick();
+    timer.expires_after(tick);
+    timer.async_wait([this, &go_on](auto error) {
+        if (!error) run_tick(go_on);
+    });
+}
+
+void Server::State::broadcast(const std::string& message, bool is_binary) {
+    const auto everyone = pages; // who reads nothing may leave
+    for (const auto& page : everyone) page->push(message, is_binary);
+}
+
+Server::Server(const ServerOptions& options) : state_(std::make_unique<State>(options)) {}
+
+Server::~Server() {
+    const auto everyone = state_->pages;
+    for (const auto& page : everyone) page->leave();
+    state_->io.poll(); // what they waited for ends
+}
+
+std::string Server::address() const {
+    return "http://127.0.0.1:" + std::to_string(state_->port) + "/?token=" + state_->options.token;
+}
+std::uint16_t Server::port() const { return state_->port; }
+const std::string& Server::token() const { return state_->options.token; }
+
+void Server::run(const std::function<bool()>& go_on) {
+    state_->accept();
+    state_->run_tick(go_on);
+    state_->io.run();
+}
+
+} // namespace bf::service

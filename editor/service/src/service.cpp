@@ -1,0 +1,547 @@
+#include "bf/service/service.hpp"
+
+#include "bf/base/files.hpp"
+#include "bf/base/numbers.hpp"
+#include "bf/formats/yaml.hpp"
+#include "bf/library/declared.hpp"
+#include "bf/model/edit.hpp"
+#include "bf/view/draw.hpp"
+#include "clipboard.hpp"
+#include "json.hpp"
+
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <thread>
+
+namespace bf::service {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// What a request asks for and cannot have; the message goes to the page.
+struct Refusal : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// A code of JSON-RPC 2.0.
+enum class Code { parse = -32700, request = -32600, method = -32601, params = -32602, refused = -32000 };
+
+std::string error_text(const Json& id, Code code, const std::string& message) {
+    return Json{
+        {"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", static_cast<int>(code)}, {"message", message}}}}
+        .dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string notification(const char* method, const Json& params) {
+    return Json{{"jsonrpc", "2.0"}, {"method", method}, {"params", params}}.dump(
+        -1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// How deeply brackets of a JSON text are nested; who reads it goes as deep.
+int depth_of(std::string_view text) {
+    int depth = 0, deepest = 0;
+    bool is_quoted = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (is_quoted) {
+            if (c == '\\') ++i;
+            is_quoted = c != '"';
+        } else if (c == '"') {
+            is_quoted = true;
+        } else if (c == '[' || c == '{') {
+            deepest = std::max(deepest, ++depth);
+        } else if (c == ']' || c == '}') {
+            --depth;
+        }
+    }
+    return deepest;
+}
+
+/// Checks models in a thread of its own, the newest alone.
+class Checker {
+  public:
+    using Done = std::function<void(std::shared_ptr<const ExaminedModel>)>;
+
+    Checker() : thread_([this] { live(); }) {}
+    ~Checker() {
+        {
+            const std::lock_guard lock(mutex_);
+            is_over_ = true;
+        }
+        wake_.notify_one();
+        thread_.join();
+    }
+    Checker(const Checker&) = delete;
+    Checker& operator=(const Checker&) = delete;
+
+    void check(model::Model model, fs::path file, Done done) {
+        {
+            const std::lock_guard lock(mutex_);
+            job_ = Job{std::move(model), std::move(file), std::move(done)};
+        }
+        wake_.notify_one();
+    }
+
+  private:
+    struct Job {
+        model::Model model;
+        fs::path file;
+        Done done;
+    };
+
+    static ExaminedModel examined(const Job& job) {
+        try {
+            return examine(job.model, job.file);
+        } catch (const model::Errors& errors) {
+            return {{make_registry(), {job.file, {}, {}}, {}}, errors.diagnostics()};
+        } catch (const std::exception& error) {
+            return {{make_registry(), {job.file, {}, {}}, {}}, {{{}, "", error.what(), ""}}};
+        }
+    }
+
+    void live() {
+        for (;;) {
+            std::unique_lock lock(mutex_);
+            wake_.wait(lock, [&] { return is_over_ || job_; });
+            if (is_over_) return;
+            const Job job = *std::exchange(job_, {});
+            lock.unlock();
+            job.done(std::make_shared<const ExaminedModel>(examined(job)));
+        }
+    }
+
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    bool is_over_ = false;
+    std::optional<Job> job_;
+    std::thread thread_;
+};
+
+/// Of variables that hold several values the text is long; a page shows its beginning.
+std::string shortened(std::string text) {
+    constexpr std::size_t most = 200;
+    if (text.size() > most) text = text.substr(0, most) + "…";
+    return text;
+}
+
+} // namespace
+
+struct Service::State {
+    explicit State(Options o)
+        : options(std::move(o)), folder(fs::absolute(options.file).lexically_normal().parent_path()),
+          project(std::make_unique<Project>(options.file)), alive(std::make_shared<bool>(true)) {
+        check();
+    }
+
+    std::string relative(const fs::path& file) const {
+        const std::string text = file.lexically_relative(folder).generic_string();
+        return text.empty() ? file.generic_string() : text;
+    }
+
+    // ---- the document ----
+
+    void check() {
+        checked_revision = -1;
+        checker.check(project->model(), project->file(),
+                      [this, revision = project->revision(), of = project.get(),
+                       alive = std::weak_ptr<bool>(alive)](std::shared_ptr<const ExaminedModel> found) {
+                          options.post([this, revision, of, alive, found = std::move(found)] {
+                              if (alive.expired() || of != project.get()) return;
+                              examined = found;
+                              examined_revision = revision;
+                              if (revision == project->revision()) checked_revision = revision;
+                              tell_changed();
+                          });
+                      });
+    }
+
+    DocumentState document() const {
+        DocumentState state{.file = relative(project->file()), .revision = project->revision()};
+        state.can_undo = project->can_undo();
+        state.can_redo = project->can_redo();
+        state.is_checked = checked_revision == project->revision();
+        state.failure = project->failure();
+        if (examined)
+            for (const auto& d : examined->diagnostics)
+                state.diagnostics.push_back({d.where.file ? relative(*d.where.file) : "", d.where.line,
+                                             d.where.column, d.path, d.message, d.remedy});
+        return state;
+    }
+
+    void tell_changed() { options.tell(notification("changed", to_json(document()))); }
+
+    DocumentState after_change() {
+        check();
+        tell_changed();
+        return document();
+    }
+
+    const Diagram& diagram() const {
+        static const Diagram nothing;
+        return examined ? examined->diagram : nothing;
+    }
+    std::vector<model::Diagnostic> diagnostics() const {
+        return examined ? examined->diagnostics : std::vector<model::Diagnostic>();
+    }
+
+    // ---- methods ----
+
+    Welcome hello(int, const Hello& asked) {
+        if (asked.protocol != protocol_version)
+            throw Refusal("this page speaks version " + std::to_string(asked.protocol) +
+                          " of the protocol, and bf " + options.version + " version " +
+                          std::to_string(protocol_version) + "; reload the page");
+        return {options.version, files(), document()};
+    }
+
+    std::vector<std::string> files() const {
+        std::vector<std::string> found;
+        constexpr int deepest = 6;
+        std::error_code error;
+        for (auto at = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied,
+                                                        error);
+             !error && at != fs::recursive_directory_iterator() && found.size() < 1000; at.increment(error)) {
+            const std::string name = at->path().filename().string();
+            if (at->is_directory(error) &&
+                (at.depth() >= deepest || name.starts_with(".") || name == "build"))
+                at.disable_recursion_pending();
+            if (at->path().extension() == ".yaml" && at->is_regular_file(error))
+                found.push_back(relative(at->path()));
+        }
+        std::sort(found.begin(), found.end());
+        return found;
+    }
+
+    DocumentState open(int, const Open& asked) {
+        const fs::path file = (folder / asked.file).lexically_normal();
+        std::error_code error;
+        const fs::path real = fs::weakly_canonical(file, error), inside = fs::weakly_canonical(folder, error);
+        const std::string within = real.lexically_relative(inside).generic_string();
+        if (within.empty() || within.starts_with(".."))
+            throw Refusal("the file '" + asked.file +
+                          "' is not in the opened folder; start bf edit with that folder");
+        auto other = std::make_unique<Project>(file);
+        playback.reset();
+        examined.reset();
+        project = std::move(other);
+        return after_change();
+    }
+
+    LibraryList library(int, const Nothing&) {
+        if (known_blocks.empty()) {
+            const auto registry = make_registry();
+            for (const auto& plugin : registry->available_plugins()) try {
+                    registry->load_plugin(plugin);
+                } catch (const PluginError&) { // it hides no other
+                }
+            for (const auto& type : registry->classes()) {
+                LibraryBlock block{type->qualified_name(), type->group, type->doc};
+                try {
+                    for (const auto& slot : type->make({})->declaration().slots) {
+                        if (slot.role == Role::input) block.inputs.push_back({slot.name, slot.doc});
+                        if (slot.role == Role::output) block.outputs.push_back({slot.name, slot.doc});
+                    }
+                } catch (const std::exception&) { // it needs arguments
+                }
+                known_blocks.push_back(std::move(block));
+            }
+        }
+        return {known_blocks};
+    }
+
+    view::Drawing draw(int, const Draw& asked) {
+        view::DrawOptions show;
+        for (const Show what : asked.show) {
+            show.sizes |= what == Show::sizes;
+            show.types |= what == Show::types;
+            show.rates |= what == Show::rates;
+            show.units |= what == Show::units;
+        }
+        for (const auto& [path, to] : asked.moved) show.moved[path] = to;
+        return view::draw(project->model(), asked.system, diagram(), diagnostics(), show);
+    }
+
+    DocumentState arrange(int, const InSystem& asked) {
+        model::operations::Batch moves;
+        for (const auto& [path, at] : view::arranged(project->model(), asked.system, diagram()))
+            moves.operations.emplace_back(model::operations::Move{path, at});
+        project->edit(moves);
+        return after_change();
+    }
+
+    std::map<std::string, std::string> values_under(const std::string& path) const {
+        std::map<std::string, std::string> values;
+        const std::string prefix = path.empty() ? "" : path + ".";
+        for (const auto& definition : diagram().definitions)
+            if (definition.kind != Definition::Kind::variable && definition.path.starts_with(prefix))
+                values[definition.path.substr(prefix.size())] = shortened(definition.value.to_text());
+        return values;
+    }
+
+    Inspection inspect(int, const Inspect& asked) {
+        const model::Model& m = project->model();
+        const model::Block* block = asked.path.empty() ? nullptr : model::find(m, asked.path);
+        Inspection seen{.path = asked.path,
+                        .title = asked.path.empty() ? m.name : asked.path.substr(asked.path.rfind('.') + 1)};
+        const auto values = values_under(asked.path);
+        const auto value = [&](const std::string& name) {
+            const auto found = values.find(name);
+            return found == values.end() ? std::string() : found->second;
+        };
+        if (block && block->is_library_block()) {
+            seen.type = block->type;
+            const auto text = [&](const std::string& name) -> std::optional<std::string> {
+                const model::Setting* setting = block->find_setting(name);
+                return setting ? std::optional(setting->value.matlab()) : std::nullopt;
+            };
+            try {
+                const Declared what = declared(registry->find(block->type));
+                seen.doc = what.doc;
+                for (const auto& a : what.arguments)
+                    seen.fields.push_back({a.name, FieldRole::argument, text(a.name), a.initial,
+                                           value(a.name), "", with_limits(a.doc, a.limits), a.choices});
+                for (const auto& q : what.quantities)
+                    if (q.role == Role::parameter)
+                        seen.fields.push_back({q.name, FieldRole::parameter, text(q.name), q.initial,
+                                               value(q.name), q.unit,
+                                               with_limits(q.doc, q.limits, q.at_least)});
+            } catch (const std::exception& error) {
+                seen.doc = error.what();
+            }
+            for (const auto& setting : block->settings) // also those that nothing declares
+                if (std::ranges::find(seen.fields, setting.name, &SettingField::name) == seen.fields.end())
+                    seen.fields.push_back({setting.name, FieldRole::argument, setting.value.matlab()});
+        }
+        for (auto& property : model::properties(m, asked.path))
+            seen.fields.push_back({.name = property.name,
+                                   .role = FieldRole::property,
+                                   .text = property.value,
+                                   .value = value(property.name),
+                                   .choices = std::move(property.choices)});
+        return seen;
+    }
+
+    Variables variables(int, const InSystem& asked) {
+        std::map<std::string, const Definition*> known;
+        for (const auto& definition : diagram().definitions)
+            if (definition.kind == Definition::Kind::variable) known[definition.path] = &definition;
+        const model::Model& m = project->model();
+        const model::Block* block = asked.system.empty() ? nullptr : model::find(m, asked.system);
+        const model::System* system = asked.system.empty() ? &m.root : block ? block->content() : nullptr;
+        if (!system) throw Refusal("there is no subsystem '" + asked.system + "'");
+        Variables found;
+        const auto add = [&](const auto& self, const std::vector<model::Variable>& list,
+                             const std::string& prefix) -> void {
+            for (const auto& variable : list) {
+                if (!variable.fields.empty()) {
+                    self(self, variable.fields, prefix + variable.name + ".");
+                    continue;
+                }
+                VariableField field{asked.system, prefix + variable.name, variable.value.matlab()};
+                field.unit = variable.unit;
+                field.doc = variable.doc;
+                const auto definition =
+                    known.find((asked.system.empty() ? "" : asked.system + ".") + field.name);
+                if (definition != known.end()) {
+                    field.value = shortened(definition->second->value.to_text());
+                    field.limits = text_of(definition->second->limits);
+                }
+                found.variables.push_back(std::move(field));
+            }
+        };
+        add(add, system->variables, "");
+        return found;
+    }
+
+    DocumentState undo(int, const Nothing&) {
+        if (!project->undo()) throw Refusal("there is nothing to undo");
+        return after_change();
+    }
+    DocumentState redo(int, const Nothing&) {
+        if (!project->redo()) throw Refusal("there is nothing to do again");
+        return after_change();
+    }
+
+    Text copy(int, const Copy& asked) { return {copied(project->model(), asked.system, asked.names)}; }
+    DocumentState paste(int, const Paste& asked) {
+        project->edit(pasted(project->model(), asked.system, asked.text, asked.at));
+        return after_change();
+    }
+    Text text(int, const Nothing&) { return {formats::write_yaml(project->model())}; }
+
+    // ---- the run ----
+
+    RunState run_state() const {
+        if (!playback) return {};
+        RunState state = playback->state();
+        state.is_current = played_revision == project->revision();
+        return state;
+    }
+
+    void begin_run() {
+        if (checked_revision != project->revision())
+            throw Refusal("the model is being checked; try again in a moment");
+        if (!examined->diagnostics.empty())
+            throw Refusal("the model has mistakes: " + examined->diagnostics.front().text());
+        playback.reset();
+        const std::weak_ptr<bool> life = alive;
+        playback = std::make_unique<Playback>(
+            examined, Playback::Listener{[this, life](RunState state) {
+                                             options.post([this, life, state] {
+                                                 if (life.expired()) return;
+                                                 RunState told = state;
+                                                 told.is_current = played_revision == project->revision();
+                                                 options.tell(notification("run", to_json(told)));
+                                             });
+                                         },
+                                         [this, life](std::string frame) {
+                                             options.post([this, life, frame = std::move(frame)] {
+                                                 if (!life.expired()) options.send(frame);
+                                             });
+                                         }});
+        played_revision = project->revision();
+        rewatch();
+    }
+
+    RunState run(int, const RunCommand& asked) {
+        if (asked.action == Action::stop && playback && played_revision != project->revision())
+            playback.reset();
+        if (!playback) {
+            if (asked.action == Action::stop || asked.action == Action::pause) {
+                options.tell(notification("run", to_json(RunState())));
+                return {};
+            }
+            begin_run();
+        } else if (asked.action == Action::start && played_revision != project->revision()) {
+            const Running running = playback->state().state;
+            if (running == Running::ended || running == Running::failed || playback->state().time == 0)
+                begin_run();
+        }
+        if (asked.factor && !(*asked.factor > 0)) throw Refusal("'factor' takes a number greater than 0");
+        if (asked.time && !(*asked.time >= 0)) throw Refusal("'time' takes a number that is not negative");
+        playback->command(asked);
+        return run_state();
+    }
+
+    Signals signals(int, const Nothing&) {
+        return {playback ? playback->signals() : std::vector<SignalInfo>()};
+    }
+
+    Signals watch(int page, const Watch& asked) {
+        wishes[page] = asked.paths;
+        return {rewatch(page)};
+    }
+
+    /// What pages wish, of this run. Returns what `page` gets.
+    std::vector<SignalInfo> rewatch(int page = -1) {
+        std::vector<SignalInfo> own;
+        if (!playback) return own;
+        std::map<std::string_view, const SignalInfo*> by_path;
+        for (const auto& signal : playback->signals()) by_path.emplace(signal.path, &signal);
+        std::set<int> all;
+        for (const auto& [wisher, paths] : wishes)
+            for (const auto& path : paths) {
+                const auto found = by_path.find(path);
+                if (found == by_path.end()) continue;
+                all.insert(found->second->index);
+                if (wisher == page) own.push_back(*found->second);
+            }
+        playback->watch({all.begin(), all.end()});
+        return own;
+    }
+
+    RunState tune(int, const Tune& asked) {
+        if (!playback) throw Refusal("nothing runs; start a run, or change the model");
+        playback->tune(asked);
+        return run_state();
+    }
+
+    const Options options;
+    const fs::path folder;
+    std::unique_ptr<Project> project;
+    std::shared_ptr<bool> alive; ///< asked by tasks that come back from other threads
+    std::shared_ptr<const ExaminedModel> examined;
+    std::int64_t examined_revision = -1, checked_revision = -1, played_revision = -1;
+    const std::unique_ptr<Registry> registry = make_registry();
+    std::vector<LibraryBlock> known_blocks;
+    std::map<int, std::vector<std::string>> wishes; ///< paths of signals, by page
+    std::unique_ptr<Playback> playback;
+    Checker checker; ///< last: its thread ends first
+};
+
+Service::Service(Options options) : state_(std::make_unique<State>(std::move(options))) {}
+Service::~Service() = default;
+
+void Service::leave(int page) {
+    state_->wishes.erase(page);
+    state_->rewatch();
+}
+
+void Service::tick() {
+    if (state_->project->synchronise()) static_cast<void>(state_->after_change());
+}
+
+std::string Service::answer(int page, std::string_view request) {
+    using Handler = std::function<Json(State&, int, const Json&)>;
+    const auto handler =
+        []<class Result, class Params>(Result (State::*method)(int, const Params&)) -> Handler {
+        return [method](State& state, int of, const Json& json) {
+            Params params{};
+            from_json(json, params);
+            return to_json((state.*method)(of, params));
+        };
+    };
+    static const std::map<std::string, Handler, std::less<>> handlers = {
+        {"hello", handler(&State::hello)},
+        {"open", handler(&State::open)},
+        {"library", handler(&State::library)},
+        {"draw", handler(&State::draw)},
+        {"arrange", handler(&State::arrange)},
+        {"inspect", handler(&State::inspect)},
+        {"variables", handler(&State::variables)},
+        {"undo", handler(&State::undo)},
+        {"redo", handler(&State::redo)},
+        {"copy", handler(&State::copy)},
+        {"paste", handler(&State::paste)},
+        {"text", handler(&State::text)},
+        {"run", handler(&State::run)},
+        {"signals", handler(&State::signals)},
+        {"watch", handler(&State::watch)},
+        {"tune", handler(&State::tune)},
+        // An operation is what bf/model/operation.hpp reads.
+        {"edit", [](State& state, int, const Json& json) {
+             if (!json.is_object() || !json.contains("operation") || json.size() != 1)
+                 throw ProtocolError("'edit' takes {\"operation\": ...}");
+             state.project->edit(model::operation_from_json(json["operation"].dump()));
+             return to_json(state.after_change());
+         }}};
+
+    constexpr int deepest = 1000; // a hundred subsystems
+    if (depth_of(request) > deepest) return error_text({}, Code::request, "the request is nested too deeply");
+    const Json json = Json::parse(request, nullptr, false);
+    if (json.is_discarded()) return error_text({}, Code::parse, "this is no JSON");
+    if (!json.is_object()) return error_text({}, Code::request, "a request is a JSON object");
+    const Json id =
+        json.contains("id") && (json["id"].is_number() || json["id"].is_string()) ? json["id"] : Json();
+    if (!json.contains("method") || !json["method"].is_string())
+        return error_text(id, Code::request, "a request has a method");
+    const auto method = json["method"].get<std::string>();
+    const auto found = handlers.find(method);
+    if (found == handlers.end()) return error_text(id, Code::method, "there is no method '" + method + "'");
+    try {
+        const Json result =
+            found->second(*state_, page, json.contains("params") ? json["params"] : Json::object());
+        return Json{{"jsonrpc", "2.0"}, {"id", id}, {"result", result}}.dump(-1, ' ', false,
+                                                                             Json::error_handler_t::replace);
+    } catch (const ProtocolError& error) {
+        return error_text(id, Code::params, method + ": " + error.what());
+    } catch (const std::exception& error) {
+        return error_text(id, Code::refused, error.what());
+    }
+}
+
+} // namespace bf::service

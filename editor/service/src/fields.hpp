@@ -21,20 +21,20 @@ inline const Words action = {"start", "pause", "step", "stop", "to", "pace"};
 
 } // namespace words
 
-BF_FIELDS(view::Point, has("x", &T::x), has("y", &T::y))
-BF_FIELDS(view::Rectangle, has("x", &T::x), has("y", &T::y), has("width", &T::width),
+BF_FIELDS(editor::Point, has("x", &T::x), has("y", &T::y))
+BF_FIELDS(editor::Rectangle, has("x", &T::x), has("y", &T::y), has("width", &T::width),
           has("height", &T::height))
-BF_FIELDS(view::Shape, one_of("kind", &T::kind, words::shape), one_of("style", &T::style, words::style),
+BF_FIELDS(editor::Shape, one_of("kind", &T::kind, words::shape), one_of("style", &T::style, words::style),
           has("points", &T::points), has("text", &T::text), has("size", &T::size),
           one_of("align", &T::align, words::align))
-BF_FIELDS(view::Port, has("name", &T::name), has("is_output", &T::is_output), has("is_wired", &T::is_wired),
+BF_FIELDS(editor::Port, has("name", &T::name), has("is_output", &T::is_output), has("is_wired", &T::is_wired),
           has("at", &T::at), has("about", &T::about))
-BF_FIELDS(view::Mark, has("message", &T::message), has("remedy", &T::remedy))
-BF_FIELDS(view::Element, one_of("kind", &T::kind, words::element), has("path", &T::path),
+BF_FIELDS(editor::Mark, has("message", &T::message), has("remedy", &T::remedy))
+BF_FIELDS(editor::Element, one_of("kind", &T::kind, words::element), has("path", &T::path),
           has("from", &T::from), has("to", &T::to), has("bounds", &T::bounds), has("shapes", &T::shapes),
           has("ports", &T::ports), has("title", &T::title), has("description", &T::description),
           has("marks", &T::marks), has("rate", &T::rate))
-BF_FIELDS(view::Drawing, has("system", &T::system), has("bounds", &T::bounds), has("elements", &T::elements),
+BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds), has("elements", &T::elements),
           has("rates", &T::rates))
 
 BF_FIELDS(service::Diagnostic, has("file", &T::file), has("line", &T::line), has("column", &T::column),

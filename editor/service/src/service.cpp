@@ -253,8 +253,8 @@ struct Service::State {
         return {known_blocks};
     }
 
-    view::Drawing draw(int, const Draw& asked) {
-        view::DrawOptions show;
+    editor::Drawing draw(int, const Draw& asked) {
+        editor::DrawOptions show;
         for (const Show what : asked.show) {
             show.sizes |= what == Show::sizes;
             show.types |= what == Show::types;
@@ -262,12 +262,12 @@ struct Service::State {
             show.units |= what == Show::units;
         }
         for (const auto& [path, to] : asked.moved) show.moved[path] = to;
-        return view::draw(project->model(), asked.system, diagram(), diagnostics(), show);
+        return editor::draw(project->model(), asked.system, diagram(), diagnostics(), show);
     }
 
     DocumentState arrange(int, const InSystem& asked) {
         model::operations::Batch moves;
-        for (const auto& [path, at] : view::arranged(project->model(), asked.system, diagram()))
+        for (const auto& [path, at] : editor::arranged(project->model(), asked.system, diagram()))
             moves.operations.emplace_back(model::operations::Move{path, at});
         project->edit(moves);
         return after_change();
@@ -285,8 +285,9 @@ struct Service::State {
     Inspection inspect(int, const Inspect& asked) {
         const model::Model& m = project->model();
         const model::Block* block = asked.path.empty() ? nullptr : model::find(m, asked.path);
-        Inspection seen{.path = asked.path,
-                        .title = asked.path.empty() ? m.name : asked.path.substr(asked.path.rfind('.') + 1)};
+        Inspection seen;
+        seen.path = asked.path;
+        seen.title = asked.path.empty() ? m.name : asked.path.substr(asked.path.rfind('.') + 1);
         const auto values = values_under(asked.path);
         const auto value = [&](const std::string& name) {
             const auto found = values.find(name);
@@ -341,7 +342,10 @@ struct Service::State {
                     self(self, variable.fields, prefix + variable.name + ".");
                     continue;
                 }
-                VariableField field{asked.system, prefix + variable.name, variable.value.matlab()};
+                VariableField field;
+                field.system = asked.system;
+                field.name = prefix + variable.name;
+                field.text = variable.value.matlab();
                 field.unit = variable.unit;
                 field.doc = variable.doc;
                 const auto definition =

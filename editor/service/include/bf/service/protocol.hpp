@@ -114,7 +114,7 @@ struct LibraryList {
 enum class Show { sizes, types, rates, units };
 struct Moved {
     std::string path;
-    view::Point to;
+    editor::Point to;
 };
 struct Draw {
     std::string system;
@@ -139,7 +139,7 @@ struct Text {
 };
 struct Paste {
     std::string system, text;
-    view::Point at; ///< of their upper left corner
+    editor::Point at; ///< of their upper left corner
 };
 
 enum class Action {

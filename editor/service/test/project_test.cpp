@@ -1,0 +1,157 @@
+#include "bf/service/project.hpp"
+
+#include "bf/base/files.hpp"
+#include "bf/model/edit.hpp"
+
+#include <fstream>
+#include <gtest/gtest.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace op = bf::model::operations;
+using bf::service::Project;
+
+/// A folder of its own for each test.
+class ProjectTest : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::path(BF_BINARY_DIRECTORY) / "service_test" /
+                  ::testing::UnitTest::GetInstance()->current_test_info()->name();
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+        write("loop.yaml", loop);
+        write("law.yaml", law);
+    }
+    void write(const std::string& name, const std::string& text) const {
+        const fs::path beside = folder_ / (name + ".new"); // as editors do
+        std::ofstream(beside) << text;
+        fs::rename(beside, folder_ / name);
+    }
+    std::string read(const std::string& name) const { return bf::read_text_file(folder_ / name); }
+    fs::path file(const std::string& name = "loop.yaml") const { return folder_ / name; }
+
+    static constexpr const char* loop = "# A loop.\n"
+                                        "model: loop\n"
+                                        "step: 0.1   # s\n"
+                                        "blocks:\n"
+                                        "  reference: {block: Constant, value: 1}\n"
+                                        "  law: {file: law.yaml}   # the controller\n"
+                                        "connections:\n"
+                                        "  reference: law.error\n";
+    static constexpr const char* law = "model: law\n"
+                                       "inputs: [error]\n"
+                                       "outputs: [force]\n"
+                                       "blocks:\n"
+                                       "  gain: {block: Gain, K: 2}   # N/m\n"
+                                       "connections:\n"
+                                       "  error: gain\n"
+                                       "  gain: force\n";
+
+  private:
+    fs::path folder_;
+};
+
+TEST_F(ProjectTest, WritesAnEditIntoTheFileAndUndoGivesItsBytesBack) {
+    Project project(file());
+    project.edit(op::Rename{"reference", "wanted"});
+    EXPECT_NE(read("loop.yaml").find("wanted: law.error"), std::string::npos);
+    EXPECT_NE(read("loop.yaml").find("# the controller"), std::string::npos);
+    EXPECT_TRUE(project.undo());
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_FALSE(project.undo());
+    EXPECT_TRUE(project.redo());
+    EXPECT_NE(read("loop.yaml").find("wanted: law.error"), std::string::npos);
+}
+
+TEST_F(ProjectTest, EditsUnderAReferenceGoToItsFile) {
+    Project project(file());
+    project.edit(op::Set{"law.gain", "K", "3"});
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_NE(read("law.yaml").find("gain: {block: Gain, K: 3}   # N/m"), std::string::npos);
+    EXPECT_EQ(bf::model::find(project.model(), "law.gain")->find_setting("K")->value.text, "3");
+    project.edit(op::Move{"law.gain", {40, 20}});
+    project.edit(op::Move{"law", {80, 20}}); // the block itself stands in the file around it
+    EXPECT_NE(read("law.yaml").find("layout:"), std::string::npos);
+    EXPECT_NE(read("loop.yaml").find("law: {x: 80, y: 20}"), std::string::npos) << read("loop.yaml");
+    while (project.undo()) {
+    }
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_EQ(read("law.yaml"), law);
+}
+
+TEST_F(ProjectTest, TellsWhichFileHoldsABlock) {
+    const Project project(file());
+    EXPECT_EQ(project.place_of("law.gain"), std::pair(file("law.yaml"), std::string("gain")));
+    EXPECT_EQ(project.place_of("law"), std::pair(file(), std::string("law")));
+}
+
+TEST_F(ProjectTest, ABatchOfSeveralFilesIsRefusedAndChangesNothing) {
+    Project project(file());
+    op::Batch batch;
+    batch.operations = {op::Set{"law.gain", "K", "3"}, op::Set{"reference", "value", "2"}};
+    EXPECT_THROW(project.edit(batch), bf::model::Errors);
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_EQ(read("law.yaml"), law);
+}
+
+TEST_F(ProjectTest, TakesOverWhatAnotherProgramWritesAsAnEditThatCanBeUndone) {
+    Project project(file());
+    project.edit(op::Set{"reference", "value", "5"});
+    EXPECT_FALSE(project.synchronise());
+    std::string text = read("loop.yaml");
+    text.replace(text.find("0.1"), 3, "0.2");
+    write("loop.yaml", text);
+    EXPECT_TRUE(project.synchronise());
+    EXPECT_EQ(project.model().step->text, "0.2");
+    project.edit(op::Set{"reference", "value", "6"});
+    EXPECT_NE(read("loop.yaml").find("step: 0.2   # s"), std::string::npos);
+    EXPECT_NE(read("loop.yaml").find("value: 6"), std::string::npos);
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(project.undo());
+    EXPECT_EQ(read("loop.yaml"), loop);
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(project.redo());
+    EXPECT_NE(read("loop.yaml").find("step: 0.2   # s"), std::string::npos);
+}
+
+TEST_F(ProjectTest, TakesOverAReferencedFile) {
+    Project project(file());
+    std::string text = law;
+    text.replace(text.find("K: 2"), 4, "K: 7");
+    write("law.yaml", text);
+    EXPECT_TRUE(project.synchronise());
+    EXPECT_EQ(bf::model::find(project.model(), "law.gain")->find_setting("K")->value.text, "7");
+}
+
+TEST_F(ProjectTest, AFileThatCannotBeReadIsSaidAndTheLastGoodModelStays) {
+    Project project(file());
+    write("loop.yaml", "model: [");
+    EXPECT_TRUE(project.synchronise());
+    EXPECT_NE(project.failure().find("loop.yaml:1"), std::string::npos) << project.failure();
+    EXPECT_TRUE(bf::model::find(project.model(), "law"));
+    write("loop.yaml", loop);
+    EXPECT_TRUE(project.synchronise());
+    EXPECT_EQ(project.failure(), "");
+}
+
+TEST_F(ProjectTest, AModelThatWasDeletedIsWrittenAgainByTheNextEdit) {
+    Project project(file());
+    fs::remove(file());
+    EXPECT_TRUE(project.synchronise());
+    EXPECT_NE(project.failure(), "");
+    project.edit(op::Set{"reference", "value", "5"});
+    EXPECT_EQ(project.failure(), "");
+    EXPECT_NE(read("loop.yaml").find("value: 5"), std::string::npos);
+}
+
+TEST_F(ProjectTest, ExtractingMakesAFileAndNeverWritesOverOne) {
+    Project project(file());
+    project.edit(op::Group{"", {"reference"}, "source"});
+    EXPECT_THROW(project.edit(op::Extract{"source", "law.yaml"}), bf::model::Errors);
+    EXPECT_EQ(read("law.yaml"), law);
+    project.edit(op::Extract{"source", "source.yaml"});
+    EXPECT_NE(read("source.yaml").find("reference: {block: Constant, value: 1}"), std::string::npos);
+    project.edit(op::Set{"source.reference", "value", "4"});
+    EXPECT_NE(read("source.yaml").find("value: 4"), std::string::npos);
+}
+
+} // namespace

@@ -1,8 +1,9 @@
 // bf edit: the page in which a model is drawn, checked, run and watched.
+#include "bf/base/escape.hpp"
 #include "bf/realtime/interrupt.hpp"
 #include "bf/service/server.hpp"
+#include "bf/service/service.hpp"
 #include "session.hpp"
-#include "bf/base/escape.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
@@ -22,7 +23,7 @@ namespace {
 struct EditOptions {
     std::string file;
     std::uint16_t port = 0;
-    bool no_browser = false;
+    bool no_browser = false, shows_protocol = false;
 };
 
 /// Beside the libraries of this program: a build has the folders of an installation.
@@ -42,6 +43,11 @@ void open_browser(const std::string& address) {
 }
 
 void execute(const EditOptions& options) {
+    if (options.shows_protocol) {
+        std::fputs(service::Service::typescript().c_str(), stdout);
+        return;
+    }
+    if (options.file.empty()) throw CommandError("name the model to edit, such as docs/start/motor.yaml");
     const fs::path page = page_folder();
     if (!fs::exists(page / "index.html"))
         throw CommandError("the editor's page is not in " + page.string() +
@@ -61,12 +67,13 @@ void add_edit(CLI::App& app) {
     auto* command = app.add_subcommand("edit", "draw, check, run and watch a model in the browser");
     auto options = std::make_shared<EditOptions>();
     command->add_option("MODEL", options->file, "model file; what the page changes lands in it at once")
-        ->required()
         ->type_name("");
     command->add_option("--port", options->port, "of 127.0.0.1; 0: any free one")
         ->type_name("PORT")
         ->capture_default_str();
     command->add_flag("--no-browser", options->no_browser, "only print the address");
+    command->add_flag("--protocol", options->shows_protocol,
+                      "only print what page and program say to each other, as TypeScript");
     command->footer("Example: bf edit docs/start/motor.yaml");
     command->callback([options] { execute(*options); });
 }

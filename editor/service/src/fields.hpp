@@ -34,8 +34,8 @@ BF_FIELDS(editor::Element, one_of("kind", &T::kind, words::element), has("path",
           has("from", &T::from), has("to", &T::to), has("bounds", &T::bounds), has("shapes", &T::shapes),
           has("ports", &T::ports), has("title", &T::title), has("description", &T::description),
           has("marks", &T::marks), has("rate", &T::rate))
-BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds), has("elements", &T::elements),
-          has("rates", &T::rates))
+BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds),
+          has("elements", &T::elements), has("rates", &T::rates))
 
 BF_FIELDS(service::Diagnostic, has("file", &T::file), has("line", &T::line), has("column", &T::column),
           has("path", &T::path), has("message", &T::message), has("remedy", &T::remedy))
@@ -68,6 +68,7 @@ BF_FIELDS(service::Moved, has("path", &T::path), has("to", &T::to))
 BF_FIELDS(service::Draw, has("system", &T::system), one_of("show", &T::show, words::show),
           has("moved", &T::moved))
 BF_FIELDS(service::Inspect, has("path", &T::path))
+BF_FIELDS(service::Edit, has("operation", &T::operation))
 BF_FIELDS(service::InSystem, has("system", &T::system))
 BF_FIELDS(service::Variables, has("variables", &T::variables))
 BF_FIELDS(service::Copy, has("system", &T::system), has("names", &T::names))

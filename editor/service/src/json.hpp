@@ -69,6 +69,8 @@ void from_json(const Json& json, T& value, const std::string& member = "params",
             from_json(*at, value.*field.member, field.name, field.words);
         });
         if (known != json.size()) refuse("only what the protocol declares");
+    } else if constexpr (std::is_same_v<T, OperationText>) {
+        value.json = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     } else if constexpr (std::is_same_v<T, std::string>) {
         if (!json.is_string()) refuse("a text");
         value = json.get<std::string>();

@@ -8,6 +8,7 @@
 #include "bf/view/draw.hpp"
 #include "clipboard.hpp"
 #include "json.hpp"
+#include "typescript.hpp"
 
 #include <condition_variable>
 #include <map>
@@ -361,6 +362,10 @@ struct Service::State {
         return found;
     }
 
+    DocumentState edit(int, const Edit& asked) {
+        project->edit(model::operation_from_json(asked.operation.json));
+        return after_change();
+    }
     DocumentState undo(int, const Nothing&) {
         if (!project->undo()) throw Refusal("there is nothing to undo");
         return after_change();
@@ -489,41 +494,67 @@ void Service::tick() {
     if (state_->project->synchronise()) static_cast<void>(state_->after_change());
 }
 
-std::string Service::answer(int page, std::string_view request) {
-    using Handler = std::function<Json(State&, int, const Json&)>;
-    const auto handler =
-        []<class Result, class Params>(Result (State::*method)(int, const Params&)) -> Handler {
-        return [method](State& state, int of, const Json& json) {
-            Params params{};
-            from_json(json, params);
-            return to_json((state.*method)(of, params));
-        };
-    };
-    static const std::map<std::string, Handler, std::less<>> handlers = {
-        {"hello", handler(&State::hello)},
-        {"open", handler(&State::open)},
-        {"library", handler(&State::library)},
-        {"draw", handler(&State::draw)},
-        {"arrange", handler(&State::arrange)},
-        {"inspect", handler(&State::inspect)},
-        {"variables", handler(&State::variables)},
-        {"undo", handler(&State::undo)},
-        {"redo", handler(&State::redo)},
-        {"copy", handler(&State::copy)},
-        {"paste", handler(&State::paste)},
-        {"text", handler(&State::text)},
-        {"run", handler(&State::run)},
-        {"signals", handler(&State::signals)},
-        {"watch", handler(&State::watch)},
-        {"tune", handler(&State::tune)},
-        // An operation is what bf/model/operation.hpp reads.
-        {"edit", [](State& state, int, const Json& json) {
-             if (!json.is_object() || !json.contains("operation") || json.size() != 1)
-                 throw ProtocolError("'edit' takes {\"operation\": ...}");
-             state.project->edit(model::operation_from_json(json["operation"].dump()));
-             return to_json(state.after_change());
-         }}};
+namespace {
 
+/// A method of the protocol: how it is called, and what it takes and gives, for the page.
+struct Method {
+    std::string name;
+    std::function<Json(Service::State&, int page, const Json& params)> call;
+    std::string params, result; ///< in TypeScript
+    std::map<std::string, std::string> types;
+};
+
+template <class Params, class Result>
+Method method(const char* name, Result (Service::State::*call)(int, const Params&)) {
+    Method made{name,
+                [call](Service::State& state, int page, const Json& json) {
+                    Params params{};
+                    from_json(json, params);
+                    return to_json((state.*call)(page, params));
+                },
+                {},
+                {},
+                {}};
+    made.params = typescript_of<Params>(made.types);
+    made.result = typescript_of<Result>(made.types);
+    return made;
+}
+
+const std::vector<Method>& methods() {
+    using S = Service::State;
+    static const std::vector<Method> all = {
+        method("hello", &S::hello),     method("open", &S::open),       method("library", &S::library),
+        method("draw", &S::draw),       method("inspect", &S::inspect), method("variables", &S::variables),
+        method("edit", &S::edit),       method("undo", &S::undo),       method("redo", &S::redo),
+        method("arrange", &S::arrange), method("copy", &S::copy),       method("paste", &S::paste),
+        method("text", &S::text),       method("run", &S::run),         method("signals", &S::signals),
+        method("watch", &S::watch),     method("tune", &S::tune)};
+    return all;
+}
+
+} // namespace
+
+std::string Service::typescript() {
+    std::map<std::string, std::string> types;
+    std::string table, notifications;
+    for (const auto& method : methods()) {
+        types.insert(method.types.begin(), method.types.end());
+        table += "  " + method.name + ": { params: " + method.params + "; result: " + method.result + " };\n";
+    }
+    notifications +=
+        "  changed: " + typescript_of<DocumentState>(types) + "; // by a page, or by another program\n";
+    notifications += "  run: " + typescript_of<RunState>(types) + ";\n";
+    std::string text =
+        "// What the page and the service say to each other. Written by scripts/update-reference from\n"
+        "// editor/service/include/bf/service/protocol.hpp, which says what everything means.\n\n"
+        "export const protocol = " +
+        std::to_string(protocol_version) + ";\n\n";
+    for (const auto& [name, declaration] : types) text += declaration + "\n";
+    return text + "export interface Methods {\n" + table + "}\nexport type Method = keyof Methods;\n\n" +
+           "export interface Notifications {\n" + notifications + "}\n";
+}
+
+std::string Service::answer(int page, std::string_view request) {
     constexpr int deepest = 1000; // a hundred subsystems
     if (depth_of(request) > deepest) return error_text({}, Code::request, "the request is nested too deeply");
     const Json json = Json::parse(request, nullptr, false);
@@ -533,16 +564,16 @@ std::string Service::answer(int page, std::string_view request) {
         json.contains("id") && (json["id"].is_number() || json["id"].is_string()) ? json["id"] : Json();
     if (!json.contains("method") || !json["method"].is_string())
         return error_text(id, Code::request, "a request has a method");
-    const auto method = json["method"].get<std::string>();
-    const auto found = handlers.find(method);
-    if (found == handlers.end()) return error_text(id, Code::method, "there is no method '" + method + "'");
+    const auto name = json["method"].get<std::string>();
+    const auto found = std::ranges::find(methods(), name, &Method::name);
+    if (found == methods().end()) return error_text(id, Code::method, "there is no method '" + name + "'");
     try {
         const Json result =
-            found->second(*state_, page, json.contains("params") ? json["params"] : Json::object());
+            found->call(*state_, page, json.contains("params") ? json["params"] : Json::object());
         return Json{{"jsonrpc", "2.0"}, {"id", id}, {"result", result}}.dump(-1, ' ', false,
                                                                              Json::error_handler_t::replace);
     } catch (const ProtocolError& error) {
-        return error_text(id, Code::params, method + ": " + error.what());
+        return error_text(id, Code::params, name + ": " + error.what());
     } catch (const std::exception& error) {
         return error_text(id, Code::refused, error.what());
     }

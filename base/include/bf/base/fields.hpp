@@ -42,6 +42,7 @@ concept Listed = requires {
 #define BF_FIELDS(Type, ...)                                                                                 \
     template <> struct Fields<Type> {                                                                        \
         using T = Type;                                                                                      \
+        static constexpr const char* name = #Type; /* "model::Point" */                                      \
         static auto all() { return std::tuple_cat(__VA_ARGS__); }                                            \
     };
 // NOLINTEND(bugprone-macro-parentheses)

@@ -124,6 +124,13 @@ struct Draw {
 struct Inspect {
     std::string path; ///< of a block; empty: the model itself
 };
+/// An operation on the document in its own form, {"do": "rename", ...}; see bf/model/operation.hpp.
+struct OperationText {
+    std::string json;
+};
+struct Edit {
+    OperationText operation;
+};
 struct InSystem {
     std::string system;
 };

@@ -37,8 +37,12 @@ class Service {
     /// A few times a second: looks after files.
     void tick();
 
-  private:
+    /// The protocol in TypeScript, for the page.
+    static std::string typescript();
+
     struct State;
+
+  private:
     std::unique_ptr<State> state_;
 };
 

@@ -1,0 +1,238 @@
+#include "bf/service/service.hpp"
+
+#include "bf/base/files.hpp"
+
+#include <condition_variable>
+#include <deque>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+namespace {
+
+namespace fs = std::filesystem;
+using bf::service::Service;
+using Json = nlohmann::json;
+
+/// A service without a network: its tasks run when the test waits for them.
+class ServiceTest : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::path(BF_BINARY_DIRECTORY) / "service_test" /
+                  ::testing::UnitTest::GetInstance()->current_test_info()->name();
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+        fs::copy_file(fs::path(BF_SOURCE_DIRECTORY) / "docs" / "start" / "motor.yaml", file());
+        service = std::make_unique<Service>(
+            Service::Options{file(), "1.2.3",
+                             [this](std::function<void()> task) {
+                                 const std::lock_guard lock(mutex_);
+                                 tasks_.push_back(std::move(task));
+                                 wake_.notify_one();
+                             },
+                             [this](const std::string& text) { told.push_back(Json::parse(text)); },
+                             [this](const std::string& frame) { sent_bytes += frame.size(); }});
+    }
+    void TearDown() override { service.reset(); }
+
+    fs::path file() const { return folder_ / "motor.yaml"; }
+    std::string text() const { return bf::read_text_file(file()); }
+
+    Json ask(const std::string& method, const Json& params = Json::object()) {
+        return Json::parse(service->answer(
+            1, Json{{"jsonrpc", "2.0"}, {"id", 7}, {"method", method}, {"params", params}}.dump()));
+    }
+    Json result(const std::string& method, const Json& params = Json::object()) {
+        const Json answer = ask(method, params);
+        EXPECT_TRUE(answer.contains("result")) << method << ": " << answer.dump();
+        EXPECT_EQ(answer["id"], 7);
+        return answer.value("result", Json());
+    }
+    std::string refusal(const std::string& method, const Json& params = Json::object()) {
+        const Json answer = ask(method, params);
+        return answer.contains("error") ? answer["error"]["message"].get<std::string>() : "";
+    }
+    /// Runs tasks until a notification says what is asked for.
+    Json wait_for(const std::function<bool(const Json&)>& is_it) {
+        for (std::size_t seen = 0;;) {
+            for (; seen < told.size(); ++seen)
+                if (is_it(told[seen])) return told[seen];
+            std::unique_lock lock(mutex_);
+            if (!wake_.wait_for(lock, std::chrono::seconds(20), [&] { return !tasks_.empty(); })) return {};
+            const auto task = std::move(tasks_.front());
+            tasks_.pop_front();
+            lock.unlock();
+            task();
+        }
+    }
+    Json checked() {
+        told.clear();
+        return wait_for([](const Json& n) {
+            return n["method"] == "changed" && n["params"]["is_checked"] == true;
+        })["params"];
+    }
+
+    std::unique_ptr<Service> service;
+    std::vector<Json> told;
+    std::size_t sent_bytes = 0;
+
+  private:
+    fs::path folder_;
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    std::deque<std::function<void()>> tasks_;
+};
+
+TEST_F(ServiceTest, WelcomesAPageOfItsProtocolAndNoOther) {
+    const Json welcome = result("hello", {{"protocol", 1}});
+    EXPECT_EQ(welcome["version"], "1.2.3");
+    EXPECT_EQ(welcome["files"], Json::array({"motor.yaml"}));
+    EXPECT_EQ(welcome["document"]["file"], "motor.yaml");
+    EXPECT_EQ(refusal("hello", {{"protocol", 99}}),
+              "this page speaks version 99 of the protocol, and bf 1.2.3 version 1; reload the page");
+}
+
+TEST_F(ServiceTest, ChecksEachChangeAndSaysWhatBfCheckSays) {
+    EXPECT_TRUE(checked()["diagnostics"].empty());
+    result("edit",
+           {{"operation",
+             {{"do", "set"}, {"path", "controller.proportional"}, {"name", "K"}, {"value", "Gain.Kq"}}}});
+    const Json wrong = checked();
+    ASSERT_EQ(wrong["diagnostics"].size(), 1u) << wrong.dump();
+    EXPECT_EQ(wrong["diagnostics"][0]["path"], "controller.proportional.K");
+    EXPECT_EQ(wrong["diagnostics"][0]["line"], 22);
+    EXPECT_EQ(wrong["diagnostics"][0]["file"], "motor.yaml");
+    EXPECT_NE(wrong["diagnostics"][0]["message"].get<std::string>().find("Kq"), std::string::npos);
+    result("undo");
+    EXPECT_TRUE(checked()["diagnostics"].empty());
+}
+
+TEST_F(ServiceTest, RefusesAnImpossibleEditWithItsReasonAndChangesNothing) {
+    const std::string before = text();
+    EXPECT_NE(refusal("edit", {{"operation", {{"do", "rename"}, {"path", "lod"}, {"name", "x"}}}})
+                  .find("did you mean 'load'"),
+              std::string::npos);
+    EXPECT_EQ(text(), before);
+    EXPECT_EQ(refusal("undo"), "there is nothing to undo");
+}
+
+TEST_F(ServiceTest, InspectsWhatABlockDeclaresAndWhatItIsGiven) {
+    checked();
+    const Json seen = result("inspect", {{"path", "controller.integral"}});
+    EXPECT_EQ(seen["type"], "DiscreteIntegrator");
+    std::map<std::string, Json> fields;
+    for (const auto& field : seen["fields"]) fields[field["name"]] = field;
+    EXPECT_EQ(fields.at("gain")["text"], "Gain.Ki");
+    EXPECT_EQ(fields.at("gain")["value"], "1.3");
+    EXPECT_EQ(fields.at("gain")["role"], "parameter");
+    EXPECT_EQ(fields.at("upper")["value"], "24");
+    EXPECT_TRUE(fields.at("doc")["text"].is_null());
+    EXPECT_EQ(fields.at("doc")["role"], "property");
+    const Json controller = result("inspect", {{"path", "controller"}});
+    for (const auto& field : controller["fields"])
+        EXPECT_TRUE(field["name"] != "period" || field["text"] == "0.01");
+    EXPECT_NE(refusal("inspect", {{"path", "controller.nothing"}}), "");
+}
+
+TEST_F(ServiceTest, ListsVariablesWithTheirValues) {
+    checked();
+    const Json variables = result("variables", {{"system", ""}})["variables"];
+    ASSERT_EQ(variables.size(), 8u);
+    EXPECT_EQ(variables[0]["name"], "Motor.R");
+    EXPECT_EQ(variables[0]["value"], "1");
+    EXPECT_EQ(refusal("variables", {{"system", "nowhere"}}), "there is no subsystem 'nowhere'");
+}
+
+TEST_F(ServiceTest, CopiesBlocksWithTheirWiresAndPastesThemUnderFreeNames) {
+    const Json copied =
+        result("copy", {{"system", "controller"}, {"names", {"proportional", "integral", "sum"}}});
+    result("paste", {{"system", "controller"}, {"text", copied["text"]}, {"at", {{"x", 100}, {"y", 200}}}});
+    EXPECT_NE(text().find("proportional2: {block: Gain, K: Gain.Kp}"), std::string::npos) << text();
+    EXPECT_NE(text().find("proportional2: sum2.u1"), std::string::npos) << text();
+    EXPECT_NE(text().find("integral2: sum2.u2"), std::string::npos) << text();
+    result("undo");
+    EXPECT_EQ(
+        refusal("paste", {{"system", ""}, {"text", "]"}, {"at", {{"x", 0}, {"y", 0}}}}).find("clipboard:1"),
+        0u);
+}
+
+TEST_F(ServiceTest, RunsWatchesAndTunes) {
+    EXPECT_EQ(refusal("run", {{"action", "start"}, {"factor", nullptr}}),
+              "the model is being checked; try again in a moment");
+    checked();
+    result("watch", {{"paths", {"motor.omega"}}});
+    result("run", {{"action", "start"}});
+    const Json ended =
+        wait_for([](const Json& n) { return n["method"] == "run" && n["params"]["state"] == "ended"; });
+    EXPECT_NEAR(ended["params"]["time"].get<double>(), 1.2, 1e-9);
+    EXPECT_GT(sent_bytes, 24u * 50);
+    EXPECT_EQ(result("watch", {{"paths", {"motor.omega", "nothing"}}})["signals"].size(), 1u);
+    EXPECT_GT(result("signals")["signals"].size(), 10u);
+    EXPECT_EQ(result("tune", {{"name", "Gain.Kp"}, {"values", {0.2}}})["reached"], ended["params"]["time"]);
+    EXPECT_NE(refusal("tune", {{"name", "Gain.Kp"}, {"values", {1, 2}}}), "");
+    EXPECT_NE(refusal("run", {{"action", "to"}, {"time", -1}}), "");
+}
+
+TEST_F(ServiceTest, ARunOfAnEarlierModelIsSaidToBeOne) {
+    checked();
+    result("run", {{"action", "step"}});
+    EXPECT_EQ(result("run", {{"action", "pause"}})["is_current"], true);
+    result("edit", {{"operation", {{"do", "set"}, {"path", "load"}, {"name", "after"}, {"value", "0.06"}}}});
+    EXPECT_EQ(result("run", {{"action", "pause"}})["is_current"], false);
+}
+
+TEST_F(ServiceTest, AModelWithMistakesDoesNotRun) {
+    result("edit",
+           {{"operation", {{"do", "set"}, {"path", "load"}, {"name", "after"}, {"value", "nobody"}}}});
+    checked();
+    EXPECT_EQ(refusal("run", {{"action", "start"}}).find("the model has mistakes: "), 0u);
+}
+
+TEST_F(ServiceTest, OpensModelsOfItsFolderAlone) {
+    EXPECT_NE(
+        refusal("open", {{"file", "../../../../docs/start/motor.yaml"}}).find("is not in the opened folder"),
+        std::string::npos);
+    EXPECT_NE(refusal("open", {{"file", "/etc/passwd"}}).find("is not in the opened folder"),
+              std::string::npos);
+    EXPECT_NE(refusal("open", {{"file", "nothing.yaml"}}), "");
+    std::ofstream(file().parent_path() / "other.yaml") << "model: other\nstep: 1\n";
+    EXPECT_EQ(result("open", {{"file", "other.yaml"}})["file"], "other.yaml");
+}
+
+TEST_F(ServiceTest, TellsPagesWhatAnotherProgramWrote) {
+    checked();
+    std::string changed = text();
+    changed.replace(changed.find("stop: 1.2"), 9, "stop: 3");
+    std::ofstream(file()) << changed;
+    service->tick();
+    EXPECT_EQ(checked()["revision"], 1);
+    EXPECT_EQ(result("undo")["can_redo"], true);
+    EXPECT_NE(text().find("stop: 1.2"), std::string::npos);
+}
+
+TEST_F(ServiceTest, AnswersGarbageWithAnErrorOfJsonRpc) {
+    const auto code = [&](const std::string& request) {
+        return Json::parse(service->answer(1, request))["error"]["code"].get<int>();
+    };
+    EXPECT_EQ(code("{"), -32700);
+    EXPECT_EQ(code("\xff\xfe"), -32700);
+    EXPECT_EQ(code("[]"), -32600);
+    EXPECT_EQ(code("{}"), -32600);
+    EXPECT_EQ(code(std::string(100000, '[')), -32600);
+    EXPECT_EQ(code(R"({"method": "destroy"})"), -32601);
+    EXPECT_EQ(code(R"({"method": "draw", "params": {"system": 3}})"), -32602);
+    EXPECT_EQ(code(R"({"method": "draw", "params": {"systen": ""}})"), -32602);
+    EXPECT_EQ(code(R"({"method": "run", "params": {"action": "explode"}})"), -32602);
+    EXPECT_EQ(code(R"({"method": "tune", "params": {"name": "a", "values": ["b"]}})"), -32602);
+    EXPECT_EQ(refusal("run", {{"action", "explode"}}),
+              "run: 'action' takes one of start, pause, step, stop, to, pace, not \"explode\"");
+}
+
+TEST(Protocol, OfThePageIsTheOneOfTheService) {
+    EXPECT_EQ(bf::read_text_file(fs::path(BF_SOURCE_DIRECTORY) / "editor/page/src/protocol.ts"),
+              Service::typescript())
+        << "run scripts/update-reference";
+}
+
+} // namespace

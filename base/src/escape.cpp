@@ -136,6 +136,29 @@ std::string gnuplot(std::string_view text) {
     return quoted(text, '\'', [](char c) { return c == '\'' ? "'.\"'\".'" : is_control(c) ? " " : ""; });
 }
 
+std::string xml(std::string_view text) {
+    std::string result;
+    for_each_character(text, [&](const Character& character) {
+        switch (character.bytes[0]) {
+        case '&': result += "&amp;"; return;
+        case '<': result += "&lt;"; return;
+        case '>': result += "&gt;"; return;
+        case '"': result += "&quot;"; return;
+        case '\'': result += "&#39;"; return;
+        default: break;
+        }
+        // XML has no place for U+FFFE, U+FFFF and most control characters.
+        const bool is_none = character.code == 0xfffe || character.code == 0xffff || character.is_break() ||
+                             character.is_directional() ||
+                             (character.code >= 0 && is_control(character.bytes[0]));
+        if (character.code < 0)
+            result += "\xef\xbf\xbd"; // the replacement character
+        else
+            result += is_none ? std::string_view(" ") : character.bytes;
+    });
+    return result;
+}
+
 std::string csv(std::string_view text) {
     if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
     return quoted(text, '"', [](char c) { return c == '"' ? "\"\"" : ""; });

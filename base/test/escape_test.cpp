@@ -110,6 +110,14 @@ TEST(Escape, GivesAShellAndCMakeTheTextBack) {
     std::filesystem::remove_all(at);
 }
 
+TEST(Escape, PutsNothingButTextIntoXml) {
+    EXPECT_EQ(escape::xml("a < b && c > \"d\" 'e'"), "a &lt; b &amp;&amp; c &gt; &quot;d&quot; &#39;e&#39;");
+    EXPECT_EQ(escape::xml("\x01\x7f\n\xc2\x85"), "    ");
+    EXPECT_EQ(escape::xml("\xff\xc3"), "\xef\xbf\xbd\xef\xbf\xbd");
+    EXPECT_EQ(escape::xml("\xef\xbf\xbf\xe2\x80\xae"), "  ");
+    EXPECT_EQ(escape::xml("τ²"), "τ²");
+}
+
 TEST(Escape, WritesFieldsOfTables) {
     EXPECT_EQ(escape::csv("tau (N m)"), "tau (N m)");
     EXPECT_EQ(escape::csv("a,\"b\"\nc"), "\"a,\"\"b\"\"\nc\"");

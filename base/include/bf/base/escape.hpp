@@ -11,6 +11,9 @@ namespace bf::escape {
 /// the source, and bytes that are no UTF-8 are escaped.
 std::string cpp(std::string_view text);
 
+/// Text or a quoted attribute of XML, HTML and SVG: no mark-up, control character or byte that is no UTF-8 enters it.
+std::string xml(std::string_view text);
+
 /// One line for a comment of C, C++, Python, CMake or a shell: neither ends it, nor joins it with the next
 /// line, nor begins another, and shows what it says (directional characters are left out).
 std::string comment(std::string_view text);

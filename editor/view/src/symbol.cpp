@@ -1,0 +1,377 @@
+#include "symbol.hpp"
+
+#include "bf/base/numbers.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <string_view>
+
+namespace bf::editor {
+
+namespace {
+
+constexpr double letter = 12, small_letter = 11;
+constexpr double widest = 170; ///< of a text in a block
+constexpr double port_gap = 20;
+
+/// How a type of block is drawn. `text` has {setting} where the value of a setting stands, and a fraction
+/// where it has a
+/// '\n' after "\f". `curves` are lines of points in a square from (0, 0), the upper left corner, to (1, 1),
+/// with '|' between two lines.
+struct Look {
+    Symbol::Outline outline = Symbol::Outline::rectangle;
+    const char* text = nullptr;
+    const char* curves = nullptr;
+};
+
+using enum Symbol::Outline;
+
+const std::map<std::string_view, Look>& looks() {
+    static const std::map<std::string_view, Look> all = {
+        // sources
+        {"Constant", {rectangle, "{value}"}},
+        {"Ground", {rectangle, "0"}},
+        {"Clock", {rectangle, "t"}},
+        {"Step", {rectangle, nullptr, "0,0.85 0.45,0.85 0.45,0.15 1,0.15"}},
+        {"Ramp", {rectangle, nullptr, "0,0.85 0.35,0.85 1,0.1"}},
+        {"Sine",
+         {rectangle, nullptr,
+          "0,0.5 0.06,0.3 0.13,0.14 0.25,0.05 0.37,0.14 0.44,0.3 0.5,0.5 0.56,0.7 0.63,0.86 "
+          "0.75,0.95 0.87,0.86 0.94,0.7 1,0.5"}},
+        {"Pulse",
+         {rectangle, nullptr,
+          "0,0.85 0.15,0.85 0.15,0.15 0.4,0.15 0.4,0.85 0.65,0.85 0.65,0.15 0.9,0.15 0.9,0.85 "
+          "1,0.85"}},
+        {"Chirp",
+         {rectangle, nullptr,
+          "0,0.5 0.15,0.1 0.35,0.5 0.45,0.9 0.55,0.5 0.62,0.1 0.69,0.5 0.75,0.9 0.8,0.5 "
+          "0.85,0.1 0.89,0.5 0.93,0.9 0.96,0.5 1,0.1"}},
+        {"SignalGenerator", {rectangle, nullptr, "0,0.9 0.25,0.1 0.5,0.9 0.75,0.1 1,0.9"}},
+        {"RepeatingSequence", {rectangle, nullptr, "0,0.9 0.5,0.1 0.5,0.9 1,0.1 1,0.9"}},
+        {"RepeatingStair",
+         {rectangle, nullptr, "0,0.9 0.25,0.9 0.25,0.5 0.5,0.5 0.5,0.1 0.75,0.1 0.75,0.9 1,0.9"}},
+        {"SignalFromFile", {rectangle, "{file}"}},
+        {"RandomUniform",
+         {rectangle, nullptr,
+          "0,0.4 0.2,0.4 0.2,0.8 0.4,0.8 0.4,0.15 0.6,0.15 0.6,0.6 0.8,0.6 0.8,0.3 1,0.3"}},
+        {"RandomNormal",
+         {rectangle, nullptr, "0,0.9 0.2,0.85 0.35,0.6 0.45,0.2 0.5,0.1 0.55,0.2 0.65,0.6 0.8,0.85 1,0.9"}},
+        {"WhiteNoise",
+         {rectangle, nullptr,
+          "0,0.5 0.1,0.2 0.2,0.7 0.3,0.4 0.4,0.9 0.5,0.1 0.6,0.6 0.7,0.3 0.8,0.8 0.9,0.4 1,0.5"}},
+        // arithmetic
+        {"Gain", {triangle, "{K}"}},
+        {"Bias", {rectangle, "u + {bias}"}},
+        {"Negate", {triangle, "−1"}},
+        {"Abs", {rectangle, "|u|"}},
+        {"Sign", {rectangle, nullptr, "0,0.5 1,0.5|0.5,0 0.5,1|0,0.85 0.5,0.85 0.5,0.15 1,0.15"}},
+        {"Square", {rectangle, "u²"}},
+        {"Sqrt", {rectangle, "√u"}},
+        {"Exp", {rectangle, "eᵘ"}},
+        {"Log", {rectangle, "ln"}},
+        {"Power", {rectangle, "uᵛ"}},
+        {"Reciprocal", {rectangle, "\f1\nu"}},
+        {"Hypot", {rectangle, "hypot"}},
+        {"Trigonometry", {rectangle, "{function}"}},
+        {"SineCosine", {rectangle, "sin\ncos"}},
+        {"Atan2", {rectangle, "atan2"}},
+        {"Round", {rectangle, "{function}"}},
+        {"Fcn", {rectangle, "{expression}"}},
+        {"Minimum", {rectangle, "min"}},
+        {"Maximum", {rectangle, "max"}},
+        {"Mod", {rectangle, "mod"}},
+        {"Rem", {rectangle, "rem"}},
+        {"Dot", {rectangle, "u · v"}},
+        {"Cross", {rectangle, "u × v"}},
+        {"Norm", {rectangle, "‖u‖"}},
+        {"SumOfElements", {rectangle, "Σ"}},
+        {"ProductOfElements", {rectangle, "Π"}},
+        {"Transpose", {rectangle, "uᵀ"}},
+        {"MatrixInverse", {rectangle, "A⁻¹"}},
+        {"PseudoInverse", {rectangle, "A⁺"}},
+        {"LinearSolve", {rectangle, "A⁻¹ b"}},
+        {"Skew", {rectangle, "[u]×"}},
+        {"Identity", {rectangle, "I"}},
+        {"Polynomial", {rectangle, "P(u)"}},
+        // dynamics
+        {"Integrator", {rectangle, "\f1\ns"}},
+        {"LimitedIntegrator", {rectangle, "\f1\ns"}},
+        {"SecondOrderIntegrator", {rectangle, "\f1\ns²"}},
+        {"Derivative", {rectangle, "\fdu\ndt"}},
+        {"TransferFunction", {rectangle, "\f{numerator:s}\n{denominator:s}"}},
+        {"DiscreteTransferFunction", {rectangle, "\f{numerator:z}\n{denominator:z}"}},
+        {"StateSpace", {rectangle, "ẋ = A x + B u\ny = C x + D u"}},
+        {"DiscreteStateSpace", {rectangle, "x⁺ = A x + B u\ny = C x + D u"}},
+        {"PID", {rectangle, "PID(s)"}},
+        {"PID2", {rectangle, "PID(s)"}},
+        {"DiscretePID", {rectangle, "PID(z)"}},
+        {"DiscretePID2", {rectangle, "PID(z)"}},
+        {"DiscreteIntegrator", {rectangle, "\fK T\nz − 1"}},
+        {"DiscreteDerivative", {rectangle, "\fΔu\nT"}},
+        {"UnitDelay", {rectangle, "z⁻¹"}},
+        {"Memory", {rectangle, "z⁻¹"}},
+        {"Delay", {rectangle, "z⁻ⁿ"}},
+        {"TransportDelay", {rectangle, "e⁻ˢᵀ"}},
+        {"FIRFilter", {rectangle, "FIR"}},
+        {"DiscreteFilter", {rectangle, "filter"}},
+        {"ZeroOrderHold", {rectangle, nullptr, "0,0.9 0.3,0.9 0.3,0.6 0.6,0.6 0.6,0.25 1,0.25"}},
+        {"FirstOrderHold", {rectangle, nullptr, "0,0.9 0.3,0.6 0.3,0.7 0.65,0.3 0.65,0.4 1,0.1"}},
+        {"RateTransition", {rectangle, "T₁ → T₂"}},
+        // discontinuities
+        {"Saturate", {rectangle, nullptr, "0,0.5 1,0.5|0.5,0 0.5,1|0,0.85 0.25,0.85 0.75,0.15 1,0.15"}},
+        {"SaturateDynamic", {rectangle, nullptr, "0,0.85 0.25,0.85 0.75,0.15 1,0.15"}},
+        {"DeadZone", {rectangle, nullptr, "0,0.5 1,0.5|0.5,0 0.5,1|0,0.95 0.33,0.5 0.67,0.5 1,0.05"}},
+        {"DeadZoneDynamic", {rectangle, nullptr, "0,0.95 0.33,0.5 0.67,0.5 1,0.05"}},
+        {"Quantize",
+         {rectangle, nullptr, "0,1 0.2,1 0.2,0.75 0.4,0.75 0.4,0.5 0.6,0.5 0.6,0.25 0.8,0.25 0.8,0 1,0"}},
+        {"Relay", {rectangle, nullptr, "0,0.85 0.65,0.85 0.65,0.15 1,0.15|0.35,0.85 0.35,0.15 0.65,0.15"}},
+        {"Backlash", {rectangle, nullptr, "0,0.9 0.55,0.9 0.95,0.1 0.45,0.1 0.05,0.9"}},
+        {"Friction", {rectangle, nullptr, "0,0.5 1,0.5|0,1 0.5,0.75 0.5,0.25 1,0"}},
+        {"RateLimit", {rectangle, nullptr, "0,0.9 0.35,0.9 0.65,0.1 1,0.1"}},
+        {"RateLimitDynamic", {rectangle, nullptr, "0,0.9 0.35,0.9 0.65,0.1 1,0.1"}},
+        {"HitCrossing", {rectangle, nullptr, "0,0.5 1,0.5|0,0.95 1,0.05"}},
+        {"WrapToZero", {rectangle, nullptr, "0,0.9 0.6,0.2 0.6,0.9 1,0.9"}},
+        // logic
+        {"Logic", {rectangle, "{operator}"}},
+        {"Relational", {rectangle, "{operator}"}},
+        {"CompareToConstant", {rectangle, "{operator} {constant}"}},
+        {"CompareToZero", {rectangle, "{operator} 0"}},
+        {"Switch",
+         {rectangle, nullptr, "0,0.15 0.4,0.15|0,0.5 0.3,0.5|0,0.85 0.4,0.85|0.4,0.15 0.85,0.5 1,0.5"}},
+        {"MultiportSwitch", {rectangle, nullptr, "0,0.15 0.4,0.15|0,0.85 0.4,0.85|0.4,0.5 0.85,0.5 1,0.5"}},
+        {"Merge", {rectangle, "Merge"}},
+        // signals
+        {"Mux", {bar}},
+        {"Demux", {bar}},
+        {"Terminator", {rectangle, nullptr, "0,0.5 0.7,0.5|0.7,0.15 0.7,0.85"}},
+        {"Scope",
+         {rectangle, nullptr,
+          "0.05,0.05 0.95,0.05 0.95,0.95 0.05,0.95 0.05,0.05|0.15,0.7 0.3,0.25 0.5,0.75 0.65,0.35 0.85,0.5"}},
+        {"Convert", {rectangle, "{type}"}},
+        {"Check", {rectangle, "{kind}"}},
+        // tables
+        {"Lookup1D", {rectangle, nullptr, "0,0 0,1 1,1|0.05,0.9 0.3,0.75 0.5,0.35 0.7,0.25 1,0.2"}},
+        {"Lookup2D",
+         {rectangle, nullptr, "0,0.33 1,0.33|0,0.67 1,0.67|0.33,0 0.33,1|0.67,0 0.67,1|0,0 1,0 1,1 0,1 0,0"}},
+        {"LookupND",
+         {rectangle, nullptr, "0,0.33 1,0.33|0,0.67 1,0.67|0.33,0 0.33,1|0.67,0 0.67,1|0,0 1,0 1,1 0,1 0,0"}},
+        // robots
+        {"WholeBodyToolbox/MassMatrix", {rectangle, "M"}},
+        {"WholeBodyToolbox/GetBiasForces", {rectangle, "h"}},
+        {"WholeBodyToolbox/GetGravityForces", {rectangle, "g"}},
+        {"WholeBodyToolbox/Jacobian", {rectangle, "J\n{frame}"}},
+        {"WholeBodyToolbox/DotJNu", {rectangle, "J̇ ν\n{frame}"}},
+        {"WholeBodyToolbox/ForwardKinematics", {rectangle, "w_H_b → w_H_f\n{frame}"}},
+        {"WholeBodyToolbox/CentroidalMomentum", {rectangle, "L"}},
+        {"WholeBodyToolbox/CenterOfMass", {rectangle, "CoM"}},
+        {"WholeBodyToolbox/GetMeasurement", {rectangle, "measure\n{measured_type}"}},
+        {"WholeBodyToolbox/GetSensor", {rectangle, "sense\n{sensor}"}},
+        {"WholeBodyToolbox/SetReferences", {rectangle, "command\n{control_type}"}},
+        {"WholeBodyToolbox/MujocoWorld", {rectangle, "world"}},
+        {"WholeBodyToolbox/QP", {rectangle, "QP"}},
+    };
+    return all;
+}
+
+/// Without the quotes of a MATLAB text.
+std::string bare(std::string text) {
+    if (text.size() >= 2 && text.front() == text.back() && (text.front() == '\'' || text.front() == '"'))
+        text = text.substr(1, text.size() - 2);
+    return text;
+}
+
+/// Puts settings in the place of {name}, polynomials in that of {name:variable}.
+std::string filled(std::string_view text, const SettingText& setting) {
+    std::string result;
+    for (std::size_t at = 0; at < text.size();) {
+        const auto end = text[at] == '{' ? text.find('}', at) : std::string_view::npos;
+        if (end == std::string_view::npos) {
+            result += text[at++];
+            continue;
+        }
+        const std::string_view inside = text.substr(at + 1, end - at - 1);
+        const auto colon = inside.find(':');
+        std::string value = bare(setting(std::string(inside.substr(0, colon))));
+        if (colon != std::string_view::npos) value = polynomial(value, std::string(inside.substr(colon + 1)));
+        std::replace(value.begin(), value.end(), '\n', ' ');
+        result += value;
+        at = end + 1;
+    }
+    return result;
+}
+
+Shape text_shape(Point at, std::string text, double size) {
+    return {Shape::Kind::text, Style::value, {at}, std::move(text), size, Align::middle};
+}
+
+/// Lines of text in the middle of the symbol, or a fraction.
+void add_text(Symbol& symbol, std::string text) {
+    const bool is_fraction = text.starts_with('\f');
+    if (is_fraction) text.erase(0, 1);
+    std::vector<std::string> lines;
+    std::istringstream all(text);
+    for (std::string line; std::getline(all, line);) lines.push_back(fitted(line, letter, widest));
+    double width = 0;
+    for (const auto& line : lines) width = std::max(width, text_width(line, letter));
+    const double beside = symbol.outline == triangle ? 26 : 16;
+    symbol.width = std::max(symbol.width, std::ceil((width + beside) / 10) * 10);
+    constexpr double line_height = 16;
+    symbol.height = std::max(symbol.height, static_cast<double>(lines.size()) * line_height + 14);
+    // A triangle is wide where signals come in.
+    const double x = symbol.outline == triangle ? symbol.width * 0.38 : symbol.width / 2;
+    const double first = symbol.height / 2 - static_cast<double>(lines.size()) * line_height / 2;
+    for (std::size_t i = 0; i < lines.size(); ++i)
+        symbol.shapes.push_back(
+            text_shape({x, first + (static_cast<double>(i) + 0.76) * line_height}, lines[i], letter));
+    if (is_fraction)
+        symbol.shapes.push_back(
+            {Shape::Kind::line,
+             Style::symbol,
+             {{x - width / 2 - 3, symbol.height / 2}, {x + width / 2 + 3, symbol.height / 2}}});
+}
+
+/// The lines of a look, in a square in the middle of the symbol.
+void add_curves(Symbol& symbol, const char* curves) {
+    const double side = 24;
+    const Point corner{(symbol.width - side) / 2, (symbol.height - side) / 2};
+    std::istringstream all{std::string(curves)};
+    for (std::string curve; std::getline(all, curve, '|');) {
+        Shape line{Shape::Kind::line, Style::symbol, {}};
+        std::istringstream points(curve);
+        for (double x = 0, y = 0; points >> x;) {
+            char comma = 0;
+            points >> comma >> y;
+            line.points.push_back({corner.x + side * x, corner.y + side * y});
+        }
+        symbol.shapes.push_back(std::move(line));
+    }
+}
+
+/// A + or - per input, a * or / per input: of blocks that say so, or the number of inputs.
+std::string operators(const std::string& text, char usual, std::size_t rows) {
+    std::string signs;
+    for (const char c : bare(text))
+        if (c == '+' || c == '-' || c == '*' || c == '/') signs += c;
+    return signs.empty() ? std::string(rows, usual) : signs;
+}
+
+/// Signs beside the inputs.
+void add_signs(Symbol& symbol, const std::string& signs) {
+    const double middle = symbol.height / 2;
+    for (std::size_t i = 0; i < signs.size(); ++i) {
+        const double y =
+            middle + (static_cast<double>(i) - (static_cast<double>(signs.size()) - 1) / 2) * port_gap;
+        const std::string text = signs[i] == '-' ? "−" : signs[i] == '*' ? "×" : signs[i] == '/' ? "÷" : "+";
+        symbol.shapes.push_back(text_shape({9, y + 4}, text, letter));
+    }
+}
+
+} // namespace
+
+std::string polynomial(const std::string& coefficients, const std::string& variable) {
+    std::string inside = coefficients;
+    if (inside.starts_with('[') && inside.ends_with(']')) inside = inside.substr(1, inside.size() - 2);
+    std::replace(inside.begin(), inside.end(), ',', ' ');
+    std::istringstream words(inside);
+    std::vector<double> values;
+    for (std::string word; words >> word;) {
+        const auto number = number_of(word);
+        if (!number) return coefficients;
+        values.push_back(*number);
+    }
+    static const char* const powers[] = {"", "", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    if (values.empty() || values.size() > std::size(powers)) return coefficients;
+    std::string text;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::size_t power = values.size() - 1 - i;
+        if (values[i] == 0) continue;
+        const double size = std::abs(values[i]);
+        text += text.empty() ? (values[i] < 0 ? "−" : "") : values[i] < 0 ? " − " : " + ";
+        if (size != 1 || power == 0) text += number_text(size);
+        if (power > 0) text += (size != 1 ? " " : "") + variable + powers[power];
+    }
+    return text.empty() ? "0" : text;
+}
+
+Symbol symbol_of(const std::string& type, std::size_t rows, const SettingText& setting) {
+    Symbol symbol{rectangle, 40, 40};
+    symbol.height = std::max(symbol.height, static_cast<double>(rows) * port_gap + 10);
+    if (type == "Sum" || type == "Product") {
+        const std::string signs =
+            operators(setting(type == "Sum" ? "signs" : "operations"), type == "Sum" ? '+' : '*', rows);
+        if (type == "Sum" && (signs == "+-" || signs == "-+")) {
+            symbol = {circle, 30, 30};
+            for (const bool is_first : {true, false}) // from the left, and from below
+                symbol.shapes.push_back(text_shape(is_first ? Point{8, 19} : Point{15, 26},
+                                                   is_first == (signs == "-+") ? "−" : "+", small_letter));
+            return symbol;
+        }
+        if (rows > 1)
+            add_signs(symbol, signs);
+        else
+            add_text(symbol, type == "Sum" ? "Σ" : "Π");
+        return symbol;
+    }
+    const auto known = looks().find(type);
+    if (known == looks().end()) {
+        add_text(symbol, type.substr(type.rfind('/') + 1));
+        return symbol;
+    }
+    const Look& look = known->second;
+    symbol.outline = look.outline;
+    if (look.outline == bar) {
+        symbol.width = 6;
+        return symbol;
+    }
+    if (look.text) {
+        std::string text = filled(look.text, setting);
+        while (text.ends_with('\n')) text.pop_back();
+        add_text(symbol, std::move(text));
+    }
+    if (look.curves) add_curves(symbol, look.curves);
+    return symbol;
+}
+
+std::vector<Shape> outline_shapes(Symbol::Outline outline, double width, double height, bool is_flipped) {
+    const double w = width, h = height;
+    switch (outline) {
+    case rectangle: return {{Shape::Kind::polygon, Style::body, {{0, 0}, {w, 0}, {w, h}, {0, h}}}};
+    case bar: return {{Shape::Kind::polygon, Style::branch, {{0, 0}, {w, 0}, {w, h}, {0, h}}}};
+    case triangle:
+        if (is_flipped) return {{Shape::Kind::polygon, Style::body, {{w, 0}, {w, h}, {0, h / 2}}}};
+        return {{Shape::Kind::polygon, Style::body, {{0, 0}, {w, h / 2}, {0, h}}}};
+    case circle: return {{Shape::Kind::ellipse, Style::body, {{0, 0}, {w, h}}}};
+    case pill: {
+        // Half circles by Bézier curves, whose control points stand 4/3 tan(π/8) of a radius away from the
+        // ends of a quarter.
+        const double r = h / 2, k = r * 4 / 3 * std::tan(std::acos(-1.0) / 8);
+        return {{Shape::Kind::curve,
+                 Style::body,
+                 {{r, 0},
+                  {r, 0},
+                  {w - r, 0},
+                  {w - r, 0},
+                  {w - r + k, 0},
+                  {w, r - k},
+                  {w, r},
+                  {w, r + k},
+                  {w - r + k, h},
+                  {w - r, h},
+                  {w - r, h},
+                  {r, h},
+                  {r, h},
+                  {r - k, h},
+                  {0, r + k},
+                  {0, r},
+                  {0, r - k},
+                  {r - k, 0},
+                  {r, 0}}}};
+    }
+    }
+    return {};
+}
+
+} // namespace bf::editor

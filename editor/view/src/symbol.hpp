@@ -1,0 +1,38 @@
+#pragma once
+
+#include "bf/model/model.hpp"
+#include "bf/view/drawing.hpp"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace bf::editor {
+
+/// What a block looks like, from its upper left corner; ports are not part of it.
+struct Symbol {
+    enum class Outline {
+        rectangle,
+        triangle, ///< points to where signals go
+        circle,
+        bar, ///< narrow and filled, where signals join or part
+        pill ///< an end of signals
+    };
+    Outline outline = Outline::rectangle;
+    double width = 0, height = 0; ///< least ones
+    std::vector<Shape> shapes = {};
+};
+
+/// The text of a setting as the model has it, or else what holds without it.
+using SettingText = std::function<std::string(const std::string& name)>;
+
+/// Of a block of a library. `rows` is the number of ports on the side that has more.
+Symbol symbol_of(const std::string& type, std::size_t rows, const SettingText& setting);
+
+/// The outline as shapes of the given size; `is_flipped`: signals go to the left.
+std::vector<Shape> outline_shapes(Symbol::Outline outline, double width, double height, bool is_flipped);
+
+/// "[1 2 0.5]" as "s² + 2s + 0.5"; what is no row of numbers stays as it is.
+std::string polynomial(const std::string& coefficients, const std::string& variable);
+
+} // namespace bf::editor

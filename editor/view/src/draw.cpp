@@ -54,8 +54,24 @@ struct Item {
     Element element;
     Box box;
     Point at;
-    bool is_placed = false, is_flipped = false, shows_name = true;
+    bool is_placed = false, is_flipped = false, shows_name = true, is_circle = false;
 };
+
+/// A wire that leaves another one of its net is drawn from there on.
+std::vector<Point> own_part(const Route& way) {
+    if (way.branches.empty()) return way.points;
+    const Point leaves = way.branches.back();
+    for (std::size_t i = way.points.size(); i-- > 1;) {
+        const Rectangle piece = around({way.points[i - 1], way.points[i]});
+        const bool is_on = leaves.x >= piece.x - 0.1 && leaves.x <= piece.x + piece.width + 0.1 &&
+                           leaves.y >= piece.y - 0.1 && leaves.y <= piece.y + piece.height + 0.1;
+        if (!is_on) continue;
+        std::vector<Point> points{leaves};
+        points.insert(points.end(), way.points.begin() + static_cast<std::ptrdiff_t>(i), way.points.end());
+        return points;
+    }
+    return way.points;
+}
 
 /// Where the content of a subsystem stands: the file, which has the positions, and the path there.
 struct Place {
@@ -245,6 +261,7 @@ class Drawer {
             item.element.shapes.push_back(std::move(shape));
         }
         outline_ = symbol.outline;
+        item.is_circle = symbol.outline == Symbol::Outline::circle;
         std::string title = block.name + ", " + last_name(block.type);
         for (const auto& setting : block.settings)
             title += ", " + setting.name + " = " + fitted(setting.value.matlab(), letter, 200);
@@ -420,7 +437,7 @@ class Drawer {
                 wire.description = port(nets_[n].from).about;
                 wire.rate = items_[nets_[n].from.box].element.rate;
                 wire.bounds = around(way.points);
-                wire.shapes.push_back({Shape::Kind::line, Style::wire, way.points});
+                wire.shapes.push_back({Shape::Kind::line, Style::wire, own_part(way)});
                 for (const Point& b : way.branches)
                     wire.shapes.push_back(
                         {Shape::Kind::ellipse, Style::branch, {{b.x - 3, b.y - 3}, {b.x + 3, b.y + 3}}});
@@ -480,10 +497,14 @@ class Drawer {
             for (auto& shape : element.shapes)
                 if (shape.style != Style::port) // names of ports stand beside pins, which know their side
                     for (Point& point : shape.points) point.x = w - point.x;
-        if (item.shows_name) {
-            const std::string name = fitted(last_name(element.path), letter, std::max(w + 60, 110.0));
-            element.shapes.push_back(
-                {Shape::Kind::text, Style::name, {{w / 2, h + name_below}}, name, letter, Align::middle});
+        if (item.shows_name) { // above a circle, where no wire comes in
+            const Point at{w / 2, item.is_circle ? -5 : h + name_below};
+            element.shapes.push_back({Shape::Kind::text,
+                                      Style::name,
+                                      {at},
+                                      fitted(last_name(element.path), letter, std::max(w + 60, 110.0)),
+                                      letter,
+                                      Align::middle});
         }
         for (auto& shape : element.shapes)
             for (Point& point : shape.points) point = {point.x + item.at.x, point.y + item.at.y};

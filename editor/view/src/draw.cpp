@@ -17,7 +17,8 @@ namespace {
 
 constexpr double letter = 11, small_letter = 9;
 constexpr double port_gap = 20;
-constexpr double name_below = 14; ///< from a block to the base line of its name
+constexpr double widest_port = 110; ///< of the name of a port in a block
+constexpr double name_below = 14;   ///< from a block to the base line of its name
 
 std::string joined(const std::string& system, const std::string& name) {
     return system.empty() ? name : system + "." + name;
@@ -54,7 +55,7 @@ struct Item {
     Element element;
     Box box;
     Point at;
-    bool is_placed = false, is_flipped = false, shows_name = true, is_circle = false;
+    bool is_placed = false, is_flipped = false, shows_name = true, is_circle = false, names_ports = false;
 };
 
 /// A wire that leaves another one of its net is drawn from there on.
@@ -209,14 +210,32 @@ class Drawer {
         }
         if (!node && !block.content()) guess_ports(block.name, inputs, outputs);
 
+        const auto placed = std::ranges::find(place_.layout->blocks, joined(place_.path, block.name),
+                                              &model::Placement::path);
         if (block.is_subsystem()) {
+            item.names_ports = true;
             item.element.kind = Element::Kind::subsystem;
             subsystem_symbol(item, block, inputs, outputs, controls);
         } else {
             library_symbol(item, block, node, std::max(inputs.size(), outputs.size()));
+            // Of a plugin's blocks nobody knows the ports by heart.
+            if (block.type.find('/') != std::string::npos && std::max(inputs.size(), outputs.size()) > 1) {
+                item.names_ports = true;
+                const double middle = item.box.width - 10,
+                             w = middle + names_width(inputs) + names_width(outputs) + 20;
+                const double wider = std::ceil(std::max(item.box.width, w) / 10) * 10;
+                if (placed == place_.layout->blocks.end() || !placed->size) {
+                    for (auto& shape : item.element.shapes)
+                        for (Point& point : shape.points)
+                            if (shape.style == Style::body)
+                                point.x = point.x > 0 ? wider : 0;
+                            else
+                                point.x += (wider - item.box.width) / 2 +
+                                           (names_width(inputs) - names_width(outputs)) / 2;
+                    item.box.width = wider;
+                }
+            }
         }
-        const auto placed = std::ranges::find(place_.layout->blocks, joined(place_.path, block.name),
-                                              &model::Placement::path);
         if (placed != place_.layout->blocks.end()) item.is_flipped = placed->flipped;
         add_pins(item, inputs, outputs, controls);
         item.element.description = sentence(block.doc.empty() && node ? node->doc : block.doc);
@@ -268,14 +287,16 @@ class Drawer {
         item.element.title = title;
     }
 
+    static double names_width(const std::vector<std::string>& names) {
+        double width = 0;
+        for (const auto& name : names)
+            width = std::max(width, text_width(fitted(name, small_letter, widest_port), small_letter));
+        return width;
+    }
+
     void subsystem_symbol(Item& item, const model::Block& block, const std::vector<std::string>& inputs,
                           const std::vector<std::string>& outputs, const std::vector<std::string>& controls) {
-        constexpr double widest_port = 110;
-        double left = 0, right = 0;
-        for (const auto& name : inputs)
-            left = std::max(left, text_width(fitted(name, small_letter, widest_port), small_letter));
-        for (const auto& name : outputs)
-            right = std::max(right, text_width(fitted(name, small_letter, widest_port), small_letter));
+        const double left = names_width(inputs), right = names_width(outputs);
         const double rows = static_cast<double>(std::max(inputs.size(), outputs.size()));
         const double top = controls.empty() ? 0 : 12;
         resize(item, block,
@@ -343,7 +364,7 @@ class Drawer {
             add_pin(controls[i], false,
                     {w * (static_cast<double>(i) + 1) / (static_cast<double>(controls.size()) + 1), 0},
                     Side::top);
-        if (item.element.kind == Element::Kind::subsystem)
+        if (item.names_ports)
             for (std::size_t i = 0; i < item.element.ports.size(); ++i) add_port_name(item, i);
         outline_ = Symbol::Outline::rectangle;
     }
@@ -358,7 +379,7 @@ class Drawer {
                                                       : is_top ? 0
                                                                : -7),
                                          port.at.y + (is_top ? 13 : 3)}},
-                                       fitted(port.name, small_letter, 110),
+                                       fitted(port.name, small_letter, widest_port),
                                        small_letter,
                                        is_top    ? Align::middle
                                        : is_left ? Align::start
@@ -441,11 +462,14 @@ class Drawer {
                 for (const Point& b : way.branches)
                     wire.shapes.push_back(
                         {Shape::Kind::ellipse, Style::branch, {{b.x - 3, b.y - 3}, {b.x + 3, b.y + 3}}});
-                if (t == 0 && !text.empty() && way.points.size() > 1)
+                const double room = way.points.size() > 1
+                                        ? std::max(40.0, std::abs(way.points[1].x - way.points[0].x) - 8)
+                                        : 0;
+                if (t == 0 && !text.empty())
                     wire.shapes.push_back({Shape::Kind::text,
                                            Style::label,
                                            {{way.points[0].x + 4, way.points[0].y - 4}},
-                                           text,
+                                           fitted(text, small_letter, room),
                                            small_letter,
                                            Align::start});
                 drawing.elements.push_back(std::move(wire));
@@ -457,13 +481,19 @@ class Drawer {
 
     const Slot* slot(const Node::End& end) const { return end.node < 0 ? nullptr : &diagram_.slot(end); }
 
+    /// Empty where the wiring has decided none.
+    static std::string unit_text(const Slot& slot) {
+        const std::string unit(slot.unit.text);
+        return unit == "any" || unit == "mixed" || unit == "1" ? "" : unit;
+    }
+
     std::string about(const Node::End& end) const {
         const Slot* const s = slot(end);
         if (!s) return "";
         std::string text;
         if (s->size_known) text = s->size.text() == "1" ? "scalar" : s->size.text();
         if (s->type_known) text += (text.empty() ? "" : " ") + std::string(name(s->type));
-        if (!s->unit.text.empty()) text += (text.empty() ? "" : ", ") + std::string(s->unit.text);
+        if (const std::string unit = unit_text(*s); !unit.empty()) text += (text.empty() ? "" : ", ") + unit;
         const int rate = diagram_.nodes[static_cast<std::size_t>(end.node)].rate;
         if (rate >= 0) text += (text.empty() ? "" : ", ") + rate_text(diagram_, rate);
         return text;
@@ -481,7 +511,7 @@ class Drawer {
         };
         if (options.sizes && s->size_known) add(s->size.text());
         if (options.types && s->type_known) add(name(s->type));
-        if (options.units && s->unit.text != "1") add(std::string(s->unit.text));
+        if (options.units) add(unit_text(*s));
         const int rate = diagram_.nodes[static_cast<std::size_t>(end.node)].rate;
         if (options.rates && rate >= 0) add(rate_text(diagram_, rate));
         return text;

@@ -1,0 +1,201 @@
+#include "bf/view/draw.hpp"
+
+#include "bf/formats/yaml.hpp"
+#include "bf/library/load.hpp"
+#include "bf/model/edit.hpp"
+#include "bf/model/operation.hpp"
+
+#include <chrono>
+#include <gtest/gtest.h>
+#include <set>
+
+namespace {
+
+using namespace bf::editor;
+using Kind = Element::Kind;
+
+/// A text as `bf edit` knows it: document and what elaboration says of it.
+struct Known {
+    explicit Known(const std::string& text) : model(bf::formats::read_yaml_text(text)) { check(); }
+    explicit Known(bf::model::Model m) : model(std::move(m)) { check(); }
+    void check() { examined = std::make_unique<bf::ExaminedModel>(bf::examine(model, "model.yaml")); }
+    Drawing draw(const std::string& system = "", const DrawOptions& options = {}) const {
+        return bf::editor::draw(model, system, examined->diagram, examined->diagnostics, options);
+    }
+    bf::model::Model model;
+    std::unique_ptr<bf::ExaminedModel> examined;
+};
+
+const Element& find(const Drawing& drawing, const std::string& path, Kind kind = Kind::block) {
+    for (const auto& element : drawing.elements)
+        if (element.path == path && element.kind == kind) return element;
+    throw std::runtime_error("nothing is drawn of " + path);
+}
+
+std::string texts(const Element& element, Style style) {
+    std::string all;
+    for (const auto& shape : element.shapes)
+        if (shape.kind == Shape::Kind::text && shape.style == style)
+            all += (all.empty() ? "" : "|") + shape.text;
+    return all;
+}
+
+bool overlap(const Rectangle& a, const Rectangle& b) {
+    return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+}
+
+std::string motor() { return BF_SOURCE_DIRECTORY "/docs/start/motor.yaml"; }
+
+constexpr const char* loop = "model: loop\n"
+                             "step: 0.01\n"
+                             "inputs: [r]\n"
+                             "outputs: [y]\n"
+                             "variables: {Kp: 3}\n"
+                             "blocks:\n"
+                             "  error: {block: Sum, signs: +-}\n"
+                             "  law: {block: Gain, K: Kp, doc: Proportional.}\n"
+                             "  plant: {block: TransferFunction, numerator: 1, denominator: [1 2 0.5]}\n"
+                             "connections:\n"
+                             "  r: error.u1\n"
+                             "  error: law\n"
+                             "  law: plant\n"
+                             "  plant: [error.u2, y]\n";
+
+TEST(Draw, ShowsEachBlockPortAndWireOnce) {
+    const Drawing drawing = Known(loop).draw();
+    std::multiset<std::string> drawn;
+    for (const auto& element : drawing.elements) drawn.insert(element.path);
+    EXPECT_EQ(drawn, (std::multiset<std::string>{"r", "error.u1", "error", "law", "law", "plant", "plant",
+                                                 "error.u2", "y", "y"}));
+    EXPECT_EQ(find(drawing, "r", Kind::input).ports.size(), 1u);
+    EXPECT_EQ(find(drawing, "error.u2", Kind::wire).from, "plant");
+}
+
+TEST(Draw, WiresEndAtTheirPorts) {
+    const Drawing drawing = Known(loop).draw();
+    const Element& error = find(drawing, "error");
+    const Element& wire = find(drawing, "error.u2", Kind::wire);
+    EXPECT_EQ(wire.shapes[0].points.back(), error.ports[1].at);
+    EXPECT_EQ(error.ports[1].name, "u2");
+    EXPECT_TRUE(error.ports[1].is_wired);
+    EXPECT_EQ(find(drawing, "law", Kind::wire).shapes[0].points.front(), error.ports[2].at);
+}
+
+TEST(Draw, ShowsWhatABlockComputes) {
+    const Drawing drawing = Known(loop).draw();
+    EXPECT_EQ(texts(find(drawing, "law"), Style::value), "Kp");
+    EXPECT_EQ(find(drawing, "law").shapes[0].points.size(), 3u) << "a gain is a triangle";
+    EXPECT_EQ(texts(find(drawing, "error"), Style::value), "+|−");
+    EXPECT_EQ(texts(find(drawing, "plant"), Style::value), "1|s² + 2 s + 0.5");
+    EXPECT_EQ(find(drawing, "law").title, "law, Gain, K = Kp");
+    EXPECT_EQ(find(drawing, "law").description, "Proportional.");
+}
+
+TEST(Draw, SaysSizesTypesRatesAndUnitsWhereTheyAreAsked) {
+    const Known known(loop);
+    EXPECT_EQ(texts(find(known.draw(), "law", Kind::wire), Style::label), "");
+    DrawOptions all;
+    all.sizes = all.types = true;
+    EXPECT_EQ(texts(find(known.draw("", all), "law", Kind::wire), Style::label).substr(0, 4), "scal");
+    EXPECT_EQ(find(known.draw(), "law").ports[0].about, "scalar double, continuous");
+    const Drawing drawing = known.draw();
+    EXPECT_EQ(drawing.rates.at(static_cast<std::size_t>(*find(drawing, "plant").rate)), "continuous");
+}
+
+TEST(Draw, LooksIntoSubsystemsAndRefusesOthers) {
+    const Known known(bf::formats::read_yaml(motor()));
+    EXPECT_EQ(find(known.draw(), "controller", Kind::subsystem).ports.size(), 3u);
+    const Drawing inside = known.draw("controller");
+    EXPECT_EQ(find(inside, "controller.reference", Kind::input).title, "reference, input");
+    EXPECT_EQ(texts(find(inside, "controller.proportional"), Style::value), "Gain.Kp");
+    EXPECT_THROW(known.draw("controller.error"), bf::model::Errors);
+    EXPECT_THROW(known.draw("nowhere"), bf::model::Errors);
+}
+
+TEST(Draw, BlocksWithoutAPlaceOverlapNothing) {
+    for (const std::string model :
+         {"docs/start/motor.yaml", "examples/cart_pole/model.yaml", "examples/stick_slip/model.yaml",
+          "examples/thermostat/model.yaml", "examples/double_pendulum/model.yaml",
+          "examples/buck_converter/model.yaml"}) {
+        const std::string file = std::string(BF_SOURCE_DIRECTORY "/") + model;
+        const bf::model::Model read = bf::formats::read_yaml(file);
+        const bf::ExaminedModel examined = bf::examine(file);
+        std::vector<std::string> systems{""};
+        bf::model::walk(read, [&](const std::string& path, const bf::model::Block& block) {
+            if (block.content()) systems.push_back(path);
+        });
+        for (const auto& system : systems) {
+            const Drawing drawing = draw(read, system, examined.diagram, {});
+            for (const auto& a : drawing.elements)
+                for (const auto& b : drawing.elements)
+                    if (&a < &b && a.kind != Kind::wire && b.kind != Kind::wire) {
+                        EXPECT_FALSE(overlap(a.bounds, b.bounds))
+                            << model << ": " << a.path << " and " << b.path;
+                    }
+        }
+    }
+}
+
+TEST(Draw, StandsWhereTheDocumentSaysAndOtherBlocksBelow) {
+    Known known(loop);
+    namespace op = bf::model::operations;
+    bf::model::edit(known.model, op::Move{"law", {300, 200}});
+    bf::model::edit(known.model, op::Flip{"law"});
+    known.check();
+    const Drawing drawing = known.draw();
+    const Element& law = find(drawing, "law");
+    EXPECT_EQ(law.bounds.x, 300);
+    EXPECT_EQ(law.bounds.y, 200);
+    EXPECT_GT(law.ports[0].at.x, law.ports[1].at.x) << "its input comes from the right";
+    for (const auto& element : drawing.elements)
+        EXPECT_TRUE(element.kind != Kind::block || element.path == "law" || element.bounds.y > 240)
+            << element.path;
+    DrawOptions dragged;
+    dragged.moved["law"] = {10, 20};
+    EXPECT_EQ(find(known.draw("", dragged), "law").bounds.x, 10);
+}
+
+TEST(Draw, MarksWhatIsWrongAndWhatItStandsIn) {
+    Known known(bf::formats::read_yaml(motor()));
+    bf::model::edit(known.model, bf::model::operations::Set{"controller.proportional", "K", "nothing"});
+    known.check();
+    const Drawing inside = known.draw("controller");
+    const Element& wrong = find(inside, "controller.proportional");
+    ASSERT_EQ(wrong.marks.size(), 1u);
+    EXPECT_EQ(wrong.marks[0].message, known.examined->diagnostics[0].message);
+    EXPECT_TRUE(find(inside, "controller.integral").marks.empty());
+    EXPECT_EQ(find(known.draw(), "controller", Kind::subsystem).marks.size(), 1u);
+    EXPECT_EQ(wrong.ports.size(), 2u) << "what cannot be made still has the ports that are wired";
+}
+
+TEST(Draw, TheSameModelGivesTheSameBytes) {
+    EXPECT_EQ(to_svg(Known(loop).draw()), to_svg(Known(loop).draw()));
+}
+
+TEST(Draw, NamesAndValuesAreTextInSvg) {
+    const Known known(
+        "model: m\nstep: 1\nblocks:\n  \"</svg><script>\": {block: Constant, value: \"1 < 2 & 3\"}\n");
+    const std::string svg = to_svg(known.draw());
+    EXPECT_EQ(svg.find("<script"), std::string::npos);
+    EXPECT_NE(svg.find("&lt;script&gt;"), std::string::npos);
+    EXPECT_NE(svg.find("1 &lt; 2 &amp; 3"), std::string::npos);
+}
+
+TEST(Draw, TakesTimeInProportionToTheModel) {
+    const auto seconds = [](int blocks) {
+        std::string text = "model: chain\nstep: 1\nblocks:\n  b0: {block: Constant}\n",
+                    wires = "connections:\n";
+        for (int i = 1; i < blocks; ++i) {
+            text += "  b" + std::to_string(i) + ": {block: Gain}\n";
+            wires += "  b" + std::to_string(i - 1) + ": b" + std::to_string(i) + "\n";
+        }
+        const Known known(text + wires);
+        const auto begin = std::chrono::steady_clock::now();
+        EXPECT_EQ(known.draw().elements.size(), static_cast<std::size_t>(2 * blocks - 1));
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    };
+    const double small = seconds(500);
+    EXPECT_LT(seconds(2000), 12 * small + 0.05);
+}
+
+} // namespace

@@ -115,6 +115,11 @@ export interface Paste {
   at: Point;
 }
 
+export interface PlotPanel {
+  title: string;
+  signals: string[];
+}
+
 export interface Point {
   x: number;
   y: number;
@@ -181,6 +186,7 @@ export interface SignalInfo {
 
 export interface Signals {
   signals: SignalInfo[];
+  plots: PlotPanel[];
 }
 
 export interface Text {

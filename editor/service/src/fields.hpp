@@ -76,7 +76,8 @@ BF_FIELDS(service::Text, has("text", &T::text))
 BF_FIELDS(service::Paste, has("system", &T::system), has("text", &T::text), has("at", &T::at))
 BF_FIELDS(service::RunCommand, one_of("action", &T::action, words::action), has("time", &T::time),
           has("factor", &T::factor))
-BF_FIELDS(service::Signals, has("signals", &T::signals))
+BF_FIELDS(service::PlotPanel, has("title", &T::title), has("signals", &T::signals))
+BF_FIELDS(service::Signals, has("signals", &T::signals), has("plots", &T::plots))
 BF_FIELDS(service::Watch, has("paths", &T::paths))
 BF_FIELDS(service::Tune, has("name", &T::name), has("values", &T::values))
 

@@ -437,12 +437,18 @@ struct Service::State {
     }
 
     Signals signals(int, const Nothing&) {
-        return {playback ? playback->signals() : std::vector<SignalInfo>()};
+        Signals all;
+        if (playback) all.signals = playback->signals();
+        for (const auto& panel : diagram().plots) {
+            all.plots.push_back({panel.title, {}});
+            for (const auto& signal : panel.signals) all.plots.back().signals.push_back(signal.path);
+        }
+        return all;
     }
 
     Signals watch(int page, const Watch& asked) {
         wishes[page] = asked.paths;
-        return {rewatch(page)};
+        return {rewatch(page), {}};
     }
 
     /// What pages wish, of this run. Returns what `page` gets.

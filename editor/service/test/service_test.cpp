@@ -169,6 +169,8 @@ TEST_F(ServiceTest, RunsWatchesAndTunes) {
     EXPECT_GT(sent_bytes, 24u * 50);
     EXPECT_EQ(result("watch", {{"paths", {"motor.omega", "nothing"}}})["signals"].size(), 1u);
     EXPECT_GT(result("signals")["signals"].size(), 10u);
+    EXPECT_EQ(result("signals")["plots"][0],
+              (Json{{"title", "Speed [rad/s]"}, {"signals", {"reference", "motor.omega"}}}));
     EXPECT_EQ(result("tune", {{"name", "Gain.Kp"}, {"values", {0.2}}})["reached"], ended["params"]["time"]);
     EXPECT_NE(refusal("tune", {{"name", "Gain.Kp"}, {"values", {1, 2}}}), "");
     EXPECT_NE(refusal("run", {{"action", "to"}, {"time", -1}}), "");

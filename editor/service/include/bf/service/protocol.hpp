@@ -162,8 +162,14 @@ struct RunCommand {
     std::optional<double> time = {};   ///< of `to`, s
     std::optional<double> factor = {}; ///< of `start` and `pace`, as in RunState
 };
+/// What the model plots: a title and paths of signals.
+struct PlotPanel {
+    std::string title;
+    std::vector<std::string> signals;
+};
 struct Signals {
     std::vector<SignalInfo> signals;
+    std::vector<PlotPanel> plots = {};
 };
 struct Watch {
     std::vector<std::string> paths; ///< all that this page wants to have samples of

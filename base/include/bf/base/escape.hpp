@@ -11,7 +11,8 @@ namespace bf::escape {
 /// the source, and bytes that are no UTF-8 are escaped.
 std::string cpp(std::string_view text);
 
-/// Text or a quoted attribute of XML, HTML and SVG: no mark-up, control character or byte that is no UTF-8 enters it.
+/// Text or a quoted attribute of XML, HTML and SVG: no mark-up, control character or byte that is no UTF-8
+/// enters it.
 std::string xml(std::string_view text);
 
 /// One line for a comment of C, C++, Python, CMake or a shell: neither ends it, nor joins it with the next

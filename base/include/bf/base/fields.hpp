@@ -1,4 +1,5 @@
-// The members of a struct, listed once: what compares, reads, writes or describes any struct follows from the list.
+// The members of a struct, listed once: what compares, reads, writes or describes any struct follows from the
+// list.
 #pragma once
 
 #include <optional>

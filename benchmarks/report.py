@@ -31,6 +31,8 @@ ROWS = [
     ("physics.step", "us", "physics.step/block", "physics.step/bare_mj_step", "<= 1.05 x"),
     ("loop.icub_100hz", "x", "loop.icub_100hz/diagram", "loop.icub/bare_physics", ">= 45 x"),
     ("loop.icub_1khz", "x", "loop.icub_1khz/diagram", "loop.icub/bare_physics", ">= 15 x"),
+    ("editor.edit_1000", "ms", "editor.edit_1000/service", "editor.edit_1000/check", "< 100 ms"),
+    ("editor.draw_50", "ms", "editor.draw_50", "editor.edit_1000/check", "< 16 ms"),
     ("boundary.read_23", "ns", "boundary.read_23", "boundary.read_23/bare", "<= 60 ns"),
     ("boundary.hosting", "ns", "boundary.hosting", "boundary.hosting/native", "<= 50 ns more"),
     ("realtime.overhead_p9999", "us", "realtime.overhead_p9999", "realtime.latency_p9999/cyclictest", "<= 20 us"),

@@ -138,6 +138,28 @@ TEST(Fuzz, AnyTextOfAnExpressionIsReadBack) {
     }
 }
 
+TEST(Fuzz, AnyTextForPeopleIsReadBack) {
+    std::mt19937 random(8);
+    auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
+    const std::string_view bytes = "ab :#'\"-[]|>%\\\n\n\n\t  ";
+    for (int round = 0; round < 10000 && !testing::Test::HasFailure(); ++round) {
+        std::string text;
+        for (std::size_t length = 1 + below(9); length > 0; --length) text += bytes[below(bytes.size())];
+        while (text.ends_with('\n')) text.pop_back(); // a text ends with its last line
+        model::Model written{.name = "m", .doc = text};
+        written.layout.notes.push_back({.name = "n", .text = text});
+        const std::string yaml = canonical_yaml(written);
+        try {
+            const model::Model read = read_yaml_text(yaml);
+            EXPECT_EQ(read.doc, text) << yaml;
+            EXPECT_EQ(read.layout.notes.at(0).text, text) << yaml;
+            EXPECT_EQ(canonical_yaml(read), yaml);
+        } catch (const model::Errors& errors) {
+            ADD_FAILURE() << errors.what() << "\n" << yaml;
+        }
+    }
+}
+
 std::string chain(int blocks) {
     std::ostringstream text;
     text << "model: large\nblocks:\n";

@@ -103,6 +103,7 @@ TEST(Reader, TakesSequencesAsMatlabText) {
     EXPECT_EQ(setting("[\n      [1, 2],\n      [3, 4]\n    ]").text, "[1, 2; 3, 4]");
     EXPECT_EQ(setting("\n      - 1\n      - a*b").text, "[1, a*b]");
     EXPECT_EQ(setting("\n      - [1, 2]\n      - [3, 4]").text, "[1, 2; 3, 4]");
+    EXPECT_EQ(setting("\n      - [1]\n      - [3]").text, "[1; 3]");
 }
 
 TEST(Reader, TakesScalarsVerbatim) {

@@ -1,5 +1,6 @@
 #include "bf/engine/solver.hpp"
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
@@ -152,6 +153,60 @@ TEST(AdaptiveSolver, StopsWithTheModelWithoutAReasonOfItsOwn) {
         EXPECT_EQ(solver->advance(t, 100), Solver::Outcome::failed);
         EXPECT_TRUE(solver->failure());
     }
+}
+
+TEST(AdaptiveSolver, StopsWhereverTheModelFails) {
+    // The first evaluation of which solvers take back what follows is as good a place as any other.
+    for (const auto method : adaptive) {
+        const auto calls_until = [&](int stop_after, Solver::Outcome& outcome) {
+            Scalar system([](double t, double x) { return -x + std::sin(t); },
+                          [](double, double x) { return x - 0.25; });
+            system.x = 1;
+            system.stop_after = stop_after;
+            const auto solver = system.solver({method}, 1);
+            solver->restart(0);
+            double t = 0;
+            for (outcome = Solver::Outcome::reached; outcome != Solver::Outcome::failed && t < 3;)
+                outcome = solver->advance(t, 3);
+            return system.calls;
+        };
+        auto outcome = Solver::Outcome::reached;
+        const int all = calls_until(-1, outcome);
+        EXPECT_NE(outcome, Solver::Outcome::failed);
+        for (int k = 1; k <= all; ++k) {
+            EXPECT_EQ(calls_until(k, outcome), k) << "nothing is evaluated afterwards";
+            EXPECT_EQ(outcome, Solver::Outcome::failed) << k << " of " << all;
+        }
+    }
+}
+
+TEST(AdaptiveSolver, DormandPrinceTakesHardlyMoreEvaluationsThanScipys) {
+    // nfev of scipy.integrate.RK45 (1.17.1) with atol = rtol/1000, for rtol = 1e-4, 1e-6, 1e-9.
+    struct Problem {
+        const char* name;
+        Scalar::Function f;
+        double x, end;
+        std::array<int, 3> scipy;
+    };
+    const Problem problems[] = {
+        {"decay", [](double, double x) { return -x; }, 1, 10, {110, 248, 926}},
+        {"swing", [](double t, double x) { return std::cos(t) * x; }, 1, 20, {266, 548, 1712}},
+        {"logistic", [](double, double x) { return 5 * x * (1 - x); }, 1e-3, 5, {128, 284, 1028}},
+        {"fast", [](double t, double x) { return -50 * (x - std::cos(t)); }, 0, 3, {446, 950, 3476}}};
+    for (const auto& [name, f, x, end, scipy] : problems)
+        for (std::size_t i = 0; i < 3; ++i) {
+            const double tolerance = std::array{1e-4, 1e-6, 1e-9}[i];
+            Scalar system(f);
+            system.x = x;
+            const auto solver =
+                system.solver({SolverMethod::dormand_prince45, tolerance, tolerance * 1e-3}, end);
+            solver->restart(0);
+            double t = 0;
+            ASSERT_EQ(solver->advance(t, end), Solver::Outcome::reached);
+            EXPECT_LE(system.calls, 1.15 * scipy[i] + 10) << name << " " << tolerance;
+            EXPECT_GE(system.calls, 0.6 * scipy[i])
+                << name << " " << tolerance << ": else it is not as exact";
+        }
 }
 
 TEST(FixedStepSolver, UnknownNamesGiveNothing) { EXPECT_FALSE(solver_method("ode45")); }

@@ -26,6 +26,7 @@ struct Given : Block {
     Parameter<> limit{this, "limit", {.shape = wired, .initial = {1}}};
     Parameter<> K{this, "K", {.shape = own, .initial = {1, 2}}};
     Parameter<Matrix> M{this, "M", {.shape = {2, 2}}};
+    Parameter<std::int8_t> count{this, "count"};
     OutputRule rule{this, kernels::Add{}, y, u, limit};
 };
 
@@ -111,6 +112,8 @@ TEST(Limits, OfATypeTellTheRemedyWhereSignalsDecidedIt) {
               "the parameter has the type of its signals, uint8: give a value of that type, or convert the "
               "signals before the block with a Convert block");
     EXPECT_EQ(outside_remedy(r.slots[static_cast<std::size_t>(block.M.index())]), "");
+    EXPECT_EQ(outside_remedy(r.slots[static_cast<std::size_t>(block.count.index())]), "")
+        << "no signal decides the type of a parameter that has one";
     Given of_double;
     offer(of_double.resolution(), of_double.u.index(), Type::float64);
     propagate(of_double);

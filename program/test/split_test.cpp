@@ -191,6 +191,30 @@ update at hit(0.2 s):
 )");
 }
 
+TEST(Split, WhatATriggerEndsBelongsToItsTaskAmongManyConditions) {
+    std::string model = "blocks:\n  fast: {block: Clock, period: 0.1}\n  slow: {block: Clock, period: 0.2}\n"
+                        "  part:\n    execution: triggered\n    inputs: [u]\n    outputs: [y]\n"
+                        "    blocks: {d: {block: UnitDelay}}\n    connections: {u: d, d: y}\n";
+    for (const std::string name : {"a", "b", "c", "e", "f"})
+        model += "  " + name +
+                 ":\n    execution: enabled\n    inputs: [u]\n    outputs: [y]\n"
+                 "    blocks: {g: {block: Gain}}\n    connections: {u: g, g: y}\n";
+    const std::string wires = "connections: {slow: [part.u, part.trigger], fast: [a.u, a.enable, b.u, "
+                              "b.enable, c.u, c.enable, e.u, "
+                              "e.enable, f.u, f.enable]}\n";
+    const Tasks tasks = tasks_of(model + wires);
+    EXPECT_EQ(tasks.problems, std::vector<std::string>());
+    const auto at = tasks.text.find("update at hit(0.2 s):\n");
+    ASSERT_NE(at, std::string::npos) << tasks.text;
+    EXPECT_EQ(tasks.text.substr(at, tasks.text.find("\n\n", at) - at), R"(update at hit(0.2 s):
+    if part.triggered
+        update part.d
+    if part.triggered
+        commit part.d
+    part.fired := false
+    part.triggered := false)");
+}
+
 struct Refusal {
     const char* name;
     const char* model;

@@ -217,4 +217,17 @@ TEST(Functions, HaveTheirDocumentedForms) {
     for (const auto& [text, value] : forms) EXPECT_EQ(text_or_message(text), value) << "of " << text;
 }
 
+TEST(Functions, OfAScriptExistAsFiles) {
+    const auto exist = [](const std::string& arguments) {
+        Workspace own;
+        Host host;
+        Interpreter(host).run("result = exist(" + arguments + ");\nfunction y = f(x)\ny = x;\nend", own);
+        return own.find("result")->to_text();
+    };
+    EXPECT_EQ(exist("'f'"), "2");
+    EXPECT_EQ(exist("'f', 'file'"), "2");
+    EXPECT_EQ(exist("'f', 'var'"), "0");
+    EXPECT_EQ(exist("'f', 'builtin'"), "0");
+}
+
 } // namespace

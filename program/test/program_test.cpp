@@ -288,6 +288,14 @@ TEST(Program, BetweenFixedStepsWatchesOnlyWhatAnswers) {
         << "the third counts, and would only stop a solver";
 }
 
+TEST(Program, LeavesOutOfTheSolversStagesWhatItDoesNotNeed) {
+    EXPECT_EQ(section(program_of("solver: rk4\nblocks:\n  before: {block: Gain}\n  u: {block: Sine}\n"
+                                 "  x: {block: Integrator}\n  shown: {block: Gain}\n"
+                                 "connections: {u: [before, x], x: shown}\n"),
+                      "outputs"),
+              "  f i    output u\n  f i    output x\n  f      output before\n  f      output shown\n");
+}
+
 TEST(Program, CountsAFunctionCallOnceInAStep) {
     const std::string text = program_of(R"(solver: dormand_prince45
 blocks:

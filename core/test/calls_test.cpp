@@ -1,6 +1,7 @@
 // Claims about what a context binds, copies and opens for its blocks.
 #include "bf/core/context.hpp"
 #include "bf/core/resolve.hpp"
+#include "bf/kernels/elementwise.hpp"
 
 #include <gtest/gtest.h>
 #include <limits>
@@ -253,6 +254,31 @@ TEST(Rules, AreThoseOfTheTypesThatTheWiringDecided) {
                 EXPECT_EQ(read_value(context.data(0, block.z.index()), b, i), i) << name(a) << name(b);
             }
         }
+}
+
+struct Adds : Block {
+    using Block::Block;
+    AnyShape shape{this};
+    Input<> u{this, "u", {.shape = shape}};
+    Input<double> v{this, "v"};
+    Output<> y{this, "y", {.shape = shape}};
+    OutputRule rule{this, kernels::Add{}, y, u, v};
+};
+
+TEST(Rules, OfScalarsAreNoRulesOfArrays) {
+    for (const int n : {1, 3}) {
+        Adds block;
+        offer(block.resolution(), block.u.index(), Size{n, 1, false});
+        offer(block.resolution(), block.u.index(), Type::float64);
+        propagate(block);
+        Context context({{&block, methods_of<Adds>(), std::vector<Node::End>(3), {}, 0}});
+        write_values(context.data(0, block.u.index()), Type::float64, n,
+                     n == 1 ? Values{4} : Values{4, 5, 6});
+        write_values(context.data(0, block.v.index()), Type::float64, 1, {10});
+        ASSERT_TRUE(context.task(0, Phase::output, 0)());
+        const auto* y = static_cast<const double*>(context.data(0, block.y.index()));
+        EXPECT_EQ(Values(y, y + n), n == 1 ? Values{14} : (Values{14, 15, 16}));
+    }
 }
 
 // ---- initial values of states

@@ -152,6 +152,38 @@ TEST(Instance, RefusesWrongValuesByName) {
                 }).starts_with("parameter 'x0' does not fit: "));
 }
 
+TEST(Instance, KnowsHowManyBytesAQuantityHas) {
+    struct Sized : Block {
+        using Block::Block;
+        Output<bool> flag{this, "flag"};
+        Output<Vector> y{this, "y", {.shape = {3}}};
+        Output<std::int16_t> count{this, "count"};
+    };
+    const BlockClass type = class_of<Sized>("Sized");
+    Instance sized(type, {});
+    sized.settle();
+    EXPECT_EQ(sized.bytes_of(0), 1u);
+    EXPECT_EQ(sized.bytes_of(1), 24u);
+    EXPECT_EQ(sized.bytes_of(2), 2u);
+}
+
+TEST(Instance, AFailureEndsThePhase) {
+    struct Fails : Block {
+        using Block::Block;
+        Output<double> y{this, "y"};
+        Status output(Now, Out out) const noexcept override {
+            out[y] = 1;
+            return Status::failure("no");
+        }
+    };
+    const BlockClass type = class_of<Fails>("Fails");
+    Instance fails(type, {});
+    fails.settle();
+    fails.open();
+    EXPECT_EQ(fails.run(Phase::output).text(), "no");
+    EXPECT_TRUE(fails.run(Phase::update));
+}
+
 TEST(Instance, GivesStatesTheSizeOfTheirInitialValueWhereNothingElseDecides) {
     const BlockClass type = class_of<Ramp>("Ramp");
     Instance ramp(type, {});

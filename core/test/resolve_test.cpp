@@ -136,6 +136,25 @@ TEST(Offer, SaysWhetherItTaughtSomething) {
     EXPECT_FALSE(propagate(block));
 }
 
+TEST(Propagate, NamesTheQuantityOfATypeThatARuleIsNotDefinedForWhereverItStands) {
+    struct OutputFirst : Block {
+        AnyShape shape{this};
+        Output<> y{this, "y", {.shape = shape}};
+        Input<> u{this, "u", {.shape = shape}};
+        OutputRule rule{this, kernels::Add{}, y, u, u};
+    };
+    OutputFirst block;
+    offer(block.resolution(), block.u.index(), Type::boolean);
+    try {
+        propagate(block);
+        FAIL();
+    } catch (const ResolutionError& error) {
+        EXPECT_STREQ(error.what(),
+                     "output 'y' cannot be of type boolean, for which this operation is not defined; "
+                     "insert a Convert block");
+    }
+}
+
 /// A chain of blocks' own rules, the last of which decides first: even of no elements.
 struct Chain : Block {
     using Block::Block;
@@ -164,8 +183,9 @@ TEST(Propagate, AsksAgainUntilNothingMoreIsLearned) {
 /// A state that begins at what an input or a parameter says.
 struct Remembers : Block {
     using Block::Block;
-    AnyShape shape{this}, of_initial{this};
+    AnyShape shape{this}, of_initial{this}, foreign{this};
     Input<> u{this, "u", {.shape = shape}};
+    Input<> apart{this, "apart", {.shape = foreign}};
     Input<> other{this, "other", {.shape = of_initial}};
     Parameter<> x0{this, "x0", {.shape = of_initial, .initial = {0}}};
     DiscreteState<> x{this, "x", {.shape = shape, .initial_from = x0.index()}};
@@ -182,9 +202,22 @@ TEST(Settle, AStateGivesTheSizeOfItsInitialValueToWhatIsAlikeAlone) {
     EXPECT_EQ(sized_by_initial(r, r.slots[0]), std::vector<int>()) << "no state";
     settle_sizes(block);
     EXPECT_EQ(r.slots[static_cast<std::size_t>(block.u.index())].size.text(), "[3]");
+    EXPECT_EQ(r.slots[static_cast<std::size_t>(block.apart.index())].size.text(), "scalar");
     settle_types(block);
     EXPECT_TRUE(unresolved(r).empty());
     EXPECT_EQ(state.type, Type::float64);
+}
+
+TEST(Settle, WhatOneDecisionSaysOfOthersGoesBeforeTheirs) {
+    struct Longer : Block {
+        Dim n{this, "n"};
+        Input<Vector> u{this, "u", {.shape = {n}}};
+        Input<Vector> longer{this, "longer", {.shape = {n + 1}}};
+    };
+    Longer block;
+    settle_sizes(block);
+    EXPECT_EQ(block.resolution().slots[0].size.text(), "scalar");
+    EXPECT_EQ(block.resolution().slots[1].size.text(), "[2]");
 }
 
 TEST(Settle, WhatNothingDecidesIsAScalarOrAsLargeAsItsDefault) {

@@ -327,6 +327,80 @@ TEST(Diagram, KeepsTheSettingsAndTheBlocksOfTheModel) {
     EXPECT_TRUE(std::isinf(plain.diagram.stop) && std::isinf(plain.diagram.solver.max_step));
 }
 
+TEST(Diagram, FindsNoNodeOfAnotherName) {
+    const auto m = elaborate_text("model: m\nstep: 1\nblocks: {t: {block: Clock}, g: {block: Gain}}\n"
+                                  "connections: {t: g}\n");
+    EXPECT_EQ(m.diagram.find_node("g"), 1);
+    EXPECT_EQ(m.diagram.find_node("h"), -1);
+    EXPECT_EQ(m.diagram.find_node(""), -1);
+}
+
+TEST(Ports, HaveTheLengthOrTheRowsAndColumnsThatTheirShapeSays) {
+    const auto with_shape = [](const std::string& shape, const std::string& value) {
+        return "model: m\nstep: 1\nblocks:\n  c: {block: Constant, value: \"" + value +
+               "\"}\n  s:\n    inputs: {u: {shape: \"" + shape + "\"}}\n    blocks: {g: {block: Gain}}\n" +
+               "    connections: {u: g}\nconnections: {c: s.u}\n";
+    };
+    for (const auto& [shape, value, size] : {std::tuple("1", "7", "scalar"),
+                                             {"3", "[1 2 3]", "[3]"},
+                                             {"[2 3]", "[1 2 3; 4 5 6]", "2x3"},
+                                             {"[1 1]", "eye(1)", "1x1"}})
+        EXPECT_EQ(errors_of(with_shape(shape, value)), "") << shape;
+    for (const char* shape : {"0", "-1", "1.5", "1e7", "[2 0]", "[0 2]", "[2 3 4]", "[]"}) {
+        const std::string said = errors_of(with_shape(shape, "1"));
+        EXPECT_NE(said.find("'shape' is "), std::string::npos) << shape << ": " << said;
+        EXPECT_NE(said.find("; give the length of a 1-D signal, or [rows columns] of a matrix"),
+                  std::string::npos)
+            << shape << ": " << said;
+    }
+}
+
+TEST(Loops, HaveAWholeNumberOfIterations) {
+    const auto with = [](const std::string& iterations) {
+        return "model: m\nstep: 1\nblocks:\n  s:\n    execution: for\n    iterations: \"" + iterations +
+               "\"\n    blocks: {t: {block: Clock}}\n";
+    };
+    for (const char* right : {"1", "2", "100000"}) EXPECT_EQ(errors_of(with(right)), "") << right;
+    for (const char* wrong : {"0", "-1", "2.5", "100001"})
+        EXPECT_EQ(errors_of(with(wrong)), "m.yaml:6:17: s: 'iterations' is " + std::string(wrong) +
+                                              "; give a whole number from 1 to 100000")
+            << wrong;
+}
+
+TEST(Variants, AreKeptWhereTheirConditionIsNotZero) {
+    for (const auto& [when, is_kept] : {std::pair("true", true),
+                                        {"false", false},
+                                        {"0", false},
+                                        {"1", true},
+                                        {"2", true},
+                                        {"-0.5", true},
+                                        {"n == 3", true},
+                                        {"n == 4", false}}) {
+        const auto m = elaborate_text("model: m\nstep: 1\nvariables: {n: 3}\nblocks:\n  t: {block: Clock}\n"
+                                      "  v: {block: Clock, when: \"" +
+                                      std::string(when) + "\"}\n");
+        EXPECT_EQ(m.diagram.find_node("v") >= 0, is_kept) << when;
+        EXPECT_GE(m.diagram.find_node("t"), 0);
+    }
+}
+
+TEST(Merge, TakesTheFirstBlockOfADocument) {
+    const auto m = elaborate_text(R"(model: m
+step: 0.1
+blocks:
+  first: {block: Clock}
+  a:
+    execution: enabled
+    outputs: [y]
+    blocks: {t: {block: Clock}}
+    connections: {t: y}
+  merge: {block: Merge}
+  on: {block: Clock}
+connections: {on: a.enable, first: merge.u1, a: merge.u2}
+)");
+    EXPECT_EQ(text_of(m.diagram, m.diagram.plan.outputs), "[] first merge on ?a\n[a] a.t a.y merge#1");
+}
+
 TEST(Definitions, NameVariablesThatNoParameterOfAFunctionHides) {
     const auto m = elaborate_text("model: m\nstep: 0.1\nvariables: {k: 2, a: 3}\nblocks:\n"
                                   "  c: {block: Constant, value: \"arrayfun(@(k) k + a, [1 2])\"}\n");

@@ -81,6 +81,14 @@ TEST(Script, FollowsControlFlow) {
     EXPECT_EQ(after("if [] y = 1; else y = 2; end"), "2");
     EXPECT_EQ(after("switch 'b'\n case {'a', 'b'}\n  y = 1;\n otherwise\n  y = 2;\nend"), "1");
     EXPECT_EQ(after("switch 3, case 1, y = 1; case 3, y = 3; end"), "3");
+    EXPECT_EQ(after("switch 'b', case 'a', y = 1; case 'b', y = 2; end"), "2");
+    EXPECT_EQ(after("y = 0; switch 'a', case 97, y = 1; end"), "0") << "text is no number";
+    EXPECT_EQ(after("y = 0; switch 97, case 'a', y = 1; end"), "0");
+    EXPECT_EQ(after("y = 0; switch 3, case [3 4], y = 1; end"), "0");
+    EXPECT_EQ(after("y = 0; switch 4, case {3, [4 5], 4}, y = 1; end"), "1");
+    EXPECT_EQ(after("switch 5, case {}, y = 1; otherwise, y = 2; end"), "2");
+    EXPECT_EQ(after("[X, Y] = meshgrid([1 2 3], [4 5]); y = {X, Y};"), "{[1 2 3; 1 2 3], [4 4 4; 5 5 5]}");
+    EXPECT_EQ(after("[X, Y] = meshgrid([1 2]); y = {X, Y};"), "{[1 2; 1 2], [1 1; 2 2]}");
     EXPECT_EQ(after("y = []; for c = [1 2; 3 4], y = [y sum(c)]; end"), "[4 6]");
     EXPECT_EQ(after("y = 1; for i = [], y = 2; end"), "1");
     EXPECT_EQ(after("y = ''; for c = {'a', 'b'}, y = [y c{1}]; end"), "'ab'");

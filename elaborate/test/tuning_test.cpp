@@ -187,7 +187,7 @@ blocks:
         if (variable.path == "Gain.Kd") {
             EXPECT_EQ(variable.values, std::vector<double>{1});
         } else if (variable.path == "twice") {
-            EXPECT_EQ(text_of(variable.limits), "at most 60");
+            EXPECT_EQ(bf::text_of(variable.limits), "at most 60");
         }
     }
     EXPECT_EQ(refused({{"Gain.Kp", {40}}, {"twice", {60}}}), "") << "what was given follows no more";

@@ -218,6 +218,17 @@ TEST(PID, BeginsAnewAtAReset) {
     EXPECT_NEAR(y(1.5), 5.5, 1e-9);
 }
 
+TEST(PID, FiltersItsDerivativeAnewAfterAReset) {
+    const Trajectory y(diagram(0.01, "rk4",
+                               "  e: {block: Constant}\n  s: {block: Step, time: 1}\n"
+                               "  c: {block: PID, P: 0, D: 2, N: 3, reset: rising}\n",
+                               "e: c.e, s: c.reset"),
+                       "c", 2);
+    // D N / (s + N) s of a unit step that begins with the filter at rest.
+    for (const double t : {0.0, 0.5, 0.99}) EXPECT_NEAR(y(t), 6 * std::exp(-3 * t), 1e-7) << t;
+    for (const double t : {1.0, 1.5}) EXPECT_NEAR(y(t), 6 * std::exp(-3 * (t - 1)), 1e-7) << t;
+}
+
 TEST(LimitedIntegrator, LeavesALimitAsSoonAsItsInputTurns) {
     // ∫ cos t held at 0.5: from t = π/2 on it falls with sin t - 1
     const Trajectory y(diagram(0.01, "dormand_prince45",

@@ -4,6 +4,7 @@
 #include "bf/model/check.hpp"
 #include "bf/model/edit.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 
 namespace bf::model {
@@ -294,6 +295,13 @@ TEST(Layout, IsChangedInPlace) {
               "plant: the size is not positive; give a width and a height");
 }
 
+TEST(Layout, KeepsToSizesThatCanBeDrawn) {
+    const auto size = [](double x, double y) { return refusal(Resize{"plant", Point{x, y}}); };
+    for (const auto& [x, y] : {std::pair(80., 40.), {0.5, 0.5}, {1, 1}}) EXPECT_EQ(size(x, y), "accepted");
+    for (const auto& [x, y] : {std::pair(0., 40.), {80, 0}, {-1, 40}, {80, -1}, {HUGE_VAL, 1}, {1, NAN}})
+        EXPECT_NE(size(x, y), "accepted") << x << ", " << y;
+}
+
 TEST(Group, MakesAPortPerSourceAndDissolvesAgain) {
     const Model grouped = after(drawn_loop(), Group{"", {"plant", "on"}, "world"});
     EXPECT_EQ(wires(grouped), (Texts{"world.y -> controller.q scope", "controller.tau -> world.u",
@@ -387,6 +395,15 @@ TEST(Reference, IsExtractedAndInlinedAgain) {
     EXPECT_EQ(
         refusal(Set{"controller.pd", "Kp", "1"}, extracted),
         "controller: the block stands in the file 'parts/controller.yaml'; edit that file, or inline it");
+}
+
+TEST(Reference, BringsThePluginsOfItsBlocks) {
+    Model model = drawn_loop();
+    model.plugins = {{.name = "Filters"}};
+    const Model extracted = after(model, Extract{"controller", "part.yaml"});
+    const Model& part = *find(extracted, "controller")->reference->model;
+    ASSERT_EQ(part.plugins.size(), 1u);
+    EXPECT_EQ(part.plugins[0].name, "Filters");
 }
 
 TEST(Inline, PutsOverridesInPlaceAndRefusesHiddenNames) {

@@ -137,11 +137,41 @@ TEST(Difference, SeesSignsOfZeroLengthsTimesAndMissingSignals) {
               "at 0 s the signal 'x' is 0, in the other recording -0");
     EXPECT_EQ(text(signal("x", {0, 1}, {1, 1}), signal("x", {0}, {1})),
               "the signal 'x' has 2 samples, in the other recording 1");
+    EXPECT_EQ(text(signal("x", {0}, {1}), signal("x", {0, 1}, {1, 1})),
+              "the signal 'x' has 1 samples, in the other recording 2");
     EXPECT_EQ(text(signal("x", {1'000'000'000}, {1}), signal("x", {2'000'000'000}, {1})),
               "at 1 s the signal 'x' is sampled, in the other recording at 2 s");
     EXPECT_EQ(text(signal("x", {0}, {1}), signal("y", {0}, {1})), "the other recording lacks the signal 'x'");
-    EXPECT_EQ(text(signal("x", {0}, {1, 1}, 2), signal("x", {0}, {1})),
-              "the signal 'x' has another type or shape");
+    const auto shaped = [&](std::uint32_t rows, std::uint32_t cols, bool is_matrix) {
+        Channel channel = signal("x", {0}, std::vector<double>(std::size_t{rows} * cols, 1), rows);
+        channel.info.cols = cols;
+        channel.info.is_matrix = is_matrix;
+        return channel;
+    };
+    Channel single = signal("x", {0}, {1});
+    single.info.type = ElementType::Single;
+    const std::vector<Channel> unlike{shaped(1, 1, false), shaped(2, 1, false), shaped(2, 1, true),
+                                      shaped(1, 2, true),  shaped(2, 2, true),  single};
+    for (std::size_t i = 0; i < unlike.size(); ++i)
+        for (std::size_t j = 0; j < unlike.size(); ++j)
+            EXPECT_EQ(text(unlike[i], unlike[j]),
+                      i == j ? "none" : "the signal 'x' has another type or shape")
+                << i << ", " << j;
+}
+
+TEST(Difference, OfLengthsIsWhereTheShorterOneEnds) {
+    // An earlier difference of another signal is named instead.
+    const Channel shorter = signal("x", {0, 1'000'000'000}, {1, 1}),
+                  longer = signal("x", {0, 1'000'000'000, 2'000'000'000}, {1, 1, 1});
+    for (const auto& [a, b] : {std::pair(shorter, longer), {longer, shorter}}) {
+        const auto first = [&](std::int64_t at) {
+            return first_difference(recording_of({a, signal("y", {at}, {1})}),
+                                    recording_of({b, signal("y", {at}, {2})}))
+                ->channel;
+        };
+        EXPECT_EQ(first(1'500'000'000), "y");
+        EXPECT_EQ(first(2'500'000'000), "x");
+    }
 }
 
 } // namespace

@@ -90,8 +90,7 @@ TEST(Reader, LeavesOutAChunkThatFailsItsChecksum) {
 }
 
 /// https://mcap.dev/spec: a CRC of 0 is none.
-TEST(Reader, AcceptsFilesWithoutChecksumsAndTellsSo) {
-    std::string file = small_file();
+std::string without_checksums(std::string file) {
     std::set<int> cleared;
     for (std::size_t at = magic.size(); at + magic.size() < file.size();) {
         const auto opcode = static_cast<Opcode>(file[at]);
@@ -109,12 +108,32 @@ TEST(Reader, AcceptsFilesWithoutChecksumsAndTellsSo) {
         cleared.insert(static_cast<int>(opcode));
     }
     EXPECT_EQ(cleared.size(), 4u);
-    const Recording recording = parse(file);
+    return file;
+}
+
+TEST(Reader, AcceptsFilesWithoutChecksumsAndTellsSo) {
+    const Recording recording = parse(without_checksums(small_file()));
     EXPECT_TRUE(recording.complete) << recording.defect;
     EXPECT_EQ(recording.attachments.size(), 1u);
     expect_prefix(recording);
     EXPECT_TRUE(recording.unchecked);
     EXPECT_FALSE(parse(small_file()).unchecked);
+}
+
+TEST(Reader, LeavesOutChannelsThatSayNotWhatTheyHold) {
+    const std::string file = without_checksums(small_file());
+    for (const std::string key : {"name", "type", "rows", "cols"}) {
+        std::string other = file; // with its length before it, as the format writes texts
+        const std::string wanted = std::string("\4\0\0\0", 4) + key;
+        int found = 0;
+        for (std::size_t at = other.find(wanted); at != std::string::npos;
+             at = other.find(wanted, at + 1), ++found)
+            other[at + 4] = '?';
+        ASSERT_GT(found, 0) << key;
+        const Recording recording = parse(other);
+        EXPECT_TRUE(recording.channels.empty()) << key;
+        EXPECT_CONTAINS(recording.defect, "was not written by BlockFactory and is left out");
+    }
 }
 
 TEST(Reader, SurvivesHostileBytes) {

@@ -402,6 +402,18 @@ TEST_F(RecorderTest, ReplayRefusesSignalsOfAnotherSizeOrName) {
               "the model has no signal 'constant.y', but the recording has");
 }
 
+TEST_F(RecorderTest, KeepsWhatWasSetInItsOrder) {
+    Session run(model_text);
+    std::vector<std::pair<std::string, std::string>> given;
+    for (int i = 0; i < 120; ++i) given.emplace_back("v" + std::to_string(120 - i), std::to_string(i));
+    { const Recorder recorder(*run.simulation, {}, file, {"/m.yaml", {{"/m.yaml", "text"}}, given}); }
+    std::vector<std::pair<std::string, std::string>> kept;
+    for (const auto& [name, metadata] : recording::load(file).metadata)
+        if (name == "overrides")
+            for (const auto& [numbered, value] : metadata) kept.emplace_back(numbered.substr(4), value);
+    EXPECT_EQ(kept, given);
+}
+
 TEST_F(RecorderTest, KeepsThePlotsOfTheModelInTheirOrder) {
     std::string plots = model_text + "plots:\n";
     for (int i = 9; i > 0; --i) plots += "  panel" + std::to_string(i) + ": [gain.y, slow]\n";

@@ -1,0 +1,96 @@
+import { key_of, neighbour, zoomed } from "./geometry.ts";
+import type { Point } from "./protocol.ts";
+import type { Session } from "./session.svelte.ts";
+
+/** Whatever a person can ask for: keys, the search and the help come from this list. */
+export interface Command {
+  title: string;
+  group: "Edit" | "Look" | "Run";
+  keys: string[];
+  is_hidden?: boolean; // from the search: it needs a key
+  can?(session: Session): boolean;
+  run(session: Session): unknown;
+}
+
+const has_choice = (s: Session) => s.selection.size > 0;
+const has_blocks = (s: Session) => s.chosen_blocks.length > 0;
+const only = (s: Session) => (s.chosen.length === 1 ? s.chosen[0]! : null);
+
+function go(direction: Point): (s: Session) => void {
+  return (s) => {
+    const from = s.find(s.focus), first = s.drawing?.elements.find((e) => e.kind !== "wire");
+    const to = from && s.drawing ? neighbour(s.drawing, from, direction) : first;
+    if (to) s.select([key_of(to)]);
+  };
+}
+function go_through(by: 1 | -1): (s: Session) => void {
+  return (s) => {
+    const elements = s.drawing?.elements ?? [];
+    const at = elements.findIndex((e) => key_of(e) === s.focus);
+    const to = elements[(at + by + elements.length) % elements.length];
+    if (to) s.select([key_of(to)]);
+  };
+}
+const zoom = (factor: number) => (s: Session) =>
+  (s.view = zoomed(s.view, { x: s.size.width / 2, y: s.size.height / 2 }, factor));
+const nudge = (x: number, y: number) => (s: Session) => s.nudge({ x, y });
+
+export const commands: Command[] = [
+  { title: "Search and insert", group: "Edit", keys: ["Ctrl+K"], is_hidden: true, run: (s) => (s.dialog = { kind: "search" }) },
+  { title: "Connect", group: "Edit", keys: ["C"], can: (s) => s.drawing !== null, run: (s) => (s.dialog = { kind: "connect" }) },
+  { title: "Rename", group: "Edit", keys: ["F2"], can: (s) => only(s) !== null && !["wire", "note"].includes(only(s)!.kind),
+    run: (s) => (s.renamed = key_of(only(s)!)) },
+  { title: "Remove", group: "Edit", keys: ["Delete", "Backspace"], can: has_choice, run: (s) => s.remove() },
+  { title: "Flip", group: "Edit", keys: ["R"], can: has_blocks, run: (s) => s.flip() },
+  { title: "Group into a subsystem", group: "Edit", keys: ["Ctrl+G"], can: has_blocks, run: (s) => s.group() },
+  { title: "Dissolve the subsystem", group: "Edit", keys: ["Ctrl+Shift+G"], can: (s) => s.chosen.some((e) => e.kind === "subsystem"),
+    run: (s) => s.dissolve() },
+  { title: "Arrange all", group: "Edit", keys: ["Ctrl+Shift+A"], run: (s) => s.arrange() },
+  { title: "Undo", group: "Edit", keys: ["Ctrl+Z"], can: (s) => s.document?.can_undo ?? false, run: (s) => s.undo() },
+  { title: "Redo", group: "Edit", keys: ["Ctrl+Y", "Ctrl+Shift+Z"], can: (s) => s.document?.can_redo ?? false, run: (s) => s.redo() },
+  { title: "Cut", group: "Edit", keys: ["Ctrl+X"], can: has_blocks, run: (s) => s.cut() },
+  { title: "Copy", group: "Edit", keys: ["Ctrl+C"], can: has_blocks, run: (s) => s.copy() },
+  { title: "Paste", group: "Edit", keys: ["Ctrl+V"], run: (s) => s.paste() },
+  { title: "Select all", group: "Edit", keys: ["Ctrl+A"], run: (s) => s.select(s.drawing?.elements.map(key_of) ?? []) },
+  { title: "Move left", group: "Edit", keys: ["Shift+ArrowLeft"], is_hidden: true, can: has_choice, run: nudge(-10, 0) },
+  { title: "Move right", group: "Edit", keys: ["Shift+ArrowRight"], is_hidden: true, can: has_choice, run: nudge(10, 0) },
+  { title: "Move up", group: "Edit", keys: ["Shift+ArrowUp"], is_hidden: true, can: has_choice, run: nudge(0, -10) },
+  { title: "Move down", group: "Edit", keys: ["Shift+ArrowDown"], is_hidden: true, can: has_choice, run: nudge(0, 10) },
+
+  { title: "Fit all", group: "Look", keys: ["F"], run: (s) => s.fit() },
+  { title: "Enlarge", group: "Look", keys: ["+", "Shift++"], run: zoom(1.25) },
+  { title: "Reduce", group: "Look", keys: ["-"], run: zoom(0.8) },
+  { title: "Open the subsystem", group: "Look", keys: ["Enter"], can: (s) => only(s)?.kind === "subsystem", run: (s) => s.enter(only(s)!.path) },
+  { title: "Leave the subsystem, choose nothing", group: "Look", keys: ["Escape"], is_hidden: true,
+    run: (s) => (has_choice(s) ? s.select([]) : s.leave()) },
+  { title: "Block on the left", group: "Look", keys: ["ArrowLeft"], is_hidden: true, run: go({ x: -1, y: 0 }) },
+  { title: "Block on the right", group: "Look", keys: ["ArrowRight"], is_hidden: true, run: go({ x: 1, y: 0 }) },
+  { title: "Block above", group: "Look", keys: ["ArrowUp"], is_hidden: true, run: go({ x: 0, y: -1 }) },
+  { title: "Block beneath", group: "Look", keys: ["ArrowDown"], is_hidden: true, run: go({ x: 0, y: 1 }) },
+  { title: "Next wire or block", group: "Look", keys: ["."], is_hidden: true, run: go_through(1) },
+  { title: "Wire or block before", group: "Look", keys: [","], is_hidden: true, run: go_through(-1) },
+  { title: "Sizes of signals", group: "Look", keys: [], run: (s) => s.toggle_show("sizes") },
+  { title: "Types of signals", group: "Look", keys: [], run: (s) => s.toggle_show("types") },
+  { title: "Rates of signals", group: "Look", keys: [], run: (s) => s.toggle_show("rates") },
+  { title: "Units of signals", group: "Look", keys: [], run: (s) => s.toggle_show("units") },
+  { title: "Light or dark", group: "Look", keys: [], run: (s) => s.next_theme() },
+  { title: "Open another model", group: "Look", keys: ["Ctrl+O"], run: (s) => (s.dialog = { kind: "open" }) },
+  { title: "Keys", group: "Look", keys: ["Shift+?", "?"], run: (s) => (s.dialog = { kind: "help" }) },
+
+  { title: "Run or pause", group: "Run", keys: ["P"], run: (s) => s.play_or_pause() },
+  { title: "One step", group: "Run", keys: ["S"], run: (s) => s.command("step") },
+  { title: "Back to the beginning", group: "Run", keys: ["Home"], can: (s) => s.run.state !== "none", run: (s) => s.command("stop") },
+  { title: "Watch the value of a wire", group: "Run", keys: ["W"], can: (s) => only(s)?.kind === "wire", run: (s) => {
+    const source = s.source_of(only(s)!);
+    s.watched.includes(source) ? s.unwatch(source) : s.watch(source);
+  } },
+];
+
+/** "Ctrl+Shift+G": Ctrl is also the command key of other keyboards. */
+export function chord_of(event: KeyboardEvent): string {
+  const key = event.key.length === 1 ? event.key.toUpperCase() : event.key;
+  return (event.ctrlKey || event.metaKey ? "Ctrl+" : "") + (event.altKey ? "Alt+" : "") + (event.shiftKey ? "Shift+" : "") + key;
+}
+const by_key = new Map(commands.flatMap((command) => command.keys.map((key) => [key, command] as const)));
+export const command_of = (event: KeyboardEvent): Command | undefined => by_key.get(chord_of(event));
+export const is_possible = (command: Command, session: Session): boolean => command.can?.(session) ?? true;

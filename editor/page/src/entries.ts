@@ -1,0 +1,75 @@
+import { commands, is_possible } from "./commands.ts";
+import { end_of_new, fits, last_of } from "./operations.ts";
+import type { Dialog, End, Session } from "./session.svelte.ts";
+
+/** A line of the search. */
+export interface Entry { key: string; title: string; detail: string; group: string; run(): unknown }
+
+function blocks(session: Session, dialog: Extract<Dialog, { kind: "search" | "insert" }>): Entry[] {
+  const from = dialog.kind === "insert" ? dialog.from : undefined;
+  return session.library
+    // Of what has no ports before it has arguments nobody knows whether it fits.
+    .filter((block) => !from || end_of_new(block, "", from.port) !== null || block.inputs.length + block.outputs.length === 0)
+    .map((block) => ({
+      key: block.name, title: last_of(block.name.replace("/", ".")), detail: block.doc, group: block.group,
+      run: () => session.add_block(block, dialog.at, from),
+    }));
+}
+
+function connections(session: Session): Entry[] {
+  const elements = session.drawing?.elements.filter((e) => e.kind !== "wire") ?? [];
+  const chosen = elements.filter((e) => session.selection.has(e.path));
+  const ends = (list: typeof elements): End[] => list.flatMap((element) => element.ports.map((port) => ({ element, port })));
+  const text = (end: End) => (end.element.kind === "block" || end.element.kind === "subsystem"
+    ? `${last_of(end.element.path)}.${end.port.name}` : last_of(end.element.path));
+  const found = new Map<string, Entry>();
+  for (const a of ends(chosen.length > 0 ? chosen : elements))
+    for (const b of ends(elements)) {
+      if (a.element === b.element || !fits(a.port, b.port)) continue;
+      const [from, to] = a.port.is_output ? [a, b] : [b, a], title = `${text(from)} → ${text(to)}`;
+      found.set(title, { key: title, title, detail: "", group: "connect", run: () => session.connect(from, to) });
+    }
+  return [...found.values()];
+}
+
+export function entries_for(session: Session, dialog: Dialog): Entry[] {
+  switch (dialog.kind) {
+    case "help": return [];
+    case "open":
+      return session.files.map((file) => ({ key: file, title: file, detail: "", group: "model", run: () => session.open(file) }));
+    case "connect": return connections(session);
+    case "insert": return blocks(session, dialog);
+    case "search": return [
+      ...blocks(session, dialog),
+      { key: "subsystem", title: "Subsystem", detail: "an empty one, to be opened and filled", group: "structure", run: () => session.add_subsystem(dialog.at) },
+      { key: "input", title: "Input", detail: "of this subsystem", group: "structure", run: () => session.add_port(false, dialog.at) },
+      { key: "output", title: "Output", detail: "of this subsystem", group: "structure", run: () => session.add_port(true, dialog.at) },
+      { key: "note", title: "Note", detail: "a text on the drawing", group: "structure", run: () => session.add_note(dialog.at) },
+      ...commands.filter((command) => !command.is_hidden && is_possible(command, session)).map((command) => ({
+        key: `command ${command.title}`, title: command.title, detail: command.keys[0] ?? "", group: command.group, run: () => command.run(session),
+      })),
+    ];
+  }
+}
+
+/** How well a line answers: its name first, where words begin next, then anywhere, then its letters in order. */
+export function score(entry: { title: string; detail: string; group: string }, wanted: string): number {
+  const text = wanted.trim().toLowerCase(), title = entry.title.toLowerCase();
+  if (!text) return 1;
+  if (title === text) return 100;
+  if (title.startsWith(text)) return 90 - title.length / 100;
+  const words = text.split(/\s+/);
+  if (words.length > 1 && words.every((word) => title.includes(word))) return 80;
+  if (initials(entry.title).startsWith(text)) return 75;
+  if (title.includes(text)) return 70 - title.length / 100;
+  if (`${entry.detail} ${entry.group}`.toLowerCase().includes(text)) return 40;
+  let at = -1;
+  for (const letter of text) if ((at = title.indexOf(letter, at + 1)) < 0) return 0;
+  return 10;
+}
+const initials = (title: string): string => (title.match(/[A-Z]|(?<=[_. ])[a-z]|^[a-z]/g) ?? []).join("").toLowerCase();
+
+export function ranked<T extends { title: string; detail: string; group: string }>(entries: T[], wanted: string): T[] {
+  return entries.map((entry, i) => ({ entry, i, score: score(entry, wanted) })).filter((found) => found.score > 0)
+    .sort((a, b) => b.score - a.score || a.i - b.i).map((found) => found.entry);
+}

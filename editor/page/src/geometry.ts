@@ -1,0 +1,123 @@
+import type { Drawing, Element, Point, Port, Rectangle, Shape } from "./protocol.ts";
+
+/** The point of the drawing in the upper left corner of the canvas, and pixels of the screen per unit. */
+export interface View { x: number; y: number; scale: number }
+export interface Size { width: number; height: number }
+
+export const smallest_scale = 0.05, largest_scale = 8;
+
+export const to_screen = (view: View, p: Point): Point => ({ x: (p.x - view.x) * view.scale, y: (p.y - view.y) * view.scale });
+export const to_drawing = (view: View, p: Point): Point => ({ x: p.x / view.scale + view.x, y: p.y / view.scale + view.y });
+
+/** Scales such that what lies under `at` (on the screen) stays there. */
+export function zoomed(view: View, at: Point, factor: number): View {
+  const scale = Math.min(Math.max(view.scale * factor, smallest_scale), largest_scale);
+  const fixed = to_drawing(view, at);
+  return { x: fixed.x - at.x / scale, y: fixed.y - at.y / scale, scale };
+}
+
+export const panned = (view: View, dx: number, dy: number): View =>
+  ({ ...view, x: view.x - dx / view.scale, y: view.y - dy / view.scale });
+
+/** All of `bounds` in the middle of the canvas, at most somewhat enlarged. */
+export function fitted(bounds: Rectangle, size: Size, margin = 48): View {
+  const width = Math.max(size.width - 2 * margin, 1), height = Math.max(size.height - 2 * margin, 1);
+  const wanted = Math.min(width / Math.max(bounds.width, 1), height / Math.max(bounds.height, 1));
+  const scale = Math.min(Math.max(wanted, smallest_scale), 1.25);
+  return {
+    x: bounds.x + bounds.width / 2 - size.width / 2 / scale,
+    y: bounds.y + bounds.height / 2 - size.height / 2 / scale,
+    scale,
+  };
+}
+
+export const rectangle = (a: Point, b: Point): Rectangle =>
+  ({ x: Math.min(a.x, b.x), y: Math.min(a.y, b.y), width: Math.abs(a.x - b.x), height: Math.abs(a.y - b.y) });
+export const contains = (r: Rectangle, p: Point, by = 0): boolean =>
+  p.x >= r.x - by && p.x <= r.x + r.width + by && p.y >= r.y - by && p.y <= r.y + r.height + by;
+export const meets = (a: Rectangle, b: Rectangle): boolean =>
+  a.x <= b.x + b.width && b.x <= a.x + a.width && a.y <= b.y + b.height && b.y <= a.y + a.height;
+export const centre = (r: Rectangle): Point => ({ x: r.x + r.width / 2, y: r.y + r.height / 2 });
+
+export function distance_to_line(p: Point, points: Point[]): number {
+  let least = Infinity;
+  for (let i = 1; i < points.length; ++i) {
+    const a = points[i - 1]!, b = points[i]!;
+    const dx = b.x - a.x, dy = b.y - a.y, squared = dx * dx + dy * dy;
+    const t = squared === 0 ? 0 : Math.min(Math.max(((p.x - a.x) * dx + (p.y - a.y) * dy) / squared, 0), 1);
+    least = Math.min(least, Math.hypot(p.x - a.x - t * dx, p.y - a.y - t * dy));
+  }
+  return least;
+}
+
+/** The point halfway along a line. */
+export function middle_of(points: Point[]): Point {
+  let left = points.slice(1).reduce((sum, p, i) => sum + Math.hypot(p.x - points[i]!.x, p.y - points[i]!.y), 0) / 2;
+  for (let i = 1; i < points.length; ++i) {
+    const a = points[i - 1]!, b = points[i]!, length = Math.hypot(b.x - a.x, b.y - a.y);
+    if (left <= length && length > 0) return { x: a.x + ((b.x - a.x) * left) / length, y: a.y + ((b.y - a.y) * left) / length };
+    left -= length;
+  }
+  return points[0] ?? { x: 0, y: 0 };
+}
+
+/** Where a text stands, by what letters usually measure. */
+export function text_bounds(shape: Shape): Rectangle {
+  const at = shape.points[0] ?? { x: 0, y: 0 }, width = 0.58 * shape.size * shape.text.length;
+  const x = at.x - (shape.align === "middle" ? width / 2 : shape.align === "end" ? width : 0);
+  return { x, y: at.y - shape.size, width, height: 1.3 * shape.size };
+}
+
+export const wire_line = (element: Element): Point[] =>
+  element.shapes.find((shape) => shape.kind === "line" && shape.style === "wire")?.points ?? [];
+
+/** What tells elements apart: an input of variants has several wires. */
+export const key_of = (element: Element): string =>
+  element.kind === "wire" ? `${element.from} → ${element.path}` : element.kind === "note" ? `note ${element.path}` : element.path;
+
+export interface Hit { element: Element; port?: Port; is_name?: boolean }
+
+/** What lies at a point: a port before its block, a block before wires, what is in front before what is behind. */
+export function hit(drawing: Drawing, p: Point, tolerance: number): Hit | null {
+  const solid = drawing.elements.filter((element) => element.kind !== "wire").reverse();
+  let best: Hit | null = null, least = tolerance + 3;
+  for (const element of solid)
+    for (const port of element.ports) {
+      const distance = Math.hypot(port.at.x - p.x, port.at.y - p.y);
+      if (distance < least) [best, least] = [{ element, port }, distance];
+    }
+  if (best) return best;
+  for (const element of solid) {
+    const name = element.shapes.find((shape) => shape.kind === "text" && shape.style === "name");
+    if (name && contains(text_bounds(name), p)) return { element, is_name: true };
+    if (contains(element.bounds, p)) return { element };
+  }
+  least = tolerance;
+  for (const element of drawing.elements) {
+    if (element.kind !== "wire" || !contains(element.bounds, p, tolerance)) continue;
+    const distance = distance_to_line(p, wire_line(element));
+    if (distance < least) [best, least] = [{ element }, distance];
+  }
+  return best;
+}
+
+/** What a rubber band holds: blocks that it touches, wires that lie in it. */
+export function within(drawing: Drawing, band: Rectangle): Element[] {
+  return drawing.elements.filter((element) =>
+    element.kind === "wire"
+      ? wire_line(element).every((p) => contains(band, p)) && wire_line(element).length > 0
+      : meets(band, element.bounds));
+}
+
+/** The element whose centre lies nearest in a direction (an arrow key), those straight ahead first. */
+export function neighbour(drawing: Drawing, from: Element, direction: Point): Element | null {
+  const start = centre(from.bounds);
+  let best: Element | null = null, least = Infinity;
+  for (const element of drawing.elements) {
+    if (element.kind === "wire" || element === from) continue;
+    const to = centre(element.bounds), dx = to.x - start.x, dy = to.y - start.y;
+    const along = dx * direction.x + dy * direction.y, across = Math.abs(dx * direction.y - dy * direction.x);
+    if (along > 1 && along + 2 * across < least) [best, least] = [element, along + 2 * across];
+  }
+  return best;
+}

@@ -1,0 +1,75 @@
+import type { Drawing, Element, LibraryBlock, Point, Port } from "./protocol.ts";
+
+/** The operations of bf/model/operation.hpp that the page asks for. */
+export type Operation =
+  | { do: "add"; system: string; block: { name: string; type?: string; system?: object }; at?: Point }
+  | { do: "remove"; path: string }
+  | { do: "rename"; path: string; name: string }
+  | { do: "connect"; system: string; from: string; to: string }
+  | { do: "disconnect"; system: string; from?: string; to: string }
+  | { do: "set"; path: string; name: string; value?: string | null }
+  | { do: "add_port"; system: string; port: { name: string }; is_output: boolean }
+  | { do: "set_variable"; system: string; name: string; variable?: { value: string; unit?: string; doc?: string } | null }
+  | { do: "rename_variable"; system: string; name: string; to: string }
+  | { do: "move"; path: string; to: Point }
+  | { do: "flip"; path: string }
+  | { do: "annotate"; name: string; note?: { name: string; text: string; system: string; at: Point } | null }
+  | { do: "group"; system: string; blocks: string[]; name: string }
+  | { do: "dissolve"; path: string }
+  | { do: "batch"; operations: Operation[] };
+
+export const joined = (system: string, name: string): string => (system ? `${system}.${name}` : name);
+export const parent_of = (path: string): string => path.slice(0, Math.max(path.lastIndexOf("."), 0));
+export const last_of = (path: string): string => path.slice(path.lastIndexOf(".") + 1);
+
+/** A name that nothing in the drawing has: gain, gain2, gain3. */
+export function fresh_name(drawing: Drawing, wanted: string): string {
+  const taken = new Set(drawing.elements.filter((e) => e.kind !== "wire").map((e) => last_of(e.path)));
+  for (let n = 1; ; ++n) {
+    const name = n === 1 ? wanted : wanted + n;
+    if (!taken.has(name)) return name;
+  }
+}
+
+/** "WholeBodyToolbox/MassMatrix" is called massMatrix. */
+export function name_for(type: string): string {
+  const name = type.slice(type.lastIndexOf("/") + 1).replace(/[^A-Za-z0-9_]/g, "");
+  return /^[A-Z]+$/.test(name) ? name.toLowerCase() : name.charAt(0).toLowerCase() + name.slice(1);
+}
+
+/** How the document writes an end of a wire: shortly where the block has one such port. */
+export function end_of(element: Element, port: Port): string {
+  const name = last_of(element.path);
+  if (element.kind === "input" || element.kind === "output") return name;
+  return element.ports.filter((other) => other.is_output === port.is_output).length === 1 ? name : `${name}.${port.name}`;
+}
+
+/** Whether a wire may lead between two ports: from an output to an input that has no wire yet. */
+export const fits = (a: Port, b: Port): boolean => a.is_output !== b.is_output && !(a.is_output ? b : a).is_wired;
+
+export function connection(system: string, a: { element: Element; port: Port }, b: { element: Element; port: Port }): Operation {
+  const [from, to] = a.port.is_output ? [a, b] : [b, a];
+  return { do: "connect", system, from: end_of(from.element, from.port), to: end_of(to.element, to.port) };
+}
+
+/** Which port of a new block takes a wire that comes from `port`; null: none does. */
+export function end_of_new(block: LibraryBlock, name: string, port: Port): string | null {
+  const ends = port.is_output ? block.inputs : block.outputs;
+  if (!ends[0]) return null;
+  return ends.length === 1 ? name : `${name}.${ends[0].name}`;
+}
+
+/** Removes what is chosen; wires go with their blocks by themselves. */
+export function removal(system: string, elements: Element[]): Operation {
+  const gone = new Set(elements.filter((e) => e.kind !== "wire" && e.kind !== "note").map((e) => last_of(e.path)));
+  const block = (end: string) => end.split(".")[0]!;
+  const operations: Operation[] = elements.flatMap((element): Operation[] => {
+    if (element.kind === "note") return [{ do: "annotate", name: last_of(element.path) }];
+    if (element.kind !== "wire") return [];
+    return gone.has(block(element.from)) || gone.has(block(element.to))
+      ? [] : [{ do: "disconnect", system, from: element.from, to: element.to }];
+  });
+  for (const element of elements)
+    if (element.kind !== "wire" && element.kind !== "note") operations.push({ do: "remove", path: element.path });
+  return { do: "batch", operations };
+}

@@ -1,0 +1,106 @@
+/** What came of one signal: times in order, and the values of each element at them. */
+export class Track {
+  times = new Float64Array(1024);
+  values: Float64Array[];
+  length = 0;
+
+  readonly elements: number;
+
+  constructor(elements: number) {
+    this.elements = elements;
+    this.values = Array.from({ length: elements }, () => new Float64Array(1024));
+  }
+
+  /** What was known of `time` and later is of a run that was taken back. */
+  push(time: number, at: (element: number) => number): void {
+    if (this.length > 0 && time <= this.times[this.length - 1]!) this.length = this.first_from(time);
+    if (this.length === this.times.length) {
+      const grown = (old: Float64Array<ArrayBuffer>) => {
+        const data = new Float64Array(2 * old.length);
+        data.set(old);
+        return data;
+      };
+      this.times = grown(this.times);
+      this.values = this.values.map((data) => grown(data as Float64Array<ArrayBuffer>));
+    }
+    this.times[this.length] = time;
+    this.values.forEach((data, element) => (data[this.length] = at(element)));
+    ++this.length;
+  }
+
+  /** The index of the first sample at `time` or later. */
+  first_from(time: number): number {
+    let low = 0, high = this.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle]! < time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  /** The values that hold at a time; null before the first sample. */
+  at(time: number): number[] | null {
+    const index = this.first_from(time + 1e-12) - 1;
+    return index < 0 ? null : this.values.map((data) => data[index]!);
+  }
+}
+
+/** All that came in binary frames, by the index of the signal. */
+export class Samples {
+  tracks = new Map<number, Track>();
+
+  take(frame: ArrayBuffer): void {
+    const view = new DataView(frame);
+    for (let at = 0; at + 16 <= frame.byteLength; ) {
+      const index = view.getUint32(at, true), n = view.getUint32(at + 4, true), time = view.getFloat64(at + 8, true);
+      const first = at + 16;
+      if (first + 8 * n > frame.byteLength) return;
+      let track = this.tracks.get(index);
+      if (track?.elements !== n) this.tracks.set(index, (track = new Track(n)));
+      track.push(time, (element) => view.getFloat64(first + 8 * element, true));
+      at = first + 8 * n;
+    }
+  }
+}
+
+/**
+ * What a plot of `columns` pixels shows between two times: two points per column, the least and the greatest value in
+ * it, for all elements at the same times. Between samples, and after the last one until `known_to`, a signal keeps its
+ * value.
+ */
+export function decimated(
+  lines: { track: Track; element: number }[], from: number, to: number, columns: number, known_to: number,
+): (number | null)[][] {
+  const width = (to - from) / columns;
+  const times: number[] = [];
+  for (let c = 0; c < columns; ++c) times.push(from + c * width, from + (c + 0.5) * width);
+  const all: (number | null)[][] = [times];
+  for (const { track, element } of lines) {
+    const data = track.values[element]!, line: (number | null)[] = [];
+    let i = track.first_from(from);
+    let last = i > 0 ? data[i - 1]! : null;
+    const end = Math.max(known_to, track.length > 0 ? track.times[track.length - 1]! : -Infinity);
+    for (let c = 0; c < columns; ++c) {
+      let low = Infinity, high = -Infinity, least_at = 0, greatest_at = 0;
+      for (; i < track.length && track.times[i]! < from + (c + 1) * width; ++i) {
+        last = data[i]!;
+        if (last < low) [low, least_at] = [last, i];
+        if (last > high) [high, greatest_at] = [last, i];
+      }
+      if (low <= high) line.push(...(least_at < greatest_at ? [low, high] : [high, low]));
+      else line.push(...(from + c * width <= end ? [last, last] : [null, null]));
+    }
+    all.push(line);
+  }
+  return all;
+}
+
+/** Four digits that matter, without noise. */
+export function number_text(value: number): string {
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? "NaN" : value > 0 ? "∞" : "−∞";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e5 || size < 1e-3) return value.toExponential(2).replace("e+", "e").replace(/-/g, "−");
+  return String(Number(value.toPrecision(4))).replace("-", "−");
+}

@@ -1,0 +1,404 @@
+import { Client, Refusal } from "./client.ts";
+import { fitted, key_of, meets, type Size, type View } from "./geometry.ts";
+import {
+  connection, end_of_new, fresh_name, joined, last_of, name_for, parent_of, removal, type Operation,
+} from "./operations.ts";
+import {
+  protocol, type DocumentState, type Drawing, type Element, type LibraryBlock, type Method, type Methods, type Notifications,
+  type Point, type Port, type RunState, type SignalInfo,
+} from "./protocol.ts";
+import { Samples } from "./samples.ts";
+import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
+
+export type Show = "sizes" | "types" | "rates" | "units";
+export interface End { element: Element; port: Port }
+export type Dialog =
+  | { kind: "search"; at?: Point }                // all that one can insert or do
+  | { kind: "insert"; at: Point; from?: End }     // with a wire from there
+  | { kind: "connect" }
+  | { kind: "open" }
+  | { kind: "help" };
+type Part = "run" | "model";
+
+const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "" };
+/** New blocks and those that are dragged stand on multiples of this. */
+export const grid = 5;
+export const on_grid = (p: Point): Point => ({ x: Math.round(p.x / grid) * grid, y: Math.round(p.y / grid) * grid });
+
+/** What one page knows and shows: the document as the service tells it, and what the person looks at. */
+export class Session {
+  connection = $state<"connecting" | "open" | "lost">("connecting");
+  document = $state.raw<DocumentState | null>(null);
+  files = $state.raw<string[]>([]);
+  library = $state.raw<LibraryBlock[]>([]);
+  version = $state("");
+  system = $state("");
+  drawing = $state.raw<Drawing | null>(null);
+  run = $state.raw<RunState>(no_run);
+  signals = $state.raw<SignalInfo[]>([]);
+  pace = $state<number | null>(1); // seconds of the model per second, of the next start
+
+  selection = $state.raw<ReadonlySet<string>>(new Set());
+  focus = $state<string | null>(null); // where arrow keys go on from
+  hovered = $state<string | null>(null);
+  view = $state.raw<View>({ x: 0, y: 0, scale: 1 });
+  size = $state.raw<Size>({ width: 1, height: 1 });
+  cursor: Point | null = null; // on the drawing
+  show = $state.raw<ReadonlySet<Show>>(new Set());
+  theme = $state<Choice>(chosen());
+  colours = $state.raw<Colours>(colours());
+  dialog = $state.raw<Dialog | null>(null);
+  renamed = $state<string | null>(null); // key of the element whose name is being edited
+  message = $state.raw<{ text: string; part: Part } | null>(null);
+
+  /** Sources of wires, "controller.error", whose values stand on the drawing; those that are plotted. */
+  watched = $state.raw<string[]>([]);
+  plotted = $state.raw<ReadonlySet<string>>(new Set());
+  samples = new Samples();
+  sampled = $state(0); // grows with what `samples` has
+  tuned = $state.raw<ReadonlyMap<string, number[]>>(new Map());
+
+  private readonly client: Client;
+  private views = new Map<string, View>();
+  private moved: { path: string; to: Point }[] = [];
+  private drawing_under_way: Promise<void> | null = null;
+  private is_stale = false;
+  private clipboard = "";
+  private waiting_tunes = new Map<string, number[]>();
+  private is_tuning = false;
+
+  constructor(url: string) {
+    this.client = new Client(url, {
+      opened: () => void this.greet(),
+      lost: () => (this.connection = "lost"),
+      told: (name, value) => this.hear(name, value),
+      sampled: (frame) => {
+        this.samples.take(frame);
+        ++this.sampled;
+      },
+    });
+  }
+
+  close(): void { this.client.close(); }
+
+  // ---- requests ----
+
+  /** Null, and a message to the person, where the service refuses. */
+  private async ask<M extends Method>(method: M, params: Methods[M]["params"], part: Part = "model"): Promise<Methods[M]["result"] | null> {
+    try {
+      return await this.client.call(method, params);
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+      this.message = { text: error.message, part };
+      return null;
+    }
+  }
+  inspect = (path: string) => this.client.call("inspect", { path }).catch(() => null);
+  variables = (system: string) => this.client.call("variables", { system }).catch(() => null);
+
+  private async greet(): Promise<void> {
+    const welcome = await this.ask("hello", { protocol });
+    if (!welcome) return;
+    const is_again = this.connection === "lost";
+    this.connection = "open";
+    this.version = welcome.version;
+    this.files = welcome.files;
+    const before = this.document?.file;
+    this.document = welcome.document;
+    if (!is_again || before !== welcome.document.file) this.look_at("");
+    await this.redraw();
+    if (!is_again) this.fit();
+    const library = await this.ask("library", {});
+    if (library) this.library = library.blocks;
+    await this.rewatch();
+  }
+
+  private hear<N extends keyof Notifications>(name: N, value: Notifications[N]): void {
+    if (name === "run") return this.take_run(value as RunState);
+    const state = value as DocumentState, other = state.file !== this.document?.file;
+    this.document = state;
+    if (other) {
+      this.look_at("");
+      void this.redraw().then(() => this.fit());
+    } else {
+      void this.redraw();
+    }
+  }
+
+  /** One request at a time; resolves when what is shown is as new as the call. */
+  redraw(moved = this.moved): Promise<void> {
+    this.moved = moved;
+    this.is_stale = true;
+    this.drawing_under_way ??= this.draw_while_stale().finally(() => (this.drawing_under_way = null));
+    return this.drawing_under_way;
+  }
+  private async draw_while_stale(): Promise<void> {
+    while (this.is_stale) {
+      this.is_stale = false;
+      const system = this.system;
+      try {
+        const drawing = await this.client.call("draw", { system, show: [...this.show], moved: this.moved });
+        if (system === this.system) this.take_drawing(drawing);
+      } catch (error) {
+        if (!(error instanceof Refusal)) throw error;
+        if (this.connection !== "open" || !system) return void (this.message = { text: error.message, part: "model" });
+        this.look_at(parent_of(system)); // it was removed or renamed
+        this.is_stale = true;
+      }
+    }
+  }
+  private take_drawing(drawing: Drawing): void {
+    this.drawing = drawing;
+    const keys = new Set(drawing.elements.map(key_of));
+    if ([...this.selection].some((key) => !keys.has(key))) this.select([...this.selection].filter((key) => keys.has(key)));
+    if (this.focus && !keys.has(this.focus)) this.focus = null;
+  }
+
+  async edit(operation: Operation): Promise<boolean> {
+    if (operation.do === "batch" && operation.operations.length === 0) return false;
+    const single = operation.do === "batch" && operation.operations.length === 1 ? operation.operations[0]! : operation;
+    return this.settle(await this.ask("edit", { operation: single }));
+  }
+  private async settle(state: DocumentState | null): Promise<boolean> {
+    if (state) {
+      this.document = state;
+      this.message = null;
+    }
+    await this.redraw([]);
+    return state !== null;
+  }
+  async undo(): Promise<void> { if (this.document?.can_undo) await this.settle(await this.ask("undo", {})); }
+  async redo(): Promise<void> { if (this.document?.can_redo) await this.settle(await this.ask("redo", {})); }
+  async arrange(): Promise<void> {
+    if (await this.settle(await this.ask("arrange", { system: this.system }))) this.fit();
+  }
+  async open(file: string): Promise<void> {
+    const state = await this.ask("open", { file });
+    if (!state) return;
+    this.look_at("");
+    if (await this.settle(state)) this.fit();
+  }
+
+  // ---- looking ----
+
+  private look_at(system: string): void {
+    if (this.drawing) this.views.set(this.drawing.system, this.view);
+    this.system = system;
+    this.moved = [];
+    this.select([]);
+    this.focus = this.hovered = this.renamed = null;
+  }
+  async enter(system: string): Promise<void> {
+    const from = this.system;
+    this.look_at(system);
+    await this.redraw();
+    const view = this.views.get(this.system);
+    if (view) this.view = view;
+    else this.fit();
+    const inner = this.drawing?.elements.find((e) => e.path === from && e.kind === "subsystem");
+    if (inner) this.select([key_of(inner)]);
+  }
+  async leave(): Promise<void> { if (this.system) await this.enter(parent_of(this.system)); }
+  fit(): void { if (this.drawing && this.drawing.elements.length > 0) this.view = fitted(this.drawing.bounds, this.size); }
+  toggle_show(what: Show): void {
+    const show = new Set(this.show);
+    if (!show.delete(what)) show.add(what);
+    this.show = show;
+    void this.redraw();
+  }
+
+  next_theme(): void {
+    this.theme = this.theme === "system" ? "light" : this.theme === "light" ? "dark" : "system";
+    choose(this.theme);
+    this.colours = colours();
+  }
+
+  select(keys: Iterable<string>): void {
+    this.selection = new Set(keys);
+    if (this.selection.size === 1) this.focus = [...this.selection][0]!;
+  }
+  toggle(key: string): void {
+    const keys = new Set(this.selection);
+    if (!keys.delete(key)) keys.add(key);
+    this.select(keys);
+  }
+  find(key: string | null): Element | null { return this.drawing?.elements.find((e) => key_of(e) === key) ?? null; }
+  get chosen(): Element[] { return this.drawing?.elements.filter((e) => this.selection.has(key_of(e))) ?? []; }
+  get chosen_blocks(): Element[] { return this.chosen.filter((e) => e.kind === "block" || e.kind === "subsystem"); }
+
+  /** Shows what a path names, whichever subsystem it stands in. */
+  async reveal(path: string): Promise<void> {
+    for (let at = path; ; at = parent_of(at)) {
+      if (parent_of(at) !== this.system) await this.enter(parent_of(at));
+      const found = this.drawing?.elements.find((e) => e.path === at);
+      if (found && this.system === parent_of(at)) return this.select([key_of(found)]);
+      if (!at) return;
+    }
+  }
+
+  // ---- edits ----
+
+  /** Where the person points at, else beside what is chosen, else in the middle: a place that is free. */
+  private spot(at?: Point): Point {
+    const beside = this.find(this.focus)?.bounds;
+    const middle = { x: this.view.x + this.size.width / 2 / this.view.scale, y: this.view.y + this.size.height / 2 / this.view.scale };
+    const wanted = on_grid(at ?? this.cursor ?? (beside ? { x: beside.x + beside.width + 60, y: beside.y } : middle));
+    const taken = this.drawing?.elements.filter((e) => e.kind !== "wire") ?? [];
+    while (taken.some((e) => meets(e.bounds, { ...wanted, width: 80, height: 60 }))) wanted.y += 4 * grid;
+    return wanted;
+  }
+  private async insert(operations: Operation[], name: string): Promise<void> {
+    if (await this.edit({ do: "batch", operations })) this.select([joined(this.system, name)]);
+  }
+  async add_block(block: LibraryBlock, at?: Point, from?: End): Promise<void> {
+    const name = fresh_name(this.drawing!, name_for(block.name)), system = this.system;
+    const operations: Operation[] = [{ do: "add", system, block: { name, type: block.name }, at: this.spot(at) }];
+    const end = from ? end_of_new(block, name, from.port) : null;
+    if (from && end !== null) {
+      const port = { ...from.port, is_output: !from.port.is_output, name: last_of(end) };
+      const wire = connection(system, from, { element: from.element, port }) as Extract<Operation, { do: "connect" }>;
+      operations.push({ ...wire, [from.port.is_output ? "to" : "from"]: end });
+    }
+    await this.insert(operations, name);
+  }
+  async add_subsystem(at?: Point): Promise<void> {
+    const name = fresh_name(this.drawing!, "subsystem");
+    await this.insert([{ do: "add", system: this.system, block: { name, system: {} }, at: this.spot(at) }], name);
+  }
+  async add_port(is_output: boolean, at?: Point): Promise<void> {
+    const name = fresh_name(this.drawing!, is_output ? "output" : "input"), path = joined(this.system, name);
+    await this.insert([{ do: "add_port", system: this.system, port: { name }, is_output }, { do: "move", path, to: this.spot(at) }], name);
+  }
+  async add_note(at?: Point): Promise<void> {
+    const name = fresh_name(this.drawing!, "note");
+    await this.edit({ do: "annotate", name, note: { name, text: "note", system: this.system, at: this.spot(at) } });
+  }
+  connect(a: End, b: End): Promise<boolean> { return this.edit(connection(this.system, a, b)); }
+  reconnect(off: Operation, a: End, b: End): Promise<boolean> {
+    return this.edit({ do: "batch", operations: [off, connection(this.system, a, b)] });
+  }
+  remove(): Promise<boolean> { return this.edit(removal(this.system, this.chosen)); }
+  async rename(key: string, name: string): Promise<void> {
+    const element = this.find(key);
+    this.renamed = null;
+    if (!element || !name || name === last_of(element.path)) return;
+    if (await this.edit({ do: "rename", path: element.path, name })) this.select([joined(this.system, name)]);
+  }
+  flip(): Promise<boolean> {
+    return this.edit({ do: "batch", operations: this.chosen_blocks.map((e) => ({ do: "flip", path: e.path })) });
+  }
+  async group(): Promise<void> {
+    const blocks = this.chosen_blocks.map((e) => last_of(e.path));
+    if (blocks.length === 0) return;
+    await this.insert([{ do: "group", system: this.system, blocks, name: fresh_name(this.drawing!, "subsystem") }],
+      fresh_name(this.drawing!, "subsystem"));
+  }
+  dissolve(): Promise<boolean> {
+    const operations: Operation[] = this.chosen.filter((e) => e.kind === "subsystem").map((e) => ({ do: "dissolve", path: e.path }));
+    return this.edit({ do: "batch", operations });
+  }
+  /** As if the chosen elements stood elsewhere, until `drop`. */
+  moves(delta: Point): { path: string; to: Point }[] {
+    return this.drag_start.map(({ path, at }) => ({ path, to: { x: at.x + delta.x, y: at.y + delta.y } }));
+  }
+  drag_start: { path: string; at: Point }[] = [];
+  begin_drag(): void {
+    this.drag_start = this.chosen.filter((e) => e.kind !== "wire" && e.kind !== "note")
+      .map((e) => ({ path: e.path, at: { x: e.bounds.x, y: e.bounds.y } }));
+  }
+  drop(delta: Point): Promise<boolean> {
+    return this.edit({ do: "batch", operations: this.moves(delta).map(({ path, to }) => ({ do: "move", path, to })) });
+  }
+  async nudge(delta: Point): Promise<void> {
+    this.begin_drag();
+    await this.drop(delta);
+  }
+
+  async copy(): Promise<boolean> {
+    const names = this.chosen_blocks.map((e) => last_of(e.path));
+    if (names.length === 0) return false;
+    const copied = await this.ask("copy", { system: this.system, names });
+    if (!copied) return false;
+    this.clipboard = copied.text;
+    await navigator.clipboard?.writeText(copied.text).catch(() => {}); // other pages; this one remembers it itself
+    return true;
+  }
+  async cut(): Promise<void> { if (await this.copy()) await this.remove(); }
+  async paste(text = this.clipboard): Promise<void> {
+    if (!text) return;
+    const before = new Set(this.drawing?.elements.map(key_of));
+    if (await this.settle(await this.ask("paste", { system: this.system, text, at: this.spot() })))
+      this.select(this.drawing!.elements.filter((e) => e.kind !== "wire" && !before.has(key_of(e))).map(key_of));
+  }
+
+  // ---- the run ----
+
+  private take_run(state: RunState): void {
+    const is_other = this.run.state === "none" && state.state !== "none";
+    if (state.state === "none") {
+      this.signals = [];
+      this.tuned = new Map();
+    }
+    this.run = state;
+    if (is_other) {
+      this.samples = new Samples();
+      void this.rewatch();
+    }
+  }
+  play_or_pause(): Promise<void> {
+    return this.run.state === "running" ? this.command("pause") : this.command("start", { factor: this.pace });
+  }
+  set_pace(pace: number | null): void {
+    this.pace = pace;
+    if (this.run.state !== "none") void this.command("pace", { factor: pace });
+  }
+  async command(action: Methods["run"]["params"]["action"], more: { time?: number; factor?: number | null } = {}): Promise<void> {
+    const state = await this.ask("run", { action, time: more.time ?? null, factor: more.factor ?? null }, "run");
+    if (!state) return;
+    this.message = null;
+    this.take_run(state);
+  }
+  /** Wires are drawn before anything runs; which signals of a run they are is known once it is there. */
+  private async rewatch(): Promise<void> {
+    if (this.connection !== "open") return;
+    const found = await this.ask("signals", {}, "run");
+    if (found) this.signals = found.signals;
+    const paths = this.watched.map((source) => this.signal_of(source)?.path ?? source);
+    await this.ask("watch", { paths }, "run");
+  }
+  /** "controller.error" is the signal "controller.error.y" where that is its only output. */
+  signal_of(source: string): SignalInfo | null {
+    const exact = this.signals.find((signal) => signal.path === source);
+    if (exact) return exact;
+    const under = this.signals.filter((signal) => parent_of(signal.path) === source);
+    return under.length === 1 ? under[0]! : null;
+  }
+  watch(source: string, is_plotted = false): void {
+    if (!this.watched.includes(source)) this.watched = [...this.watched, source];
+    if (is_plotted) this.plotted = new Set([...this.plotted, source]);
+    void this.rewatch();
+  }
+  unwatch(source: string): void {
+    this.watched = this.watched.filter((other) => other !== source);
+    this.toggle_plot(source, false);
+    void this.rewatch();
+  }
+  toggle_plot(source: string, is_plotted = !this.plotted.has(source)): void {
+    this.plotted = new Set([...this.plotted].filter((other) => other !== source).concat(is_plotted ? [source] : []));
+  }
+  source_of(wire: Element): string { return joined(this.system, wire.from); }
+
+  /** The newest values of each name win; one request at a time. */
+  async tune(name: string, values: number[]): Promise<void> {
+    this.tuned = new Map([...this.tuned, [name, values]]);
+    this.waiting_tunes.set(name, values);
+    if (this.is_tuning) return;
+    this.is_tuning = true;
+    while (this.waiting_tunes.size > 0) {
+      const [next, wanted] = this.waiting_tunes.entries().next().value!;
+      this.waiting_tunes.delete(next);
+      await this.ask("tune", { name: next, values: wanted }, "run");
+    }
+    this.is_tuning = false;
+  }
+}

@@ -1,0 +1,39 @@
+import type { Shape } from "./protocol.ts";
+
+export type Choice = "system" | "light" | "dark";
+const names = [
+  "canvas", "dots", "accent", "accent-soft", "body", "body-line", "symbol", "value", "name", "port", "wire", "branch", "label", "note",
+  "highlight", "pill", "pill-text",
+] as const;
+export type Colours = Record<(typeof names)[number], string>;
+export const font = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`;
+
+/** What the style sheet says now; a probe resolves light-dark() as the browser does. */
+export function colours(): Colours {
+  const probe = document.body.appendChild(document.createElement("span"));
+  const found = {} as Colours;
+  for (const name of names) {
+    probe.style.color = `var(--${name})`;
+    found[name] = getComputedStyle(probe).color;
+  }
+  probe.remove();
+  return found;
+}
+
+export function choose(choice: Choice): void {
+  document.documentElement.style.colorScheme = choice === "system" ? "light dark" : choice;
+  try {
+    localStorage.setItem("theme", choice);
+  } catch { /* a browser that stores nothing begins with the system's colours each time */ }
+}
+export function chosen(): Choice {
+  try {
+    const stored = localStorage.getItem("theme");
+    return stored === "light" || stored === "dark" ? stored : "system";
+  } catch {
+    return "system";
+  }
+}
+
+export const text_colour = (c: Colours, style: Shape["style"]): string =>
+  style === "body" || style === "wire" || style === "branch" ? c.value : c[style];

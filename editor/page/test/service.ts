@@ -1,0 +1,198 @@
+// Stands for the service where there is none: serves the page's files under the policy of the service, and answers the
+// protocol with a drawing that it keeps in memory. `node test/service.ts DIST [PORT]` serves it for development.
+import { readFile } from "node:fs/promises";
+import { createServer, type Server } from "node:http";
+import { extname, join, normalize } from "node:path";
+import { WebSocketServer, type WebSocket } from "ws";
+import type { DocumentState, Drawing, Element, Port, RunState, Shape } from "../src/protocol.ts";
+
+const shape = (kind: Shape["kind"], style: Shape["style"], points: [number, number][], more: Partial<Shape> = {}): Shape =>
+  ({ kind, style, points: points.map(([x, y]) => ({ x, y })), text: "", size: 0, align: "start", ...more });
+const text = (style: Shape["style"], x: number, y: number, words: string, size = 12): Shape =>
+  shape("text", style, [[x, y]], { text: words, size, align: "middle" });
+
+/** A box, or a triangle for a gain, with its ports on both sides. */
+export function box(path: string, x: number, y: number, inputs: string[], outputs: string[], symbol: string, kind: Element["kind"] = "block"): Element {
+  const height = Math.max(40, 24 * Math.max(inputs.length, outputs.length)), width = 60;
+  const corners: [number, number][] = symbol === "K" ? [[x, y], [x + width, y + height / 2], [x, y + height]]
+    : [[x, y], [x + width, y], [x + width, y + height], [x, y + height]];
+  const ports = (names: string[], is_output: boolean): Port[] => names.map((name, i) => ({
+    name, is_output, is_wired: false, about: "scalar double",
+    at: { x: is_output ? x + width : x, y: y + ((i + 0.5) * height) / names.length },
+  }));
+  return {
+    kind, path, from: "", to: "", bounds: { x, y, width, height },
+    shapes: [shape("polygon", "body", corners), text("value", x + (symbol === "K" ? 22 : 30), y + height / 2 + 4, symbol),
+      text("name", x + 30, y + height + 15, path.slice(path.lastIndexOf(".") + 1), 11)],
+    ports: [...ports(inputs, false), ...ports(outputs, true)], title: `${path}, ${symbol}`, description: "", marks: [], rate: null,
+  };
+}
+
+const source = (elements: Element[], end: string, is_output: boolean): Port => {
+  const [block, port] = end.split(".");
+  const found = elements.find((e) => e.kind !== "wire" && e.path === block)!.ports.filter((p) => p.is_output === is_output);
+  return (port ? found.find((p) => p.name === port) : found[0])!;
+};
+export function wire(elements: Element[], from: string, to: string): Element {
+  const a = source(elements, from, true), b = source(elements, to, false);
+  a.is_wired = b.is_wired = true;
+  const middle = (a.at.x + b.at.x) / 2, line: [number, number][] = [[a.at.x, a.at.y], [middle, a.at.y], [middle, b.at.y], [b.at.x - 6, b.at.y]];
+  const xs = line.map(([x]) => x), ys = line.map(([, y]) => y);
+  return {
+    kind: "wire", path: to.includes(".") ? to : `${to}.${b.name}`, from, to,
+    bounds: { x: Math.min(...xs), y: Math.min(...ys), width: Math.max(...xs) - Math.min(...xs) + 6, height: Math.max(...ys) - Math.min(...ys) },
+    shapes: [shape("line", "wire", line), shape("polygon", "wire", [[b.at.x, b.at.y], [b.at.x - 8, b.at.y - 4], [b.at.x - 8, b.at.y + 4]])],
+    ports: [], title: `from ${from} to ${to}`, description: "", marks: [], rate: 0,
+  };
+}
+
+interface Block { name: string; x: number; y: number; inputs: string[]; outputs: string[]; symbol: string; kind?: Element["kind"] }
+const known: Record<string, [string[], string[], string]> = {
+  Gain: [["u"], ["y"], "K"], Sum: [["u1", "u2"], ["y"], "+ −"], DiscreteIntegrator: [["u"], ["y"], "1/s"], Step: [[], ["y"], "step"],
+};
+
+/** A document with no file. */
+export class Model {
+  blocks: Block[] = [
+    { name: "reference", x: 40, y: 60, inputs: [], outputs: ["y"], symbol: "step" },
+    { name: "error", x: 160, y: 56, inputs: ["u1", "u2"], outputs: ["y"], symbol: "+ −" },
+    { name: "gain", x: 280, y: 60, inputs: ["u"], outputs: ["y"], symbol: "K" },
+    { name: "motor", x: 400, y: 56, inputs: ["voltage"], outputs: ["omega"], symbol: "", kind: "subsystem" },
+    { name: "scope", x: 540, y: 60, inputs: ["u"], outputs: [], symbol: "∿" },
+  ];
+  wires: [string, string][] = [["reference", "error.u1"], ["error", "gain"], ["gain", "motor"], ["motor", "error.u2"]];
+  revision = 1;
+  operations: object[] = [];
+
+  state(): DocumentState {
+    const open = !this.wires.some(([, to]) => to.startsWith("scope"));
+    return {
+      file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, failure: "",
+      diagnostics: open ? [{ file: "motor.yaml", line: 9, column: 3, path: "scope", message: "input 'u' is not connected", remedy: "connect it" }] : [],
+    };
+  }
+  draw(system: string, moved: { path: string; to: { x: number; y: number } }[]): Drawing {
+    const bounds = { x: 0, y: 0, width: 640, height: 160 };
+    if (system) return { system, bounds, elements: [box(`${system}.voltage`, 40, 60, [], ["y"], "1", "input")], rates: [] };
+    const solid = this.blocks.map((b) => {
+      const to = moved.find((m) => m.path === b.name)?.to ?? b;
+      return box(b.name, to.x, to.y, b.inputs, b.outputs, b.symbol, b.kind);
+    });
+    for (const mistake of this.state().diagnostics)
+      solid.find((e) => e.path === mistake.path)?.marks.push({ message: mistake.message, remedy: mistake.remedy });
+    return { system, bounds, elements: [...this.wires.map(([from, to]) => wire(solid, from, to)), ...solid], rates: ["continuous"] };
+  }
+  edit(operation: any): void {
+    ++this.revision;
+    this.operations.push(operation);
+    const block = this.blocks.find((b) => b.name === operation.path);
+    if (operation.do === "batch") operation.operations.forEach((o: object) => this.edit(o));
+    else if (operation.do === "move" && block) Object.assign(block, operation.to);
+    else if (operation.do === "rename" && block) block.name = operation.name;
+    else if (operation.do === "connect") this.wires.push([operation.from, operation.to]);
+    else if (operation.do === "disconnect") this.wires = this.wires.filter(([, to]) => to !== operation.to);
+    else if (operation.do === "remove") {
+      this.blocks = this.blocks.filter((b) => b !== block);
+      this.wires = this.wires.filter((ends) => ends.every((end) => end.split(".")[0] !== operation.path));
+    } else if (operation.do === "add") {
+      const [inputs, outputs, symbol] = known[operation.block.type] ?? [[], [], "?"];
+      this.blocks.push({ name: operation.block.name, ...operation.at, inputs, outputs, symbol });
+    }
+  }
+}
+
+/** A frame of one sample of each signal. */
+export function frame(samples: { index: number; time: number; values: number[] }[]): ArrayBuffer {
+  const view = new DataView(new ArrayBuffer(samples.reduce((sum, s) => sum + 16 + 8 * s.values.length, 0)));
+  let at = 0;
+  for (const { index, time, values } of samples) {
+    view.setUint32(at, index, true);
+    view.setUint32(at + 4, values.length, true);
+    view.setFloat64(at + 8, time, true);
+    values.forEach((value, i) => view.setFloat64(at + 16 + 8 * i, value, true));
+    at += 16 + 8 * values.length;
+  }
+  return view.buffer;
+}
+
+class Speaker {
+  run: RunState = { state: "none", time: 0, stop: 1.2, factor: 1, reached: 0, is_current: true, message: "" };
+  timer: NodeJS.Timeout | undefined;
+
+  readonly model: Model;
+  readonly socket: WebSocket;
+
+  constructor(model: Model, socket: WebSocket) {
+    this.model = model;
+    this.socket = socket;
+    socket.on("message", (data) => this.hear(JSON.parse(String(data))));
+    socket.on("close", () => clearInterval(this.timer));
+  }
+  private tell(method: string, params: unknown): void { this.socket.send(JSON.stringify({ jsonrpc: "2.0", method, params })); }
+  private hear({ id, method, params }: { id: number; method: string; params: any }): void {
+    try {
+      this.socket.send(JSON.stringify({ jsonrpc: "2.0", id, result: this.answer(method, params) }));
+    } catch (error) {
+      this.socket.send(JSON.stringify({ jsonrpc: "2.0", id, error: { code: -32000, message: String((error as Error).message) } }));
+    }
+  }
+  private answer(method: string, params: any): unknown {
+    const { model } = this;
+    switch (method) {
+      case "hello": return { version: "test", files: ["motor.yaml"], document: model.state() };
+      case "library": return { blocks: Object.entries(known).map(([name, [inputs, outputs]]) => ({
+        name, group: "standard", doc: `A ${name}.`, inputs: inputs.map((n) => ({ name: n, doc: "" })), outputs: outputs.map((n) => ({ name: n, doc: "" })) })) };
+      case "draw": return model.draw(params.system, params.moved);
+      case "inspect": return { path: params.path, title: params.path || "motor", type: "Gain", doc: "Multiplies by a constant.", fields: [
+        { name: "K", role: "parameter", text: "Gain.Kp", initial: "1", value: "0.1", unit: "V*s/rad", doc: "factor", choices: [] },
+        { name: "period", role: "property", text: null, initial: "", value: "", unit: "s", doc: "", choices: [] }] };
+      case "variables": return { variables: [{ system: "", name: "supply", text: "24", value: "24", unit: "V", doc: "", limits: "" }] };
+      case "edit":
+        model.edit(params.operation);
+        this.tell("changed", model.state());
+        return model.state();
+      case "signals": case "watch": return { signals: [{ index: 3, path: "error.y", elements: 1, names: [], unit: "rad/s" }] };
+      case "run": return this.act(params.action);
+      case "tune": return this.run;
+      default: throw new Error(`there is no method '${method}'`);
+    }
+  }
+  private act(action: string): RunState {
+    this.run = { ...this.run, state: action === "start" ? "running" : "paused", time: action === "stop" ? 0 : this.run.time };
+    clearInterval(this.timer);
+    if (action === "start") this.timer = setInterval(() => {
+      const time = this.run.time + 0.02, is_over = time >= 1.2;
+      this.run = { ...this.run, time, reached: Math.max(time, this.run.reached), state: is_over ? "ended" : "running" };
+      if (is_over) clearInterval(this.timer);
+      this.socket.send(frame([{ index: 3, time, values: [200 * Math.exp(-3 * time) * Math.cos(12 * time)] }]));
+      this.tell("run", this.run);
+    }, 20);
+    return this.run;
+  }
+}
+
+const types: Record<string, string> = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml" };
+export const policy = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'";
+
+export async function serve(dist: string, port = 0, model = new Model()): Promise<{ server: Server; port: number; model: Model; drop(): void }> {
+  const server = createServer(async (request, response) => {
+    const path = normalize(new URL(request.url!, "http://here").pathname);
+    try {
+      const body = await readFile(join(dist, path === "/" ? "index.html" : path));
+      response.writeHead(200, { "Content-Type": types[extname(path) || ".html"] ?? "application/octet-stream", "Content-Security-Policy": policy });
+      response.end(body);
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  const sockets = new WebSocketServer({ server, path: "/socket" });
+  sockets.on("connection", (socket) => new Speaker(model, socket));
+  await new Promise<void>((resolve) => server.listen(port, "127.0.0.1", resolve));
+  const address = server.address() as { port: number };
+  return { server, port: address.port, model, drop: () => sockets.clients.forEach((socket) => socket.terminate()) };
+}
+
+if (process.argv[1] === import.meta.filename) {
+  const { port } = await serve(process.argv[2] ?? "dist", Number(process.argv[3] ?? 8000));
+  console.log(`http://127.0.0.1:${port}/?token=none`);
+}

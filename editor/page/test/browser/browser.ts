@@ -1,0 +1,64 @@
+import { existsSync } from "node:fs";
+import { chromium, type Browser, type Page } from "playwright-core";
+import { fitted, to_screen } from "../../src/geometry.ts";
+import type { Drawing, Point } from "../../src/protocol.ts";
+
+const executable = process.env.BF_CHROMIUM ?? "/usr/bin/chromium";
+export const is_there = existsSync(executable);
+if (!is_there) console.log(`chromium is missing: there is no ${executable}; apt install chromium, or set BF_CHROMIUM`);
+
+/** Without a graphics card, and without asking anything of the network. */
+export const start = (): Promise<Browser> => chromium.launch({
+  executablePath: executable,
+  args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--disable-gpu"],
+});
+
+/** A page, and all that it complains of. */
+export async function opened(browser: Browser, address: string): Promise<{ page: Page; complaints: string[] }> {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } }), complaints: string[] = [];
+  page.on("pageerror", (error) => complaints.push(error.message));
+  page.on("console", (message) => {
+    if (message.type() === "error" && !message.text().includes("WebSocket connection")) complaints.push(message.text());
+  });
+  page.on("request", (request) => {
+    if (new URL(request.url()).host !== new URL(address).host) complaints.push(`asks ${request.url()}`);
+  });
+  await page.goto(address);
+  await page.getByRole("status").filter({ hasText: "saved" }).waitFor();
+  await page.waitForTimeout(100);
+  return { page, complaints };
+}
+
+/** Works on what is drawn as a person does, by the pointer, after "Fit all". */
+export class Hand {
+  readonly page: Page;
+  private readonly drawing: () => Promise<Drawing>;
+
+  constructor(page: Page, drawing: () => Promise<Drawing>) {
+    this.page = page;
+    this.drawing = drawing;
+  }
+  async at(p: Point): Promise<Point> {
+    await this.page.locator("canvas").first().evaluate(() => (document.activeElement as HTMLElement | null)?.blur());
+    await this.page.keyboard.press("f");
+    const box = (await this.page.locator("canvas").first().boundingBox())!;
+    const { bounds } = await this.drawing();
+    const on = to_screen(fitted(bounds, { width: box.width, height: box.height }), p);
+    return { x: box.x + on.x, y: box.y + on.y };
+  }
+  async element(path: string) { return (await this.drawing()).elements.find((e) => e.kind !== "wire" && e.path === path)!; }
+  async middle(path: string): Promise<Point> {
+    const { bounds } = await this.element(path);
+    return this.at({ x: bounds.x + bounds.width / 2, y: bounds.y + bounds.height / 2 });
+  }
+  async port(path: string, name: string): Promise<Point> {
+    return this.at((await this.element(path)).ports.find((port) => port.name === name)!.at);
+  }
+  async drag(from: Point, to: Point): Promise<void> {
+    await this.page.mouse.move(from.x, from.y);
+    await this.page.mouse.down();
+    for (let i = 1; i <= 5; ++i) await this.page.mouse.move(from.x + ((to.x - from.x) * i) / 5, from.y + ((to.y - from.y) * i) / 5);
+    await this.page.mouse.up();
+  }
+}

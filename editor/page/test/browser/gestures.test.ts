@@ -1,0 +1,142 @@
+import { found_by_axe } from "./axe.ts";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
+import { serve } from "../service.ts";
+import { Hand, is_there, opened, start } from "./browser.ts";
+
+describe.skipIf(!is_there)("the page", () => {
+  let browser: Browser, page: Page, complaints: string[], service: Awaited<ReturnType<typeof serve>>, hand: Hand;
+  const operations = () => service.model.operations as any[];
+  const until = (wanted: () => boolean) => expect.poll(wanted, { timeout: 5000 }).toBe(true);
+
+  beforeAll(async () => void (browser = await start()));
+  afterAll(() => browser.close());
+  beforeEach(async () => {
+    service = await serve(process.env.BF_PAGE ?? "dist");
+    ({ page, complaints } = await opened(browser, `http://127.0.0.1:${service.port}/?token=x`));
+    hand = new Hand(page, async () => service.model.draw("", []));
+  });
+  afterEach(async () => {
+    await page.close();
+    service.drop();
+    service.server.close();
+    expect(complaints).toEqual([]);
+  });
+
+  test("draws a wire from port to port, whichever comes first", async () => {
+    await hand.drag(await hand.port("scope", "u"), await hand.port("motor", "omega"));
+    await until(() => operations().length === 1);
+    expect(operations()).toEqual([{ do: "connect", system: "", from: "motor", to: "scope" }]);
+  });
+  test("offers what fits where a wire ends on an empty place", async () => {
+    await hand.drag(await hand.port("motor", "omega"), await hand.at({ x: 560, y: 150 }));
+    await page.getByRole("option", { name: /^Gain/ }).waitFor();
+    expect(await page.getByRole("option", { name: /^Step/ }).count()).toBe(0);
+    await page.getByRole("option", { name: /^Gain/ }).click();
+    await until(() => operations().length > 0);
+    expect(operations()[0]).toMatchObject({ do: "batch", operations: [
+      { do: "add", block: { name: "gain2", type: "Gain" } }, { do: "connect", from: "motor", to: "gain2" }] });
+  });
+  test("takes the end of a wire to another input, and off", async () => {
+    await hand.drag(await hand.port("error", "u2"), await hand.port("scope", "u"));
+    await until(() => operations().length > 0);
+    expect(operations()[0]).toEqual({ do: "batch", operations: [
+      { do: "disconnect", system: "", from: "motor", to: "error.u2" }, { do: "connect", system: "", from: "motor", to: "scope" }] });
+    operations().length = 0;
+    await hand.drag(await hand.port("scope", "u"), await hand.at({ x: 500, y: 150 }));
+    await until(() => operations().length > 0);
+    expect(operations()).toEqual([{ do: "disconnect", system: "", from: "motor", to: "scope" }]);
+  });
+  test("moves what is chosen, on the grid, in one step", async () => {
+    const from = await hand.middle("gain"), to = await hand.at({ x: 310 + 33, y: 80 + 41 });
+    await hand.drag(from, to);
+    await until(() => operations().length > 0);
+    expect(operations()).toEqual([{ do: "move", path: "gain", to: { x: 315, y: 100 } }]);
+  });
+  test("chooses by a rubber band, and moves all of it", async () => {
+    await hand.drag(await hand.at({ x: 130, y: 10 }), await hand.at({ x: 360, y: 150 }));
+    await page.getByRole("heading", { name: /elements/ }).waitFor();
+    await page.keyboard.press("Shift+ArrowDown");
+    await until(() => operations().length > 0);
+    expect(operations()[0].operations.map((o: any) => o.path).sort()).toEqual(["error", "gain"]);
+  });
+  test("inserts by a double click, renames and removes by keys", async () => {
+    const empty = await hand.at({ x: 460, y: 140 });
+    await page.mouse.dblclick(empty.x, empty.y);
+    await page.keyboard.type("discint");
+    await page.keyboard.press("Enter");
+    await until(() => operations().length === 1);
+    await page.getByRole("heading", { name: "discreteIntegrator" }).waitFor();
+    await page.keyboard.press("F2");
+    await page.keyboard.type("speed");
+    await page.keyboard.press("Enter");
+    await until(() => operations().length === 2);
+    await page.getByRole("heading", { name: "speed" }).waitFor();
+    await page.keyboard.press("Delete");
+    await until(() => operations().length === 3);
+    expect(operations().map((o) => o.do)).toEqual(["add", "rename", "remove"]);
+  });
+  test("connects by keys alone", async () => {
+    await page.keyboard.press("Tab"); // whatever has the focus, letters are for the drawing
+    await page.keyboard.press("c");
+    await page.keyboard.type("motor scope");
+    await page.keyboard.press("Enter");
+    await until(() => operations().length === 1);
+    expect(operations()).toEqual([{ do: "connect", system: "", from: "motor", to: "scope" }]);
+  });
+  test("opens a subsystem by a double click and leaves it by Escape", async () => {
+    const motor = await hand.middle("motor");
+    await page.mouse.dblclick(motor.x, motor.y);
+    await page.getByRole("button", { name: "motor", exact: true }).waitFor();
+    expect(await page.getByRole("option", { name: /input/ }).count()).toBe(1);
+    await page.keyboard.press("Escape");
+    await expect.poll(() => page.getByRole("option", { name: /block gain/ }).count()).toBe(1);
+  });
+  test("changes a setting by typing, and nothing where nothing was changed", async () => {
+    const gain = await hand.middle("gain");
+    await page.mouse.click(gain.x, gain.y);
+    const field = page.getByRole("textbox", { name: "K [V*s/rad]" });
+    await field.click();
+    await field.press("Enter");
+    await field.fill("2*Gain.Kp");
+    await field.press("Enter");
+    await until(() => operations().length === 1);
+    expect(operations()).toEqual([{ do: "set", path: "gain", name: "K", value: "2*Gain.Kp" }]);
+  });
+  test("goes to the block of a mistake", async () => {
+    await page.getByRole("button", { name: "1 mistake" }).click();
+    await page.getByRole("button", { name: /input 'u' is not connected/ }).click();
+    await page.getByRole("heading", { name: "scope" }).waitFor();
+  });
+  test("shows values of a run on the drawing and in a plot", async () => {
+    await page.keyboard.press("p");
+    await page.getByRole("button", { name: "Pause" }).waitFor();
+    const wire = await hand.at({ x: 250, y: 84 });
+    await page.mouse.click(wire.x, wire.y);
+    await page.getByRole("button", { name: "Signals (1)" }).click();
+    await expect.poll(() => page.getByRole("listitem").filter({ hasText: "error" }).textContent()).toMatch(/\d/);
+    await page.getByRole("checkbox", { name: "error" }).check();
+    await page.getByRole("img", { name: "Plot of error" }).waitFor();
+  });
+  test("connects again by itself, and says so meanwhile", async () => {
+    service.drop();
+    await page.getByText("The connection to bf edit is lost").waitFor();
+    await page.getByText("The connection to bf edit is lost").waitFor({ state: "detached" });
+    await page.keyboard.press("Control+k");
+    await page.keyboard.type("gain");
+    await page.keyboard.press("Enter");
+    await until(() => operations().length === 1);
+  });
+  test("is in order for assistive technology, in light and dark, with dialogs", async () => {
+    for (const colours of ["light", "dark"] as const) {
+      await page.emulateMedia({ colorScheme: colours });
+      for (const key of ["", "Control+k", "?"]) {
+        if (key) await page.keyboard.press(key);
+        expect(await found_by_axe(page)).toEqual([]);
+        if (key) await page.keyboard.press("Escape");
+      }
+    }
+    await page.getByRole("button", { name: "1 mistake" }).click();
+    expect(await found_by_axe(page)).toEqual([]);
+  });
+});

@@ -17,6 +17,7 @@ export const start = (): Promise<Browser> => chromium.launch({
 /** A page, and all that it complains of. */
 export async function opened(browser: Browser, address: string): Promise<{ page: Page; complaints: string[] }> {
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 } }), complaints: string[] = [];
+  page.setDefaultTimeout(8000);
   page.on("pageerror", (error) => complaints.push(error.message));
   page.on("console", (message) => {
     if (message.type() === "error" && !message.text().includes("WebSocket connection")) complaints.push(message.text());

@@ -1,0 +1,142 @@
+import { spawn, type ChildProcess } from "node:child_process";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
+import { Client } from "../../src/client.ts";
+import { found_by_axe } from "./axe.ts";
+import { Hand, is_there, opened, start } from "./browser.ts";
+
+const command = process.env.BF_COMMAND;
+const empty = "# Drawn by hand.\nmodel: motor\nstep: 0.001\nstop: 1\n";
+/** Whose speed follows: tau s y = K (Kp e + Ki ∫ e dt) - y. */
+const wanted = {
+  blocks: {
+    step: "Step", sum: "Sum", gain: "Gain", discreteIntegrator: "DiscreteIntegrator", sum2: "Sum", discreteTransferFunction: "DiscreteTransferFunction",
+  },
+  connections: [
+    ["step", "sum.u1"], ["discreteTransferFunction", "sum.u2"], ["sum", "gain"], ["sum", "discreteIntegrator"],
+    ["gain", "sum2.u1"], ["discreteIntegrator", "sum2.u2"], ["sum2", "discreteTransferFunction"],
+  ] as [string, string][],
+  settings: [["sum", "signs", "+-"], ["gain", "K", "0.5"], ["discreteIntegrator", "gain", "4"],
+    ["discreteTransferFunction", "numerator", "[0.02]"], ["discreteTransferFunction", "denominator", "[1 -0.98]"]] as [string, string, string][],
+};
+
+describe.skipIf(!is_there || !command)("bf edit", () => {
+  let browser: Browser, page: Page, complaints: string[], folder: string, file: string, bf: ChildProcess, client: Client, hand: Hand;
+
+  beforeAll(async () => void (browser = await start()));
+  afterAll(() => browser.close());
+  beforeEach(async () => {
+    folder = await mkdtemp(join(tmpdir(), "bf-page-"));
+    file = join(folder, "motor.yaml");
+    await writeFile(file, empty);
+    bf = spawn(command!, ["edit", "--no-browser", file]);
+    const address = await new Promise<string>((resolve) => {
+      let said = "";
+      bf.stdout!.on("data", (data) => {
+        const found = /http:\S+/.exec((said += data));
+        if (found) resolve(found[0]);
+      });
+    });
+    // Tells what is drawn where, and nothing else.
+    await new Promise<void>((ready) => {
+      client = new Client(address.replace("http:", "ws:").replace("/?", "/socket?"), { opened: ready, lost() {}, told() {}, sampled() {} });
+    });
+    ({ page, complaints } = await opened(browser, address));
+    hand = new Hand(page, () => client.call("draw", { system: "", show: [], moved: [] }));
+  });
+  afterEach(async () => {
+    await page.close();
+    client.close();
+    bf.kill("SIGINT");
+    await rm(folder, { recursive: true });
+    expect(complaints).toEqual([]);
+  });
+
+  const elements = async () => (await client.call("draw", { system: "", show: [], moved: [] })).elements;
+  const wires = async () => (await elements()).filter((e) => e.kind === "wire").map((e) => `${e.from} → ${e.to}`);
+  const until_there = (path: string) => page.getByRole("heading", { name: path, exact: true }).waitFor();
+  const until_wired = (from: string, to: string) => expect.poll(wires, { timeout: 8000 }).toContain(`${from} → ${to}`);
+  const named = (end: string, port: string): [string, string] => {
+    const [block, own] = end.split(".");
+    return [block!, own ?? port];
+  };
+  async function set(name: string, text: string): Promise<void> {
+    const field = page.getByLabel(new RegExp(`^${name}( \\[.*\\])?$`));
+    await field.fill(text);
+    await field.press("Enter");
+    await expect.poll(async () => (await readFile(file, "utf8")).includes(text)).toBe(true);
+  }
+  async function choose(path: string): Promise<void> {
+    const p = await hand.middle(path);
+    await page.mouse.click(p.x, p.y);
+    await until_there(path);
+  }
+  /** The file without where things are drawn, against one that a person would write. */
+  async function expect_the_file_of_a_person(): Promise<void> {
+    const text = (await readFile(file, "utf8")).replace(/\nlayout:[\s\S]*$/, "\n");
+    expect(text).toContain(empty);
+    for (const [name, type] of Object.entries(wanted.blocks)) expect(text).toMatch(new RegExp(`\\b${name}: \\{?block: ${type}\\b|\\b${name}:\\n +block: ${type}\\b`));
+    for (const [, name, value] of wanted.settings) expect(text).toContain(`${name}: ${value}`);
+    expect((await wires()).sort()).toEqual(wanted.connections.map(([from, to]) => `${from} → ${to}`).sort());
+  }
+  async function runs_and_is_undone(): Promise<void> {
+    await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
+    await page.getByLabel("Speed").selectOption("fast");
+    await page.getByRole("button", { name: "Run", exact: true }).click();
+    await page.getByText("1 / 1 s").waitFor();
+    await page.getByRole("button", { name: "Undo" }).focus();
+    while (await page.getByRole("button", { name: "Undo" }).isEnabled()) {
+      await page.keyboard.press("Control+z");
+      await page.waitForTimeout(50);
+    }
+    expect(await readFile(file, "utf8")).toBe(empty);
+  }
+
+  test("builds a motor under PI control by the pointer, runs it, and undoes all of it", async () => {
+    let at = { x: 200, y: 200 };
+    for (const [name, type] of Object.entries(wanted.blocks)) {
+      await page.mouse.dblclick(at.x, at.y);
+      await page.getByRole("combobox", { name: "Insert" }).fill(type);
+      await page.getByRole("option", { name: new RegExp(`^${type} `) }).first().click();
+      await until_there(name);
+      at = { x: 200 + ((at.x - 80) % 720), y: at.x > 700 ? at.y + 200 : at.y };
+    }
+    for (const [path, name, value] of wanted.settings) {
+      await choose(path);
+      await set(name, value);
+    }
+    for (const [from, to] of wanted.connections) {
+      await hand.drag(await hand.port(...named(from, "y")), await hand.port(...named(to, "u")));
+      await until_wired(from, to);
+    }
+    await expect_the_file_of_a_person();
+    expect(await found_by_axe(page)).toEqual([]);
+    await runs_and_is_undone();
+  });
+
+  test("builds the same by keys alone", async () => {
+    for (const [name, type] of Object.entries(wanted.blocks)) {
+      await page.keyboard.press("Control+k");
+      await page.keyboard.type(type);
+      await page.keyboard.press("Enter");
+      await until_there(name);
+      for (const [path, setting, value] of wanted.settings.filter(([path]) => path === name)) {
+        await until_there(path);
+        await set(setting, value);
+        await page.getByLabel("Elements of the model").focus();
+      }
+    }
+    for (const [from, to] of wanted.connections) {
+      await page.keyboard.press("Escape");
+      await page.keyboard.press("c");
+      await page.keyboard.type(`${named(from, "y").join(".")} → ${named(to, "u").join(".")}`);
+      await page.keyboard.press("Enter");
+      await until_wired(from, to);
+    }
+    await expect_the_file_of_a_person();
+    await runs_and_is_undone();
+  });
+});

@@ -266,6 +266,35 @@ struct Service::State {
         return editor::draw(project->model(), asked.system, diagram(), diagnostics(), show);
     }
 
+    /// The subsystems in which an operation gives something a place.
+    static void note_placing(const model::Operation& operation, std::set<std::string>& systems) {
+        namespace op = model::operations;
+        if (const auto* add = std::get_if<op::Add>(&operation); add && add->at) systems.insert(add->system);
+        if (const auto* move = std::get_if<op::Move>(&operation)) {
+            const auto dot = move->path.rfind('.');
+            systems.insert(dot == std::string::npos ? "" : move->path.substr(0, dot));
+        }
+        if (const auto* batch = std::get_if<op::Batch>(&operation))
+            for (const auto& part : batch->operations) note_placing(part, systems);
+    }
+
+    /// Edits, and as soon as one block of a subsystem gets a place gives the others those at which they are
+    /// seen, so that nothing jumps.
+    DocumentState apply(model::Operation operation) {
+        std::set<std::string> systems;
+        note_placing(operation, systems);
+        model::operations::Batch batch;
+        for (const auto& system : systems)
+            for (const auto& [path, at] : editor::unplaced(project->model(), system, diagram()))
+                batch.operations.emplace_back(model::operations::Move{path, at});
+        if (!batch.operations.empty()) {
+            batch.operations.push_back(std::move(operation));
+            operation = std::move(batch);
+        }
+        project->edit(operation);
+        return after_change();
+    }
+
     DocumentState arrange(int, const InSystem& asked) {
         model::operations::Batch moves;
         for (const auto& [path, at] : editor::arranged(project->model(), asked.system, diagram()))
@@ -363,8 +392,7 @@ struct Service::State {
     }
 
     DocumentState edit(int, const Edit& asked) {
-        project->edit(model::operation_from_json(asked.operation.json));
-        return after_change();
+        return apply(model::operation_from_json(asked.operation.json));
     }
     DocumentState undo(int, const Nothing&) {
         if (!project->undo()) throw Refusal("there is nothing to undo");
@@ -377,8 +405,7 @@ struct Service::State {
 
     Text copy(int, const Copy& asked) { return {copied(project->model(), asked.system, asked.names)}; }
     DocumentState paste(int, const Paste& asked) {
-        project->edit(pasted(project->model(), asked.system, asked.text, asked.at));
-        return after_change();
+        return apply(pasted(project->model(), asked.system, asked.text, asked.at));
     }
     Text text(int, const Nothing&) { return {formats::write_yaml(project->model())}; }
 

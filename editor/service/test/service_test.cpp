@@ -157,6 +157,34 @@ TEST_F(ServiceTest, CopiesBlocksWithTheirWiresAndPastesThemUnderFreeNames) {
         0u);
 }
 
+TEST_F(ServiceTest, NothingJumpsWhenTheFirstBlockGetsAPlace) {
+    checked();
+    const auto places = [&] {
+        std::map<std::string, Json> all;
+        const Json drawing = result("draw", {{"system", ""}});
+        for (const auto& element : drawing["elements"])
+            if (element["kind"] != "wire") all[element["path"]] = element["bounds"];
+        return all;
+    };
+    auto before = places();
+    EXPECT_GT(before.size(), 5u);
+    result("edit", {{"operation", {{"do", "move"}, {"path", "load"}, {"to", {{"x", 500}, {"y", 600}}}}}});
+    auto after = places();
+    EXPECT_EQ(after["load"]["x"], 500);
+    before.erase("load");
+    after.erase("load");
+    EXPECT_EQ(after, before);
+    const std::string placed = text();
+    result("edit", {{"operation", {{"do", "move"}, {"path", "load"}, {"to", {{"x", 510}, {"y", 600}}}}}});
+    int lines = 0; // that differ
+    std::istringstream a(placed), b(text());
+    for (std::string one, other; std::getline(a, one) && std::getline(b, other);) lines += one != other;
+    EXPECT_EQ(lines, 1);
+    result("undo");
+    result("undo");
+    EXPECT_EQ(places()["motor"], before["motor"]);
+}
+
 TEST_F(ServiceTest, RunsWatchesAndTunes) {
     EXPECT_EQ(refusal("run", {{"action", "start"}, {"factor", nullptr}}),
               "the model is being checked; try again in a moment");

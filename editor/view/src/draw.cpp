@@ -625,4 +625,14 @@ std::vector<std::pair<std::string, Point>> arranged(const model::Model& model, c
     return all;
 }
 
+std::vector<std::pair<std::string, Point>> unplaced(const model::Model& model, const std::string& system,
+                                                    const Diagram& diagram) {
+    Drawer drawer(model, system, diagram);
+    drawer.put();
+    std::vector<std::pair<std::string, Point>> all;
+    for (const Item& item : drawer.items())
+        if (!item.is_placed) all.emplace_back(item.element.path, item.at);
+    return all;
+}
+
 } // namespace bf::editor

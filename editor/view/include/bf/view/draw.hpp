@@ -26,8 +26,12 @@ Drawing draw(const model::Model& model, const std::string& system, const Diagram
 /// As a document of its own, readable on white and on black where `is_dark`.
 std::string to_svg(const Drawing& drawing, bool is_dark = false);
 
-/// Where `draw` puts what the document gives no position: one Move for each block and port of the subsystem.
+/// A place for each block and port of the subsystem, whatever the document says: path and upper left corner.
 std::vector<std::pair<std::string, Point>> arranged(const model::Model& model, const std::string& system,
+                                                    const Diagram& diagram);
+
+/// Where `draw` puts those that have no place in the document.
+std::vector<std::pair<std::string, Point>> unplaced(const model::Model& model, const std::string& system,
                                                     const Diagram& diagram);
 
 } // namespace bf::editor

@@ -30,10 +30,10 @@ film() {
 film push 2 4.5 7.5 1 5.2
 film one_foot 3 1 19 4 8
 
-"$python" - "$out" "${names[@]}" <<'PYTHON'
+"$python" - "$bf" "$model" "$out" "${names[@]}" <<'PYTHON'
 import json, pathlib, sys
 
-out, names = pathlib.Path(sys.argv[1]), sys.argv[2:]
+bf, model, out, names = *sys.argv[1:3], pathlib.Path(sys.argv[3]), sys.argv[4:]
 scenarios = {}
 for name in names:
     file = out / "demo" / f"{name}.json"
@@ -65,5 +65,6 @@ for text in failed:
     print("failed:", text)
 print(f"The robot {'stood' if stood else 'FELL'} through {len(names)} scenarios at {summary['real_time_factor']:.0f} x real time; "
       f"look at {out}/demo/one_foot.mp4, {out}/demo/*.png and {out}/demo.json.")
+print(f"See its controller as a diagram, run it and change it in the browser: {bf} edit {model}")
 sys.exit(0 if summary["checks"]["all_passed"] else 1)
 PYTHON

@@ -1,5 +1,7 @@
 // bf edit: the page in which a model is drawn, checked, run and watched.
 #include "bf/base/escape.hpp"
+#include "bf/base/files.hpp"
+#include "bf/formats/yaml.hpp"
 #include "bf/realtime/interrupt.hpp"
 #include "bf/service/server.hpp"
 #include "bf/service/service.hpp"
@@ -7,6 +9,7 @@
 #include "terminal.hpp"
 #include "verbs.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <dlfcn.h>
 #include <spawn.h>
@@ -21,9 +24,9 @@ namespace fs = std::filesystem;
 namespace {
 
 struct EditOptions {
-    std::string file;
+    std::string file = ".";
     std::uint16_t port = 0;
-    bool no_browser = false, shows_protocol = false;
+    bool no_browser = false, shows_protocol = false, is_new = false;
 };
 
 /// Beside the libraries of this program: a build has the folders of an installation.
@@ -42,20 +45,45 @@ void open_browser(const std::string& address) {
     static_cast<void>(::posix_spawnp(&process, program.c_str(), nullptr, nullptr, arguments, environ));
 }
 
+/// The first model of a folder, or the file itself.
+fs::path found_model(const fs::path& place) {
+    if (!fs::is_directory(place)) return place;
+    std::vector<fs::path> models;
+    for (const auto& entry : fs::directory_iterator(place))
+        if (entry.path().extension() == ".yaml") models.push_back(entry.path());
+    if (models.empty())
+        throw CommandError("there is no model in the folder '" + place.string() + "'; bf edit --new " +
+                           (place / "model.yaml").lexically_normal().string() + " makes one");
+    return *std::min_element(models.begin(), models.end());
+}
+
+fs::path made_model(const fs::path& file) {
+    if (file.extension() != ".yaml") throw CommandError("--new takes the name of a file that ends in .yaml");
+    if (fs::exists(file))
+        throw CommandError("the file '" + file.string() + "' exists; leave out --new to edit it");
+    model::Model model{.name = file.stem().string()};
+    model.step = {"0.001"};
+    model.stop = {"10"};
+    OutputFile output(file);
+    output.write(formats::write_yaml(model));
+    output.commit();
+    return file;
+}
+
 void execute(const EditOptions& options) {
     if (options.shows_protocol) {
         std::fputs(service::Service::typescript().c_str(), stdout);
         return;
     }
-    if (options.file.empty()) throw CommandError("name the model to edit, such as docs/start/motor.yaml");
+    const fs::path model = options.is_new ? made_model(options.file) : found_model(options.file);
     const fs::path page = page_folder();
     if (!fs::exists(page / "index.html"))
         throw CommandError("the editor's page is not in " + page.string() +
                            "; build it with -DBF_EDITOR=ON, which needs the packages of scripts/deps");
     const InterruptGuard interrupt;
-    service::Server server({.file = options.file, .page = page, .version = BF_VERSION, .port = options.port});
+    service::Server server({.file = model, .page = page, .version = BF_VERSION, .port = options.port});
     std::printf("%s is open at\n  %s\nCtrl-C ends. Whoever has this address may change the model.\n",
-                escape::terminal(options.file).c_str(), server.address().c_str());
+                escape::terminal(model.string()).c_str(), server.address().c_str());
     std::fflush(stdout);
     if (!options.no_browser) open_browser(server.address());
     server.run([] { return InterruptGuard::signal() == 0; });
@@ -66,8 +94,13 @@ void execute(const EditOptions& options) {
 void add_edit(CLI::App& app) {
     auto* command = app.add_subcommand("edit", "draw, check, run and watch a model in the browser");
     auto options = std::make_shared<EditOptions>();
-    command->add_option("MODEL", options->file, "model file; what the page changes lands in it at once")
+    command
+        ->add_option(
+            "MODEL", options->file,
+            "model file, or folder of models; what the page changes lands in the file at once; otherwise "
+            "this folder")
         ->type_name("");
+    command->add_flag("--new", options->is_new, "make the file first, an empty model");
     command->add_option("--port", options->port, "of 127.0.0.1; 0: any free one")
         ->type_name("PORT")
         ->capture_default_str();

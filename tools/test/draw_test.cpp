@@ -50,7 +50,14 @@ TEST_F(Pictures, RefusesWhatItCannotDraw) {
 }
 
 TEST_F(Pictures, TheEditorNeedsAModel) {
-    EXPECT_CONTAINS(bf("edit").err, "name the model to edit");
+    shell("mkdir empty");
+    EXPECT_CONTAINS(bf("edit empty").err,
+                    "there is no model in the folder 'empty'; bf edit --new empty/model.yaml makes one");
+    EXPECT_CONTAINS(bf("edit --new m.yaml").err, "the file 'm.yaml' exists; leave out --new to edit it");
+    EXPECT_CONTAINS(bf("edit --new m.txt").err, "--new takes the name of a file that ends in .yaml");
+    EXPECT_CONTAINS(shell("timeout 1 '" BF_PROGRAM "' edit --new new.yaml --no-browser").out,
+                    "http://127.0.0.1:");
+    EXPECT_EQ(bf("check new.yaml").code, 0);
     EXPECT_CONTAINS(bf("edit nothing.yaml --no-browser").err, "nothing.yaml");
     write("broken.yaml", "model: [");
     EXPECT_CONTAINS(bf("edit broken.yaml --no-browser").err, "broken.yaml:1:");

@@ -113,6 +113,7 @@ TEST(Escape, GivesAShellAndCMakeTheTextBack) {
 TEST(Escape, PutsNothingButTextIntoXml) {
     EXPECT_EQ(escape::xml("a < b && c > \"d\" 'e'"), "a &lt; b &amp;&amp; c &gt; &quot;d&quot; &#39;e&#39;");
     EXPECT_EQ(escape::xml("\x01\x7f\n\xc2\x85"), "    ");
+    EXPECT_EQ(escape::xml(std::string_view("a\0b", 3)), "a b");
     EXPECT_EQ(escape::xml("\xff\xc3"), "\xef\xbf\xbd\xef\xbf\xbd");
     EXPECT_EQ(escape::xml("\xef\xbf\xbf\xe2\x80\xae"), "  ");
     EXPECT_EQ(escape::xml("τ²"), "τ²");
@@ -127,6 +128,8 @@ TEST(Escape, WritesFieldsOfTables) {
     EXPECT_EQ(escape::markdown_code(""), "");
     EXPECT_EQ(escape::markdown_code("a|b"), "`a\\|b`");
     EXPECT_EQ(escape::markdown_code("a``b`"), "``` a``b` ```");
+    EXPECT_EQ(escape::markdown_code("`a"), "`` `a ``");
+    EXPECT_EQ(escape::markdown_code("a`b"), "``a`b``");
 }
 
 TEST(Escape, ShortensLongTextsBetweenCharacters) {

@@ -6,12 +6,14 @@
 #include <functional>
 #include <gtest/gtest.h>
 
+#include <link.h>
 #include <unistd.h>
 
 #include <sys/stat.h>
 #include <sys/wait.h>
 
 #include <csignal>
+#include <cstring>
 #include <thread>
 
 namespace bf {
@@ -188,6 +190,28 @@ TEST_F(FilesTest, LibrariesAreNotLoadedWhereTheyAreCut) {
     EXPECT_EQ(why("no library at all"), "") << "the loader says what it is";
     EXPECT_EQ(why(whole.substr(0, 10)), "");
     EXPECT_NE(why_not_loadable((at / "nothing.so").string()).find("No such file"), std::string::npos);
+}
+
+TEST_F(FilesTest, LibrariesWithoutSectionsAreMeasuredByTheirSegments) {
+    std::ifstream own("/proc/self/exe", std::ios::binary);
+    std::string whole{std::istreambuf_iterator<char>(own), {}};
+    ElfW(Ehdr) header;
+    std::memcpy(&header, whole.data(), sizeof header);
+    header.e_shoff = header.e_shnum = 0; // as strip may leave it
+    std::memcpy(whole.data(), &header, sizeof header);
+    std::uint64_t end = 0;
+    for (int i = 0; i < header.e_phnum; ++i) {
+        ElfW(Phdr) segment;
+        std::memcpy(&segment, &whole[header.e_phoff + static_cast<std::size_t>(i) * sizeof segment],
+                    sizeof segment);
+        end = std::max<std::uint64_t>(end, segment.p_offset + segment.p_filesz);
+    }
+    put("whole.so", whole.substr(0, end));
+    put("cut.so", whole.substr(0, end - 1));
+    EXPECT_EQ(why_not_loadable((at / "whole.so").string()), "");
+    EXPECT_EQ(why_not_loadable((at / "cut.so").string()),
+              "it is cut or damaged: its headers speak of " + std::to_string(end) + " bytes, and it has " +
+                  std::to_string(end - 1) + "; copy or build it again");
 }
 
 TEST_F(FilesTest, FoldersAppearWholeOrNotAtAll) {

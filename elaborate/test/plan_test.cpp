@@ -384,11 +384,11 @@ TEST(Variants, AreKeptWhereTheirConditionIsNotZero) {
     }
 }
 
-TEST(Merge, TakesTheFirstBlockOfADocument) {
+TEST(Merge, TakesOverAtTheRateOfEachInput) {
     const auto m = elaborate_text(R"(model: m
 step: 0.1
 blocks:
-  first: {block: Clock}
+  first: {block: Clock, period: 0.2}
   a:
     execution: enabled
     outputs: [y]
@@ -398,7 +398,7 @@ blocks:
   on: {block: Clock}
 connections: {on: a.enable, first: merge.u1, a: merge.u2}
 )");
-    EXPECT_EQ(text_of(m.diagram, m.diagram.plan.outputs), "[] first merge on ?a\n[a] a.t a.y merge#1");
+    EXPECT_EQ(text_of(m.diagram, m.diagram.plan.outputs), "[] first merge\n[] on ?a\n[a] a.t a.y merge#1");
 }
 
 TEST(Definitions, NameVariablesThatNoParameterOfAFunctionHides) {

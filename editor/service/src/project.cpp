@@ -32,6 +32,13 @@ Stamp stamp_of(const fs::path& file) {
     return {status.st_ctim, status.st_ino, status.st_size};
 }
 
+/// Is the file in that folder or below, wherever links lead?
+bool is_inside(const fs::path& file, const fs::path& folder) {
+    const std::string way =
+        fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder)).generic_string();
+    return !way.empty() && way != ".." && !way.starts_with("../");
+}
+
 template <class Visit> void each_reference(model::System& system, const Visit& visit) {
     for (auto& block : system.blocks) {
         if (block.reference) visit(*block.reference);
@@ -188,9 +195,19 @@ void Project::edit(const model::Operation& operation) {
     const model::Operation local = localised(operation, document);
     if (!document) return; // an empty batch
     const auto* const extract = std::get_if<model::operations::Extract>(&local);
+    const auto require_inside = [&](const fs::path& file) {
+        if (!is_inside(file, documents_.front()->file.parent_path()))
+            throw model::Errors(
+                {{{},
+                  "",
+                  "the file '" + file.string() + "' lies outside of the folder of the opened model",
+                  "open it by itself"}});
+    };
+    require_inside(document->file);
     const auto beside = [&](const std::string& file) {
         return (document->file.parent_path() / file).lexically_normal();
     };
+    if (extract) require_inside(beside(extract->file));
     if (extract && fs::exists(beside(extract->file)))
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});

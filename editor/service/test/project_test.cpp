@@ -143,6 +143,21 @@ TEST_F(ProjectTest, AModelThatWasDeletedIsWrittenAgainByTheNextEdit) {
     EXPECT_NE(read("loop.yaml").find("value: 5"), std::string::npos);
 }
 
+TEST_F(ProjectTest, WritesNothingOutsideOfTheFolderOfTheOpenedModel) {
+    write("../outside.yaml", law);
+    std::string text = loop;
+    text.replace(text.find("law.yaml"), 8, "../outside.yaml");
+    write("loop.yaml", text);
+    Project project(file());
+    EXPECT_THROW(project.edit(op::Set{"law.gain", "K", "3"}), bf::model::Errors);
+    EXPECT_EQ(read("../outside.yaml"), law);
+    project.edit(op::Group{"", {"reference"}, "source"});
+    EXPECT_THROW(project.edit(op::Extract{"source", "../source.yaml"}), bf::model::Errors);
+    EXPECT_FALSE(std::filesystem::exists(file("../source.yaml")));
+    std::filesystem::create_directory_symlink(file().parent_path().parent_path(), file("way_out"));
+    EXPECT_THROW(project.edit(op::Extract{"source", "way_out/source.yaml"}), bf::model::Errors);
+}
+
 TEST_F(ProjectTest, ExtractingMakesAFileAndNeverWritesOverOne) {
     Project project(file());
     project.edit(op::Group{"", {"reference"}, "source"});

@@ -58,6 +58,8 @@ export class Session {
   sampled = $state(0); // grows with what `samples` has
   tuned = $state.raw<ReadonlyMap<string, number[]>>(new Map());
 
+  private readonly by_path = $derived(new Map(this.signals.map((signal) => [signal.path, signal])));
+  private readonly by_parent = $derived(Map.groupBy(this.signals, (signal) => parent_of(signal.path)));
   private readonly client: Client;
   private views = new Map<string, View>();
   private moved: { path: string; to: Point }[] = [];
@@ -66,6 +68,7 @@ export class Session {
   private clipboard = "";
   private waiting_tunes = new Map<string, number[]>();
   private is_tuning = false;
+  private has_run = false;
 
   constructor(url: string) {
     this.client = new Client(url, {
@@ -358,20 +361,26 @@ export class Session {
     this.message = null;
     this.take_run(state);
   }
-  /** Wires are drawn before anything runs; which signals of a run they are is known once it is there. */
+  /**
+   * Wires are drawn before anything runs; which signals of a run they are is known once it is there. The first run shows
+   * what the model's own plots show, unless a person has chosen.
+   */
   private async rewatch(): Promise<void> {
     if (this.connection !== "open") return;
     const found = await this.ask("signals", {}, "run");
     if (found) this.signals = found.signals;
+    if (this.watched.length === 0 && found && found.plots.length > 0 && !this.has_run) {
+      this.watched = [...new Set(found.plots.flatMap((panel) => panel.signals))];
+      this.plotted = new Set(found.plots[0]!.signals);
+    }
+    this.has_run ||= this.run.state !== "none";
     const paths = this.watched.map((source) => this.signal_of(source)?.path ?? source);
     await this.ask("watch", { paths }, "run");
   }
   /** "controller.error" is the signal "controller.error.y" where that is its only output. */
   signal_of(source: string): SignalInfo | null {
-    const exact = this.signals.find((signal) => signal.path === source);
-    if (exact) return exact;
-    const under = this.signals.filter((signal) => parent_of(signal.path) === source);
-    return under.length === 1 ? under[0]! : null;
+    const exact = this.by_path.get(source), under = this.by_parent.get(source);
+    return exact ?? (under?.length === 1 ? under[0]! : null);
   }
   watch(source: string, is_plotted = false): void {
     if (!this.watched.includes(source)) this.watched = [...this.watched, source];

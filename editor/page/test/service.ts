@@ -146,12 +146,12 @@ class Speaker {
       case "inspect": return { path: params.path, title: params.path || "motor", type: "Gain", doc: "Multiplies by a constant.", fields: [
         { name: "K", role: "parameter", text: "Gain.Kp", initial: "1", value: "0.1", unit: "V*s/rad", doc: "factor", choices: [] },
         { name: "period", role: "property", text: null, initial: "", value: "", unit: "s", doc: "", choices: [] }] };
-      case "variables": return { variables: [{ system: "", name: "supply", text: "24", value: "24", unit: "V", doc: "", limits: "" }] };
+      case "variables": return { variables: [{ system: "", name: "supply", text: "24", value: "24", unit: "V", doc: "", limits: "", minimum: "0", above: null, maximum: null }] };
       case "edit":
         model.edit(params.operation);
         this.tell("changed", model.state());
         return model.state();
-      case "signals": case "watch": return { signals: [{ index: 3, path: "error.y", elements: 1, names: [], unit: "rad/s" }] };
+      case "signals": case "watch": return { signals: [{ index: 3, path: "error.y", elements: 1, names: [], unit: "rad/s" }], plots: [] };
       case "run": return this.act(params.action);
       case "tune": return this.run;
       default: throw new Error(`there is no method '${method}'`);

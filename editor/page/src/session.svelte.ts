@@ -369,11 +369,12 @@ export class Session {
     if (this.connection !== "open") return;
     const found = await this.ask("signals", {}, "run");
     if (found) this.signals = found.signals;
-    if (this.watched.length === 0 && found && found.plots.length > 0 && !this.has_run) {
+    const is_first_run = this.run.state !== "none" && !this.has_run;
+    if (is_first_run && this.watched.length === 0 && found && found.plots.length > 0) {
       this.watched = [...new Set(found.plots.flatMap((panel) => panel.signals))];
       this.plotted = new Set(found.plots[0]!.signals);
     }
-    this.has_run ||= this.run.state !== "none";
+    this.has_run ||= is_first_run;
     const paths = this.watched.map((source) => this.signal_of(source)?.path ?? source);
     await this.ask("watch", { paths }, "run");
   }

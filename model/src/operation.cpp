@@ -428,19 +428,29 @@ void Editor::operator()(const AddPort& add) {
 }
 
 void Editor::operator()(const SetVariable& set) {
-    System& system = system_at(set.system);
-    const auto found = named(system.variables, set.name);
+    std::vector<Variable>* variables = &system_at(set.system).variables;
+    std::string name = set.name;
+    for (auto dot = name.find('.'); dot != std::string::npos; dot = name.find('.')) {
+        const std::string outer = name.substr(0, dot);
+        const auto structure = named(*variables, outer);
+        if (structure == variables->end() || structure->fields.empty())
+            refuse({}, set.system, "there is no struct '" + outer + "' for '" + set.name + "'",
+                   "declare it with fields first, or use a name without '.'");
+        variables = &structure->fields;
+        name.erase(0, dot + 1);
+    }
+    const auto found = named(*variables, name);
     if (!set.variable) {
-        if (found == system.variables.end())
+        if (found == variables->end())
             refuse({}, set.system, "there is no variable '" + set.name + "'",
-                   did_you_mean(set.name, names_of(system.variables)));
-        system.variables.erase(found);
+                   did_you_mean(name, names_of(*variables)));
+        variables->erase(found);
         return;
     }
     Variable variable = *set.variable;
-    variable.name = set.name;
-    if (found == system.variables.end()) {
-        system.variables.push_back(std::move(variable));
+    variable.name = name;
+    if (found == variables->end()) {
+        variables->push_back(std::move(variable));
         return;
     }
     variable.where = found->where;

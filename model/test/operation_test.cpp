@@ -232,6 +232,22 @@ TEST(Set, TakesTruthAsItIsWritten) {
               "the operation's 'each' is not as it must be; it is true or false");
 }
 
+TEST(SetVariable, ReachesFieldsOfStructs) {
+    const Variable one{.name = "Kp", .value = {.text = "1"}}, other{.name = "Ki", .value = {.text = "2"}};
+    Model model = after(drawn_loop(), SetVariable{"", "Gain", Variable{.name = {}, .fields = {one, other}}});
+    const auto gain = [&]() -> const Variable& { return model.root.variables.back(); };
+    model = after(model, SetVariable{"", "Gain.Kp", Variable{.name = {}, .value = {.text = "3"}}});
+    EXPECT_EQ(gain().fields[0].value.text, "3");
+    EXPECT_EQ(gain().fields[1].value.text, "2");
+    model = after(model, SetVariable{"", "Gain.Kd", Variable{.name = {}, .value = {.text = "4"}}});
+    EXPECT_EQ(gain().fields[2].name, "Kd");
+    model = after(model, SetVariable{"", "Gain.Ki"});
+    EXPECT_EQ(gain().fields.size(), 2u);
+    EXPECT_EQ(gain().name, "Gain");
+    EXPECT_EQ(refusal(SetVariable{"", "k.x", Variable{.name = {}, .value = {.text = "1"}}}),
+              "there is no struct 'k' for 'k.x'; declare it with fields first, or use a name without '.'");
+}
+
 TEST(RenameVariable, KnowsNamesFromWhatLooksLikeThem) {
     const auto renamed = [](const std::string& text) {
         Model model =

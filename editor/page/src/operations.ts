@@ -1,5 +1,7 @@
-import type { Drawing, Element, LibraryBlock, Point, Port } from "./protocol.ts";
+import type { Drawing, Element, LibraryBlock, Point, Port, VariableField } from "./protocol.ts";
 
+/** What is not given is not declared. */
+export interface Variable { value: string; unit?: string; doc?: string; minimum?: string; above?: string; maximum?: string }
 /** The operations of bf/model/operation.hpp that the page asks for. */
 export type Operation =
   | { do: "add"; system: string; block: { name: string; type?: string; system?: object }; at?: Point }
@@ -9,7 +11,7 @@ export type Operation =
   | { do: "disconnect"; system: string; from?: string; to: string }
   | { do: "set"; path: string; name: string; value?: string | null }
   | { do: "add_port"; system: string; port: { name: string }; is_output: boolean }
-  | { do: "set_variable"; system: string; name: string; variable?: { value: string; unit?: string; doc?: string } | null }
+  | { do: "set_variable"; system: string; name: string; variable?: Variable | null }
   | { do: "rename_variable"; system: string; name: string; to: string }
   | { do: "move"; path: string; to: Point }
   | { do: "flip"; path: string }
@@ -21,6 +23,13 @@ export type Operation =
 export const joined = (system: string, name: string): string => (system ? `${system}.${name}` : name);
 export const parent_of = (path: string): string => path.slice(0, Math.max(path.lastIndexOf("."), 0));
 export const last_of = (path: string): string => path.slice(path.lastIndexOf(".") + 1);
+
+/** Another value, and all else that is declared of the variable as it was. */
+export function revaluation(field: VariableField, value: string): Operation {
+  const { unit, doc, minimum, above, maximum } = field;
+  const declared = Object.fromEntries(Object.entries({ unit, doc, minimum, above, maximum }).filter(([, text]) => text));
+  return { do: "set_variable", system: field.system, name: field.name, variable: { value, ...declared } };
+}
 
 /** A name that nothing in the drawing has: gain, gain2, gain3. */
 export function fresh_name(drawing: Drawing, wanted: string): string {

@@ -206,6 +206,9 @@ export interface VariableField {
   unit: string;
   doc: string;
   limits: string;
+  minimum: string | null;
+  above: string | null;
+  maximum: string | null;
 }
 
 export interface Variables {

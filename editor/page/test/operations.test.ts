@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { commands } from "../src/commands.ts";
 import { ranked, score } from "../src/entries.ts";
-import { connection, end_of_new, fits, fresh_name, joined, name_for, parent_of, removal } from "../src/operations.ts";
+import { connection, end_of_new, fits, fresh_name, joined, name_for, parent_of, removal, revaluation } from "../src/operations.ts";
 import { Model } from "./service.ts";
 
 const drawing = new Model().draw("", []);
@@ -50,6 +50,11 @@ test("what is removed takes its wires along, and they are removed once", () => {
     { do: "disconnect", system: "", from: "motor", to: "error.u2" },
     { do: "remove", path: "gain" },
   ] });
+});
+
+test("another value leaves the rest of a variable's declaration", () => {
+  const field = { system: "", name: "Gain.Kp", text: "1", value: "1", unit: "V", doc: "", limits: "at least 0", minimum: "0", above: null, maximum: null };
+  expect(revaluation(field, "2")).toEqual({ do: "set_variable", system: "", name: "Gain.Kp", variable: { value: "2", unit: "V", minimum: "0" } });
 });
 
 describe("the search", () => {

@@ -51,7 +51,8 @@ BF_FIELDS(service::SettingField, has("name", &T::name), one_of("role", &T::role,
 BF_FIELDS(service::Inspection, has("path", &T::path), has("title", &T::title), has("type", &T::type),
           has("doc", &T::doc), has("fields", &T::fields))
 BF_FIELDS(service::VariableField, has("system", &T::system), has("name", &T::name), has("text", &T::text),
-          has("value", &T::value), has("unit", &T::unit), has("doc", &T::doc), has("limits", &T::limits))
+          has("value", &T::value), has("unit", &T::unit), has("doc", &T::doc), has("limits", &T::limits),
+          has("minimum", &T::minimum), has("above", &T::above), has("maximum", &T::maximum))
 BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("time", &T::time),
           has("stop", &T::stop), has("factor", &T::factor), has("reached", &T::reached),
           has("is_current", &T::is_current), has("message", &T::message))

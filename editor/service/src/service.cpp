@@ -378,6 +378,9 @@ struct Service::State {
                 field.text = variable.value.matlab();
                 field.unit = variable.unit;
                 field.doc = variable.doc;
+                if (variable.minimum) field.minimum = variable.minimum->matlab();
+                if (variable.above) field.above = variable.above->matlab();
+                if (variable.maximum) field.maximum = variable.maximum->matlab();
                 const auto definition =
                     known.find((asked.system.empty() ? "" : asked.system + ".") + field.name);
                 if (definition != known.end()) {

@@ -141,6 +141,7 @@ TEST_F(ServiceTest, ListsVariablesWithTheirValues) {
     ASSERT_EQ(variables.size(), 8u);
     EXPECT_EQ(variables[0]["name"], "Motor.R");
     EXPECT_EQ(variables[0]["value"], "1");
+    EXPECT_TRUE(variables[0]["minimum"].is_null());
     EXPECT_EQ(refusal("variables", {{"system", "nowhere"}}), "there is no subsystem 'nowhere'");
 }
 

@@ -152,4 +152,19 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
     await expect_the_file_of_a_person();
     await runs_and_is_undone();
   });
+
+  test("changes a field of a struct, tunes it in the run, and keeps what was tuned", async () => {
+    const text = "model: tuned\nstep: 0.001\nvariables:\n  Gain: {Kp: 1, Ki: 2}  # of the law\nblocks:\n  c: {block: Constant, value: Gain.Kp}\n";
+    await writeFile(file, text);
+    const field = page.getByLabel("Gain.Kp", { exact: true });
+    await field.fill("5");
+    await field.press("Enter");
+    await expect.poll(() => readFile(file, "utf8")).toContain("Gain: {Kp: 5, Ki: 2}  # of the law");
+    await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
+    await page.getByRole("button", { name: "One step" }).click();
+    await page.getByLabel("Gain.Kp of the run").fill("7.5");
+    expect(await readFile(file, "utf8")).toContain("Kp: 5");
+    await page.getByRole("button", { name: "Keep" }).click();
+    await expect.poll(() => readFile(file, "utf8")).toContain("Kp: 7.5");
+  });
 });

@@ -77,7 +77,7 @@ struct AddPort {
     std::optional<std::size_t> index = {};
 };
 
-/// Declares a variable (last, if it is new), or removes it.
+/// Declares a variable or a field of a struct, `Gain.Kp` (last, if it is new), or removes it.
 struct SetVariable {
     std::string system, name;
     std::optional<Variable> variable = {};

@@ -69,6 +69,7 @@ struct VariableField {
     std::string system; ///< path of the subsystem that declares it
     std::string name;   ///< "Gain.Kp": a field of a struct
     std::string text, value, unit, doc, limits;
+    std::optional<std::string> minimum = {}, above = {}, maximum = {}; ///< as the document has them
 };
 
 enum class Running { none, paused, running, ended, failed };

@@ -118,7 +118,7 @@ std::string CGenerator::header() {
 std::string CGenerator::source(const Calls& calls) {
     const std::string p = file_ + "_", parameter = "(" + p + "model *model)";
     std::string body;
-    // Parameters and states that begin with a value.
+    // Parameters that begin with a value.
     const auto values = [&](const std::string& structure, const std::vector<Field>& fields) {
         std::string text;
         for (const auto& field : fields)
@@ -138,8 +138,7 @@ std::string CGenerator::source(const Calls& calls) {
                           (control_members().empty() ? "" : "    model->control = (" + p + "control){0};\n") +
                           "    model->steps = 0;\n" +
                           (is_split() ? "" : "    " + step_time_ + " = " + c_literal(0, real()) + ";\n") +
-                          "    model->failed_block = NULL;\n    model->failure = NULL;\n" +
-                          values("model->states", states_) + values("model->continuous", continuous_);
+                          "    model->failed_block = NULL;\n    model->failure = NULL;\n";
     for (const auto& quantity : control_quantities())
         if (!quantity.value.empty() && quantity.value != "0")
             initial += "    " + control_ + quantity.name + " = " + quantity.value + ";\n";
@@ -153,15 +152,8 @@ std::string CGenerator::source(const Calls& calls) {
                 indented("// not connected: " + comment(field.path) + "\n" +
                              write_values("model->signals." + field.member, *field.slot, field.slot->initial),
                          4);
-    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
-        for (const auto& statement : resets(static_cast<int>(n), true)) initial += indented(statement, 4);
-    if (!states_.empty()) initial += "    model->next = model->states;\n";
-    const auto give_up = [&](const std::string& good) {
-        return good == "true" ? "" : indented(unless(good, "return false;\n"), 4);
-    };
     body += "bool " + p + "initialize" + parameter + "\n{\n" + initial +
-            give_up(p + "compute_constants(model)") + Generator::text_of(program_.begin, program::first, 4) +
-            "    return true;\n}\n\n";
+            Generator::text_of(program_.start, program::first, 4) + "    return true;\n}\n\n";
     const auto evaluation = [&](const std::string& name, const std::string& its, const std::string& doc) {
         return "// " + doc + "\n" + head_of(name) + "\n{\n" + (its == "true" ? "    (void)model;\n" : "") +
                "    return " + its + ";\n}\n\n";

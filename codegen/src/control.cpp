@@ -160,11 +160,7 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
     switch (s.kind) {
     case Kind::run: return statement(s.node, s.phase, s.index);
     case Kind::commit: return commits(s);
-    case Kind::reset: {
-        std::string text;
-        for (const auto& one : resets(s.node, false)) text += one;
-        return text;
-    }
+    case Kind::reset: return resets(s.node);
     case Kind::rest: {
         std::string text;
         const auto& slots = block(s.node).resolution().slots;
@@ -175,13 +171,14 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
                                      slots[i], {});
         return text;
     }
-    case Kind::initial: {
-        const auto& outlet = diagram_.conditions[static_cast<std::size_t>(s.number)]
-                                 .outlets[static_cast<std::size_t>(s.index)];
-        return place_of(outlet.end).member.empty()
-                   ? ""
-                   : initial_output(static_cast<std::size_t>(s.number), static_cast<std::size_t>(s.index));
-    }
+    case Kind::set: return set(s);
+    case Kind::start:
+        return has_hosted()
+                   ? "if (!hosted_->start()) return fail(hosted_->failed_block(), hosted_->failure());\n"
+                   : "";
+    case Kind::constants:
+        return unless(call_of("compute_constants"),
+                      has_hosted() ? "return terminate(), false;\n" : "return false;\n");
     case Kind::finite:
         return unless("is_finite(" + place_of(s.signal).text() + ")",
                       failing(s.node, message(s.failure.text(&block(s.node).resolution()))));

@@ -405,40 +405,33 @@ std::string Generator::assignment(const std::string& to, const Slot& to_slot, co
     return "assign(" + to + ", " + from + ");\n";
 }
 
-std::string Generator::initial_output(std::size_t condition, std::size_t number_of_outlet) const {
-    const auto& outlet = diagram_.conditions[condition].outlets[number_of_outlet];
+std::string Generator::set(const program::Statement& s) const {
+    const std::string target = place_of(s.signal).text();
+    if (place_of(s.signal).member.empty()) return {};
+    if (s.source.node >= 0)
+        return assignment(target, diagram_.slot(s.signal), place_of(s.source).text(),
+                          diagram_.slot(s.source));
     if (is_dynamic())
-        return "hosted_->write_initial_output(" + std::to_string(condition) + ", " +
-               std::to_string(number_of_outlet) + ");\n";
-    const std::string target = place_of(outlet.end).text();
-    if (outlet.initial_from.node >= 0)
-        return assignment(target, diagram_.slot(outlet.end), place_of(outlet.initial_from).text(),
-                          diagram_.slot(outlet.initial_from));
-    return write_values(target, diagram_.slot(outlet.end), outlet.initial);
+        return "hosted_->write_initial_output(" + number(s.number) + ", " + number(s.index) + ");\n";
+    return write_values(target, diagram_.slot(s.signal), s.values);
 }
 
-std::vector<std::string> Generator::resets(int n, bool only_from_parameters) const {
-    std::vector<std::string> statements;
-    if ((is_hosted(n) || is_dynamic()) && !only_from_parameters)
-        return {"if (!hosted_->reset(" + number(hosted_number(n)) + ")) " + failing(n, "hosted_->failure()")};
+std::string Generator::resets(int n) const {
+    if (is_hosted(n) || is_dynamic())
+        return "if (!hosted_->reset(" + number(hosted_number(n)) + ")) " + failing(n, "hosted_->failure()");
+    std::string text;
     const auto& slots = block(n).resolution().slots;
     for (std::size_t s = 0; s < slots.size(); ++s) {
         const Slot& slot = slots[s];
         const bool is_discrete = slot.role == Role::discrete_state;
         if ((!is_discrete && slot.role != Role::continuous_state) || slot.size.count() == 0) continue;
         const std::string state = place_of({n, static_cast<int>(s)}).text();
-        if (slot.initial_from >= 0) {
-            const Node::End from{n, slot.initial_from};
-            statements.push_back(assignment(state, slot, place_of(from).text(), diagram_.slot(from)));
-        } else if (!only_from_parameters) {
-            statements.push_back(write_values(state, slot, slot.initial));
-        } else {
-            continue;
-        }
-        if (!only_from_parameters && is_discrete)
-            statements.push_back(assignment(next_[static_cast<std::size_t>(n)][s].text(), slot, state, slot));
+        const Node::End from{n, slot.initial_from};
+        text += slot.initial_from >= 0 ? assignment(state, slot, place_of(from).text(), diagram_.slot(from))
+                                       : write_values(state, slot, slot.initial);
+        if (is_discrete) text += assignment(next_[static_cast<std::size_t>(n)][s].text(), slot, state, slot);
     }
-    return statements;
+    return text;
 }
 
 } // namespace bf::codegen

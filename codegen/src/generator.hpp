@@ -108,8 +108,8 @@ class Generator {
     /// to = from.
     virtual std::string assignment(const std::string& to, const Slot& to_slot, const std::string& from,
                                    const Slot& from_slot) const;
-    std::string initial_output(std::size_t condition, std::size_t number) const;
-    std::vector<std::string> resets(int n, bool only_from_parameters) const;
+    std::string set(const program::Statement& statement) const;
+    std::string resets(int n) const;
 
     /// Calls of the functions that make up each part of the program, joined by &&.
     struct Calls {

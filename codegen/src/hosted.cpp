@@ -165,12 +165,11 @@ std::string Generator::hosted_source() const {
            periods + "});\n    blocks->change_arguments(arguments_);\n" +
            add_libraries("blocks->registry()") + adds + "    blocks->finish({" + tasks +
            "});\n    return blocks;\n}\n\nbool " + class_ +
-           "::start_hosted_blocks() noexcept {\n    try {\n        if (!hosted_) hosted_ = "
+           "::prepare_hosted_blocks() noexcept {\n    try {\n        if (!hosted_) hosted_ = "
            "make_hosted_blocks();\n    } "
            "catch (const std::exception& error) {\n        problem_ = error.what();\n        return "
            "fail(\"\", "
-           "problem_.c_str());\n    }\n    return hosted_->start() || fail(hosted_->failed_block(), "
-           "hosted_->failure());\n}\n";
+           "problem_.c_str());\n    }\n    hosted_->prepare();\n    return true;\n}\n";
 }
 
 std::string Generator::elaborated_source() const {
@@ -270,9 +269,10 @@ std::string @Class@::elaborate(const std::string& parameter_file) {
     }
 }
 
-bool @Class@::start_hosted_blocks() noexcept {
+bool @Class@::prepare_hosted_blocks() noexcept {
     if (!hosted_ && !(problem_ = elaborate("")).empty()) return fail("", problem_.c_str());
-    return hosted_->start() || fail(hosted_->failed_block(), hosted_->failure());
+    hosted_->prepare();
+    return true;
 }
 
 Quantities @Class@::parameter_table() const noexcept { return hosted_ ? of(hosted_)->parameters() : Quantities{nullptr, 0}; }

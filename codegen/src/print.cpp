@@ -123,10 +123,10 @@ std::string Generator::header(const Calls& calls) const {
                         "continuous\n    /// ones may be those of the solver's last stage."
                       : "What the blocks compute.",
                   signals_, false) +
-        "\n" + structure("States", "What is kept from step to step.", states_, true) + "\n";
+        "\n" + structure("States", "What is kept from step to step.", states_, false) + "\n";
     if (has_continuous_states())
         text += structure("ContinuousStates", "What the solver integrates; read as one array of double.",
-                          continuous_, true) +
+                          continuous_, false) +
                 "\n";
     text +=
         std::string("    Inputs inputs{};\n    Outputs outputs{};\n    Parameters parameters;\n") +
@@ -206,10 +206,10 @@ std::string Generator::header(const Calls& calls) const {
     if (has_continuous_states())
         functions += "    bool evaluate(Real at) noexcept;\n    bool integrate() noexcept;\n";
     if (is_dynamic())
-        functions += "    bool start_hosted_blocks() noexcept;\n";
+        functions += "    bool prepare_hosted_blocks() noexcept;\n";
     else if (has_hosted())
         functions += "    std::unique_ptr<bf::generated::Hosted> make_hosted_blocks();\n    bool "
-                     "start_hosted_blocks() noexcept;\n";
+                     "prepare_hosted_blocks() noexcept;\n";
     text +=
         functions + control_declarations() +
         "    bool fail(const char* block, const char* text) noexcept;\n"
@@ -275,20 +275,15 @@ std::string Generator::main_source(const Calls& calls) {
                 number(continuous_size()) + "; ++i) elements<Real>(rates_)[i] = 0;\n";
     text += std::string("    steps_ = 0;\n") + (is_split() ? "" : "    time_ = 0;\n") +
             "    failed_block_ = failure_ = nullptr;\n";
-    if (is_dynamic()) text += "    if (!start_hosted_blocks()) return false;\n    is_initialized_ = true;\n";
+    if (has_hosted()) text += "    if (!prepare_hosted_blocks()) return false;\n";
+    text += "    is_initialized_ = true;\n";
     text += control_resets();
     for (const auto& field : is_dynamic() ? std::vector<Field>() : signals_)
         if (field.slot->role == Role::input && !field.slot->initial.empty())
             text += indented("// not connected: " + comment(field.path) + "\n" +
                                  write_values("signals." + field.member, *field.slot, field.slot->initial),
                              4);
-    for (std::size_t n = 0; n < d.nodes.size() && !is_dynamic(); ++n)
-        for (const auto& statement : resets(static_cast<int>(n), true)) text += indented(statement, 4);
-    if (!is_dynamic()) text += "    next_ = states;\n    is_initialized_ = true;\n";
-    if (has_hosted() && !is_dynamic()) text += "    if (!start_hosted_blocks()) return false;\n";
-    text += has_hosted() ? "    if (!compute_constants()) return terminate(), false;\n"
-                         : "    if (!compute_constants()) return false;\n";
-    text += text_of(program_.begin, program::first, 4) + "    return true;\n}\n\n";
+    text += text_of(program_.start, program::first, 4) + "    return true;\n}\n\n";
 
     if (!is_split())
         text += "// The signals of the step.\nbool " + class_ + "::compute() noexcept { return " +

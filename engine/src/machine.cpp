@@ -19,7 +19,7 @@ Simulation::Machine::Machine(Simulation& simulation)
     for (auto& memory : memories_) memory.last.resize(static_cast<std::size_t>(memory.signal.count));
     constants = compile(program_.constants);
     first_visited_ = tasks_.size();
-    begin = compile(program_.begin);
+    start = compile(program_.start);
     step = compile(program_.step);
     inside = compile(program_.outputs, program::inside);
     update = compile(program_.update);
@@ -118,7 +118,9 @@ void Simulation::Machine::emit(const Statement& s, program::Pass pass) {
     case Kind::commit: return emit_commits(s);
     case Kind::reset: emit(Op::reset, s.node); return;
     case Kind::rest: emit(Op::rest, s.node); return;
-    case Kind::initial: emit(Op::initial, s.number, s.index); return;
+    case Kind::set: return emit_write(s);
+    case Kind::start: emit(Op::start); return;
+    case Kind::constants: emit(Op::constants); return;
     case Kind::finite:
     case Kind::fail:
         failures_.push_back({s.node, s.failure, {}});
@@ -188,6 +190,28 @@ void Simulation::Machine::emit_commits(const Statement& s) {
         commits_.push_back(next);
         emit_range(Op::commits, commits_.size() - 1, commits_.size());
     }
+}
+
+void Simulation::Machine::emit_write(const Statement& s) {
+    const Slot& slot = simulation_.diagram_.slot(s.signal);
+    const auto element = static_cast<std::size_t>(bytes(slot.type)),
+               count = static_cast<std::size_t>(slot.size.count());
+    Write write{static_cast<std::byte*>(context_.data(s.signal.node, s.signal.slot)),
+                nullptr,
+                element,
+                count,
+                element,
+                {}};
+    if (s.source.node >= 0) {
+        write.from = static_cast<const std::byte*>(context_.data(s.source.node, s.source.slot));
+        if (simulation_.diagram_.slot(s.source).size.count() == 1) write.stride = 0;
+    } else {
+        write.values.resize(element * count);
+        write_values(write.values.data(), slot.type, slot.size.count(), s.values);
+        write.from = write.values.data();
+    }
+    writes_.push_back(std::move(write)); // the values stay where they are
+    emit(Op::write, static_cast<int>(writes_.size()) - 1);
 }
 
 void Simulation::Machine::emit_repeat(const Statement& s, program::Pass pass) {
@@ -324,7 +348,17 @@ bool Simulation::Machine::run(int entry) noexcept {
             if (const Status status = context_.reset(i->a); !status) return s.fail(status, i->a);
             break;
         case Op::rest: rest(i->a); break;
-        case Op::initial: s.diagram_.write_initial(s.diagram_.conditions[a].outlets[b], context_); break;
+        case Op::write:
+            for (std::size_t e = 0; e < writes_[a].count; ++e)
+                std::memcpy(writes_[a].to + e * writes_[a].element, writes_[a].from + e * writes_[a].stride,
+                            writes_[a].element);
+            break;
+        case Op::start:
+            if (!s.start_blocks()) return false;
+            break;
+        case Op::constants:
+            if (!run(constants)) return false;
+            break;
         case Op::finite:
             for (int e = 0; e < failures_[a].signal.count; ++e)
                 if (!std::isfinite(failures_[a].signal[e])) return fail(i->a);

@@ -24,7 +24,7 @@ class Simulation::Machine {
     std::uint8_t& flag(int number) { return flags_[static_cast<std::size_t>(number)]; }
     void visit_tasks(const TaskVisitor& visit);
 
-    int constants, begin, step, update, inside, derivatives, guards, arrive, event; ///< entries
+    int constants, start, step, update, inside, derivatives, guards, arrive, event; ///< entries
 
   private:
     enum class Op : std::uint8_t {
@@ -42,7 +42,9 @@ class Simulation::Machine {
         fire,
         reset,
         rest,
-        initial,
+        write,
+        start,
+        constants,
         finite,
         repeat,
         next, ///< iteration, or to b
@@ -69,6 +71,13 @@ class Simulation::Machine {
         std::size_t bytes;
         bool is_double; ///< and so looked at for NaN
         Status failure;
+    };
+    /// Copies elements, or one of them into all; values are its own.
+    struct Write {
+        std::byte* to;
+        const std::byte* from;
+        std::size_t element, count, stride;
+        std::vector<std::byte> values;
     };
     struct Signal {
         const void* data;
@@ -109,6 +118,7 @@ class Simulation::Machine {
     std::vector<int> emit_tests(const std::vector<program::Literal>& when); ///< their jumps
     void land(const std::vector<int>& jumps);                               ///< here
     void emit_commits(const program::Statement& statement);
+    void emit_write(const program::Statement& statement);
     void emit_repeat(const program::Statement& statement, program::Pass pass);
     void emit_solve(const program::Statement& statement, program::Pass pass);
     Signal signal(const Node::End& end);
@@ -124,6 +134,7 @@ class Simulation::Machine {
     std::vector<Task> tasks_;
     std::vector<Bound> bound_; ///< what each task is
     std::vector<Commit> commits_;
+    std::vector<Write> writes_;
     std::vector<Signal> signals_;
     std::vector<Memory> memories_;
     std::vector<Counter> counters_;

@@ -72,26 +72,22 @@ void Simulation::start() {
     is_at_event_ = false;
     clear_outputs();
     std::fill(context_.continuous_rate().begin(), context_.continuous_rate().end(), 0.0);
+    start_failure_.clear();
+    if (machine_->run(machine_->start)) return;
+    const std::string why = start_failure_.empty() ? failure() : start_failure_;
+    stop();
+    throw RunError(why);
+}
+
+bool Simulation::start_blocks() noexcept {
     const int nodes = static_cast<int>(diagram_.nodes.size());
-    for (int n = 0; n < nodes; ++n)
-        if (const Status status = context_.reset(n); !status) {
-            status_ = status;
-            failed_node_ = n;
-            throw RunError(failure());
+    for (; started_ < nodes; ++started_) try {
+            context_.start(started_);
+        } catch (const std::exception& error) {
+            start_failure_ = diagram_.nodes[static_cast<std::size_t>(started_)].path + ": " + error.what();
+            return false;
         }
-    try {
-        for (; started_ < nodes; ++started_) {
-            try {
-                context_.start(started_);
-            } catch (const std::exception& error) {
-                throw RunError(diagram_.nodes[static_cast<std::size_t>(started_)].path + ": " + error.what());
-            }
-        }
-        if (!machine_->run(machine_->constants) || !machine_->run(machine_->begin)) throw RunError(failure());
-    } catch (...) {
-        stop();
-        throw;
-    }
+    return true;
 }
 
 void Simulation::observe() noexcept {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <numeric>
 #include <utility>
 
 namespace bf::program {
@@ -57,8 +58,7 @@ class Lowering {
         make_procedures();
         for (const auto& segment : d_.plan.outputs)
             if (segment.rate == constant_rate) append(p_.constants, activities(segment, first));
-        for (int c = 1; c < count(d_.conditions); ++c)
-            for (int o = 0; o < count(condition(c).outlets); ++o) p_.begin.push_back(initial(c, o));
+        lower_start();
         lower_outputs();
         p_.derivatives = phase(d_.plan.derivatives, Phase::derivative);
         p_.guards = phase(d_.plan.guards, Phase::guards);
@@ -271,7 +271,11 @@ class Lowering {
     }
 
     Statement initial(int condition, int outlet) const {
-        return {.kind = Kind::initial, .index = outlet, .number = condition};
+        const auto& its = at(at(d_.conditions, condition).outlets, outlet);
+        Statement set{.kind = Kind::set, .index = outlet, .number = condition, .signal = its.end};
+        set.source = its.initial_from;
+        if (set.source.node < 0) set.values = its.initial;
+        return set;
     }
 
     Statements resets(const std::vector<int>& nodes) const {
@@ -281,6 +285,16 @@ class Lowering {
                 at(d_.nodes, n).methods.reset)
                 all.push_back(of_node(Kind::reset, n));
         return all;
+    }
+
+    /// Constants may depend on what a device says of itself, and initial values on constants.
+    void lower_start() {
+        std::vector<int> nodes(d_.nodes.size());
+        std::iota(nodes.begin(), nodes.end(), 0);
+        p_.start = resets(nodes);
+        append(p_.start, {of(Kind::start), of(Kind::constants)});
+        for (int c = 1; c < count(d_.conditions); ++c)
+            for (int o = 0; o < count(condition(c).outlets); ++o) p_.start.push_back(initial(c, o));
     }
 
     // ---- outputs and updates

@@ -1,6 +1,8 @@
 // A program in words.
 #include "bf/program/program.hpp"
 
+#include "bf/base/numbers.hpp"
+
 #include <cstdio>
 
 namespace bf::program {
@@ -17,7 +19,7 @@ class Text {
         std::uint8_t passes = 0;
         for (const auto& statement : p_.outputs) passes |= statement.passes;
         section("constants", p_.constants);
-        section("begin", p_.begin);
+        section("start", p_.start);
         section("step", p_.step);
         shows_passes_ = passes != first;
         section(shows_passes_ ? "outputs (first in a step, again after events, inside it by the solver)"
@@ -71,11 +73,11 @@ class Text {
         case Kind::commit: return "commit " + path(s.node);
         case Kind::reset: return "reset " + path(s.node);
         case Kind::rest: return "rest " + path(s.node);
-        case Kind::initial: {
-            const auto& condition = d_.conditions[static_cast<std::size_t>(s.number)];
-            return d_.end_path(condition.outlets[static_cast<std::size_t>(s.index)].end) +
-                   " := its initial value";
-        }
+        case Kind::set:
+            return d_.end_path(s.signal) +
+                   " := " + (s.source.node >= 0 ? d_.end_path(s.source) : numbers(s.values));
+        case Kind::start: return "start all blocks";
+        case Kind::constants: return "constants";
         case Kind::finite: return "fail unless " + d_.end_path(s.signal) + " is finite";
         case Kind::assign: return flag(s.flag) + " := " + (s.when.empty() ? "true" : all(s.when));
         case Kind::clear: return flag(s.flag) + " := false";
@@ -105,6 +107,11 @@ class Text {
         return {};
     }
 
+    static std::string numbers(const std::vector<double>& values) {
+        std::string text;
+        for (const double x : values) text += (text.empty() ? "" : ", ") + number_text(x);
+        return values.empty() ? "0" : values.size() == 1 ? text : "[" + text + "]";
+    }
     const std::string& path(int node) const { return d_.nodes[static_cast<std::size_t>(node)].path; }
     const std::string& flag(int number) const { return p_.flags[static_cast<std::size_t>(number)].name; }
     const Memory& memory(int number) const { return p_.memories[static_cast<std::size_t>(number)]; }

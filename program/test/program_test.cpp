@@ -33,7 +33,12 @@ TEST(Program, RunsWhatIsHitThenUpdatesThenCommits) {
     EXPECT_EQ(program_of("non_finite: error\nblocks:\n  u: {block: Sine, period: 0.1}\n"
                          "  slow: {block: Gain, period: 0.2, offset: 0.1}\n  past: {block: UnitDelay}\n"
                          "connections: {u: slow, slow: past}\n"),
-              R"(step:
+              R"(start:
+    reset past
+    start all blocks
+    constants
+
+step:
     count hit(0.1 s)
     count hit(0.2 s + 0.1 s)
     outputs, first
@@ -84,11 +89,16 @@ std::string with_solver(const std::string& solver) {
     return program_of(text.replace(text.find('@'), 1, solver));
 }
 
-TEST(Program, ComputesConstantsOnceAndInitialOutputsAfterThem) {
+TEST(Program, StartsWithStatesThenDevicesThenConstantsThenInitialOutputs) {
     const std::string text = with_solver("rk4");
     EXPECT_EQ(section(text, "constants"), "    output two\n");
-    EXPECT_EQ(section(text, "begin"),
-              "    outer.y.y := its initial value\n    outer.inner.y.y := its initial value\n");
+    EXPECT_EQ(section(text, "start"), R"(    reset outer.x
+    reset outer.inner.sum
+    start all blocks
+    constants
+    outer.y.y := 2
+    outer.inner.y.y := 0
+)");
 }
 
 TEST(Program, TestsAConditionBeforeItsBlocksAndEndsTheConditionsInsideWithIt) {
@@ -117,7 +127,7 @@ TEST(Program, TestsAConditionBeforeItsBlocksAndEndsTheConditionsInsideWithIt) {
         reset outer.inner.sum
 )");
     EXPECT_EQ(section(text, "disable outer:"), R"(    outer.enabled := false
-    outer.y.y := its initial value
+    outer.y.y := 2
     rest outer.x
     if outer.inner.enabled
         disable outer.inner

@@ -16,12 +16,12 @@ namespace bf::generated {
 /// Who derives owns the context besides the blocks, and stops them before they go.
 class BlocksInContext : public Hosted {
   public:
-    bool start() noexcept override {
+    void prepare() noexcept override {
         stop();
         for (std::size_t r = 0; r < periods_.size(); ++r)
             context_->clock(static_cast<int>(r)) = {0, periods_[r], -1};
-        for (int k = 0; k < count(); ++k)
-            if (!reset(k)) return fail(k, failure_);
+    }
+    bool start() noexcept override {
         for (; started_ < count(); ++started_) try {
                 context_->start(started_);
             } catch (const std::exception& error) {

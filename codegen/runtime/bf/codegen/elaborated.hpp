@@ -108,8 +108,8 @@ class ElaboratedModel final : public BlocksInContext {
 
     // ---- the run
 
-    bool start() noexcept override {
-        stop();
+    void prepare() noexcept override {
+        BlocksInContext::prepare();
         const auto rates = context_->continuous_rate();
         std::fill(rates.begin(), rates.end(), 0.0);
         for (auto& output : outputs_) std::fill(output.begin(), output.end(), std::byte{0});
@@ -120,7 +120,6 @@ class ElaboratedModel final : public BlocksInContext {
                     write_values(context_->data(n, static_cast<int>(s)), slots[s].type, slots[s].size.count(),
                                  {});
         }
-        return BlocksInContext::start();
     }
 
     // ---- names

@@ -6,8 +6,9 @@ namespace bf::generated {
 class Hosted {
   public:
     virtual ~Hosted() = default;
-    /// Initial states of all blocks; then they start: devices open. What was started is stopped when one
-    /// fails.
+    /// What was started stops; clocks and memory of its own are as before the first step.
+    virtual void prepare() noexcept = 0;
+    /// Blocks start: devices open. What was started is stopped when one fails.
     virtual bool start() noexcept = 0;
     /// Blocks stop, last started first.
     virtual void stop() noexcept = 0;
@@ -20,7 +21,7 @@ class Hosted {
     /// The rate is hit at that time, or the solver goes to it inside a step.
     virtual void hit(int rate, double time) noexcept = 0;
     virtual void go_to(int rate, double time) noexcept = 0;
-    /// An output of a conditional subsystem has its initial value; where sizes are known at the start.
+    /// An output of a conditional subsystem has its initial value, which is known at the start.
     virtual void write_initial_output(int /*condition*/, int /*outlet*/) noexcept {}
     /// A triggered subsystem of that rate runs; its period is the time since it ran before.
     virtual void fire(int rate, double time) noexcept = 0;

@@ -176,6 +176,7 @@ class Simulation final : public Run {
     bool fail(Status status, int node) noexcept;
     int owner(Role role, const double* element) noexcept; ///< the node that has it among its (next) states
     void clear_outputs();
+    bool start_blocks() noexcept; ///< false: `start_failure_` says why
     /// All that is kept from step to step, but the context and the solver.
     std::vector<std::span<std::byte>> state();
     Quantity quantity(const SignalName& name) const;
@@ -201,6 +202,7 @@ class Simulation final : public Run {
     int failed_node_ = -1;
     mutable std::unique_ptr<Tuning> tuning_; ///< made when it is asked for
     int started_ = 0;                        ///< nodes whose start succeeded, in order
+    std::string start_failure_;
 };
 
 } // namespace bf

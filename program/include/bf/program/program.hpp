@@ -42,23 +42,25 @@ struct Literal {
 /// One statement. Those that may fail end the step.
 struct Statement {
     enum class Kind : std::uint8_t {
-        run,     ///< activity `index` of `node` in `phase`
-        commit,  ///< x⁻ := x⁺ for the discrete states of `node`; fails where one became NaN
-        reset,   ///< the states of `node` have their initial values
-        rest,    ///< the derivatives of `node` are 0
-        initial, ///< output `index` of the subsystem under condition `number` has its initial value
-        finite,  ///< fails where an element of `signal` is not finite
-        assign,  ///< `flag` := all of `when` hold
-        clear,   ///< `flag` := false
-        edge,    ///< `flag` := the signal of memory `number` has its edge since the last look, this one
-        hit,     ///< `flag` := rate `number` is hit; then its clock goes on to this time. Of a task: it is
-                 ///< asked once in each of its calls
-        fire,    ///< triggered rate `number` runs now: its clock's period is the time since it did before
-        when,    ///< `body`, if all of `when` hold
-        repeat,  ///< `body`, at most `number` times or as often as `signal` says, and while `when` holds
-                 ///< after it; where that does not end it, `otherwise`
-        solve,   ///< `body`, until the equations of algebraic loop `number` hold
-        event,   ///< `node` answers the crossings of its guards
+        run,    ///< activity `index` of `node` in `phase`
+        commit, ///< x⁻ := x⁺ for the discrete states of `node`; fails where one became NaN
+        reset,  ///< the states of `node` have their initial values
+        start,  ///< all blocks start in their order: devices open
+        rest,   ///< the derivatives of `node` are 0
+        set,    ///< `signal` := `source`, or `values` where that is none; one element expands, no element
+                ///< is 0. Of output `index` of the subsystem under condition `number`
+        finite, ///< fails where an element of `signal` is not finite
+        assign, ///< `flag` := all of `when` hold
+        clear,  ///< `flag` := false
+        edge,   ///< `flag` := the signal of memory `number` has its edge since the last look, this one
+        hit,    ///< `flag` := rate `number` is hit; then its clock goes on to this time. Of a task: it is
+                ///< asked once in each of its calls
+        fire,   ///< triggered rate `number` runs now: its clock's period is the time since it did before
+        when,   ///< `body`, if all of `when` hold
+        repeat, ///< `body`, at most `number` times or as often as `signal` says, and while `when` holds
+                ///< after it; where that does not end it, `otherwise`
+        solve,  ///< `body`, until the equations of algebraic loop `number` hold
+        event,  ///< `node` answers the crossings of its guards
         look, ///< after `Program::guards`, finds those that crossed since the last look: `flag` := some did;
               ///< flag `number` := some of a node that answers did. A guard that does not run has no value
         locate,    ///< the same, from what the solver found when it stopped at a crossing
@@ -69,6 +71,7 @@ struct Statement {
                    ///< without; fails where one is not finite. An adaptive solver that stops at a crossing
                    ///< lets `Program::event` run, and at the end `Program::arrive`
         evaluate,  ///< the outputs in `pass`
+        constants, ///< `Program::constants`
         call,      ///< procedure `number`
         fail       ///< at `node`
     };
@@ -77,10 +80,11 @@ struct Statement {
     Phase phase = Phase::output;
     Pass pass = first;
     int node = -1, index = 0, number = 0, flag = -1;
-    Node::End signal = {};
+    Node::End signal = {}, source = {};
     Status failure = {};
     std::vector<Literal> when = {};
     std::vector<Statement> body = {}, otherwise = {};
+    std::vector<double> values = {};
 };
 using Statements = std::vector<Statement>;
 
@@ -144,7 +148,7 @@ struct Program {
     std::vector<int> active; ///< flag by condition: its blocks run; -1 for what is always true
 
     Statements constants;    ///< once, and after each change of parameters
-    Statements begin;        ///< after the constants at the start
+    Statements start;        ///< before the first step, when outputs and derivatives are 0
     Statements outputs;      ///< in their order, with the passes of each
     Statements step;         ///< before observers see the step
     Statements update;       ///< after it

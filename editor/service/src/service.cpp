@@ -242,7 +242,8 @@ struct Service::State {
             for (const auto& type : registry->classes()) {
                 LibraryBlock block{type->qualified_name(), type->group, type->doc};
                 try {
-                    for (const auto& slot : type->make({})->declaration().slots) {
+                    const auto instance = type->make({});
+                    for (const auto& slot : instance->declaration().slots) {
                         if (slot.role == Role::input) block.inputs.push_back({slot.name, slot.doc});
                         if (slot.role == Role::output) block.outputs.push_back({slot.name, slot.doc});
                     }

@@ -216,12 +216,13 @@ void add_text(Symbol& symbol, std::string text) {
     for (std::string line; std::getline(all, line);) lines.push_back(fitted(line, letter, widest));
     double width = 0;
     for (const auto& line : lines) width = std::max(width, text_width(line, letter));
-    const double beside = symbol.outline == triangle ? 26 : 16;
-    symbol.width = std::max(symbol.width, std::ceil((width + beside) / 10) * 10);
+    // A triangle is as high as a letter up to two thirds of its width.
+    const double needed = symbol.outline == triangle ? std::max(width + 26, width / 0.64) : width + 16;
+    symbol.width = std::max(symbol.width, std::ceil(needed / 10) * 10);
     constexpr double line_height = 16;
     symbol.height = std::max(symbol.height, static_cast<double>(lines.size()) * line_height + 14);
     // A triangle is wide where signals come in.
-    const double x = symbol.outline == triangle ? symbol.width * 0.38 : symbol.width / 2;
+    const double x = symbol.outline == triangle ? symbol.width * 0.36 : symbol.width / 2;
     const double first = symbol.height / 2 - static_cast<double>(lines.size()) * line_height / 2;
     for (std::size_t i = 0; i < lines.size(); ++i)
         symbol.shapes.push_back(

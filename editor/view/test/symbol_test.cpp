@@ -39,4 +39,15 @@ TEST(Symbol, GrowsWithItsPortsAndItsText) {
     EXPECT_EQ(symbol_of("Other/Thing", 1, none).shapes.at(0).text, "Thing");
 }
 
+TEST(Symbol, HoldsTheTextOfAGainBetweenTheSidesOfItsTriangle) {
+    for (const std::string text : {"2", "Gain.Kp", "-Gain.angular_momentum", "[1/Motor.L 0; 0 -1/Motor.J]"}) {
+        const Symbol gain = symbol_of("Gain", 1, [&](const std::string&) { return text; });
+        const Shape& value = gain.shapes.at(0);
+        const double half = text_width(value.text, value.size) / 2, x = value.points.at(0).x;
+        EXPECT_GE(x - half, 0) << text;
+        // Its letters, about 8 high, fit where the triangle, narrowing to its tip, is that high.
+        EXPECT_GE(gain.height * (1 - (x + half) / gain.width), 8) << text;
+    }
+}
+
 } // namespace

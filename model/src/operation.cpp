@@ -648,9 +648,15 @@ void History::replace(Model& model, Model other) {
 
 bool History::step(Model& model, std::vector<Step>& from, std::vector<Step>& to) {
     if (from.empty()) return false;
-    if (auto* const patch = std::get_if<Patch>(&from.back()))
-        to.emplace_back(model::edit(model, *patch));
-    else
+    if (auto* const patch = std::get_if<Patch>(&from.back())) {
+        // What was there once may be there again, also where files that it refers to have become others
+        // since.
+        Model after = model;
+        Editor editor(after);
+        editor(*patch);
+        to.emplace_back(difference(after, model));
+        model = std::move(after);
+    } else
         to.emplace_back(std::exchange(model, std::move(std::get<Model>(from.back()))));
     from.pop_back();
     return true;

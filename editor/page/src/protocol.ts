@@ -223,6 +223,7 @@ export interface Welcome {
   version: string;
   files: string[];
   document: DocumentState;
+  run: RunState;
 }
 
 export interface Methods {

@@ -113,6 +113,7 @@ export class Session {
     if (!is_again) this.fit();
     const library = await this.ask("library", {});
     if (library) this.library = library.blocks;
+    this.take_run(welcome.run);
     await this.rewatch();
   }
 

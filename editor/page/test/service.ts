@@ -139,7 +139,7 @@ class Speaker {
   private answer(method: string, params: any): unknown {
     const { model } = this;
     switch (method) {
-      case "hello": return { version: "test", files: ["motor.yaml"], document: model.state() };
+      case "hello": return { version: "test", files: ["motor.yaml"], document: model.state(), run: { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "" } };
       case "library": return { blocks: Object.entries(known).map(([name, [inputs, outputs]]) => ({
         name, group: "standard", doc: `A ${name}.`, inputs: inputs.map((n) => ({ name: n, doc: "" })), outputs: outputs.map((n) => ({ name: n, doc: "" })) })) };
       case "draw": return model.draw(params.system, params.moved);

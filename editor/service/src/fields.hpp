@@ -62,7 +62,7 @@ BF_FIELDS(service::SignalInfo, has("index", &T::index), has("path", &T::path), h
 BF_FIELDS(service::Nothing, std::tuple<>())
 BF_FIELDS(service::Hello, has("protocol", &T::protocol))
 BF_FIELDS(service::Welcome, has("version", &T::version), has("files", &T::files),
-          has("document", &T::document))
+          has("document", &T::document), has("run", &T::run))
 BF_FIELDS(service::Open, has("file", &T::file))
 BF_FIELDS(service::LibraryList, has("blocks", &T::blocks))
 BF_FIELDS(service::Moved, has("path", &T::path), has("to", &T::to))

@@ -90,6 +90,7 @@ class Playback::Loop final : public Run::Observer {
     const std::vector<SignalInfo>& signals() const { return infos_; }
 
     void observe(const Run& run) noexcept override {
+        seen_time_ = run.time();
         for (auto& watched : watched_) {
             const Quantity& quantity = quantities_[static_cast<std::size_t>(watched.signal)];
             const bool is_constant = quantity.rate == constant_rate;
@@ -106,7 +107,7 @@ class Playback::Loop final : public Run::Observer {
         std::size_t stride, seen; ///< every which sample is sent; how many there were in this slice
     };
     struct Checkpoint {
-        double time;
+        double time, seen_time;
         std::vector<std::byte> data;
     };
 
@@ -236,6 +237,7 @@ class Playback::Loop final : public Run::Observer {
         auto last = std::upper_bound(checkpoints_.begin(), checkpoints_.end(), time + run_.period() / 2,
                                      [](double t, const Checkpoint& c) { return t < c.time; });
         run_.restore(std::prev(last)->data);
+        seen_time_ = std::prev(last)->seen_time;
         enter(Running::paused);
         const std::lock_guard lock(mutex_);
         state_.time = run_.time();
@@ -264,6 +266,7 @@ class Playback::Loop final : public Run::Observer {
         ParameterChange change = run_.prepare(run_.follow(asked));
         if (!run_.apply(change)) throw RunError(run_.failure());
         run_.accept(asked);
+        is_seen_wanted_ = true; // constants may follow from it
         std::erase_if(checkpoints_, [&](const Checkpoint& c) { return c.time > run_.time(); });
         checkpoint();
         const std::lock_guard lock(mutex_);
@@ -272,7 +275,7 @@ class Playback::Loop final : public Run::Observer {
 
     void checkpoint() {
         if (!checkpoints_.empty() && checkpoints_.back().time >= run_.time()) checkpoints_.pop_back();
-        checkpoints_.push_back({run_.time(), run_.snapshot()});
+        checkpoints_.push_back({run_.time(), seen_time_, run_.snapshot()});
         if (checkpoints_.size() * checkpoints_.back().data.size() < most_bytes) return;
         // Half of them, twice as far apart; the first one is that of the beginning.
         std::vector<Checkpoint> kept;
@@ -282,8 +285,8 @@ class Playback::Loop final : public Run::Observer {
     }
 
     void deliver(bool was_asked) {
-        if (is_seen_wanted_) // what a signal is now, whatever its rate
-            for (const auto& watched : watched_) write(watched, run_.time());
+        if (is_seen_wanted_ && seen_time_ >= 0) // what signals were last, whatever their rate
+            for (const auto& watched : watched_) write(watched, seen_time_);
         is_seen_wanted_ = false;
         for (auto& watched : watched_) {
             if (quantities_[static_cast<std::size_t>(watched.signal)].rate == constant_rate) continue;
@@ -315,6 +318,7 @@ class Playback::Loop final : public Run::Observer {
     double target_ = infinity;            ///< time to play to [s]
     Clock::time_point next_{}, told_{}, paced_at_{};
     double paced_from_ = 0;
+    double seen_time_ = -1; ///< of the outputs that are there; below 0: none were computed yet [s]
     bool is_seen_wanted_ = false;
     std::string frame_;
     std::thread thread_;

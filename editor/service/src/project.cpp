@@ -2,10 +2,11 @@
 
 #include "bf/base/files.hpp"
 #include "bf/formats/yaml.hpp"
+#include "bf/model/check.hpp"
 #include "bf/model/edit.hpp"
 
 #include <algorithm>
-#include <optional>
+#include <set>
 #include <sys/stat.h>
 
 namespace bf::service {
@@ -55,6 +56,7 @@ struct Project::Document {
     std::string written; ///< text of the file as it is known here
     Stamp stamp;
     bool is_unwritten = false;
+    bool is_foreign = false; ///< the file holds a text of another program that is no model
     std::string failure;
     std::shared_ptr<const model::Model> shared; ///< the model, for those that refer to it
 
@@ -189,6 +191,15 @@ model::Operation Project::localised(model::Operation operation, Document*& docum
     return operation;
 }
 
+/// What another program wrote is never written over, also where it is no model.
+void Project::require_own(const Document& document) {
+    if (document.is_foreign)
+        throw model::Errors({{{},
+                              "",
+                              "another program has written into the file: " + document.failure,
+                              "mend the file first"}});
+}
+
 void Project::edit(const model::Operation& operation) {
     static_cast<void>(synchronise()); // an edit is of what is there
     Document* document = nullptr;
@@ -204,6 +215,7 @@ void Project::edit(const model::Operation& operation) {
                   "open it by itself"}});
     };
     require_inside(document->file);
+    require_own(*document);
     const auto beside = [&](const std::string& file) {
         return (document->file.parent_path() / file).lexically_normal();
     };
@@ -211,13 +223,20 @@ void Project::edit(const model::Operation& operation) {
     if (extract && fs::exists(beside(extract->file)))
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});
+    const auto wrong = [&] { // in the files that refer to this one
+        std::vector<model::Diagnostic> all;
+        for (const auto& other : documents_)
+            if (other.get() != document)
+                for (auto& d : model::check(other->model)) all.push_back(std::move(d));
+        return all;
+    };
+    std::set<std::string> known;
+    for (const auto& d : wrong()) known.insert(d.text());
     document->history.edit(document->model, local, [&](const std::string& file) {
         Document& other = open(beside(file));
         link(other);
         return other.shared;
     });
-    done_.push_back(document);
-    undone_.clear();
     if (extract) { // the content becomes a file of its own
         auto made = std::make_unique<Document>();
         made->file = beside(extract->file);
@@ -225,6 +244,16 @@ void Project::edit(const model::Operation& operation) {
         made->save();
         documents_.push_back(std::move(made));
     }
+    link_all();
+    std::vector<model::Diagnostic> broken = wrong();
+    std::erase_if(broken, [&](const model::Diagnostic& d) { return known.contains(d.text()); });
+    if (!broken.empty()) {
+        document->history.undo(document->model);
+        link_all();
+        throw model::Errors(std::move(broken));
+    }
+    done_.push_back(document);
+    undone_.clear();
     changed();
     document->save();
 }
@@ -234,6 +263,7 @@ bool Project::step(std::vector<Document*>& from, std::vector<Document*>& to,
     static_cast<void>(synchronise());
     if (from.empty()) return false;
     Document& document = *from.back();
+    require_own(document);
     if (!(document.history.*move)(document.model)) return false;
     to.push_back(&document);
     from.pop_back();
@@ -259,13 +289,17 @@ bool Project::synchronise() {
                 model::Model model = formats::read_yaml(document.file, texts);
                 document.history.replace(document.model, std::move(model));
                 document.written = texts.at(document.file);
-                document.is_unwritten = false;
+                document.is_unwritten = document.is_foreign = false;
                 done_.push_back(&document);
                 undone_.clear();
                 is_other = true;
                 changed();
             }
             document.failure.clear();
+            document.is_foreign = false;
+        } catch (const model::Errors& error) {
+            document.failure = error.what();
+            document.is_foreign = true;
         } catch (const std::exception& error) {
             document.failure = error.what();
         }

@@ -196,7 +196,7 @@ struct Service::State {
             throw Refusal("this page speaks version " + std::to_string(asked.protocol) +
                           " of the protocol, and bf " + options.version + " version " +
                           std::to_string(protocol_version) + "; reload the page");
-        return {options.version, files(), document()};
+        return {options.version, files(), document(), run_state()};
     }
 
     std::vector<std::string> files() const {
@@ -271,10 +271,13 @@ struct Service::State {
     static void note_placing(const model::Operation& operation, std::set<std::string>& systems) {
         namespace op = model::operations;
         if (const auto* add = std::get_if<op::Add>(&operation); add && add->at) systems.insert(add->system);
-        if (const auto* move = std::get_if<op::Move>(&operation)) {
-            const auto dot = move->path.rfind('.');
-            systems.insert(dot == std::string::npos ? "" : move->path.substr(0, dot));
-        }
+        const auto note_around = [&](const std::string& path) {
+            const auto dot = path.rfind('.');
+            systems.insert(dot == std::string::npos ? "" : path.substr(0, dot));
+        };
+        if (const auto* move = std::get_if<op::Move>(&operation)) note_around(move->path);
+        if (const auto* flip = std::get_if<op::Flip>(&operation)) note_around(flip->path);
+        if (const auto* resize = std::get_if<op::Resize>(&operation)) note_around(resize->path);
         if (const auto* batch = std::get_if<op::Batch>(&operation))
             for (const auto& part : batch->operations) note_placing(part, systems);
     }

@@ -2,6 +2,7 @@
 
 #include "bf/base/files.hpp"
 #include "bf/model/edit.hpp"
+#include "folder.hpp"
 
 #include <fstream>
 #include <gtest/gtest.h>
@@ -16,10 +17,7 @@ using bf::service::Project;
 class ProjectTest : public ::testing::Test {
   protected:
     void SetUp() override {
-        folder_ = fs::path(BF_BINARY_DIRECTORY) / "service_test" /
-                  ::testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
+        folder_ = bf::service::test_folder();
         write("loop.yaml", loop);
         write("law.yaml", law);
     }
@@ -131,6 +129,28 @@ TEST_F(ProjectTest, AFileThatCannotBeReadIsSaidAndTheLastGoodModelStays) {
     write("loop.yaml", loop);
     EXPECT_TRUE(project.synchronise());
     EXPECT_EQ(project.failure(), "");
+}
+
+TEST_F(ProjectTest, NeverWritesOverWhatAnotherProgramWroteEvenIfItIsNoModel) {
+    Project project(file());
+    const std::string foreign = std::string(loop) + "extra: [unclosed\n";
+    write("loop.yaml", foreign);
+    EXPECT_TRUE(project.synchronise());
+    EXPECT_THROW(project.edit(op::Set{"reference", "value", "5"}), bf::model::Errors);
+    EXPECT_EQ(read("loop.yaml"), foreign);
+    write("loop.yaml", loop);
+    project.edit(op::Set{"reference", "value", "5"});
+    EXPECT_NE(read("loop.yaml").find("value: 5"), std::string::npos);
+}
+
+TEST_F(ProjectTest, RefusesAnEditThatBreaksAFileThatRefersToThisOne) {
+    Project project(file());
+    EXPECT_THROW(project.edit(op::Rename{"law.error", "e"}), bf::model::Errors);
+    EXPECT_EQ(read("law.yaml"), law);
+    EXPECT_FALSE(project.can_undo());
+    project.edit(op::Rename{"law.force", "f"}); // which nothing uses
+    EXPECT_TRUE(project.undo());
+    EXPECT_EQ(read("law.yaml"), law);
 }
 
 TEST_F(ProjectTest, AModelThatWasDeletedIsWrittenAgainByTheNextEdit) {

@@ -1,5 +1,6 @@
 #include "bf/service/server.hpp"
 
+#include "folder.hpp"
 #include <atomic>
 #include <boost/asio/connect.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -23,10 +24,8 @@ using Socket = beast::websocket::stream<tcp::socket>;
 class ServerTest : public ::testing::Test {
   protected:
     void SetUp() override {
-        folder_ = fs::path(BF_BINARY_DIRECTORY) / "service_test" /
-                  ::testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(folder_);
-        fs::create_directories(folder_ / "page");
+        folder_ = bf::service::test_folder();
+        fs::create_directory(folder_ / "page");
         fs::copy_file(fs::path(BF_SOURCE_DIRECTORY) / "docs" / "start" / "motor.yaml",
                       folder_ / "motor.yaml");
         std::ofstream(folder_ / "page" / "index.html") << "<!doctype html>";

@@ -1,6 +1,7 @@
 #include "bf/service/service.hpp"
 
 #include "bf/base/files.hpp"
+#include "folder.hpp"
 
 #include <condition_variable>
 #include <deque>
@@ -19,10 +20,7 @@ using Json = nlohmann::json;
 class ServiceTest : public ::testing::Test {
   protected:
     void SetUp() override {
-        folder_ = fs::path(BF_BINARY_DIRECTORY) / "service_test" /
-                  ::testing::UnitTest::GetInstance()->current_test_info()->name();
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
+        folder_ = bf::service::test_folder();
         fs::copy_file(fs::path(BF_SOURCE_DIRECTORY) / "docs" / "start" / "motor.yaml", file());
         service = std::make_unique<Service>(
             Service::Options{file(), "1.2.3",
@@ -209,6 +207,8 @@ TEST_F(ServiceTest, ARunOfAnEarlierModelIsSaidToBeOne) {
     checked();
     result("run", {{"action", "step"}});
     EXPECT_EQ(result("run", {{"action", "pause"}})["is_current"], true);
+    EXPECT_EQ(result("hello", {{"protocol", 1}})["run"]["state"], "paused")
+        << "a page that comes later sees it";
     result("edit", {{"operation", {{"do", "set"}, {"path", "load"}, {"name", "after"}, {"value", "0.06"}}}});
     EXPECT_EQ(result("run", {{"action", "pause"}})["is_current"], false);
 }

@@ -220,7 +220,9 @@ void add_text(Symbol& symbol, std::string text) {
     const double needed = symbol.outline == triangle ? std::max(width + 26, width / 0.64) : width + 16;
     symbol.width = std::max(symbol.width, std::ceil(needed / 10) * 10);
     constexpr double line_height = 16;
-    symbol.height = std::max(symbol.height, static_cast<double>(lines.size()) * line_height + 14);
+    // Whole tens put pins on the grid of 5.
+    symbol.height =
+        std::max(symbol.height, std::ceil((static_cast<double>(lines.size()) * line_height + 14) / 10) * 10);
     // A triangle is wide where signals come in.
     const double x = symbol.outline == triangle ? symbol.width * 0.36 : symbol.width / 2;
     const double first = symbol.height / 2 - static_cast<double>(lines.size()) * line_height / 2;

@@ -47,6 +47,7 @@ class Project {
     struct Document;
     Document& open(const std::filesystem::path& file);
     Document& document_of(std::string& path) const;
+    static void require_own(const Document& document);
     void link(Document& document);
     void link_all();
     model::Operation localised(model::Operation operation, Document*& document) const;

@@ -104,6 +104,7 @@ struct Welcome {
     std::string version;            ///< of BlockFactory
     std::vector<std::string> files; ///< models of the opened folder, relative to it
     DocumentState document;
+    RunState run = {}; ///< that another page may have started
 };
 struct Open {
     std::string file; ///< relative to the opened folder

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <gtest/gtest.h>
+
+namespace bf::service {
+
+/// An empty folder of its own for the running test.
+inline std::filesystem::path test_folder() {
+    const auto folder = std::filesystem::path(BF_BINARY_DIRECTORY) / "service_test" /
+                        ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    return folder;
+}
+
+} // namespace bf::service

@@ -134,6 +134,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
     for (const [name, type] of Object.entries(blocks)) {
       await page.keyboard.press("Control+k");
       await page.keyboard.type(type);
+      await page.getByRole("option", { name: new RegExp(`^${type} `), selected: true }).waitFor();
       await page.keyboard.press("Enter");
       await until_there(name);
       for (const [path, setting, value] of settings.filter(([path]) => path === name)) {

@@ -265,7 +265,6 @@ std::string Generator::rate_functions() const {
 }
 
 std::string Generator::main_source(const Calls& calls) {
-    const auto& d = diagram_;
     std::string text =
         class_ + "::" + class_ + "() noexcept = default;\n\nbool " + class_ + "::initialize() noexcept {\n";
     if (!is_dynamic()) text += "    renew(signals);\n    renew(states);\n    renew(outputs);\n";

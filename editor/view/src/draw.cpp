@@ -279,7 +279,6 @@ class Drawer {
             for (Point& point : shape.points) point = {point.x + shift.x, point.y + shift.y};
             item.element.shapes.push_back(std::move(shape));
         }
-        outline_ = symbol.outline;
         item.is_circle = symbol.outline == Symbol::Outline::circle;
         std::string title = block.name + ", " + last_name(block.type);
         for (const auto& setting : block.settings)
@@ -304,8 +303,7 @@ class Drawer {
                          50.0 * static_cast<double>(controls.size())}),
                std::max(50.0, rows * port_gap + 10) + top);
         const double w = item.box.width, h = item.box.height;
-        outline_ = Symbol::Outline::rectangle;
-        item.element.shapes = outline_shapes(outline_, w, h, false);
+        item.element.shapes = outline_shapes(Symbol::Outline::rectangle, w, h, false);
         // A second line inside says that there is more inside.
         item.element.shapes.push_back(
             {Shape::Kind::line, Style::symbol, {{3, 3}, {w - 3, 3}, {w - 3, h - 3}, {3, h - 3}, {3, 3}}});
@@ -351,7 +349,7 @@ class Drawer {
             const double gap = std::min(port_gap, (h - 8) / static_cast<double>(count));
             return middle + (static_cast<double>(i) - (static_cast<double>(count) - 1) / 2) * gap;
         };
-        const bool is_circle = outline_ == Symbol::Outline::circle && inputs.size() == 2;
+        const bool is_circle = item.is_circle && inputs.size() == 2;
         for (std::size_t i = 0; i < inputs.size(); ++i) {
             if (is_circle && i == 1)
                 add_pin(inputs[i], false, {w / 2, h}, Side::bottom);
@@ -366,7 +364,6 @@ class Drawer {
                     Side::top);
         if (item.names_ports)
             for (std::size_t i = 0; i < item.element.ports.size(); ++i) add_port_name(item, i);
-        outline_ = Symbol::Outline::rectangle;
     }
 
     static void add_port_name(Item& item, std::size_t i) {
@@ -601,7 +598,6 @@ class Drawer {
     const Diagram& diagram_;
     const SignalFinder signals_;
     std::unordered_map<std::string, const DiagramNode*> nodes_; ///< by path
-    Symbol::Outline outline_ = Symbol::Outline::rectangle;      ///< of the item that is being added
     std::vector<Item> items_;
     std::unordered_map<std::string, std::size_t> index_; ///< "gain", "input reference", "output tau"
     std::vector<Net> nets_;

@@ -2,26 +2,20 @@
 
 #include "content.hpp"
 
-#include <pinocchio/algorithm/jacobian.hpp>
-#include <pinocchio/algorithm/rnea.hpp>
-
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstring>
 
-// Pinocchio's generalised velocity is v = [Rᵀ pdot; Rᵀ omega; s_dot], ours nu = [pdot; omega; s_dot]. Nothing
-// here converts matrices between the two, because of two symmetries of rigid-body motion in uniform gravity:
-// - Shifting the world does not change the dynamics. Pinocchio therefore runs with the base at the world's
-// origin:
-//   its "world" columns are then columns about the base's origin in world axes, which is what the mixed
-//   representation asks of joints, and the base's own columns need no computation. Results are as exact after
-//   a walk of a kilometre as at the start, and a change of the base's position invalidates nothing.
-// - Nor does an added uniform velocity. The bias terms are evaluated at pdot = 0, where the two accelerations
-// agree:
-//   nu_dot = X v_dot + [omega × pdot; 0; 0] = X v_dot.
+// The generalised velocity is nu = [pdot; omega; s_dot]. All spatial vectors are in world axes about the
+// base's origin, so that nothing is transformed from body to body. Two symmetries of rigid-body motion in
+// uniform gravity allow it:
+// - Shifting the world does not change the dynamics. The base therefore stands at the world's origin: the
+//   columns of joints are what the mixed representation asks of them, and the base's own columns need no
+//   computation. Results are as exact after a walk of a kilometre as at the start, and a change of the base's
+//   position invalidates nothing.
+// - Nor does an added uniform velocity. The bias terms are evaluated at pdot = 0, where the derivative of nu
+//   is the spatial acceleration.
 
 namespace bf::dynamics {
 namespace {
@@ -29,7 +23,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
-using VectorIn = Eigen::Ref<const Eigen::VectorXd>; // Pinocchio's library is compiled for these arguments
 
 /// Matrix of x ↦ a × x.
 Matrix3d skew(const Vector3d& a) {
@@ -53,46 +46,88 @@ template <class Stored, class Given> bool replace(Stored& stored, const Given& g
 void set_base(Data::Content& data, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b) {
     data.p = w_H_b.block<3, 1>(0, 3);
     if (!replace(data.R, w_H_b.topLeftCorner<3, 3>())) return;
-    data.q.segment<4>(3) = Eigen::Quaterniond(data.R).normalized().coeffs();
-    data.has_kinematics = data.has_inertia = data.has_bias = data.has_momentum = false;
+    data.has_kinematics = data.has_inertia = data.has_mass = data.has_bias = data.has_momentum = false;
 }
 
-void set_joints(const Model::Content& model, Data::Content& data, const VectorIn& s) {
+void set_joints(Data::Content& data, const Eigen::Ref<const Eigen::VectorXd>& s) {
     if (!replace(data.s, s)) return;
-    const auto put = [&](const JointIndex& joint, double value) {
-        if (joint.angle) {
-            data.q[joint.q] = std::cos(value);
-            data.q[joint.q + 1] = std::sin(value);
+    data.has_joints = data.has_kinematics = data.has_inertia = data.has_mass = data.has_bias =
+        data.has_momentum = false;
+}
+
+/// Motion per unit of the velocity of the joint that moves a body, of the point at the origin of its pose.
+Motion motion(const Body& body, const Pose& pose) {
+    const Vector3d axis = pose.rotation * body.axis;
+    return body.turns ? Motion{pose.translation.cross(axis), axis} : Motion{axis, Vector3d::Zero()};
+}
+
+/// Position or velocity of the joint that moves a body, of those of the listed joints.
+double of_joint(const Model::Content& model, const Body& body, const Eigen::VectorXd& listed,
+                double offsets) {
+    if (body.joint < listed.size()) return listed[body.joint];
+    const FollowerIndex& follower =
+        model.moving_followers[static_cast<std::size_t>(body.joint - listed.size())];
+    return follower.factor * listed[follower.leader] + offsets * follower.offset;
+}
+
+void update_joints(const Model::Content& model, Data::Content& data) {
+    if (data.has_joints) return;
+    for (std::size_t k = 1; k < model.bodies.size(); ++k) {
+        const Body& body = model.bodies[k];
+        const Pose& parent = data.in_base[body.parent];
+        const double q = of_joint(model, body, data.s, 1.0);
+        Pose& pose = data.in_base[k];
+        pose.translation = parent.translation + parent.rotation * body.origin;
+        if (body.turns) {
+            const Matrix3d turned = body.fixed + std::cos(q) * body.cosine + std::sin(q) * body.sine;
+            pose.rotation.noalias() = parent.rotation * turned;
         } else {
-            data.q[joint.q] = value;
+            pose.rotation.noalias() = parent.rotation * body.fixed;
+            pose.translation += q * (pose.rotation * body.axis);
         }
-    };
-    for (std::size_t i = 0; i < model.joints.size(); ++i) {
-        put(model.joints[i], s[static_cast<Eigen::Index>(i)]);
     }
-    for (const FollowerIndex& follower : model.moving_followers) {
-        put(follower.index, follower.factor * s[follower.leader] + follower.offset);
-    }
-    data.has_kinematics = data.has_inertia = data.has_bias = data.has_momentum = false;
+    data.has_joints = true;
 }
 
 void update_kinematics(const Model::Content& model, Data::Content& data) {
     if (data.has_kinematics) return;
-    pinocchio::computeJointJacobians(model.tree, data.tree, VectorIn(data.q));
+    update_joints(model, data);
+    data.in_world[0].rotation = data.R;
+    for (std::size_t k = 1; k < model.bodies.size(); ++k) {
+        Pose& pose = data.in_world[k];
+        pose.rotation.noalias() = data.R * data.in_base[k].rotation;
+        pose.translation.noalias() = data.R * data.in_base[k].translation;
+        data.columns[k] = motion(model.bodies[k], pose);
+    }
     data.has_kinematics = true;
 }
 
-/// Inertia of one link about the base's origin: c = R c_link + p, I = R I_link Rᵀ + m (cᵀc 1 - c cᵀ).
-RigidInertia in_world(const pinocchio::SE3& placement, const pinocchio::Inertia& link) {
-    const Matrix3d& R = placement.rotation();
-    const Vector3d c = R * link.lever() + placement.translation();
+/// Inertia of one body: c = R com + p, I = R I_com Rᵀ + m (cᵀc 1 - c cᵀ).
+RigidInertia in_world(const Pose& pose, const Body& body) {
+    const Matrix3d& R = pose.rotation;
+    const Vector3d c = R * body.com + pose.translation;
     RigidInertia inertia;
-    inertia.mass = link.mass();
-    inertia.moment = link.mass() * c;
-    inertia.rotational = link.inertia().rotate(R).matrix();
-    inertia.rotational -= link.mass() * Matrix3d(c * c.transpose());
-    inertia.rotational.diagonal().array() += link.mass() * c.squaredNorm();
+    inertia.mass = body.mass;
+    inertia.moment = body.mass * c;
+    const Matrix3d half = R * body.inertia;
+    inertia.rotational.noalias() = half * R.transpose();
+    inertia.rotational -= inertia.moment * c.transpose();
+    inertia.rotational.diagonal().array() += inertia.moment.dot(c);
     return inertia;
+}
+
+void update_inertia(const Model::Content& model, Data::Content& data) {
+    if (data.has_inertia) return;
+    update_kinematics(model, data);
+    for (std::size_t k = 0; k < model.bodies.size(); ++k)
+        data.inertia[k] = in_world(data.in_world[k], model.bodies[k]);
+    data.has_inertia = true;
+}
+
+/// Momentum of a body that moves so.
+Force operator*(const RigidInertia& Y, const Motion& v) {
+    return {Y.mass * v.linear + v.angular.cross(Y.moment),
+            Y.rotational * v.angular + Y.moment.cross(v.linear)};
 }
 
 /// Gᵀ M G for [nu; velocities of the followers] = G nu.
@@ -115,67 +150,88 @@ void fold_inertia(const Model::Content& model, Data::Content& data) {
 /// M by the composite-rigid-body algorithm (Featherstone 2008, table 6.2), its columns about the base's
 /// origin: with the momentum F = Y S of the subtree of joint j, M(base, j) = F and M(i, j) = Sᵢᵀ F for every
 /// joint i that carries j. All other entries are zero since construction.
-void update_inertia(const Model::Content& model, Data::Content& data) {
-    if (data.has_inertia) return;
-    update_kinematics(model, data);
+void update_mass(const Model::Content& model, Data::Content& data) {
+    if (data.has_mass) return;
+    update_inertia(model, data);
     Eigen::MatrixXd& M = model.moving_followers.empty() ? data.M : data.M_wide;
-    const std::size_t count = data.composite.size();
-    for (std::size_t k = 1; k < count; ++k) {
-        data.composite[k] = in_world(data.tree.oMi[k], model.tree.inertias[k]);
-    }
-    for (std::size_t k = count - 1; k > 1; --k) {
-        const RigidInertia& Y = data.composite[k];
-        const Support& own = model.own[k];
-        const Vector3d v = data.tree.J.col(own.column).head<3>();
-        const Vector3d omega = data.tree.J.col(own.column).tail<3>();
-        const Eigen::Index j = 6 + own.joint;
-        Vector6 F;
-        F.head<3>() = Y.mass * v + omega.cross(Y.moment);
-        F.tail<3>() = Y.rotational * omega + Y.moment.cross(v);
-        M.col(j).head<6>() = F;
-        M.row(j).head<6>() = F;
+    const std::size_t count = model.bodies.size();
+    data.composite = data.inertia;
+    for (std::size_t k = count - 1; k > 0; --k) {
+        const Force F = data.composite[k] * data.columns[k];
+        const Eigen::Index j = 6 + model.bodies[k].joint;
+        M.block<3, 1>(0, j) = F.linear;
+        M.block<3, 1>(3, j) = F.angular;
+        M.block<1, 3>(j, 0) = F.linear;
+        M.block<1, 3>(j, 3) = F.angular;
         for (const auto* supports : {&model.supports[k], &model.follower_supports[k]}) {
             for (const Support& support : *supports) {
                 const Eigen::Index i = 6 + support.joint;
-                M(i, j) = M(j, i) = data.tree.J.col(support.column).dot(F);
+                const Motion& S = data.columns[support.body];
+                M(i, j) = M(j, i) = S.linear.dot(F.linear) + S.angular.dot(F.angular);
             }
         }
-        data.composite[model.tree.parents[k]] += Y;
+        data.composite[model.bodies[k].parent] += data.composite[k];
     }
-    const RigidInertia& Y = data.composite[1];
+    const RigidInertia& Y = data.composite[0];
     data.com = Y.moment / Y.mass;
     M.topLeftCorner<3, 3>() = Y.mass * Matrix3d::Identity();
     M.block<3, 3>(3, 0) = skew(Y.moment);
     M.block<3, 3>(0, 3) = -skew(Y.moment);
     M.block<3, 3>(3, 3) = Y.rotational;
     if (!model.moving_followers.empty()) fold_inertia(model, data);
-    data.has_inertia = true;
+    data.has_mass = true;
 }
 
+/// The recursive Newton-Euler algorithm (Featherstone 2008, table 5.1) for nu_dot = 0: a = a_parent + v × S
+/// qdot is the acceleration of a body, f = Y a + v × Y v the force that it needs, and h_j = Sᵀ of the sum of
+/// all that j carries.
 void update_bias(const Model::Content& model, Data::Content& data) {
     if (data.has_bias) return;
-    data.v.segment<3>(3) = data.R.transpose() * data.omega;
-    for (std::size_t i = 0; i < model.joints.size(); ++i) {
-        data.v[model.joints[i].v] = data.s_dot[static_cast<Eigen::Index>(i)];
+    update_inertia(model, data);
+    data.velocity[0].angular = data.omega;
+    data.acceleration[0].linear = -model.gravity;
+    const std::size_t count = model.bodies.size();
+    for (std::size_t k = 0; k < count; ++k) {
+        Motion &v = data.velocity[k], &a = data.acceleration[k];
+        if (k > 0) {
+            const Motion &v_parent = data.velocity[model.bodies[k].parent],
+                         &a_parent = data.acceleration[model.bodies[k].parent], &S = data.columns[k];
+            const double q_dot = of_joint(model, model.bodies[k], data.s_dot, 0.0);
+            const Motion own{q_dot * S.linear, q_dot * S.angular};
+            v = {v_parent.linear + own.linear, v_parent.angular + own.angular};
+            a = {a_parent.linear + v_parent.angular.cross(own.linear) + v_parent.linear.cross(own.angular),
+                 a_parent.angular + v_parent.angular.cross(own.angular)};
+        }
+        const Force needed = data.inertia[k] * a, momentum = data.inertia[k] * v;
+        data.force[k] = {needed.linear + v.angular.cross(momentum.linear),
+                         needed.angular + v.angular.cross(momentum.angular) +
+                             v.linear.cross(momentum.linear)};
     }
-    for (const FollowerIndex& follower : model.moving_followers) {
-        data.v[follower.index.v] = follower.factor * data.s_dot[follower.leader];
+    data.h.setZero();
+    for (std::size_t k = count - 1; k > 0; --k) {
+        const Body& body = model.bodies[k];
+        const Motion& S = data.columns[k];
+        const Force& f = data.force[k];
+        const double tau = S.linear.dot(f.linear) + S.angular.dot(f.angular);
+        if (body.joint < data.s.size()) {
+            data.h[6 + body.joint] += tau;
+        } else {
+            const FollowerIndex& follower =
+                model.moving_followers[static_cast<std::size_t>(body.joint - data.s.size())];
+            data.h[6 + follower.leader] += follower.factor * tau;
+        }
+        Force& below = data.force[body.parent];
+        below.linear += f.linear;
+        below.angular += f.angular;
     }
-    const auto& nle = pinocchio::nonLinearEffects(model.tree, data.tree, VectorIn(data.q), VectorIn(data.v));
-    data.h.head<3>() = data.R * nle.head<3>();
-    data.h.segment<3>(3) = data.R * nle.segment<3>(3);
-    for (std::size_t i = 0; i < model.joints.size(); ++i) {
-        data.h[6 + static_cast<Eigen::Index>(i)] = nle[model.joints[i].v];
-    }
-    for (const FollowerIndex& follower : model.moving_followers) {
-        data.h[6 + follower.leader] += follower.factor * nle[follower.index.v];
-    }
+    data.h.head<3>() = data.force[0].linear;
+    data.h.segment<3>(3) = data.force[0].angular;
     data.has_bias = true;
 }
 
 void update_momentum(const Model::Content& model, Data::Content& data) {
     if (data.has_momentum) return;
-    update_inertia(model, data);
+    update_mass(model, data);
     data.H.noalias() = data.M.topLeftCorner<6, 3>() * data.p_dot;
     data.H.noalias() += data.M.block<6, 3>(0, 3) * data.omega;
     for (Eigen::Index i = 0; i < data.s_dot.size(); ++i) {
@@ -185,55 +241,42 @@ void update_momentum(const Model::Content& model, Data::Content& data) {
     data.has_momentum = true;
 }
 
-/// Origin of a frame relative to the base's origin, world axes.
-Vector3d origin(const Data::Content& data, const Placement& frame) {
-    const pinocchio::SE3& joint = data.tree.oMi[frame.joint];
-    return joint.rotation() * frame.translation + joint.translation();
-}
-
-Matrix3d orientation(const Data::Content& data, const Placement& frame) {
-    return data.tree.oMi[frame.joint].rotation() * frame.rotation;
-}
-
 const Placement& placement(const Model::Content& model, Frame frame) {
     return model.frames[static_cast<std::size_t>(frame.index)];
 }
 
-/// Velocity of the point p of the body that a joint moves, per unit of joint velocity.
-Vector6 point_velocity(const Data::Content& data, const Support& support, const Vector3d& p) {
-    const Vector3d omega = data.tree.J.col(support.column).tail<3>();
-    Vector6 column;
-    column.head<3>() = data.tree.J.col(support.column).head<3>() + omega.cross(p);
-    column.tail<3>() = omega;
-    return column;
+/// Pose of a frame where the bodies are at these poses.
+Pose operator*(const std::vector<Pose>& bodies, const Placement& frame) {
+    const Pose& body = bodies[frame.body];
+    return {body.rotation * frame.rotation, body.rotation * frame.translation + body.translation};
 }
 
-/// Adds what the followers that carry a body contribute to the Jacobian of its point p. `first` is the column
-/// of the first joint.
-void add_followers(const Model::Content& model, const Data::Content& data, std::size_t body,
-                   const Vector3d& p, double sign, Eigen::Index first, Matrix6XOut J) {
+/// Adds sign times what the joints that carry a body contribute to the velocity of its point p, each per unit
+/// of its velocity. Column(k) is the motion that the joint of body k gives to the point at the origin.
+/// `first` is the column of the first joint.
+template <class Column>
+void add_joints(const Model::Content& model, std::size_t body, const Vector3d& p, double sign,
+                Eigen::Index first, const Column& column, Matrix6XOut J) {
+    const auto add = [&](Eigen::Index joint, std::size_t k, double factor) {
+        const Motion& S = column(k);
+        J.col(joint).head<3>() += factor * (S.linear + S.angular.cross(p));
+        J.col(joint).tail<3>() += factor * S.angular;
+    };
+    for (const Support& support : model.supports[body]) add(first + support.joint, support.body, sign);
     for (const Support& support : model.follower_supports[body]) {
         const FollowerIndex& follower =
-            model.moving_followers[static_cast<std::size_t>(support.joint) - model.joints.size()];
-        J.col(first + follower.leader) += sign * follower.factor * point_velocity(data, support, p);
+            model.moving_followers[static_cast<std::size_t>(support.joint) - model.joint_names.size()];
+        add(first + follower.leader, support.body, sign * follower.factor);
     }
 }
 
 } // namespace
 
 Data::Content::Content(const Model::Content& model)
-    : s(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.joints.size()))), s_dot(s), tree(model.tree),
-      q(Eigen::VectorXd::Zero(model.tree.nq)), v(Eigen::VectorXd::Zero(model.tree.nv)),
-      composite(static_cast<std::size_t>(model.tree.njoints)),
-      M(Eigen::MatrixXd::Zero(6 + s.size(), 6 + s.size())), h(6 + s.size()) {
-    q[6] = 1.0; // quaternion x, y, z, w
-    for (const JointIndex& joint : model.joints) {
-        if (joint.angle) q[joint.q] = 1.0;
-    }
-    for (const FollowerIndex& follower : model.moving_followers) {
-        q[follower.index.q] = follower.index.angle ? std::cos(follower.offset) : follower.offset;
-        if (follower.index.angle) q[follower.index.q + 1] = std::sin(follower.offset);
-    }
+    : s(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.joint_names.size()))), s_dot(s),
+      in_base(model.bodies.size()), in_world(in_base), columns(in_base.size()), inertia(in_base.size()),
+      composite(inertia), M(Eigen::MatrixXd::Zero(6 + s.size(), 6 + s.size())), velocity(in_base.size()),
+      acceleration(velocity), force(in_base.size()), h(6 + s.size()) {
     if (!model.moving_followers.empty()) {
         const Eigen::Index wide = M.cols() + static_cast<Eigen::Index>(model.moving_followers.size());
         M_wide.setZero(wide, wide);
@@ -246,58 +289,33 @@ Data::~Data() = default;
 Data::Data(Data&&) noexcept = default;
 Data& Data::operator=(Data&&) noexcept = default;
 
-void set_state(const Model& model, Data& data, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b,
+void set_state(const Model&, Data& data, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b,
                const Eigen::Ref<const Eigen::VectorXd>& s, const Eigen::Ref<const Vector6>& nu_base,
                const Eigen::Ref<const Eigen::VectorXd>& s_dot) noexcept {
     Data::Content& d = data.content();
     set_base(d, w_H_b);
-    set_joints(model.content(), d, s);
+    set_joints(d, s);
     if (replace(d.p_dot, nu_base.head<3>())) d.has_momentum = false;
     if (replace(d.omega, nu_base.tail<3>())) d.has_bias = d.has_momentum = false;
     if (replace(d.s_dot, s_dot)) d.has_bias = d.has_momentum = false;
 }
 
-int state_size(const Model& model) { return 2 * model.joints() + 6 + 12; }
-
-void save_state(const Data& data, double* to) noexcept {
-    const Data::Content& d = data.content();
-    const auto put = [&](const auto& values) {
-        std::copy_n(values.data(), values.size(), to);
-        to += values.size();
-    };
-    put(d.s);
-    put(d.s_dot);
-    put(d.p_dot);
-    put(d.omega);
-    put(d.R);
-    put(d.p);
-}
-
-void restore_state(const Model& model, Data& data, const double* from) noexcept {
-    const Eigen::Index n = model.joints();
-    const Eigen::Map<const Eigen::VectorXd> s(from, n), s_dot(from + n, n);
-    const Eigen::Map<const Vector6> nu_base(from + 2 * n);
-    Eigen::Matrix4d w_H_b = Eigen::Matrix4d::Identity();
-    w_H_b.topRows<3>() = Eigen::Map<const Eigen::Matrix<double, 3, 4>>(from + 2 * n + 6);
-    set_state(model, data, w_H_b, s, nu_base, s_dot);
-}
-
-void set_position(const Model& model, Data& data, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b,
+void set_position(const Model&, Data& data, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b,
                   const Eigen::Ref<const Eigen::VectorXd>& s) noexcept {
     set_base(data.content(), w_H_b);
-    set_joints(model.content(), data.content(), s);
+    set_joints(data.content(), s);
 }
 
-void set_joint_position(const Model& model, Data& data, const Eigen::Ref<const Eigen::VectorXd>& s) noexcept {
-    set_joints(model.content(), data.content(), s);
+void set_joint_position(const Model&, Data& data, const Eigen::Ref<const Eigen::VectorXd>& s) noexcept {
+    set_joints(data.content(), s);
 }
 
 void forward_kinematics(const Model& model, Data& data, Frame frame, Matrix4Out w_H_f) noexcept {
     Data::Content& d = data.content();
     update_kinematics(model.content(), d);
-    const Placement& link = placement(model.content(), frame);
-    w_H_f.topLeftCorner<3, 3>() = orientation(d, link);
-    w_H_f.block<3, 1>(0, 3) = d.p + origin(d, link);
+    const Pose pose = d.in_world * placement(model.content(), frame);
+    w_H_f.topLeftCorner<3, 3>() = pose.rotation;
+    w_H_f.block<3, 1>(0, 3) = d.p + pose.translation;
     w_H_f.row(3) << 0.0, 0.0, 0.0, 1.0;
 }
 
@@ -306,38 +324,31 @@ void jacobian(const Model& model, Data& data, Frame frame, Matrix6XOut J) noexce
     Data::Content& d = data.content();
     update_kinematics(model.content(), d);
     const Placement& link = placement(model.content(), frame);
-    const Vector3d p = origin(d, link);
+    const Vector3d p = (d.in_world * link).translation;
     const Eigen::Index first = model.content().base_velocities;
     J.setZero();
     if (first != 0) {
         J.leftCols<6>().diagonal().setOnes();
         J.block<3, 3>(0, 3) = -skew(p);
     }
-    for (const Support& support : model.content().supports[link.joint]) {
-        J.col(first + support.joint) = point_velocity(d, support, p);
-    }
-    add_followers(model.content(), d, link.joint, p, 1.0, first, J);
+    add_joints(
+        model.content(), link.body, p, 1.0, first,
+        [&](std::size_t k) -> const Motion& { return d.columns[k]; }, J);
 }
 
 void bias_acceleration(const Model& model, Data& data, Frame frame, Vector6Out J_dot_nu) noexcept {
     Data::Content& d = data.content();
-    update_kinematics(model.content(), d);
     update_bias(model.content(), d);
     const Placement& link = placement(model.content(), frame);
-    const Matrix3d& R = d.tree.oMi[link.joint].rotation();
-    const pinocchio::Motion& velocity = d.tree.v[link.joint];
-    const pinocchio::Motion& acceleration =
-        d.tree.a_gf[link.joint]; // of a base that accelerates against gravity
-    const Vector3d& omega = velocity.angular();
-    const Vector3d point_velocity = velocity.linear() + omega.cross(link.translation);
-    J_dot_nu.head<3>() = R * (acceleration.linear() + acceleration.angular().cross(link.translation) +
-                              omega.cross(point_velocity)) +
+    const Vector3d p = (d.in_world * link).translation;
+    const Motion &v = d.velocity[link.body], &a = d.acceleration[link.body];
+    J_dot_nu.head<3>() = a.linear + a.angular.cross(p) + v.angular.cross(v.linear + v.angular.cross(p)) +
                          model.content().gravity;
-    J_dot_nu.tail<3>() = R * acceleration.angular();
+    J_dot_nu.tail<3>() = a.angular;
 }
 
 void center_of_mass(const Model& model, Data& data, Vector3Out com) noexcept {
-    update_inertia(model.content(), data.content());
+    update_mass(model.content(), data.content());
     com = data.content().p + data.content().com;
 }
 
@@ -348,7 +359,7 @@ void center_of_mass_velocity(const Model& model, Data& data, Vector3Out com_dot)
 
 void com_jacobian(const Model& model, Data& data, Matrix3XOut J) noexcept {
     assert(J.cols() == model.velocities());
-    update_inertia(model.content(), data.content());
+    update_mass(model.content(), data.content());
     const double inverse_mass = 1.0 / model.total_mass();
     const auto own = data.content().M.rightCols(J.cols());
     for (Eigen::Index j = 0; j < J.cols(); ++j) J.col(j) = inverse_mass * own.col(j).head<3>();
@@ -361,7 +372,7 @@ void com_bias_acceleration(const Model& model, Data& data, Vector3Out J_dot_nu) 
 }
 
 void mass_matrix(const Model& model, Data& data, MatrixOut M) noexcept {
-    update_inertia(model.content(), data.content());
+    update_mass(model.content(), data.content());
     assert(M.rows() == model.velocities() && M.cols() == model.velocities());
     const auto own = data.content().M.bottomRightCorner(M.rows(), M.cols());
     for (Eigen::Index j = 0; j < M.cols(); ++j) std::copy_n(own.col(j).data(), M.rows(), M.col(j).data());
@@ -374,7 +385,7 @@ void bias_forces(const Model& model, Data& data, VectorOut h) noexcept {
 }
 
 void gravity_forces(const Model& model, Data& data, VectorOut g) noexcept {
-    update_inertia(model.content(), data.content());
+    update_mass(model.content(), data.content());
     assert(g.size() == model.velocities());
     // Gravity acts like an acceleration of the base the other way.
     g.noalias() = data.content().M.bottomRows(g.size()).leftCols<3>() * -model.content().gravity;
@@ -385,7 +396,7 @@ void inverse_dynamics(const Model& model, Data& data, const Eigen::Ref<const Vec
     assert(s_ddot.size() == model.joints());
     bias_forces(model, data, tau);
     if (base_acceleration.isZero(0.0) && s_ddot.isZero(0.0)) return; // without it M is perhaps never needed
-    update_inertia(model.content(), data.content());
+    update_mass(model.content(), data.content());
     const auto M = data.content().M.bottomRows(tau.size());
     tau.noalias() += M.leftCols<6>() * base_acceleration;
     tau.noalias() += M.rightCols(s_ddot.size()) * s_ddot;
@@ -398,7 +409,7 @@ void centroidal_momentum(const Model& model, Data& data, Vector6Out H) noexcept 
 
 void centroidal_momentum_matrix(const Model& model, Data& data, Matrix6XOut A) noexcept {
     assert(A.cols() == model.velocities());
-    update_inertia(model.content(), data.content());
+    update_mass(model.content(), data.content());
     const Data::Content& d = data.content();
     const auto own = d.M.rightCols(A.cols());
     for (Eigen::Index j = 0; j < A.cols(); ++j) {
@@ -411,38 +422,31 @@ void centroidal_momentum_matrix(const Model& model, Data& data, Matrix6XOut A) n
 void relative_transform(const Model& model, Data& data, Frame reference, Frame frame,
                         Matrix4Out reference_H_frame) noexcept {
     Data::Content& d = data.content();
-    update_kinematics(model.content(), d);
-    const Placement& from = placement(model.content(), reference);
-    const Placement& to = placement(model.content(), frame);
-    const Matrix3d R_transpose = orientation(d, from).transpose();
-    reference_H_frame.topLeftCorner<3, 3>() = R_transpose * orientation(d, to);
-    reference_H_frame.block<3, 1>(0, 3) = R_transpose * (origin(d, to) - origin(d, from));
+    update_joints(model.content(), d);
+    const Pose from = d.in_base * placement(model.content(), reference);
+    const Pose to = d.in_base * placement(model.content(), frame);
+    reference_H_frame.topLeftCorner<3, 3>() = from.rotation.transpose() * to.rotation;
+    reference_H_frame.block<3, 1>(0, 3) = from.rotation.transpose() * (to.translation - from.translation);
     reference_H_frame.row(3) << 0.0, 0.0, 0.0, 1.0;
 }
 
 void relative_jacobian(const Model& model, Data& data, Frame reference, Frame frame, Matrix6XOut J) noexcept {
     assert(J.cols() == model.joints());
     Data::Content& d = data.content();
-    update_kinematics(model.content(), d);
-    const Placement& from = placement(model.content(), reference);
-    const Placement& to = placement(model.content(), frame);
-    const Vector3d p = origin(d, to);
-    const Matrix3d R_transpose = orientation(d, from).transpose();
+    update_joints(model.content(), d);
+    const Placement &from = placement(model.content(), reference), &to = placement(model.content(), frame);
+    const Vector3d p = (d.in_base * to).translation;
+    const auto column = [&](std::size_t k) { return motion(model.content().bodies[k], d.in_base[k]); };
     J.setZero();
     // A joint that carries both frames moves neither relative to the other: its two contributions cancel
     // exactly.
-    for (const Support& support : model.content().supports[to.joint]) {
-        J.col(support.joint) += point_velocity(d, support, p);
-    }
-    for (const Support& support : model.content().supports[from.joint]) {
-        J.col(support.joint) -= point_velocity(d, support, p);
-    }
-    add_followers(model.content(), d, to.joint, p, 1.0, 0, J);
-    add_followers(model.content(), d, from.joint, p, -1.0, 0, J);
+    add_joints(model.content(), to.body, p, 1.0, 0, column, J);
+    add_joints(model.content(), from.body, p, -1.0, 0, column, J);
+    const Matrix3d R_transpose = (d.in_base * from).rotation.transpose();
     for (Eigen::Index j = 0; j < J.cols(); ++j) {
-        const Vector6 column = J.col(j);
-        J.col(j).head<3>() = R_transpose * column.head<3>();
-        J.col(j).tail<3>() = R_transpose * column.tail<3>();
+        const Vector6 moved = J.col(j);
+        J.col(j).head<3>() = R_transpose * moved.head<3>();
+        J.col(j).tail<3>() = R_transpose * moved.tail<3>();
     }
 }
 

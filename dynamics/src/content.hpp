@@ -3,7 +3,7 @@
 #include "bf/dynamics/data.hpp"
 #include "bf/dynamics/model.hpp"
 
-#include <pinocchio/multibody.hpp>
+#include <Eigen/Geometry>
 
 #include <map>
 #include <string>
@@ -11,43 +11,65 @@
 
 namespace bf::dynamics {
 
-/// A link relative to the joint that moves it.
-struct Placement {
-    std::size_t joint; ///< Pinocchio's joint number: 1 is the base
-    Eigen::Matrix3d rotation;
-    Eigen::Vector3d translation;
+/// Rotation and origin of something, relative to something else.
+struct Pose {
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 };
 
-/// One listed joint, in Pinocchio's numbers.
-struct JointIndex {
-    int number; ///< of the joint
-    int q;      ///< first entry in the configuration
-    int v;      ///< entry in the velocity
-    bool angle; ///< stored as (cosine, sine): a joint of URDF type `continuous`
+/// A link relative to the body that carries it.
+struct Placement : Pose {
+    std::size_t body;
+};
+
+/// Rigid inertia: about the origin and in the axes that its owner names.
+struct RigidInertia {
+    double mass = 0.0;
+    Eigen::Vector3d moment = Eigen::Vector3d::Zero(); ///< mass times position of the centre of mass
+    Eigen::Matrix3d rotational = Eigen::Matrix3d::Zero();
+
+    void operator+=(const RigidInertia& other) {
+        mass += other.mass;
+        moment += other.moment;
+        rotational += other.rotational;
+    }
+};
+
+/// All links that move as one. Body 0 is the base; every other is moved by a joint and stands behind its
+/// parent.
+struct Body {
+    std::size_t parent = 0;
+    int joint = -1;    ///< in joint_names, or n + number of the follower
+    bool turns = true; ///< about the axis; else it slides along it
+    Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< in the parent, at position 0
+    /// Orientation in the parent: fixed + cos(q) cosine + sin(q) sine.
+    Eigen::Matrix3d fixed = Eigen::Matrix3d::Identity(), cosine = Eigen::Matrix3d::Zero(), sine = cosine;
+    double mass = 0.0;
+    Eigen::Vector3d com = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero(); ///< about com, own axes
 };
 
 /// A joint on the way from the base to a link.
 struct Support {
-    int column; ///< in Pinocchio's Jacobian
-    int joint;  ///< in joint_names, or n + number of the follower
+    std::size_t body; ///< that it moves
+    int joint;        ///< in joint_names, or n + number of the follower
 };
 
 /// A joint whose position is factor * s[leader] + offset.
 struct FollowerIndex {
-    JointIndex index;
     int leader; ///< in joint_names
     double factor;
     double offset;
 };
 
 struct Model::Content {
-    pinocchio::Model tree; ///< the listed joints only
+    std::string name;
+    std::vector<Body> bodies;
     std::vector<std::string> joint_names;
-    std::vector<JointIndex> joints;
     std::vector<Follower> followers;
     std::vector<FollowerIndex> moving_followers; ///< those with a leader
-    // By Pinocchio's joint number, base left out: the joint itself, and it with those that carry it.
-    std::vector<Support> own;
+    // By body: the joints that carry it.
     std::vector<std::vector<Support>> supports, follower_supports;
     int base_velocities = 6; ///< 0 for a fixed base
     double total_mass = 0.0;
@@ -59,17 +81,17 @@ struct Model::Content {
     Eigen::VectorXd position_min, position_max, velocity_max, effort_max;
 };
 
-/// Inertia about the base's origin in world axes.
-struct RigidInertia {
-    double mass = 0.0;
-    Eigen::Vector3d moment = Eigen::Vector3d::Zero(); ///< mass times position of the centre of mass
-    Eigen::Matrix3d rotational = Eigen::Matrix3d::Zero();
+/// A velocity, or what a joint contributes to one: of the point at the base's origin, and angular, world
+/// axes.
+struct Motion {
+    Eigen::Vector3d linear = Eigen::Vector3d::Zero();
+    Eigen::Vector3d angular = Eigen::Vector3d::Zero();
+};
 
-    void operator+=(const RigidInertia& other) {
-        mass += other.mass;
-        moment += other.moment;
-        rotational += other.rotational;
-    }
+/// A force and its moment about the base's origin, or a momentum, world axes.
+struct Force {
+    Eigen::Vector3d linear = Eigen::Vector3d::Zero();
+    Eigen::Vector3d angular = Eigen::Vector3d::Zero();
 };
 
 struct Data::Content {
@@ -84,20 +106,29 @@ struct Data::Content {
     Eigen::VectorXd s_dot;
 
     // Which of the results below belong to the state.
+    bool has_joints = false;
     bool has_kinematics = false;
     bool has_inertia = false;
+    bool has_mass = false;
     bool has_bias = false;
     bool has_momentum = false;
 
-    // The results, all relative to the base's origin, in world axes.
-    pinocchio::Data tree;                ///< kinematics: oMi, J; bias: v, a_gf in joint axes
-    Eigen::VectorXd q, v;                ///< the state as Pinocchio wants it
-    std::vector<RigidInertia> composite; ///< inertia: of the subtree of each joint
-    Eigen::Vector3d com;                 ///< inertia
-    Eigen::MatrixXd M;                   ///< inertia
-    Eigen::MatrixXd M_wide, M_folded;    ///< inertia: M with followers independent, and half way to M
-    Eigen::VectorXd h;                   ///< bias
-    Eigen::Matrix<double, 6, 1> H;       ///< momentum
+    // The results. By body, where nothing else is said; about the base's origin and in world axes but for the
+    // first.
+    std::vector<Pose> in_base;           ///< joints: seen from the base
+    std::vector<Pose> in_world;          ///< kinematics: origins relative to the base's
+    std::vector<Motion> columns;         ///< kinematics: motion per unit of the joint's velocity
+    std::vector<RigidInertia> inertia;   ///< inertia
+    std::vector<RigidInertia> composite; ///< mass: of all that the joint carries
+    Eigen::Vector3d com;                 ///< mass
+    Eigen::MatrixXd M;                   ///< mass
+    Eigen::MatrixXd M_wide, M_folded;    ///< mass: M with followers independent, and half way to M
+    std::vector<Motion> velocity;        ///< bias, for p_dot = 0
+    std::vector<Motion>
+        acceleration; ///< bias, for nu_dot = 0 and p_dot = 0, of a base that accelerates against gravity
+    std::vector<Force> force;      ///< bias: what moves all that the joint carries
+    Eigen::VectorXd h;             ///< bias
+    Eigen::Matrix<double, 6, 1> H; ///< momentum
 };
 
 } // namespace bf::dynamics

@@ -9,6 +9,7 @@
 #include <console_bridge/console.h>
 #include <pinocchio/algorithm/joint-configuration.hpp>
 #include <pinocchio/algorithm/model.hpp>
+#include <pinocchio/multibody.hpp>
 #include <pinocchio/parsers/urdf.hpp>
 #include <urdf_parser/urdf_parser.h>
 
@@ -274,44 +275,72 @@ void read_limits(const urdf::ModelInterface& urdf, Model::Content& content) {
     }
 }
 
-void number_joints(Model::Content& content) {
-    const pinocchio::Model& tree = content.tree;
-    const auto count = static_cast<std::size_t>(tree.njoints);
-    std::vector<int> listed(count, -1);
-    const auto index = [&](const std::string& name, std::size_t position) -> JointIndex {
-        const pinocchio::JointIndex number = tree.getJointId(inner_name(name));
-        listed[number] = static_cast<int>(position);
-        return {static_cast<int>(number), tree.idx_qs[number], tree.idx_vs[number], tree.nqs[number] == 2};
+/// Pinocchio's joint 0 is the world and joint 1 the base, which is our body 0.
+std::size_t body_of(pinocchio::JointIndex joint) { return joint - 1; }
+
+Body describe(const pinocchio::Model& tree, pinocchio::JointIndex i) {
+    Body body;
+    const pinocchio::Inertia& inertia = tree.inertias[i];
+    body.mass = inertia.mass();
+    body.com = inertia.lever();
+    body.inertia = inertia.inertia().matrix();
+    if (i == 1) return body;
+    body.parent = body_of(tree.parents[i]);
+    const pinocchio::SE3& placement = tree.jointPlacements[i];
+    body.origin = placement.translation();
+    pinocchio::JointData joint = tree.joints[i].createData();
+    tree.joints[i].calc(joint, pinocchio::neutral(tree));
+    const Eigen::Matrix<double, 6, 1> S = joint.S().matrix(); // of one degree of freedom, own axes
+    body.turns = S.head<3>().isZero(0.0);
+    body.axis = body.turns ? S.tail<3>() : S.head<3>();
+    body.fixed = placement.rotation();
+    if (body.turns) { // Rodrigues: R(q) = a aᵀ + cos(q) (1 - a aᵀ) + sin(q) [a]×
+        const Eigen::Vector3d& a = body.axis;
+        body.fixed = placement.rotation() * a * a.transpose();
+        body.cosine = placement.rotation() - body.fixed;
+        for (int c = 0; c < 3; ++c)
+            body.sine.col(c) = placement.rotation() * a.cross(Eigen::Vector3d::Unit(c));
+    }
+    return body;
+}
+
+void number_joints(const pinocchio::Model& tree, Model::Content& content) {
+    const auto count = static_cast<pinocchio::JointIndex>(tree.njoints);
+    for (pinocchio::JointIndex i = 1; i < count; ++i) {
+        content.bodies.push_back(describe(tree, i));
+        content.total_mass += tree.inertias[i].mass();
+    }
+    const auto number = [&](const std::string& name, std::size_t position) {
+        content.bodies[body_of(tree.getJointId(inner_name(name)))].joint = static_cast<int>(position);
     };
-    for (const std::string& name : content.joint_names)
-        content.joints.push_back(index(name, content.joints.size()));
+    const std::size_t n = content.joint_names.size();
+    for (std::size_t i = 0; i < n; ++i) number(content.joint_names[i], i);
     for (const Follower& follower : content.followers) {
         if (follower.leader.empty()) continue;
         const auto leader =
             std::find(content.joint_names.begin(), content.joint_names.end(), follower.leader);
+        number(follower.joint, n + content.moving_followers.size());
         content.moving_followers.push_back(
-            {index(follower.joint, content.joints.size() + content.moving_followers.size()),
-             static_cast<int>(leader - content.joint_names.begin()), follower.multiplier, follower.offset});
+            {static_cast<int>(leader - content.joint_names.begin()), follower.multiplier, follower.offset});
     }
-    content.own.resize(count);
-    content.supports.resize(count);
-    content.follower_supports.resize(count);
-    for (std::size_t i = 2; i < count; ++i) {
-        content.supports[i] = content.supports[tree.parents[i]];
-        content.follower_supports[i] = content.follower_supports[tree.parents[i]];
-        content.own[i] = {tree.idx_vs[i], listed[i]};
-        const bool follows = static_cast<std::size_t>(listed[i]) >= content.joints.size();
-        (follows ? content.follower_supports : content.supports)[i].push_back(content.own[i]);
+    content.supports.resize(content.bodies.size());
+    content.follower_supports.resize(content.bodies.size());
+    for (std::size_t k = 1; k < content.bodies.size(); ++k) {
+        const Body& body = content.bodies[k];
+        content.supports[k] = content.supports[body.parent];
+        content.follower_supports[k] = content.follower_supports[body.parent];
+        const bool follows = static_cast<std::size_t>(body.joint) >= n;
+        (follows ? content.follower_supports : content.supports)[k].push_back({k, body.joint});
     }
 }
 
-void number_frames(Model::Content& content) {
-    for (const pinocchio::Frame& frame : content.tree.frames) {
+void number_frames(const pinocchio::Model& tree, Model::Content& content) {
+    for (const pinocchio::Frame& frame : tree.frames) {
         if (frame.type != pinocchio::BODY || frame.name.starts_with(inner_name(""))) continue;
         content.frame_index.emplace(frame.name, static_cast<int>(content.frames.size()));
         content.frame_names.push_back(frame.name);
         content.frames.push_back(
-            {frame.parentJoint, frame.placement.rotation(), frame.placement.translation()});
+            {{frame.placement.rotation(), frame.placement.translation()}, body_of(frame.parentJoint)});
     }
 }
 
@@ -335,21 +364,21 @@ Model Model::load(const fs::path& path, const std::vector<std::string>& joints,
     }
     try {
         if (!base_link.empty()) make_root(*urdf, base_link);
-        content->tree = build(urdf, *content);
+        const pinocchio::Model tree = build(urdf, *content);
+        content->name = tree.name;
+        number_joints(tree, *content);
+        number_frames(tree, *content);
     } catch (const std::exception& error) {
         throw std::runtime_error("'" + path.string() + "' has no rigid-body model: " + error.what());
     }
-    content->tree.gravity.linear() = content->gravity = gravity;
+    content->gravity = gravity;
     content->base_link = urdf->getRoot()->name;
-    for (const pinocchio::Inertia& inertia : content->tree.inertias) content->total_mass += inertia.mass();
-    number_joints(*content);
-    number_frames(*content);
     read_limits(*urdf, *content);
     return Model(std::move(content));
 }
 
 const std::vector<std::string>& Model::joint_names() const { return content_->joint_names; }
-int Model::joints() const { return static_cast<int>(content_->joints.size()); }
+int Model::joints() const { return static_cast<int>(content_->joint_names.size()); }
 const std::vector<Follower>& Model::followers() const { return content_->followers; }
 bool Model::has_floating_base() const { return content_->base_velocities != 0; }
 double Model::total_mass() const { return content_->total_mass; }
@@ -361,7 +390,7 @@ bool Model::has_frame(const std::string& name) const { return content_->frame_in
 Frame Model::frame(const std::string& name) const {
     const auto found = content_->frame_index.find(name);
     if (found == content_->frame_index.end()) {
-        throw std::runtime_error("frame '" + name + "' is not a link of robot '" + content_->tree.name +
+        throw std::runtime_error("frame '" + name + "' is not a link of robot '" + content_->name +
                                  "'; most similar: " + similar(name, content_->frame_names));
     }
     return {found->second};

@@ -85,19 +85,7 @@ class Configuration final : public Block {
         this, "gravity", {.initial = {0, 0, -9.81}, .doc = "gravity in the world frame, m/s2"}};
     Provides<RobotConfiguration> configuration{this, [this] { return load(); }};
 
-    /// A second run begins as the first did.
-    void start(Now at) const override {
-        auto& live = at[configuration];
-        live.restore(initial_state(live.model).data());
-    }
-
   private:
-    static std::vector<double> initial_state(const dynamics::Model& model) {
-        std::vector<double> state(static_cast<std::size_t>(dynamics::state_size(model)));
-        dynamics::save_state(dynamics::Data(model), state.data());
-        return state;
-    }
-
     std::shared_ptr<const RobotConfiguration> load() const {
         if (gravity->size() != 3)
             throw std::runtime_error("argument 'gravity' has " + std::to_string(gravity->size()) +

@@ -49,11 +49,4 @@ void set_position(const Model& model, Data& data, const Eigen::Ref<const Eigen::
 /// Sets the joint positions and keeps all else; for callers that only ask for relative quantities.
 void set_joint_position(const Model& model, Data& data, const Eigen::Ref<const Eigen::VectorXd>& s) noexcept;
 
-/// The state that was set, as numbers: s, s_dot, nu_base and the first three rows of w_H_b. Where callers
-/// leave parts of it as they were, the last digits of results depend on them, so a run that goes on elsewhere
-/// takes it along.
-int state_size(const Model& model);
-void save_state(const Data& data, double* to) noexcept;
-void restore_state(const Model& model, Data& data, const double* from) noexcept;
-
 } // namespace bf::dynamics

@@ -18,12 +18,9 @@ namespace bf::toolbox {
 struct RobotConfiguration {
     static constexpr const char* resource = "robot configuration";
     struct Live {
+        static constexpr bool is_cache = true;
         const dynamics::Model& model;
         dynamics::Data data{model};
-
-        int state_size() const { return dynamics::state_size(model); }
-        void save(double* to) const { dynamics::save_state(data, to); }
-        void restore(const double* from) { dynamics::restore_state(model, data, from); }
     };
     dynamics::Model model;
     std::filesystem::path urdf;

@@ -13,6 +13,9 @@ export interface Command {
 }
 
 const has_choice = (s: Session) => s.selection.size > 0;
+const several = (count: number) => (s: Session) => s.placed.length >= count;
+const has_wires = (s: Session) => s.chosen.some((e) => e.kind === "wire");
+const grow = (x: number, y: number) => (s: Session) => s.grow({ x, y });
 const has_blocks = (s: Session) => s.chosen_blocks.length > 0;
 const only = (s: Session) => (s.chosen.length === 1 ? s.chosen[0]! : null);
 
@@ -36,9 +39,10 @@ const zoom = (factor: number) => (s: Session) =>
 const nudge = (x: number, y: number) => (s: Session) => s.nudge({ x, y });
 
 export const commands: Command[] = [
-  { title: "Search and insert", group: "Edit", keys: ["Ctrl+K"], is_hidden: true, run: (s) => (s.dialog = { kind: "search" }) },
+  { title: "Search and insert", group: "Edit", keys: ["Ctrl+K"], is_hidden: true, 
+    run: (s) => (s.dialog = only(s)?.kind === "wire" ? { kind: "search", into: only(s)! } : { kind: "search" }) },
   { title: "Connect", group: "Edit", keys: ["C"], can: (s) => s.drawing !== null, run: (s) => (s.dialog = { kind: "connect" }) },
-  { title: "Rename", group: "Edit", keys: ["F2"], can: (s) => only(s) !== null && !["wire", "note"].includes(only(s)!.kind),
+  { title: "Rename", group: "Edit", keys: ["F2"], can: (s) => only(s) !== null && only(s)!.kind !== "wire",
     run: (s) => (s.renamed = key_of(only(s)!)) },
   { title: "Remove", group: "Edit", keys: ["Delete", "Backspace"], can: has_choice, run: (s) => s.remove() },
   { title: "Flip", group: "Edit", keys: ["R"], can: has_blocks, run: (s) => s.flip() },
@@ -51,11 +55,23 @@ export const commands: Command[] = [
   { title: "Cut", group: "Edit", keys: ["Ctrl+X"], can: has_blocks, run: (s) => s.cut() },
   { title: "Copy", group: "Edit", keys: ["Ctrl+C"], can: has_blocks, run: (s) => s.copy() },
   { title: "Paste", group: "Edit", keys: ["Ctrl+V"], run: (s) => s.paste() },
+  { title: "Duplicate", group: "Edit", keys: ["Ctrl+D"], can: has_blocks, run: (s) => s.duplicate() },
   { title: "Select all", group: "Edit", keys: ["Ctrl+A"], run: (s) => s.select(s.drawing?.elements.map(key_of) ?? []) },
   { title: "Move left", group: "Edit", keys: ["Shift+ArrowLeft"], is_hidden: true, can: has_choice, run: nudge(-10, 0) },
   { title: "Move right", group: "Edit", keys: ["Shift+ArrowRight"], is_hidden: true, can: has_choice, run: nudge(10, 0) },
   { title: "Move up", group: "Edit", keys: ["Shift+ArrowUp"], is_hidden: true, can: has_choice, run: nudge(0, -10) },
   { title: "Move down", group: "Edit", keys: ["Shift+ArrowDown"], is_hidden: true, can: has_choice, run: nudge(0, 10) },
+  ...([["left edges", "left", "Alt+ArrowLeft"], ["right edges", "right", "Alt+ArrowRight"], ["upper edges", "top", "Alt+ArrowUp"],
+    ["lower edges", "bottom", "Alt+ArrowDown"], ["one above the other", "centre", "Alt+C"], ["side by side", "middle", "Alt+M"]] as const)
+    .map(([what, edge, key]): Command => (
+      { title: `Align ${what}`, group: "Edit", keys: [key], can: several(2), run: (s) => s.align(edge) })),
+  { title: "Distribute horizontally", group: "Edit", keys: ["Alt+H"], can: several(3), run: (s) => s.distribute("x") },
+  { title: "Distribute vertically", group: "Edit", keys: ["Alt+V"], can: several(3), run: (s) => s.distribute("y") },
+  { title: "Narrower", group: "Edit", keys: ["Alt+Shift+ArrowLeft"], is_hidden: true, can: has_blocks, run: grow(-10, 0) },
+  { title: "Wider", group: "Edit", keys: ["Alt+Shift+ArrowRight"], is_hidden: true, can: has_blocks, run: grow(10, 0) },
+  { title: "Lower", group: "Edit", keys: ["Alt+Shift+ArrowUp"], is_hidden: true, can: has_blocks, run: grow(0, -10) },
+  { title: "Taller", group: "Edit", keys: ["Alt+Shift+ArrowDown"], is_hidden: true, can: has_blocks, run: grow(0, 10) },
+  { title: "Let the wire find its way", group: "Edit", keys: ["Alt+W"], can: has_wires, run: (s) => s.straighten() },
 
   { title: "Fit all", group: "Look", keys: ["F"], run: (s) => s.fit() },
   { title: "Enlarge", group: "Look", keys: ["+", "Shift++"], run: zoom(1.25) },

@@ -1,18 +1,20 @@
 import { commands, is_possible } from "./commands.ts";
 import { end_of_new, fits, last_of } from "./operations.ts";
+import type { LibraryBlock } from "./protocol.ts";
 import type { Dialog, End, Session } from "./session.svelte.ts";
 
 /** A line of the search. */
-export interface Entry { key: string; title: string; detail: string; group: string; run(): unknown }
+export interface Entry { key: string; title: string; detail: string; group: string; block?: LibraryBlock; run(): unknown }
 
 function blocks(session: Session, dialog: Extract<Dialog, { kind: "search" | "insert" }>): Entry[] {
-  const from = dialog.kind === "insert" ? dialog.from : undefined;
+  const from = dialog.kind === "insert" ? dialog.from : undefined, into = dialog.kind === "search" ? dialog.into : undefined;
   return session.library
     // Of what has no ports before it has arguments nobody knows whether it fits.
     .filter((block) => !from || end_of_new(block, "", from.port) !== null || block.inputs.length + block.outputs.length === 0)
+    .filter((block) => !into || (block.inputs.length > 0 && block.outputs.length > 0))
     .map((block) => ({
-      key: block.name, title: last_of(block.name.replace("/", ".")), detail: block.doc, group: block.group,
-      run: () => session.add_block(block, dialog.at, from),
+      block, key: block.name, title: last_of(block.name.replace("/", ".")), detail: block.doc, group: block.group,
+      run: () => session.add_block(block, dialog.at, from, into),
     }));
 }
 
@@ -39,7 +41,7 @@ export function entries_for(session: Session, dialog: Dialog): Entry[] {
       return session.files.map((file) => ({ key: file, title: file, detail: "", group: "model", run: () => session.open(file) }));
     case "connect": return connections(session);
     case "insert": return blocks(session, dialog);
-    case "search": return [
+    case "search": return dialog.into ? blocks(session, dialog) : [
       ...blocks(session, dialog),
       { key: "subsystem", title: "Subsystem", detail: "an empty one, to be opened and filled", group: "structure", run: () => session.add_subsystem(dialog.at) },
       { key: "input", title: "Input", detail: "of this subsystem", group: "structure", run: () => session.add_port(false, dialog.at) },

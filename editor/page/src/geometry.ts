@@ -69,7 +69,7 @@ export function text_bounds(shape: Shape): Rectangle {
 }
 
 export const wire_line = (element: Element): Point[] =>
-  element.shapes.find((shape) => shape.kind === "line" && shape.style === "wire")?.points ?? [];
+  element.shapes.find((shape) => shape.kind === "line")?.points ?? []; // also where a mistake colours it
 
 /** What tells elements apart: an input of variants has several wires. */
 export const key_of = (element: Element): string =>
@@ -92,13 +92,21 @@ export function hit(drawing: Drawing, p: Point, tolerance: number): Hit | null {
     if (name && contains(text_bounds(name), p)) return { element, is_name: true };
     if (contains(element.bounds, p)) return { element };
   }
-  least = tolerance;
-  for (const element of drawing.elements) {
-    if (element.kind !== "wire" || !contains(element.bounds, p, tolerance)) continue;
-    const distance = distance_to_line(p, wire_line(element));
-    if (distance < least) [best, least] = [{ element }, distance];
-  }
-  return best;
+  const wire = wire_at(drawing, p, tolerance);
+  return wire && { element: wire };
+}
+
+/** The piece of a line that lies nearest to a point: the index of its first point. */
+export function nearest_piece(p: Point, points: Point[]): number {
+  const distances = points.slice(1).map((q, i) => distance_to_line(p, [points[i]!, q]));
+  return distances.indexOf(Math.min(...distances));
+}
+
+/** The wire that runs through a point, or nearly. */
+export function wire_at(drawing: Drawing, p: Point, tolerance: number): Element | null {
+  const wires = drawing.elements.filter((e) => e.kind === "wire" && contains(e.bounds, p, tolerance));
+  const [best] = wires.map((wire) => ({ wire, distance: distance_to_line(p, wire_line(wire)) })).sort((a, b) => a.distance - b.distance);
+  return best && best.distance < tolerance ? best.wire : null;
 }
 
 /** What a rubber band holds: blocks that it touches, wires that lie in it. */

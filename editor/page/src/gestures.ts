@@ -1,6 +1,7 @@
-import { hit, key_of, panned, rectangle, to_drawing, within, zoomed, type Hit } from "./geometry.ts";
-import { fits, joined, last_of } from "./operations.ts";
-import type { Element, Point, Port, Rectangle } from "./protocol.ts";
+import { centre, hit, key_of, nearest_piece, panned, rectangle, to_drawing, wire_at, within, zoomed, type Hit } from "./geometry.ts";
+import { axis_of, handle_at, handles, type Handle } from "./layout.ts";
+import { fits, joined, last_of, through } from "./operations.ts";
+import type { Drawing, Element, Point, Port, Rectangle } from "./protocol.ts";
 import { grid, type End, type Session } from "./session.svelte.ts";
 
 export interface Press { x: number; y: number; button: number; shift: boolean; is_panning: boolean; is_touch: boolean }
@@ -8,14 +9,22 @@ export interface Press { x: number; y: number; button: number; shift: boolean; i
 type Gesture =
   | { kind: "pan"; last: Point }
   | { kind: "band"; from: Point; before: ReadonlySet<string> }
-  | { kind: "move"; from: Point; delta: Point; is_moving: boolean; pressed: Element; shift: boolean }
+  | { kind: "move"; from: Point; delta: Point; is_moving: boolean; pressed: Element; shift: boolean; before: Drawing; into: Element | null }
+  | { kind: "bend"; from: Point; before: Drawing; wire: Element; piece: number; tried: ReturnType<Session["try_bend"]> }
+  | { kind: "resize"; from: Point; block: Element; handle: Handle; tried: ReturnType<Session["try_size"]> | null }
   | { kind: "pull"; end: End; loose: Element | null; from: Point };
 
 const reach = 6; // pixels around the pointer
+/** How far something goes that starts at `start` and is dragged by `by`. */
+const on = (start: number, by: number, is_free: boolean): number => {
+  const step = is_free ? 1 : grid;
+  return Math.round((start + by) / step) * step - start;
+};
 
 /** What pointers mean on the drawing. Points are on the screen, from the canvas's upper left corner. */
 export class Gestures {
   band: Rectangle | null = null;
+  cursor = ""; // CSS, by what the pointer would do
   pulled: { from: Point; to: Point; fits: Port[] } | null = null;
   private gesture: Gesture | null = null;
 
@@ -36,19 +45,41 @@ export class Gestures {
   down(press: Press): void {
     const s = this.session, found = this.at(press), point = this.point(press);
     s.renamed = null;
+    const grip = this.grip_at(press);
     if (press.button === 1 || press.is_panning || (press.is_touch && !found)) this.gesture = { kind: "pan", last: press };
     else if (press.button !== 0) return;
     else if (found?.port) this.pull(found.element, found.port);
+    else if (grip) this.gesture = { kind: "resize", from: point, ...grip, tried: null };
     else if (found) {
       const key = key_of(found.element);
       if (press.shift) s.toggle(key);
       else if (!s.selection.has(key)) s.select([key]);
       s.begin_drag();
-      this.gesture = { kind: "move", from: point, delta: { x: 0, y: 0 }, is_moving: false, pressed: found.element, shift: press.shift };
+      this.gesture = { kind: "move", from: point, delta: { x: 0, y: 0 }, is_moving: false, pressed: found.element, shift: press.shift,
+        before: s.drawing!, into: null };
     } else {
       if (!press.shift) s.select([]);
       this.gesture = { kind: "band", from: point, before: s.selection };
     }
+  }
+
+  /** A handle of the one chosen block. */
+  grip_at(p: Point): { block: Element; handle: Handle } | null {
+    const { chosen, view } = this.session, block = chosen.length === 1 ? chosen[0]! : null, at = this.point(p);
+    if (!block || (block.kind !== "block" && block.kind !== "subsystem")) return null;
+    const handle = handles.find((h) => {
+      const place = handle_at(block.bounds, h);
+      return Math.hypot(place.x - at.x, place.y - at.y) * view.scale < reach;
+    });
+    return handle ? { block, handle } : null;
+  }
+
+  private cursor_at(p: Point, found: Hit | null): string {
+    if (found?.port) return "crosshair";
+    const grip = this.grip_at(p)?.handle;
+    if (grip) return grip.x === 0 ? "ns-resize" : grip.y === 0 ? "ew-resize" : grip.x === grip.y ? "nwse-resize" : "nesw-resize";
+    if (found?.element.kind !== "wire" || found.element.corners.length < 2) return "";
+    return axis_of(found.element.corners, nearest_piece(this.point(p), found.element.corners)) === "x" ? "ns-resize" : "ew-resize";
   }
 
   /** A wire grows from a port; from an input that has one, its end comes loose. */
@@ -75,6 +106,9 @@ export class Gestures {
     if (!g) {
       const found = this.at(at);
       s.hovered = found ? key_of(found.element) : null;
+      const cursor = this.cursor_at(at, found), is_other = cursor !== this.cursor;
+      this.cursor = cursor;
+      if (is_other) this.repaint();
       return;
     }
     if (g.kind === "pan") {
@@ -88,6 +122,12 @@ export class Gestures {
       this.pulled = { from: g.from, to: point, fits: targets };
       const over = this.at(at);
       s.hovered = over ? key_of(over.element) : null;
+    } else if (g.kind === "bend") {
+      const across = axis_of(g.wire.corners, g.piece) === "x" ? "y" : "x", start = g.wire.corners[g.piece]![across];
+      g.tried = s.try_bend(g.before, g.wire, g.piece, on(start, point[across] - g.from[across], is_free));
+    } else if (g.kind === "resize") {
+      const { block: { bounds }, handle } = g, corner = handle_at(bounds, handle);
+      g.tried = s.try_size(g.block, handle, { x: on(corner.x, point.x - g.from.x, is_free), y: on(corner.y, point.y - g.from.y, is_free) });
     } else {
       this.drag(g, point, is_free);
     }
@@ -98,22 +138,39 @@ export class Gestures {
     return other.element !== g.end.element && (fits(g.end.port, other.port) || (is_own === true && !other.port.is_output));
   }
   private drag(g: Extract<Gesture, { kind: "move" }>, point: Point, is_free: boolean): void {
-    const s = this.session, first = s.drag_start[0];
+    const s = this.session, first = s.dragged[0];
     if (!g.is_moving && Math.hypot(point.x - g.from.x, point.y - g.from.y) * s.view.scale < 4) return;
     g.is_moving = true;
+    if (!first && g.pressed.kind === "wire" && !g.shift) {
+      const piece = nearest_piece(g.from, g.pressed.corners);
+      this.gesture = { kind: "bend", from: g.from, before: g.before, wire: g.pressed, piece, tried: [] };
+    }
     if (!first) return;
-    const step = is_free ? 1 : grid, on = (start: number, by: number) => Math.round((start + by) / step) * step - start;
-    g.delta = { x: on(first.at.x, point.x - g.from.x), y: on(first.at.y, point.y - g.from.y) };
+    g.delta = { x: on(first.bounds.x, point.x - g.from.x, is_free), y: on(first.bounds.y, point.y - g.from.y, is_free) };
+    const middle = centre(first.bounds), over = { x: middle.x + g.delta.x, y: middle.y + g.delta.y };
+    const ports = s.dragged.length === 1 ? through(first) : null;
+    g.into = ports && this.wire_under(g.before, over);
+    if (g.into && ports) { // its input comes to lie on the wire
+      const piece = nearest_piece(over, g.into.corners);
+      if (axis_of(g.into.corners, piece) === "x") g.delta.y = g.into.corners[piece]!.y - ports.input.at.y;
+    }
+    s.hovered = key_of(g.into ?? g.pressed);
     void s.redraw(s.moves(g.delta));
   }
+  /** Where something that is let go at a point goes into a wire. */
+  wire_under(drawing: Drawing | null, p: Point): Element | null { return drawing && wire_at(drawing, p, 12); }
 
   async up(at: Point): Promise<void> {
     const s = this.session, g = this.gesture, found = this.at(at), point = this.point(at);
     this.gesture = this.band = this.pulled = null;
     this.repaint();
     if (g?.kind === "move") {
-      if (g.is_moving) await s.drop(g.delta);
-      else this.click(g);
+      if (g.is_moving && s.dragged.length > 0) await s.drop(g.delta, g.into);
+      else if (!g.is_moving) this.click(g);
+    } else if (g?.kind === "bend") {
+      await s.bend(g.tried);
+    } else if (g?.kind === "resize") {
+      if (g.tried) await s.resize(g.tried);
     } else if (g?.kind === "pull") {
       await this.end_pull(g, found, point);
     }
@@ -140,7 +197,7 @@ export class Gestures {
   }
   cancel(): boolean {
     const was = this.gesture !== null;
-    if (this.gesture?.kind === "move") void this.session.redraw([]);
+    if (this.gesture) this.session.let_go();
     this.gesture = this.band = this.pulled = null;
     this.repaint();
     return was;
@@ -149,7 +206,9 @@ export class Gestures {
   twice(at: Point): void {
     const s = this.session, found = this.at(at);
     if (!found) s.dialog = { kind: "search", at: this.point(at) };
-    else if (found.element.kind === "wire" || found.element.kind === "note" || found.port) return;
+    else if (found.element.kind === "wire") s.dialog = { kind: "search", at: this.point(at), into: found.element };
+    else if (found.element.kind === "note") s.renamed = key_of(found.element);
+    else if (found.port) return;
     else if (found.is_name || found.element.kind !== "subsystem") s.renamed = found.is_name ? key_of(found.element) : null;
     else void s.enter(found.element.path);
   }

@@ -14,7 +14,9 @@ export type Operation =
   | { do: "set_variable"; system: string; name: string; variable?: Variable | null }
   | { do: "rename_variable"; system: string; name: string; to: string }
   | { do: "move"; path: string; to: Point }
+  | { do: "resize"; path: string; size?: Point | null }
   | { do: "flip"; path: string }
+  | { do: "bend"; path: string; points?: Point[] }
   | { do: "annotate"; name: string; note?: { name: string; text: string; system: string; at: Point } | null }
   | { do: "group"; system: string; blocks: string[]; name: string }
   | { do: "dissolve"; path: string }
@@ -66,6 +68,22 @@ export function end_of_new(block: LibraryBlock, name: string, port: Port): strin
   const ends = port.is_output ? block.inputs : block.outputs;
   if (!ends[0]) return null;
   return ends.length === 1 ? name : `${name}.${ends[0].name}`;
+}
+
+/** The ports by which a block goes into a wire: its first input and output that are free; null: it has none. */
+export function through(element: Element): { input: Port; output: Port } | null {
+  const free = element.ports.filter((port) => !port.is_wired);
+  const input = free.find((port) => !port.is_output), output = free.find((port) => port.is_output);
+  return input && output ? { input, output } : null;
+}
+
+/** Puts something into a wire that begins and ends at `ends`. */
+export function splice(system: string, wire: Element, ends: { input: string; output: string }): Operation[] {
+  return [
+    { do: "disconnect", system, from: wire.from, to: wire.to },
+    { do: "connect", system, from: wire.from, to: ends.input },
+    { do: "connect", system, from: ends.output, to: wire.to },
+  ];
 }
 
 /** Removes what is chosen; wires go with their blocks by themselves. */

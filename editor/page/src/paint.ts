@@ -1,4 +1,5 @@
 import { centre, key_of, meets, middle_of, to_screen, wire_line, type Size, type View } from "./geometry.ts";
+import { handle_at, handles } from "./layout.ts";
 import type { Drawing, Element, Point, Port, Rectangle, Shape } from "./protocol.ts";
 import { font, text_colour, type Colours } from "./theme.ts";
 
@@ -113,6 +114,22 @@ function draw_port({ context, view, look }: Brush, port: Port, is_target: boolea
   context.stroke();
 }
 
+/** What a person takes to resize a block or to bend a wire. */
+function draw_handles({ context, view, look }: Brush, element: Element): void {
+  const points = element.kind === "wire" ? element.corners.slice(1).map((p, i) => middle_of([element.corners[i]!, p]))
+    : element.kind === "block" || element.kind === "subsystem" ? handles.map((handle) => handle_at(element.bounds, handle)) : [];
+  context.fillStyle = look.colours.canvas;
+  context.strokeStyle = look.colours.accent;
+  context.lineWidth = 1;
+  for (const point of points) {
+    const { x, y } = to_screen(view, point);
+    context.beginPath();
+    context.rect(Math.round(x) - 2.5, Math.round(y) - 2.5, 5, 5);
+    context.fill();
+    context.stroke();
+  }
+}
+
 function draw_value({ context, view, look }: Brush, wire: Element, text: string): void {
   const at = to_screen(view, middle_of(wire_line(wire)));
   context.font = `600 11px ${font}`;
@@ -161,6 +178,8 @@ export function paint(context: CanvasRenderingContext2D, drawing: Drawing | null
     if (element.kind !== "wire" && key_of(element) === look.hovered && !look.pulled)
       for (const port of element.ports) draw_port(brush, port, false);
   }
+  if (look.selection.size === 1)
+    for (const element of visible) if (look.selection.has(key_of(element))) draw_handles(brush, element);
   if (look.pulled) {
     for (const port of look.pulled.fits) draw_port(brush, port, true);
     context.beginPath();

@@ -3,6 +3,11 @@
 
 export const protocol = 1;
 
+export interface Bent {
+  path: string;
+  points: Point[];
+}
+
 export interface Copy {
   system: string;
   names: string[];
@@ -31,6 +36,8 @@ export interface Draw {
   system: string;
   show: ("sizes" | "types" | "rates" | "units")[];
   moved: Moved[];
+  moved_notes: Moved[];
+  bent: Bent[];
 }
 
 export interface Drawing {
@@ -49,6 +56,7 @@ export interface Element {
   path: string;
   from: string;
   to: string;
+  corners: Point[];
   bounds: Rectangle;
   shapes: Shape[];
   ports: Port[];
@@ -103,6 +111,7 @@ export interface Mark {
 export interface Moved {
   path: string;
   to: Point;
+  size: Point | null;
 }
 
 export interface Open {

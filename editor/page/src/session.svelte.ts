@@ -1,10 +1,11 @@
 import { Client, Refusal } from "./client.ts";
-import { fitted, key_of, meets, type Size, type View } from "./geometry.ts";
+import { fitted, key_of, meets, middle_of, nearest_piece, wire_line, type Size, type View } from "./geometry.ts";
+import { aligned, axis_of, bends, bent, distributed, movable, resized, type Axis, type Edge, type Handle, type Placing } from "./layout.ts";
 import {
-  connection, end_of_new, fresh_name, joined, last_of, name_for, parent_of, removal, type Operation,
+  connection, end_of, end_of_new, fresh_name, joined, last_of, name_for, parent_of, removal, splice, through, type Operation,
 } from "./operations.ts";
 import {
-  protocol, type DocumentState, type Drawing, type Element, type LibraryBlock, type Method, type Methods, type Notifications,
+  protocol, type DocumentState, type Draw, type Drawing, type Element, type LibraryBlock, type Method, type Methods, type Notifications,
   type Point, type Port, type RunState, type SignalInfo,
 } from "./protocol.ts";
 import { Samples } from "./samples.ts";
@@ -13,12 +14,15 @@ import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
 export type Show = "sizes" | "types" | "rates" | "units";
 export interface End { element: Element; port: Port }
 export type Dialog =
-  | { kind: "search"; at?: Point }                // all that one can insert or do
+  | { kind: "search"; at?: Point; into?: Element } // all that one can insert or do; what goes into a wire
   | { kind: "insert"; at: Point; from?: End }     // with a wire from there
   | { kind: "connect" }
   | { kind: "open" }
   | { kind: "help" };
 type Part = "run" | "model";
+/** As if the document said so, while something is dragged. */
+type Tried = Omit<Draw, "system" | "show">;
+const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
 const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "" };
 /** New blocks and those that are dragged stand on multiples of this. */
@@ -48,7 +52,8 @@ export class Session {
   theme = $state<Choice>(chosen());
   colours = $state.raw<Colours>(colours());
   dialog = $state.raw<Dialog | null>(null);
-  renamed = $state<string | null>(null); // key of the element whose name is being edited
+  renamed = $state<string | null>(null); // key of the element whose name, or of the note whose text is being edited
+  carried = $state.raw<LibraryBlock | null>(null); // out of the search, to where the pointer lets it go
   message = $state.raw<{ text: string; part: Part } | null>(null);
 
   /** Sources of wires, "controller.error", whose values stand on the drawing; those that are plotted. */
@@ -62,7 +67,7 @@ export class Session {
   private readonly by_parent = $derived(Map.groupBy(this.signals, (signal) => parent_of(signal.path)));
   private readonly client: Client;
   private views = new Map<string, View>();
-  private moved: { path: string; to: Point }[] = [];
+  private tried = nothing_tried;
   private drawing_under_way: Promise<void> | null = null;
   private is_stale = false;
   private clipboard = "";
@@ -130,8 +135,8 @@ export class Session {
   }
 
   /** One request at a time; resolves when what is shown is as new as the call. */
-  redraw(moved = this.moved): Promise<void> {
-    this.moved = moved;
+  redraw(tried = this.tried): Promise<void> {
+    this.tried = tried;
     this.is_stale = true;
     this.drawing_under_way ??= this.draw_while_stale().finally(() => (this.drawing_under_way = null));
     return this.drawing_under_way;
@@ -141,7 +146,7 @@ export class Session {
       this.is_stale = false;
       const system = this.system;
       try {
-        const drawing = await this.client.call("draw", { system, show: [...this.show], moved: this.moved });
+        const drawing = await this.client.call("draw", { system, show: [...this.show], ...this.tried });
         if (system === this.system) this.take_drawing(drawing);
       } catch (error) {
         if (!(error instanceof Refusal)) throw error;
@@ -168,7 +173,7 @@ export class Session {
       this.document = state;
       this.message = null;
     }
-    await this.redraw([]);
+    await this.redraw(nothing_tried);
     return state !== null;
   }
   async undo(): Promise<void> { if (this.document?.can_undo) await this.settle(await this.ask("undo", {})); }
@@ -188,7 +193,7 @@ export class Session {
   private look_at(system: string): void {
     if (this.drawing) this.views.set(this.drawing.system, this.view);
     this.system = system;
-    this.moved = [];
+    this.tried = nothing_tried;
     this.select([]);
     this.focus = this.hovered = this.renamed = null;
   }
@@ -254,8 +259,20 @@ export class Session {
   private async insert(operations: Operation[], name: string): Promise<void> {
     if (await this.edit({ do: "batch", operations })) this.select([joined(this.system, name)]);
   }
-  async add_block(block: LibraryBlock, at?: Point, from?: End): Promise<void> {
+  /** Where a block of the usual size, with ports halfway up, stands in a wire. */
+  private place_in(wire: Element, p: Point): Point {
+    const k = nearest_piece(p, wire.corners), on = on_grid({ x: p.x - 25, y: p.y - 25 });
+    return axis_of(wire.corners, k) === "x" ? { x: on.x, y: wire.corners[k]!.y - 25 } : on;
+  }
+  async add_block(block: LibraryBlock, at?: Point, from?: End, into?: Element): Promise<void> {
     const name = fresh_name(this.drawing!, name_for(block.name)), system = this.system;
+    const input = block.inputs[0], output = block.outputs[0];
+    if (into && input && output) {
+      const end = (port: { name: string }, of: object[]) => (of.length === 1 ? name : `${name}.${port.name}`);
+      const place = this.place_in(into, at ?? middle_of(wire_line(into)));
+      return this.insert([{ do: "add", system, block: { name, type: block.name }, at: place },
+        ...splice(system, into, { input: end(input, block.inputs), output: end(output, block.outputs) })], name);
+    }
     const operations: Operation[] = [{ do: "add", system, block: { name, type: block.name }, at: this.spot(at) }];
     const end = from ? end_of_new(block, name, from.port) : null;
     if (from && end !== null) {
@@ -274,8 +291,15 @@ export class Session {
     await this.insert([{ do: "add_port", system: this.system, port: { name }, is_output }, { do: "move", path, to: this.spot(at) }], name);
   }
   async add_note(at?: Point): Promise<void> {
-    const name = fresh_name(this.drawing!, "note");
-    await this.edit({ do: "annotate", name, note: { name, text: "note", system: this.system, at: this.spot(at) } });
+    const name = fresh_name(this.drawing!, "note"), text = "note";
+    if (!(await this.edit({ do: "annotate", name, note: { name, text, system: this.system, at: this.spot(at) } }))) return;
+    this.select([`note ${name}`]);
+    this.renamed = `note ${name}`;
+  }
+  text_of(note: Element): string { return note.title.slice("note: ".length); }
+  private note(note: Element, change: { text?: string; at?: Point }): Operation {
+    const { path, bounds } = note;
+    return { do: "annotate", name: path, note: { name: path, text: this.text_of(note), system: this.system, at: { x: bounds.x, y: bounds.y }, ...change } };
   }
   connect(a: End, b: End): Promise<boolean> { return this.edit(connection(this.system, a, b)); }
   reconnect(off: Operation, a: End, b: End): Promise<boolean> {
@@ -285,6 +309,11 @@ export class Session {
   async rename(key: string, name: string): Promise<void> {
     const element = this.find(key);
     this.renamed = null;
+    if (element?.kind === "note") {
+      if (!name) await this.edit({ do: "annotate", name: element.path });
+      else if (name !== this.text_of(element)) await this.edit(this.note(element, { text: name }));
+      return;
+    }
     if (!element || !name || name === last_of(element.path)) return;
     if (await this.edit({ do: "rename", path: element.path, name })) this.select([joined(this.system, name)]);
   }
@@ -302,21 +331,68 @@ export class Session {
     return this.edit({ do: "batch", operations });
   }
   /** As if the chosen elements stood elsewhere, until `drop`. */
-  moves(delta: Point): { path: string; to: Point }[] {
-    return this.drag_start.map(({ path, at }) => ({ path, to: { x: at.x + delta.x, y: at.y + delta.y } }));
+  moves(delta: Point): Tried {
+    const to = ({ bounds }: Element) => ({ x: bounds.x + delta.x, y: bounds.y + delta.y });
+    const moved = (is_note: boolean) =>
+      this.dragged.filter((e) => (e.kind === "note") === is_note).map((e) => ({ path: e.path, to: to(e), size: null }));
+    return { ...nothing_tried, moved: moved(false), moved_notes: moved(true) };
   }
-  drag_start: { path: string; at: Point }[] = [];
-  begin_drag(): void {
-    this.drag_start = this.chosen.filter((e) => e.kind !== "wire" && e.kind !== "note")
-      .map((e) => ({ path: e.path, at: { x: e.bounds.x, y: e.bounds.y } }));
+  dragged: Element[] = []; // as they were when it began
+  begin_drag(): void { this.dragged = this.chosen.filter((e) => e.kind !== "wire"); }
+  /** `into`: a wire that the one dragged block comes to lie on. */
+  drop(delta: Point, into: Element | null = null): Promise<boolean> {
+    const { moved, moved_notes } = this.moves(delta), block = this.dragged[0]!, ports = into && through(block);
+    return this.edit({ do: "batch", operations: [
+      ...moved.map(({ path, to }): Operation => ({ do: "move", path, to })),
+      ...moved_notes.map(({ path, to }) => this.note(this.dragged.find((e) => e.kind === "note" && e.path === path)!, { at: to })),
+      ...(into && ports ? splice(this.system, into, { input: end_of(block, ports.input), output: end_of(block, ports.output) }) : []),
+    ] });
   }
-  drop(delta: Point): Promise<boolean> {
-    return this.edit({ do: "batch", operations: this.moves(delta).map(({ path, to }) => ({ do: "move", path, to })) });
-  }
+  /** Wires alone have nothing to move but their longest piece across that direction. */
   async nudge(delta: Point): Promise<void> {
+    const wires = this.chosen.filter((e) => e.kind === "wire");
     this.begin_drag();
-    await this.drop(delta);
+    if (this.dragged.length > 0) await this.drop(delta);
+    else await this.bend(wires.flatMap((wire) => {
+      const piece = movable(wire.corners, delta.x !== 0 ? "x" : "y");
+      return piece === null ? [] : [{ path: wire.path, points: bent(wire.corners, piece, delta.x || delta.y).slice(1, -1) }];
+    }));
   }
+  private place(placings: Placing[]): Promise<boolean> {
+    return this.edit({ do: "batch", operations: placings.map(({ path, to }) => ({ do: "move", path, to })) });
+  }
+  get placed(): Element[] { return this.chosen.filter((e) => e.kind !== "wire" && e.kind !== "note"); }
+  align(edge: Edge): Promise<boolean> { return this.place(aligned(this.placed, edge)); }
+  distribute(axis: Axis): Promise<boolean> { return this.place(distributed(this.placed, axis)); }
+
+  bend(all: { path: string; points: Point[] }[]): Promise<boolean> {
+    return this.edit({ do: "batch", operations: all.map((one) => ({ do: "bend", ...one })) });
+  }
+  /** As if the piece of the wire from corner `k` on ran elsewhere. */
+  try_bend(before: Drawing, wire: Element, k: number, by: number): Tried["bent"] {
+    const tried = bends(before.elements, wire, k, by);
+    void this.redraw({ ...nothing_tried, bent: tried });
+    return tried;
+  }
+  straighten(): Promise<boolean> {
+    return this.bend(this.chosen.filter((e) => e.kind === "wire").map(({ path }) => ({ path, points: [] })));
+  }
+  try_size(block: Element, handle: Handle, by: Point): Tried["moved"][number] {
+    const { x, y, width, height } = resized(block.bounds, handle, by);
+    const tried = { path: block.path, to: { x, y }, size: { x: width, y: height } };
+    void this.redraw({ ...nothing_tried, moved: [tried] });
+    return tried;
+  }
+  resize({ path, to, size }: Tried["moved"][number]): Promise<boolean> {
+    return this.edit({ do: "batch", operations: [{ do: "move", path, to }, { do: "resize", path, size }] });
+  }
+  grow(by: Point): Promise<boolean> {
+    return this.edit({ do: "batch", operations: this.chosen_blocks.map(({ path, bounds }) => {
+      const { width, height } = resized(bounds, { x: 1, y: 1 }, by);
+      return { do: "resize", path, size: { x: width, y: height } };
+    }) });
+  }
+  let_go(): void { void this.redraw(nothing_tried); }
 
   async copy(): Promise<boolean> {
     const names = this.chosen_blocks.map((e) => last_of(e.path));
@@ -328,11 +404,17 @@ export class Session {
     return true;
   }
   async cut(): Promise<void> { if (await this.copy()) await this.remove(); }
-  async paste(text = this.clipboard): Promise<void> {
+  async paste(text = this.clipboard, at = this.spot()): Promise<void> {
     if (!text) return;
     const before = new Set(this.drawing?.elements.map(key_of));
-    if (await this.settle(await this.ask("paste", { system: this.system, text, at: this.spot() })))
+    if (await this.settle(await this.ask("paste", { system: this.system, text, at })))
       this.select(this.drawing!.elements.filter((e) => e.kind !== "wire" && !before.has(key_of(e))).map(key_of));
+  }
+  async duplicate(): Promise<void> {
+    const blocks = this.chosen_blocks;
+    const copied = await this.ask("copy", { system: this.system, names: blocks.map((e) => last_of(e.path)) });
+    const [left, top] = [Math.min(...blocks.map((e) => e.bounds.x)), Math.min(...blocks.map((e) => e.bounds.y))];
+    if (copied) await this.paste(copied.text, { x: left + 4 * grid, y: top + 4 * grid });
   }
 
   // ---- the run ----

@@ -21,7 +21,7 @@ export function box(path: string, x: number, y: number, inputs: string[], output
     at: { x: is_output ? x + width : x, y: y + ((i + 0.5) * height) / names.length },
   }));
   return {
-    kind, path, from: "", to: "", bounds: { x, y, width, height },
+    kind, path, from: "", to: "", corners: [], bounds: { x, y, width, height },
     shapes: [shape("polygon", "body", corners), text("value", x + (symbol === "K" ? 22 : 30), y + height / 2 + 4, symbol),
       text("name", x + 30, y + height + 15, path.slice(path.lastIndexOf(".") + 1), 11)],
     ports: [...ports(inputs, false), ...ports(outputs, true)], title: `${path}, ${symbol}`, description: "", marks: [], rate: null,
@@ -36,10 +36,10 @@ const source = (elements: Element[], end: string, is_output: boolean): Port => {
 export function wire(elements: Element[], from: string, to: string): Element {
   const a = source(elements, from, true), b = source(elements, to, false);
   a.is_wired = b.is_wired = true;
-  const middle = (a.at.x + b.at.x) / 2, line: [number, number][] = [[a.at.x, a.at.y], [middle, a.at.y], [middle, b.at.y], [b.at.x - 6, b.at.y]];
+  const middle = (a.at.x + b.at.x) / 2, line: [number, number][] = [[a.at.x, a.at.y], [middle, a.at.y], [middle, b.at.y], [b.at.x, b.at.y]];
   const xs = line.map(([x]) => x), ys = line.map(([, y]) => y);
   return {
-    kind: "wire", path: to.includes(".") ? to : `${to}.${b.name}`, from, to,
+    kind: "wire", path: to.includes(".") ? to : `${to}.${b.name}`, from, to, corners: line.map(([x, y]) => ({ x, y })),
     bounds: { x: Math.min(...xs), y: Math.min(...ys), width: Math.max(...xs) - Math.min(...xs) + 6, height: Math.max(...ys) - Math.min(...ys) },
     shapes: [shape("line", "wire", line), shape("polygon", "wire", [[b.at.x, b.at.y], [b.at.x - 8, b.at.y - 4], [b.at.x - 8, b.at.y + 4]])],
     ports: [], title: `from ${from} to ${to}`, description: "", marks: [], rate: 0,
@@ -61,6 +61,7 @@ export class Model {
     { name: "scope", x: 540, y: 60, inputs: ["u"], outputs: [], symbol: "∿" },
   ];
   wires: [string, string][] = [["reference", "error.u1"], ["error", "gain"], ["gain", "motor"], ["motor", "error.u2"]];
+  notes: { name: string; text: string; at: { x: number; y: number } }[] = [];
   revision = 1;
   operations: object[] = [];
 
@@ -80,7 +81,10 @@ export class Model {
     });
     for (const mistake of this.state().diagnostics)
       solid.find((e) => e.path === mistake.path)?.marks.push({ message: mistake.message, remedy: mistake.remedy });
-    return { system, bounds, elements: [...this.wires.map(([from, to]) => wire(solid, from, to)), ...solid], rates: ["continuous"] };
+    const notes = this.notes.map(({ name, text: words, at }): Element => ({
+      kind: "note", path: name, from: "", to: "", corners: [], bounds: { ...at, width: 80, height: 16 }, ports: [], title: `note: ${words}`,
+      shapes: [text("note", at.x + 40, at.y + 12, words)], description: "", marks: [], rate: null }));
+    return { system, bounds, elements: [...this.wires.map(([from, to]) => wire(solid, from, to)), ...solid, ...notes], rates: ["continuous"] };
   }
   edit(operation: any): void {
     ++this.revision;
@@ -88,7 +92,9 @@ export class Model {
     const block = this.blocks.find((b) => b.name === operation.path);
     if (operation.do === "batch") operation.operations.forEach((o: object) => this.edit(o));
     else if (operation.do === "move" && block) Object.assign(block, operation.to);
-    else if (operation.do === "rename" && block) block.name = operation.name;
+    else if (operation.do === "annotate") {
+      this.notes = this.notes.filter((note) => note.name !== operation.name).concat(operation.note ?? []);
+    } else if (operation.do === "rename" && block) block.name = operation.name;
     else if (operation.do === "connect") this.wires.push([operation.from, operation.to]);
     else if (operation.do === "disconnect") this.wires = this.wires.filter(([, to]) => to !== operation.to);
     else if (operation.do === "remove") {

@@ -31,9 +31,9 @@ BF_FIELDS(editor::Port, has("name", &T::name), has("is_output", &T::is_output), 
           has("at", &T::at), has("about", &T::about))
 BF_FIELDS(editor::Mark, has("message", &T::message), has("remedy", &T::remedy))
 BF_FIELDS(editor::Element, one_of("kind", &T::kind, words::element), has("path", &T::path),
-          has("from", &T::from), has("to", &T::to), has("bounds", &T::bounds), has("shapes", &T::shapes),
-          has("ports", &T::ports), has("title", &T::title), has("description", &T::description),
-          has("marks", &T::marks), has("rate", &T::rate))
+          has("from", &T::from), has("to", &T::to), has("corners", &T::corners), has("bounds", &T::bounds),
+          has("shapes", &T::shapes), has("ports", &T::ports), has("title", &T::title),
+          has("description", &T::description), has("marks", &T::marks), has("rate", &T::rate))
 BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds),
           has("elements", &T::elements), has("rates", &T::rates))
 
@@ -65,9 +65,10 @@ BF_FIELDS(service::Welcome, has("version", &T::version), has("files", &T::files)
           has("document", &T::document), has("run", &T::run))
 BF_FIELDS(service::Open, has("file", &T::file))
 BF_FIELDS(service::LibraryList, has("blocks", &T::blocks))
-BF_FIELDS(service::Moved, has("path", &T::path), has("to", &T::to))
+BF_FIELDS(service::Moved, has("path", &T::path), has("to", &T::to), has("size", &T::size))
+BF_FIELDS(service::Bent, has("path", &T::path), has("points", &T::points))
 BF_FIELDS(service::Draw, has("system", &T::system), one_of("show", &T::show, words::show),
-          has("moved", &T::moved))
+          has("moved", &T::moved), has("moved_notes", &T::moved_notes), has("bent", &T::bent))
 BF_FIELDS(service::Inspect, has("path", &T::path))
 BF_FIELDS(service::Edit, has("operation", &T::operation))
 BF_FIELDS(service::InSystem, has("system", &T::system))

@@ -263,21 +263,39 @@ struct Service::State {
             show.rates |= what == Show::rates;
             show.units |= what == Show::units;
         }
-        for (const auto& [path, to] : asked.moved) show.moved[path] = to;
+        for (const auto& [path, to, size] : asked.moved) show.moved[path] = {to, size};
+        for (const auto& note : asked.moved_notes) show.moved_notes[note.path] = note.to;
+        for (const auto& [path, points] : asked.bent) show.bent[path] = points;
         return editor::draw(project->model(), asked.system, diagram(), diagnostics(), show);
     }
 
+    bool leads_to(const std::string& system, const std::string& path) const {
+        const model::Model& m = project->model();
+        const model::Block* block = system.empty() ? nullptr : model::find(m, system);
+        const model::System* content = system.empty() ? &m.root : block ? block->content() : nullptr;
+        if (!content) return false;
+        const std::string end = system.empty() ? path : path.substr(system.size() + 1);
+        return std::ranges::any_of(content->connections, [&](const model::Connection& connection) {
+            return std::ranges::find(connection.to, end, &model::Endpoint::text) != connection.to.end();
+        });
+    }
+
     /// The subsystems in which an operation gives something a place.
-    static void note_placing(const model::Operation& operation, std::set<std::string>& systems) {
+    void note_placing(const model::Operation& operation, std::set<std::string>& systems) const {
         namespace op = model::operations;
         if (const auto* add = std::get_if<op::Add>(&operation); add && add->at) systems.insert(add->system);
-        const auto note_around = [&](const std::string& path) {
+        const auto around = [](const std::string& path) {
             const auto dot = path.rfind('.');
-            systems.insert(dot == std::string::npos ? "" : path.substr(0, dot));
+            return dot == std::string::npos ? "" : path.substr(0, dot);
         };
+        const auto note_around = [&](const std::string& path) { systems.insert(around(path)); };
         if (const auto* move = std::get_if<op::Move>(&operation)) note_around(move->path);
         if (const auto* flip = std::get_if<op::Flip>(&operation)) note_around(flip->path);
         if (const auto* resize = std::get_if<op::Resize>(&operation)) note_around(resize->path);
+        // "controller.tau" leads to an output inside of the controller, or to one of its inputs outside.
+        if (const auto* bend = std::get_if<op::Bend>(&operation))
+            for (const std::string& system : {around(bend->path), around(around(bend->path))})
+                if (leads_to(system, bend->path)) systems.insert(system);
         if (const auto* batch = std::get_if<op::Batch>(&operation))
             for (const auto& part : batch->operations) note_placing(part, systems);
     }

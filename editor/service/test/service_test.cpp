@@ -184,6 +184,18 @@ TEST_F(ServiceTest, NothingJumpsWhenTheFirstBlockGetsAPlace) {
     EXPECT_EQ(places()["motor"], before["motor"]);
 }
 
+TEST_F(ServiceTest, PlacesTheBlocksAroundAWireThatIsBentAndNoOthers) {
+    checked();
+    const Json points = {{{"x", 300}, {"y", 400}}};
+    result("edit", {{"operation", {{"do", "bend"}, {"path", "controller.speed"}, {"points", points}}}});
+    EXPECT_NE(text().find("\n    motor: {x: "), std::string::npos) << text();
+    EXPECT_EQ(text().find("controller.proportional: {x"), std::string::npos);
+    result("undo");
+    result("edit", {{"operation", {{"do", "bend"}, {"path", "controller.voltage"}, {"points", points}}}});
+    EXPECT_NE(text().find("controller.proportional: {x"), std::string::npos) << "an output inside of it";
+    EXPECT_EQ(text().find("\n    motor: {x: "), std::string::npos);
+}
+
 TEST_F(ServiceTest, RunsWatchesAndTunes) {
     EXPECT_EQ(refusal("run", {{"action", "start"}, {"factor", nullptr}}),
               "the model is being checked; try again in a moment");

@@ -2,8 +2,7 @@
 
 #include "bf/base/numbers.hpp"
 #include "bf/model/edit.hpp"
-#include "bf/view/place.hpp"
-#include "symbol.hpp"
+#include "item.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -15,16 +14,9 @@ namespace bf::editor {
 
 namespace {
 
-constexpr double letter = 11, small_letter = 9;
-constexpr double port_gap = 20;
-constexpr double widest_port = 110; ///< of the name of a port in a block
-constexpr double name_below = 14;   ///< from a block to the base line of its name
-
 std::string joined(const std::string& system, const std::string& name) {
     return system.empty() ? name : system + "." + name;
 }
-
-std::string last_name(const std::string& path) { return path.substr(path.rfind('.') + 1); }
 
 std::string rate_text(const Diagram& diagram, int rate) {
     if (rate == constant_rate) return "constant";
@@ -36,8 +28,6 @@ std::string rate_text(const Diagram& diagram, int rate) {
            (period < 1 ? number_text(std::round(period * 1e9) / 1e6) + " ms" : number_text(period) + " s");
 }
 
-std::string sentence(const std::string& text) { return text.substr(0, text.find('\n')); }
-
 Rectangle around(const std::vector<Point>& points) {
     const auto [left, right] = std::ranges::minmax(points, {}, &Point::x);
     const auto [top, bottom] = std::ranges::minmax(points, {}, &Point::y);
@@ -48,15 +38,6 @@ Rectangle together(const Rectangle& a, const Rectangle& b) {
     const double x = std::min(a.x, b.x), y = std::min(a.y, b.y);
     return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
 }
-
-/// A block or an own port of the subsystem, on its way to an element: shapes and ports from its upper left
-/// corner.
-struct Item {
-    Element element;
-    Box box;
-    Point at;
-    bool is_placed = false, is_flipped = false, shows_name = true, is_circle = false, names_ports = false;
-};
 
 /// A wire that leaves another one of its net is drawn from there on.
 std::vector<Point> own_part(const Route& way) {
@@ -104,8 +85,12 @@ Place find_place(const model::Model& model, const std::string& path) {
 
 class Drawer {
   public:
-    Drawer(const model::Model& model, const std::string& system, const Diagram& diagram)
-        : place_(find_place(model, system)), path_(system), diagram_(diagram), signals_(diagram) {
+    Drawer(const model::Model& model, const std::string& system, const Diagram& diagram,
+           const DrawOptions& options = {})
+        : place_(find_place(model, system)), path_(system), diagram_(diagram), options_(options),
+          signals_(diagram) {
+        for (const auto& placed : place_.layout->blocks) placements_.emplace(placed.path, &placed);
+        for (const auto& wire : place_.layout->wires) bends_.emplace(wire.path, &wire.points);
         for (std::size_t i = 0; i < diagram.nodes.size(); ++i)
             nodes_[diagram.nodes[i].path] = &diagram.nodes[i];
         for (const auto& port : place_.system->inputs) add_port(port, false);
@@ -121,10 +106,8 @@ class Drawer {
     /// Those without a place are arranged together, below those that have one.
     void put() {
         for (auto& item : items_) {
-            const auto placed =
-                std::ranges::find(place_.layout->blocks, joined(place_.path, last_name(item.element.path)),
-                                  &model::Placement::path);
-            if (placed == place_.layout->blocks.end()) continue;
+            const model::Placement* placed = placement(last_name(item.element.path));
+            if (!placed) continue;
             item.at = placed->at;
             item.is_placed = true;
         }
@@ -149,19 +132,23 @@ class Drawer {
                     has_placed ? Point{corners[i].x + left, corners[i].y - top + below} : corners[i];
     }
 
-    Drawing draw(const std::vector<model::Diagnostic>& diagnostics, const DrawOptions& options) {
+    Drawing draw(const std::vector<model::Diagnostic>& diagnostics) {
         put();
         for (auto& item : items_)
-            if (const auto moved = options.moved.find(item.element.path); moved != options.moved.end())
-                item.at = moved->second;
+            if (const auto moved = options_.moved.find(item.element.path); moved != options_.moved.end())
+                item.at = moved->second.at;
         Drawing drawing;
         drawing.system = path_;
         for (std::size_t rate = 0; rate < diagram_.rates.size(); ++rate)
             drawing.rates.push_back(rate_text(diagram_, static_cast<int>(rate)));
-        add_wires(drawing, options);
+        add_wires(drawing);
         for (const Item& item : items_) drawing.elements.push_back(finished(item));
         for (const auto& note : place_.layout->notes)
-            if (note.system == place_.path) drawing.elements.push_back(noted(note));
+            if (note.system == place_.path) {
+                const auto moved = options_.moved_notes.find(note.name);
+                drawing.elements.push_back(
+                    noted(note, moved == options_.moved_notes.end() ? note.at : moved->second));
+            }
         mark(drawing, diagnostics);
         for (const auto& element : drawing.elements)
             drawing.bounds = &element == drawing.elements.data() ? element.bounds
@@ -172,19 +159,14 @@ class Drawer {
   private:
     // ---- blocks and ports ----
 
+    /// The place of a block or an own port, where the document has one.
+    const model::Placement* placement(const std::string& name) const {
+        const auto found = placements_.find(joined(place_.path, name));
+        return found == placements_.end() ? nullptr : found->second;
+    }
+
     void add_port(const model::Port& port, bool is_output) {
-        Item item;
-        item.element.kind = is_output ? Element::Kind::output : Element::Kind::input;
-        item.element.title = port.name + (is_output ? ", output" : ", input");
-        item.element.description = port.doc;
-        item.shows_name = false;
-        item.box.height = 20;
-        item.box.width = std::max(40.0, std::ceil((text_width(port.name, letter) + 20) / 10) * 10);
-        item.element.shapes = outline_shapes(Symbol::Outline::pill, item.box.width, item.box.height, false);
-        item.element.shapes.push_back(
-            {Shape::Kind::text, Style::value, {{item.box.width / 2, 14}}, port.name, letter, Align::middle});
-        add_pins(item, is_output ? std::vector<std::string>{""} : std::vector<std::string>{},
-                 is_output ? std::vector<std::string>{} : std::vector<std::string>{""}, {});
+        Item item = port_item(port, is_output);
         if (!is_output)
             for (const auto& input : diagram_.inputs)
                 if (path_.empty() && input.path == port.name) item.element.ports[0].about = about(input.end);
@@ -192,195 +174,45 @@ class Drawer {
     }
 
     void add_block(const model::Block& block) {
-        Item item;
         const std::string path = joined(path_, block.name);
         const auto found = nodes_.find(path);
         const DiagramNode* node =
             found != nodes_.end() && found->second->type == block.type ? found->second : nullptr;
-        std::vector<std::string> inputs, outputs, controls;
+        PortNames ports;
         if (const model::System* content = block.content()) {
-            for (const auto& port : content->inputs) inputs.push_back(port.name);
-            for (const auto& port : content->outputs) outputs.push_back(port.name);
-            for (const auto name : model::control_ports(*content)) controls.emplace_back(name);
+            for (const auto& port : content->inputs) ports.inputs.push_back(port.name);
+            for (const auto& port : content->outputs) ports.outputs.push_back(port.name);
+            for (const auto name : model::control_ports(*content)) ports.controls.emplace_back(name);
         } else if (node) {
             for (const auto& slot : node->block->declaration().slots) {
-                if (slot.role == Role::input) inputs.push_back(slot.name);
-                if (slot.role == Role::output) outputs.push_back(slot.name);
+                if (slot.role == Role::input) ports.inputs.push_back(slot.name);
+                if (slot.role == Role::output) ports.outputs.push_back(slot.name);
             }
-        }
-        if (!node && !block.content()) guess_ports(block.name, inputs, outputs);
-
-        const auto placed = std::ranges::find(place_.layout->blocks, joined(place_.path, block.name),
-                                              &model::Placement::path);
-        if (block.is_subsystem()) {
-            item.names_ports = true;
-            item.element.kind = Element::Kind::subsystem;
-            subsystem_symbol(item, block, inputs, outputs, controls);
         } else {
-            library_symbol(item, block, node, std::max(inputs.size(), outputs.size()));
-            // Of a plugin's blocks nobody knows the ports by heart.
-            if (block.type.find('/') != std::string::npos && std::max(inputs.size(), outputs.size()) > 1) {
-                item.names_ports = true;
-                const double middle = item.box.width - 10,
-                             w = middle + names_width(inputs) + names_width(outputs) + 20;
-                const double wider = std::ceil(std::max(item.box.width, w) / 10) * 10;
-                if (placed == place_.layout->blocks.end() || !placed->size) {
-                    for (auto& shape : item.element.shapes)
-                        for (Point& point : shape.points)
-                            if (shape.style == Style::body)
-                                point.x = point.x > 0 ? wider : 0;
-                            else
-                                point.x += (wider - item.box.width) / 2 +
-                                           (names_width(inputs) - names_width(outputs)) / 2;
-                    item.box.width = wider;
-                }
-            }
+            ports = guessed_ports(block.name);
         }
-        if (placed != place_.layout->blocks.end()) item.is_flipped = placed->flipped;
-        add_pins(item, inputs, outputs, controls);
-        item.element.description = sentence(block.doc.empty() && node ? node->doc : block.doc);
-        if (node && node->rate >= 0) item.element.rate = node->rate;
+        const model::Placement* placed = placement(block.name);
+        std::optional<Point> size = placed ? placed->size : std::nullopt;
+        if (const auto moved = options_.moved.find(path); moved != options_.moved.end() && moved->second.size)
+            size = moved->second.size;
+        Item item = block_item(block, node, ports, size, placed && placed->flipped);
         for (auto& port : item.element.ports)
             if (port.is_output) port.about = about(signals_.find(joined(path, port.name)));
         add(std::move(item), block.name, "");
     }
 
     /// Of a block that cannot be made the connections say what ports it has.
-    void guess_ports(const std::string& block, std::vector<std::string>& inputs,
-                     std::vector<std::string>& outputs) const {
+    PortNames guessed_ports(const std::string& block) const {
+        PortNames guessed;
         const auto note = [&](const model::Endpoint& end, std::vector<std::string>& ports) {
             if (end.block == block && std::ranges::find(ports, end.port) == ports.end())
                 ports.push_back(end.port);
         };
         for (const auto& connection : place_.system->connections) {
-            note(connection.from, outputs);
-            for (const auto& to : connection.to) note(to, inputs);
+            note(connection.from, guessed.outputs);
+            for (const auto& to : connection.to) note(to, guessed.inputs);
         }
-    }
-
-    void library_symbol(Item& item, const model::Block& block, const DiagramNode* node, std::size_t rows) {
-        const SettingText text = [&](const std::string& name) -> std::string {
-            if (const model::Setting* setting = block.find_setting(name)) return setting->value.matlab();
-            if (!node) return "";
-            for (const auto& argument : node->block->declaration().arguments)
-                if (argument.name == name && argument.initial.kind == Value::Kind::text)
-                    return argument.initial.text;
-            for (const auto& slot : node->block->declaration().slots)
-                if (slot.name == name && slot.role == Role::parameter && slot.initial.size() == 1)
-                    return number_text(slot.initial[0]);
-            return "";
-        };
-        Symbol symbol = symbol_of(block.type, rows, text);
-        resize(item, block, symbol.width, symbol.height);
-        // What the symbol shows stands in the middle of a block that was made larger.
-        const Point shift{(item.box.width - symbol.width) / 2, (item.box.height - symbol.height) / 2};
-        item.element.shapes = outline_shapes(symbol.outline, item.box.width, item.box.height, false);
-        for (Shape& shape : symbol.shapes) {
-            for (Point& point : shape.points) point = {point.x + shift.x, point.y + shift.y};
-            item.element.shapes.push_back(std::move(shape));
-        }
-        item.is_circle = symbol.outline == Symbol::Outline::circle;
-        std::string title = block.name + ", " + last_name(block.type);
-        for (const auto& setting : block.settings)
-            title += ", " + setting.name + " = " + fitted(setting.value.matlab(), letter, 200);
-        item.element.title = title;
-    }
-
-    static double names_width(const std::vector<std::string>& names) {
-        double width = 0;
-        for (const auto& name : names)
-            width = std::max(width, text_width(fitted(name, small_letter, widest_port), small_letter));
-        return width;
-    }
-
-    void subsystem_symbol(Item& item, const model::Block& block, const std::vector<std::string>& inputs,
-                          const std::vector<std::string>& outputs, const std::vector<std::string>& controls) {
-        const double left = names_width(inputs), right = names_width(outputs);
-        const double rows = static_cast<double>(std::max(inputs.size(), outputs.size()));
-        const double top = controls.empty() ? 0 : 12;
-        resize(item, block,
-               std::max({80.0, std::ceil((left + right + 34) / 10) * 10,
-                         50.0 * static_cast<double>(controls.size())}),
-               std::max(50.0, rows * port_gap + 10) + top);
-        const double w = item.box.width, h = item.box.height;
-        item.element.shapes = outline_shapes(Symbol::Outline::rectangle, w, h, false);
-        // A second line inside says that there is more inside.
-        item.element.shapes.push_back(
-            {Shape::Kind::line, Style::symbol, {{3, 3}, {w - 3, 3}, {w - 3, h - 3}, {3, h - 3}, {3, 3}}});
-        static const std::map<model::Execution, const char*> kinds = {{model::Execution::for_loop, "for"},
-                                                                      {model::Execution::while_loop, "while"},
-                                                                      {model::Execution::for_each, "each"}};
-        if (const auto kind =
-                kinds.find(block.content() ? block.content()->execution : model::Execution::plain);
-            kind != kinds.end())
-            item.element.shapes.push_back({Shape::Kind::text,
-                                           Style::value,
-                                           {{w / 2, h - 8}},
-                                           kind->second,
-                                           small_letter,
-                                           Align::middle});
-        item.element.title =
-            block.name + ", subsystem" + (block.reference ? " in the file " + block.reference->file : "");
-    }
-
-    /// The size that the document gives, or this one.
-    void resize(Item& item, const model::Block& block, double width, double height) const {
-        item.box.width = width;
-        item.box.height = height;
-        const auto placed = std::ranges::find(place_.layout->blocks, joined(place_.path, block.name),
-                                              &model::Placement::path);
-        if (placed == place_.layout->blocks.end() || !placed->size) return;
-        item.box.width = std::clamp(placed->size->x, std::min(width, 20.0), 2000.0);
-        item.box.height = std::clamp(placed->size->y, std::min(height, 20.0), 2000.0);
-    }
-
-    void add_pins(Item& item, const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,
-                  const std::vector<std::string>& controls) {
-        const double w = item.box.width, h = item.box.height;
-        const double middle = controls.empty() ? h / 2 : h / 2 + 6;
-        const double input_x = item.is_flipped ? w : 0, output_x = item.is_flipped ? 0 : w;
-        const Side input_side = item.is_flipped ? Side::right : Side::left,
-                   output_side = item.is_flipped ? Side::left : Side::right;
-        const auto add_pin = [&](const std::string& name, bool is_output, Point at, Side side) {
-            item.box.pins.push_back({at, side});
-            item.element.ports.push_back({name, is_output, false, at, {}});
-        };
-        const auto row = [&](std::size_t i, std::size_t count) {
-            const double gap = std::min(port_gap, (h - 8) / static_cast<double>(count));
-            return middle + (static_cast<double>(i) - (static_cast<double>(count) - 1) / 2) * gap;
-        };
-        const bool is_circle = item.is_circle && inputs.size() == 2;
-        for (std::size_t i = 0; i < inputs.size(); ++i) {
-            if (is_circle && i == 1)
-                add_pin(inputs[i], false, {w / 2, h}, Side::bottom);
-            else
-                add_pin(inputs[i], false, {input_x, is_circle ? h / 2 : row(i, inputs.size())}, input_side);
-        }
-        for (std::size_t i = 0; i < outputs.size(); ++i)
-            add_pin(outputs[i], true, {output_x, row(i, outputs.size())}, output_side);
-        for (std::size_t i = 0; i < controls.size(); ++i)
-            add_pin(controls[i], false,
-                    {w * (static_cast<double>(i) + 1) / (static_cast<double>(controls.size()) + 1), 0},
-                    Side::top);
-        if (item.names_ports)
-            for (std::size_t i = 0; i < item.element.ports.size(); ++i) add_port_name(item, i);
-    }
-
-    static void add_port_name(Item& item, std::size_t i) {
-        const Port& port = item.element.ports[i];
-        const Side side = item.box.pins[i].side;
-        const bool is_left = side == Side::left, is_top = side == Side::top;
-        item.element.shapes.push_back({Shape::Kind::text,
-                                       Style::port,
-                                       {{port.at.x + (is_left  ? 7
-                                                      : is_top ? 0
-                                                               : -7),
-                                         port.at.y + (is_top ? 13 : 3)}},
-                                       fitted(port.name, small_letter, widest_port),
-                                       small_letter,
-                                       is_top    ? Align::middle
-                                       : is_left ? Align::start
-                                                 : Align::end});
+        return guessed;
     }
 
     void add(Item item, const std::string& name, const std::string& kind) {
@@ -409,22 +241,25 @@ class Drawer {
             const auto from = pin(connection.from, true);
             if (!from) continue;
             Net net{*from, {}};
-            Ends ends{connection.from.text(), {}, {}};
+            Ends ends{connection.from.text(), {}};
+            std::vector<std::vector<Point>> bends;
             for (const auto& to : connection.to) {
                 const auto target = pin(to, false);
                 if (!target) continue;
                 net.to.push_back(*target);
                 ends.to.push_back(to.text());
-                const auto bends = std::ranges::find(place_.layout->wires, joined(place_.path, to.text()),
-                                                     &model::Bends::path);
-                ends.bends.push_back(bends == place_.layout->wires.end() ? std::vector<Point>()
-                                                                         : bends->points);
+                const auto tried = options_.bent.find(joined(path_, to.text()));
+                const auto drawn = bends_.find(joined(place_.path, to.text()));
+                bends.push_back(tried != options_.bent.end() ? tried->second
+                                : drawn != bends_.end()      ? *drawn->second
+                                                             : std::vector<Point>());
                 Port& input = port(*target);
                 input.is_wired = port(*from).is_wired = true;
                 input.about = port(*from).about;
             }
             nets_.push_back(std::move(net));
             ends_.push_back(std::move(ends));
+            drawn_.push_back(std::move(bends));
         }
     }
 
@@ -436,14 +271,12 @@ class Drawer {
         return all;
     }
 
-    void add_wires(Drawing& drawing, const DrawOptions& options) {
+    void add_wires(Drawing& drawing) {
         std::vector<Point> corners;
         for (const auto& item : items_) corners.push_back(item.at);
-        std::vector<std::vector<std::vector<Point>>> bends;
-        for (const auto& ends : ends_) bends.push_back(ends.bends);
-        const auto routes = route(boxes(), corners, nets_, bends);
+        const auto routes = route(boxes(), corners, nets_, drawn_);
         for (std::size_t n = 0; n < nets_.size(); ++n) {
-            const std::string text = label(nets_[n].from, options);
+            const std::string text = label(nets_[n].from);
             for (std::size_t t = 0; t < nets_[n].to.size(); ++t) {
                 const Route& way = routes[n][t];
                 Element wire;
@@ -454,6 +287,7 @@ class Drawer {
                 wire.title = "wire from " + wire.from + " to " + wire.to;
                 wire.description = port(nets_[n].from).about;
                 wire.rate = items_[nets_[n].from.box].element.rate;
+                wire.corners = way.points;
                 wire.bounds = around(way.points);
                 wire.shapes.push_back({Shape::Kind::line, Style::wire, own_part(way)});
                 for (const Point& b : way.branches)
@@ -496,7 +330,7 @@ class Drawer {
         return text;
     }
 
-    std::string label(const PinOf& from, const DrawOptions& options) const {
+    std::string label(const PinOf& from) const {
         const Element& element = items_[from.box].element;
         const std::string& port = element.ports[from.pin].name;
         const Node::End end = signals_.find(port.empty() ? element.path : joined(element.path, port));
@@ -506,58 +340,15 @@ class Drawer {
         const auto add = [&](const std::string& part) {
             text += (text.empty() || part.empty() ? "" : " ") + part;
         };
-        if (options.sizes && s->size_known) add(s->size.text());
-        if (options.types && s->type_known) add(name(s->type));
-        if (options.units) add(unit_text(*s));
+        if (options_.sizes && s->size_known) add(s->size.text());
+        if (options_.types && s->type_known) add(name(s->type));
+        if (options_.units) add(unit_text(*s));
         const int rate = diagram_.nodes[static_cast<std::size_t>(end.node)].rate;
-        if (options.rates && rate >= 0) add(rate_text(diagram_, rate));
+        if (options_.rates && rate >= 0) add(rate_text(diagram_, rate));
         return text;
     }
 
     // ---- elements ----
-
-    static Element finished(const Item& item) {
-        Element element = item.element;
-        const double w = item.box.width, h = item.box.height;
-        element.bounds = {item.at.x, item.at.y, w, h};
-        if (item.is_flipped)
-            for (auto& shape : element.shapes)
-                if (shape.style != Style::port) // names of ports stand beside pins, which know their side
-                    for (Point& point : shape.points) point.x = w - point.x;
-        if (item.shows_name) { // above a circle, where no wire comes in
-            const Point at{w / 2, item.is_circle ? -5 : h + name_below};
-            element.shapes.push_back({Shape::Kind::text,
-                                      Style::name,
-                                      {at},
-                                      fitted(last_name(element.path), letter, std::max(w + 60, 110.0)),
-                                      letter,
-                                      Align::middle});
-        }
-        for (auto& shape : element.shapes)
-            for (Point& point : shape.points) point = {point.x + item.at.x, point.y + item.at.y};
-        for (auto& port : element.ports) port.at = {port.at.x + item.at.x, port.at.y + item.at.y};
-        return element;
-    }
-
-    static Element noted(const model::Note& note) {
-        Element element;
-        element.kind = Element::Kind::note;
-        element.path = note.name;
-        element.title = "note: " + note.text;
-        constexpr double line_height = 16;
-        double width = 0, y = note.at.y;
-        for (std::size_t begin = 0; begin <= note.text.size();) {
-            const std::size_t end = std::min(note.text.find('\n', begin), note.text.size());
-            const std::string line = note.text.substr(begin, end - begin);
-            y += line_height;
-            element.shapes.push_back(
-                {Shape::Kind::text, Style::note, {{note.at.x, y - 4}}, line, letter + 1, Align::start});
-            width = std::max(width, text_width(line, letter + 1));
-            begin = end + 1;
-        }
-        element.bounds = {note.at.x, note.at.y, width, y - note.at.y};
-        return element;
-    }
 
     /// Marks what a diagnostic concerns: a block, an own port or a wire, and the subsystem in which it
     /// stands.
@@ -590,25 +381,28 @@ class Drawer {
     struct Ends {
         std::string from;
         std::vector<std::string> to;
-        std::vector<std::vector<Point>> bends;
     };
 
     const Place place_;
     const std::string path_;
     const Diagram& diagram_;
+    const DrawOptions options_;
     const SignalFinder signals_;
-    std::unordered_map<std::string, const DiagramNode*> nodes_; ///< by path
+    std::unordered_map<std::string, const model::Placement*> placements_; ///< of the file, by path there
+    std::unordered_map<std::string, const std::vector<Point>*> bends_;    ///< by path there
+    std::unordered_map<std::string, const DiagramNode*> nodes_;           ///< by path
     std::vector<Item> items_;
     std::unordered_map<std::string, std::size_t> index_; ///< "gain", "input reference", "output tau"
     std::vector<Net> nets_;
-    std::vector<Ends> ends_; ///< as the document writes those of each net
+    std::vector<Ends> ends_;                             ///< as the document writes those of each net
+    std::vector<std::vector<std::vector<Point>>> drawn_; ///< corners by hand, of each net and wire
 };
 
 } // namespace
 
 Drawing draw(const model::Model& model, const std::string& system, const Diagram& diagram,
              const std::vector<model::Diagnostic>& diagnostics, const DrawOptions& options) {
-    return Drawer(model, system, diagram).draw(diagnostics, options);
+    return Drawer(model, system, diagram, options).draw(diagnostics);
 }
 
 std::vector<std::pair<std::string, Point>> arranged(const model::Model& model, const std::string& system,

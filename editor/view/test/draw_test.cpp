@@ -151,8 +151,39 @@ TEST(Draw, StandsWhereTheDocumentSaysAndOtherBlocksBelow) {
         EXPECT_TRUE(element.kind != Kind::block || element.path == "law" || element.bounds.y > 240)
             << element.path;
     DrawOptions dragged;
-    dragged.moved["law"] = {10, 20};
+    dragged.moved["law"] = {.at = {10, 20}};
     EXPECT_EQ(find(known.draw("", dragged), "law").bounds.x, 10);
+}
+
+TEST(Draw, ShowsWhatIsTriedAsIfTheDocumentSaidSo) {
+    Known known(loop);
+    namespace op = bf::model::operations;
+    for (const auto& [path, at] : unplaced(known.model, "", known.examined->diagram))
+        bf::model::edit(known.model, op::Move{path, at});
+    bf::model::edit(known.model, op::Annotate{"why", bf::model::Note{"why", "so", "", {5, 6}}});
+    DrawOptions tried;
+    tried.moved["law"] = {.at = {310, 220}, .size = Point{90, 70}};
+    tried.bent["law"] = {{250, 0}, {250, 255}};
+    tried.moved_notes["why"] = {50, 60};
+    const Drawing seen = known.draw("", tried);
+    const Element& law = find(seen, "law");
+    EXPECT_EQ(law.bounds.width, 90);
+    EXPECT_EQ(law.bounds.height, 70);
+    EXPECT_EQ(find(seen, "why", Kind::note).bounds.y, 60);
+    bf::model::edit(known.model, op::Move{"law", {310, 220}});
+    bf::model::edit(known.model, op::Resize{"law", Point{90, 70}});
+    bf::model::edit(known.model, op::Bend{"law", {{250, 0}, {250, 255}}});
+    bf::model::edit(known.model, op::Annotate{"why", bf::model::Note{"why", "so", "", {50, 60}}});
+    EXPECT_EQ(to_svg(seen), to_svg(known.draw()));
+}
+
+TEST(Draw, WiresTellAllTheirCorners) {
+    const Drawing drawing = Known(loop).draw();
+    const Element &own = find(drawing, "error.u2", Kind::wire), &error = find(drawing, "error");
+    EXPECT_EQ(own.corners.front(), find(drawing, "plant").ports[1].at) << "not where it leaves another wire";
+    EXPECT_EQ(own.corners.back(), error.ports[1].at);
+    for (std::size_t k = 1; k < own.corners.size(); ++k)
+        EXPECT_TRUE(own.corners[k].x == own.corners[k - 1].x || own.corners[k].y == own.corners[k - 1].y);
 }
 
 TEST(Draw, MarksWhatIsWrongAndWhatItStandsIn) {

@@ -53,6 +53,90 @@ describe.skipIf(!is_there)("the page", () => {
     await until(() => operations().length > 0);
     expect(operations()).toEqual([{ do: "move", path: "gain", to: { x: 315, y: 100 } }]);
   });
+  test("inserts a block where it is dropped on a wire, from the drawing and from the search", async () => {
+    await page.keyboard.press("Control+k");
+    await page.keyboard.type("gain");
+    await page.keyboard.press("Enter"); // a block without wires
+    await until(() => operations().length === 1);
+    await hand.drag(await hand.middle("gain2"), await hand.at({ x: 250, y: 84 }));
+    await until(() => operations().length > 1);
+    expect(operations().slice(1)[0]).toMatchObject({ do: "batch", operations: [{ do: "move", path: "gain2" },
+      { do: "disconnect", from: "error", to: "gain" }, { do: "connect", from: "error", to: "gain2" }, { do: "connect", from: "gain2", to: "gain" }] });
+    operations().length = 0;
+    const wire = await hand.at({ x: 370, y: 84 });
+    await page.keyboard.press("Control+k");
+    await page.keyboard.type("discint");
+    const option = (await page.getByRole("option", { name: /^DiscreteIntegrator/ }).boundingBox())!;
+    await hand.drag({ x: option.x + 40, y: option.y + 10 }, wire);
+    await until(() => operations().length > 0);
+    expect(operations()[0]).toMatchObject({ do: "batch", operations: [{ do: "add", block: { name: "discreteIntegrator" } },
+      { do: "disconnect", from: "gain", to: "motor" }, { do: "connect", from: "gain", to: "discreteIntegrator" },
+      { do: "connect", from: "discreteIntegrator", to: "motor" }] });
+  });
+  test("inserts into the chosen wire by keys", async () => {
+    const wire = await hand.at({ x: 370, y: 79 });
+    await page.mouse.click(wire.x, wire.y);
+    await page.keyboard.press("Control+k");
+    await page.getByRole("combobox", { name: "Insert into the wire" }).fill("gain");
+    expect(await page.getByRole("option", { name: /^Step/ }).count()).toBe(0);
+    await page.keyboard.press("Enter");
+    await until(() => operations().length > 0);
+    expect(operations()[0].operations.map((o: any) => o.do)).toEqual(["add", "disconnect", "connect", "connect"]);
+  });
+  test("bends a wire by the pointer and by keys, and lets it find its way again", async () => {
+    const from = await hand.at({ x: 355, y: 80 }), to = await hand.at({ x: 355, y: 106 });
+    await hand.drag(from, to);
+    await until(() => operations().length === 1);
+    expect(operations()[0]).toMatchObject({ do: "bend", path: "motor.voltage" });
+    const points = operations()[0].points as { x: number; y: number }[];
+    expect(points.map((p) => p.y)).toEqual([80, 105, 105, 76]);
+    await page.keyboard.press("Shift+ArrowDown");
+    await until(() => operations().length === 2);
+    expect(operations()[1]).toMatchObject({ do: "bend", path: "motor.voltage" });
+    await page.keyboard.press("Alt+w");
+    await until(() => operations().length === 3);
+    expect(operations()[2]).toEqual({ do: "bend", path: "motor.voltage", points: [] });
+  });
+  test("resizes a block by its handles and by keys", async () => {
+    const middle = await hand.middle("gain");
+    await page.mouse.click(middle.x, middle.y);
+    await hand.drag(await hand.at({ x: 340, y: 100 }), await hand.at({ x: 360, y: 130 }));
+    await until(() => operations().length > 0);
+    expect(operations()[0]).toEqual({ do: "batch", operations: [
+      { do: "move", path: "gain", to: { x: 280, y: 60 } }, { do: "resize", path: "gain", size: { x: 80, y: 70 } }] });
+    operations().length = 0;
+    await page.keyboard.press("Alt+Shift+ArrowRight");
+    await until(() => operations().length > 0);
+    expect(operations()[0]).toEqual({ do: "resize", path: "gain", size: { x: 70, y: 40 } });
+  });
+  test("adds, edits, moves and removes a note", async () => {
+    await page.keyboard.press("Control+k");
+    await page.keyboard.type("note");
+    await page.keyboard.press("Enter");
+    const field = page.getByRole("textbox", { name: "Text of note" });
+    await field.fill("the law");
+    await field.press("Control+Enter");
+    await until(() => operations().length === 2);
+    expect(operations()[1]).toMatchObject({ do: "annotate", name: "note", note: { name: "note", text: "the law", system: "" } });
+    const before = operations()[1].note.at;
+    await page.keyboard.press("Shift+ArrowRight");
+    await until(() => operations().length === 3);
+    expect(operations()[2].note.at).toEqual({ x: before.x + 10, y: before.y });
+    await page.keyboard.press("Delete");
+    await until(() => operations().length === 4);
+    expect(operations()[3]).toEqual({ do: "annotate", name: "note" });
+  });
+  test("aligns and distributes what is chosen", async () => {
+    await page.keyboard.press("Control+a");
+    await page.keyboard.press("Alt+ArrowDown");
+    await until(() => operations().length > 0);
+    const lower = new Set(operations()[0].operations.map((o: any) => o.to.y + (o.path === "error" ? 48 : 40)));
+    expect(lower).toEqual(new Set([104]));
+    operations().length = 0;
+    await page.getByRole("button", { name: "Distribute horizontally" }).click();
+    await until(() => operations().length > 0);
+    expect(operations()[0].operations.map((o: any) => o.to.x)).toEqual([40, 165, 290, 415, 540]);
+  });
   test("chooses by a rubber band, and moves all of it", async () => {
     await hand.drag(await hand.at({ x: 130, y: 10 }), await hand.at({ x: 360, y: 150 }));
     await page.getByRole("heading", { name: /elements/ }).waitFor();

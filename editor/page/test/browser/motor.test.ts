@@ -60,7 +60,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
       client = new Client(address.replace("http:", "ws:").replace("/?", "/socket?"), { opened: ready, lost() {}, told() {}, sampled() {} });
     });
     ({ page, complaints } = await opened(browser, address));
-    hand = new Hand(page, () => client.call("draw", { system: "", show: [], moved: [] }));
+    hand = new Hand(page, () => client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [] }));
   });
   afterEach(async () => {
     await page.close();
@@ -70,7 +70,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
     expect(complaints).toEqual([]);
   });
 
-  const elements = async () => (await client.call("draw", { system: "", show: [], moved: [] })).elements;
+  const elements = async () => (await client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [] })).elements;
   const wires = async () => (await elements()).filter((e) => e.kind === "wire").map((e) => `${e.from} → ${e.to}`);
   const until_there = (path: string) => page.getByRole("heading", { name: path, exact: true }).waitFor();
   const until_wired = (from: string, to: string) => expect.poll(wires, { timeout: 8000 }).toContain(`${from} → ${to}`);

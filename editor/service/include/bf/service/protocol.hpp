@@ -115,13 +115,19 @@ struct LibraryList {
 
 enum class Show { sizes, types, rates, units };
 struct Moved {
-    std::string path;
+    std::string path; ///< of a block or port; the name of a note
     editor::Point to;
+    std::optional<editor::Point> size = {}; ///< of a block; none: as it is
+};
+struct Bent {
+    std::string path; ///< of the input that the wire leads to
+    std::vector<editor::Point> points;
 };
 struct Draw {
     std::string system;
     std::vector<Show> show = {};
-    std::vector<Moved> moved = {}; ///< as if they stood there, while they are dragged
+    std::vector<Moved> moved = {}, moved_notes = {}; ///< as if they stood there, while they are dragged
+    std::vector<Bent> bent = {};
 };
 struct Inspect {
     std::string path; ///< of a block; empty: the model itself

@@ -12,8 +12,15 @@ namespace bf::editor {
 
 struct DrawOptions {
     bool sizes = false, types = false, rates = false, units = false; ///< beside wires
-    /// Blocks and ports of the subsystem that are drawn elsewhere than the document says, by path.
-    std::map<std::string, Point> moved = {};
+    /// Blocks, ports and wires of the subsystem that are drawn elsewhere than the document says, by path, and
+    /// notes by name.
+    struct Place {
+        Point at;
+        std::optional<Point> size = {};
+    };
+    std::map<std::string, Place> moved = {};
+    std::map<std::string, std::vector<Point>> bent = {};
+    std::map<std::string, Point> moved_notes = {};
 };
 
 /// Draws one subsystem; `system` is its path, empty for the model itself. Where the document has no

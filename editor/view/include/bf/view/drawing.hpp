@@ -77,6 +77,7 @@ struct Element {
     std::string path;      ///< "controller.pd"; of a wire that of the input it leads to: "controller.pd.q"
     std::string from = {}; ///< of a wire, as the document writes its ends: "error", "pd.q"
     std::string to = {};
+    std::vector<Point> corners = {}; ///< of a wire: from its output to its input, with both
     Rectangle bounds;
     std::vector<Shape> shapes; ///< from the back to the front
     std::vector<Port> ports = {};

@@ -1,0 +1,40 @@
+// A block or an own port of a subsystem on its way to an element: what it looks like and where its ports are.
+#pragma once
+
+#include "bf/elaborate/diagram.hpp"
+#include "bf/view/place.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bf::editor {
+
+inline constexpr double letter = 11, small_letter = 9;
+
+/// Shapes and ports are from the upper left corner.
+struct Item {
+    Element element;
+    Box box;
+    Point at;
+    bool is_placed = false, is_flipped = false, shows_name = true, is_circle = false, names_ports = false;
+};
+
+struct PortNames {
+    std::vector<std::string> inputs, outputs, controls;
+};
+
+/// `size`: what the document gives, else as large as what it shows needs. `node` is null where elaboration
+/// knows nothing of it.
+Item block_item(const model::Block& block, const DiagramNode* node, const PortNames& ports,
+                const std::optional<Point>& size, bool is_flipped);
+Item port_item(const model::Port& port, bool is_output);
+
+/// The element at the item's place, with its name.
+Element finished(const Item& item);
+Element noted(const model::Note& note, const Point& at);
+
+/// "pd" of "controller.pd".
+std::string last_name(const std::string& path);
+
+} // namespace bf::editor

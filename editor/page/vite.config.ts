@@ -8,6 +8,7 @@ const service = process.env.BF_SERVICE ?? "http://127.0.0.1:8000";
 export default defineConfig({
   plugins: [svelte()],
   base: "./",
-  build: { target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false } },
-  server: { proxy: { "/socket": { target: service, ws: true, changeOrigin: true, headers: { Origin: service } } } },
+  // three.js comes alone, when the robot is looked at.
+  build: { chunkSizeWarningLimit: 800, target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false } },
+  server: { proxy: { "/meshes": service, "/socket": { target: service, ws: true, changeOrigin: true, headers: { Origin: service } } } },
 });

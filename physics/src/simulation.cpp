@@ -68,6 +68,7 @@ struct Simulation::Impl {
     }
 
     bool set_inputs(std::span<const double> tau, std::span<const double> wrenches) noexcept;
+    bool disturb(const Disturbance& disturbance) noexcept;
     void measure_now() noexcept;
     void measure_last_interval() noexcept;
     void add_noise(int offset, const std::vector<int>& source, const mjtNum* values, double deviation,
@@ -105,7 +106,7 @@ bool Simulation::Impl::set_inputs(std::span<const double> tau, std::span<const d
 
     std::copy(tau.begin(), tau.end(), data->ctrl);
     const auto applied = [&](int site) { return data->xfrc_applied + 6 * model->site_bodyid[site]; };
-    for (int site : world.push_sites) std::fill_n(applied(site), 6, 0.0);
+    std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
     for (size_t i = 0; 6 * i < wrenches.size(); ++i) {
         const int site = world.push_sites[i];
         const Eigen::Map<const Eigen::Vector3d> force(&wrenches[6 * i]), moment(&wrenches[6 * i + 3]);
@@ -116,6 +117,27 @@ bool Simulation::Impl::set_inputs(std::span<const double> tau, std::span<const d
         Eigen::Map<Eigen::Vector3d>(applied(site)) += force;
         Eigen::Map<Eigen::Vector3d>(applied(site) + 3) += moment + lever.cross(force);
     }
+    return true;
+}
+
+bool Simulation::Impl::disturb(const Disturbance& disturbance) noexcept {
+    if (disturbance.body == 0) return true;
+    if (disturbance.body < 0 || disturbance.body >= model->nbody)
+        return fail("t = %g s: a disturbance acts on body %d; the world has the bodies 1 to %d", data->time,
+                    disturbance.body, model->nbody - 1);
+    const double greatest =
+        std::max(disturbance.point.cwiseAbs().maxCoeff(), disturbance.force.cwiseAbs().maxCoeff());
+    if (!disturbance.point.allFinite() || !disturbance.force.allFinite() || greatest > mjMAXVAL)
+        return fail(
+            "t = %g s: the disturbance of '%s' has the component %g; it must be finite and below 1e10",
+            data->time, world.bodies[static_cast<size_t>(disturbance.body - 1)].c_str(), greatest);
+    const int body = disturbance.body;
+    const Eigen::Vector3d acts_at =
+        (transform(data->xpos + 3 * body, data->xmat + 9 * body) * disturbance.point.homogeneous()).head<3>();
+    const Eigen::Vector3d lever = acts_at - Eigen::Map<const Eigen::Vector3d>(data->xipos + 3 * body);
+    double* applied = data->xfrc_applied + 6 * body;
+    Eigen::Map<Eigen::Vector3d>{applied} += disturbance.force;
+    Eigen::Map<Eigen::Vector3d>{applied + 3} += lever.cross(disturbance.force);
     return true;
 }
 
@@ -246,9 +268,10 @@ void Simulation::reset() noexcept {
     self.measure_now();
 }
 
-bool Simulation::step(std::span<const double> tau, std::span<const double> wrenches) noexcept {
+bool Simulation::step(std::span<const double> tau, std::span<const double> wrenches,
+                      const Disturbance& disturbance) noexcept {
     Impl& self = *impl_;
-    if (self.error[0] != '\0' || !self.set_inputs(tau, wrenches)) return false;
+    if (self.error[0] != '\0' || !self.set_inputs(tau, wrenches) || !self.disturb(disturbance)) return false;
     *self.measurement(self.at.step) += 1.0;
     self.run([&] {
         mj_step2(self.model, self.data.get()); // forces at t_k, then q and v at t_k+1

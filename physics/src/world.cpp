@@ -109,6 +109,7 @@ void World::Impl::index() {
         if (m->jnt_actfrclimited[joint]) effort_limits[i] = m->jnt_actfrcrange[2 * joint + 1];
     }
     followers = follower_addresses(m, options);
+    for (int body = 1; body < m->nbody; ++body) bodies.emplace_back(mj_id2name(m, mjOBJ_BODY, body));
     base_site = site("base");
     imu_site = site("imu");
     gyro = sensor("gyro");
@@ -226,6 +227,7 @@ const std::string& World::base_link() const { return impl_->options.base_link; }
 const Eigen::VectorXd& World::lower_limits() const { return impl_->lower_limits; }
 const Eigen::VectorXd& World::upper_limits() const { return impl_->upper_limits; }
 const Eigen::VectorXd& World::effort_limits() const { return impl_->effort_limits; }
+const std::vector<std::string>& World::bodies() const { return impl_->bodies; }
 double World::mass() const { return impl_->mass; }
 const std::vector<std::string>& World::warnings() const { return impl_->warnings; }
 

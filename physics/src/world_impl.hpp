@@ -18,7 +18,7 @@ struct World::Impl {
     std::vector<int> foot_sites, ft_sites, push_sites;
     std::vector<int> force_sensors, torque_sensors; ///< per F/T sensor: index in sensordata
     std::vector<FollowerAddress> followers;
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings, bodies;
     int base_site = -1, imu_site = -1;
     int gyro = -1, accelerometer = -1; ///< index in sensordata
 

@@ -208,6 +208,30 @@ TEST(Simulation, PushesAtTheCentreOfMassOfTheLink) {
     EXPECT_GT(sim.v_b().tail<3>().norm(), 1e-4); // off the common centre
 }
 
+TEST(Simulation, TakesHoldOfABodyAtAPoint) {
+    // A force at a point of a free body without gravity: F = m a, and r x F turns it about its centre.
+    WorldOptions options;
+    options.urdf = write_urdf("grabbed", R"(
+      <link name="core"><inertial><origin xyz="0.1 0 0"/><mass value="2"/>
+        <inertia ixx="0.02" iyy="0.03" izz="0.04" ixy="0" ixz="0" iyz="0"/></inertial></link>)");
+    options.gravity.setZero();
+    Simulation sim = simulate(options);
+    EXPECT_EQ(sim.world().bodies(), std::vector<std::string>{"core"});
+    ASSERT_TRUE(sim.step({}, {}, {1, {0.1, 0.5, 0}, {4, 0, 0}}));
+    EXPECT_NEAR(sim.v_b()[5], -0.5 * 4 / 0.04 * 1e-3, 1e-9); // -r_y F_x / I_zz
+    EXPECT_NEAR(sim.v_b()[0], 4.0 / 2 * 1e-3, 1e-9);
+    const double before = sim.v_b()[5];
+    ASSERT_TRUE(sim.step({}));
+    EXPECT_NEAR(sim.v_b()[5], before, 1e-9); // it lets go
+    EXPECT_FALSE(sim.step({}, {}, {2, {0, 0, 0}, {1, 0, 0}}));
+    EXPECT_STREQ(sim.error(), "t = 0.002 s: a disturbance acts on body 2; the world has the bodies 1 to 1");
+    sim.reset();
+    EXPECT_FALSE(sim.step({}, {}, {1, {0, 0, 0}, {0, 1e11, 0}}));
+    EXPECT_STREQ(
+        sim.error(),
+        "t = 0 s: the disturbance of 'core' has the component 1e+11; it must be finite and below 1e10");
+}
+
 TEST(Simulation, KeepsTheEnergyOfAPendulum) {
     WorldOptions options = pendulum();
     options.time_step = 1e-4;

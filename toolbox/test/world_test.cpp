@@ -183,6 +183,27 @@ TEST(World, IsPushedByTheWrenchOfItsPort) {
     EXPECT_EQ(run.simulation.failure(), "world: push wrench 1 is not finite; look at what computes it");
 }
 
+TEST(World, IsPulledByItsDisturbanceAndGoesOnAlikeFromASnapshot) {
+    const std::string text = "model: m\nstep: 0.001\nblocks:\n" + robot +
+                             "  world: {block: WholeBodyToolbox/MujocoWorld, floor: false}\n";
+    Running run(text);
+    ASSERT_TRUE(run.step());
+    run.simulation.set_parameter("world.disturbance", {1, 0, 0, 0, 0, 33.06, 0});
+    const auto snapshot = run.simulation.snapshot();
+    const auto fallen = [&] {
+        for (int k = 0; k < 101; ++k) EXPECT_TRUE(run.step());
+        return Vector3(run.get("world.com"));
+    };
+    const Vector3 com = fallen();
+    EXPECT_NEAR(com(1), 0.5 * 1.0 * 0.1 * 0.1, 5e-4) << "a = f/m = 1 m/s2";
+    run.simulation.restore(snapshot);
+    EXPECT_EQ(fallen(), com);
+    run.simulation.set_parameter("world.disturbance", {-3, 0, 0, 0, 0, 0, 0});
+    EXPECT_FALSE(run.step());
+    EXPECT_EQ(run.simulation.failure(),
+              "world: disturbance[1] is no disturbance; give the number of a body, a point and a force");
+}
+
 TEST(World, ReadsItsSensors) {
     const std::string sensors = "    ft_sensors: \"{'l_foot_ft_sensor', 'r_foot_ft_sensor'}\"\n";
     const std::string text = "model: m\nstep: 0.001\nblocks:\n" + robot + world(sensors) + pd() +

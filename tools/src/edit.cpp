@@ -5,6 +5,7 @@
 #include "bf/realtime/interrupt.hpp"
 #include "bf/service/server.hpp"
 #include "bf/service/service.hpp"
+#include "scenery.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
@@ -81,7 +82,11 @@ void execute(const EditOptions& options) {
         throw CommandError("the editor's page is not in " + page.string() +
                            "; build it with -DBF_EDITOR=ON, which needs the packages of scripts/deps");
     const InterruptGuard interrupt;
-    service::Server server({.file = model, .page = page, .version = BF_VERSION, .port = options.port});
+    service::Server server({.file = model,
+                            .page = page,
+                            .version = BF_VERSION,
+                            .port = options.port,
+                            .sceneries = scenery_maker()});
     std::printf("%s is open at\n  %s\nCtrl-C ends. Whoever has this address may change the model.\n",
                 escape::terminal(model.string()).c_str(), server.address().c_str());
     std::fflush(stdout);

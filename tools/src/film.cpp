@@ -1,8 +1,9 @@
 // bf film: a recording of a physics world as a film.
+#include "bf/physics/figure.hpp"
 #include "bf/physics/renderer.hpp"
 #include "bf/recording/reader.hpp"
-#include "bf/toolbox/simulated_robot.hpp"
 #include "files.hpp"
+#include "robots.hpp"
 #include "terminal.hpp"
 #include "verbs.hpp"
 
@@ -32,16 +33,10 @@ struct FilmedRobot {
 };
 
 FilmedRobot find_robot(const Diagram& diagram) {
-    FilmedRobot robot;
-    for (const auto& node : diagram.nodes) {
-        const auto* device = static_cast<const toolbox::RobotDevice*>(
-            node.block->resolution().find_provided(toolbox::RobotDevice::resource));
-        if (const auto* simulated = dynamic_cast<const toolbox::SimulatedDevice*>(device))
-            robot = {&simulated->world(), node.path};
-    }
-    if (!robot.world)
+    const auto worlds = worlds_of(diagram);
+    if (worlds.empty())
         throw CommandError(diagram.name + " has no MujocoWorld block: there is nothing to film");
-    return robot;
+    return {worlds.back().second, worlds.back().first};
 }
 
 /// Last sample not after t.
@@ -86,22 +81,15 @@ class Film {
     }
 
   private:
-    /// Force of the ground at the foot's centre of pressure x = -m_y/f_z, y = m_x/f_z in sole axes.
     void add_contact(const recording::Channel& wrench, double t, std::vector<physics::Arrow>& arrows) {
         const std::string foot = wrench.name.substr((path_ + ".wrench_").size());
         const auto pose = std::find_if(recording_.channels.begin(), recording_.channels.end(),
                                        [&](const auto& c) { return c.name == path_ + ".pose_" + foot; });
         if (pose == recording_.channels.end()) return;
         const Vector f = values(wrench, t), H = values(*pose, t);
-        const Eigen::Map<const Eigen::Matrix4d> w_H_f(H.data());
-        const Eigen::Vector3d force = f.head<3>(),
-                              local_force = w_H_f.topLeftCorner<3, 3>().transpose() * f.head<3>(),
-                              local_moment = w_H_f.topLeftCorner<3, 3>().transpose() * f.tail<3>();
-        if (local_force.z() < 1) return;
-        const Eigen::Vector3d pressure(-local_moment.y() / local_force.z(),
-                                       local_moment.x() / local_force.z(), 0);
-        arrows.push_back({w_H_f.topRightCorner<3, 1>() + w_H_f.topLeftCorner<3, 3>() * pressure,
-                          force * renderer_.options().metres_per_newton, physics::Arrow::Kind::contact});
+        if (const auto contact = physics::contact_force(Eigen::Map<const Eigen::Matrix4d>(H.data()), f))
+            arrows.push_back({contact->origin, contact->force * renderer_.options().metres_per_newton,
+                              physics::Arrow::Kind::contact});
     }
 
     void add_push(const recording::Channel& push, double t, const Vector& H,

@@ -2,12 +2,23 @@
 #pragma once
 
 #include "bf/core/resolution.hpp"
+#include "bf/elaborate/diagram.hpp"
 
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bf::physics {
+class World;
+}
 
 namespace bf::tools {
 
 /// The URDF of the robot that the block provides; empty if it provides none.
 std::filesystem::path urdf_of(const Resolution& block);
+
+/// The physics worlds of a diagram with the paths of their blocks.
+std::vector<std::pair<std::string, const physics::World*>> worlds_of(const Diagram& diagram);
 
 } // namespace bf::tools

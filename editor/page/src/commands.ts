@@ -89,6 +89,8 @@ export const commands: Command[] = [
   { title: "Types of signals", group: "Look", keys: [], run: (s) => s.toggle_show("types") },
   { title: "Rates of signals", group: "Look", keys: [], run: (s) => s.toggle_show("rates") },
   { title: "Units of signals", group: "Look", keys: [], run: (s) => s.toggle_show("units") },
+  { title: "The robot in three dimensions", group: "Look", keys: ["V"], can: (s) => s.stage.is_possible || s.stage.is_shown,
+    run: (s) => s.stage.open(!s.stage.is_shown) },
   { title: "Light or dark", group: "Look", keys: [], run: (s) => s.next_theme() },
   { title: "Open another model", group: "Look", keys: ["Ctrl+O"], run: (s) => (s.dialog = { kind: "open" }) },
   { title: "Keys", group: "Look", keys: ["Shift+?", "?"], run: (s) => (s.dialog = { kind: "help" }) },

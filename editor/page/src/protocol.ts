@@ -103,6 +103,10 @@ export interface LibraryPort {
   doc: string;
 }
 
+export interface Look {
+  is_wanted: boolean;
+}
+
 export interface Mark {
   message: string;
   remedy: string;
@@ -163,6 +167,31 @@ export interface RunState {
   reached: number;
   is_current: boolean;
   message: string;
+}
+
+export interface Scene {
+  number: number;
+  worlds: SceneWorld[];
+  failure: string;
+}
+
+export interface SceneShape {
+  kind: "mesh" | "sphere" | "box" | "cylinder" | "capsule" | "ellipsoid";
+  body: number;
+  mesh: number;
+  pose: number[];
+  size: number[];
+  colour: number[];
+}
+
+export interface SceneWorld {
+  path: string;
+  bodies: string[];
+  shapes: SceneShape[];
+  feet: string[];
+  has_floor: boolean;
+  start: number[];
+  disturbance: string;
 }
 
 export interface SettingField {
@@ -251,6 +280,7 @@ export interface Methods {
   text: { params: Record<string, never>; result: Text };
   run: { params: RunCommand; result: RunState };
   signals: { params: Record<string, never>; result: Signals };
+  scene: { params: Look; result: Scene };
   watch: { params: Watch; result: Signals };
   tune: { params: Tune; result: RunState };
 }

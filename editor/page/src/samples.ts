@@ -56,6 +56,10 @@ export class Samples {
       const index = view.getUint32(at, true), n = view.getUint32(at + 4, true), time = view.getFloat64(at + 8, true);
       const first = at + 16;
       if (first + 8 * n > frame.byteLength) return;
+      if (index >= 2 ** 31) { // where a world's bodies are
+        at = first + 8 * n;
+        continue;
+      }
       let track = this.tracks.get(index);
       if (track?.elements !== n) this.tracks.set(index, (track = new Track(n)));
       track.push(time, (element) => view.getFloat64(first + 8 * element, true));

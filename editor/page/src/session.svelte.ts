@@ -9,6 +9,7 @@ import {
   type Point, type Port, type RunState, type SignalInfo,
 } from "./protocol.ts";
 import { Samples } from "./samples.ts";
+import { Stage } from "./stage.svelte.ts";
 import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
 
 export type Show = "sizes" | "types" | "rates" | "units";
@@ -65,7 +66,9 @@ export class Session {
 
   private readonly by_path = $derived(new Map(this.signals.map((signal) => [signal.path, signal])));
   private readonly by_parent = $derived(Map.groupBy(this.signals, (signal) => parent_of(signal.path)));
+  readonly stage: Stage;
   private readonly client: Client;
+  private readonly token: string;
   private views = new Map<string, View>();
   private tried = nothing_tried;
   private drawing_under_way: Promise<void> | null = null;
@@ -82,9 +85,12 @@ export class Session {
       told: (name, value) => this.hear(name, value),
       sampled: (frame) => {
         this.samples.take(frame);
+        this.stage.take(frame);
         ++this.sampled;
       },
     });
+    this.stage = new Stage(this.client);
+    this.token = new URL(url).searchParams.get("token") ?? "";
   }
 
   close(): void { this.client.close(); }
@@ -100,6 +106,11 @@ export class Session {
       this.message = { text: error.message, part };
       return null;
     }
+  }
+  async meshes(scene: number, world: number): Promise<ArrayBuffer> {
+    const response = await fetch(`meshes/${scene}/${world}?token=${encodeURIComponent(this.token)}`);
+    if (!response.ok) throw new Refusal(await response.text());
+    return response.arrayBuffer();
   }
   inspect = (path: string) => this.client.call("inspect", { path }).catch(() => null);
   variables = (system: string) => this.client.call("variables", { system }).catch(() => null);
@@ -120,6 +131,7 @@ export class Session {
     if (library) this.library = library.blocks;
     this.take_run(welcome.run);
     await this.rewatch();
+    await this.stage.ask();
   }
 
   private hear<N extends keyof Notifications>(name: N, value: Notifications[N]): void {
@@ -132,6 +144,7 @@ export class Session {
     } else {
       void this.redraw();
     }
+    if (state.is_checked && this.run.state === "none") void this.stage.ask();
   }
 
   /** One request at a time; resolves when what is shown is as new as the call. */
@@ -429,6 +442,7 @@ export class Session {
     if (is_other) {
       this.samples = new Samples();
       void this.rewatch();
+      void this.stage.ask();
     }
   }
   play_or_pause(): Promise<void> {

@@ -2,7 +2,7 @@ import type { Shape } from "./protocol.ts";
 
 export type Choice = "system" | "light" | "dark";
 const names = [
-  "canvas", "dots", "accent", "accent-soft", "body", "body-line", "symbol", "value", "name", "port", "wire", "branch", "label", "note",
+  "canvas", "floor", "floor-line", "dots", "accent", "accent-soft", "body", "body-line", "symbol", "value", "name", "port", "wire", "branch", "label", "note",
   "highlight", "pill", "pill-text",
 ] as const;
 export type Colours = Record<(typeof names)[number], string>;

@@ -17,6 +17,7 @@ inline const Words element = {"block", "subsystem", "input", "output", "wire", "
 inline const Words role = {"argument", "parameter", "property"};
 inline const Words running = {"none", "paused", "running", "ended", "failed"};
 inline const Words show = {"sizes", "types", "rates", "units"};
+inline const Words shape_kind = {"mesh", "sphere", "box", "cylinder", "capsule", "ellipsoid"};
 inline const Words action = {"start", "pause", "step", "stop", "to", "pace"};
 
 } // namespace words
@@ -81,6 +82,13 @@ BF_FIELDS(service::RunCommand, one_of("action", &T::action, words::action), has(
 BF_FIELDS(service::PlotPanel, has("title", &T::title), has("signals", &T::signals))
 BF_FIELDS(service::Signals, has("signals", &T::signals), has("plots", &T::plots))
 BF_FIELDS(service::Watch, has("paths", &T::paths))
+BF_FIELDS(service::SceneShape, one_of("kind", &T::kind, words::shape_kind), has("body", &T::body),
+          has("mesh", &T::mesh), has("pose", &T::pose), has("size", &T::size), has("colour", &T::colour))
+BF_FIELDS(service::SceneWorld, has("path", &T::path), has("bodies", &T::bodies), has("shapes", &T::shapes),
+          has("feet", &T::feet), has("has_floor", &T::has_floor), has("start", &T::start),
+          has("disturbance", &T::disturbance))
+BF_FIELDS(service::Look, has("is_wanted", &T::is_wanted))
+BF_FIELDS(service::Scene, has("number", &T::number), has("worlds", &T::worlds), has("failure", &T::failure))
 BF_FIELDS(service::Tune, has("name", &T::name), has("values", &T::values))
 
 } // namespace bf

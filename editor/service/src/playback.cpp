@@ -23,6 +23,7 @@ using Seconds = std::chrono::duration<double>;
 constexpr auto slice = std::chrono::milliseconds(15);      ///< between two looks at commands
 constexpr std::size_t most_samples = 60;                   ///< of a signal in a slice
 constexpr std::size_t most_bytes = std::size_t{256} << 20; ///< of checkpoints
+constexpr std::size_t first_world = std::size_t{1} << 31;  ///< index in frames
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 template <class T> void append(std::string& frame, const T& value) {
@@ -83,6 +84,14 @@ class Playback::Loop final : public Run::Observer {
             is_seen_wanted_ = true;
         });
     }
+    void show(std::shared_ptr<Sceneries> sceneries) {
+        post([this, sceneries = std::move(sceneries)] {
+            if (sceneries && sceneries != sceneries_)
+                for (const auto& scenery : *sceneries) scenery->bind(quantities_);
+            sceneries_ = sceneries;
+            is_seen_wanted_ = true;
+        });
+    }
     RunState state() const {
         const std::lock_guard lock(mutex_);
         return state_;
@@ -126,6 +135,18 @@ class Playback::Loop final : public Run::Observer {
         append(frame_, static_cast<std::uint32_t>(n));
         append(frame_, time);
         for (int i = 0; i < n; ++i) append(frame_, quantity[i]);
+    }
+
+    void write_places() {
+        for (std::size_t i = 0; sceneries_ && i < sceneries_->size(); ++i) {
+            places_.clear();
+            (*sceneries_)[i]->look(places_);
+            append(frame_, static_cast<std::uint32_t>(first_world + i));
+            append(frame_, static_cast<std::uint32_t>(places_.size()));
+            append(frame_, seen_time_);
+            for (const double value : places_) append(frame_, value);
+        }
+        shown_time_ = seen_time_;
     }
 
     // ---- the thread of the run ----
@@ -287,6 +308,7 @@ class Playback::Loop final : public Run::Observer {
     void deliver(bool was_asked) {
         if (is_seen_wanted_ && seen_time_ >= 0) // what signals were last, whatever their rate
             for (const auto& watched : watched_) write(watched, seen_time_);
+        if (seen_time_ >= 0 && (is_seen_wanted_ || shown_time_ != seen_time_)) write_places();
         is_seen_wanted_ = false;
         for (auto& watched : watched_) {
             if (quantities_[static_cast<std::size_t>(watched.signal)].rate == constant_rate) continue;
@@ -313,6 +335,9 @@ class Playback::Loop final : public Run::Observer {
     RunState state_;
 
     std::vector<Watched> watched_;
+    std::shared_ptr<Sceneries> sceneries_;
+    std::vector<double> places_;
+    double shown_time_ = -1;              ///< of the places that were told last [s]
     std::vector<Checkpoint> checkpoints_; ///< in the order of time; the first is the beginning
     double interval_ = 0.05;              ///< between two of them [s]
     double target_ = infinity;            ///< time to play to [s]
@@ -330,6 +355,7 @@ Playback::~Playback() = default;
 
 void Playback::command(const RunCommand& command) { loop_->command(command); }
 void Playback::tune(const Tune& tune) { loop_->tune(tune); }
+void Playback::show(std::shared_ptr<Sceneries> sceneries) { loop_->show(std::move(sceneries)); }
 void Playback::watch(std::vector<int> signals) { loop_->watch(std::move(signals)); }
 RunState Playback::state() const { return loop_->state(); }
 const std::vector<SignalInfo>& Playback::signals() const { return loop_->signals(); }

@@ -62,10 +62,11 @@ struct Server::State {
     struct Page;
 
     explicit State(const ServerOptions& o)
-        : options(o), service({options.file, options.version,
-                               [this](std::function<void()> task) { asio::post(io, std::move(task)); },
-                               [this](const std::string& text) { broadcast(text, false); },
-                               [this](const std::string& frame) { broadcast(frame, true); }}) {
+        : options(o),
+          service({options.file, options.version,
+                   [this](std::function<void()> task) { asio::post(io, std::move(task)); },
+                   [this](const std::string& text) { broadcast(text, false); },
+                   [this](const std::string& frame) { broadcast(frame, true); }, options.sceneries}) {
         if (options.token.empty()) options.token = realtime::random_token();
         if (options.token.empty()) throw std::runtime_error("the system gives no random token");
         const tcp::endpoint endpoint(asio::ip::address_v4::loopback(), options.port);
@@ -121,19 +122,28 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
                           "this address is not served; use the one that bf edit printed\n");
         const std::string target(view_of(request.target()));
         const std::string path = target.substr(0, target.find('?'));
-        if (path == "/socket") return shake_hands(request, target);
+        const std::string_view token = token_in(target);
+        if (path == "/socket") return shake_hands(request, token);
         if (request.method() != http::verb::get && request.method() != http::verb::head)
             return refuse(http::status::method_not_allowed, "this server answers GET\n");
+        if (path.starts_with("/meshes/"))
+            return send_meshes(path.substr(std::string_view("/meshes/").size()), token);
         send_file(path == "/" ? "/index.html" : path, request.method() == http::verb::head);
     }
 
-    void shake_hands(const http::request<http::string_body>& request, const std::string& target) {
-        constexpr std::string_view key = "/socket?token=";
-        const std::string_view given =
-            target.starts_with(key) ? std::string_view(target).substr(key.size()) : "";
-        if (!realtime::is_token(given, state.options.token))
-            return refuse(http::status::forbidden,
-                          "open the address with the token, which bf edit printed\n");
+    static std::string_view token_in(std::string_view target) {
+        constexpr std::string_view key = "?token=";
+        const auto at = target.find(key);
+        return at == target.npos ? "" : target.substr(at + key.size());
+    }
+    bool knows(std::string_view token) {
+        if (realtime::is_token(token, state.options.token)) return true;
+        refuse(http::status::forbidden, "open the address with the token, which bf edit printed\n");
+        return false;
+    }
+
+    void shake_hands(const http::request<http::string_body>& request, std::string_view token) {
+        if (!knows(token)) return;
         // A program may come without an origin; a browser always says which page it is.
         const std::string_view origin = view_of(request[http::field::origin]);
         constexpr std::string_view scheme = "http://";
@@ -152,6 +162,17 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
             self->buffer.clear();
             self->read();
         });
+    }
+
+    void send_meshes(const std::string& what, std::string_view token) {
+        if (!knows(token)) return;
+        auto meshes = state.service.meshes(what);
+        if (!meshes) return refuse(http::status::not_found, "there is no such scene any more\n");
+        auto response = std::make_shared<http::response<http::string_body>>(http::status::ok, 11);
+        response->set(http::field::content_type, "application/octet-stream");
+        response->body() = std::move(*meshes);
+        response->prepare_payload();
+        send(std::move(response));
     }
 
     /// Only files of the page, which hold no secret, so that they need no token.

@@ -8,6 +8,7 @@
 #include "bf/view/draw.hpp"
 #include "clipboard.hpp"
 #include "json.hpp"
+#include "stage.hpp"
 #include "typescript.hpp"
 
 #include <condition_variable>
@@ -465,7 +466,18 @@ struct Service::State {
                                              });
                                          }});
         played_revision = project->revision();
+        played = examined;
+        stage.follow(played, playback.get());
         rewatch();
+    }
+
+    Scene scene(int page, const Look& asked) {
+        const bool is_right = examined && examined->diagnostics.empty();
+        return stage.look(page, asked.is_wanted,
+                          playback   ? played
+                          : is_right ? examined
+                                     : nullptr,
+                          playback.get());
     }
 
     RunState run(int, const RunCommand& asked) {
@@ -537,6 +549,8 @@ struct Service::State {
     std::vector<LibraryBlock> known_blocks;
     std::map<int, std::vector<std::string>> wishes; ///< paths of signals, by page
     std::unique_ptr<Playback> playback;
+    std::shared_ptr<const ExaminedModel> played;
+    Stage stage{options.sceneries};
     Checker checker; ///< last: its thread ends first
 };
 
@@ -545,8 +559,12 @@ Service::~Service() = default;
 
 void Service::leave(int page) {
     state_->wishes.erase(page);
+    state_->stage.leave(page);
+    state_->stage.follow(state_->played, state_->playback.get());
     state_->rewatch();
 }
+
+std::optional<std::string> Service::meshes(std::string_view what) const { return state_->stage.meshes(what); }
 
 void Service::tick() {
     if (state_->project->synchronise()) static_cast<void>(state_->after_change());
@@ -586,7 +604,7 @@ const std::vector<Method>& methods() {
         method("edit", &S::edit),       method("undo", &S::undo),       method("redo", &S::redo),
         method("arrange", &S::arrange), method("copy", &S::copy),       method("paste", &S::paste),
         method("text", &S::text),       method("run", &S::run),         method("signals", &S::signals),
-        method("watch", &S::watch),     method("tune", &S::tune)};
+        method("scene", &S::scene),     method("watch", &S::watch),     method("tune", &S::tune)};
     return all;
 }
 

@@ -2,6 +2,7 @@
 
 #include "bf/engine/simulation.hpp"
 #include "bf/formats/yaml.hpp"
+#include "scenery.hpp"
 
 #include <chrono>
 #include <cstring>
@@ -34,17 +35,19 @@ std::shared_ptr<const LoadedModel> loaded(const char* text) {
 struct Seen {
     std::mutex mutex;
     std::vector<std::pair<double, double>> samples; ///< time and value, in the order of arrival
+    std::vector<std::pair<double, double>> places;  ///< the same of the first world
     Playback::Listener listener() {
         return {[](const RunState&) {},
                 [this](const std::string& frame) {
                     const std::lock_guard lock(mutex);
                     for (std::size_t at = 0; at < frame.size();) {
-                        std::uint32_t n = 0;
+                        std::uint32_t index = 0, n = 0;
                         double time = 0, value = 0;
+                        std::memcpy(&index, &frame[at], 4);
                         std::memcpy(&n, &frame[at + 4], 4);
                         std::memcpy(&time, &frame[at + 8], 8);
                         std::memcpy(&value, &frame[at + 16], 8);
-                        samples.emplace_back(time, value);
+                        (index < (1U << 31) ? samples : places).emplace_back(time, value);
                         at += 16 + 8 * n;
                     }
                 }};
@@ -121,6 +124,32 @@ TEST(Playback, AChangedVariableMakesAnotherRunFromThere) {
     EXPECT_EQ(rest(playback).state, Running::ended);
     const std::lock_guard lock(seen.mutex);
     EXPECT_NEAR(seen.samples.back().second, std::pow(0.99, 100), 1e-12); // nothing decays any more
+}
+
+TEST(Playback, TellsWhereThingsAreAtTheShownInstantWhileSomebodyLooks) {
+    Seen seen;
+    const auto model = loaded(decay);
+    Playback playback(model, seen.listener());
+    playback.command({.action = Action::to, .time = 3.0});
+    static_cast<void>(rest(playback));
+    EXPECT_TRUE(seen.places.empty());
+    playback.show(std::make_shared<Sceneries>(one_body(model->diagram, "x")));
+    static_cast<void>(rest(playback));
+    playback.command({.action = Action::to, .time = 1.0});
+    static_cast<void>(rest(playback));
+    {
+        const std::lock_guard lock(seen.mutex);
+        ASSERT_EQ(seen.places.size(), 2U);
+        EXPECT_NEAR(seen.places[0].first, 2.99, 1e-12);
+        EXPECT_NEAR(seen.places[0].second, std::pow(0.99, 299), 1e-12);
+        EXPECT_NEAR(seen.places[1].first, 0.99, 1e-12);
+        EXPECT_NEAR(seen.places[1].second, std::pow(0.99, 99), 1e-12);
+    }
+    playback.show(nullptr);
+    playback.command({.action = Action::to, .time = 2.0});
+    static_cast<void>(rest(playback));
+    const std::lock_guard lock(seen.mutex);
+    EXPECT_EQ(seen.places.size(), 2U);
 }
 
 TEST(Playback, RefusesAWrongChangeWithItsReason) {

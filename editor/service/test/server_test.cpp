@@ -1,6 +1,7 @@
 #include "bf/service/server.hpp"
 
 #include "folder.hpp"
+#include "scenery.hpp"
 #include <atomic>
 #include <boost/asio/connect.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -31,8 +32,13 @@ class ServerTest : public ::testing::Test {
         std::ofstream(folder_ / "page" / "index.html") << "<!doctype html>";
         std::ofstream(folder_ / "secret.txt") << "secret";
         fs::create_symlink(folder_ / "secret.txt", folder_ / "page" / "link.txt");
-        server = std::make_unique<bf::service::Server>(bf::service::ServerOptions{
-            .file = folder_ / "motor.yaml", .page = folder_ / "page", .version = "1"});
+        server = std::make_unique<bf::service::Server>(
+            bf::service::ServerOptions{.file = folder_ / "motor.yaml",
+                                       .page = folder_ / "page",
+                                       .version = "1",
+                                       .sceneries = [](const bf::Diagram& diagram) {
+                                           return bf::service::one_body(diagram, "load.y");
+                                       }});
         thread_ = std::thread([this] { server->run([this] { return !ends_; }); });
     }
     void TearDown() override {
@@ -110,6 +116,18 @@ TEST_F(ServerTest, GivesNothingOutsideOfThePage) {
     for (const char* target : {"/../secret.txt", "/..%2fsecret.txt", "/link.txt", "//etc/passwd",
                                "/assets/../../secret.txt", "/.", "/nothing.js", "/motor.yaml"})
         EXPECT_EQ(get(target).result(), http::status::not_found) << target;
+}
+
+TEST_F(ServerTest, GivesMeshesOfTheSceneToWhoKnowsTheToken) {
+    Socket one = page();
+    const std::string token = "?token=" + server->token(), look = R"({"id": 7, "method": "scene"})";
+    while (ask(one, look).find("\"worlds\":[]") != std::string::npos) continue; // until the model is checked
+    EXPECT_EQ(get("/meshes/1/0" + token).body(), "meshes of load.y");
+    EXPECT_EQ(get("/meshes/1/0").result(), http::status::forbidden);
+    EXPECT_EQ(get("/meshes/1/0?token=" + server->token().substr(1)).result(), http::status::forbidden);
+    for (const char* other :
+         {"/meshes/1/1", "/meshes/2/0", "/meshes/../secret.txt", "/meshes/", "/meshes//etc/passwd"})
+        EXPECT_EQ(get(other + token).result(), http::status::not_found) << other;
 }
 
 TEST_F(ServerTest, AnswersItsOwnAddressAlone) {

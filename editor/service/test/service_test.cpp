@@ -2,6 +2,7 @@
 
 #include "bf/base/files.hpp"
 #include "folder.hpp"
+#include "scenery.hpp"
 
 #include <condition_variable>
 #include <deque>
@@ -30,7 +31,11 @@ class ServiceTest : public ::testing::Test {
                                  wake_.notify_one();
                              },
                              [this](const std::string& text) { told.push_back(Json::parse(text)); },
-                             [this](const std::string& frame) { sent_bytes += frame.size(); }});
+                             [this](const std::string& frame) { sent_bytes += frame.size(); },
+                             [this](const bf::Diagram& diagram) {
+                                 if (++scenes == broken_scene) throw std::runtime_error("no mesh 'arm.stl'");
+                                 return bf::service::one_body(diagram, "load.y");
+                             }});
     }
     void TearDown() override { service.reset(); }
 
@@ -74,6 +79,7 @@ class ServiceTest : public ::testing::Test {
     std::unique_ptr<Service> service;
     std::vector<Json> told;
     std::size_t sent_bytes = 0;
+    int scenes = 0, broken_scene = 0;
 
   private:
     fs::path folder_;
@@ -276,6 +282,33 @@ TEST(Protocol, OfThePageIsTheOneOfTheService) {
     EXPECT_EQ(bf::read_text_file(fs::path(BF_SOURCE_DIRECTORY) / "editor/page/src/protocol.ts"),
               Service::typescript())
         << "run scripts/update-reference";
+}
+
+TEST_F(ServiceTest, MakesASceneWhenAPageLooksAndAnotherForAnotherModel) {
+    EXPECT_EQ(result("scene")["number"], 0) << "nothing is known before the first check";
+    EXPECT_FALSE(checked().is_null());
+    EXPECT_EQ(scenes, 0);
+    const Json scene = result("scene", {{"is_wanted", true}});
+    EXPECT_EQ(scene["worlds"][0]["path"], "world");
+    EXPECT_EQ(scene["worlds"][0]["bodies"], Json({"body"}));
+    const std::string number = std::to_string(scene["number"].get<int>());
+    EXPECT_EQ(service->meshes(number + "/0"), "meshes of load.y");
+    for (const std::string& other :
+         {number + "/1", std::string("9/0"), number, std::string("../../etc/passwd"), std::string()})
+        EXPECT_FALSE(service->meshes(other)) << other;
+    EXPECT_EQ(result("scene")["number"], scene["number"]);
+    EXPECT_EQ(scenes, 1);
+    result("run", {{"action", "step"}});
+    EXPECT_EQ(result("scene")["number"], scene["number"]) << "the run is of the same model";
+    result("scene", {{"is_wanted", false}});
+    EXPECT_EQ(result("scene", {{"is_wanted", false}})["worlds"], Json::array());
+}
+
+TEST_F(ServiceTest, SaysWhyThereIsNoScene) {
+    broken_scene = 1;
+    EXPECT_FALSE(checked().is_null());
+    EXPECT_EQ(result("scene")["failure"], "no mesh 'arm.stl'");
+    EXPECT_EQ(result("scene")["worlds"], Json::array());
 }
 
 } // namespace

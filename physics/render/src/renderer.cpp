@@ -1,7 +1,8 @@
 #include "bf/physics/renderer.hpp"
+
+#include "bf/physics/figure.hpp"
+#include "puppet.hpp"
 #include "scene.hpp"
-#include "spec.hpp"
-#include "world_impl.hpp"
 
 #include <GL/osmesa.h>
 #include <algorithm>
@@ -68,51 +69,20 @@ void RenderOptions::validate() const {
 
 struct Renderer::Impl {
     RenderOptions options;
-    ModelPtr model;
-    DataPtr data;
-    std::vector<int> position; ///< joint → index in qpos
-    std::vector<FollowerAddress> followers;
-    std::vector<Eigen::Matrix4d>
-        roots; ///< poses of the bodies that hang on the world, in the order of MuJoCo's mocap
-    int base_site;
+    Puppet puppet;
     Canvas canvas;
     mjvScene scene;
     mjrContext context;
     std::vector<std::uint8_t> overlay;
     std::optional<Eigen::Vector2d> looked_at; ///< x and y of the point that the camera looks at
 
-    Impl(const World& world, const RenderOptions& wanted) : options(wanted) {
-        // The robot hangs on a body that can be put anywhere, so a base is drawn where it is, floating or
-        // fixed.
-        WorldOptions drawn = world.options();
-        drawn.floating_base = false;
-        const Urdf urdf = Urdf::read(drawn.urdf);
-        const SpecPtr spec = make_spec(drawn, urdf, Looks::meshes);
-        mjsBody* ground = mjs_findBody(spec.get(), "world");
-        for (mjsElement* body = mjs_firstChild(ground, mjOBJ_BODY, 0); body;
-             body = mjs_nextChild(ground, body, 0))
-            mjs_asBody(body)->mocap = 1;
-        decorate(spec.get(), options);
-        model = compile(spec.get(), urdf);
-        data = make_data(model.get());
-        base_site = id_of(model.get(), mjOBJ_SITE, "base");
-        for (const std::string& name : world.joint_names())
-            position.push_back(model->jnt_qposadr[id_of(model.get(), mjOBJ_JOINT, name)]);
-        followers = follower_addresses(model.get(), drawn);
-        roots.resize(static_cast<size_t>(model->nmocap));
-        for (int body = 1; body < model->nbody; ++body) {
-            if (model->body_mocapid[body] < 0) continue;
-            mjtNum rotation[9];
-            mju_quat2Mat(rotation, model->body_quat + 4 * body);
-            roots[static_cast<size_t>(model->body_mocapid[body])] =
-                transform(model->body_pos + 3 * body, rotation);
-        }
-
+    Impl(const World& world, const RenderOptions& wanted)
+        : options(wanted), puppet(world, [this](mjSpec* spec) { decorate(spec, options); }) {
         const Drawing active(canvas);
         mjr_defaultContext(&context);
-        mjr_makeContext(model.get(), &context, mjFONTSCALE_100);
+        mjr_makeContext(puppet.model(), &context, mjFONTSCALE_100);
         mjv_defaultScene(&scene);
-        mjv_makeScene(model.get(), &scene, max_geoms);
+        mjv_makeScene(puppet.model(), &scene, max_geoms);
     }
 
     ~Impl() {
@@ -126,17 +96,6 @@ struct Renderer::Impl {
         mjr_setBuffer(mjFB_OFFSCREEN, &context);
         mjr_render(whole, &scene, &context);
         mjr_readPixels(pixels.data(), nullptr, whole, &context);
-    }
-
-    void place_root(const Eigen::Matrix4d& w_H_root) {
-        for (size_t i = 0; i < roots.size(); ++i) {
-            const Eigen::Matrix4d H = w_H_root * roots[i];
-            const Eigen::Quaterniond q(Eigen::Matrix3d(H.topLeftCorner<3, 3>()));
-            const double rotation[4] = {q.w(), q.x(), q.y(), q.z()};
-            std::copy_n(H.col(3).data(), 3, data->mocap_pos + 3 * i);
-            std::copy_n(rotation, 4, data->mocap_quat + 4 * i);
-        }
-        mj_kinematics(model.get(), data.get());
     }
 };
 
@@ -154,23 +113,20 @@ const RenderOptions& Renderer::options() const { return impl_->options; }
 void Renderer::render(const Eigen::Matrix4d& w_H_b, std::span<const double> s, std::span<const Arrow> arrows,
                       Image& image) {
     Impl& self = *impl_;
-    if (s.size() != self.position.size())
+    if (static_cast<int>(s.size()) != self.puppet.joint_count())
         throw std::invalid_argument("render got " + std::to_string(s.size()) +
                                     " joint positions; the robot has " +
-                                    std::to_string(self.position.size()));
-    for (size_t i = 0; i < s.size(); ++i) self.data->qpos[self.position[i]] = s[i];
-    for (const FollowerAddress& follower : self.followers) follower.put(self.data->qpos);
-    self.place_root(Eigen::Matrix4d::Identity());
-    const Eigen::Matrix4d root_H_base =
-        transform(self.data->site_xpos + 3 * self.base_site, self.data->site_xmat + 9 * self.base_site);
-    self.place_root(w_H_b * inverse(root_H_base));
-    mj_comPos(self.model.get(), self.data.get());
-    mj_camlight(self.model.get(), self.data.get());
+                                    std::to_string(self.puppet.joint_count()));
+    self.puppet.place(w_H_b, s);
+    const mjModel* model = self.puppet.model();
+    mjData* data = self.puppet.data();
+    mj_comPos(model, data);
+    mj_camlight(model, data);
 
     mjvOption option;
     mjv_defaultOption(&option);
     mjvCamera camera;
-    mjv_defaultFreeCamera(self.model.get(), &camera);
+    mjv_defaultFreeCamera(model, &camera);
     camera.azimuth = self.options.azimuth;
     camera.elevation = self.options.elevation;
     camera.distance = self.options.distance;
@@ -178,7 +134,7 @@ void Renderer::render(const Eigen::Matrix4d& w_H_b, std::span<const double> s, s
         self.looked_at = Eigen::Vector2d(w_H_b.topRightCorner<2, 1>());
     std::copy_n(self.looked_at->data(), 2, camera.lookat);
     camera.lookat[2] = self.options.look_at_height;
-    mjv_updateScene(self.model.get(), self.data.get(), &option, nullptr, &camera, mjCAT_ALL, &self.scene);
+    mjv_updateScene(model, data, &option, nullptr, &camera, mjCAT_ALL, &self.scene);
     for (int i = 0; i < self.scene.nlight;
          ++i) { // the shadow is drawn around the lamp, so lamps follow the robot
         if (self.scene.lights[i].headlight) continue;
@@ -224,12 +180,9 @@ std::vector<Arrow> Renderer::force_arrows(const Simulation& simulation) const {
     std::vector<Arrow> arrows;
     const int feet = static_cast<int>(simulation.world().options().feet.size());
     for (int i = 0; i < feet; ++i) {
-        const Vector6d wrench = simulation.foot_wrench(i);
-        if (wrench[2] < 1.0) continue;
-        // centre of pressure on a level floor: (x, y) = (-m_y, m_x) / f_z
-        const Eigen::Vector3d lever(-wrench[4] / wrench[2], wrench[3] / wrench[2], 0.0);
-        arrows.push_back({simulation.foot_pose(i).topRightCorner<3, 1>() + lever,
-                          impl_->options.metres_per_newton * wrench.head<3>(), Arrow::Kind::contact});
+        if (const auto contact = contact_force(simulation.foot_pose(i), simulation.foot_wrench(i)))
+            arrows.push_back(
+                {contact->origin, impl_->options.metres_per_newton * contact->force, Arrow::Kind::contact});
     }
     return arrows;
 }

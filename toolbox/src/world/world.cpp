@@ -206,6 +206,16 @@ class MujocoWorld final : public RobotBlock {
                              .feedthrough = false,
                              .optional = true}};
 
+    Parameter<Vector> disturbance{
+        this,
+        "disturbance",
+        {.shape = {7},
+         .initial = {0},
+         .unit = mixed_units,
+         .doc =
+             "a force that takes hold of the robot: number of a body, as the editor counts them (0: none); "
+             "x y z of a point in its frame, m; force there in world axes, N"}};
+
     Output<Vector> s{this, "s", {.shape = {n}, .unit = unit<"rad">, .doc = "joint positions"}};
     Output<Vector> s_dot{this, "s_dot", {.shape = {n}, .unit = unit<"rad/s">, .doc = "joint velocities"}};
     Output<Vector> tau_measured{
@@ -258,9 +268,17 @@ class MujocoWorld final : public RobotBlock {
         for (int i = 0; i < push.size(); ++i)
             if (!pushes.segment<6>(6 * i).allFinite())
                 return Status::failure("push wrench {} is not finite; look at what computes it", i + 1);
+        const auto& pulled = at[disturbance];
+        // What is no number of a body is one that no world has.
+        const double body = pulled[0] >= 0 && pulled[0] < 1e6 ? std::round(pulled[0]) : -1;
         if (simulated.simulation.step({torque, size},
-                                      {pushes.data(), static_cast<std::size_t>(pushes.size())}))
+                                      {pushes.data(), static_cast<std::size_t>(pushes.size())},
+                                      {static_cast<int>(body), pulled.segment<3>(1), pulled.segment<3>(4)}))
             return ok;
+        if (body < 0 || !pulled.allFinite())
+            return Status::failure(
+                "{element} is no disturbance; give the number of a body, a point and a force", disturbance,
+                0);
         return Status::failure(
             "the physics diverged; look at the gains, the contact parameters and the step");
     }

@@ -8,10 +8,10 @@ export const is_there = existsSync(executable);
 if (!is_there) console.log(`chromium is missing: there is no ${executable}; apt install chromium, or set BF_CHROMIUM`);
 
 /** Without a graphics card, and without asking anything of the network. */
-export const start = (): Promise<Browser> => chromium.launch({
+export const start = (more: string[] = []): Promise<Browser> => chromium.launch({
   executablePath: executable,
   args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--disable-gpu"],
+    "--disable-gpu", ...more],
 });
 
 /** A page, and all that it complains of. */

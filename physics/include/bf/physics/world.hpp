@@ -28,8 +28,10 @@ class World {
     int joint_count() const;                             ///< n
     const std::vector<std::string>& joint_names() const; ///< n, order of every joint vector
     const std::string& base_link() const;                ///< the link that w_H_b describes
-    const Eigen::VectorXd& lower_limits() const;         ///< n, joint positions; -inf when the URDF has none
-    const Eigen::VectorXd& upper_limits() const;         ///< n, joint positions; +inf when the URDF has none
+    /// Links that MuJoCo moves by themselves, each with all that is fixed to it; a fixed base is one, too.
+    const std::vector<std::string>& bodies() const;
+    const Eigen::VectorXd& lower_limits() const;  ///< n, joint positions; -inf when the URDF has none
+    const Eigen::VectorXd& upper_limits() const;  ///< n, joint positions; +inf when the URDF has none
     const Eigen::VectorXd& effort_limits() const; ///< n, |tau| is clamped to it; +inf when the URDF has none
     double mass() const;                          ///< kg, whole robot
     /// What the world does otherwise than the URDF says: links whose inertia no body can have, and what they
@@ -40,6 +42,13 @@ class World {
     friend class Simulation;
     struct Impl;
     std::unique_ptr<Impl> impl_;
+};
+
+/// A force that takes hold of the robot somewhere, such as a hand that pulls.
+struct Disturbance {
+    int body = 0; ///< number in World::bodies(), counted from 1; 0: there is none
+    Eigen::Vector3d point = Eigen::Vector3d::Zero(); ///< where it acts, in the frame of the body's link (m)
+    Eigen::Vector3d force = Eigen::Vector3d::Zero(); ///< in world axes (N)
 };
 
 /// One running copy of a World: its state and what its sensors read.
@@ -79,10 +88,11 @@ class Simulation {
     void reset() noexcept;
 
     /// Advances one time step under `tau` (n) and, per push link, a force and a moment (6) in world axes at
-    /// the link's centre of mass; no wrenches stand for zeros. False when an input is not finite or has the
-    /// wrong length, or when the motion diverged; error() says why. After a failure every further step fails
-    /// with the same text until reset() or restore().
-    [[nodiscard]] bool step(std::span<const double> tau, std::span<const double> wrenches = {}) noexcept;
+    /// the link's centre of mass, besides a disturbance; no wrenches stand for zeros. False when an input is
+    /// not finite or has the wrong length, or when the motion diverged; error() says why. After a failure
+    /// every further step fails with the same text until reset() or restore().
+    [[nodiscard]] bool step(std::span<const double> tau, std::span<const double> wrenches = {},
+                            const Disturbance& disturbance = {}) noexcept;
 
     /// Why the last step failed; empty when it did not.
     const char* error() const noexcept;

@@ -3,6 +3,7 @@
 
 #include "bf/library/load.hpp"
 #include "bf/service/protocol.hpp"
+#include "bf/service/scenery.hpp"
 
 #include <functional>
 #include <memory>
@@ -31,6 +32,8 @@ class Playback {
     void tune(const Tune& tune);
     /// The indices of signals of which samples are wanted.
     void watch(std::vector<int> signals);
+    /// From now on frames tell where things are in these, too; none: no longer.
+    void show(std::shared_ptr<Sceneries> sceneries);
 
     RunState state() const;
     const std::vector<SignalInfo>& signals() const;

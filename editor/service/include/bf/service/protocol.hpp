@@ -2,7 +2,11 @@
 // binary frames. editor/page/src/protocol.ts is made from these declarations.
 //
 // A binary frame has one piece per sample, little-endian: uint32 index of the signal, uint32 number of
-// elements n, float64 time [s], n float64.
+// elements n, float64 time [s], n float64. Index 2^31 + i is world i of the scene: x y z qw qx qy qz of each
+// body, x y z of a point and of the force of the floor there for each foot (zeros where it does not touch),
+// and x y z of the centre of mass; in m and N, world axes. The meshes of a world come by HTTP from
+// /meshes/SCENE/WORLD?token=TOKEN, each as uint32 number of vertices v, uint32 number of triangles t, 3v
+// float32 positions, 3v float32 normals, 3t uint32 vertices.
 #pragma once
 
 #include "bf/view/drawing.hpp"
@@ -93,6 +97,27 @@ struct SignalInfo {
     std::string unit = {};
 };
 
+enum class ShapeKind { mesh, sphere, box, cylinder, capsule, ellipsoid };
+
+/// A visible part of a body.
+struct SceneShape {
+    ShapeKind kind = ShapeKind::mesh;
+    int body = 0, mesh = -1;    ///< numbers in the lists of the world
+    std::vector<double> pose;   ///< in the body: x y z [m] qw qx qy qz
+    std::vector<double> size;   ///< radius; half-sizes; radius and half-length along z; half-axes [m]
+    std::vector<double> colour; ///< red, green, blue, opacity, 0 to 1
+};
+
+struct SceneWorld {
+    std::string path;                ///< of the block
+    std::vector<std::string> bodies; ///< names of their links
+    std::vector<SceneShape> shapes;
+    std::vector<std::string> feet;
+    bool has_floor = true;
+    std::vector<double> start;    ///< values of a binary frame before the first step
+    std::string disturbance = {}; ///< parameter with a body's number (from 1), a point in it and a force
+};
+
 // ---- parameters and results of methods ----
 
 struct Nothing {};
@@ -181,6 +206,15 @@ struct Signals {
 };
 struct Watch {
     std::vector<std::string> paths; ///< all that this page wants to have samples of
+};
+struct Look {
+    bool is_wanted = true; ///< does this page get the poses?
+};
+/// Of the run, or of the model where nothing runs.
+struct Scene {
+    int number = 0; ///< counts scenes
+    std::vector<SceneWorld> worlds = {};
+    std::string failure = {}; ///< why there are none
 };
 struct Tune {
     std::string name; ///< a parameter ("controller.pd.K") or a variable ("Gain.Kp")

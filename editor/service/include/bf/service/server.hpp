@@ -1,6 +1,8 @@
 // Serves the page and its service to browsers on this computer.
 #pragma once
 
+#include "bf/service/scenery.hpp"
+
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -16,12 +18,13 @@ struct ServerOptions {
     std::string token = {};                        ///< which pages must know; made if it is empty
     std::uint16_t port = 0;                        ///< 0: any free one
     std::size_t most_pages = 16;                   ///< connections
+    MakeSceneries sceneries = {};                  ///< see Service::Options
     std::size_t page_bytes = std::size_t{8} << 20; ///< waiting for one page; samples beyond are lost
 };
 
 /// HTTP and one WebSocket at 127.0.0.1 alone. Every user of this computer and every page in a browser can
 /// reach that, so whoever connects must know the token, come from the address itself (Host and Origin), and
-/// gets nothing that is not in the folder of the page.
+/// gets no file that is not in the folder of the page.
 class Server {
   public:
     /// Listens at once. Throws model::Errors, FileError for the model, std::runtime_error when the port

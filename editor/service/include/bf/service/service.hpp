@@ -3,10 +3,12 @@
 
 #include "bf/service/playback.hpp"
 #include "bf/service/project.hpp"
+#include "bf/service/scenery.hpp"
 
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -23,6 +25,7 @@ class Service {
         std::function<void(std::function<void()>)> post; ///< runs a task in the thread of the service, later
         std::function<void(const std::string& text)> tell;  ///< a notification, for all pages
         std::function<void(const std::string& frame)> send; ///< a binary frame, for all pages
+        MakeSceneries sceneries = {}; ///< of models with worlds; none: nothing stands in space
     };
 
     /// Throws model::Errors, FileError when the model cannot be read.
@@ -34,6 +37,8 @@ class Service {
     /// A request of JSON-RPC, and its answer. `page` tells pages apart.
     std::string answer(int page, std::string_view request);
     void leave(int page); ///< its wishes are forgotten
+    /// The meshes of "SCENE/WORLD" of the scene that pages were told last; none of what they were not told.
+    std::optional<std::string> meshes(std::string_view what) const;
     /// A few times a second: looks after files.
     void tick();
 

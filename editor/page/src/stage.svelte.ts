@@ -1,0 +1,55 @@
+import type { Client } from "./client.ts";
+import type { Scene } from "./protocol.ts";
+
+const first_world = 2 ** 31; // index in binary frames
+const nothing: Scene = { number: 0, worlds: [], failure: "" };
+
+/** What stands in space in the run, and where it is now. */
+export class Stage {
+  scene = $state.raw<Scene>(nothing);
+  /** Whether it is shown; null: as soon as there is a world. */
+  is_open = $state<boolean | null>(null);
+  placed = $state(0); // grows with what `places` has
+  places = new Map<number, Float64Array>();
+
+  private readonly client: Client;
+  private is_asking = false;
+  private is_stale = false;
+
+  constructor(client: Client) { this.client = client; }
+
+  get is_shown(): boolean { return this.is_open ?? this.scene.worlds.length > 0; }
+  get is_possible(): boolean { return this.scene.worlds.length > 0 || this.scene.failure !== ""; }
+
+  open(is_open: boolean): void {
+    this.is_open = is_open;
+    void this.ask();
+  }
+  /** Another model, or another run of it. One request at a time. */
+  async ask(): Promise<void> {
+    this.is_stale = true;
+    if (this.is_asking) return;
+    this.is_asking = true;
+    while (this.is_stale) {
+      this.is_stale = false;
+      const scene = await this.client.call("scene", { is_wanted: this.is_open !== false }).catch(() => null);
+      if (!scene || this.is_open === false || scene.number === this.scene.number) continue;
+      this.places.clear();
+      this.scene = scene;
+    }
+    this.is_asking = false;
+  }
+  /** A binary frame may tell of worlds, too. */
+  take(frame: ArrayBuffer): void {
+    const view = new DataView(frame);
+    for (let at = 0; at + 16 <= frame.byteLength; ) {
+      const index = view.getUint32(at, true), n = view.getUint32(at + 4, true);
+      if (at + 16 + 8 * n > frame.byteLength) return;
+      if (index >= first_world) {
+        this.places.set(index - first_world, new Float64Array(frame.slice(at + 16, at + 16 + 8 * n)));
+        ++this.placed;
+      }
+      at += 16 + 8 * n;
+    }
+  }
+}

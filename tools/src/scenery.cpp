@@ -1,0 +1,139 @@
+#include "scenery.hpp"
+#include "bf/physics/figure.hpp"
+#include "bf/toolbox/simulated_robot.hpp"
+#include "robots.hpp"
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <sstream>
+
+namespace bf::tools {
+
+namespace {
+
+template <class T> void append(std::string& bytes, const std::vector<T>& values) {
+    bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+}
+
+class RobotScenery final : public service::Scenery {
+  public:
+    RobotScenery(const physics::World& world, const std::string& path,
+                 std::shared_ptr<physics::Figure> figure)
+        : figure_(std::move(figure)) {
+        // The world lives as long as the diagram, which is longer than this function.
+        const physics::Simulation start(
+            std::shared_ptr<const physics::World>(std::shared_ptr<void>(), &world));
+        world_.path = path;
+        world_.bodies = figure_->bodies();
+        if (world_.bodies == world.bodies()) world_.disturbance = path + ".disturbance";
+        for (const auto& foot : world.options().feet) world_.feet.push_back(foot.frame);
+        world_.has_floor = world.options().floor.enabled;
+        for (const auto& shape : figure_->shapes())
+            world_.shapes.push_back({static_cast<service::ShapeKind>(shape.kind),
+                                     shape.body,
+                                     shape.mesh,
+                                     {shape.pose.begin(), shape.pose.end()},
+                                     {shape.size.begin(), shape.size.end()},
+                                     {shape.colour.begin(), shape.colour.end()}});
+        write(start.w_H_b(), {start.s().data(), static_cast<std::size_t>(start.s().size())}, world_.start);
+        for (int i = 0; i < static_cast<int>(world_.feet.size()); ++i)
+            write(physics::contact_force(start.foot_pose(i), start.foot_wrench(i)), world_.start);
+        world_.start.insert(world_.start.end(), start.com().begin(), start.com().end());
+    }
+
+    const service::SceneWorld& world() const override { return world_; }
+
+    std::string meshes() const override {
+        std::string bytes;
+        for (int i = 0; i < figure_->mesh_count(); ++i) {
+            const physics::Mesh mesh = figure_->mesh(i);
+            append(bytes, std::vector{static_cast<std::uint32_t>(mesh.vertices.size() / 3),
+                                      static_cast<std::uint32_t>(mesh.triangles.size() / 3)});
+            append(bytes, mesh.vertices);
+            append(bytes, mesh.normals);
+            append(bytes, mesh.triangles);
+        }
+        return bytes;
+    }
+
+    void bind(const std::vector<Quantity>& signals) override {
+        const auto data = [&](const std::string& name) {
+            return reinterpret_cast<const double*>(find(signals, world_.path + "." + name).data);
+        };
+        base_ = data("w_H_b");
+        joints_ = find(signals, world_.path + ".s");
+        com_ = data("com");
+        feet_.clear();
+        for (const auto& foot : world_.feet) feet_.emplace_back(data("pose_" + foot), data("wrench_" + foot));
+    }
+
+    void look(std::vector<double>& values) noexcept override {
+        write(Eigen::Map<const Eigen::Matrix4d>(base_),
+              {reinterpret_cast<const double*>(joints_.data), joints_.info.elements()}, values);
+        for (const auto& [pose, wrench] : feet_)
+            write(physics::contact_force(Eigen::Map<const Eigen::Matrix4d>(pose),
+                                         Eigen::Map<const physics::Vector6d>(wrench)),
+                  values);
+        values.insert(values.end(), com_, com_ + 3);
+    }
+
+  private:
+    void write(const Eigen::Matrix4d& w_H_b, std::span<const double> s, std::vector<double>& values) {
+        figure_->place(w_H_b, s);
+        for (int body = 0; body < static_cast<int>(world_.bodies.size()); ++body) {
+            const auto pose = figure_->pose(body);
+            values.insert(values.end(), pose.begin(), pose.end());
+        }
+    }
+    static void write(const std::optional<physics::ContactForce>& contact, std::vector<double>& values) {
+        const physics::ContactForce shown =
+            contact.value_or(physics::ContactForce{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+        values.insert(values.end(), shown.origin.begin(), shown.origin.end());
+        values.insert(values.end(), shown.force.begin(), shown.force.end());
+    }
+
+    const std::shared_ptr<physics::Figure> figure_;
+    service::SceneWorld world_;
+    const double *base_ = nullptr, *com_ = nullptr;
+    Quantity joints_;
+    std::vector<std::pair<const double*, const double*>> feet_; ///< pose and wrench
+};
+
+/// All of a world that decides what its figure is.
+std::string looks_of(const physics::World& world) {
+    const auto& options = world.options();
+    std::error_code error;
+    std::ostringstream text;
+    text << options.urdf.string() << '\n'
+         << std::filesystem::last_write_time(options.urdf, error).time_since_epoch().count() << '\n'
+         << options.base_link << options.floor.enabled;
+    for (const auto& joint : options.joints) text << '\n' << joint;
+    for (const auto& f : options.followers)
+        text << '\n' << f.joint << ' ' << f.leader << ' ' << f.multiplier << ' ' << f.offset;
+    for (const auto& path : options.package_paths) text << '\n' << path.string();
+    for (const auto& sensor : options.ft_sensors) text << '\n' << sensor; // cuts a link in two bodies
+    return text.str();
+}
+
+} // namespace
+
+service::MakeSceneries scenery_maker() {
+    // Figures of the last models; one is seen in one run at a time.
+    auto known = std::make_shared<std::map<std::string, std::shared_ptr<physics::Figure>>>();
+    return [known](const Diagram& diagram) {
+        service::Sceneries all;
+        std::map<std::string, std::shared_ptr<physics::Figure>> used;
+        for (const auto& [path, world] : worlds_of(diagram)) {
+            const std::string key = path + '\n' + looks_of(*world);
+            const auto found = known->find(key);
+            auto figure = found == known->end() ? std::make_shared<physics::Figure>(*world) : found->second;
+            used[key] = figure;
+            all.push_back(std::make_unique<RobotScenery>(*world, path, std::move(figure)));
+        }
+        *known = std::move(used);
+        return all;
+    };
+}
+
+} // namespace bf::tools

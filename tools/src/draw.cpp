@@ -1,18 +1,11 @@
 // bf draw: a picture of a model, without a browser.
 #include "bf/view/draw.hpp"
-#include "bf/base/escape.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/model/edit.hpp"
 #include "files.hpp"
+#include "picture.hpp"
 #include "session.hpp"
-#include "terminal.hpp"
 #include "verbs.hpp"
-
-#include <cstdio>
-#include <spawn.h>
-#include <sys/wait.h>
-
-extern char** environ;
 
 namespace bf::tools {
 
@@ -26,48 +19,6 @@ struct PictureOptions {
     std::vector<std::string> show;
     bool is_dark = false, draws_all = false;
 };
-
-/// SVG as another format, by librsvg.
-void convert(const fs::path& svg, const fs::path& output, const std::string& format) {
-    std::vector<std::string> words = {"rsvg-convert", "-f", format, "-o", output, svg};
-    if (format == "png") words.insert(words.end() - 1, {"-z", "2"});
-    std::vector<char*> arguments;
-    for (auto& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    pid_t child = 0;
-    int status = 0;
-    if (::posix_spawnp(&child, "rsvg-convert", nullptr, nullptr, arguments.data(), environ) != 0)
-        throw CommandError(
-            "rsvg-convert is missing, which makes PDF and PNG; apt install librsvg2-bin, or give a name "
-            "that ends in .svg");
-    if (::waitpid(child, &status, 0) != child || status != 0)
-        throw CommandError("rsvg-convert failed; give a name that ends in .svg");
-}
-
-void write(const std::string& svg, const std::string& file) {
-    const std::string format = fs::path(file).extension().string();
-    OutputFile output(file);
-    if (format == ".svg" || file == "/dev/stdout") {
-        output.write(svg);
-    } else if (format == ".pdf" || format == ".png") {
-        const fs::path beside = output.path().string() + ".svg";
-        OutputFile picture(beside);
-        picture.write(svg);
-        picture.commit();
-        try {
-            convert(beside, output.path(), format.substr(1));
-        } catch (...) {
-            fs::remove(beside);
-            throw;
-        }
-        fs::remove(beside);
-    } else {
-        throw CommandError("cannot tell the format of " + file +
-                           ": give a name that ends in .svg, .pdf or .png");
-    }
-    output.commit();
-    if (file != "/dev/stdout") std::printf("%s\n", file.c_str());
-}
 
 void execute(const PictureOptions& options) {
     const ExaminedModel examined = examine_model(options.model);
@@ -85,9 +36,10 @@ void execute(const PictureOptions& options) {
                                 : fs::path(options.model.file).replace_extension(".svg").filename().string();
     const auto draw = [&](const std::string& system, const std::string& file) {
         refuse_overwriting({{"-o", file}}, {options.model.file});
-        write(editor::to_svg(editor::draw(model, system, examined.diagram, examined.diagnostics, show),
-                             options.is_dark),
-              file);
+        write_picture(
+            editor::to_svg(editor::draw(model, system, examined.diagram, examined.diagnostics, show),
+                           options.is_dark),
+            file);
     };
     draw(options.system, output);
     if (options.draws_all)

@@ -16,6 +16,7 @@ void add_export(CLI::App& app);
 void add_generate(CLI::App& app);
 void add_deploy(CLI::App& app);
 void add_draw(CLI::App& app);
+void add_diff(CLI::App& app);
 void add_edit(CLI::App& app);
 void add_doctor(CLI::App& app);
 

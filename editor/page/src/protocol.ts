@@ -207,7 +207,7 @@ export interface SettingField {
 
 export interface Shape {
   kind: "polygon" | "line" | "curve" | "ellipse" | "text";
-  style: "body" | "symbol" | "value" | "name" | "port" | "wire" | "branch" | "label" | "note" | "highlight";
+  style: "body" | "symbol" | "value" | "name" | "port" | "wire" | "branch" | "label" | "note" | "highlight" | "added" | "removed" | "changed";
   points: Point[];
   text: string;
   size: number;

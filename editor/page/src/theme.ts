@@ -3,7 +3,7 @@ import type { Shape } from "./protocol.ts";
 export type Choice = "system" | "light" | "dark";
 const names = [
   "canvas", "floor", "floor-line", "dots", "accent", "accent-soft", "body", "body-line", "symbol", "value", "name", "port", "wire", "branch", "label", "note",
-  "highlight", "pill", "pill-text",
+  "highlight", "added", "removed", "changed", "pill", "pill-text",
 ] as const;
 export type Colours = Record<(typeof names)[number], string>;
 export const font = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`;

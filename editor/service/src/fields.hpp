@@ -9,8 +9,8 @@ namespace bf {
 
 namespace words {
 
-inline const Words style = {"body", "symbol", "value", "name", "port",
-                            "wire", "branch", "label", "note", "highlight"};
+inline const Words style = {"body",  "symbol", "value",     "name",  "port",    "wire",   "branch",
+                            "label", "note",   "highlight", "added", "removed", "changed"};
 inline const Words align = {"start", "middle", "end"};
 inline const Words shape = {"polygon", "line", "curve", "ellipse", "text"};
 inline const Words element = {"block", "subsystem", "input", "output", "wire", "note"};

@@ -364,17 +364,7 @@ class Drawer {
             const auto found = by_path.find(element.path);
             if (found == by_path.end()) continue;
             for (const auto* d : found->second) element.marks.push_back({d->message, d->remedy});
-            if (element.kind == Element::Kind::wire) {
-                element.shapes[0].style = Style::highlight;
-            } else {
-                const Rectangle& r = element.bounds;
-                element.shapes.push_back({Shape::Kind::polygon,
-                                          Style::highlight,
-                                          {{r.x - 4, r.y - 4},
-                                           {r.x + r.width + 4, r.y - 4},
-                                           {r.x + r.width + 4, r.y + r.height + 4},
-                                           {r.x - 4, r.y + r.height + 4}}});
-            }
+            outline(element, Style::highlight);
         }
     }
 

@@ -8,8 +8,9 @@
 namespace bf::editor {
 
 const char* name(Style style) {
-    static const char* const names[] = {"body", "symbol", "value", "name", "port",
-                                        "wire", "branch", "label", "note", "highlight"};
+    static const char* const names[] = {"body",  "symbol",  "value",  "name", "port",
+                                        "wire",  "branch",  "label",  "note", "highlight",
+                                        "added", "removed", "changed"};
     return names[static_cast<int>(style)];
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/elaborate/diagram.hpp"
+#include "bf/model/compare.hpp"
 #include "bf/view/drawing.hpp"
 
 #include <map>
@@ -29,6 +30,14 @@ struct DrawOptions {
 /// their ports. Throws model::Errors when there is no such subsystem.
 Drawing draw(const model::Model& model, const std::string& system, const Diagram& diagram,
              const std::vector<model::Diagnostic>& diagnostics, const DrawOptions& options = {});
+
+/// Draws a line around a block, port or note, or along a wire.
+void outline(Element& element, Style style);
+
+/// Both models' subsystem, the earlier one at the left, with what one says of the other (model::compare)
+/// outlined: blocks, ports and wires, and subsystems in which something differs.
+Drawing beside(Drawing before, Drawing after, const std::vector<model::Distinction>& distinctions,
+               const std::string& before_title, const std::string& after_title);
 
 /// As a document of its own, readable on white and on black where `is_dark`.
 std::string to_svg(const Drawing& drawing, bool is_dark = false);

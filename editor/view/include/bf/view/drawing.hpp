@@ -19,16 +19,19 @@ struct Rectangle {
 
 /// What a shape stands for; a theme gives it colours, widths and fonts.
 enum class Style {
-    body,     ///< a block's outline, filled
-    symbol,   ///< a line inside of a block
-    value,    ///< text inside of a block
-    name,     ///< a block's name, beneath it
-    port,     ///< an open port, or the name of a port inside of a subsystem's block
-    wire,     ///< a line of a connection
-    branch,   ///< the dot where a connection divides
-    label,    ///< size, type, rate or unit beside a wire
-    note,     ///< a text of the document's layout
-    highlight ///< what is wrong: around a block, along a wire
+    body,      ///< a block's outline, filled
+    symbol,    ///< a line inside of a block
+    value,     ///< text inside of a block
+    name,      ///< a block's name, beneath it
+    port,      ///< an open port, or the name of a port inside of a subsystem's block
+    wire,      ///< a line of a connection
+    branch,    ///< the dot where a connection divides
+    label,     ///< size, type, rate or unit beside a wire
+    note,      ///< a text of the document's layout
+    highlight, ///< what is wrong: around a block, along a wire
+    added,     ///< in a comparison, around or along what the earlier model lacks
+    removed,   ///< what the later model lacks
+    changed
 };
 
 enum class Align { start, middle, end };

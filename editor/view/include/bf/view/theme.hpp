@@ -25,7 +25,10 @@ inline constexpr Ink theme[] = {{Style::body, "#3a424e", "#97a1b0", "#ffffff", "
                                 {Style::branch, "#3a424e", "#b4bcc8", "#3a424e", "#b4bcc8"},
                                 {Style::label, "#6b5b95", "#b8a6e8"},
                                 {Style::note, "#5c6470", "#a3abb7"},
-                                {Style::highlight, "#d6453a", "#ff7b6e", "", "", 2}};
+                                {Style::highlight, "#d6453a", "#ff7b6e", "", "", 2},
+                                {Style::added, "#1a8f4c", "#4fd08a", "", "", 2},
+                                {Style::removed, "#d6453a", "#ff7b6e", "", "", 2},
+                                {Style::changed, "#c07a00", "#f0b040", "", "", 2}};
 
 /// The word for a style: "body", "wire".
 const char* name(Style style);

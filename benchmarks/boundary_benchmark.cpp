@@ -45,7 +45,7 @@ void step(benchmark::State& state, const char* name) {
     auto& d = block->declaration();
     propagate(*block);
     Context context({{block.get(), block_class.methods, {}, {}, 0}});
-    if (!context.reset(0)) state.SkipWithError("reset failed");
+    if (!context.initialize(0)) state.SkipWithError("reset failed");
     context.start(0);
     std::vector<Task> tasks;
     for (const Phase phase : {Phase::output, Phase::update})

@@ -35,16 +35,16 @@ target_compile_definitions(bf_core INTERFACE
 
 install(TARGETS bf_base bf_core bf_kernels bf_matlab bf_blocks bf EXPORT BlockFactory
     RUNTIME DESTINATION bin LIBRARY DESTINATION lib ARCHIVE DESTINATION lib INCLUDES DESTINATION include)
-install(TARGETS bf_elaborate bf_model bf_yaml EXPORT BlockFactoryElaborate
+install(TARGETS bf_program bf_elaborate bf_model bf_yaml EXPORT BlockFactoryElaborate
     ARCHIVE DESTINATION lib INCLUDES DESTINATION include)
-foreach(library elaborate model matlab yaml)
+foreach(library program elaborate model matlab yaml)
     set_target_properties(bf_${library} PROPERTIES EXPORT_NAME ${library})
 endforeach()
 install(EXPORT BlockFactoryElaborate NAMESPACE BlockFactory:: FILE BlockFactoryElaborateExports.cmake
     DESTINATION ${package})
 install(FILES cmake/BlockFactory-Elaborate.cmake DESTINATION ${package})
-install(DIRECTORY base/include/ core/include/ kernels/include/ elaborate/include/ model/include/ matlab/include/
-    formats/yaml/include/ DESTINATION include)
+install(DIRECTORY base/include/ core/include/ kernels/include/ program/include/ elaborate/include/ model/include/
+    matlab/include/ formats/yaml/include/ DESTINATION include)
 install(FILES blocks/include/bf/blocks/standard.hpp DESTINATION include/bf/blocks)
 install(FILES formats/yaml/model.schema.json DESTINATION share/blockfactory)
 

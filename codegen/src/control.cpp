@@ -147,8 +147,19 @@ std::string Generator::is_positive(const Node::End& end) const {
 
 std::string Generator::text_of(const Statements& statements, program::Pass pass, int indent) {
     std::string text;
-    for (const auto& s : statements)
-        if (s.passes & pass) text += indented(text_of(s, pass), indent);
+    for (auto first = statements.begin(); first != statements.end();) {
+        // A large model has many initial values.
+        const auto last =
+            std::find_if(first, statements.end(), [](const Statement& s) { return s.kind != Kind::set; });
+        if (last - first > options_.statements_per_function) {
+            text += indented(unless(functions("initial", guarded({first, last}, pass)), "return false;\n"),
+                             indent);
+            first = last;
+        } else {
+            if (first->passes & pass) text += indented(text_of(*first, pass), indent);
+            ++first;
+        }
+    }
     return text;
 }
 
@@ -160,7 +171,9 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
     switch (s.kind) {
     case Kind::run: return statement(s.node, s.phase, s.index);
     case Kind::commit: return commits(s);
-    case Kind::reset: return resets(s.node);
+    case Kind::reset:
+        return "if (!hosted_->reset(" + number(hosted_number(s.node)) + ")) " +
+               failing(s.node, "hosted_->failure()");
     case Kind::rest: {
         std::string text;
         const auto& slots = block(s.node).resolution().slots;
@@ -171,7 +184,7 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
                                      slots[i], {});
         return text;
     }
-    case Kind::set: return set(s);
+    case Kind::set: return set(s.number);
     case Kind::start:
         return has_hosted()
                    ? "if (!hosted_->start()) return fail(hosted_->failed_block(), hosted_->failure());\n"

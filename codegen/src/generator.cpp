@@ -15,6 +15,11 @@ const Slot& slot_of(const Block& block, int slot) {
     return block.resolution().slots[static_cast<std::size_t>(slot)];
 }
 
+bool is_state(const Slot& slot) {
+    return slot.size.count() > 0 &&
+           (slot.role == Role::discrete_state || slot.role == Role::continuous_state);
+}
+
 std::string extents(const Size& size) { return number(size.rows) + ", " + number(size.cols); }
 
 /// Does the block change its states when one of its zero-crossing functions changes its sign?
@@ -302,6 +307,7 @@ std::string equation(const std::string& line) {
     const auto body = line.starts_with("for (") ? line.find(") ") + 2 : 0;
     if (line.starts_with("if (")) return wrapped(line, 8, " ") + "\n";
     if (body > 0) return line.substr(0, body - 1) + "\n" + indented(equation(line.substr(body)), 4);
+    if (line.find(" = ") == line.npos) return wrapped(line, 8, ", ") + "\n";
     const auto right = line.find(" = ") + 3;
     std::string text = line.substr(0, right - 1) + "\n";
     const std::string by_commas = wrapped(line.substr(right), 8, ", ") + "\n";
@@ -405,33 +411,24 @@ std::string Generator::assignment(const std::string& to, const Slot& to_slot, co
     return "assign(" + to + ", " + from + ");\n";
 }
 
-std::string Generator::set(const program::Statement& s) const {
-    const std::string target = place_of(s.signal).text();
-    if (place_of(s.signal).member.empty()) return {};
-    if (s.source.node >= 0)
-        return assignment(target, diagram_.slot(s.signal), place_of(s.source).text(),
-                          diagram_.slot(s.source));
-    if (is_dynamic())
-        return "hosted_->write_initial_output(" + number(s.number) + ", " + number(s.index) + ");\n";
-    return write_values(target, diagram_.slot(s.signal), s.values);
-}
-
-std::string Generator::resets(int n) const {
-    if (is_hosted(n) || is_dynamic())
-        return "if (!hosted_->reset(" + number(hosted_number(n)) + ")) " + failing(n, "hosted_->failure()");
-    std::string text;
-    const auto& slots = block(n).resolution().slots;
-    for (std::size_t s = 0; s < slots.size(); ++s) {
-        const Slot& slot = slots[s];
-        const bool is_discrete = slot.role == Role::discrete_state;
-        if ((!is_discrete && slot.role != Role::continuous_state) || slot.size.count() == 0) continue;
-        const std::string state = place_of({n, static_cast<int>(s)}).text();
-        const Node::End from{n, slot.initial_from};
-        text += slot.initial_from >= 0 ? assignment(state, slot, place_of(from).text(), diagram_.slot(from))
-                                       : write_values(state, slot, slot.initial);
-        if (is_discrete) text += assignment(next_[static_cast<std::size_t>(n)][s].text(), slot, state, slot);
+std::string Generator::set(int number) const {
+    const auto& [quantity, source, values] = program_.sets[static_cast<std::size_t>(number)];
+    const auto& [node, s] = quantity;
+    const Slot& slot = diagram_.slot(quantity);
+    if (place_of(quantity).member.empty()) return {};
+    if (is_dynamic()) return "hosted_->set(" + codegen::number(number) + ");\n";
+    if (is_hosted(node)) { // its arguments, which may change at the start, may decide about its states
+        const auto& slots = block(node).resolution().slots;
+        const bool is_first = std::none_of(slots.begin(), slots.begin() + s, is_state);
+        return is_first ? "hosted_->set_states(" + codegen::number(hosted_number(node)) + ");\n" : "";
     }
-    return text;
+    const std::string target = place_of(quantity).text();
+    const std::string text = source.node >= 0
+                                 ? assignment(target, slot, place_of(source).text(), diagram_.slot(source))
+                                 : write_values(target, slot, values);
+    if (slot.role != Role::discrete_state) return text;
+    const Place& next = next_[static_cast<std::size_t>(node)][static_cast<std::size_t>(s)];
+    return text + assignment(next.text(), slot, target, slot);
 }
 
 } // namespace bf::codegen

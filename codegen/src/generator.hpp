@@ -108,8 +108,7 @@ class Generator {
     /// to = from.
     virtual std::string assignment(const std::string& to, const Slot& to_slot, const std::string& from,
                                    const Slot& from_slot) const;
-    std::string set(const program::Statement& statement) const;
-    std::string resets(int n) const;
+    std::string set(int number) const; ///< of the program's sets
 
     /// Calls of the functions that make up each part of the program, joined by &&.
     struct Calls {

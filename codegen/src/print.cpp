@@ -443,7 +443,7 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
     std::string list, libraries = "BlockFactory::core";
     for (const auto& source : sources) list += " " + source;
     if (uses_standard_library() || is_dynamic()) libraries += " BlockFactory::blocks";
-    if (is_dynamic()) libraries += " BlockFactory::elaborate BlockFactory::yaml";
+    if (is_dynamic()) libraries += " BlockFactory::program BlockFactory::yaml";
     const std::string model = file_ + "_model";
     std::string text =
         "cmake_minimum_required(VERSION 3.16)\nproject(" + file_ + "_project LANGUAGES CXX)\n\n" +

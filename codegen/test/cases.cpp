@@ -492,7 +492,7 @@ std::vector<Case> structure_cases() {
     std::vector<Case> cases;
     cases.push_back({Elaborated(chain(500, 10)), 100});
     cases.push_back(
-        {Elaborated(chain(30, 2)), 20, {.statements_per_function = 7, .statements_per_file = 20}});
+        {Elaborated(chain(30, 10)), 20, {.statements_per_function = 7, .statements_per_file = 20}});
     cases.push_back({Elaborated(multirate()), 25});
     cases.push_back({Elaborated(enabled(false)), 60});
     cases.push_back({Elaborated(enabled(true)), 60});

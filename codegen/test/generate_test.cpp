@@ -236,6 +236,29 @@ TEST(GeneratedCode, OfSinglePrecisionComputesInFloatOnly) {
     EXPECT_GT(calls, 0u);
 }
 
+TEST(GeneratedCode, SplitsInitialValuesOverFunctionsOfBoundedLength) {
+    std::string blocks;
+    for (int i = 0; i < 9; ++i)
+        blocks += "      d" + std::to_string(i) + ": {block: UnitDelay, initial: 7}\n";
+    blocks += "    connections: {u: [d0, d1, d2, d3, d4, d5, d6, d7, d8]}\n";
+    const Elaborated model(
+        formats::read_yaml_text("model: m\nstep: 0.1\ninputs: [on]\nblocks:\n  s:\n    "
+                                "inputs: [u]\n    execution: enabled\n    states: reset\n    blocks:\n" +
+                                    blocks + "connections: {on: [s.enable, s.u]}\n",
+                                "m.yaml"));
+    for (const Language language : {Language::cpp, Language::c}) {
+        const Files files = generate(model.diagram, {.language = language, .statements_per_function = 4});
+        std::istringstream source(files.at(language == Language::c ? "m.c" : "m.cpp"));
+        int all = 0, here = 0;
+        for (std::string line; std::getline(source, line); here = line == "}" ? 0 : here)
+            if (line.find("_initial;") != line.npos) {
+                ++all;
+                EXPECT_LE(++here, 4) << line;
+            }
+        EXPECT_EQ(all, 18) << "at the start, and when the subsystem begins anew";
+    }
+}
+
 TEST(GeneratedCode, DefinesNoMacroForThoseWhoIncludeIt) {
     const Elaborated model(formats::read_yaml_text(limited_model, "m.yaml"));
     for (const auto& [file, text] : generate(model.diagram))

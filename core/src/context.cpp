@@ -290,49 +290,51 @@ Task Context::task(int node, Phase phase, int i) {
     return {run, operands_.back().get(), static_cast<int>(call.operands.size())};
 }
 
+/// x := x⁺ for all states of a node, which begin as x⁻, after `write`.
+template <class F> Status Context::write_states(int node, F&& write) {
+    const Frame& frame = frames_[static_cast<std::size_t>(node)];
+    const auto& slots = nodes_[static_cast<std::size_t>(node)].block->resolution().slots;
+    for (std::size_t i = 0; i < slots.size(); ++i)
+        if (frame.next[i]) std::memcpy(frame.next[i], frame.now[i], slot_bytes(slots[i]));
+    const Status status = write(frame);
+    for (std::size_t i = 0; i < slots.size(); ++i)
+        if (frame.next[i]) std::memcpy(frame.now[i], frame.next[i], slot_bytes(slots[i]));
+    return status;
+}
+
+void Context::set(const Node::End& to, const Node::End& source, const std::vector<double>& values) {
+    const auto slot_of = [&](const Node::End& end) -> const Slot& {
+        return nodes_[static_cast<std::size_t>(end.node)].block->resolution().slots[static_cast<std::size_t>(
+            end.slot)];
+    };
+    const Slot& slot = slot_of(to);
+    auto* const memory = static_cast<std::byte*>(data(to.node, to.slot));
+    if (source.node < 0) {
+        write_values(memory, slot.type, slot.size.count(), values);
+    } else {
+        const auto* const from = static_cast<const std::byte*>(data(source.node, source.slot));
+        const auto element = static_cast<std::size_t>(bytes(slot.type));
+        const std::size_t stride = slot_of(source).size.count() == 1 ? 0 : element;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(slot.size.count()); ++i)
+            std::memcpy(memory + i * element, from + i * stride, element);
+    }
+    if (void* const next = next_data(to.node, to.slot)) std::memcpy(next, memory, slot_bytes(slot));
+}
+
+void Context::set_states(int node) {
+    for_each_initial(*nodes_[static_cast<std::size_t>(node)].block, node,
+                     [&](const auto&... state) { set(state...); });
+}
+
 Status Context::reset(int node) {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
-    const Frame& frame = frames_[static_cast<std::size_t>(node)];
-    const auto& slots = n.block->resolution().slots;
-    const auto copy_all = [&](auto&& from, auto&& to) {
-        for (std::size_t i = 0; i < slots.size(); ++i)
-            if (frame.next[i]) std::memcpy(to(i), from(i), slot_bytes(slots[i]));
-    };
-    for (std::size_t i = 0; i < slots.size(); ++i) {
-        const Slot& slot = slots[i];
-        if (slot.role != Role::discrete_state && slot.role != Role::continuous_state) continue;
-        if (slot.initial_from < 0) {
-            write_values(frame.now[i], slot.type, slot.size.count(), slot.initial);
-            continue;
-        }
-        const Slot& from = slots[static_cast<std::size_t>(slot.initial_from)];
-        const void* values = frame.now[slot.initial_from];
-        if (from.size.count() == slot.size.count()) {
-            std::memcpy(frame.now[i], values, slot_bytes(slot));
-            continue;
-        }
-        const auto element = static_cast<std::size_t>(bytes(slot.type));
-        for (int e = 0; e < slot.size.count(); ++e)
-            std::memcpy(static_cast<std::byte*>(frame.now[i]) + static_cast<std::size_t>(e) * element, values,
-                        element);
-    }
-    copy_all([&](std::size_t i) { return frame.now[i]; }, [&](std::size_t i) { return frame.next[i]; });
     if (!n.methods.reset) return ok;
-    const Status status = n.block->reset(Now(frame), After(frame));
-    copy_all([&](std::size_t i) { return frame.next[i]; }, [&](std::size_t i) { return frame.now[i]; });
-    return status;
+    return write_states(node, [&](const Frame& frame) { return n.block->reset(Now(frame), After(frame)); });
 }
 
 Status Context::event(int node) {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
-    const Frame& frame = frames_[static_cast<std::size_t>(node)];
-    const auto& slots = n.block->resolution().slots;
-    for (std::size_t i = 0; i < slots.size(); ++i)
-        if (frame.next[i]) std::memcpy(frame.next[i], frame.now[i], slot_bytes(slots[i]));
-    const Status status = n.block->event(Now(frame), After(frame));
-    for (std::size_t i = 0; i < slots.size(); ++i)
-        if (frame.next[i]) std::memcpy(frame.now[i], frame.next[i], slot_bytes(slots[i]));
-    return status;
+    return write_states(node, [&](const Frame& frame) { return n.block->event(Now(frame), After(frame)); });
 }
 
 void Context::commit(int node) {

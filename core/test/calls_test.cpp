@@ -135,7 +135,7 @@ struct Both {
             std::vector<Node>{{&ruled, methods_of<Ruled>(), sources(ruled), {}, 1},
                               {&written, methods_of<Written>(), sources(written), {}, 0}},
             2);
-        EXPECT_TRUE(context->reset(0));
+        EXPECT_TRUE(context->initialize(0));
         (*this)(0, ruled.u)[0] = 7;
         (*this)(0, ruled.u)[1] = 8;
         *(*this)(1, written.u) = 100;
@@ -179,7 +179,7 @@ TEST(Rules, WorkInTheirPhaseOnTheOperandsThatTheyName) {
 TEST(Methods, AreCalledInTheirPhase) {
     Both both;
     const Written& block = both.written;
-    ASSERT_TRUE(both.context->reset(1));
+    ASSERT_TRUE(both.context->initialize(1));
     EXPECT_EQ(*both(1, block.x), 4) << "after the declared initial values";
     EXPECT_EQ(*static_cast<double*>(both.context->next_data(1, block.x.index())), 4);
     for (const Phase phase : {Phase::output, Phase::update, Phase::derivative, Phase::guards}) {
@@ -196,7 +196,7 @@ TEST(Methods, AreCalledInTheirPhase) {
 TEST(Methods, AnEventBeginsWithTheStatesAndPutsThemInPlace) {
     Both both;
     const Written& block = both.written;
-    ASSERT_TRUE(both.context->reset(1));
+    ASSERT_TRUE(both.context->initialize(1));
     *static_cast<double*>(both.context->next_data(1, block.x.index())) =
         77; // an update that was not committed
     *both(1, block.c) = 2;
@@ -297,7 +297,7 @@ TEST(Reset, TakesInitialValuesFromTheQuantityThatAStateNames) {
     offer(block.resolution(), block.each.index(), Size{3, 1, false});
     propagate(block);
     Context context({{&block, methods_of<Begun>(), std::vector<Node::End>(4), {}, 0}});
-    ASSERT_TRUE(context.reset(0));
+    ASSERT_TRUE(context.initialize(0));
     const auto at = [&](const auto& key) {
         const auto* x = static_cast<const double*>(context.data(0, key.index()));
         return Values(x, x + 3);

@@ -47,7 +47,7 @@ struct Three {
             nodes.push_back({&block, methods_of<Everything>(), sources, {}, i});
         }
         context = std::make_unique<Context>(nodes, 3);
-        for (int i = 0; i < 3; ++i) EXPECT_TRUE(context->reset(i));
+        for (int i = 0; i < 3; ++i) EXPECT_TRUE(context->initialize(i));
     }
     const Slot& slot(int node, int i) const {
         return blocks[static_cast<std::size_t>(node)].resolution().slots[static_cast<std::size_t>(i)];

@@ -108,19 +108,6 @@ std::vector<char> Diagram::needed_inside_a_step() const {
     return is_needed;
 }
 
-void Diagram::write_initial(const Condition::Outlet& outlet, Context& context) const {
-    const Slot& to = slot(outlet.end);
-    void* const memory = context.data(outlet.end.node, outlet.end.slot);
-    const auto& source = outlet.initial_from;
-    if (source.node < 0) return write_values(memory, to.type, to.size.count(), outlet.initial);
-    const auto* from = static_cast<const std::byte*>(context.data(source.node, source.slot));
-    const auto element = static_cast<std::size_t>(bytes(to.type));
-    const int given = slot(source).size.count();
-    for (int i = 0; i < to.size.count(); ++i)
-        std::memcpy(static_cast<std::byte*>(memory) + static_cast<std::size_t>(i) * element,
-                    from + (given == 1 ? 0 : static_cast<std::size_t>(i) * element), element);
-}
-
 namespace {
 
 /// Does the text match a pattern in which '*' stands for any text?

@@ -118,7 +118,7 @@ void Simulation::Machine::emit(const Statement& s, program::Pass pass) {
     case Kind::commit: return emit_commits(s);
     case Kind::reset: emit(Op::reset, s.node); return;
     case Kind::rest: emit(Op::rest, s.node); return;
-    case Kind::set: return emit_write(s);
+    case Kind::set: emit(Op::write, s.number); return;
     case Kind::start: emit(Op::start); return;
     case Kind::constants: emit(Op::constants); return;
     case Kind::finite:
@@ -190,28 +190,6 @@ void Simulation::Machine::emit_commits(const Statement& s) {
         commits_.push_back(next);
         emit_range(Op::commits, commits_.size() - 1, commits_.size());
     }
-}
-
-void Simulation::Machine::emit_write(const Statement& s) {
-    const Slot& slot = simulation_.diagram_.slot(s.signal);
-    const auto element = static_cast<std::size_t>(bytes(slot.type)),
-               count = static_cast<std::size_t>(slot.size.count());
-    Write write{static_cast<std::byte*>(context_.data(s.signal.node, s.signal.slot)),
-                nullptr,
-                element,
-                count,
-                element,
-                {}};
-    if (s.source.node >= 0) {
-        write.from = static_cast<const std::byte*>(context_.data(s.source.node, s.source.slot));
-        if (simulation_.diagram_.slot(s.source).size.count() == 1) write.stride = 0;
-    } else {
-        write.values.resize(element * count);
-        write_values(write.values.data(), slot.type, slot.size.count(), s.values);
-        write.from = write.values.data();
-    }
-    writes_.push_back(std::move(write)); // the values stay where they are
-    emit(Op::write, static_cast<int>(writes_.size()) - 1);
 }
 
 void Simulation::Machine::emit_repeat(const Statement& s, program::Pass pass) {
@@ -348,11 +326,11 @@ bool Simulation::Machine::run(int entry) noexcept {
             if (const Status status = context_.reset(i->a); !status) return s.fail(status, i->a);
             break;
         case Op::rest: rest(i->a); break;
-        case Op::write:
-            for (std::size_t e = 0; e < writes_[a].count; ++e)
-                std::memcpy(writes_[a].to + e * writes_[a].element, writes_[a].from + e * writes_[a].stride,
-                            writes_[a].element);
+        case Op::write: {
+            const auto& [quantity, source, values] = program_.sets[a];
+            context_.set(quantity, source, values);
             break;
+        }
         case Op::start:
             if (!s.start_blocks()) return false;
             break;

@@ -72,13 +72,6 @@ class Simulation::Machine {
         bool is_double; ///< and so looked at for NaN
         Status failure;
     };
-    /// Copies elements, or one of them into all; values are its own.
-    struct Write {
-        std::byte* to;
-        const std::byte* from;
-        std::size_t element, count, stride;
-        std::vector<std::byte> values;
-    };
     struct Signal {
         const void* data;
         Type type;
@@ -118,7 +111,6 @@ class Simulation::Machine {
     std::vector<int> emit_tests(const std::vector<program::Literal>& when); ///< their jumps
     void land(const std::vector<int>& jumps);                               ///< here
     void emit_commits(const program::Statement& statement);
-    void emit_write(const program::Statement& statement);
     void emit_repeat(const program::Statement& statement, program::Pass pass);
     void emit_solve(const program::Statement& statement, program::Pass pass);
     Signal signal(const Node::End& end);
@@ -134,7 +126,6 @@ class Simulation::Machine {
     std::vector<Task> tasks_;
     std::vector<Bound> bound_; ///< what each task is
     std::vector<Commit> commits_;
-    std::vector<Write> writes_;
     std::vector<Signal> signals_;
     std::vector<Memory> memories_;
     std::vector<Counter> counters_;

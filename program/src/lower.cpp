@@ -255,12 +255,12 @@ class Lowering {
         return all;
     }
 
-    Statements disable(int number) const {
+    Statements disable(int number) {
         const Condition& c = condition(number);
         Statements all{clear(at(enabled_, number))};
         if (has_trigger(number)) all.push_back(clear(at(p_.active, number)));
-        for (int o = 0; o < count(c.outlets); ++o)
-            if (at(c.outlets, o).resets) all.push_back(initial(number, o));
+        for (const auto& outlet : c.outlets)
+            if (outlet.resets) all.push_back(initial(outlet));
         for (const int node : c.nodes)
             if (has(node, Role::continuous_state)) all.push_back(of_node(Kind::rest, node));
         for (int inner = 1; inner < count(d_.conditions); ++inner)
@@ -270,20 +270,21 @@ class Lowering {
         return all;
     }
 
-    Statement initial(int condition, int outlet) const {
-        const auto& its = at(at(d_.conditions, condition).outlets, outlet);
-        Statement set{.kind = Kind::set, .index = outlet, .number = condition, .signal = its.end};
-        set.source = its.initial_from;
-        if (set.source.node < 0) set.values = its.initial;
-        return set;
+    Statement set(const Node::End& quantity, const Node::End& source, const std::vector<double>& values) {
+        p_.sets.push_back({quantity, source, source.node < 0 ? values : std::vector<double>()});
+        return numbered(Kind::set, count(p_.sets) - 1);
+    }
+    Statement initial(const Condition::Outlet& outlet) {
+        return set(outlet.end, outlet.initial_from, outlet.initial);
     }
 
-    Statements resets(const std::vector<int>& nodes) const {
+    Statements resets(const std::vector<int>& nodes) {
         Statements all;
-        for (const int n : nodes)
-            if (has(n, Role::discrete_state) || has(n, Role::continuous_state) ||
-                at(d_.nodes, n).methods.reset)
-                all.push_back(of_node(Kind::reset, n));
+        for (const int n : nodes) {
+            for_each_initial(*at(d_.nodes, n).block, n,
+                             [&](const auto&... state) { all.push_back(set(state...)); });
+            if (at(d_.nodes, n).methods.reset) all.push_back(of_node(Kind::reset, n));
+        }
         return all;
     }
 
@@ -293,8 +294,8 @@ class Lowering {
         std::iota(nodes.begin(), nodes.end(), 0);
         p_.start = resets(nodes);
         append(p_.start, {of(Kind::start), of(Kind::constants)});
-        for (int c = 1; c < count(d_.conditions); ++c)
-            for (int o = 0; o < count(condition(c).outlets); ++o) p_.start.push_back(initial(c, o));
+        for (const auto& condition : d_.conditions)
+            for (const auto& outlet : condition.outlets) p_.start.push_back(initial(outlet));
     }
 
     // ---- outputs and updates

@@ -187,6 +187,7 @@ class Splitting {
         switch (s.kind) {
         case Kind::run: return at(s.phase == Phase::update ? update_ : output_, s.node);
         case Kind::commit: return at(update_, s.node);
+        case Kind::set: return at(output_, at(p_.sets, s.number).quantity.node);
         case Kind::call: return task(at(d_.conditions, at(p_.procedures, s.number).condition).rate);
         case Kind::assign:
         case Kind::clear: return task_of_flag(at(p_.flags, s.flag));

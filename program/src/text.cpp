@@ -73,9 +73,11 @@ class Text {
         case Kind::commit: return "commit " + path(s.node);
         case Kind::reset: return "reset " + path(s.node);
         case Kind::rest: return "rest " + path(s.node);
-        case Kind::set:
-            return d_.end_path(s.signal) +
-                   " := " + (s.source.node >= 0 ? d_.end_path(s.source) : numbers(s.values));
+        case Kind::set: {
+            const Set& set = p_.sets[static_cast<std::size_t>(s.number)];
+            return d_.end_path(set.quantity) +
+                   " := " + (set.source.node >= 0 ? d_.end_path(set.source) : numbers(set.values));
+        }
         case Kind::start: return "start all blocks";
         case Kind::constants: return "constants";
         case Kind::finite: return "fail unless " + d_.end_path(s.signal) + " is finite";

@@ -34,7 +34,7 @@ TEST(Program, RunsWhatIsHitThenUpdatesThenCommits) {
                          "  slow: {block: Gain, period: 0.2, offset: 0.1}\n  past: {block: UnitDelay}\n"
                          "connections: {u: slow, slow: past}\n"),
               R"(start:
-    reset past
+    past.x := past.initial
     start all blocks
     constants
 
@@ -92,8 +92,8 @@ std::string with_solver(const std::string& solver) {
 TEST(Program, StartsWithStatesThenDevicesThenConstantsThenInitialOutputs) {
     const std::string text = with_solver("rk4");
     EXPECT_EQ(section(text, "constants"), "    output two\n");
-    EXPECT_EQ(section(text, "start"), R"(    reset outer.x
-    reset outer.inner.sum
+    EXPECT_EQ(section(text, "start"), R"(    outer.x.x := outer.x.initial
+    outer.inner.sum.x := outer.inner.sum.initial
     start all blocks
     constants
     outer.y.y := 2
@@ -123,8 +123,8 @@ TEST(Program, TestsAConditionBeforeItsBlocksAndEndsTheConditionsInsideWithIt) {
         starts := true
     outer.enabled := is_on
     if outer.enabled and starts
-        reset outer.x
-        reset outer.inner.sum
+        outer.x.x := outer.x.initial
+        outer.inner.sum.x := outer.inner.sum.initial
 )");
     EXPECT_EQ(section(text, "disable outer:"), R"(    outer.enabled := false
     outer.y.y := 2
@@ -198,7 +198,7 @@ connections: {u: s.u}
 )");
     EXPECT_EQ(section(text, "outputs"), R"(    output u
     s.part.ran := false
-    reset s.k
+    s.k.number := 1
     repeat while s.more.y > 0, at most 7 times
         s.part.fired := false
         s.part.triggered := false
@@ -353,7 +353,7 @@ blocks:
     connections: {u: [g, more.condition, more.initial], g: y}
 connections: {u: [s.u, w.u], n: s.iterations}
 )";
-    EXPECT_EQ(section(program_of(loops), "outputs"), R"(    reset s.i
+    EXPECT_EQ(section(program_of(loops), "outputs"), R"(    s.i.number := 1
     repeat n.y times
         output s.i
         output s.d

@@ -38,6 +38,7 @@ class BlocksInContext : public Hosted {
         const TaskOf& of = tasks_[static_cast<std::size_t>(task)];
         return good(of.task(), of.block);
     }
+    void set_states(int block) noexcept override { context_->set_states(block); }
     bool reset(int block) noexcept override { return good(context_->reset(block), block); }
     bool event(int block) noexcept override { return good(context_->event(block), block); }
     void hit(int rate, double time) noexcept override { program::hit(context_->clock(rate), time); }

@@ -13,6 +13,7 @@
 #include "bf/elaborate/structure.hpp"
 #include "bf/elaborate/tuning.hpp"
 #include "bf/formats/yaml.hpp"
+#include "bf/program/program.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -63,6 +64,7 @@ class ElaboratedModel final : public BlocksInContext {
         context_ = own_context_.get();
         for (std::size_t r = 0; r < diagram_.rates.size(); ++r)
             periods_.push_back(diagram_.rates[r].is_continuous ? 0 : diagram_.period(static_cast<int>(r)));
+        sets_ = program::lower(diagram_).sets;
         tuning_ = std::make_unique<Tuning>(diagram_);
         make_tables();
     }
@@ -100,10 +102,9 @@ class ElaboratedModel final : public BlocksInContext {
     }
     double stop_time() const { return diagram_.stop; }
     using BlocksInContext::add_task;
-    void write_initial_output(int condition, int number) noexcept override {
-        diagram_.write_initial(diagram_.conditions[static_cast<std::size_t>(condition)]
-                                   .outlets[static_cast<std::size_t>(number)],
-                               *context_);
+    void set(int number) noexcept override {
+        const auto& [quantity, source, values] = sets_[static_cast<std::size_t>(number)];
+        context_->set(quantity, source, values);
     }
 
     // ---- the run
@@ -267,6 +268,7 @@ class ElaboratedModel final : public BlocksInContext {
     Registry registry_; // the code of the blocks below
     Diagram diagram_;
     std::unique_ptr<Context> own_context_;
+    std::vector<program::Set> sets_;
     std::unique_ptr<Tuning> tuning_;
     std::deque<std::string> texts_;
     std::deque<std::vector<double>> values_; ///< of variables

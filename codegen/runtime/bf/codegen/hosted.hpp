@@ -14,15 +14,16 @@ class Hosted {
     virtual void stop() noexcept = 0;
     /// A method or rule of a block.
     virtual bool run(int task) noexcept = 0;
-    /// Initial states of one block.
+    /// States of one block have their declared initial values, then the block changes them.
+    virtual void set_states(int block) noexcept = 0;
     virtual bool reset(int block) noexcept = 0;
     /// The block's answer to its zero crossings.
     virtual bool event(int block) noexcept = 0;
     /// The rate is hit at that time, or the solver goes to it inside a step.
     virtual void hit(int rate, double time) noexcept = 0;
     virtual void go_to(int rate, double time) noexcept = 0;
-    /// An output of a conditional subsystem has its initial value, which is known at the start.
-    virtual void write_initial_output(int /*condition*/, int /*outlet*/) noexcept {}
+    /// A quantity has its initial value, where that is known at the start: one of the program's `sets`.
+    virtual void set(int /*number*/) noexcept {}
     /// A triggered subsystem of that rate runs; its period is the time since it ran before.
     virtual void fire(int rate, double time) noexcept = 0;
     /// Why the last call failed, and which block when the call did not name it.

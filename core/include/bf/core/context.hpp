@@ -64,8 +64,15 @@ class Context {
     /// Binds activity i of a node in a phase. Valid as long as the context.
     Task task(int node, Phase phase, int i);
 
-    /// Declared initial values of states, then the block's own `reset`; x⁻ and x⁺ agree afterwards.
+    /// A quantity := what is at `source`, of which one element expands, or `values` where that is none. Of a
+    /// state x⁻ and x⁺ agree afterwards.
+    void set(const Node::End& quantity, const Node::End& source, const std::vector<double>& values);
+    /// States have their declared initial values.
+    void set_states(int node);
+    /// The block's own `reset` changes them; x⁻ and x⁺ agree afterwards.
     Status reset(int node);
+    /// Both.
+    Status initialize(int node) { return set_states(node), reset(node); }
     /// The block's answer to its guards: x := x⁺ for all its states, which begin as x⁻.
     Status event(int node);
     /// x := next x for the discrete states of one node.
@@ -96,6 +103,7 @@ class Context {
     std::size_t signal_bytes() const, parameter_bytes() const, state_bytes() const;
 
   private:
+    template <class F> Status write_states(int node, F&& write);
     struct Arena;
     struct NodeTables;
     struct MethodCall;
@@ -112,6 +120,16 @@ class Context {
     std::vector<std::unique_ptr<Operand[]>> operands_;
     std::vector<std::unique_ptr<MethodCall>> calls_;
 };
+
+/// What the states of a node begin with: f(state, source, values), as Context::set takes them.
+template <class F> void for_each_initial(const Block& block, int node, F&& f) {
+    const auto& slots = block.resolution().slots;
+    for (int i = 0; i < static_cast<int>(slots.size()); ++i)
+        if (const Slot& slot = slots[static_cast<std::size_t>(i)];
+            slot.role == Role::discrete_state || slot.role == Role::continuous_state)
+            f(Node::End{node, i}, slot.initial_from < 0 ? Node::End() : Node::End{node, slot.initial_from},
+              slot.initial);
+}
 
 /// Copies `values` (column-major; one element expands; empty: zeros) into `count` elements of `type`.
 /// Values are rounded to the nearest and saturated for integer types.

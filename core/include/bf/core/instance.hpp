@@ -51,8 +51,8 @@ class Instance {
     bool is_open() const { return context_ != nullptr; }
 
     void start(); ///< opens what the block needs outside, which the destructor closes
-    Status reset() { return context_->reset(0); } ///< initial states
-    Status run(Phase phase);                      ///< all activities of a phase; the first failure ends it
+    Status reset() { return context_->initialize(0); } ///< initial states
+    Status run(Phase phase); ///< all activities of a phase; the first failure ends it
     Status event() { return context_->event(0); }
     void commit() { context_->commit(0); }
 

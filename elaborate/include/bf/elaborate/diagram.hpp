@@ -189,8 +189,6 @@ struct Diagram {
     /// For each node, whether derivatives, guards or conditions depend on its outputs: a solver asks for no
     /// others inside a step.
     std::vector<char> needed_inside_a_step() const;
-    /// Writes the initial value of a conditional subsystem's output into the memory of a run.
-    void write_initial(const Condition::Outlet& outlet, Context& context) const;
     /// All signals matching a path in which '*' stands for any text ("a.b.*"), or a plain path as above; in
     /// document order.
     std::vector<SignalName> match_signals(const std::string& pattern) const;

@@ -44,11 +44,10 @@ struct Statement {
     enum class Kind : std::uint8_t {
         run,    ///< activity `index` of `node` in `phase`
         commit, ///< x⁻ := x⁺ for the discrete states of `node`; fails where one became NaN
-        reset,  ///< the states of `node` have their initial values
+        set,    ///< `Program::sets[number]`
+        reset,  ///< `node` changes the initial values of its states, which are set
         start,  ///< all blocks start in their order: devices open
         rest,   ///< the derivatives of `node` are 0
-        set,    ///< `signal` := `source`, or `values` where that is none; one element expands, no element
-                ///< is 0. Of output `index` of the subsystem under condition `number`
         finite, ///< fails where an element of `signal` is not finite
         assign, ///< `flag` := all of `when` hold
         clear,  ///< `flag` := false
@@ -80,13 +79,19 @@ struct Statement {
     Phase phase = Phase::output;
     Pass pass = first;
     int node = -1, index = 0, number = 0, flag = -1;
-    Node::End signal = {}, source = {};
+    Node::End signal = {};
     Status failure = {};
     std::vector<Literal> when = {};
     std::vector<Statement> body = {}, otherwise = {};
-    std::vector<double> values = {};
 };
 using Statements = std::vector<Statement>;
+
+/// `quantity` := what is at `source`, or `values` where that is none; one element expands, no element is 0.
+/// Of a state the next value, too.
+struct Set {
+    Node::End quantity, source;
+    std::vector<double> values;
+};
 
 /// A truth value of the program; false at the start.
 struct Flag {
@@ -142,6 +147,7 @@ struct Program {
     const Diagram* diagram;
     std::vector<Flag> flags;
     std::vector<Memory> memories;
+    std::vector<Set> sets;        ///< initial values of states, and of outputs of conditional subsystems
     std::vector<Watched> watched; ///< controls come last
     std::vector<Procedure> procedures;
     std::vector<int> hit;    ///< flag by rate

@@ -3,8 +3,8 @@
 #include "bf/codegen/generate.hpp"
 #include "names.hpp"
 
+#include <array>
 #include <cmath>
-#include <map>
 
 namespace bf::codegen {
 
@@ -22,15 +22,14 @@ const std::map<std::string, std::string, std::less<>> library{
     {"fmod", "fmod"},     {"fix", "trunc"},   {"atan2", "atan2"}, {"expm1", "expm1"}, {"log1p", "log1p"},
     {"log2", "log2"},     {"hypot", "hypot"}};
 
-/// @T@ is the type, @f@ the suffix of <math.h>, @name@ the function.
-const std::map<std::string, std::string, std::less<>> of_all{
+const CDefinitions of_all{
     // A call, since GCC 12 makes 0.0 - (double)b the number -0.0 for false: it replaces it by a negation.
     {"number_of", "static @T@ @name@(bool x)\n{\n    return x ? @one@ : @zero@;\n}\n"},
     {"clamp",
      "static @T@ @name@(@T@ x, @T@ lower, @T@ upper)\n{\n    return (x > upper) ? upper : ((x < lower) "
      "? lower : x);\n}\n"}};
 
-const std::map<std::string, std::string, std::less<>> of_reals{
+const CDefinitions of_reals{
     {"to_nearest", R"(static @T@ @name@(@T@ x)
 {
     const @T@ below = floor@f@(x);
@@ -161,6 +160,155 @@ const std::map<std::string, std::string, std::less<>> of_reals{
     return @weigh@(table, sizes, places, part, dimensions);
 }
 )"},
+    // Slopes of the cubic spline at its points, by elimination from top to bottom; work holds c / b.
+    {"gap", "static @T@ @name@(const @T@ *x, int32_t i)\n{\n    return x[i + 1] - x[i];\n}\n"},
+    {"secant", "static @T@ @name@(const @T@ *x, const @T@ *v, int32_t i)\n{\n    return (v[i + 1] - v[i]) / "
+               "@gap@(x, i);\n}\n"},
+    {"spline_slopes", R"(static void @name@(@T@ *slope, const @T@ *x, const @T@ *v, @T@ *work, int32_t n)
+{
+    for (int32_t i = 0; (i < n) && (n < 3); ++i) {
+        slope[i] = (n == 2) ? @secant@(x, v, 0) : @zero@;
+    }
+    for (int32_t i = 0; (i < n) && (n >= 3); ++i) {
+        @T@ a = @zero@;
+        @T@ b = @one@;
+        @T@ c = @zero@;
+        @T@ r;
+        if ((n == 3) && (i != 1)) {
+            if (i == 0) {
+                c = @one@;
+            } else {
+                a = @one@;
+            }
+            r = @two@ * @secant@(x, v, (i == 0) ? 0 : 1);
+        } else if (i == 0) {
+            const @T@ h = @gap@(x, 0);
+            b = @gap@(x, 1);
+            c = h + b;
+            r = (((h + (@two@ * c)) * b * @secant@(x, v, 0)) + (h * h * @secant@(x, v, 1))) / c;
+        } else if (i < (n - 1)) {
+            a = @gap@(x, i);
+            c = @gap@(x, i - 1);
+            b = @two@ * (c + a);
+            r = @three@ * ((a * @secant@(x, v, i - 1)) + (c * @secant@(x, v, i)));
+        } else {
+            const @T@ h = @gap@(x, n - 2);
+            b = @gap@(x, n - 3);
+            a = b + h;
+            r = ((h * h * @secant@(x, v, n - 3)) + (((@two@ * a) + h) * b * @secant@(x, v, n - 2))) / a;
+        }
+        const @T@ pivot = (i == 0) ? b : (b - (a * work[i - 1]));
+        work[i] = c / pivot;
+        slope[i] = (i == 0) ? (r / pivot) : ((r - (a * slope[i - 1])) / pivot);
+    }
+    for (int32_t i = n - 2; (i >= 0) && (n >= 3); --i) {
+        slope[i] -= work[i] * slope[i + 1];
+    }
+}
+)"},
+    // Slopes of the modified Akima interpolant; secants beyond the ends go on as a parabola does.
+    {"secant_beyond", R"(static @T@ @name@(const @T@ *x, const @T@ *v, int32_t n, int32_t i)
+{
+    @T@ y;
+    if (n == 2) {
+        y = @secant@(x, v, 0);
+    } else if (i < 0) {
+        y = @secant@(x, v, 0) + ((@T@)i * (@secant@(x, v, 1) - @secant@(x, v, 0)));
+    } else if (i > (n - 2)) {
+        y = @secant@(x, v, n - 2) + ((@T@)(i - n + 2) * (@secant@(x, v, n - 2) - @secant@(x, v, n - 3)));
+    } else {
+        y = @secant@(x, v, i);
+    }
+    return y;
+}
+)"},
+    {"akima_slopes", R"(static void @name@(@T@ *slope, const @T@ *x, const @T@ *v, int32_t n)
+{
+    if (n == 1) {
+        slope[0] = @zero@;
+    }
+    for (int32_t i = 0; (i < n) && (n > 1); ++i) {
+        const @T@ before = @secant_beyond@(x, v, n, i - 2);
+        const @T@ left = @secant_beyond@(x, v, n, i - 1);
+        const @T@ right = @secant_beyond@(x, v, n, i);
+        const @T@ after = @secant_beyond@(x, v, n, i + 1);
+        const @T@ a = fabs@f@(after - right) + (fabs@f@(after + right) / @two@);
+        const @T@ b = fabs@f@(left - before) + (fabs@f@(left + before) / @two@);
+        slope[i] = ((a + b) == @zero@) ? @zero@ : (((a * left) + (b * right)) / (a + b));
+    }
+}
+)"},
+    // The cubic through the points with these slopes.
+    {"hermite",
+     R"(static @T@ @name@(bool clips, const @T@ *x, const @T@ *v, const @T@ *slope, int32_t n, @T@ at)
+{
+    @T@ y = at;
+    if ((n > 1) && (at >= x[0]) && (at <= x[n - 1])) {
+        @T@ part;
+        const int32_t k = @piece@(x, n, at, false, &part);
+        const @T@ h = @gap@(x, k);
+        const @T@ t = at - x[k];
+        const @T@ m = @secant@(x, v, k);
+        const @T@ c = ((@three@ * m) - (@two@ * slope[k]) - slope[k + 1]) / h;
+        const @T@ b = (slope[k] + slope[k + 1] - (@two@ * m)) / (h * h);
+        y = v[k] + (t * (slope[k] + (t * (c + (t * b)))));
+    } else if (isnan(at) == 0) {
+        const int32_t end = ((n > 1) && (at > x[n - 1])) ? (n - 1) : 0;
+        y = v[end] + (clips ? @zero@ : (slope[end] * (at - x[end])));
+    } else {
+        // of NaN NaN
+    }
+    return y;
+}
+)"},
+    // The value `delay` before t, from rings of times and values, of which `count` entries were written; not
+    // known where the rings hold it no longer.
+    {"delayed", R"(static @T@ @name@(@T@ initial, @T@ delay, @T@ t, const @T@ *times, const @T@ *values,
+                  uint32_t capacity, uint32_t count, bool *is_known)
+{
+    const uint32_t held = (count < capacity) ? count : capacity;
+    const uint32_t oldest = count - held;
+    const @T@ at = t - ((delay > @zero@) ? delay : @zero@);
+    @T@ y = initial;
+    if ((held == 0U) || (at < times[oldest % capacity])) {
+        *is_known = *is_known && ((held == 0U) || (oldest == 0U));
+    } else {
+        uint32_t low = 0U;
+        uint32_t high = held;
+        while ((high - low) > 1U) {
+            const uint32_t middle = low + ((high - low) / 2U);
+            if (times[(oldest + middle) % capacity] <= at) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        if (((low + 1U) == held) && (held > 1U)) {
+            low--;
+        }
+        const uint32_t a = (oldest + low) % capacity;
+        const uint32_t b = (held > 1U) ? ((oldest + low + 1U) % capacity) : a;
+        const @T@ part = (a == b) ? @zero@ : ((at - times[a]) / (times[b] - times[a]));
+        y = (part == @one@) ? values[b] : (values[a] + (part * (values[b] - values[a])));
+    }
+    return y;
+}
+)"},
+    // Results that are not finite are not good.
+    {"bounded", R"(static @T@ @name@(@T@ x, bool *is_good)
+{
+    *is_good = *is_good && (isfinite(x) != 0);
+    return x;
+}
+)"},
+    {"bounded_multiply", "static @T@ @name@(@T@ a, @T@ b, bool *is_good)\n{\n    return @bounded@(a * b, "
+                         "is_good);\n}\n"},
+    {"bounded_divide", R"(static @T@ @name@(@T@ a, @T@ b, bool *is_good)
+{
+    *is_good = *is_good && (b != @zero@);
+    return @bounded@(a / b, is_good);
+}
+)"},
     {"maximum", "static @T@ @name@(@T@ a, @T@ b)\n{\n    return ((a > b) || (isnan(b) != 0)) ? a : b;\n}\n"},
     {"minimum", "static @T@ @name@(@T@ a, @T@ b)\n{\n    return ((a < b) || (isnan(b) != 0)) ? a : b;\n}\n"},
     {"signed_sqrt", "static @T@ @name@(@T@ x)\n{\n    return copysign@f@(sqrt@f@(fabs@f@(x)), x);\n}\n"},
@@ -212,7 +360,7 @@ const std::map<std::string, std::string, std::less<>> of_reals{
 )"}};
 
 /// Whole numbers wrap around: the low bits of sum, difference and product do not depend on signs.
-const std::map<std::string, std::string, std::less<>> of_whole_numbers{
+const CDefinitions of_whole_numbers{
     {"is_index", "static bool @name@(double at, @T@ n)\n{\n    return (at >= 0.0) && (at < (double)n);\n}\n"},
     {"nearest_index", R"(static @T@ @name@(double at, @T@ n)
 {
@@ -281,6 +429,14 @@ const std::map<std::string, std::string, std::less<>> of_whole_numbers{
                 "return (@T@)y;\n}\n"},
     {"bit_not", "static @T@ @name@(@T@ a)\n{\n    const uint32_t y = ~(uint32_t)a;\n    return "
                 "(@T@)y;\n}\n"},
+    // Results that leave the type are held at its ends, and are not good.
+    {"bounded", R"(static @T@ @name@(int64_t x, bool *is_good)
+{
+    const int64_t y = (x > (int64_t)@max@) ? (int64_t)@max@ : ((x < (int64_t)@min@) ? (int64_t)@min@ : x);
+    *is_good = *is_good && (y == x);
+    return (@T@)y;
+}
+)"},
     {"maximum", "static @T@ @name@(@T@ a, @T@ b)\n{\n    return (a > b) ? a : b;\n}\n"},
     {"minimum", "static @T@ @name@(@T@ a, @T@ b)\n{\n    return (a < b) ? a : b;\n}\n"},
     {"add", "static @T@ @name@(@T@ a, @T@ b)\n{\n    const uint32_t y = (uint32_t)a + (uint32_t)b;\n    "
@@ -292,7 +448,17 @@ const std::map<std::string, std::string, std::less<>> of_whole_numbers{
     {"negate",
      "static @T@ @name@(@T@ a)\n{\n    const uint32_t y = 0U - (uint32_t)a;\n    return (@T@)y;\n}\n"}};
 
-const std::map<std::string, std::string, std::less<>> of_signed{
+const CDefinitions of_signed{
+    {"bounded_multiply",
+     "static @T@ @name@(@T@ a, @T@ b, bool *is_good)\n{\n    return @bounded@((int64_t)a * "
+     "(int64_t)b, is_good);\n}\n"},
+    // The only quotient that is too large is that of the smallest number by -1.
+    {"bounded_divide", R"(static @T@ @name@(@T@ a, @T@ b, bool *is_good)
+{
+    *is_good = *is_good && (b != 0);
+    return (b == -1) ? @bounded@(-(int64_t)a, is_good) : @divide@(a, b);
+}
+)"},
     {"absolute", "static @T@ @name@(@T@ x)\n{\n    const uint32_t y = 0U - (uint32_t)x;\n    return (x < 0) "
                  "? (@T@)y : x;\n}\n"},
     {"remainder", "static @T@ @name@(@T@ x, @T@ y)\n{\n    return (y == 0) ? (@T@)0 : (@T@)((int64_t)x % "
@@ -324,13 +490,38 @@ const std::map<std::string, std::string, std::less<>> of_signed{
 }
 )"}};
 
-const std::map<std::string, std::string, std::less<>> of_unsigned{
+const CDefinitions of_unsigned{
+    {"bounded_multiply", R"(static @T@ @name@(@T@ a, @T@ b, bool *is_good)
+{
+    const uint64_t x = (uint64_t)a * (uint64_t)b;
+    const bool is_held = (x > (uint64_t)@max@);
+    *is_good = *is_good && (!is_held);
+    return is_held ? (@T@)@max@ : (@T@)x;
+}
+)"},
+    {"bounded_divide", R"(static @T@ @name@(@T@ a, @T@ b, bool *is_good)
+{
+    *is_good = *is_good && (b != 0U);
+    return @divide@(a, b);
+}
+)"},
     {"absolute", "static @T@ @name@(@T@ x)\n{\n    return x;\n}\n"},
     {"remainder", "static @T@ @name@(@T@ x, @T@ y)\n{\n    return (y == 0U) ? (@T@)0 : (@T@)(x % y);\n}\n"},
     {"modulo", "static @T@ @name@(@T@ x, @T@ y)\n{\n    return (y == 0U) ? x : (@T@)(x % y);\n}\n"},
     {"divide",
      "static @T@ @name@(@T@ a, @T@ b)\n{\n    return (b == 0U) ? ((a == 0U) ? (@T@)0 : (@T@)@max@) : "
      "(@T@)(a / b);\n}\n"}};
+
+/// Null: there is none.
+const std::string* text_of(const CFunction& function) {
+    const auto& [name, type] = function;
+    const std::array<const CDefinitions*, 3> known =
+        is_real(type) ? std::array{&of_all, &of_reals, &c_matrix_definitions()}
+                      : std::array{&of_all, &of_whole_numbers, is_signed(type) ? &of_signed : &of_unsigned};
+    for (const auto* definitions : known)
+        if (const auto found = definitions->find(name); found != definitions->end()) return &found->second;
+    return nullptr;
+}
 
 } // namespace
 
@@ -354,11 +545,15 @@ std::string c_name(const CFunction& function, const std::string& prefix) {
 }
 
 std::vector<CFunction> c_needs(const CFunction& function) {
-    const auto& [name, type] = function;
-    if (name == "normal") return {{"uniform", type}};
-    if (name == "look_up") return {{"piece", type}, {"weigh", type}};
-    if (name == "modulo" && is_real(type)) return {{"remainder", type}};
-    return {};
+    std::vector<CFunction> needs;
+    const std::string* const text = text_of(function);
+    for (std::size_t at = 0; text && (at = text->find('@', at)) != text->npos;) {
+        const auto end = text->find('@', at + 1);
+        const CFunction needed{text->substr(at + 1, end - at - 1), function.second};
+        if (text_of(needed)) needs.push_back(needed);
+        at = end + 1;
+    }
+    return needs;
 }
 
 std::string c_definition(const CFunction& function, const std::string& prefix) {
@@ -372,6 +567,7 @@ std::string c_definition(const CFunction& function, const std::string& prefix) {
                 {"@zero@", literal(0, type)},
                 {"@one@", literal(1, type)},
                 {"@two@", literal(2, type)},
+                {"@three@", literal(3, type)},
                 {"@half@", is_real(type) ? literal(0.5, type) : ""},
                 {"@draw@", type == Type::float32
                                ? "const uint32_t high = word[0] >> 8U;\n    return (float)high / 16777216.0F;"
@@ -382,14 +578,11 @@ std::string c_definition(const CFunction& function, const std::string& prefix) {
                 {"@pi@", literal(std::acos(-1.0), type)},
                 {"@half_turn@", literal(180, type)},
                 {"@epsilon@", type == Type::float32 ? "FLT_EPSILON" : "DBL_EPSILON"},
+                {"@largest@", type == Type::float32 ? "FLT_MAX" : "DBL_MAX"},
                 {"@max@", upper + "_MAX"},
                 {"@min@", is_signed(type) ? upper + "_MIN" : "0"}};
     for (const auto& needed : c_needs(function)) marks["@" + needed.first + "@"] = c_name(needed, prefix);
-    for (const auto* known : {&of_all, is_real(type) ? &of_reals : &of_whole_numbers,
-                              is_real(type)     ? &of_reals
-                              : is_signed(type) ? &of_signed
-                                                : &of_unsigned})
-        if (const auto found = known->find(name); found != known->end()) return filled(found->second, marks);
+    if (const std::string* const text = text_of(function)) return filled(*text, marks);
     throw GenerationError("internal error: '" + name + "' has no definition in C");
 }
 

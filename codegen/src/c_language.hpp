@@ -3,6 +3,7 @@
 
 #include "bf/core/declaration.hpp"
 
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,5 +23,11 @@ std::string c_name(const CFunction& function, const std::string& prefix);
 /// <math.h> has it. The functions that it calls stand before it.
 std::string c_definition(const CFunction& function, const std::string& prefix);
 std::vector<CFunction> c_needs(const CFunction& function);
+
+/// Texts by name, in which @T@ is the type, @f@ the suffix of <math.h>, @name@ the function, and the name of
+/// another function of the same type that function.
+using CDefinitions = std::map<std::string, std::string, std::less<>>;
+/// Of real numbers: inverses, decompositions and what they need.
+const CDefinitions& c_matrix_definitions();
 
 } // namespace bf::codegen

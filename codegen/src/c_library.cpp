@@ -1,9 +1,12 @@
 #include "c_library.hpp"
 
+#include "bf/kernels/continuous.hpp"
 #include "bf/kernels/convert.hpp"
 #include "bf/kernels/logic.hpp"
 #include "bf/kernels/lookup.hpp"
+#include "bf/kernels/overflow.hpp"
 #include "bf/kernels/random.hpp"
+#include "bf/kernels/svd.hpp"
 #include "names.hpp"
 #include "symbol.hpp"
 
@@ -230,9 +233,150 @@ class Library {
         });
     }
 
+    /// Arithmetic that watches the range of its type; stops = [whether the step fails].
+    std::optional<CRule> bounded_sum(int list_size) {
+        if (!have_its_type(3)) return {};
+        failure_ = k::BoundedSum::failure;
+        const auto& signs = arguments_[2].values;
+        return bounded([&](const auto& at) -> Lines {
+            std::string sum = is_whole(type_) ? "" : c_literal(0, type_);
+            for (int i = 0; i < list_size; ++i) {
+                const bool is_less = signs[signs.size() == 1 ? 0 : static_cast<std::size_t>(i)] < 0;
+                sum += sum.empty() ? is_less ? "-" : "" : is_less ? " - " : " + ";
+                sum += (is_whole(type_) ? "(int64_t)" : "") + at(3 + i);
+            }
+            return {at(0) + " = " + call({"bounded", type_}, sum + ", &is_good") + ";"};
+        });
+    }
+    std::optional<CRule> bounded_gain() {
+        if (!have_its_type(2)) return {};
+        failure_ = k::BoundedGain::failure;
+        return bounded([&](const auto& at) -> Lines {
+            return {at(0) + " = " + call({"bounded_multiply", type_}, at(2) + ", " + at(3) + ", &is_good") +
+                    ";"};
+        });
+    }
+    std::optional<CRule> bounded_product(int list_size) {
+        if (!have_its_type(3)) return {};
+        failure_ = k::BoundedProduct::failure;
+        const auto& exponents = arguments_[2].values;
+        return bounded([&](const auto& at) -> Lines {
+            Lines lines;
+            for (int i = 0; i < list_size; ++i) {
+                const bool divides = exponents[exponents.size() == 1 ? 0 : static_cast<std::size_t>(i)] < 0;
+                const std::string before = i == 0 ? c_literal(1, type_) : at(0);
+                lines.push_back(at(0) + " = " +
+                                call({divides ? "bounded_divide" : "bounded_multiply", type_},
+                                     before + ", " + at(3 + i) + ", &is_good") +
+                                ";");
+            }
+            return lines;
+        });
+    }
+
+    std::optional<CRule> slopes(const std::string& function) {
+        if (is_whole(type_) || arguments_[1].type != type_) return {};
+        const std::string n = number(arguments_[1].size.count());
+        Lines declarations{constant("points", type_, arguments_[1].values)};
+        std::string operands = address(0) + ", points, " + in_type(2, type_, declarations);
+        if (arguments_.size() > 3) operands += ", " + address(3);
+        return inside(declarations, CRule{{call({function, type_}, operands + ", " + n) + ";"}, functions_});
+    }
+    std::optional<CRule> hermite() {
+        const Type real = arguments_[2].type;
+        if (is_whole(type_) || arguments_[4].type != real) return {};
+        Lines declarations{constant("points", real, arguments_[2].values)};
+        const std::string table = "points, " + in_type(3, real, declarations) + ", " + address(4) + ", " +
+                                  number(arguments_[2].size.count());
+        const std::string clips = arguments_[1].values[0] != 0 ? "true, " : "false, ";
+        return inside(declarations, each([&](const auto& at) -> Lines {
+                          const std::string u = cast(at(5), arguments_[5].type, real);
+                          return {at(0) + " = " +
+                                  cast(call({"hermite", real}, clips + table + ", " + u), real, type_) + ";"};
+                      }));
+    }
+
+    std::optional<CRule> delayed_sample() {
+        if (!have_its_type(1, 5)) return {};
+        failure_ = k::DelayedSample::failure;
+        const std::string capacity = number(arguments_[3].size.count());
+        const std::string values =
+            "&" + arguments_[4].text + "[" + (arguments_[0].size.count() > 1 ? "i * " + capacity : "0") + "]";
+        return checked("is_known", true, [&](const auto& at) -> Lines {
+            return {at(0) + " = " +
+                    call({"delayed", type_}, at(1) + ", " + at(2) + ", " + arguments_[6].text + ", " +
+                                                 arguments_[3].text + ", " + values + ", " + capacity +
+                                                 "U, " + arguments_[5].text + ", &is_known") +
+                    ";"};
+        });
+    }
+    std::optional<CRule> keep_sample() {
+        const auto text = [&](std::size_t a) { return arguments_[a].text; };
+        const int samples = arguments_[0].size.count(), width = arguments_[7].size.count();
+        const std::string capacity = number(samples), newest = "(" + text(5) + " - 1U)",
+                          row = width > 1 ? "[(i * " + capacity + ") + (int32_t)row]" : "[row]";
+        const auto loop = [](int count, const std::string& line) {
+            return count > 1 ? Lines{"for (int i = 0; i < " + number(count) + "; ++i) {", "    " + line, "}"}
+                             : Lines{line};
+        };
+        CRule rule;
+        const auto add = [&](const Lines& lines) {
+            rule.lines.insert(rule.lines.end(), lines.begin(), lines.end());
+        };
+        add(loop(samples, text(0) + "[i] = " + text(3) + "[i];"));
+        add(loop(samples * width, text(1) + "[i] = " + text(4) + "[i];"));
+        add({text(0) + "[row] = " + text(6) + ";"});
+        add(loop(width, text(1) + row + " = " + element(7, "i") + ";"));
+        add({text(2) + " = sample + 1U;"});
+        return inside({"const bool replaces = (" + text(5) + " > 0U) && (" + text(3) + "[" + newest + " % " +
+                           capacity + "U] >= " + text(6) + ");",
+                       "const uint32_t sample = replaces ? " + newest + " : " + text(5) + ";",
+                       "const uint32_t row = sample % " + capacity + "U;"},
+                      std::move(rule));
+    }
+
+    /// A function of matrices on these operands, which says whether it could do its work.
+    std::optional<CRule> matrices(const std::string& function, std::string_view failure,
+                                  const std::vector<int>& operands, const std::vector<int>& sizes) {
+        std::string list;
+        for (const int a : operands) {
+            const Argument& its = arguments_[static_cast<std::size_t>(a)];
+            const bool is_number = function.ends_with("pinv") && a == 1; // damping, tolerance
+            if (is_whole(type_) || !its.values.empty() || (!is_number && its.type != type_)) return {};
+            list += (list.empty() ? "" : ", ") +
+                    (is_number ? cast(element(a, "0"), its.type, type_) : address(a));
+        }
+        for (const int size : sizes) list += ", " + number(size);
+        return CRule{{"if (!" + call({function, type_}, list) + ") {", "    " + std::string(c_fail), "}"},
+                     functions_,
+                     failure};
+    }
+    const Size& size(int a) const { return arguments_[static_cast<std::size_t>(a)].size; }
+
   private:
     using Lines = std::vector<std::string>;
 
+    /// Each element's lines, which make `name` false where something is wrong; then the step fails.
+    template <class F> std::optional<CRule> checked(const std::string& name, bool fails, F&& lines_of) {
+        std::optional<CRule> rule = each(lines_of);
+        const Lines end = fails ? Lines{"if (!" + name + ") {", "    " + std::string(c_fail), "}"}
+                                : Lines{"(void)" + name + ";"};
+        rule->lines.insert(rule->lines.end(), end.begin(), end.end());
+        return inside({"bool " + name + " = true;"}, std::move(rule));
+    }
+    template <class F> std::optional<CRule> bounded(F&& lines_of) {
+        return checked("is_good", arguments_[1].values[0] != 0, lines_of);
+    }
+    /// The elements of an operand in that type: a copy of them where they have another one.
+    std::string in_type(int a, Type type, Lines& declarations) {
+        const Argument& its = arguments_[static_cast<std::size_t>(a)];
+        if (its.type == type) return address(a);
+        const std::string n = number(its.size.count());
+        declarations.insert(declarations.end(),
+                            {c_name(type) + " values[" + n + "];", "for (int i = 0; i < " + n + "; ++i) {",
+                             "    values[i] = " + cast(element(a, "i"), its.type, type) + ";", "}"});
+        return "values";
+    }
     std::string cast(const std::string& x, Type from, Type to) {
         if (from == to) return x;
         return from == Type::boolean ? call({"number_of", to}, x) : "(" + c_name(to) + ")" + x;
@@ -256,8 +400,8 @@ class Library {
         return rule;
     }
 
-    bool have_its_type(int from) const {
-        return std::all_of(arguments_.begin() + from, arguments_.end(),
+    bool have_its_type(int from, int end = -1) const {
+        return std::all_of(arguments_.begin() + from, end < 0 ? arguments_.end() : arguments_.begin() + end,
                            [&](const Argument& a) { return a.type == type_; });
     }
     std::string call(const CFunction& function, const std::string& operands) {
@@ -312,6 +456,32 @@ std::optional<CRule> library_rule(std::string_view kernel, const std::vector<Arg
     if (kernel == k::InterpolateAt::name) return library.interpolate(list_size);
     if (kernel == k::ElementAt::name) return library.element_at(list_size);
     if (kernel == k::ShiftBits::name) return library.shift();
+    if (kernel == k::BoundedSum::name) return library.bounded_sum(list_size);
+    if (kernel == k::BoundedGain::name) return library.bounded_gain();
+    if (kernel == k::BoundedProduct::name) return library.bounded_product(list_size);
+    if (kernel == k::SplineSlopes::name) return library.slopes("spline_slopes");
+    if (kernel == k::AkimaSlopes::name) return library.slopes("akima_slopes");
+    if (kernel == k::Hermite::name) return library.hermite();
+    if (kernel == k::DelayedSample::name) return library.delayed_sample();
+    if (kernel == k::KeepSample::name) return library.keep_sample();
+    const auto rows = [&](int a) { return library.size(a).rows; };
+    const auto cols = [&](int a) { return library.size(a).cols; };
+    const auto matrices = [&](auto its, const char* function, const std::vector<int>& operands,
+                              const std::vector<int>& sizes) {
+        return library.matrices(function, decltype(its)::failure, operands, sizes);
+    };
+    if (kernel == k::Solve::name) return matrices(k::Solve{}, "solve", {0, 1, 2, 3}, {rows(1), cols(2)});
+    if (kernel == k::SolveRight::name)
+        return matrices(k::SolveRight{}, "solve_right", {0, 1, 2, 3}, {rows(2), rows(1)});
+    if (kernel == k::Inverse::name) return matrices(k::Inverse{}, "inverse", {0, 1, 2}, {rows(1)});
+    if (kernel == k::CholeskySolve::name)
+        return matrices(k::CholeskySolve{}, "cholesky_solve", {0, 1, 2, 3}, {rows(1), cols(2)});
+    if (kernel == k::DampedPinv::name)
+        return matrices(k::DampedPinv{}, "damped_pinv", {0, 1, 2, 3}, {rows(2), cols(2)});
+    if (kernel == k::TruncatedPinv::name)
+        return matrices(k::TruncatedPinv{}, "truncated_pinv", {0, 1, 2, 3}, {rows(2), cols(2)});
+    if (kernel == k::LeastSquares::name)
+        return matrices(k::LeastSquares{}, "least_squares", {0, 1, 2, 3}, {rows(1), cols(1), cols(2)});
     return {};
 }
 

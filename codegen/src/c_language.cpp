@@ -209,13 +209,14 @@ const CDefinitions of_reals{
     // Slopes of the modified Akima interpolant; secants beyond the ends go on as a parabola does.
     {"secant_beyond", R"(static @T@ @name@(const @T@ *x, const @T@ *v, int32_t n, int32_t i)
 {
+    const int32_t beyond = i - n + 2;
     @T@ y;
     if (n == 2) {
         y = @secant@(x, v, 0);
     } else if (i < 0) {
         y = @secant@(x, v, 0) + ((@T@)i * (@secant@(x, v, 1) - @secant@(x, v, 0)));
-    } else if (i > (n - 2)) {
-        y = @secant@(x, v, n - 2) + ((@T@)(i - n + 2) * (@secant@(x, v, n - 2) - @secant@(x, v, n - 3)));
+    } else if (beyond > 0) {
+        y = @secant@(x, v, n - 2) + ((@T@)beyond * (@secant@(x, v, n - 2) - @secant@(x, v, n - 3)));
     } else {
         y = @secant@(x, v, i);
     }

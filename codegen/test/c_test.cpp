@@ -117,16 +117,13 @@ connections: {u: speed}
 }
 
 TEST(GeneratedC, RefusesByNameWhatIsMoreThanArithmetic) {
-    const std::string model = "model: m\nstep: 0.1\nblocks:\n  noise: {block: WhiteNoise}\n  inverse: "
-                              "{block: PseudoInverse}\n  table: "
-                              "{block: Lookup1D, breakpoints: [0, 1], interpolation: spline}\nconnections: "
-                              "{noise: inverse, inverse: "
-                              "table}\n";
-    EXPECT_EQ(refusal(model),
-              "no C code can be generated for 'm', because these rules are more than "
-              "arithmetic on numbers and short "
-              "vectors:\n  inverse (PseudoInverse)\n  table (Lookup1D)\nreplace these blocks, or "
-              "generate C++: --language c++");
+    const std::string model =
+        "model: m\nstep: 0.1\ninputs: {u: {shape: [20]}}\nblocks:\n  noise: {block: WhiteNoise}\n"
+        "  order: {block: Sort}\nconnections: {u: order}\n";
+    EXPECT_EQ(
+        refusal(model),
+        "no C code can be generated for 'm', because these rules are more than arithmetic on numbers and "
+        "short vectors:\n  order (Sort)\nreplace these blocks, or generate C++: --language c++");
     EXPECT_EQ(refusal(model, {}), "");
     EXPECT_NE(refusal("model: m\nstep: 0.1\nsolver: dormand_prince45\nblocks: {c: {block: Constant}, x: "
                       "{block: Integrator}}\nconnections: {c: x}\n")
@@ -160,7 +157,27 @@ blocks:
   checked: {block: Convert, type: int8, on_overflow: error}
   bits: {block: Bitwise, operator: NAND}
   down: {block: ShiftBits, places: -3}
-connections: {u: [table.u1, table.u2, whole, wrapped, checked], n: [bits, down]}
+  spline: {block: Lookup1D, breakpoints: [0, 1, 3], table: [1, 2, 5], interpolation: spline}
+  akima: {block: Lookup1D, breakpoints: [0, 1, 3], table: [1, 2, 5], interpolation: akima}
+  past: {block: TransportDelay, delay: 0.25, buffer: 8}
+  sum: {block: Sum, signs: "+-", on_overflow: error}
+  product: {block: Product, operations: "*/", on_overflow: saturate}
+  real: {block: Gain, K: 2, on_overflow: error}
+  A: {block: Constant, value: [2, 1; 1, 3]}
+  b: {block: Constant, value: [1, 2]}
+  inverse: {block: MatrixInverse}
+  damped: {block: PseudoInverse, method: damped}
+  truncated: {block: PseudoInverse, method: truncated}
+  lu: {block: LinearSolve}
+  cholesky: {block: LinearSolve, method: cholesky}
+  right: {block: LinearSolve, side: right}
+  least: {block: LinearSolve, method: least_squares}
+connections:
+  u: [table.u1, table.u2, whole, wrapped, checked, spline, akima, past, real]
+  n: [bits, down, sum.u1, product.u1, product.u2]
+  down: sum.u2
+  A: [inverse, damped, truncated, lu.A, cholesky.A, right.A, right.b, least.A]
+  b: [lu.b, cholesky.b, least.b]
 )m";
 
 TEST(GeneratedC, KeepsTheRulesOfMisraButForTheDeviationsOfTheDocs) {

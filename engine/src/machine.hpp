@@ -21,6 +21,9 @@ class Simulation::Machine {
     void forget();
     /// What it remembers from step to step.
     std::vector<std::span<std::byte>> state();
+    /// Remembers what the machine of another diagram does, as far as both have the same conditions and at the
+    /// simulation's step.
+    void go_on_from(const Machine& other);
     std::uint8_t& flag(int number) { return flags_[static_cast<std::size_t>(number)]; }
     void visit_tasks(const TaskVisitor& visit);
 

@@ -110,6 +110,11 @@ class Simulation final : public Run {
     std::vector<std::byte> snapshot() const override;
     void restore(const std::vector<std::byte>& snapshot) override;
     std::uint64_t fingerprint() const override { return bf::fingerprint(diagram_); }
+    /// Goes on, started and before its first step, at the time of a run of another diagram, between two of
+    /// its steps. Time, states and outputs of the other run that are here, too (see `handover`), keep their
+    /// values, subsystems stay enabled, and rates go on with their hits. Parameters are those of this
+    /// diagram. Throws RunError where that time lies within a step of this one.
+    void go_on_from(const Simulation& other);
 
     void visit_tasks(const TaskVisitor& visit) override;
 

@@ -519,6 +519,8 @@ void Editor::operator()(const Flip& flip) {
 void Editor::operator()(const Bend& bend) {
     auto& wires = model_.layout.wires;
     const auto found = std::ranges::find(wires, bend.path, &Bends::path);
+    if (bend.path.empty())
+        refuse({}, "", "'bend' needs the end of a wire", "give its 'path', such as \"controller.pd.q\"");
     if (!std::ranges::all_of(bend.points, is_finite))
         refuse({}, bend.path, "a corner is not finite", "give numbers");
     if (bend.points.empty()) {

@@ -138,6 +138,8 @@ TEST(Rename, RefusesWhatWouldBreakTheModel) {
         "'a.b' is no name for a block; a name has 1 to 200 bytes, no '.' or '*', no control character and "
         "no blank at its ends");
     EXPECT_EQ(refusal(Rename{"plant", "scope"}), "the name 'scope' is taken; use another");
+    EXPECT_EQ(refusal(operation_from_json(R"({"do": "bend"})")),
+              "'bend' needs the end of a wire; give its 'path', such as \"controller.pd.q\"");
     EXPECT_EQ(refusal(Rename{"controller.pd", "q"}), "controller: the name 'q' is taken; use another");
 }
 

@@ -1,19 +1,54 @@
-// What the page and the service say to each other. Written by scripts/update-reference from
-// editor/service/include/bf/service/protocol.hpp, which says what everything means.
+// What the page and the service say to each other: JSON-RPC 2.0 in text frames over one WebSocket, samples in
+// binary frames. editor/page/src/protocol.ts is made from these declarations.
+//
+// The address is ws://127.0.0.1:PORT/socket?token=TOKEN, with port and token of the address that `bf edit`
+// prints; a browser must come from that address. A request is {"jsonrpc": "2.0", "id": 1, "method": "hello",
+// "params": {"protocol": 2}}, with all or some members of its parameters. The answer has the same id and a
+// `result`, or an `error` with a `message` for people and a `code`: -32000 the request is refused, -32602 its
+// parameters are wrong, -32601 there is no such method, -32600 and -32700 it is no request. A notification
+// has a method, parameters and no id; it goes to all pages.
+//
+// A binary frame has one piece per sample, little-endian: uint32 index of the signal, uint32 index of the
+// branch, uint32 number of elements n, float64 time [s], n float64. Samples of a branch before it begins are
+// those of the branch that it comes from. They may come in any order of time, and several times.
+// Index 2^31 + i is world i of the scene: x y z qw qx qy qz of each body, x y z of a point and of the force
+// of the floor there for each foot (zeros where it does not touch), and x y z of the centre of mass; in m and
+// N, world axes. The meshes of a world come by HTTP from /meshes/SCENE/WORLD?token=TOKEN, each as uint32
+// number of vertices v, uint32 number of triangles t, 3v float32 positions, 3v float32 normals, 3t uint32
+// vertices.
+//
+// Written by scripts/update-reference from editor/service/include/bf/service/protocol.hpp.
 
-export const protocol = 1;
+export const protocol = 2;
 
 export interface Bent {
+  /** of the input that the wire leads to */
   path: string;
   points: Point[];
 }
 
+/** What was simulated from one change or edit on. */
+export interface BranchInfo {
+  index: number;
+  /** the branch that it comes from; -1: it begins at 0 */
+  parent: number;
+  /** where it leaves that one, s */
+  from: number;
+  /** latest time that was simulated, s */
+  reached: number;
+  /** "Gain.Kp = 0.2", "edit"; of a branch from 0: nothing */
+  cause: string;
+}
+
 export interface Copy {
   system: string;
+  /** of its blocks */
   names: string[];
 }
 
+/** One mistake, with the text of `bf check`. */
 export interface Diagnostic {
+  /** relative to the opened folder */
   file: string;
   line: number;
   column: number;
@@ -22,28 +57,39 @@ export interface Diagnostic {
   remedy: string;
 }
 
+/** Of the opened model, after each change. */
 export interface DocumentState {
+  /** relative to the opened folder */
   file: string;
+  /** counts changes, whoever made them */
   revision: number;
   can_undo: boolean;
   can_redo: boolean;
+  /** are `diagnostics` those of this revision? */
   is_checked: boolean;
   diagnostics: Diagnostic[];
+  /** why files and page differ: a file cannot be read, or not be written */
   failure: string;
 }
 
 export interface Draw {
   system: string;
   show: ("sizes" | "types" | "rates" | "units")[];
+  /** as if they stood there, while they are dragged */
   moved: Moved[];
+  /** as if they stood there, while they are dragged */
   moved_notes: Moved[];
   bent: Bent[];
 }
 
 export interface Drawing {
+  /** path of the subsystem, empty for the model itself */
   system: string;
+  /** of all elements */
   bounds: Rectangle;
+  /** from the back to the front: wires, blocks, notes */
   elements: Element[];
+  /** "constant", "continuous", "every 10 ms" */
   rates: string[];
 }
 
@@ -51,18 +97,27 @@ export interface Edit {
   operation: object;
 }
 
+/** Something that is chosen, moved or read as one. */
 export interface Element {
+  /** block: of a library; subsystem: or the file it stands in; input: of the drawn subsystem, seen from inside; wire: from one output to one input */
   kind: "block" | "subsystem" | "input" | "output" | "wire" | "note";
+  /** "controller.pd"; of a wire that of the input it leads to: "controller.pd.q" */
   path: string;
+  /** of a wire, as the document writes its ends: "error", "pd.q" */
   from: string;
   to: string;
+  /** of a wire: from its output to its input, with both */
   corners: Point[];
   bounds: Rectangle;
+  /** from the back to the front */
   shapes: Shape[];
   ports: Port[];
+  /** what it is, in words: "pd, Gain, K = Gain.Kp" */
   title: string;
+  /** what the model or the library says of it */
   description: string;
   marks: Mark[];
+  /** its number in `Drawing::rates` */
   rate: number | null;
 }
 
@@ -75,6 +130,7 @@ export interface InSystem {
 }
 
 export interface Inspect {
+  /** of a block; empty: the model itself */
   path: string;
 }
 
@@ -90,7 +146,9 @@ export interface LibraryBlock {
   name: string;
   group: string;
   doc: string;
+  /** with default arguments */
   inputs: LibraryPort[];
+  /** with default arguments */
   outputs: LibraryPort[];
 }
 
@@ -104,30 +162,37 @@ export interface LibraryPort {
 }
 
 export interface Look {
+  /** does this page get the poses? */
   is_wanted: boolean;
 }
 
+/** What is wrong, with the text of `bf check`. */
 export interface Mark {
   message: string;
   remedy: string;
 }
 
 export interface Moved {
+  /** of a block or port; the name of a note */
   path: string;
   to: Point;
+  /** of a block; none: as it is */
   size: Point | null;
 }
 
 export interface Open {
+  /** relative to the opened folder */
   file: string;
 }
 
 export interface Paste {
   system: string;
   text: string;
+  /** of their upper left corner */
   at: Point;
 }
 
+/** What the model plots: a title and paths of signals. */
 export interface PlotPanel {
   title: string;
   signals: string[];
@@ -138,11 +203,14 @@ export interface Point {
   y: number;
 }
 
+/** Where a wire may end. */
 export interface Port {
+  /** as the block calls it: "u1" */
   name: string;
   is_output: boolean;
   is_wired: boolean;
   at: Point;
+  /** what is known: "3x1 double, rad, every 10 ms" */
   about: string;
 }
 
@@ -154,70 +222,122 @@ export interface Rectangle {
 }
 
 export interface RunCommand {
-  action: "start" | "pause" | "step" | "stop" | "to" | "pace";
+  /** start: from the beginning, or on from where it is; step: a base step; to: forwards by simulating, back by a checkpoint; until: on to an event, or to the end; branch: the run goes on on another one; adopt: the edit that waits */
+  action: "start" | "pause" | "step" | "stop" | "to" | "pace" | "until" | "branch" | "adopt";
+  /** of `to`, s */
   time: number | null;
+  /** of `start`, `pace` and `until`, as in RunState */
   factor: number | null;
+  branch: number | null;
+  /** Of `until`: "controller.x > 0.3", as for `bf run --until`; a signal alone: until it changes. */
+  event: string;
+}
+
+/** An edit that waits, since what it would lose is said before. */
+export interface RunEdit {
+  /** why the edited model cannot go on from here */
+  refusal: string;
+  /** states that it cannot take over, with the reason */
+  lost: string[];
+  /** its states that begin with their initial values */
+  begun: string[];
 }
 
 export interface RunState {
   state: "none" | "paused" | "running" | "ended" | "failed";
+  /** s; of the samples that are shown: as `bf run --record` has them */
   time: number;
+  /** s; none: the model names none */
   stop: number | null;
+  /** seconds of the model per second; none: as fast as possible */
   factor: number | null;
+  /** latest time that was simulated on this branch, s */
   reached: number;
+  /** is it a run of the model as it is now? */
   is_current: boolean;
+  /** why it failed */
   message: string;
+  /** the one that is shown and goes on */
+  branch: number;
+  /** in the order in which they began; the oldest are forgotten */
+  branches: BranchInfo[];
+  edit: RunEdit | null;
 }
 
+/** Of the run, or of the model where nothing runs. */
 export interface Scene {
+  /** counts scenes */
   number: number;
   worlds: SceneWorld[];
+  /** why there are none */
   failure: string;
 }
 
+/** A visible part of a body. */
 export interface SceneShape {
   kind: "mesh" | "sphere" | "box" | "cylinder" | "capsule" | "ellipsoid";
+  /** numbers in the lists of the world */
   body: number;
+  /** numbers in the lists of the world */
   mesh: number;
+  /** in the body: x y z [m] qw qx qy qz */
   pose: number[];
+  /** radius; half-sizes; radius and half-length along z; half-axes [m] */
   size: number[];
+  /** red, green, blue, opacity, 0 to 1 */
   colour: number[];
 }
 
 export interface SceneWorld {
+  /** of the block */
   path: string;
+  /** names of their links */
   bodies: string[];
   shapes: SceneShape[];
   feet: string[];
   has_floor: boolean;
+  /** values of a binary frame before the first step */
   start: number[];
+  /** parameter with a body's number (from 1), a point in it and a force */
   disturbance: string;
 }
 
+/** What a dialog shows of one setting of a block, or of the model. */
 export interface SettingField {
   name: string;
+  /** argument: fixed when the block is made; parameter: may change in a run; property: of the document: period, doc, when, ... */
   role: "argument" | "parameter" | "property";
+  /** as the document has it, where it has */
   text: string | null;
+  /** what holds without it */
   initial: string;
+  /** what the expression comes to, where that is known */
   value: string;
+  /** with limits */
   unit: string;
+  /** with limits */
   doc: string;
   choices: string[];
 }
 
 export interface Shape {
+  /** polygon: closed; line: open, straight from point to point; curve: cubic Bézier: a point, then three for each piece; ellipse: in the rectangle of two corners; text: one line at a point: of its base line, by `align` its start, middle or end */
   kind: "polygon" | "line" | "curve" | "ellipse" | "text";
+  /** body: a block's outline, filled; symbol: a line inside of a block; value: text inside of a block; name: a block's name, beneath it; port: an open port, or the name of a port inside of a subsystem's block; wire: a line of a connection; branch: the dot where a connection divides; label: size, type, rate or unit beside a wire; note: a text of the document's layout; highlight: what is wrong: around a block, along a wire; added: in a comparison, around or along what the earlier model lacks; removed: what the later model lacks */
   style: "body" | "symbol" | "value" | "name" | "port" | "wire" | "branch" | "label" | "note" | "highlight" | "added" | "removed" | "changed";
   points: Point[];
   text: string;
+  /** height of letters, of a text */
   size: number;
   align: "start" | "middle" | "end";
 }
 
+/** A signal of the run. Its index is that of binary frames. */
 export interface SignalInfo {
   index: number;
   path: string;
   elements: number;
+  /** of its elements, where they have some */
   names: string[];
   unit: string;
 }
@@ -232,20 +352,26 @@ export interface Text {
 }
 
 export interface Tune {
+  /** a parameter ("controller.pd.K") or a variable ("Gain.Kp") */
   name: string;
   values: number[];
 }
 
 export interface VariableField {
+  /** path of the subsystem that declares it */
   system: string;
+  /** "Gain.Kp": a field of a struct */
   name: string;
   text: string;
   value: string;
   unit: string;
   doc: string;
   limits: string;
+  /** as the document has them */
   minimum: string | null;
+  /** as the document has them */
   above: string | null;
+  /** as the document has them */
   maximum: string | null;
 }
 
@@ -254,13 +380,19 @@ export interface Variables {
 }
 
 export interface Watch {
+  /** all that this page wants to have samples of */
   paths: string[];
+  /** of these, besides the one that is shown */
+  branches: number[];
 }
 
 export interface Welcome {
+  /** of BlockFactory */
   version: string;
+  /** models of the opened folder, relative to it */
   files: string[];
   document: DocumentState;
+  /** that another page may have started */
   run: RunState;
 }
 

@@ -1,3 +1,5 @@
+import type { BranchInfo } from "./protocol.ts";
+
 /** What came of one signal: times in order, and the values of each element at them. */
 export class Track {
   times = new Float64Array(1024);
@@ -11,21 +13,42 @@ export class Track {
     this.values = Array.from({ length: elements }, () => new Float64Array(1024));
   }
 
-  /** What was known of `time` and later is of a run that was taken back. */
+  /** Samples may come in any order of time, and again. */
   push(time: number, at: (element: number) => number): void {
-    if (this.length > 0 && time <= this.times[this.length - 1]!) this.length = this.first_from(time);
-    if (this.length === this.times.length) {
-      const grown = (old: Float64Array<ArrayBuffer>) => {
-        const data = new Float64Array(2 * old.length);
-        data.set(old);
-        return data;
-      };
-      this.times = grown(this.times);
-      this.values = this.values.map((data) => grown(data as Float64Array<ArrayBuffer>));
+    const place = this.length === 0 || time > this.times[this.length - 1]! ? this.length : this.first_from(time);
+    if (place === this.length || this.times[place] !== time) {
+      if (this.length === this.times.length) this.reserve(2 * this.length);
+      for (const data of [this.times, ...this.values]) data.copyWithin(place + 1, place, this.length);
+      ++this.length;
     }
-    this.times[this.length] = time;
-    this.values.forEach((data, element) => (data[this.length] = at(element)));
-    ++this.length;
+    this.times[place] = time;
+    this.values.forEach((data, element) => (data[place] = at(element)));
+    ++this.changes;
+  }
+  changes = 0; // that were made to it
+
+  private reserve(size: number): void {
+    const grown = (old: Float64Array<ArrayBuffer>) => {
+      const data = new Float64Array(size);
+      data.set(old.subarray(0, this.length));
+      return data;
+    };
+    this.times = grown(this.times as Float64Array<ArrayBuffer>);
+    this.values = this.values.map((data) => grown(data as Float64Array<ArrayBuffer>));
+  }
+
+  /** These samples up to a time, and from there on the others. */
+  followed_by(other: Track | undefined, from: number): Track {
+    const until = this.first_from(from - 1e-9), all = new Track(this.elements), more = other?.length ?? 0;
+    all.reserve(Math.max(until + more, 1));
+    all.length = until + more;
+    all.times.set(this.times.subarray(0, until));
+    if (other) all.times.set(other.times.subarray(0, more), until);
+    all.values.forEach((data, element) => {
+      data.set(this.values[element]!.subarray(0, until));
+      if (other) data.set(other.values[element]!.subarray(0, more), until);
+    });
+    return all;
   }
 
   /** The index of the first sample at `time` or later. */
@@ -46,25 +69,48 @@ export class Track {
   }
 }
 
-/** All that came in binary frames, by the index of the signal. */
+/** All that came in binary frames, by branch and the index of the signal. */
 export class Samples {
-  tracks = new Map<number, Track>();
+  private tracks = new Map<number, Map<number, Track>>();
+  private branches: BranchInfo[] = [];
+  private joined = new Map<string, { track: Track; changes: number }>();
 
   take(frame: ArrayBuffer): void {
     const view = new DataView(frame);
-    for (let at = 0; at + 16 <= frame.byteLength; ) {
-      const index = view.getUint32(at, true), n = view.getUint32(at + 4, true), time = view.getFloat64(at + 8, true);
-      const first = at + 16;
+    for (let at = 0; at + 20 <= frame.byteLength; ) {
+      const index = view.getUint32(at, true), branch = view.getUint32(at + 4, true), n = view.getUint32(at + 8, true);
+      const time = view.getFloat64(at + 12, true), first = at + 20;
       if (first + 8 * n > frame.byteLength) return;
       if (index >= 2 ** 31) { // where a world's bodies are
         at = first + 8 * n;
         continue;
       }
-      let track = this.tracks.get(index);
-      if (track?.elements !== n) this.tracks.set(index, (track = new Track(n)));
+      let tracks = this.tracks.get(branch);
+      if (!tracks) this.tracks.set(branch, (tracks = new Map()));
+      let track = tracks.get(index);
+      if (track?.elements !== n) tracks.set(index, (track = new Track(n)));
       track.push(time, (element) => view.getFloat64(first + 8 * element, true));
       at = first + 8 * n;
     }
+  }
+
+  /** How branches come from each other; what is known of others is forgotten. */
+  keep(branches: BranchInfo[]): void {
+    this.branches = branches;
+    for (const branch of this.tracks.keys()) if (!branches.some(({ index }) => index === branch)) this.tracks.delete(branch);
+  }
+
+  /** What is known of a signal along a branch: before it begins, of the one that it comes from. */
+  along(branch: number, index: number): Track | undefined {
+    const own = this.tracks.get(branch)?.get(index), info = this.branches.find((other) => other.index === branch);
+    const before = info && info.parent >= 0 ? this.along(info.parent, index) : undefined;
+    if (!info || !before || (own && own.elements !== before.elements)) return own;
+    const key = `${branch}/${index}`, changes = before.changes + (own?.changes ?? 0), known = this.joined.get(key);
+    if (known?.changes === changes) return known.track;
+    const track = before.followed_by(own, info.from);
+    track.changes = changes;
+    this.joined.set(key, { track, changes });
+    return track;
   }
 }
 

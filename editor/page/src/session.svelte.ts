@@ -8,7 +8,7 @@ import {
   protocol, type DocumentState, type Draw, type Drawing, type Element, type LibraryBlock, type Method, type Methods, type Notifications,
   type Point, type Port, type RunState, type SignalInfo,
 } from "./protocol.ts";
-import { Samples } from "./samples.ts";
+import { Samples, type Track } from "./samples.ts";
 import { Stage } from "./stage.svelte.ts";
 import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
 
@@ -25,7 +25,8 @@ type Part = "run" | "model";
 type Tried = Omit<Draw, "system" | "show">;
 const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
-const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "" };
+const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
+  branch: 0, branches: [], edit: null };
 /** New blocks and those that are dragged stand on multiples of this. */
 export const grid = 5;
 export const on_grid = (p: Point): Point => ({ x: Math.round(p.x / grid) * grid, y: Math.round(p.y / grid) * grid });
@@ -63,6 +64,8 @@ export class Session {
   samples = new Samples();
   sampled = $state(0); // grows with what `samples` has
   tuned = $state.raw<ReadonlyMap<string, number[]>>(new Map());
+  /** Branches that are shown besides the one that goes on. */
+  compared = $state.raw<ReadonlySet<number>>(new Set());
 
   private readonly by_path = $derived(new Map(this.signals.map((signal) => [signal.path, signal])));
   private readonly by_parent = $derived(Map.groupBy(this.signals, (signal) => parent_of(signal.path)));
@@ -438,12 +441,14 @@ export class Session {
       this.signals = [];
       this.tuned = new Map();
     }
+    const is_other_branch = this.run.branch !== state.branch || this.run.branches.length !== state.branches.length;
     this.run = state;
     if (is_other) {
       this.samples = new Samples();
-      void this.rewatch();
       void this.stage.ask();
     }
+    this.samples.keep(state.branches);
+    if (is_other || (state.state !== "none" && is_other_branch)) void this.rewatch();
   }
   play_or_pause(): Promise<void> {
     return this.run.state === "running" ? this.command("pause") : this.command("start", { factor: this.pace });
@@ -452,8 +457,9 @@ export class Session {
     this.pace = pace;
     if (this.run.state !== "none") void this.command("pace", { factor: pace });
   }
-  async command(action: Methods["run"]["params"]["action"], more: { time?: number; factor?: number | null } = {}): Promise<void> {
-    const state = await this.ask("run", { action, time: more.time ?? null, factor: more.factor ?? null }, "run");
+  async command(action: Methods["run"]["params"]["action"], 
+    { time = null, factor = null, branch = null, event = "" }: Partial<Methods["run"]["params"]> = {}): Promise<void> {
+    const state = await this.ask("run", { action, time, factor, branch, event }, "run");
     if (!state) return;
     this.message = null;
     this.take_run(state);
@@ -473,8 +479,14 @@ export class Session {
     }
     this.has_run ||= is_first_run;
     const paths = this.watched.map((source) => this.signal_of(source)?.path ?? source);
-    await this.ask("watch", { paths }, "run");
+    await this.ask("watch", { paths, branches: [...this.compared].filter((index) => this.run.branches.some((b) => b.index === index)) }, "run");
   }
+  compare(branch: number, is_compared: boolean): void {
+    this.compared = new Set([...this.compared].filter((other) => other !== branch).concat(is_compared ? [branch] : []));
+    void this.rewatch();
+  }
+  /** What is known of a signal on the branch that goes on, or on another one. */
+  track_of(signal: SignalInfo, branch = this.run.branch): Track | undefined { return this.samples.along(branch, signal.index); }
   /** "controller.error" is the signal "controller.error.y" where that is its only output. */
   signal_of(source: string): SignalInfo | null {
     const exact = this.by_path.get(source), under = this.by_parent.get(source);

@@ -42,14 +42,14 @@ export class Stage {
   /** A binary frame may tell of worlds, too. */
   take(frame: ArrayBuffer): void {
     const view = new DataView(frame);
-    for (let at = 0; at + 16 <= frame.byteLength; ) {
-      const index = view.getUint32(at, true), n = view.getUint32(at + 4, true);
-      if (at + 16 + 8 * n > frame.byteLength) return;
+    for (let at = 0; at + 20 <= frame.byteLength; ) {
+      const index = view.getUint32(at, true), n = view.getUint32(at + 8, true);
+      if (at + 20 + 8 * n > frame.byteLength) return;
       if (index >= first_world) {
-        this.places.set(index - first_world, new Float64Array(frame.slice(at + 16, at + 16 + 8 * n)));
+        this.places.set(index - first_world, new Float64Array(frame.slice(at + 20, at + 20 + 8 * n)));
         ++this.placed;
       }
-      at += 16 + 8 * n;
+      at += 20 + 8 * n;
     }
   }
 }

@@ -42,8 +42,8 @@ describe("the client", () => {
     const { client, until } = await started();
     await client.call("edit", { operation: { do: "move", path: "gain", to: { x: 1, y: 2 } } });
     await until("told changed");
-    await client.call("run", { action: "start", time: null, factor: 1 });
-    await until("sampled 24");
+    await client.call("run", { action: "start", time: null, factor: 1, branch: null, event: "" });
+    await until("sampled 28");
     await until("told run");
   });
   test("connects again by itself, and does not leave requests waiting", async () => {

@@ -12,24 +12,41 @@ describe("frames", () => {
   test("hold samples of several signals of several elements", () => {
     const samples = new Samples();
     samples.take(frame([{ index: 3, time: 0.5, values: [1, -2, 3] }, { index: 7, time: 0.5, values: [9] }, { index: 3, time: 1, values: [4, 5, 6] }]));
-    expect(samples.tracks.get(3)!.at(0.7)).toEqual([1, -2, 3]);
-    expect(samples.tracks.get(3)!.at(1)).toEqual([4, 5, 6]);
-    expect(samples.tracks.get(7)!.at(0.4)).toBeNull();
+    expect(samples.along(0, 3)!.at(0.7)).toEqual([1, -2, 3]);
+    expect(samples.along(0, 3)!.at(1)).toEqual([4, 5, 6]);
+    expect(samples.along(0, 7)!.at(0.4)).toBeNull();
   });
   test("that end too early are not read beyond their end", () => {
     const samples = new Samples();
-    samples.take(frame([{ index: 3, time: 1, values: [4, 5, 6] }]).slice(0, 32));
-    expect(samples.tracks.size).toBe(0);
+    samples.take(frame([{ index: 3, time: 1, values: [4, 5, 6] }]).slice(0, 36));
+    expect(samples.along(0, 3)).toBeUndefined();
   });
 });
 
 describe("a track", () => {
-  test("forgets what a run that went back has not reached again", () => {
-    const made = track((t) => t, 5000);
-    made.push(0.25, () => 42);
-    expect(made.length).toBe(1251);
-    expect(made.at(0.9)).toEqual([42]);
-    expect(made.at(0.1)).toEqual([0.1]);
+  test("has its samples in the order of time, whatever the order in which they come", () => {
+    const ordered = track((t) => t, 3000), made = new Track(1);
+    for (let i = 0; i < 3000; ++i) made.push(((i * 7) % 3000) / 3000, () => ((i * 7) % 3000) / 3000);
+    for (let i = 0; i < 3000; i += 5) made.push(i / 3000, () => i / 3000); // and again
+    expect(made.length).toBe(3000);
+    expect(made.times.subarray(0, 3000)).toEqual(ordered.times.subarray(0, 3000));
+    expect(made.values[0]!.subarray(0, 3000)).toEqual(ordered.values[0]!.subarray(0, 3000));
+  });
+});
+
+describe("a branch", () => {
+  const info = (index: number, parent: number, from: number) => ({ index, parent, from, reached: 3, cause: "" });
+  test("is what it comes from until it begins, and forgotten with it", () => {
+    const samples = new Samples();
+    samples.keep([info(0, -1, 0), info(1, 0, 1), info(2, 1, 2)]);
+    for (const branch of [0, 1, 2]) for (const time of [0, 1, 2]) if (time >= branch)
+      samples.take(frame([{ index: 5, branch, time, values: [10 * branch + time] }]));
+    const seen = (branch: number) => [0, 1, 2].map((time) => samples.along(branch, 5)!.at(time)![0]);
+    expect([seen(0), seen(1), seen(2)]).toEqual([[0, 1, 2], [0, 11, 12], [0, 11, 22]]);
+    samples.take(frame([{ index: 5, branch: 0, time: 0.5, values: [0.5] }]));
+    expect(samples.along(2, 5)!.at(0.7)).toEqual([0.5]);
+    samples.keep([info(0, -1, 0)]);
+    expect(samples.along(1, 5)).toBeUndefined();
   });
 });
 

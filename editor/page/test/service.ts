@@ -108,21 +108,24 @@ export class Model {
 }
 
 /** A frame of one sample of each signal. */
-export function frame(samples: { index: number; time: number; values: number[] }[]): ArrayBuffer {
-  const view = new DataView(new ArrayBuffer(samples.reduce((sum, s) => sum + 16 + 8 * s.values.length, 0)));
+export function frame(samples: { index: number; branch?: number; time: number; values: number[] }[]): ArrayBuffer {
+  const view = new DataView(new ArrayBuffer(samples.reduce((sum, s) => sum + 20 + 8 * s.values.length, 0)));
   let at = 0;
-  for (const { index, time, values } of samples) {
+  for (const { index, branch = 0, time, values } of samples) {
     view.setUint32(at, index, true);
-    view.setUint32(at + 4, values.length, true);
-    view.setFloat64(at + 8, time, true);
-    values.forEach((value, i) => view.setFloat64(at + 16 + 8 * i, value, true));
-    at += 16 + 8 * values.length;
+    view.setUint32(at + 4, branch, true);
+    view.setUint32(at + 8, values.length, true);
+    view.setFloat64(at + 12, time, true);
+    values.forEach((value, i) => view.setFloat64(at + 20 + 8 * i, value, true));
+    at += 20 + 8 * values.length;
   }
   return view.buffer;
 }
 
+const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "", branch: 0, branches: [], edit: null };
+
 class Speaker {
-  run: RunState = { state: "none", time: 0, stop: 1.2, factor: 1, reached: 0, is_current: true, message: "" };
+  run: RunState = { ...no_run, stop: 1.2, factor: 1 };
   timer: NodeJS.Timeout | undefined;
 
   readonly model: Model;
@@ -145,7 +148,7 @@ class Speaker {
   private answer(method: string, params: any): unknown {
     const { model } = this;
     switch (method) {
-      case "hello": return { version: "test", files: ["motor.yaml"], document: model.state(), run: { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "" } };
+      case "hello": return { version: "test", files: ["motor.yaml"], document: model.state(), run: no_run };
       case "library": return { blocks: Object.entries(known).map(([name, [inputs, outputs]]) => ({
         name, group: "standard", doc: `A ${name}.`, inputs: inputs.map((n) => ({ name: n, doc: "" })), outputs: outputs.map((n) => ({ name: n, doc: "" })) })) };
       case "draw": return model.draw(params.system, params.moved);

@@ -18,7 +18,7 @@ inline const Words role = {"argument", "parameter", "property"};
 inline const Words running = {"none", "paused", "running", "ended", "failed"};
 inline const Words show = {"sizes", "types", "rates", "units"};
 inline const Words shape_kind = {"mesh", "sphere", "box", "cylinder", "capsule", "ellipsoid"};
-inline const Words action = {"start", "pause", "step", "stop", "to", "pace"};
+inline const Words action = {"start", "pause", "step", "stop", "to", "pace", "until", "branch", "adopt"};
 
 } // namespace words
 
@@ -54,9 +54,13 @@ BF_FIELDS(service::Inspection, has("path", &T::path), has("title", &T::title), h
 BF_FIELDS(service::VariableField, has("system", &T::system), has("name", &T::name), has("text", &T::text),
           has("value", &T::value), has("unit", &T::unit), has("doc", &T::doc), has("limits", &T::limits),
           has("minimum", &T::minimum), has("above", &T::above), has("maximum", &T::maximum))
+BF_FIELDS(service::BranchInfo, has("index", &T::index), has("parent", &T::parent), has("from", &T::from),
+          has("reached", &T::reached), has("cause", &T::cause))
+BF_FIELDS(service::RunEdit, has("refusal", &T::refusal), has("lost", &T::lost), has("begun", &T::begun))
 BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("time", &T::time),
           has("stop", &T::stop), has("factor", &T::factor), has("reached", &T::reached),
-          has("is_current", &T::is_current), has("message", &T::message))
+          has("is_current", &T::is_current), has("message", &T::message), has("branch", &T::branch),
+          has("branches", &T::branches), has("edit", &T::edit))
 BF_FIELDS(service::SignalInfo, has("index", &T::index), has("path", &T::path), has("elements", &T::elements),
           has("names", &T::names), has("unit", &T::unit))
 
@@ -78,10 +82,10 @@ BF_FIELDS(service::Copy, has("system", &T::system), has("names", &T::names))
 BF_FIELDS(service::Text, has("text", &T::text))
 BF_FIELDS(service::Paste, has("system", &T::system), has("text", &T::text), has("at", &T::at))
 BF_FIELDS(service::RunCommand, one_of("action", &T::action, words::action), has("time", &T::time),
-          has("factor", &T::factor))
+          has("factor", &T::factor), has("branch", &T::branch), has("event", &T::event))
 BF_FIELDS(service::PlotPanel, has("title", &T::title), has("signals", &T::signals))
 BF_FIELDS(service::Signals, has("signals", &T::signals), has("plots", &T::plots))
-BF_FIELDS(service::Watch, has("paths", &T::paths))
+BF_FIELDS(service::Watch, has("paths", &T::paths), has("branches", &T::branches))
 BF_FIELDS(service::SceneShape, one_of("kind", &T::kind, words::shape_kind), has("body", &T::body),
           has("mesh", &T::mesh), has("pose", &T::pose), has("size", &T::size), has("colour", &T::colour))
 BF_FIELDS(service::SceneWorld, has("path", &T::path), has("bodies", &T::bodies), has("shapes", &T::shapes),

@@ -1,6 +1,7 @@
 #include "bf/service/playback.hpp"
 
-#include "bf/engine/simulation.hpp"
+#include "bf/run/comparison.hpp"
+#include "timeline.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -10,8 +11,12 @@
 #include <deque>
 #include <future>
 #include <limits>
+#include <map>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <thread>
+#include <utility>
 
 namespace bf::service {
 
@@ -20,8 +25,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr auto slice = std::chrono::milliseconds(15);      ///< between two looks at commands
-constexpr std::size_t most_samples = 60;                   ///< of a signal in a slice
+constexpr auto slice = std::chrono::milliseconds(15);     ///< between two looks at commands
+constexpr auto fill_slice = std::chrono::milliseconds(5); ///< for what is computed again, beside the run
+constexpr std::size_t most_samples = 60;                  ///< of a signal in a slice
+constexpr std::size_t most_filled = 4000;                 ///< of a signal on a branch that is computed again
+constexpr std::size_t most_branches = 16;
 constexpr std::size_t most_bytes = std::size_t{256} << 20; ///< of checkpoints
 constexpr std::size_t first_world = std::size_t{1} << 31;  ///< index in frames
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -34,19 +42,14 @@ template <class T> void append(std::string& frame, const T& value) {
 
 class Playback::Loop final : public Run::Observer {
   public:
-    Loop(std::shared_ptr<const LoadedModel> model, Listener listener)
-        : model_(std::move(model)), listener_(std::move(listener)), run_(model_->diagram),
-          quantities_(run_.signals()) {
-        for (std::size_t i = 0; i < quantities_.size(); ++i) {
-            const Quantity& quantity = quantities_[i];
-            infos_.push_back({static_cast<int>(i), quantity.path, static_cast<int>(quantity.info.elements()),
-                              quantity.info.element_names, quantity.info.unit});
-        }
-        run_.add_observer(*this);
-        run_.start();
+    Loop(std::shared_ptr<const LoadedModel> model, std::int64_t revision, Listener listener)
+        : listener_(std::move(listener)),
+          timeline_([this](Played& played) { prepare(played); }, most_bytes, most_branches), newest_{model,
+                                                                                                     revision,
+                                                                                                     {}} {
+        timeline_.begin(std::move(model), revision);
         state_.state = Running::paused;
-        if (std::isfinite(run_.stop_time())) state_.stop = run_.stop_time();
-        checkpoint();
+        note();
         thread_ = std::thread([this] { live(); });
     }
     ~Loop() override {
@@ -56,68 +59,111 @@ class Playback::Loop final : public Run::Observer {
         }
         wake_.notify_one();
         thread_.join();
-        run_.stop();
     }
     Loop(const Loop&) = delete;
     Loop& operator=(const Loop&) = delete;
 
+    /// What may be refused waits for the run to take it, which is a matter of one slice.
     void command(const RunCommand& command) {
-        post([this, command] { obey(command); });
+        const bool may_be_refused = command.action == Action::until || command.action == Action::branch;
+        const auto task = [this, command] { obey(command); };
+        may_be_refused ? call(task) : post(task);
     }
-    /// Waits for the run to take it, which is a matter of one slice.
     void tune(const Tune& tune) {
-        std::promise<void> done;
-        post([&] {
-            try {
-                change({{tune.name, tune.values}});
-                done.set_value();
-            } catch (...) {
-                done.set_exception(std::current_exception());
-            }
+        call([&] {
+            timeline_.change({{tune.name, tune.values}});
+            note();
         });
-        done.get_future().get();
     }
-    void watch(std::vector<int> signals) {
-        post([this, signals = std::move(signals)] {
-            watched_.clear();
-            for (const int signal : signals) watched_.push_back({signal, 1, 0});
-            is_seen_wanted_ = true;
+    void edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause) {
+        post([this, edited = Edited{std::move(model), revision, std::move(cause)}]() mutable {
+            newest_ = std::move(edited);
+            consider(true);
+        });
+    }
+    void watch(std::vector<int> signals, std::vector<int> branches) {
+        post([this, signals = std::move(signals), branches = std::move(branches)] {
+            std::vector<Watched> wanted;
+            for (const int signal : signals) {
+                const auto known = std::ranges::find(watched_, signal, &Watched::signal);
+                wanted.push_back(known == watched_.end() ? Watched{signal} : *known);
+            }
+            watched_ = std::move(wanted);
+            compared_ = branches;
+            std::erase_if(filled_, [&](const auto& filled) {
+                return std::ranges::find(watched_, filled.second, &Watched::signal) == watched_.end();
+            });
         });
     }
     void show(std::shared_ptr<Sceneries> sceneries) {
         post([this, sceneries = std::move(sceneries)] {
-            if (sceneries && sceneries != sceneries_)
-                for (const auto& scenery : *sceneries) scenery->bind(quantities_);
             sceneries_ = sceneries;
-            is_seen_wanted_ = true;
+            bound_ = nullptr;
         });
+    }
+    std::shared_ptr<const LoadedModel> model() const {
+        const std::lock_guard lock(mutex_);
+        return model_;
     }
     RunState state() const {
         const std::lock_guard lock(mutex_);
         return state_;
     }
-    const std::vector<SignalInfo>& signals() const { return infos_; }
+    std::int64_t revision() const {
+        const std::lock_guard lock(mutex_);
+        return revision_;
+    }
+    std::vector<SignalInfo> signals() const {
+        const std::lock_guard lock(mutex_);
+        return infos_;
+    }
 
     void observe(const Run& run) noexcept override {
-        seen_time_ = run.time();
-        for (auto& watched : watched_) {
-            const Quantity& quantity = quantities_[static_cast<std::size_t>(watched.signal)];
-            const bool is_constant = quantity.rate == constant_rate;
-            if (!is_constant && !run.is_hit(quantity.rate)) continue;
-            if (is_constant ? watched.seen > 0 : watched.seen++ % watched.stride != 0) continue;
-            watched.seen = std::max<std::size_t>(watched.seen, 1);
-            write(watched, run.time());
+        switch (sees_) {
+        case Sees::nothing: break;
+        case Sees::instant: // of which events come later
+            for (const auto& watched : watched_) write(watched.signal, timeline_.at(), run.time());
+            write_places(run.time());
+            sees_ = Sees::nothing;
+            break;
+        case Sees::past:
+            for (auto& watched : filling_->signals)
+                sample(run, watched, *timeline_.branch(filling_->cursor.branch));
+            break;
+        case Sees::run:
+            seen_time_ = run.time();
+            for (auto& watched : watched_) sample(run, watched, timeline_.at());
+            if (event_ && &run == event_->run) look_for_event(run);
+            break;
         }
     }
 
   private:
     struct Watched {
         int signal;
-        std::size_t stride, seen; ///< every which sample is sent; how many there were in this slice
+        std::size_t stride = 1, seen = 0; ///< every which sample is sent; how many there were in this slice
+        int constant_on = -1;             ///< the branch on which it was sent, where it is constant
     };
-    struct Checkpoint {
-        double time, seen_time;
-        std::vector<std::byte> data;
+    enum class Sees { run, instant, past, nothing };
+    /// Samples that were missed when the run was there.
+    struct Filling {
+        Timeline::Cursor cursor;
+        std::vector<Watched> signals;
+        double until; ///< s
+    };
+    struct Edited {
+        std::shared_ptr<const LoadedModel> model;
+        std::int64_t revision;
+        std::string cause;
+    };
+    struct Event {
+        std::string text;
+        const Run* run = nullptr;
+        std::optional<Comparison> holds = {}; ///< none: `signal` changes
+        Quantity signal = {};
+        std::vector<double> before = {}; ///< empty: not looked at yet
+        std::optional<double> time = {}; ///< of the step in which it happened [s]
+        bool is_inside = false;          ///< the step
     };
 
     void post(std::function<void()> task) {
@@ -127,26 +173,87 @@ class Playback::Loop final : public Run::Observer {
         }
         wake_.notify_one();
     }
-
-    void write(const Watched& watched, double time) {
-        const Quantity& quantity = quantities_[static_cast<std::size_t>(watched.signal)];
-        const int n = infos_[static_cast<std::size_t>(watched.signal)].elements;
-        append(frame_, static_cast<std::uint32_t>(watched.signal));
-        append(frame_, static_cast<std::uint32_t>(n));
-        append(frame_, time);
-        for (int i = 0; i < n; ++i) append(frame_, quantity[i]);
+    void call(const std::function<void()>& task) {
+        std::promise<void> done;
+        post([&] {
+            try {
+                task();
+                done.set_value();
+            } catch (...) {
+                done.set_exception(std::current_exception());
+            }
+        });
+        done.get_future().get();
     }
 
-    void write_places() {
-        for (std::size_t i = 0; sceneries_ && i < sceneries_->size(); ++i) {
+    /// Pages know signals of all branches by one number, if they have the same path and size.
+    void prepare(Played& played) {
+        played.run.add_observer(*this);
+        const std::lock_guard lock(mutex_);
+        std::map<std::pair<std::string, int>, int> known;
+        for (const auto& info : infos_) known.emplace(std::pair(info.path, info.elements), info.index);
+        for (std::size_t i = 0; i < played.signals.size(); ++i) {
+            const Quantity& quantity = played.signals[i];
+            const int elements = static_cast<int>(quantity.info.elements());
+            const auto [at, is_new] =
+                known.emplace(std::pair(quantity.path, elements), static_cast<int>(infos_.size()));
+            if (is_new)
+                infos_.push_back(
+                    {at->second, quantity.path, elements, quantity.info.element_names, quantity.info.unit});
+            const auto index = static_cast<std::size_t>(at->second);
+            if (played.places.size() <= index) played.places.resize(index + 1, -1);
+            played.places[index] = static_cast<int>(i);
+        }
+    }
+
+    static const Quantity* quantity_of(const Played& played, int signal) {
+        const auto index = static_cast<std::size_t>(signal);
+        const int place = index < played.places.size() ? played.places[index] : -1;
+        return place < 0 ? nullptr : &played.signals[static_cast<std::size_t>(place)];
+    }
+
+    void sample(const Run& run, Watched& watched, const Timeline::Branch& branch) {
+        const Quantity* const quantity = quantity_of(*branch.played, watched.signal);
+        if (!quantity) return;
+        if (quantity->rate == constant_rate) {
+            if (std::exchange(watched.constant_on, branch.info.index) == branch.info.index) return;
+        } else if (!run.is_hit(quantity->rate) || watched.seen++ % watched.stride != 0) {
+            return;
+        }
+        write(watched.signal, branch, run.time());
+    }
+
+    void write(int signal, const Timeline::Branch& branch, double time) {
+        const Quantity* const quantity = quantity_of(*branch.played, signal);
+        if (!quantity) return;
+        const auto n = static_cast<std::uint32_t>(quantity->info.elements());
+        append(frame_, static_cast<std::uint32_t>(signal));
+        append(frame_, static_cast<std::uint32_t>(branch.info.index));
+        append(frame_, n);
+        append(frame_, time);
+        for (std::uint32_t i = 0; i < n; ++i) append(frame_, (*quantity)[static_cast<int>(i)]);
+    }
+
+    void write_places(double time) {
+        const auto& played = timeline_.at().played;
+        if (sceneries_ && bound_ != played) {
+            try {
+                for (const auto& scenery : *sceneries_) scenery->bind(played->signals);
+                bound_ = played;
+            } catch (const std::exception&) { // they are of another model
+            }
+        }
+        if (!sceneries_ || bound_ != played) return;
+        for (std::size_t i = 0; i < sceneries_->size(); ++i) {
             places_.clear();
             (*sceneries_)[i]->look(places_);
             append(frame_, static_cast<std::uint32_t>(first_world + i));
+            append(frame_, static_cast<std::uint32_t>(timeline_.at().info.index));
             append(frame_, static_cast<std::uint32_t>(places_.size()));
-            append(frame_, seen_time_);
+            append(frame_, time);
             for (const double value : places_) append(frame_, value);
         }
-        shown_time_ = seen_time_;
+        shown_time_ = time;
     }
 
     // ---- the thread of the run ----
@@ -159,14 +266,20 @@ class Playback::Loop final : public Run::Observer {
                 const auto has_work = [&] { return is_over_ || !tasks_.empty(); };
                 if (state_.state == Running::running)
                     wake_.wait_until(lock, next_, has_work);
-                else
+                else if (!filling_)
                     wake_.wait(lock, has_work);
                 if (is_over_) return;
                 tasks.swap(tasks_);
             }
+            const Running before = current();
             for (const auto& task : tasks) task();
             if (current() == Running::running) play();
-            deliver(!tasks.empty());
+            if (!filling_) find_filling();
+            if (filling_) fill();
+            if (!filling_) find_filling();
+            const bool rests = current() != Running::running;
+            if (rests && (!tasks.empty() || before == Running::running)) look();
+            deliver(!tasks.empty() || (rests && before == Running::running));
         }
     }
 
@@ -180,6 +293,25 @@ class Playback::Loop final : public Run::Observer {
         state_.message = std::move(message);
     }
 
+    /// Of where the run is.
+    void note() {
+        const Timeline::Branch& shown = timeline_.current();
+        const std::lock_guard lock(mutex_);
+        state_.time = state_.state == Running::running ? std::max(seen_time_, 0.0) : timeline_.time();
+        state_.reached = timeline_.reached();
+        state_.branch = shown.info.index;
+        state_.branches.clear();
+        for (const auto& branch : timeline_.branches()) state_.branches.push_back(branch->info);
+        state_.stop.reset();
+        if (std::isfinite(stop_time())) state_.stop = stop_time();
+        revision_ = shown.played->revision;
+        model_ = shown.played->model;
+    }
+
+    double stop_time() const { return timeline_.current().played->run.stop_time(); }
+    double half_step() const { return timeline_.current().played->run.period() / 2; }
+    bool is_before(double time) const { return timeline_.time() + half_step() < time; }
+
     /// Steps for a slice of time, not beyond what the pace allows.
     void play() {
         const auto begin = Clock::now();
@@ -190,58 +322,88 @@ class Playback::Loop final : public Run::Observer {
             until = std::min(until, paced_from_ + Seconds(begin + slice - paced_at_).count() * *factor);
         else
             next_ = begin; // at once
-        while (run_.time() + run_.period() / 2 < until && Clock::now() - begin < slice)
+        while (is_before(until) && Clock::now() - begin < slice)
             if (!advance()) return;
-        if (run_.time() + run_.period() / 2 >= target_) {
-            const bool is_end = target_ >= run_.stop_time();
-            target_ = run_.stop_time();
-            enter(is_end ? Running::ended : Running::paused);
-        } else if (factor && run_.time() + run_.period() / 2 < until) {
+        if (!is_before(target_)) {
+            const bool is_end = target_ >= stop_time();
+            target_ = stop_time();
+            rest(is_end ? Running::ended : Running::paused);
+        } else if (factor && is_before(until)) {
             pace(); // it cannot keep up: no debt is made good for later
         }
     }
 
+    /// False where the run does not go on.
     bool advance() {
-        if (!run_.step()) {
-            enter(Running::failed, run_.failure());
+        const double before = timeline_.time();
+        if (event_ && event_->run != &timeline_.run()) bind_event();
+        if (!timeline_.advance()) {
+            rest(Running::failed, timeline_.run().failure());
             return false;
         }
-        if (run_.time() >= checkpoints_.back().time + interval_ && run_.time() > state().reached)
-            checkpoint();
-        const std::lock_guard lock(mutex_);
-        state_.time = run_.time();
-        state_.reached = std::max(state_.reached, state_.time);
-        return true;
+        if (!event_ || !event_->time) return true;
+        const bool is_inside = event_->is_inside;
+        rest(Running::paused);
+        if (!is_inside) timeline_.go_to(before); // where the outputs are those of the event
+        return false;
+    }
+
+    void rest(Running running, std::string message = {}) {
+        event_.reset();
+        enter(running, std::move(message));
     }
 
     void pace() {
         paced_at_ = Clock::now();
-        paced_from_ = run_.time();
+        paced_from_ = timeline_.time();
     }
 
     void obey(const RunCommand& command) {
+        const Running running = current();
+        const bool is_over = running == Running::failed || running == Running::ended;
         switch (command.action) {
-        case Action::start: {
-            const Running running = current();
-            if (running == Running::failed) return;
-            if (running == Running::ended) go_back(0);
-            target_ = run_.stop_time();
+        case Action::start:
+        case Action::until:
+            if ((is_over || timeline_.time() == 0) && is_other(first_of_branch()))
+                begin();
+            else if (running == Running::failed)
+                return;
+            else if (running == Running::ended)
+                go_back(0);
+            if (current() == Running::failed) return;
+            event_.reset();
+            if (command.action == Action::until) {
+                event_ = Event{command.event};
+                try {
+                    bind_event();
+                } catch (const RunError&) {
+                    event_.reset();
+                    throw;
+                }
+            }
+            target_ = stop_time();
             set_factor(command.factor);
             next_ = Clock::now();
             enter(Running::running);
             break;
-        }
         case Action::pace: set_factor(command.factor); break;
         case Action::pause:
-            if (current() == Running::running) enter(Running::paused);
+            if (running == Running::running) rest(Running::paused);
             break;
         case Action::step:
-            if (current() == Running::failed || current() == Running::ended) return;
-            enter(Running::paused);
+            if (is_over) return;
+            rest(Running::paused);
             advance();
             break;
         case Action::to: go_to(command.time.value_or(0)); break;
         case Action::stop: go_back(0); break;
+        case Action::branch:
+            timeline_.choose(command.branch.value_or(-1));
+            target_ = stop_time();
+            rest(Running::paused);
+            consider(false);
+            break;
+        case Action::adopt: adopt(); break;
         }
     }
 
@@ -253,111 +415,232 @@ class Playback::Loop final : public Run::Observer {
         pace();
     }
 
-    /// Back to the last checkpoint before that time; the run pauses there.
+    /// The run pauses there.
     void go_back(double time) {
-        auto last = std::upper_bound(checkpoints_.begin(), checkpoints_.end(), time + run_.period() / 2,
-                                     [](double t, const Checkpoint& c) { return t < c.time; });
-        run_.restore(std::prev(last)->data);
-        seen_time_ = std::prev(last)->seen_time;
-        enter(Running::paused);
-        const std::lock_guard lock(mutex_);
-        state_.time = run_.time();
+        rest(Running::paused);
+        timeline_.go_to(time, true);
     }
 
     void go_to(double time) {
-        time = std::clamp(time, 0.0, run_.stop_time());
+        time = std::clamp(time, 0.0, stop_time());
+        const Running running = current();
+        const bool is_over = running == Running::failed || running == Running::ended;
+        rest(Running::paused);
         target_ = time;
-        if (time < run_.time() || current() == Running::failed || current() == Running::ended) go_back(time);
         // What was simulated before is a matter of milliseconds; what is new is played, to be stopped or
         // watched.
-        while (run_.time() + run_.period() / 2 < std::min(time, state().reached))
-            if (!advance()) return;
-        is_seen_wanted_ = true;
-        if (run_.time() + run_.period() / 2 < time) {
+        if (!timeline_.go_to(std::min(time, timeline_.reached()), is_over))
+            return rest(Running::failed, timeline_.run().failure());
+        if (is_before(time)) {
             set_factor({});
             enter(Running::running);
         } else {
-            target_ = run_.stop_time();
-            enter(Running::paused);
+            target_ = stop_time();
         }
     }
 
-    /// From here on it is another run.
-    void change(const std::vector<ParameterValue>& asked) {
-        ParameterChange change = run_.prepare(run_.follow(asked));
-        if (!run_.apply(change)) throw RunError(run_.failure());
-        run_.accept(asked);
-        is_seen_wanted_ = true; // constants may follow from it
-        std::erase_if(checkpoints_, [&](const Checkpoint& c) { return c.time > run_.time(); });
-        checkpoint();
-        const std::lock_guard lock(mutex_);
-        state_.reached = run_.time();
+    // ---- edits ----
+
+    bool is_other(const Timeline::Branch& branch) const {
+        return !is_same_run(newest_.model->diagram, branch.played->model->diagram);
+    }
+    const Timeline::Branch& first_of_branch() const {
+        const Timeline::Branch* first = &timeline_.current();
+        while (first->info.parent >= 0) first = timeline_.branch(first->info.parent);
+        return *first;
     }
 
-    void checkpoint() {
-        if (!checkpoints_.empty() && checkpoints_.back().time >= run_.time()) checkpoints_.pop_back();
-        checkpoints_.push_back({run_.time(), seen_time_, run_.snapshot()});
-        if (checkpoints_.size() * checkpoints_.back().data.size() < most_bytes) return;
-        // Half of them, twice as far apart; the first one is that of the beginning.
-        std::vector<Checkpoint> kept;
-        for (std::size_t i = 0; i < checkpoints_.size(); i += 2) kept.push_back(std::move(checkpoints_[i]));
-        checkpoints_ = std::move(kept);
-        interval_ *= 2;
+    void begin() {
+        try {
+            timeline_.begin(newest_.model, newest_.revision);
+            waits({});
+            rest(Running::paused);
+        } catch (const std::exception& error) {
+            rest(Running::failed, error.what());
+        }
+    }
+
+    void waits(std::optional<RunEdit> edit) {
+        const std::lock_guard lock(mutex_);
+        state_.edit = std::move(edit);
+    }
+
+    /// What becomes of the newest model.
+    void consider(bool may_adopt) {
+        const Timeline::Branch& shown = timeline_.current();
+        if (!is_other(shown)) {
+            shown.played->revision = newest_.revision;
+            return waits({});
+        }
+        if (shown.info.reached == 0 && shown.info.parent < 0) return begin();
+        RunEdit edit = timeline_.compare(newest_.model);
+        const bool is_lossless = edit.refusal.empty() && edit.lost.empty();
+        waits(std::move(edit));
+        if (may_adopt && is_lossless) adopt();
+    }
+
+    void adopt() {
+        if (!is_other(timeline_.current())) return;
+        try {
+            timeline_.edit(newest_.model, newest_.revision, newest_.cause);
+            waits({});
+            target_ = stop_time();
+            if (const Running now = current(); now != Running::running) rest(Running::paused);
+            if (!is_before(target_)) rest(Running::ended);
+        } catch (const std::exception& error) {
+            waits(RunEdit{error.what()});
+        }
+    }
+
+    // ---- what pages see ----
+
+    void bind_event() {
+        const Run& run = timeline_.run();
+        event_->run = &run;
+        event_->before.clear();
+        if (event_->text.find_first_of("<>=") == std::string::npos)
+            event_->signal = find_signal(run, event_->text);
+        else
+            event_->holds.emplace(run, event_->text);
+    }
+
+    void look_for_event(const Run& run) noexcept {
+        std::vector<double> now;
+        if (event_->holds)
+            now.push_back((*event_->holds)() ? 1 : 0);
+        else
+            now = event_->signal.values();
+        const bool happens = event_->holds ? !event_->before.empty() && event_->before[0] == 0 && now[0] == 1
+                                           : !event_->before.empty() && event_->before != now;
+        if (happens && !event_->time) {
+            event_->time = run.time();
+            event_->is_inside = run.shows_event();
+        }
+        event_->before = std::move(now);
+    }
+
+    /// What a recording has of the instant at which the run rests. At the end it has nothing, and what was
+    /// seen last stays.
+    void look() {
+        if ((watched_.empty() && !sceneries_) || current() == Running::failed || !is_before(stop_time()))
+            return;
+        sees_ = Sees::instant;
+        timeline_.peek();
+        sees_ = Sees::run;
+    }
+
+    /// Branches of which all samples are wanted.
+    std::set<int> shown_branches() const {
+        std::set<int> all;
+        std::vector<int> wanted = compared_;
+        wanted.push_back(timeline_.current().info.index);
+        for (const int index : wanted)
+            for (const auto* on = timeline_.branch(index); on; on = timeline_.branch(on->info.parent))
+                all.insert(on->info.index);
+        return all;
+    }
+
+    void find_filling() {
+        for (const int index : shown_branches()) {
+            const Timeline::Branch& branch = *timeline_.branch(index);
+            std::vector<Watched> missing;
+            for (const auto& watched : watched_)
+                if (filled_.emplace(index, watched.signal).second &&
+                    quantity_of(*branch.played, watched.signal))
+                    missing.push_back({watched.signal});
+            const double duration = branch.info.reached - branch.info.from;
+            if (missing.empty() || duration <= 0) continue;
+            const auto steps = static_cast<std::size_t>(duration / branch.played->run.period());
+            for (auto& watched : missing) {
+                const int rate = quantity_of(*branch.played, watched.signal)->rate;
+                const auto ticks = branch.played->model->diagram.rates[static_cast<std::size_t>(rate)].ticks;
+                watched.stride =
+                    std::max<std::size_t>(1, steps / static_cast<std::size_t>(ticks) / most_filled);
+            }
+            filling_ = Filling{timeline_.beginning_of(index), std::move(missing), branch.info.reached};
+            return;
+        }
+    }
+
+    void fill() {
+        const Timeline::Branch* const branch = timeline_.branch(filling_->cursor.branch);
+        if (!branch) return filling_.reset(); // it was forgotten
+        const Timeline::Cursor here = timeline_.leave();
+        timeline_.enter(filling_->cursor);
+        sees_ = Sees::past;
+        const Simulation& run = branch->played->run;
+        bool goes_on = true;
+        for (const auto end = Clock::now() + fill_slice; goes_on && Clock::now() < end;)
+            goes_on = run.time() + run.period() / 2 < filling_->until && timeline_.step(filling_->cursor);
+        sees_ = Sees::run;
+        filling_->cursor.data = run.snapshot();
+        timeline_.enter(here);
+        if (!goes_on) filling_.reset();
     }
 
     void deliver(bool was_asked) {
-        if (is_seen_wanted_ && seen_time_ >= 0) // what signals were last, whatever their rate
-            for (const auto& watched : watched_) write(watched, seen_time_);
-        if (seen_time_ >= 0 && (is_seen_wanted_ || shown_time_ != seen_time_)) write_places();
-        is_seen_wanted_ = false;
+        note();
         for (auto& watched : watched_) {
-            if (quantities_[static_cast<std::size_t>(watched.signal)].rate == constant_rate) continue;
             watched.stride = std::max<std::size_t>(1, watched.seen / most_samples);
             watched.seen = 0;
         }
+        if (seen_time_ != shown_time_ && current() != Running::paused && seen_time_ >= 0)
+            write_places(seen_time_);
         if (!frame_.empty()) listener_.samples(std::exchange(frame_, {}));
-        const bool is_quiet = current() != Running::running;
-        if (!was_asked && !is_quiet && Clock::now() - told_ < std::chrono::milliseconds(50)) return;
+        if (!was_asked &&
+            (current() != Running::running || Clock::now() - told_ < std::chrono::milliseconds(50)))
+            return;
         told_ = Clock::now();
-        listener_.state(state());
+        listener_.state(state(), revision());
     }
 
-    const std::shared_ptr<const LoadedModel> model_;
     const Listener listener_;
-    Simulation run_;
-    const std::vector<Quantity> quantities_;
-    std::vector<SignalInfo> infos_;
 
-    mutable std::mutex mutex_; ///< of these four
+    mutable std::mutex mutex_; ///< of these seven
     std::condition_variable wake_;
     std::deque<std::function<void()>> tasks_;
     bool is_over_ = false;
     RunState state_;
+    std::int64_t revision_ = 0;
+    std::shared_ptr<const LoadedModel> model_;
+    std::vector<SignalInfo> infos_;
 
+    Timeline timeline_;
+    Edited newest_; ///< of the document
     std::vector<Watched> watched_;
+    std::vector<int> compared_;            ///< branches
+    std::set<std::pair<int, int>> filled_; ///< branches and signals of which all is known, or comes
+    std::optional<Filling> filling_;
     std::shared_ptr<Sceneries> sceneries_;
+    std::shared_ptr<const Played> bound_; ///< whose signals tell where things are
     std::vector<double> places_;
-    double shown_time_ = -1;              ///< of the places that were told last [s]
-    std::vector<Checkpoint> checkpoints_; ///< in the order of time; the first is the beginning
-    double interval_ = 0.05;              ///< between two of them [s]
-    double target_ = infinity;            ///< time to play to [s]
+    double shown_time_ = -1; ///< of the places that were told last [s]
+    std::optional<Event> event_;
+    Sees sees_ = Sees::run;
+    double target_ = infinity; ///< time to play to [s]
     Clock::time_point next_{}, told_{}, paced_at_{};
     double paced_from_ = 0;
     double seen_time_ = -1; ///< of the outputs that are there; below 0: none were computed yet [s]
-    bool is_seen_wanted_ = false;
     std::string frame_;
     std::thread thread_;
 };
 
-Playback::Playback(std::shared_ptr<const LoadedModel> model, Listener listener)
-    : loop_(std::make_unique<Loop>(std::move(model), std::move(listener))) {}
+Playback::Playback(std::shared_ptr<const LoadedModel> model, std::int64_t revision, Listener listener)
+    : loop_(std::make_unique<Loop>(std::move(model), revision, std::move(listener))) {}
 Playback::~Playback() = default;
 
 void Playback::command(const RunCommand& command) { loop_->command(command); }
 void Playback::tune(const Tune& tune) { loop_->tune(tune); }
+void Playback::edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause) {
+    loop_->edit(std::move(model), revision, std::move(cause));
+}
+void Playback::watch(std::vector<int> signals, std::vector<int> branches) {
+    loop_->watch(std::move(signals), std::move(branches));
+}
 void Playback::show(std::shared_ptr<Sceneries> sceneries) { loop_->show(std::move(sceneries)); }
-void Playback::watch(std::vector<int> signals) { loop_->watch(std::move(signals)); }
+std::shared_ptr<const LoadedModel> Playback::model() const { return loop_->model(); }
 RunState Playback::state() const { return loop_->state(); }
-const std::vector<SignalInfo>& Playback::signals() const { return loop_->signals(); }
+std::int64_t Playback::revision() const { return loop_->revision(); }
+std::vector<SignalInfo> Playback::signals() const { return loop_->signals(); }
 
 } // namespace bf::service

@@ -47,6 +47,36 @@ template <class Visit> void each_reference(model::System& system, const Visit& v
     }
 }
 
+/// Puts the content of files in the places that refer to them, and tells which file stands where.
+void expand(model::System& system, const fs::path& folder, const std::string& prefix,
+            std::vector<std::pair<std::string, fs::path>>& places) {
+    for (auto& block : system.blocks) {
+        const std::string path = prefix + block.name;
+        fs::path inner = folder;
+        if (block.reference && block.reference->model) {
+            const fs::path file = (folder / block.reference->file).lexically_normal();
+            places.emplace_back(path, file);
+            inner = file.parent_path();
+            block.system = model::OwnSystem(std::make_unique<model::System>(block.reference->model->root));
+            block.reference.reset();
+        }
+        if (block.system) expand(*block.system, inner, path + ".", places);
+    }
+}
+
+/// Undoes `expand`, where nothing but names under references have changed.
+void collapse(model::System& system, const model::System& before) {
+    for (std::size_t i = 0; i < system.blocks.size(); ++i) {
+        model::Block& block = system.blocks[i];
+        if (before.blocks[i].reference) {
+            block.system = {};
+            block.reference = before.blocks[i].reference;
+        } else if (block.system) {
+            collapse(*block.system, *before.blocks[i].system);
+        }
+    }
+}
+
 } // namespace
 
 struct Project::Document {
@@ -191,6 +221,74 @@ model::Operation Project::localised(model::Operation operation, Document*& docum
     return operation;
 }
 
+/// Files of the folder that refer to this one take part in the project from now on.
+void Project::open_referring(const fs::path& file) {
+    const fs::path folder = documents_.front()->file.parent_path();
+    constexpr int deepest = 6;
+    std::error_code error;
+    std::vector<fs::path> found;
+    for (auto at =
+             fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied, error);
+         !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
+        const std::string name = at->path().filename().string();
+        if (at->is_directory(error) && (at.depth() >= deepest || name.starts_with(".") || name == "build"))
+            at.disable_recursion_pending();
+        if (at->path().extension() == ".yaml" && at->is_regular_file(error))
+            found.push_back(at->path().lexically_normal());
+    }
+    std::sort(found.begin(), found.end());
+    std::set<fs::path> concerned{file}; // and what refers to it, by way of others too
+    const auto concerns = [&](Document& document) {
+        bool refers = false;
+        each_reference(document.model.root, [&](const model::Reference& reference) {
+            refers |= concerned.contains((document.file.parent_path() / reference.file).lexically_normal());
+        });
+        return refers;
+    };
+    for (bool is_more = true; std::exchange(is_more, false);) {
+        for (const auto& document : documents_)
+            if (!concerned.contains(document->file) && concerns(*document))
+                is_more = concerned.insert(document->file).second;
+        for (const auto& other : found) {
+            if (std::ranges::find(documents_, other, [](const auto& d) { return d->file; }) !=
+                documents_.end())
+                continue;
+            const std::size_t count = documents_.size();
+            bool refers = false;
+            try {
+                const std::string text = read_text_file(other);
+                if (std::ranges::any_of(concerned, [&](const fs::path& known) {
+                        return text.find(known.filename().string()) != std::string::npos;
+                    }))
+                    refers = concerns(open(other));
+            } catch (const std::exception&) { // it is no model
+            }
+            if (!refers) documents_.resize(count);
+            is_more |= refers;
+        }
+    }
+    link_all();
+}
+
+/// What other files become when something of this one gets another name.
+std::vector<std::pair<Project::Document*, model::Model>> Project::followed(
+    const Document& document, const model::operations::Rename& rename) {
+    std::vector<std::pair<Document*, model::Model>> all;
+    for (const auto& other : documents_) {
+        if (other.get() == &document) continue;
+        model::Model model = other->model;
+        std::vector<std::pair<std::string, fs::path>> places;
+        expand(model.root, other->file.parent_path(), "", places);
+        std::erase_if(places, [&](const auto& place) { return place.second != document.file; });
+        for (const auto& [path, file] : places)
+            model::edit(model, model::operations::Rename{path + "." + rename.path, rename.name});
+        collapse(model.root, other->model.root);
+        if (!model::difference(other->model, model).changes.empty())
+            all.emplace_back(other.get(), std::move(model));
+    }
+    return all;
+}
+
 /// What another program wrote is never written over, also where it is no model.
 void Project::require_own(const Document& document) {
     if (document.is_foreign)
@@ -220,6 +318,15 @@ void Project::edit(const model::Operation& operation) {
         return (document->file.parent_path() / file).lexically_normal();
     };
     if (extract) require_inside(beside(extract->file));
+    std::vector<std::pair<Document*, model::Model>> others;
+    if (const auto* const rename = std::get_if<model::operations::Rename>(&local)) {
+        open_referring(document->file);
+        others = followed(*document, *rename);
+        for (const auto& [other, model] : others) {
+            require_inside(other->file);
+            require_own(*other);
+        }
+    }
     if (extract && fs::exists(beside(extract->file)))
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});
@@ -237,6 +344,7 @@ void Project::edit(const model::Operation& operation) {
         link(other);
         return other.shared;
     });
+    for (auto& [other, model] : others) other->history.replace(other->model, std::move(model));
     if (extract) { // the content becomes a file of its own
         auto made = std::make_unique<Document>();
         made->file = beside(extract->file);
@@ -249,26 +357,29 @@ void Project::edit(const model::Operation& operation) {
     std::erase_if(broken, [&](const model::Diagnostic& d) { return known.contains(d.text()); });
     if (!broken.empty()) {
         document->history.undo(document->model);
+        for (auto& [other, model] : others) other->history.undo(other->model);
         link_all();
         throw model::Errors(std::move(broken));
     }
-    done_.push_back(document);
+    Step step{document};
+    for (const auto& [other, model] : others) step.push_back(other);
+    done_.push_back(step);
     undone_.clear();
     changed();
-    document->save();
+    for (Document* changed : step) changed->save();
 }
 
-bool Project::step(std::vector<Document*>& from, std::vector<Document*>& to,
+bool Project::step(std::vector<Step>& from, std::vector<Step>& to,
                    bool (model::History::*move)(model::Model&)) {
     static_cast<void>(synchronise());
     if (from.empty()) return false;
-    Document& document = *from.back();
-    require_own(document);
-    if (!(document.history.*move)(document.model)) return false;
-    to.push_back(&document);
+    const Step step = from.back();
+    for (const Document* document : step) require_own(*document);
+    for (Document* document : step) (document->history.*move)(document->model);
+    to.push_back(step);
     from.pop_back();
     changed();
-    document.save();
+    for (Document* document : step) document->save();
     return true;
 }
 
@@ -290,7 +401,7 @@ bool Project::synchronise() {
                 document.history.replace(document.model, std::move(model));
                 document.written = texts.at(document.file);
                 document.is_unwritten = document.is_foreign = false;
-                done_.push_back(&document);
+                done_.push_back({&document});
                 undone_.clear();
                 is_other = true;
                 changed();

@@ -157,6 +157,8 @@ struct Service::State {
                               examined_revision = revision;
                               if (revision == project->revision()) checked_revision = revision;
                               tell_changed();
+                              if (playback && checked_revision == revision && found->diagnostics.empty())
+                                  playback->edit(found, revision, last_edit);
                           });
                       });
     }
@@ -176,9 +178,12 @@ struct Service::State {
 
     void tell_changed() { options.tell(notification("changed", to_json(document()))); }
 
-    DocumentState after_change() {
+    /// `edit` names it, where it goes on in a run.
+    DocumentState after_change(std::string edit = "edit") {
+        last_edit = std::move(edit);
         check();
         tell_changed();
+        if (playback) tell_run(playback->state(), playback->revision());
         return document();
     }
 
@@ -303,7 +308,7 @@ struct Service::State {
 
     /// Edits, and as soon as one block of a subsystem gets a place gives the others those at which they are
     /// seen, so that nothing jumps.
-    DocumentState apply(model::Operation operation) {
+    DocumentState apply(model::Operation operation, std::string name) {
         std::set<std::string> systems;
         note_placing(operation, systems);
         model::operations::Batch batch;
@@ -315,7 +320,7 @@ struct Service::State {
             operation = std::move(batch);
         }
         project->edit(operation);
-        return after_change();
+        return after_change(std::move(name));
     }
 
     DocumentState arrange(int, const InSystem& asked) {
@@ -417,21 +422,36 @@ struct Service::State {
         return found;
     }
 
+    /// "set load.after = 0.06", "rename load".
+    static std::string name_of(const std::string& operation) {
+        const Json json = Json::parse(operation, nullptr, false);
+        std::string text = json.value("do", "edit");
+        for (const char* key : {"path", "system", "from"})
+            if (const auto at = json.find(key); at != json.end() && at->is_string() && *at != "") {
+                text += " " + at->get<std::string>();
+                break;
+            }
+        if (text.starts_with("set") && json.contains("name") && json["name"].is_string())
+            text += (text.find(' ') == text.npos ? " " : ".") + json["name"].get<std::string>();
+        if (const auto at = json.find("value"); at != json.end() && at->is_string())
+            text += " = " + shortened(at->get<std::string>());
+        return text;
+    }
     DocumentState edit(int, const Edit& asked) {
-        return apply(model::operation_from_json(asked.operation.json));
+        return apply(model::operation_from_json(asked.operation.json), name_of(asked.operation.json));
     }
     DocumentState undo(int, const Nothing&) {
         if (!project->undo()) throw Refusal("there is nothing to undo");
-        return after_change();
+        return after_change("undo");
     }
     DocumentState redo(int, const Nothing&) {
         if (!project->redo()) throw Refusal("there is nothing to do again");
-        return after_change();
+        return after_change("redo");
     }
 
     Text copy(int, const Copy& asked) { return {copied(project->model(), asked.system, asked.names)}; }
     DocumentState paste(int, const Paste& asked) {
-        return apply(pasted(project->model(), asked.system, asked.text, asked.at));
+        return apply(pasted(project->model(), asked.system, asked.text, asked.at), "paste");
     }
     Text text(int, const Nothing&) { return {formats::write_yaml(project->model())}; }
 
@@ -440,33 +460,39 @@ struct Service::State {
     RunState run_state() const {
         if (!playback) return {};
         RunState state = playback->state();
-        state.is_current = played_revision == project->revision();
+        state.is_current = playback->revision() == project->revision();
         return state;
     }
+    void tell_run(RunState state, std::int64_t revision) {
+        state.is_current = revision == project->revision();
+        options.tell(notification("run", to_json(state)));
+        if (playback && playback->model() != std::exchange(played, playback->model()))
+            stage.follow(played, playback.get());
+    }
 
-    void begin_run() {
+    void require_runnable() const {
         if (checked_revision != project->revision())
             throw Refusal("the model is being checked; try again in a moment");
         if (!examined->diagnostics.empty())
             throw Refusal("the model has mistakes: " + examined->diagnostics.front().text());
-        playback.reset();
+    }
+
+    void begin_run() {
+        require_runnable();
         const std::weak_ptr<bool> life = alive;
         playback = std::make_unique<Playback>(
-            examined, Playback::Listener{[this, life](RunState state) {
-                                             options.post([this, life, state] {
-                                                 if (life.expired()) return;
-                                                 RunState told = state;
-                                                 told.is_current = played_revision == project->revision();
-                                                 options.tell(notification("run", to_json(told)));
-                                             });
-                                         },
-                                         [this, life](std::string frame) {
-                                             options.post([this, life, frame = std::move(frame)] {
-                                                 if (!life.expired()) options.send(frame);
-                                             });
-                                         }});
-        played_revision = project->revision();
-        played = examined;
+            examined, project->revision(),
+            Playback::Listener{[this, life](RunState state, std::int64_t revision) {
+                                   options.post([this, life, revision, state = std::move(state)] {
+                                       if (!life.expired()) tell_run(state, revision);
+                                   });
+                               },
+                               [this, life](std::string frame) {
+                                   options.post([this, life, frame = std::move(frame)] {
+                                       if (!life.expired()) options.send(frame);
+                                   });
+                               }});
+        played = playback->model();
         stage.follow(played, playback.get());
         rewatch();
     }
@@ -474,28 +500,26 @@ struct Service::State {
     Scene scene(int page, const Look& asked) {
         const bool is_right = examined && examined->diagnostics.empty();
         return stage.look(page, asked.is_wanted,
-                          playback   ? played
+                          playback   ? playback->model()
                           : is_right ? examined
                                      : nullptr,
                           playback.get());
     }
 
     RunState run(int, const RunCommand& asked) {
-        if (asked.action == Action::stop && playback && played_revision != project->revision())
-            playback.reset();
+        if (asked.factor && !(*asked.factor > 0)) throw Refusal("'factor' takes a number greater than 0");
+        if (asked.time && !(*asked.time >= 0)) throw Refusal("'time' takes a number that is not negative");
         if (!playback) {
             if (asked.action == Action::stop || asked.action == Action::pause) {
                 options.tell(notification("run", to_json(RunState())));
                 return {};
             }
             begin_run();
-        } else if (asked.action == Action::start && played_revision != project->revision()) {
-            const Running running = playback->state().state;
-            if (running == Running::ended || running == Running::failed || playback->state().time == 0)
-                begin_run();
+        } else if (asked.action == Action::start && playback->revision() != project->revision()) {
+            const RunState state = playback->state();
+            if (state.state == Running::ended || state.state == Running::failed || state.time == 0)
+                require_runnable(); // it begins anew
         }
-        if (asked.factor && !(*asked.factor > 0)) throw Refusal("'factor' takes a number greater than 0");
-        if (asked.time && !(*asked.time >= 0)) throw Refusal("'time' takes a number that is not negative");
         playback->command(asked);
         return run_state();
     }
@@ -511,7 +535,7 @@ struct Service::State {
     }
 
     Signals watch(int page, const Watch& asked) {
-        wishes[page] = asked.paths;
+        wishes[page] = asked;
         return {rewatch(page), {}};
     }
 
@@ -519,17 +543,19 @@ struct Service::State {
     std::vector<SignalInfo> rewatch(int page = -1) {
         std::vector<SignalInfo> own;
         if (!playback) return own;
-        std::map<std::string_view, const SignalInfo*> by_path;
-        for (const auto& signal : playback->signals()) by_path.emplace(signal.path, &signal);
-        std::set<int> all;
-        for (const auto& [wisher, paths] : wishes)
-            for (const auto& path : paths) {
-                const auto found = by_path.find(path);
-                if (found == by_path.end()) continue;
-                all.insert(found->second->index);
-                if (wisher == page) own.push_back(*found->second);
-            }
-        playback->watch({all.begin(), all.end()});
+        const std::vector<SignalInfo> signals = playback->signals();
+        std::multimap<std::string_view, const SignalInfo*> by_path; // edits change sizes
+        for (const auto& signal : signals) by_path.emplace(signal.path, &signal);
+        std::set<int> all, branches;
+        for (const auto& [wisher, wish] : wishes) {
+            branches.insert(wish.branches.begin(), wish.branches.end());
+            for (const auto& path : wish.paths)
+                for (auto [at, end] = by_path.equal_range(path); at != end; ++at) {
+                    all.insert(at->second->index);
+                    if (wisher == page) own.push_back(*at->second);
+                }
+        }
+        playback->watch({all.begin(), all.end()}, {branches.begin(), branches.end()});
         return own;
     }
 
@@ -544,12 +570,13 @@ struct Service::State {
     std::unique_ptr<Project> project;
     std::shared_ptr<bool> alive; ///< asked by tasks that come back from other threads
     std::shared_ptr<const ExaminedModel> examined;
-    std::int64_t examined_revision = -1, checked_revision = -1, played_revision = -1;
+    std::int64_t examined_revision = -1, checked_revision = -1;
+    std::string last_edit;
     const std::unique_ptr<Registry> registry = make_registry();
     std::vector<LibraryBlock> known_blocks;
-    std::map<int, std::vector<std::string>> wishes; ///< paths of signals, by page
+    std::map<int, Watch> wishes; ///< by page
     std::unique_ptr<Playback> playback;
-    std::shared_ptr<const ExaminedModel> played;
+    std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
     Checker checker; ///< last: its thread ends first
 };
@@ -621,8 +648,8 @@ std::string Service::typescript() {
         "  changed: " + typescript_of<DocumentState>(types) + "; // by a page, or by another program\n";
     notifications += "  run: " + typescript_of<RunState>(types) + ";\n";
     std::string text =
-        "// What the page and the service say to each other. Written by scripts/update-reference from\n"
-        "// editor/service/include/bf/service/protocol.hpp, which says what everything means.\n\n"
+        protocol_introduction() +
+        "//\n// Written by scripts/update-reference from editor/service/include/bf/service/protocol.hpp.\n\n"
         "export const protocol = " +
         std::to_string(protocol_version) + ";\n\n";
     for (const auto& [name, declaration] : types) text += declaration + "\n";

@@ -8,6 +8,12 @@
 
 namespace bf::service {
 
+/// What the declaration of a type or of its member says, as a comment of TypeScript; empty: nothing.
+std::string typescript_comment(const std::string& type, const std::string& member = {},
+                               const std::string& indent = {});
+/// What the protocol says before its declarations.
+std::string protocol_introduction();
+
 /// How TypeScript calls T; `types` gets the declarations of it and of all it is made of, by their name.
 /// Members that a request may leave out are there all the same: the page says what it means.
 template <class T>
@@ -31,10 +37,11 @@ std::string typescript_of(std::map<std::string, std::string>& types, const Words
         types[name] = {};
         for_each_field<T>([&](const auto& field) {
             using Member = std::remove_cvref_t<decltype(std::declval<T>().*field.member)>;
+            members += typescript_comment(name, field.name, "  ");
             members +=
                 "  " + std::string(field.name) + ": " + typescript_of<Member>(types, field.words) + ";\n";
         });
-        types[name] = "export interface " + name + " {\n" + members + "}\n";
+        types[name] = typescript_comment(name) + "export interface " + name + " {\n" + members + "}\n";
         return name;
     } else if constexpr (std::is_same_v<T, OperationText>) {
         return "object";

@@ -34,21 +34,25 @@ std::shared_ptr<const LoadedModel> loaded(const char* text) {
 /// Keeps what a playback tells.
 struct Seen {
     std::mutex mutex;
-    std::vector<std::pair<double, double>> samples; ///< time and value, in the order of arrival
-    std::vector<std::pair<double, double>> places;  ///< the same of the first world
+    std::vector<std::pair<double, double>> samples;          ///< time and value, in the order of arrival
+    std::vector<std::pair<double, double>> places;           ///< the same of the first world
+    std::map<int, std::map<std::int64_t, double>> by_branch; ///< by step
     Playback::Listener listener() {
-        return {[](const RunState&) {},
+        return {[](const RunState&, std::int64_t) {},
                 [this](const std::string& frame) {
                     const std::lock_guard lock(mutex);
                     for (std::size_t at = 0; at < frame.size();) {
-                        std::uint32_t index = 0, n = 0;
+                        std::uint32_t index = 0, n = 0, branch = 0;
                         double time = 0, value = 0;
                         std::memcpy(&index, &frame[at], 4);
-                        std::memcpy(&n, &frame[at + 4], 4);
-                        std::memcpy(&time, &frame[at + 8], 8);
-                        std::memcpy(&value, &frame[at + 16], 8);
+                        std::memcpy(&branch, &frame[at + 4], 4);
+                        std::memcpy(&n, &frame[at + 8], 4);
+                        std::memcpy(&time, &frame[at + 12], 8);
+                        std::memcpy(&value, &frame[at + 20], 8);
+                        at += 20 + 8 * n;
                         (index < (1U << 31) ? samples : places).emplace_back(time, value);
-                        at += 16 + 8 * n;
+                        if (index < (1U << 31))
+                            by_branch[static_cast<int>(branch)][std::llround(time / 0.01)] = value;
                     }
                 }};
     }
@@ -66,7 +70,7 @@ RunState rest(const Playback& playback) {
 
 TEST(Playback, RunsToTheEndAndGoesBackToAnyInstant) {
     Seen seen;
-    Playback playback(loaded(decay), seen.listener());
+    Playback playback(loaded(decay), 1, seen.listener());
     EXPECT_EQ(playback.state().state, Running::paused);
     playback.watch({0});
     playback.command({.action = Action::start});
@@ -96,7 +100,7 @@ TEST(Playback, GivesTheSamplesOfBfRunAgainAfterGoingBack) {
     }
 
     Seen seen;
-    Playback playback(model, seen.listener());
+    Playback playback(model, 1, seen.listener());
     playback.watch({x});
     playback.command({.action = Action::to, .time = 3.0});
     static_cast<void>(rest(playback));
@@ -112,7 +116,7 @@ TEST(Playback, GivesTheSamplesOfBfRunAgainAfterGoingBack) {
 
 TEST(Playback, AChangedVariableMakesAnotherRunFromThere) {
     Seen seen;
-    Playback playback(loaded(decay), seen.listener());
+    Playback playback(loaded(decay), 1, seen.listener());
     playback.command({.action = Action::start});
     EXPECT_EQ(rest(playback).state, Running::ended);
     playback.command({.action = Action::to, .time = 1.0});
@@ -122,14 +126,15 @@ TEST(Playback, AChangedVariableMakesAnotherRunFromThere) {
     playback.watch({0});
     playback.command({.action = Action::start});
     EXPECT_EQ(rest(playback).state, Running::ended);
+    EXPECT_NEAR(playback.state().reached, 5, 1e-9);
     const std::lock_guard lock(seen.mutex);
-    EXPECT_NEAR(seen.samples.back().second, std::pow(0.99, 100), 1e-12); // nothing decays any more
+    EXPECT_NEAR(seen.by_branch.at(1).rbegin()->second, std::pow(0.99, 100), 1e-12); // nothing decays any more
 }
 
 TEST(Playback, TellsWhereThingsAreAtTheShownInstantWhileSomebodyLooks) {
     Seen seen;
     const auto model = loaded(decay);
-    Playback playback(model, seen.listener());
+    Playback playback(model, 1, seen.listener());
     playback.command({.action = Action::to, .time = 3.0});
     static_cast<void>(rest(playback));
     EXPECT_TRUE(seen.places.empty());
@@ -140,10 +145,10 @@ TEST(Playback, TellsWhereThingsAreAtTheShownInstantWhileSomebodyLooks) {
     {
         const std::lock_guard lock(seen.mutex);
         ASSERT_EQ(seen.places.size(), 2U);
-        EXPECT_NEAR(seen.places[0].first, 2.99, 1e-12);
-        EXPECT_NEAR(seen.places[0].second, std::pow(0.99, 299), 1e-12);
-        EXPECT_NEAR(seen.places[1].first, 0.99, 1e-12);
-        EXPECT_NEAR(seen.places[1].second, std::pow(0.99, 99), 1e-12);
+        EXPECT_NEAR(seen.places[0].first, 3, 1e-12);
+        EXPECT_NEAR(seen.places[0].second, std::pow(0.99, 300), 1e-12);
+        EXPECT_NEAR(seen.places[1].first, 1, 1e-12);
+        EXPECT_NEAR(seen.places[1].second, std::pow(0.99, 100), 1e-12);
     }
     playback.show(nullptr);
     playback.command({.action = Action::to, .time = 2.0});
@@ -154,7 +159,7 @@ TEST(Playback, TellsWhereThingsAreAtTheShownInstantWhileSomebodyLooks) {
 
 TEST(Playback, RefusesAWrongChangeWithItsReason) {
     Seen seen;
-    Playback playback(loaded(decay), seen.listener());
+    Playback playback(loaded(decay), 1, seen.listener());
     EXPECT_THROW(playback.tune({"rat", {0}}), std::runtime_error);
     EXPECT_THROW(playback.tune({"rate", {0, 1}}), std::runtime_error);
     EXPECT_EQ(playback.state().state, Running::paused);
@@ -162,7 +167,7 @@ TEST(Playback, RefusesAWrongChangeWithItsReason) {
 
 TEST(Playback, KeepsThePaceThatIsAskedFor) {
     Seen seen;
-    Playback playback(loaded(decay), seen.listener());
+    Playback playback(loaded(decay), 1, seen.listener());
     playback.command({.action = Action::start, .factor = 1.0});
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     playback.command({.action = Action::pause});
@@ -173,13 +178,289 @@ TEST(Playback, KeepsThePaceThatIsAskedFor) {
 
 TEST(Playback, StepsOnceAndStartsAnewAfterStop) {
     Seen seen;
-    Playback playback(loaded(decay), seen.listener());
+    Playback playback(loaded(decay), 1, seen.listener());
     playback.command({.action = Action::step});
     EXPECT_NEAR(rest(playback).time, 0.01, 1e-12);
     playback.command({.action = Action::step});
     EXPECT_NEAR(rest(playback).time, 0.02, 1e-12);
     playback.command({.action = Action::stop});
     EXPECT_EQ(rest(playback).time, 0);
+}
+
+/// What a recording of these steps has of x, by step.
+std::map<std::int64_t, double> recorded(const LoadedModel& model,
+                                        const std::function<void(bf::Simulation&)>& before_step) {
+    bf::Simulation simulation(model.diagram);
+    simulation.start();
+    std::map<std::int64_t, double> values;
+    const auto signals = simulation.signals();
+    while (simulation.time() < 5 - 0.005) {
+        before_step(simulation);
+        const auto step = simulation.steps();
+        if (!simulation.step()) break;
+        values[step] = bf::find(signals, "x")[0];
+    }
+    return values;
+}
+
+/// Waits until all samples that are asked for were there.
+template <class Is> bool wait(const Seen& seen, const Is& is) {
+    for (int i = 0; i < 5000; ++i) {
+        {
+            const std::lock_guard lock(const_cast<Seen&>(seen).mutex);
+            if (is()) return true;
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return false;
+}
+
+int index_of(const Playback& playback, const std::string& path) {
+    for (const auto& signal : playback.signals())
+        if (signal.path == path + ".y") return signal.index;
+    throw std::runtime_error("there is no signal " + path);
+}
+
+TEST(Playback, ShowsAtAnInstantWhatARecordingHasThere) {
+    const auto model = loaded(decay);
+    const auto expected = recorded(*model, [](auto&) {});
+    Seen seen;
+    Playback playback(model, 1, seen.listener());
+    playback.watch({index_of(playback, "x")});
+    for (const double time : {0.0, 1.23, 0.5}) {
+        playback.command({.action = Action::to, .time = time});
+        static_cast<void>(rest(playback));
+        const std::lock_guard lock(seen.mutex);
+        EXPECT_EQ(seen.samples.back().first, time);
+        EXPECT_EQ(seen.samples.back().second, expected.at(std::llround(time / 0.01)));
+    }
+}
+
+TEST(Playback, ASignalThatIsWatchedLateHasAllItsSamples) {
+    const auto model = loaded(decay);
+    const auto expected = recorded(*model, [](auto&) {});
+    Seen seen;
+    Playback playback(model, 1, seen.listener());
+    playback.command({.action = Action::start});
+    EXPECT_EQ(rest(playback).state, Running::ended);
+    playback.watch({index_of(playback, "x")});
+    EXPECT_TRUE(wait(seen, [&] { return seen.by_branch[0].size() >= 500; }));
+    EXPECT_EQ(playback.state().state, Running::ended);
+    const std::lock_guard lock(seen.mutex);
+    EXPECT_EQ(seen.by_branch[0], expected);
+}
+
+TEST(Playback, AChangeInThePastKeepsWhatWasThereAsABranch) {
+    const auto model = loaded(decay);
+    const auto first = recorded(*model, [](auto&) {});
+    const auto second = recorded(*model, [](bf::Simulation& run) {
+        if (run.steps() == 100) run.set_parameter("slope.K", {-3});
+        if (run.steps() == 300) run.set_parameter("slope.K", {1});
+    });
+    Seen seen;
+    Playback playback(model, 1, seen.listener());
+    const int x = index_of(playback, "x");
+    playback.command({.action = Action::start});
+    static_cast<void>(rest(playback));
+    playback.command({.action = Action::to, .time = 1.0});
+    static_cast<void>(rest(playback));
+    playback.tune({"rate", {-2}});
+    playback.tune({"rate", {-3}}); // the slider goes on
+    playback.command({.action = Action::to, .time = 3.0});
+    static_cast<void>(rest(playback));
+    playback.tune({"rate", {1}}); // nothing was simulated from here on: no branch
+    playback.command({.action = Action::start});
+    RunState state = rest(playback);
+    ASSERT_EQ(state.branches.size(), 2u);
+    EXPECT_EQ(state.branch, 1);
+    EXPECT_EQ(state.branches[1].parent, 0);
+    EXPECT_NEAR(state.branches[1].from, 1, 1e-9);
+    EXPECT_EQ(state.branches[1].cause, "rate = -3");
+    EXPECT_NEAR(state.branches[0].reached, 5, 1e-9);
+
+    playback.watch({x}, {0});
+    const auto is_there = [&] { return seen.by_branch[0].size() >= 500 && seen.by_branch[1].size() >= 400; };
+    EXPECT_TRUE(wait(seen, is_there)) << seen.by_branch[0].size() << " " << seen.by_branch[1].size();
+    for (const double time : {0.5, 4.0, 1.0, 2.5}) { // along the branch, from before it begins
+        playback.command({.action = Action::to, .time = time});
+        static_cast<void>(rest(playback));
+    }
+    playback.command({.action = Action::branch, .branch = 0});
+    state = rest(playback);
+    EXPECT_EQ(state.branch, 0);
+    EXPECT_NEAR(state.time, 2.5, 1e-9);
+    const std::lock_guard lock(seen.mutex);
+    EXPECT_EQ(seen.by_branch[0], first);
+    for (const auto& [step, value] : seen.by_branch[1]) EXPECT_EQ(value, second.at(step)) << step;
+}
+
+TEST(Playback, EarlierBranchesAreForgottenOnlyWhenThereAreTooMany) {
+    Seen seen;
+    Playback playback(loaded(decay), 1, seen.listener());
+    playback.command({.action = Action::to, .time = 2.0});
+    static_cast<void>(rest(playback));
+    for (int i = 0; i < 20; ++i) {
+        playback.command({.action = Action::branch, .branch = 0});
+        playback.command({.action = Action::to, .time = 0.5});
+        playback.tune({"rate", {-0.1 * i}});
+        playback.command({.action = Action::step});
+    }
+    const RunState state = rest(playback);
+    EXPECT_EQ(state.branches.size(), 16u);
+    EXPECT_EQ(state.branches.front().index, 0); // all others come from it
+    EXPECT_EQ(state.branches.back().index, 20);
+    try {
+        playback.command({.action = Action::branch, .branch = 1});
+        FAIL() << "it is there";
+    } catch (const std::runtime_error& error) {
+        EXPECT_STREQ(error.what(), "there is no branch 1; it was forgotten");
+    }
+}
+
+TEST(Playback, AnEditedModelGoesOnFromThereWithItsStates) {
+    const auto model = loaded(decay);
+    std::string text = decay;
+    text.replace(text.find("blocks:\n"), 8, "blocks:\n  more: {block: Gain, K: 7}\n");
+    text.replace(text.find("connections:\n"), 13, "connections:\n  x: more\n");
+    text.replace(text.find("  x: slope\n"), 11, "");
+    text.replace(text.find("  x: more\n"), 10, "  x: [slope, more]\n");
+    Seen seen;
+    Playback playback(model, 1, seen.listener());
+    playback.command({.action = Action::to, .time = 2.0});
+    static_cast<void>(rest(playback));
+    playback.edit(loaded(text.c_str()), 2, "add more");
+    RunState state = rest(playback);
+    EXPECT_FALSE(state.edit);
+    EXPECT_EQ(playback.revision(), 2);
+    ASSERT_EQ(state.branches.size(), 2u);
+    EXPECT_EQ(state.branches[1].cause, "add more");
+    EXPECT_NEAR(state.time, 2, 1e-9);
+    const int x = index_of(playback, "x"), more = index_of(playback, "more");
+    playback.watch({x, more}, {0, 1});
+    playback.command({.action = Action::start});
+    EXPECT_EQ(rest(playback).state, Running::ended);
+    EXPECT_TRUE(wait(seen, [&] { return seen.by_branch[0].size() >= 200; }));
+    playback.watch({x}, {0, 1});
+    const auto expected = recorded(*model, [](auto&) {});
+    {
+        const std::lock_guard lock(seen.mutex);
+        EXPECT_EQ(seen.by_branch[1].at(300), 7 * expected.at(300)); // more was sampled last
+        EXPECT_EQ(seen.by_branch[0].rbegin()->first, 199);
+    }
+    playback.command({.action = Action::to, .time = 1.0}); // the history before the edit
+    state = rest(playback);
+    EXPECT_NEAR(state.time, 1, 1e-9);
+    EXPECT_EQ(state.branch, 1);
+}
+
+TEST(Playback, AnEditThatLosesAStateSaysSoBeforeAndWaits) {
+    std::string text = decay;
+    text.replace(text.find("  x: {block: DiscreteIntegrator"), 31, "  x: {block: UnitDelay");
+    Seen seen;
+    Playback playback(loaded(decay), 1, seen.listener());
+    playback.command({.action = Action::to, .time = 2.0});
+    static_cast<void>(rest(playback));
+    playback.edit(loaded(text.c_str()), 2, "another block");
+    RunState state = rest(playback);
+    ASSERT_TRUE(state.edit);
+    EXPECT_EQ(state.edit->refusal, "");
+    EXPECT_EQ(state.edit->lost,
+              (std::vector<std::string>{"'x.x' is no longer there", "'x.before' is no longer there"}));
+    EXPECT_EQ(state.edit->begun, std::vector<std::string>{"x.x"});
+    EXPECT_EQ(state.branches.size(), 1u);
+    EXPECT_EQ(playback.revision(), 1);
+    playback.command({.action = Action::adopt});
+    state = rest(playback);
+    EXPECT_FALSE(state.edit);
+    EXPECT_EQ(state.branches.size(), 2u);
+    EXPECT_EQ(playback.revision(), 2);
+    playback.edit(loaded(decay), 3, "undo"); // what was lost is there again
+    state = rest(playback);
+    EXPECT_FALSE(state.edit);
+    ASSERT_EQ(state.branches.size(), 2u);
+    EXPECT_EQ(playback.revision(), 3);
+    const int x = index_of(playback, "x");
+    playback.watch({x});
+    const auto expected = recorded(*loaded(decay), [](auto&) {});
+    EXPECT_TRUE(wait(seen, [&] { return !seen.samples.empty() && seen.samples.back().first == 2.0; }));
+    EXPECT_EQ(seen.samples.back().second, expected.at(200));
+}
+
+TEST(Playback, AnEditThatChangesNothingOfTheRunMakesNoBranch) {
+    std::string text = decay;
+    text += "layout:\n  blocks:\n    x: {x: 100, y: 20}\n";
+    Seen seen;
+    Playback playback(loaded(decay), 1, seen.listener());
+    playback.command({.action = Action::to, .time = 2.0});
+    static_cast<void>(rest(playback));
+    playback.edit(loaded(text.c_str()), 2, "move x");
+    EXPECT_EQ(rest(playback).branches.size(), 1u);
+    EXPECT_EQ(playback.revision(), 2);
+}
+
+TEST(Playback, WhatWasTunedStaysUnlessTheEditGivesIt) {
+    std::string other = decay, given = decay;
+    other.replace(other.find("initial: 1"), 10, "initial: 2");
+    given.replace(given.find("rate: -1"), 8, "rate: -4");
+    for (const bool is_given : {false, true}) {
+        Seen seen;
+        Playback playback(loaded(decay), 1, seen.listener());
+        playback.watch({index_of(playback, "slope")});
+        playback.command({.action = Action::to, .time = 1.0});
+        static_cast<void>(rest(playback));
+        playback.tune({"rate", {-2}});
+        playback.command({.action = Action::step});
+        playback.edit(loaded((is_given ? given : other).c_str()), 2, "edit");
+        static_cast<void>(rest(playback));
+        playback.watch({index_of(playback, "x"), index_of(playback, "slope")});
+        static_cast<void>(rest(playback));
+        const std::lock_guard lock(seen.mutex);
+        const auto n = seen.samples.size();
+        ASSERT_GT(n, 2u);
+        EXPECT_EQ(seen.samples[n - 1].second, (is_given ? -4 : -2) * seen.samples[n - 2].second);
+    }
+}
+
+TEST(Playback, RunsUntilAnEventAndShowsItsInstant) {
+    Seen seen;
+    Playback playback(loaded(decay), 1, seen.listener());
+    playback.watch({index_of(playback, "x")});
+    playback.command({.action = Action::until, .event = "x < 0.5"});
+    RunState state = rest(playback);
+    EXPECT_EQ(state.state, Running::paused);
+    EXPECT_NEAR(state.time, 0.69, 1e-9); // 0.99^69 is the first power below 0.5
+    EXPECT_NEAR(seen.samples.back().second, std::pow(0.99, 69), 1e-12);
+    playback.command({.action = Action::until, .event = "x < 0.5"}); // it holds already
+    EXPECT_EQ(rest(playback).state, Running::ended);
+    playback.command({.action = Action::to, .time = 1.0});
+    static_cast<void>(rest(playback));
+    playback.command({.action = Action::until, .event = "x"});
+    EXPECT_NEAR(rest(playback).time, 1.01, 1e-9);
+    try {
+        playback.command({.action = Action::until, .event = "y > 1"});
+        FAIL() << "it is a signal";
+    } catch (const std::runtime_error& error) {
+        EXPECT_NE(std::string(error.what()).find("'y'"), std::string::npos) << error.what();
+    }
+    EXPECT_EQ(playback.state().state, Running::paused);
+}
+
+TEST(Playback, AStartAtTheBeginningAfterAnEditIsAnotherRun) {
+    std::string text = decay;
+    text.replace(text.find("initial: 1"), 10, "initial: 3");
+    Seen seen;
+    Playback playback(loaded(decay), 1, seen.listener());
+    playback.command({.action = Action::start});
+    static_cast<void>(rest(playback));
+    playback.edit(loaded(text.c_str()), 2, "set x.initial = 3");
+    static_cast<void>(rest(playback));
+    playback.command({.action = Action::stop});
+    playback.watch({index_of(playback, "x")});
+    playback.command({.action = Action::start});
+    const RunState state = rest(playback);
+    EXPECT_EQ(state.branches.back().parent, -1);
+    EXPECT_TRUE(wait(seen, [&] { return seen.by_branch[state.branch].contains(0); }));
+    EXPECT_EQ(seen.by_branch[state.branch].at(0), 3);
 }
 
 } // namespace

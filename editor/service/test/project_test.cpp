@@ -145,12 +145,55 @@ TEST_F(ProjectTest, NeverWritesOverWhatAnotherProgramWroteEvenIfItIsNoModel) {
 
 TEST_F(ProjectTest, RefusesAnEditThatBreaksAFileThatRefersToThisOne) {
     Project project(file());
-    EXPECT_THROW(project.edit(op::Rename{"law.error", "e"}), bf::model::Errors);
+    EXPECT_THROW(project.edit(op::Remove{"law.error"}), bf::model::Errors);
     EXPECT_EQ(read("law.yaml"), law);
     EXPECT_FALSE(project.can_undo());
-    project.edit(op::Rename{"law.force", "f"}); // which nothing uses
+    project.edit(op::Remove{"law.force"}); // which nothing uses
     EXPECT_TRUE(project.undo());
     EXPECT_EQ(read("law.yaml"), law);
+}
+
+TEST_F(ProjectTest, ARenamedPortIsFollowedByAllFilesThatReferToItsFileAsOneEdit) {
+    const std::string rig = "model: rig   # two loops\n"
+                            "step: 0.1\n"
+                            "blocks:\n"
+                            "  left: {file: loop.yaml}\n"
+                            "record: [left.law.force, left.law.gain]   # what matters\n";
+    const std::string other = "# another one\n"
+                              "model: other\n"
+                              "step: 0.1\n"
+                              "blocks:\n"
+                              "  one: {block: Constant, value: 1}\n"
+                              "  a: {file: ../law.yaml}\n"
+                              "connections: {one: a.error}\n"
+                              "plots:\n"
+                              "  Force: [a.force]\n";
+    write("rig.yaml", rig);
+    fs::create_directory(file("more"));
+    write("more/other.yaml", other);
+    write("more/broken.yaml", "model: [ law.yaml");
+    const auto replaced = [](std::string text, const std::string& from, const std::string& to) {
+        return text.replace(text.find(from), from.size(), to);
+    };
+    Project project(file());
+    project.edit(op::Rename{"law.error", "e"});
+    EXPECT_EQ(read("loop.yaml"), replaced(loop, "law.error", "law.e"));
+    EXPECT_EQ(read("law.yaml"), replaced(replaced(law, "[error]", "[e]"), "error: gain", "e: gain"));
+    EXPECT_EQ(read("more/other.yaml"), replaced(other, "a.error", "a.e"));
+    EXPECT_EQ(read("rig.yaml"), rig);
+    project.edit(op::Rename{"law.force", "f"});
+    EXPECT_EQ(read("more/other.yaml"), replaced(replaced(other, "a.error", "a.e"), "a.force", "a.f"));
+    EXPECT_EQ(read("rig.yaml"), replaced(rig, "law.force", "law.f"));
+    project.edit(op::Rename{"law.gain", "K"});
+    EXPECT_EQ(read("rig.yaml"), replaced(replaced(rig, "law.force", "law.f"), "law.gain", "law.K"));
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(project.undo());
+    EXPECT_FALSE(project.can_undo());
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_EQ(read("law.yaml"), law);
+    EXPECT_EQ(read("more/other.yaml"), other);
+    EXPECT_EQ(read("rig.yaml"), rig);
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(project.redo());
+    EXPECT_EQ(read("rig.yaml"), replaced(replaced(rig, "law.force", "law.f"), "law.gain", "law.K"));
 }
 
 TEST_F(ProjectTest, AModelThatWasDeletedIsWrittenAgainByTheNextEdit) {

@@ -89,12 +89,12 @@ class ServiceTest : public ::testing::Test {
 };
 
 TEST_F(ServiceTest, WelcomesAPageOfItsProtocolAndNoOther) {
-    const Json welcome = result("hello", {{"protocol", 1}});
+    const Json welcome = result("hello", {{"protocol", 2}});
     EXPECT_EQ(welcome["version"], "1.2.3");
     EXPECT_EQ(welcome["files"], Json::array({"motor.yaml"}));
     EXPECT_EQ(welcome["document"]["file"], "motor.yaml");
     EXPECT_EQ(refusal("hello", {{"protocol", 99}}),
-              "this page speaks version 99 of the protocol, and bf 1.2.3 version 1; reload the page");
+              "this page speaks version 99 of the protocol, and bf 1.2.3 version 2; reload the page");
 }
 
 TEST_F(ServiceTest, ChecksEachChangeAndSaysWhatBfCheckSays) {
@@ -221,14 +221,38 @@ TEST_F(ServiceTest, RunsWatchesAndTunes) {
     EXPECT_NE(refusal("run", {{"action", "to"}, {"time", -1}}), "");
 }
 
-TEST_F(ServiceTest, ARunOfAnEarlierModelIsSaidToBeOne) {
+TEST_F(ServiceTest, AnEditIsToldAtOnceAndGoesOnInTheRunWhenItIsChecked) {
     checked();
     result("run", {{"action", "step"}});
     EXPECT_EQ(result("run", {{"action", "pause"}})["is_current"], true);
-    EXPECT_EQ(result("hello", {{"protocol", 1}})["run"]["state"], "paused")
+    EXPECT_EQ(result("hello", {{"protocol", 2}})["run"]["state"], "paused")
         << "a page that comes later sees it";
+    told.clear();
     result("edit", {{"operation", {{"do", "set"}, {"path", "load"}, {"name", "after"}, {"value", "0.06"}}}});
-    EXPECT_EQ(result("run", {{"action", "pause"}})["is_current"], false);
+    ASSERT_EQ(told.back()["method"], "run");
+    EXPECT_EQ(told.back()["params"]["is_current"], false);
+    const Json run = wait_for(
+        [](const Json& n) { return n["method"] == "run" && n["params"]["is_current"] == true; })["params"];
+    EXPECT_EQ(run["edit"], Json());
+    ASSERT_EQ(run["branches"].size(), 2u) << run.dump();
+    EXPECT_EQ(run["branches"][1]["cause"], "set load.after = 0.06");
+    EXPECT_EQ(run["branches"][1]["from"], 0.001);
+    EXPECT_EQ(run["branch"], 1);
+}
+
+TEST_F(ServiceTest, AnEditThatLosesStatesOfTheRunWaits) {
+    checked();
+    result("run", {{"action", "step"}});
+    result("edit", {{"operation", {{"do", "rename"}, {"path", "controller.integral"}, {"name", "i"}}}});
+    const Json run = wait_for(
+        [](const Json& n) { return n["method"] == "run" && !n["params"]["edit"].is_null(); })["params"];
+    EXPECT_EQ(run["is_current"], false);
+    EXPECT_EQ(run["edit"]["lost"][0], "'controller.integral.x' is no longer there");
+    EXPECT_EQ(run["edit"]["begun"][0], "controller.i.x");
+    result("run", {{"action", "adopt"}});
+    EXPECT_FALSE(wait_for([](const Json& n) {
+                     return n["method"] == "run" && n["params"]["is_current"] == true;
+                 }).is_null());
 }
 
 TEST_F(ServiceTest, AModelWithMistakesDoesNotRun) {
@@ -275,7 +299,8 @@ TEST_F(ServiceTest, AnswersGarbageWithAnErrorOfJsonRpc) {
     EXPECT_EQ(code(R"({"method": "run", "params": {"action": "explode"}})"), -32602);
     EXPECT_EQ(code(R"({"method": "tune", "params": {"name": "a", "values": ["b"]}})"), -32602);
     EXPECT_EQ(refusal("run", {{"action", "explode"}}),
-              "run: 'action' takes one of start, pause, step, stop, to, pace, not \"explode\"");
+              "run: 'action' takes one of start, pause, step, stop, to, pace, until, branch, adopt, not "
+              "\"explode\"");
 }
 
 TEST(Protocol, OfThePageIsTheOneOfTheService) {

@@ -13,30 +13,42 @@
 namespace bf::service {
 
 /// Simulates a model in a thread of its own. Checkpoints that it takes on the way lead back to any instant;
-/// from there the same run is computed anew, bit for bit, unless a parameter is changed there.
+/// from there the same run is computed anew, bit for bit. A parameter that is changed there, or an edited
+/// model that goes on from there, makes a branch; earlier branches stay, up to 16 of them and 256 MiB of
+/// checkpoints, which thin out, in all.
 class Playback {
   public:
     /// Both are called in the thread of the run.
     struct Listener {
-        std::function<void(RunState)> state; ///< whenever it changes, and a few times a second while it runs
+        /// Whenever it changes, and a few times a second while it runs. `revision`: of the document whose
+        /// model runs.
+        std::function<void(RunState, std::int64_t revision)> state;
         std::function<void(std::string)> samples; ///< a binary frame of the protocol
     };
 
     /// The model must have no mistakes. It starts paused before the first step. Throws RunError when it does
     /// not start.
-    Playback(std::shared_ptr<const LoadedModel> model, Listener listener);
+    Playback(std::shared_ptr<const LoadedModel> model, std::int64_t revision, Listener listener);
     ~Playback(); ///< stops the run
 
+    /// Throws RunError for an event or a branch that does not exist.
     void command(const RunCommand& command);
-    /// Checks the change before it is left to the run. Throws RunError, std::runtime_error.
+    /// Throws RunError, std::runtime_error and changes nothing.
     void tune(const Tune& tune);
-    /// The indices of signals of which samples are wanted.
-    void watch(std::vector<int> signals);
+    /// The edited model, which must have no mistakes, goes on from here between two steps, at once where no
+    /// state is lost; else RunState tells what would be, and it waits for Action::adopt; a run that
+    /// begins anew is one of it. `cause` names the edit.
+    void edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause);
+    /// The indices of signals of which samples are wanted, all from the beginning, on the current branch and
+    /// these others.
+    void watch(std::vector<int> signals, std::vector<int> branches = {});
     /// From now on frames tell where things are in these, too; none: no longer.
     void show(std::shared_ptr<Sceneries> sceneries);
 
     RunState state() const;
-    const std::vector<SignalInfo>& signals() const;
+    std::int64_t revision() const;
+    std::shared_ptr<const LoadedModel> model() const;
+    std::vector<SignalInfo> signals() const; ///< of all branches
 
   private:
     class Loop;

@@ -27,7 +27,8 @@ class Project {
     std::int64_t revision() const { return revision_; }
 
     /// Paths are those of the whole model: what lies under a block that stands for another file is an edit of
-    /// that file. Throws model::Errors and changes nothing where it is impossible.
+    /// that file. A name that is changed there is followed by all files of the folder that refer to that one,
+    /// and one undo takes all of that back. Throws model::Errors and changes nothing where it is impossible.
     void edit(const model::Operation& operation);
     bool undo() { return step(done_, undone_, &model::History::undo); }
     bool redo() { return step(undone_, done_, &model::History::redo); }
@@ -48,15 +49,18 @@ class Project {
     Document& open(const std::filesystem::path& file);
     Document& document_of(std::string& path) const;
     static void require_own(const Document& document);
+    using Step = std::vector<Document*>; ///< the files that one edit changed
+    void open_referring(const std::filesystem::path& file);
+    std::vector<std::pair<Document*, model::Model>> followed(const Document& document,
+                                                             const model::operations::Rename& rename);
     void link(Document& document);
     void link_all();
     model::Operation localised(model::Operation operation, Document*& document) const;
-    bool step(std::vector<Document*>& from, std::vector<Document*>& to,
-              bool (model::History::*move)(model::Model&));
+    bool step(std::vector<Step>& from, std::vector<Step>& to, bool (model::History::*move)(model::Model&));
     void changed();
 
     std::vector<std::unique_ptr<Document>> documents_; ///< the opened one first
-    std::vector<Document*> done_, undone_;             ///< which of them was changed
+    std::vector<Step> done_, undone_;
     std::int64_t revision_ = 0;
 };
 

@@ -1,12 +1,21 @@
 // What the page and the service say to each other: JSON-RPC 2.0 in text frames over one WebSocket, samples in
 // binary frames. editor/page/src/protocol.ts is made from these declarations.
 //
-// A binary frame has one piece per sample, little-endian: uint32 index of the signal, uint32 number of
-// elements n, float64 time [s], n float64. Index 2^31 + i is world i of the scene: x y z qw qx qy qz of each
-// body, x y z of a point and of the force of the floor there for each foot (zeros where it does not touch),
-// and x y z of the centre of mass; in m and N, world axes. The meshes of a world come by HTTP from
-// /meshes/SCENE/WORLD?token=TOKEN, each as uint32 number of vertices v, uint32 number of triangles t, 3v
-// float32 positions, 3v float32 normals, 3t uint32 vertices.
+// The address is ws://127.0.0.1:PORT/socket?token=TOKEN, with port and token of the address that `bf edit`
+// prints; a browser must come from that address. A request is {"jsonrpc": "2.0", "id": 1, "method": "hello",
+// "params": {"protocol": 2}}, with all or some members of its parameters. The answer has the same id and a
+// `result`, or an `error` with a `message` for people and a `code`: -32000 the request is refused, -32602 its
+// parameters are wrong, -32601 there is no such method, -32600 and -32700 it is no request. A notification
+// has a method, parameters and no id; it goes to all pages.
+//
+// A binary frame has one piece per sample, little-endian: uint32 index of the signal, uint32 index of the
+// branch, uint32 number of elements n, float64 time [s], n float64. Samples of a branch before it begins are
+// those of the branch that it comes from. They may come in any order of time, and several times.
+// Index 2^31 + i is world i of the scene: x y z qw qx qy qz of each body, x y z of a point and of the force
+// of the floor there for each foot (zeros where it does not touch), and x y z of the centre of mass; in m and
+// N, world axes. The meshes of a world come by HTTP from /meshes/SCENE/WORLD?token=TOKEN, each as uint32
+// number of vertices v, uint32 number of triangles t, 3v float32 positions, 3v float32 normals, 3t uint32
+// vertices.
 #pragma once
 
 #include "bf/view/drawing.hpp"
@@ -19,7 +28,7 @@
 namespace bf::service {
 
 /// A page of another number is refused.
-inline constexpr int protocol_version = 1;
+inline constexpr int protocol_version = 2;
 
 /// One mistake, with the text of `bf check`.
 struct Diagnostic {
@@ -78,14 +87,33 @@ struct VariableField {
 
 enum class Running { none, paused, running, ended, failed };
 
+/// What was simulated from one change or edit on.
+struct BranchInfo {
+    int index = 0;
+    int parent = -1;        ///< the branch that it comes from; -1: it begins at 0
+    double from = 0;        ///< where it leaves that one, s
+    double reached = 0;     ///< latest time that was simulated, s
+    std::string cause = {}; ///< "Gain.Kp = 0.2", "edit"; of a branch from 0: nothing
+};
+
+/// An edit that waits, since what it would lose is said before.
+struct RunEdit {
+    std::string refusal = {};            ///< why the edited model cannot go on from here
+    std::vector<std::string> lost = {};  ///< states that it cannot take over, with the reason
+    std::vector<std::string> begun = {}; ///< its states that begin with their initial values
+};
+
 struct RunState {
     Running state = Running::none;
-    double time = 0;                   ///< s
+    double time = 0;                   ///< s; of the samples that are shown: as `bf run --record` has them
     std::optional<double> stop = {};   ///< s; none: the model names none
     std::optional<double> factor = {}; ///< seconds of the model per second; none: as fast as possible
-    double reached = 0;                ///< latest time that was simulated, s
+    double reached = 0;                ///< latest time that was simulated on this branch, s
     bool is_current = true;            ///< is it a run of the model as it is now?
     std::string message = {};          ///< why it failed
+    int branch = 0;                    ///< the one that is shown and goes on
+    std::vector<BranchInfo> branches = {}; ///< in the order in which they began; the oldest are forgotten
+    std::optional<RunEdit> edit = {};
 };
 
 /// A signal of the run. Its index is that of binary frames.
@@ -188,12 +216,18 @@ enum class Action {
     step, ///< a base step
     stop,
     to, ///< forwards by simulating, back by a checkpoint
-    pace
+    pace,
+    until,  ///< on to an event, or to the end
+    branch, ///< the run goes on on another one
+    adopt   ///< the edit that waits
 };
 struct RunCommand {
     Action action = Action::start;
     std::optional<double> time = {};   ///< of `to`, s
-    std::optional<double> factor = {}; ///< of `start` and `pace`, as in RunState
+    std::optional<double> factor = {}; ///< of `start`, `pace` and `until`, as in RunState
+    std::optional<int> branch = {};
+    /// Of `until`: "controller.x > 0.3", as for `bf run --until`; a signal alone: until it changes.
+    std::string event = {};
 };
 /// What the model plots: a title and paths of signals.
 struct PlotPanel {
@@ -206,6 +240,7 @@ struct Signals {
 };
 struct Watch {
     std::vector<std::string> paths; ///< all that this page wants to have samples of
+    std::vector<int> branches = {}; ///< of these, besides the one that is shown
 };
 struct Look {
     bool is_wanted = true; ///< does this page get the poses?

@@ -1,0 +1,355 @@
+#include "timeline.hpp"
+
+#include "bf/base/numbers.hpp"
+#include "bf/elaborate/tuning.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bf::service {
+
+namespace {
+
+NamedValues named(const std::vector<ParameterValue>& values) {
+    NamedValues all;
+    for (const auto& [path, elements] : values) all.emplace_back(path, elements);
+    return all;
+}
+
+std::string text_of(const ParameterValue& value) {
+    std::string text;
+    for (const double x : value.values) text += (text.empty() ? "" : " ") + number_text(x);
+    return value.path + " = " + (value.values.size() == 1 ? text : "[" + text + "]");
+}
+
+/// What a model gives a variable or a parameter, as text; empty: it has no such.
+std::string given(const Diagram& diagram, const std::string& name) {
+    for (const auto& definition : diagram.definitions)
+        if (definition.kind == Definition::Kind::variable && definition.path == name)
+            return definition.value.to_text();
+    const auto dot = std::min(name.rfind('.'), name.size());
+    const int node = diagram.find_node(name.substr(0, dot));
+    if (node < 0 || dot == name.size()) return "";
+    const Block& block = *diagram.nodes[static_cast<std::size_t>(node)].block;
+    const int slot = block.declaration().find(name.substr(dot + 1), Role::parameter);
+    if (slot < 0) return "";
+    std::string text = "given";
+    for (const double x : diagram.slot({node, slot}).initial) text += " " + number_text(x);
+    return text;
+}
+
+bool is_same_value(const std::pair<std::string, Value>& a, const std::pair<std::string, Value>& b) {
+    const Value &x = a.second, &y = b.second;
+    return a.first == b.first && x.kind == y.kind && x.type == y.type && x.rows == y.rows &&
+           x.cols == y.cols && x.data == y.data && x.text == y.text && x.texts == y.texts;
+}
+
+} // namespace
+
+bool is_same_run(const Diagram& a, const Diagram& b) {
+    if (fingerprint(a) != fingerprint(b) || a.stop != b.stop ||
+        a.refuses_non_finite != b.refuses_non_finite ||
+        a.solver.relative_tolerance != b.solver.relative_tolerance ||
+        a.solver.absolute_tolerance != b.solver.absolute_tolerance || a.solver.max_step != b.solver.max_step)
+        return false;
+    // Of the same fingerprint they have the same nodes and slots.
+    for (std::size_t n = 0; n < a.nodes.size(); ++n) {
+        const auto &one = a.nodes[n].block->resolution().slots, &other = b.nodes[n].block->resolution().slots;
+        const auto is_same = [](const Slot& x, const Slot& y) { return x.initial == y.initial; };
+        if (!std::ranges::equal(a.nodes[n].arguments, b.nodes[n].arguments, is_same_value) ||
+            !std::ranges::equal(one, other, is_same))
+            return false;
+    }
+    const auto is_same = [](const Definition& x, const Definition& y) {
+        return x.path == y.path && x.text == y.text;
+    };
+    return std::ranges::equal(a.definitions, b.definitions, is_same); // a change follows them
+}
+
+Timeline::~Timeline() {
+    for (const auto& branch : branches_) branch->played->run.stop();
+}
+
+const Timeline::Branch* Timeline::branch(int index) const {
+    const auto found = std::ranges::find(branches_, index, [](const auto& b) { return b->info.index; });
+    return found == branches_.end() ? nullptr : found->get();
+}
+
+std::shared_ptr<Played> Timeline::started(std::shared_ptr<const LoadedModel> model, std::int64_t revision) {
+    auto played = std::make_shared<Played>(std::move(model), revision);
+    begin_(*played);
+    played->run.start();
+    return played;
+}
+
+Timeline::Branch& Timeline::add(int parent, double from, std::string cause, std::shared_ptr<Played> played) {
+    branches_.push_back(std::make_unique<Branch>(
+        Branch{{next_index_++, parent, from, from, std::move(cause)}, std::move(played)}));
+    current_ = branches_.back()->info.index;
+    cursor_ = {current_, 0, {}};
+    return *branches_.back();
+}
+
+void Timeline::begin(std::shared_ptr<const LoadedModel> model, std::int64_t revision) {
+    auto played = started(std::move(model), revision);
+    const int before = cursor_.branch;
+    const bool comes_instead = !branches_.empty() && at().info.reached == 0 && !is_left_by(before);
+    add(-1, 0, "", std::move(played));
+    checkpoint();
+    if (comes_instead) std::erase_if(branches_, [&](const auto& b) { return b->info.index == before; });
+    while (branches_.size() > most_branches_ && forget_oldest()) {
+    }
+}
+
+// ---- on and back
+
+/// Of the current branch and those that it comes from, the one that has that time.
+const Timeline::Branch& Timeline::owner(double time) const {
+    const Branch* found = &current();
+    while (found->info.parent >= 0 && time < found->info.from - found->played->run.period() / 2)
+        found = branch(found->info.parent);
+    return *found;
+}
+
+/// Where the current branch leaves the one at work, it goes on.
+void Timeline::settle() {
+    const Branch& next = owner(time());
+    if (next.info.index != cursor_.branch) restore(next, next.checkpoints.front());
+}
+
+void Timeline::restore(const Branch& branch, const Checkpoint& checkpoint) {
+    branch.played->run.restore(checkpoint.data);
+    cursor_ = {branch.info.index, checkpoint.changes, {}};
+}
+
+bool Timeline::apply_changes(Cursor& cursor) {
+    const Branch& of = *branch(cursor.branch);
+    Simulation& run = of.played->run;
+    for (; cursor.changes < of.changes.size() && of.changes[cursor.changes].step <= run.steps();
+         ++cursor.changes) {
+        ParameterChange change = run.prepare(of.changes[cursor.changes].values);
+        if (!run.apply(change)) return false;
+    }
+    return true;
+}
+
+bool Timeline::step(Cursor& cursor) {
+    return apply_changes(cursor) && branch(cursor.branch)->played->run.step();
+}
+
+void Timeline::peek() {
+    const Cursor here = leave();
+    Cursor ahead = cursor_;
+    static_cast<void>(step(ahead)); // one that fails shows what came before, and fails again when it is made
+    enter(here);
+}
+
+bool Timeline::advance() {
+    if (!step(cursor_)) return false;
+    Branch& here = this->here();
+    if (const double now = time(); now > here.info.reached) {
+        here.info.reached = now;
+        if (now >= here.checkpoints.back().time + here.interval) checkpoint();
+    }
+    settle();
+    return true;
+}
+
+bool Timeline::go_to(double time, bool anew) {
+    const Branch& of = owner(time);
+    const double half = of.played->run.period() / 2;
+    const auto after = std::ranges::upper_bound(of.checkpoints, time + half, {}, &Checkpoint::time);
+    const Checkpoint& last = *(after == of.checkpoints.begin() ? after : std::prev(after));
+    const bool is_on_the_way =
+        !anew && cursor_.branch == of.info.index && this->time() <= time + half && this->time() >= last.time;
+    if (!is_on_the_way) restore(of, last);
+    while (this->time() + half < time)
+        if (!advance()) return false;
+    return true;
+}
+
+void Timeline::choose(int index) {
+    if (!branch(index)) throw RunError("there is no branch " + std::to_string(index) + "; it was forgotten");
+    const double now = time();
+    current_ = index;
+    go_to(std::min(now, reached()), true);
+}
+
+Timeline::Cursor Timeline::leave() const {
+    Cursor here = cursor_;
+    here.data = at().played->run.snapshot();
+    return here;
+}
+
+void Timeline::enter(const Cursor& cursor) { branch(cursor.branch)->played->run.restore(cursor.data); }
+
+Timeline::Cursor Timeline::beginning_of(int index) const {
+    return {index, 0, branch(index)->checkpoints.front().data};
+}
+
+// ---- what makes branches
+
+/// Since the model at work began.
+std::vector<ParameterValue> Timeline::asked_so_far() const {
+    std::vector<ParameterValue> all;
+    const double now = time();
+    const auto add = [&](const auto& self, const Branch& of) -> void {
+        const Branch* const parent = branch(of.info.parent);
+        if (parent && parent->played == of.played) self(self, *parent);
+        for (const auto& change : of.changes)
+            if (static_cast<double>(change.step) * run_period() <= now + run_period() / 2)
+                all.insert(all.end(), change.asked.begin(), change.asked.end());
+    };
+    add(add, at());
+    return all;
+}
+
+void Timeline::change(const std::vector<ParameterValue>& asked) {
+    Simulation& run = this->run();
+    if (!apply_changes(cursor_)) throw RunError(run.failure());
+    Tuning tuning(run.diagram());
+    for (const auto& before : asked_so_far()) tuning.accept(named({before}));
+    std::vector<ParameterValue> values;
+    for (auto& [name, elements] : tuning.follow(named(asked))) values.push_back({name, std::move(elements)});
+    ParameterChange change = run.prepare(values);
+    const double now = time();
+    const bool is_in_the_past = at().info.reached > now + run_period() / 2;
+    if (is_in_the_past) make_room();
+    if (const Status status = run.apply(change); !status) throw RunError(change.why_refused(status));
+    if (is_in_the_past) add(cursor_.branch, now, "", at().played);
+    Branch& here = this->here();
+    // The same name at the same time again: its value is still being chosen.
+    std::erase_if(here.changes, [&](const Change& before) {
+        return before.step == run.steps() && before.asked.size() == 1 && asked.size() == 1 &&
+               before.asked.front().path == asked.front().path;
+    });
+    here.changes.push_back({run.steps(), asked, std::move(values)});
+    cursor_.changes = here.changes.size();
+    if (here.info.parent >= 0 && here.info.from == now && branch(here.info.parent)->played == here.played) {
+        here.info.cause.clear();
+        for (const auto& made : here.changes)
+            for (const auto& value : made.asked)
+                here.info.cause += (here.info.cause.empty() ? "" : ", ") + text_of(value);
+    }
+    checkpoint();
+}
+
+bool Timeline::is_left_by(int index) const {
+    return std::ranges::any_of(branches_, [&](const auto& b) { return b->info.parent == index; });
+}
+
+bool Timeline::is_fresh_edit() const {
+    const Branch& here = at();
+    const Branch* const parent = branch(here.info.parent);
+    return parent && parent->played != here.played && here.info.reached == here.info.from &&
+           current_ == cursor_.branch && !is_left_by(cursor_.branch);
+}
+
+RunEdit Timeline::compare(const std::shared_ptr<const LoadedModel>& model) const {
+    RunEdit edit;
+    const Simulation& here = (is_fresh_edit() ? branch(at().info.parent) : &at())->played->run;
+    const double period = model->diagram.step, now = time();
+    if (std::abs(std::round(now / period) * period - now) > 1e-9 * std::max(1.0, now)) {
+        edit.refusal = "the time lies within a step of the edited model; go on from a multiple of " +
+                       number_text(period) + " s, or start anew";
+        return edit;
+    }
+    try {
+        Simulation other(model->diagram);
+        Handover found = handover(here, other);
+        edit.lost = std::move(found.lost);
+        edit.begun = std::move(found.begun);
+    } catch (const std::exception& error) {
+        edit.refusal = error.what();
+    }
+    return edit;
+}
+
+void Timeline::edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision,
+                    const std::string& cause) {
+    auto next = started(std::move(model), revision);
+    const double now = time();
+    const std::vector<ParameterValue> asked = asked_so_far();
+    const auto before = at().played;
+    const int last = cursor_.branch;
+    // Nothing was simulated since the last edit: this one comes in its place, and what that one took away is
+    // there again.
+    const bool comes_instead = is_fresh_edit();
+    if (comes_instead) {
+        current_ = at().info.parent;
+        go_to(now);
+    } else {
+        make_room();
+    }
+    try {
+        next->run.go_on_from(run());
+    } catch (const RunError&) {
+        current_ = last;
+        go_to(now);
+        throw;
+    }
+    add(cursor_.branch, now, cause, next);
+    if (comes_instead) std::erase_if(branches_, [&](const auto& b) { return b->info.index == last; });
+    for (const auto& value : asked) {
+        const std::string text = given(next->model->diagram, value.path);
+        if (text.empty() || text != given(before->model->diagram, value.path)) continue;
+        try {
+            Tuning tuning(next->model->diagram);
+            for (const auto& known : at().changes) tuning.accept(named(known.asked));
+            Change again{next->run.steps(), {value}, {}};
+            for (auto& [name, elements] : tuning.follow(named({value})))
+                again.values.push_back({name, std::move(elements)});
+            ParameterChange change = next->run.prepare(again.values);
+            if (next->run.apply(change)) here().changes.push_back(std::move(again));
+        } catch (const std::exception&) { // the edited model does not take it any more
+        }
+    }
+    cursor_.changes = at().changes.size();
+    checkpoint();
+}
+
+// ---- memory
+
+/// Of those that neither the current branch nor another one comes from.
+bool Timeline::forget_oldest() {
+    const auto is_needed = [&](const Branch& one) {
+        for (const Branch* on = &current(); on; on = branch(on->info.parent))
+            if (on == &one) return true;
+        return is_left_by(one.info.index);
+    };
+    const auto oldest = std::ranges::find_if(branches_, [&](const auto& b) { return !is_needed(*b); });
+    if (oldest == branches_.end()) return false;
+    branches_.erase(oldest);
+    return true;
+}
+
+void Timeline::make_room() {
+    if (branches_.size() >= most_branches_ && !forget_oldest())
+        throw RunError(
+            "the run has " + std::to_string(branches_.size()) +
+            " branches, each of which comes from another one; choose an earlier one, or start anew");
+}
+
+void Timeline::checkpoint() {
+    Branch& here = this->here();
+    if (!here.checkpoints.empty() && here.checkpoints.back().time >= time()) here.checkpoints.pop_back();
+    here.checkpoints.push_back({time(), cursor_.changes, here.played->run.snapshot()});
+    const auto size = [](const auto& branch) {
+        return branch->checkpoints.size() * branch->checkpoints.front().data.size();
+    };
+    for (;;) {
+        std::size_t all = 0;
+        for (const auto& branch : branches_) all += size(branch);
+        Branch& largest = **std::ranges::max_element(branches_, {}, size);
+        if (all < most_bytes_ || largest.checkpoints.size() < 2) return;
+        // Half of them, twice as far apart; the first one is that of the beginning.
+        std::vector<Checkpoint> kept;
+        for (std::size_t i = 0; i < largest.checkpoints.size(); i += 2)
+            kept.push_back(std::move(largest.checkpoints[i]));
+        largest.checkpoints = std::move(kept);
+        largest.interval *= 2;
+    }
+}
+
+} // namespace bf::service

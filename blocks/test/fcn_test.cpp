@@ -1,6 +1,6 @@
 // Formulas, against the MATLAB language of model files.
 #include "../../engine/test/support.hpp"
-#include "bf/matlab/interpreter.hpp"
+#include "bf/matlab/formula.hpp"
 #include "standard_block.hpp"
 
 #include <cmath>
@@ -60,8 +60,7 @@ TEST(Fcn, AgreesWithMatlab) {
             matlab::Workspace workspace;
             workspace.set("u1", matlab::Value(a));
             workspace.set("u2", matlab::Value(b));
-            matlab::Interpreter interpreter;
-            const double expected = interpreter.evaluate(text, workspace).scalar();
+            const double expected = matlab::evaluate(text, workspace).scalar();
             EXPECT_DOUBLE_EQ(value(std::string("0*u2 + (") + text + ") + 0*u1", {a, b}), expected)
                 << text << " " << a << " " << b;
         }

@@ -77,13 +77,11 @@ class Printer {
     }
     /// The variables in an expression that may change.
     void add_changing(const matlab::Expression& e, std::set<int>& variables) const {
-        const std::string name = matlab::dotted_name(e);
-        for (const auto& [used, variable] : definition_.uses)
-            if (!name.empty() && is_free(variable) &&
-                (used == name || used.starts_with(name + ".") || name.starts_with(used + ".")))
-                variables.insert(variable);
-        if (name.empty())
-            for (const auto& part : e.parts) add_changing(*part, variables);
+        for (const std::string& name : matlab::free_names(e))
+            for (const auto& [used, variable] : definition_.uses)
+                if (is_free(variable) &&
+                    (used == name || used.starts_with(name + ".") || name.starts_with(used + ".")))
+                    variables.insert(variable);
     }
 
     std::string print(const matlab::Formula& f) const {
@@ -105,7 +103,7 @@ class Printer {
         }
         std::string list;
         for (const auto place : f.places) list += ", " + number(place);
-        return call("pick<" + number(f.type.rows()) + ", " + number(f.type.cols()) + list + ">", f);
+        return call("pick<" + number(f.type.rows) + ", " + number(f.type.cols) + list + ">", f);
     }
 
     std::string constant(const matlab::Value& value) const {

@@ -4,7 +4,7 @@
 #include "bf/base/names.hpp"
 #include "bf/core/resolve.hpp"
 #include "bf/elaborate/elaborate.hpp"
-#include "bf/matlab/interpreter.hpp"
+#include "bf/matlab/formula.hpp"
 
 #include <deque>
 #include <map>
@@ -130,7 +130,7 @@ struct Elaboration {
     Registry& registry;
     const ElaborateOptions& options;
     Report report = {};
-    matlab::Interpreter interpreter = {};
+    Suggestions suggestions = {}; ///< of names in expressions
     Diagram diagram = {};
     std::deque<Scope> scopes = {};                 ///< stable addresses
     std::unordered_set<std::string> left_out = {}; ///< paths of blocks whose `when` is false

@@ -1,7 +1,7 @@
 #include "bf/elaborate/tuning.hpp"
 
 #include "bf/core/resolve.hpp"
-#include "bf/matlab/interpreter.hpp"
+#include "bf/matlab/formula.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -131,7 +131,6 @@ NamedValues Tuning::change(State& state, const NamedValues& changes) const {
         value = matlab::Value::array(value.type(), value.rows(), value.cols(), values);
         state.is_given[i] = is_stale[i] = true;
     }
-    matlab::Interpreter interpreter;
     for (std::size_t i = 0; i < all.size(); ++i) {
         const auto& definition = all[i];
         const bool follows =
@@ -141,7 +140,7 @@ NamedValues Tuning::change(State& state, const NamedValues& changes) const {
         const std::string what = "'" + definition.path + "', which follows, ";
         matlab::Value value;
         try {
-            value = interpreter.evaluate(*definition.expression, variables_of(definition, state.values));
+            value = matlab::evaluate(*definition.expression, variables_of(definition, state.values));
         } catch (const matlab::Error& error) {
             throw TuningError(what + "has no value: " + error.message());
         }

@@ -31,18 +31,6 @@ std::string trimmed(std::string_view text) {
     return std::string(text);
 }
 
-/// Calls f for each dotted name of an expression whose root no parameter of a lambda binds.
-template <class F> void visit_names(const matlab::Expression& e, std::vector<std::string>& bound, F&& f) {
-    if (const std::string name = matlab::dotted_name(e); !name.empty()) {
-        if (std::ranges::find(bound, name.substr(0, name.find('.'))) == bound.end()) f(name);
-        return;
-    }
-    const std::size_t before = bound.size();
-    bound.insert(bound.end(), e.parameters.begin(), e.parameters.end());
-    for (const auto& part : e.parts) visit_names(*part, bound, f);
-    bound.resize(before);
-}
-
 } // namespace
 
 Elaboration::Part Elaboration::part_of(std::string path) const {
@@ -61,19 +49,21 @@ Elaboration::Part Elaboration::part_of(std::string path) const {
 
 void Elaboration::define(Definition definition, const Variables& variables) {
     using Kind = Definition::Kind;
-    std::vector<std::string> bound;
     std::unordered_set<std::string> used; // a name stands for one variable
     const auto use = [&](const std::string& name, int variable) {
         if (used.insert(name).second) definition.uses.emplace_back(name, variable);
     };
     bool is_copy = false;
     if (definition.expression)
-        visit_names(*definition.expression, bound, [&](const std::string& name) {
+        for (const std::string& name : matlab::free_names(*definition.expression)) {
             const std::string root = name.substr(0, name.find('.'));
             const std::string* start = variables.path_of(root);
-            if (!start) return; // a function
+            if (!start) continue; // a function
             const auto [variable, path, rest] = part_of(*start + name.substr(root.size()));
-            if (variable >= 0) return use(name.substr(0, name.size() - rest), variable);
+            if (variable >= 0) {
+                use(name.substr(0, name.size() - rest), variable);
+                continue;
+            }
             // A whole struct.
             for (auto at = variable_numbers.lower_bound(path + ".");
                  at != variable_numbers.end() && at->first.starts_with(path + "."); ++at)
@@ -83,7 +73,7 @@ void Elaboration::define(Definition definition, const Variables& variables) {
                 same_structs[definition.path] = path;
                 is_copy = true;
             }
-        });
+        }
     const bool is_variable = definition.kind == Kind::variable || definition.kind == Kind::constant;
     if (is_copy || (!is_variable && definition.uses.empty())) return;
     if (is_variable) variable_numbers[definition.path] = static_cast<int>(diagram.definitions.size());
@@ -103,7 +93,7 @@ std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expr
     try {
         const auto parsed = matlab::parse_expression(
             expression.matlab(), {where.file ? *where.file : std::string(), where.line, where.column});
-        matlab::Value value = interpreter.evaluate(*parsed, variables);
+        matlab::Value value = matlab::evaluate(*parsed, variables, &suggestions);
         define({kind, *what ? path + "." + what : path, parsed, expression.text, value, {}, {}}, variables);
         return value;
     } catch (const matlab::Error& error) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "bf/base/names.hpp"
-#include "bf/matlab/interpreter.hpp"
 #include "operators.hpp"
 
 #include <string_view>
@@ -10,19 +9,14 @@
 
 namespace bf::matlab {
 
-/// What built-in functions need from the interpreter that calls them.
+/// What built-in functions need from whoever calls them.
 struct Context {
-    Host& host;
     Budget& budget;
-    Suggestions suggestions = {};
-    virtual std::vector<Value> apply(const Value& function, std::vector<Value> arguments, int outputs) = 0;
-    virtual Workspace& variables() = 0;     ///< of the calling script or function
-    virtual int argument_count() const = 0; ///< `nargin` of the running function
-    virtual bool is_function(const std::string& name) = 0;
-    virtual void run_script(const std::string& path) = 0;
+    Suggestions& suggestions;
+    virtual Value apply(const Value& function, std::vector<Value> arguments) = 0;
 
   protected:
-    Context(Host& h, Budget& b) : host(h), budget(b) {}
+    Context(Budget& b, Suggestions& s) : budget(b), suggestions(s) {}
     ~Context() = default;
 };
 
@@ -30,7 +24,6 @@ struct Context {
 struct Call {
     std::string_view name;
     std::vector<Value>& arguments;
-    int outputs;
     Context& context;
 
     std::size_t size() const { return arguments.size(); }
@@ -42,12 +35,11 @@ struct Call {
     Index length(std::size_t i) const; ///< a size: negative becomes 0, fractions throw
 };
 
-/// A built-in: one of the two functions, and how many arguments it takes.
+/// A built-in, and how many arguments it takes.
 struct Builtin {
     int least;
-    int most; ///< -1: any number
-    Value (*one)(const Call&) = nullptr;
-    std::vector<Value> (*many)(const Call&) = nullptr;
+    int most;                              ///< -1: any number
+    Value (*value)(const Call&) = nullptr; ///< null: by the rules of operators alone
 };
 using Builtins = std::unordered_map<std::string_view, Builtin>;
 

@@ -35,7 +35,7 @@ template <int Element> Value filled(const Call& call, double element = Element) 
             if (i >= 2 && size[i] != 1) throw Error("arrays have two dimensions; use a cell array for more");
         if (size.numel() < 2) throw Error("a size needs two elements, got " + size.describe());
         std::vector<Value> two{size[0], size[1]};
-        const Call split{call.name, two, 1, call.context};
+        const Call split{call.name, two, call.context};
         rows = double(split.length(0));
         cols = double(split.length(1));
     } else if (n >= 1) {
@@ -68,17 +68,12 @@ Value cell(const Call& call) {
     return Value::cell(shape.rows(), shape.cols());
 }
 
-std::vector<Value> size(const Call& call) {
+Value size(const Call& call) {
     const Value& x = call[0];
-    const auto dimension = [&](double d) -> Value {
-        if (!(d >= 1) || d != std::floor(d)) throw Error("a dimension counts from 1, got " + number_text(d));
-        return d == 1 ? x.rows() : d == 2 ? x.cols() : Index(1);
-    };
-    if (call.size() == 2) return {dimension(call.scalar(1))};
-    if (call.outputs < 2) return {Value::array(Class::Double, 1, 2, {double(x.rows()), double(x.cols())})};
-    std::vector<Value> sizes;
-    for (int k = 0; k < call.outputs; ++k) sizes.push_back(dimension(k + 1));
-    return sizes;
+    if (call.size() == 1) return Value::array(Class::Double, 1, 2, {double(x.rows()), double(x.cols())});
+    const double d = call.scalar(1);
+    if (!(d >= 1) || d != std::floor(d)) throw Error("a dimension counts from 1, got " + number_text(d));
+    return d == 1 ? x.rows() : d == 2 ? x.cols() : Index(1);
 }
 
 Value length(const Call& call) {
@@ -157,7 +152,7 @@ Value reshape(const Call& call) {
     if (call.size() == 2) {
         if (call[1].numel() != 2) throw Error("reshape needs two sizes, got " + call[1].describe());
         std::vector<Value> sizes{call[1][0], call[1][1]};
-        const Call split{call.name, sizes, 1, call.context};
+        const Call split{call.name, sizes, call.context};
         return x.reshaped(split.length(0), split.length(1));
     }
     if (call[1].is_empty() && call[2].is_empty()) throw Error("reshape can find only one of its sizes");
@@ -247,18 +242,14 @@ template <bool Lower> Value triangle(const Call& call) {
     return result;
 }
 
-std::vector<Value> meshgrid(const Call& call) {
+/// The first of its arrays.
+Value meshgrid(const Call& call) {
     const Value& x = call[0];
-    const Value& y = call.size() == 2 ? call[1] : call[0];
-    call.budget().allocate(double(y.numel()), double(x.numel()));
-    Value X = Value::filled(Class::Double, y.numel(), x.numel(), 0), Y = X;
-    for (Index j = 0; j < x.numel(); ++j) {
-        for (Index i = 0; i < y.numel(); ++i) {
-            X.mutable_data()[i + j * y.numel()] = x[j];
-            Y.mutable_data()[i + j * y.numel()] = y[i];
-        }
-    }
-    return {X, Y};
+    const Index rows = call[call.size() - 1].numel();
+    call.budget().allocate(double(rows), double(x.numel()));
+    Value::Numbers result;
+    for (Index j = 0; j < x.numel(); ++j) result.insert(result.end(), rows, x[j]);
+    return Value::array(Class::Double, rows, x.numel(), std::move(result));
 }
 
 } // namespace
@@ -273,7 +264,7 @@ void add_arrays(Builtins& t) {
     t["true"] = {0, 2, true_};
     t["false"] = {0, 2, false_};
     t["pi"] = {0, 0, pi};
-    t["size"] = {1, 2, nullptr, size};
+    t["size"] = {1, 2, size};
     t["length"] = {1, 1, length};
     t["numel"] = {1, 1, numel};
     t["ndims"] = {1, 1, ndims};
@@ -293,7 +284,7 @@ void add_arrays(Builtins& t) {
     t["circshift"] = {2, 3, circshift};
     t["tril"] = {1, 2, triangle<true>};
     t["triu"] = {1, 2, triangle<false>};
-    t["meshgrid"] = {1, 2, nullptr, meshgrid};
+    t["meshgrid"] = {1, 2, meshgrid};
 }
 
 } // namespace bf::matlab

@@ -114,20 +114,23 @@ Value cell2mat(const Call& call) {
     return rows.empty() ? Value() : concatenate_rows(rows, call.budget());
 }
 
+/// The function that an argument is or names.
+Value function_of(const Value& function) {
+    if (!function.is_text()) return function;
+    auto closure = std::make_shared<Closure>();
+    closure->name = function.text();
+    return Value(std::shared_ptr<const Closure>(std::move(closure)));
+}
+
 /// cellfun and arrayfun: one call per element; 'UniformOutput', false collects the results in a cell.
-std::vector<Value> apply_each(const Call& call) {
+Value apply_each(const Call& call) {
     std::size_t n = call.size();
     bool uniform = true;
     if (n >= 4 && call[n - 2].is_text() && call.text(n - 2) == "UniformOutput") {
         uniform = call[n - 1].truth();
         n -= 2;
     }
-    Value function = call[0];
-    if (function.is_text()) {
-        auto closure = std::make_shared<Closure>();
-        closure->name = function.text();
-        function = Value(std::shared_ptr<const Closure>(std::move(closure)));
-    }
+    const Value function = function_of(call[0]);
     const Value& shape = call[1];
     const bool cells = call.name == "cellfun";
     for (std::size_t i = 1; i < n; ++i) {
@@ -135,114 +138,40 @@ std::vector<Value> apply_each(const Call& call) {
         if (call[i].numel() != shape.numel())
             throw Error("size mismatch: " + shape.size_text() + " and " + call[i].size_text());
     }
-    const auto outputs = static_cast<std::size_t>(std::max(call.outputs, 1));
-    std::vector<Value::Cells> results(outputs);
+    Value::Cells results;
     for (Index k = 0; k < shape.numel(); ++k) {
         std::vector<Value> arguments;
         for (std::size_t i = 1; i < n; ++i)
             arguments.push_back(
                 cells ? call[i].at(k)
                       : index(call[i], {select(k + 1, call[i].numel(), call.budget())}, call.budget()));
-        std::vector<Value> values = call.context.apply(function, std::move(arguments), call.outputs);
-        if (values.size() < outputs && call.outputs > 0) throw Error("the function gives too few values");
-        for (std::size_t o = 0; o < std::min(outputs, values.size()); ++o) {
-            if (uniform && (!values[o].is_array() || !values[o].is_scalar()))
-                throw Error("the function gives " + values[o].describe() +
-                            " where one number is needed; add 'UniformOutput', false");
-            results[o].push_back(std::move(values[o]));
-        }
+        results.push_back(call.context.apply(function, std::move(arguments)));
+        if (uniform && (!results.back().is_array() || !results.back().is_scalar()))
+            throw Error("the function gives " + results.back().describe() +
+                        " where one number is needed; add 'UniformOutput', false");
     }
-    std::vector<Value> collected;
-    for (Value::Cells& list : results) {
-        if (list.size() != static_cast<std::size_t>(shape.numel())) return {};
-        if (uniform && list.empty()) {
-            collected.push_back(Value::filled(Class::Double, shape.rows(), shape.cols(), 0));
-        } else if (uniform) {
-            collected.push_back(
-                concatenate_columns(list, call.budget()).reshaped(shape.rows(), shape.cols()));
-        } else {
-            collected.push_back(Value::cell(shape.rows(), shape.cols(), std::move(list)));
-        }
-    }
-    return collected;
+    if (!uniform) return Value::cell(shape.rows(), shape.cols(), std::move(results));
+    if (results.empty()) return Value::filled(Class::Double, shape.rows(), shape.cols(), 0);
+    return concatenate_columns(results, call.budget()).reshaped(shape.rows(), shape.cols());
 }
 
-std::vector<Value> feval(const Call& call) {
-    Value function = call[0];
-    if (function.is_text()) {
-        auto closure = std::make_shared<Closure>();
-        closure->name = function.text();
-        function = Value(std::shared_ptr<const Closure>(std::move(closure)));
-    }
-    return call.context.apply(function, {call.arguments.begin() + 1, call.arguments.end()}, call.outputs);
+Value feval(const Call& call) {
+    return call.context.apply(function_of(call[0]), {call.arguments.begin() + 1, call.arguments.end()});
 }
 Value func2str(const Call& call) { return Value(call[0].to_text()); }
 Value str2func(const Call& call) {
-    auto closure = std::make_shared<Closure>();
-    closure->name = call.text(0);
-    if (closure->name.starts_with("@"))
-        throw Error("write the function itself instead of str2func('" + closure->name + "')");
-    return Value(std::shared_ptr<const Closure>(std::move(closure)));
+    if (call.text(0).starts_with("@"))
+        throw Error("write the function itself instead of str2func('" + call.text(0) + "')");
+    return function_of(call[0]);
 }
 
-/// The message of error, warning, assert from argument `first` on, without a leading identifier.
-std::string message(const Call& call, std::size_t first) {
-    if (call.size() <= first) return "";
-    const std::string head = call.text(first);
-    const bool identifier = call.size() > first + 1 && head.find(':') != std::string::npos &&
-                            head.find_first_of(" \t%") == std::string::npos;
-    if (identifier) ++first;
-    return formatted(call.text(first), call.arguments, first + 1);
+/// An identifier may stand before the message.
+Value error_(const Call& call) {
+    const std::string head = call.text(0);
+    const bool has_identifier = call.size() > 1 && head.find(':') != std::string::npos &&
+                                head.find_first_of(" \t%") == std::string::npos;
+    throw Error(formatted(call.text(has_identifier), call.arguments, has_identifier + 1));
 }
-
-std::vector<Value> error_(const Call& call) { throw Error(message(call, 0)); }
-std::vector<Value> assert_(const Call& call) {
-    if (call[0].truth()) return {};
-    throw Error(call.size() > 1 ? message(call, 1) : "assertion failed");
-}
-std::vector<Value> warning(const Call& call) {
-    const bool setting =
-        call.size() > 0 && call[0].is_text() && (call.text(0) == "off" || call.text(0) == "on");
-    if (!setting) call.context.host.show("warning: " + message(call, 0) + "\n");
-    return {};
-}
-std::vector<Value> disp(const Call& call) {
-    call.context.host.show((call[0].is_text() ? call[0].text() : call[0].to_text()) + "\n");
-    return {};
-}
-std::vector<Value> fprintf_(const Call& call) {
-    const std::size_t first = call[0].is_text() ? 0 : 1; // a stream number may come first
-    if (call.size() > first) call.context.host.show(formatted(call.text(first), call.arguments, first + 1));
-    return {};
-}
-
-std::vector<Value> run(const Call& call) {
-    call.context.run_script(call.text(0));
-    return {};
-}
-std::vector<Value> addpath(const Call& call) {
-    for (const Value& folder : call.arguments)
-        if (folder.is_text()) call.context.host.add_path(folder.text());
-    return {};
-}
-std::vector<Value> nothing(const Call&) { return {}; }
-Value genpath(const Call& call) { return call[0]; }
-Value getenv_(const Call& call) {
-    return Value(std::string_view(call.context.host.environment(call.text(0))));
-}
-
-/// exist: 1 variable, 2 file, 5 built-in or function, 7 folder, 0 nothing.
-Value exist(const Call& call) {
-    const std::string name = call.text(0), kind = call.size() == 2 ? call.text(1) : "";
-    if ((kind.empty() || kind == "var") && call.context.variables().contains(name)) return 1;
-    if (kind == "var") return 0;
-    if ((kind.empty() || kind == "builtin") && is_builtin(name)) return 5;
-    if (kind == "builtin") return 0;
-    if (kind != "dir" && call.context.is_function(name)) return 2;
-    if (kind != "dir" && call.context.host.exists(name, "file")) return 2;
-    return kind != "file" && call.context.host.exists(name, "dir") ? 7 : 0;
-}
-Value nargin_(const Call& call) { return call.context.argument_count(); }
 
 } // namespace
 
@@ -272,22 +201,11 @@ void add_data(Builtins& t) {
     t["issquare"] = {1, 1, test<is_square>};
     t["num2cell"] = {1, 1, num2cell};
     t["cell2mat"] = {1, 1, cell2mat};
-    t["cellfun"] = t["arrayfun"] = {2, -1, nullptr, apply_each};
-    t["feval"] = {1, -1, nullptr, feval};
+    t["cellfun"] = t["arrayfun"] = {2, -1, apply_each};
+    t["feval"] = {1, -1, feval};
     t["func2str"] = {1, 1, func2str};
     t["str2func"] = {1, 1, str2func};
-    t["error"] = {1, -1, nullptr, error_};
-    t["assert"] = {1, -1, nullptr, assert_};
-    t["warning"] = {0, -1, nullptr, warning};
-    t["disp"] = {1, 1, nullptr, disp};
-    t["fprintf"] = {1, -1, nullptr, fprintf_};
-    t["run"] = {1, 1, nullptr, run};
-    t["addpath"] = {1, -1, nullptr, addpath};
-    t["rmpath"] = t["figure"] = t["close"] = t["clc"] = {0, -1, nullptr, nothing};
-    t["genpath"] = {1, 1, genpath};
-    t["getenv"] = {1, 1, getenv_};
-    t["exist"] = {1, 2, exist};
-    t["nargin"] = {0, 0, nargin_};
+    t["error"] = {1, -1, error_};
 }
 
 } // namespace bf::matlab

@@ -90,7 +90,6 @@ Value cond(const Call& call) {
     return s(0) / s(s.size() - 1);
 }
 Value svd(const Call& call) {
-    if (call.outputs > 1) throw Error("only the singular values are available: s = svd(A)");
     const Matrix a = finite(call);
     if (a.size() == 0) return Value::filled(Class::Double, 0, 1, 0);
     return like(call[0], Eigen::JacobiSVD<Matrix>(a).singularValues());
@@ -99,7 +98,6 @@ Value eig(const Call& call) {
     require_square(call);
     const Matrix a = finite(call);
     if (a.size() == 0) return Value::filled(Class::Double, 0, 1, 0);
-    if (call.outputs > 1) throw Error("only the eigenvalues are available: e = eig(A)");
     if (a == a.transpose())
         return like(call[0], Eigen::SelfAdjointEigenSolver<Matrix>(a, false).eigenvalues());
     const Eigen::VectorXcd values = Eigen::EigenSolver<Matrix>(a, false).eigenvalues();

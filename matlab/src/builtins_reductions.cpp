@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
 
 namespace bf::matlab {
 namespace {
@@ -126,48 +125,33 @@ Value diff(const Call& call) {
     return binary(Operator::Minus, part(tail), part(head), call.budget());
 }
 
-/// min and max: of one argument along a dimension, NaN ignored, or of two element by element.
-template <bool Max> std::vector<Value> extremum(const Call& call) {
-    const auto better = [](double x, double y) { return std::isnan(y) || (Max ? x > y : x < y); };
-    if (call.size() == 2) {
-        return {broadcast(call[0], call[1], arithmetic_class(call[0], call[1]), call.name, call.budget(),
-                          computed_two < Max ? Operation::max : Operation::min >)};
-    }
+/// min and max along a dimension, NaN ignored.
+template <bool Max> Value extremum(const Call& call) {
     const Value& x = call[0];
     const Class type = number_class(x.type());
-    if (x.is_empty()) return {Value::array(type, 0, 0, {}), Value()};
-    const auto place = [&](const std::vector<double>& line) {
-        std::size_t best = 0;
-        for (std::size_t i = 1; i < line.size(); ++i)
-            if (!std::isnan(line[i]) && better(line[i], line[best])) best = i;
+    if (x.is_empty()) return Value::array(type, 0, 0, {});
+    return reduced(x, dimension(call, 2), type, [](const std::vector<double>& line) {
+        double best = line[0];
+        for (const double e : line)
+            if (std::isnan(best) || (Max ? e > best : e < best)) best = e;
         return best;
-    };
-    const int dim = dimension(call, 2);
-    return {reduced(x, dim, type, [&](const std::vector<double>& line) { return line[place(line)]; }),
-            reduced(x, dim, Class::Double,
-                    [&](const std::vector<double>& line) { return double(place(line) + 1); })};
+    });
 }
 
-std::vector<Value> find(const Call& call) {
+Value find(const Call& call) {
     const Value& x = call[0];
     const double most = call.size() >= 2 ? call.scalar(1) : double(x.numel());
     const bool from_end = call.size() == 3 && call.text(2) == "last";
-    std::vector<Index> places;
+    Value::Numbers places;
     for (Index k = 0; k < x.numel() && double(places.size()) < most; ++k) {
         const Index i = from_end ? x.numel() - 1 - k : k;
-        if (x[i] != 0) places.push_back(i);
+        if (x[i] != 0) places.push_back(double(i + 1));
     }
     if (from_end) std::ranges::reverse(places);
-    const auto listed = [&](auto f) {
-        Value::Numbers numbers;
-        for (const Index i : places) numbers.push_back(double(f(i) + 1));
-        const auto n = static_cast<Index>(numbers.size());
-        const bool row = x.rows() == 1 && x.cols() != 1;
-        if ((x.rows() == 0 && x.cols() == 0) || (x.is_scalar() && n == 0)) return Value();
-        return Value::array(Class::Double, row ? 1 : n, row ? n : 1, std::move(numbers));
-    };
-    if (call.outputs < 2) return {listed([](Index i) { return i; })};
-    return {listed([&](Index i) { return i % x.rows(); }), listed([&](Index i) { return i / x.rows(); })};
+    const auto n = static_cast<Index>(places.size());
+    const bool row = x.rows() == 1 && x.cols() != 1;
+    if ((x.rows() == 0 && x.cols() == 0) || (x.is_scalar() && n == 0)) return {};
+    return Value::array(Class::Double, row ? 1 : n, row ? n : 1, std::move(places));
 }
 
 /// Sorts text, for sort and unique.
@@ -193,36 +177,23 @@ bool descends(const Call& call) {
     return false;
 }
 
-std::vector<Value> sort(const Call& call) {
+Value sort(const Call& call) {
     const Value& x = call[0];
     const bool down = descends(call);
     if (x.is_cell()) {
         std::vector<std::string> list = texts(x);
         std::ranges::sort(list);
         if (down) std::ranges::reverse(list);
-        return {text_cell(list, x.rows() == 1)};
+        return text_cell(list, x.rows() == 1);
     }
     const int dim = call.size() > 1 && !call[1].is_text() ? dimension(call, 1) : x.rows() == 1 ? 2 : 1;
     call.budget().spend(double(x.numel()) * 10);
-    const auto order = [&](const std::vector<double>& line) {
-        std::vector<std::size_t> places(line.size());
-        std::iota(places.begin(), places.end(), std::size_t(0));
-        std::ranges::stable_sort(places, [&](std::size_t a, std::size_t b) { // NaN counts as the largest
-            const double p = line[down ? b : a], q = line[down ? a : b];
+    return scanned(x, dim, x.type(), [down](std::vector<double>& line) {
+        std::ranges::stable_sort(line, [down](double a, double b) { // NaN counts as the largest
+            const double p = down ? b : a, q = down ? a : b;
             return std::isnan(q) ? !std::isnan(p) : p < q;
         });
-        return places;
-    };
-    return {scanned(x, dim, x.type(),
-                    [&](std::vector<double>& line) {
-                        const std::vector<double> before = line;
-                        std::ranges::transform(order(before), line.begin(),
-                                               [&](std::size_t i) { return before[i]; });
-                    }),
-            scanned(x, dim, Class::Double, [&](std::vector<double>& line) {
-                std::ranges::transform(order(line), line.begin(),
-                                       [](std::size_t i) { return double(i + 1); });
-            })};
+    });
 }
 
 Value unique(const Call& call) {
@@ -243,32 +214,21 @@ Value unique(const Call& call) {
     return Value::array(x.type(), row ? 1 : n, row ? n : n == 0 ? 0 : 1, std::move(list));
 }
 
-std::vector<Value> ismember(const Call& call) {
+Value ismember(const Call& call) {
     const Value &x = call[0], &set = call[1];
-    const auto found = [](std::optional<Index> place) { return place ? double(*place + 1) : 0.0; };
-    Value::Numbers places;
-    Index rows = 1, cols = 1;
-    if (set.is_cell()) {
-        const std::vector<std::string> list = texts(set);
-        const std::vector<std::string> wanted = x.is_cell() ? texts(x) : std::vector<std::string>{x.text()};
-        if (x.is_cell()) rows = x.rows(), cols = x.cols();
-        call.budget().spend(double(list.size()) * double(wanted.size()));
-        for (const std::string& text : wanted) {
-            const auto at = std::ranges::find(list, text);
-            places.push_back(
-                found(at == list.end() ? std::nullopt : std::optional<Index>(at - list.begin())));
-        }
-    } else {
-        rows = x.rows(), cols = x.cols();
+    Value::Numbers found;
+    if (!set.is_cell()) {
         call.budget().spend(double(x.numel()) * double(set.numel()));
         const double *first = set.data(), *last = first + set.numel();
-        for (Index i = 0; i < x.numel(); ++i) {
-            const double* at = std::find(first, last, x[i]);
-            places.push_back(found(at == last ? std::nullopt : std::optional<Index>(at - first)));
-        }
+        for (Index i = 0; i < x.numel(); ++i) found.push_back(std::find(first, last, x[i]) != last);
+        return Value::array(Class::Logical, x.rows(), x.cols(), std::move(found));
     }
-    const Value where = Value::array(Class::Double, rows, cols, std::move(places));
-    return {where.as(Class::Logical), where};
+    const std::vector<std::string> list = texts(set);
+    const std::vector<std::string> wanted = x.is_cell() ? texts(x) : std::vector<std::string>{x.text()};
+    call.budget().spend(double(list.size()) * double(wanted.size()));
+    for (const std::string& text : wanted) found.push_back(std::ranges::find(list, text) != list.end());
+    return Value::array(Class::Logical, x.is_cell() ? x.rows() : 1, x.is_cell() ? x.cols() : 1,
+                        std::move(found));
 }
 
 } // namespace
@@ -285,12 +245,12 @@ void add_reductions(Builtins& t) {
     t["cumsum"] = {1, 2, cumsum};
     t["cumprod"] = {1, 2, cumprod};
     t["diff"] = {1, 1, diff};
-    t["min"] = {1, 3, nullptr, extremum<false>};
-    t["max"] = {1, 3, nullptr, extremum<true>};
-    t["find"] = {1, 3, nullptr, find};
-    t["sort"] = {1, 3, nullptr, sort};
+    t["min"] = {1, 3, extremum<false>};
+    t["max"] = {1, 3, extremum<true>};
+    t["find"] = {1, 3, find};
+    t["sort"] = {1, 3, sort};
     t["unique"] = {1, 1, unique};
-    t["ismember"] = {2, 2, nullptr, ismember};
+    t["ismember"] = {2, 2, ismember};
 }
 
 } // namespace bf::matlab

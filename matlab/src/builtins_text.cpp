@@ -328,14 +328,12 @@ Value fullfile(const Call& call) {
     return Value(std::string_view(path));
 }
 
-std::vector<Value> fileparts(const Call& call) {
+/// Its folder.
+Value fileparts(const Call& call) {
     const std::string path = call.text(0);
     const std::size_t slash = path.rfind('/');
     const std::string folder = slash == std::string::npos ? "" : slash == 0 ? "/" : path.substr(0, slash);
-    const std::string file = slash == std::string::npos ? path : path.substr(slash + 1);
-    const std::size_t dot = std::min(file.rfind('.'), file.size());
-    return {Value(std::string_view(folder)), Value(std::string_view(file).substr(0, dot)),
-            Value(std::string_view(file).substr(dot))};
+    return Value(std::string_view(folder));
 }
 
 Value lower_(const Call& call) { return each_text(call[0], lower); }
@@ -410,7 +408,7 @@ void add_text(Builtins& t) {
     t["strfind"] = {2, 2, strfind};
     t["bin2dec"] = {1, 1, bin2dec};
     t["fullfile"] = {1, -1, fullfile};
-    t["fileparts"] = {1, 1, nullptr, fileparts};
+    t["fileparts"] = {1, 1, fileparts};
 }
 
 } // namespace bf::matlab

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <utility>
 
 namespace bf::matlab {
 namespace {
@@ -15,9 +14,6 @@ constexpr std::array<std::string_view, 25> keywords{
     "end",        "for",    "function", "global",        "if",       "otherwise", "parfor",
     "persistent", "return", "spmd",     "switch",        "try",      "while",     "endfunction",
     "endif",      "endfor", "endwhile", "unwind_protect"};
-
-constexpr std::array<std::string_view, 9> command_words{"clc",     "clear",  "clearvars", "close", "hold",
-                                                        "warning", "format", "import",    "more"};
 
 constexpr std::array<std::string_view, 35> symbols{
     // longer ones first
@@ -33,11 +29,9 @@ bool is_word(char c) { return is_letter(c) || is_digit(c); }
 
 class Lexer {
   public:
-    Lexer(const std::shared_ptr<const Source>& source, bool is_script)
-        : source_(source), text_(source->text), is_script_(is_script) {}
+    explicit Lexer(const std::shared_ptr<const Source>& source) : source_(source), text_(source->text) {}
 
     std::vector<Token> run() {
-        if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3; // byte order mark
         for (;;) {
             blank_ = skip_blanks();
             if (at_ == text_.size()) break;
@@ -128,14 +122,6 @@ class Lexer {
                (last.kind == TokenKind::Keyword && last.text == "end" && !open_.empty());
     }
 
-    bool at_statement_start() const {
-        if (!open_.empty()) return false;
-        if (tokens_.empty()) return true;
-        const Token& last = tokens_.back();
-        return last.kind == TokenKind::Newline || last.kind == TokenKind::Command ||
-               (last.kind == TokenKind::Symbol && (last.text == ";" || last.text == ","));
-    }
-
     void lex_token() {
         const std::size_t begin = at_;
         const char c = peek();
@@ -167,40 +153,12 @@ class Lexer {
 
     void lex_word() {
         const std::size_t begin = at_;
-        if (is_script_ && at_statement_start() && lex_command()) return;
         while (is_word(peek())) ++at_;
         const std::string word(text_.substr(begin, at_ - begin));
         const bool is_field =
             !tokens_.empty() && tokens_.back().kind == TokenKind::Symbol && tokens_.back().text == ".";
         const bool is_keyword = !is_field && std::ranges::find(keywords, word) != keywords.end();
         push(is_keyword ? TokenKind::Keyword : TokenKind::Name, word, begin);
-    }
-
-    /// `word`, `word argument ...`: the word is known, not a variable, and no operator follows.
-    bool lex_command() {
-        std::size_t end = at_;
-        while (end < text_.size() && is_word(text_[end])) ++end;
-        const std::string_view word = text_.substr(at_, end - at_);
-        if (std::ranges::find(command_words, word) == command_words.end() || assigned(word)) return false;
-        std::size_t next = end;
-        while (next < text_.size() && is_blank(text_[next])) ++next;
-        const char first = next < text_.size() ? text_[next] : '\n';
-        const char second = next + 1 < text_.size() ? text_[next + 1] : '\n';
-        const bool ends = first == '\n' || first == ';' || first == ',' || first == '%';
-        const bool argument = next > end && (is_letter(first) || (first == '-' && is_letter(second)));
-        if (!ends && !argument) return false;
-        std::size_t stop = end;
-        while (stop < text_.size() && std::string_view("\n;,%").find(text_[stop]) == std::string_view::npos)
-            ++stop;
-        const std::size_t begin = std::exchange(at_, stop);
-        push(TokenKind::Command, std::string(text_.substr(begin, stop - begin)), begin);
-        return true;
-    }
-
-    bool assigned(std::string_view word) const {
-        for (std::size_t i = 0; i + 1 < tokens_.size(); ++i)
-            if (tokens_[i].text == word && tokens_[i + 1].text == "=") return true;
-        return false;
     }
 
     void lex_number() {
@@ -282,7 +240,6 @@ class Lexer {
 
     std::shared_ptr<const Source> source_;
     std::string_view text_;
-    bool is_script_;
     std::size_t at_ = 0;
     bool blank_ = false;
     std::vector<std::size_t> open_; // positions of the open brackets
@@ -291,8 +248,6 @@ class Lexer {
 
 } // namespace
 
-std::vector<Token> lex(const std::shared_ptr<const Source>& source, bool is_script) {
-    return Lexer(source, is_script).run();
-}
+std::vector<Token> lex(const std::shared_ptr<const Source>& source) { return Lexer(source).run(); }
 
 } // namespace bf::matlab

@@ -16,7 +16,6 @@ enum class TokenKind : std::uint8_t {
     Keyword,
     Symbol,  ///< operators, brackets, `,`, `;`, and transposes
     Newline, ///< outside parentheses; a row separator inside `[]` and `{}`
-    Command, ///< a line in command syntax, `text` is all of it
     Finish,
 };
 
@@ -29,7 +28,7 @@ struct Token {
 };
 
 /// All tokens of a source. Comments are gone, `...` continuations joined, quotes told apart from
-/// transposes. `is_script` admits command syntax (`clear a b`) at the start of a statement.
-std::vector<Token> lex(const std::shared_ptr<const Source>& source, bool is_script);
+/// transposes.
+std::vector<Token> lex(const std::shared_ptr<const Source>& source);
 
 } // namespace bf::matlab

@@ -4,7 +4,6 @@
 #include "lexer.hpp"
 
 #include <algorithm>
-#include <sstream>
 
 namespace bf::matlab {
 namespace {
@@ -42,9 +41,8 @@ constexpr Infix infixes[] = {
 
 class Parser {
   public:
-    Parser(std::string_view text, const Location& start, bool is_script)
-        : source_(std::make_shared<const Source>(Source{std::string(text), start})),
-          tokens_(lex(source_, is_script)) {}
+    Parser(std::string_view text, const Location& start)
+        : source_(std::make_shared<const Source>(Source{std::string(text), start})), tokens_(lex(source_)) {}
 
     ExpressionPtr whole_expression() {
         skip_newlines();
@@ -56,17 +54,6 @@ class Parser {
             fail("expected the end of the expression, found " + found() + "; write units in a comment");
         if (peek().kind != TokenKind::Finish) fail("expected the end of the expression, found " + found());
         return result;
-    }
-
-    std::shared_ptr<const Program> program() {
-        auto result = std::make_shared<Program>();
-        for (;;) {
-            Block more = block();
-            std::ranges::move(more, std::back_inserter(result->statements));
-            if (peek().kind == TokenKind::Finish) return result;
-            if (!is_keyword("function")) fail("this " + found() + " belongs to no open block");
-            result->functions.push_back(function());
-        }
     }
 
   private:
@@ -94,11 +81,7 @@ class Parser {
     bool is(std::string_view symbol, std::size_t ahead = 0) const {
         return peek(ahead).kind == TokenKind::Symbol && peek(ahead).text == symbol;
     }
-    bool is_keyword(std::string_view word) const {
-        return peek().kind == TokenKind::Keyword && peek().text == word;
-    }
     bool accept(std::string_view symbol) { return is(symbol) && ++at_; }
-    bool accept_keyword(std::string_view word) { return is_keyword(word) && ++at_; }
 
     std::string found() const {
         switch (peek().kind) {
@@ -123,7 +106,6 @@ class Parser {
     void skip_newlines() {
         while (peek().kind == TokenKind::Newline) ++at_;
     }
-    bool is_separator() const { return is(";") || is(",") || peek().kind == TokenKind::Newline; }
 
     Span span_from(std::size_t first) const {
         return {source_, tokens_[first].begin,
@@ -145,8 +127,6 @@ class Parser {
         node->parts = std::move(parts);
         return node;
     }
-
-    // Expressions
 
     ExpressionPtr expression(int precedence = 1) {
         const Level level(*this);
@@ -369,174 +349,6 @@ class Parser {
         return names;
     }
 
-    // Statements
-
-    Block block() {
-        Block statements;
-        for (;;) {
-            while (is_separator()) ++at_;
-            static constexpr std::string_view closers[] = {"end",  "else",      "elseif",
-                                                           "case", "otherwise", "function"};
-            if (peek().kind == TokenKind::Finish) return statements;
-            if (peek().kind == TokenKind::Keyword &&
-                std::ranges::find(closers, peek().text) != std::end(closers))
-                return statements;
-            statements.push_back(statement());
-        }
-    }
-
-    Statement statement() {
-        const Level level(*this);
-        const std::size_t first = at_;
-        Statement result;
-        if (peek().kind == TokenKind::Command) {
-            result.kind = StatementKind::Command;
-            std::istringstream words(tokens_[at_++].text);
-            for (std::string word; words >> word;) result.words.push_back(word);
-        } else if (peek().kind == TokenKind::Keyword) {
-            keyword_statement(result);
-        } else {
-            assignment_or_expression(result);
-        }
-        result.span = span_from(first);
-        if (!is_separator() && peek().kind != TokenKind::Finish && !is_keyword("end"))
-            fail("expected the end of the statement, found " + found());
-        return result;
-    }
-
-    void keyword_statement(Statement& result) {
-        const std::size_t first = at_;
-        const std::string word = tokens_[at_++].text;
-        if (word == "if") {
-            result.kind = StatementKind::If;
-            do result.branches.push_back(branch());
-            while (accept_keyword("elseif"));
-            if (accept_keyword("else")) result.branches.push_back({nullptr, block()});
-            close(first);
-        } else if (word == "while") {
-            result.kind = StatementKind::While;
-            result.branches.push_back(branch());
-            close(first);
-        } else if (word == "for") {
-            result.kind = StatementKind::For;
-            const bool parenthesis = is("(") && peek(1).kind == TokenKind::Name && is("=", 2) && accept("(");
-            result.targets.push_back(target());
-            expect("=", "after the loop variable");
-            ExpressionPtr values = expression();
-            if (parenthesis) expect(")", "after the loop's values");
-            result.branches.push_back({std::move(values), block()});
-            close(first);
-        } else if (word == "switch") {
-            result.kind = StatementKind::Switch;
-            result.value = expression();
-            while (is_separator()) ++at_;
-            while (accept_keyword("case")) result.branches.push_back(branch());
-            if (accept_keyword("otherwise")) result.branches.push_back({nullptr, block()});
-            close(first);
-        } else if (word == "break" || word == "continue" || word == "return") {
-            result.kind = word == "break"      ? StatementKind::Break
-                          : word == "continue" ? StatementKind::Continue
-                                               : StatementKind::Return;
-        } else if (word == "persistent") {
-            result.kind = StatementKind::Persistent;
-            do result.words.push_back(name("a variable name after 'persistent'"));
-            while (peek().kind == TokenKind::Name);
-        } else {
-            --at_;
-            fail("'" + word + "' is not supported");
-        }
-    }
-
-    Branch branch() {
-        ExpressionPtr condition = expression();
-        if (is("=")) fail("'=' assigns; compare with '=='");
-        return {std::move(condition), block()};
-    }
-
-    void close(std::size_t opener) {
-        if (accept_keyword("end")) return;
-        const Span span{source_, tokens_[opener].begin, tokens_[opener].end};
-        throw Error("this '" + tokens_[opener].text + "' has no 'end'; found " + found(), span);
-    }
-
-    /// Whether `[...]` at the current token is followed by `=`.
-    bool starts_multiple_assignment() const {
-        if (!is("[")) return false;
-        int depth = 0;
-        for (std::size_t i = at_; i < tokens_.size(); ++i) {
-            if (tokens_[i].kind != TokenKind::Symbol) continue;
-            const std::string& text = tokens_[i].text;
-            if (text == "[" || text == "(" || text == "{") ++depth;
-            if (text == "]" || text == ")" || text == "}") --depth;
-            if (depth == 0) return tokens_[i + 1].kind == TokenKind::Symbol && tokens_[i + 1].text == "=";
-        }
-        return false;
-    }
-
-    void assignment_or_expression(Statement& result) {
-        if (starts_multiple_assignment()) {
-            ++at_;
-            const Scoped inside(in_matrix_, true);
-            while (!accept("]")) {
-                if (!result.targets.empty()) accept(",");
-                if (is("~") && (is(",", 1) || is("]", 1))) {
-                    ++at_;
-                    result.targets.push_back(make(Kind::Ignored, at_ - 1, {}));
-                } else {
-                    result.targets.push_back(target());
-                }
-            }
-            if (result.targets.empty()) fail("an assignment needs at least one variable on its left");
-        } else {
-            const std::size_t first = at_;
-            ExpressionPtr left = expression();
-            if (!is("=")) {
-                result.value = std::move(left);
-                return;
-            }
-            at_ = first;
-            result.targets.push_back(target());
-        }
-        expect("=", "after the variables");
-        result.kind = StatementKind::Assign;
-        result.value = expression();
-    }
-
-    /// A variable, or an element or field of one.
-    ExpressionPtr target() {
-        const std::size_t first = at_;
-        ExpressionPtr result = postfix();
-        const Expression* root = result.get();
-        while (root->kind == Kind::Index || root->kind == Kind::CellIndex || root->kind == Kind::Field ||
-               root->kind == Kind::DynamicField)
-            root = root->parts[0].get();
-        if (root->kind != Kind::Name)
-            throw Error("only a variable, its elements and its fields can be assigned", span_from(first));
-        return result;
-    }
-
-    Function function() {
-        const std::size_t first = at_++;
-        Function result;
-        if (accept("[")) {
-            while (!accept("]")) {
-                if (!result.outputs.empty()) accept(",");
-                result.outputs.push_back(name("an output name"));
-            }
-            expect("=", "after the outputs");
-        } else if (peek().kind == TokenKind::Name && is("=", 1)) {
-            result.outputs.push_back(name("an output name"));
-            ++at_;
-        }
-        result.name = name("a function name");
-        if (accept("(")) result.inputs = parameter_list();
-        result.span = span_from(first);
-        result.body = block();
-        if (!accept_keyword("end") && !is_keyword("function") && peek().kind != TokenKind::Finish)
-            fail("this " + found() + " belongs to no open block");
-        return result;
-    }
-
     std::shared_ptr<const Source> source_;
     std::vector<Token> tokens_;
     std::size_t at_ = 0;
@@ -547,17 +359,8 @@ class Parser {
 
 } // namespace
 
-const Function* Program::find(std::string_view wanted) const {
-    const auto found = std::ranges::find(functions, wanted, &Function::name);
-    return found == functions.end() ? nullptr : &*found;
-}
-
 ExpressionPtr parse_expression(std::string_view text, const Location& start) {
-    return Parser(text, start, false).whole_expression();
-}
-
-std::shared_ptr<const Program> parse_program(std::string_view text, const Location& start) {
-    return Parser(text, start, true).program();
+    return Parser(text, start).whole_expression();
 }
 
 } // namespace bf::matlab

@@ -209,10 +209,6 @@ void Value::set_at(Index i, Value element) {
     unshared(std::get<std::shared_ptr<Cells>>(data_))[i] = std::move(element);
 }
 
-Value Value::take_at(Index i) {
-    return std::exchange(unshared(std::get<std::shared_ptr<Cells>>(data_))[i], Value());
-}
-
 void Value::set_field(std::string_view name, Value value) {
     if (!is_struct()) wrong_class("a struct", *this);
     contain(value);
@@ -222,15 +218,6 @@ void Value::set_field(std::string_view name, Value value) {
         entry->second = std::move(value);
     else
         fields.emplace_back(name, std::move(value));
-}
-
-Value Value::take_field(std::string_view name) {
-    if (!is_struct()) wrong_class("a struct", *this);
-    auto& fields = unshared(std::get<std::shared_ptr<Fields>>(data_));
-    const auto entry = std::ranges::find(fields, name, &Fields::value_type::first);
-    if (entry != fields.end()) return std::exchange(entry->second, Value());
-    fields.emplace_back(name, Value());
-    return {};
 }
 
 void Value::erase_field(std::string_view name) {

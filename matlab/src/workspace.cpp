@@ -34,19 +34,6 @@ Value Workspace::take(std::string_view name) {
     return outer ? *outer : Value();
 }
 
-void Workspace::erase(std::string_view name) {
-    const auto place = places_.find(name);
-    if (place == places_.end()) return;
-    entries_.erase(entries_.begin() + static_cast<std::ptrdiff_t>(place->second));
-    places_.clear();
-    for (std::size_t i = 0; i < entries_.size(); ++i) places_.emplace(entries_[i].first, i);
-}
-
-void Workspace::clear() {
-    entries_.clear();
-    places_.clear();
-}
-
 std::vector<std::string_view> Workspace::names() const {
     std::vector<std::string_view> names;
     for (const Workspace* here = this; here != nullptr; here = here->enclosing_)

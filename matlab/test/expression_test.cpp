@@ -1,4 +1,3 @@
-#include "bf/matlab/interpreter.hpp"
 #include "cases.hpp"
 #include "sample.hpp"
 
@@ -79,19 +78,13 @@ TEST(PlainNumber, AcceptsLiteralsOnly) {
         EXPECT_FALSE(plain_number(text)) << text;
 }
 
-TEST(FreeVariables, AreNamesThatNeitherAParameterNorAFunctionExplains) {
-    const auto names = [](const char* text, const Workspace& w = Workspace()) {
-        return free_variables(*parse_expression(text), w);
-    };
+TEST(FreeNames, AreThoseThatNoParameterExplains) {
+    const auto names = [](const char* text) { return free_names(*parse_expression(text)); };
     using Names = std::vector<std::string>;
-    EXPECT_EQ(names("Config.Gain.KP(i, :) * sin(t) + t"), (Names{"Config", "i", "t"}));
-    EXPECT_EQ(names("cellfun(@(x) x + offset, c)"), (Names{"offset", "c"}));
+    EXPECT_EQ(names("Config.Gain.KP(i, :) * sin(t) + t"), (Names{"Config.Gain.KP", "i", "sin", "t"}));
+    EXPECT_EQ(names("cellfun(@(x) x.y + offset, c) + x.y"), (Names{"cellfun", "offset", "c", "x.y"}));
     EXPECT_EQ(names("@(x) x"), Names{});
-    EXPECT_EQ(names("a.b.(c)"), (Names{"a", "c"}));
-    EXPECT_EQ(names("pi * 2"), Names{});
-    Workspace w;
-    w.set("pi", Value(3));
-    EXPECT_EQ(names("pi * 2", w), Names{"pi"});
+    EXPECT_EQ(names("a.b.(c)"), (Names{"a.b", "c"}));
 }
 
 TEST(Workspace, LooksUpEnclosingWorkspacesAndKeepsOrder) {
@@ -103,10 +96,8 @@ TEST(Workspace, LooksUpEnclosingWorkspacesAndKeepsOrder) {
     EXPECT_EQ(evaluate("a + b", mask).scalar(), 4);
     EXPECT_EQ(evaluate("a + b", model).scalar(), 3);
     EXPECT_EQ(model.begin()->first, "a");
-    model.erase("a");
-    EXPECT_EQ(model.begin()->first, "b");
     EXPECT_EQ(model.at("b").scalar(), 2);
-    EXPECT_FALSE(mask.contains("a"));
+    EXPECT_TRUE(mask.contains("a"));
 }
 
 TEST(Names, VariablesShadowFunctions) {

@@ -18,11 +18,11 @@ struct Names {
     std::optional<Slot> find(const std::string& name) const {
         const std::pair<const char*, Type> slots[] = {{"a", {}},
                                                       {"b", {}},
-                                                      {"v", {Class::Double, {1, 3}}},
-                                                      {"M", {Class::Double, {2, 2}}},
-                                                      {"on", {Class::Logical, {1, 1}}},
+                                                      {"v", {Class::Double, 1, 3}},
+                                                      {"M", {Class::Double, 2, 2}},
+                                                      {"on", {Class::Logical}},
                                                       {"S.k", {}},
-                                                      {"i", {Class::Int8, {1, 1}}}};
+                                                      {"i", {Class::Int8}}};
         for (int i = 0; i < 7; ++i)
             if (name == slots[i].first) return Slot{i, slots[i].second};
         return name == "S" ? std::optional(Slot{-1, {}}) : std::nullopt;
@@ -106,7 +106,7 @@ TEST(Formula, SaysWhereItIsWrong) {
     EXPECT_EQ(type_of("S"), "1: its expression is more than arithmetic");
 }
 
-TEST(Formula, ComputesAsTheInterpreterDoes) {
+TEST(Formula, ComputesInAStepWhatItComputesAtOnce) {
     for (const char* text : {"a + b",
                              "a - b",
                              "a * b",
@@ -174,7 +174,7 @@ TEST(Formula, ComputesAsTheInterpreterDoes) {
 
 // Whatever is inferred without the operands' values is what their values then give, and what is wrong is
 // wrong in the same words.
-TEST(Formula, InfersTheClassAndSizeThatTheInterpretersValuesHave) {
+TEST(Formula, InfersTheClassAndSizeThatValuesHave) {
     const std::pair<const char*, const char*> quantities[] = {{"a", "0.5"},
                                                               {"r", "[1 2 3]"},
                                                               {"c", "[2; 1; 3]"},
@@ -269,9 +269,9 @@ TEST(Formula, HasTypesForAllArraysAndRefusesThoseThatNothingComputes) {
     EXPECT_EQ(refused({Class::Int64}),
               "5: this is a 1x1 int64; int64 is not supported; use int32 or uint32, or "
               "double, which holds whole numbers up to 2^53");
-    EXPECT_EQ(refused({Class::Double, {2, 2, 2}}),
+    EXPECT_EQ(refused({Class::Double, 2, 2, {2}}),
               "5: this is a 2x2x2 double; arrays have two dimensions; use a cell array for more");
-    Type structs{Class::Struct, {1, 3}};
+    Type structs{Class::Struct, 1, 3};
     structs.fields.emplace_back("a", complex);
     EXPECT_EQ(refused(structs),
               "5: this is a 1x3 struct; arrays of structs are not supported; use a cell array, "

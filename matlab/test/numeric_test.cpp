@@ -1,4 +1,4 @@
-#include "bf/matlab/interpreter.hpp"
+#include "bf/matlab/formula.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #include "points.hpp"
 
 #include "bf/matlab/error.hpp"
-#include "bf/matlab/interpreter.hpp"
+#include "bf/matlab/formula.hpp"
 #include "session.hpp"
 
 #include <cmath>

@@ -35,7 +35,7 @@ struct Span {
 /// `what()` reads `file:line:column: message, in 'text'`.
 class Error : public std::runtime_error {
   public:
-    /// An error that does not know its place; the interpreter adds it.
+    /// An error that does not know its place; `resolve` adds it.
     explicit Error(const std::string& message);
     Error(const std::string& message, const Span& span);
 

@@ -57,7 +57,6 @@ enum class Kind : std::uint8_t {
     DynamicField, ///< `a.(expr)`: base, expr
     Handle,       ///< `@name`
     Lambda,       ///< `@(parameters) body`: body; `parameters`
-    Ignored,      ///< `~` among the targets of an assignment
 };
 
 struct Expression;
@@ -78,67 +77,15 @@ struct Expression {
 /// `wbc.skew` of a chain of plain fields on a name, else nothing.
 std::string dotted_name(const Expression& expression);
 
-enum class StatementKind : std::uint8_t {
-    Evaluate, ///< `value`
-    Assign,   ///< `targets` = `value`; one target without brackets, or several
-    If,       ///< `branches`; the last one has no condition when there is an `else`
-    While,    ///< `branches[0]`
-    For,      ///< `targets[0]` over the columns of `branches[0].condition`
-    Switch,   ///< `value`; `branches`, the one without condition is `otherwise`
-    Break,
-    Continue,
-    Return,
-    Persistent, ///< `words`
-    Command,    ///< `words`: a command word and its arguments
-};
-
-struct Statement;
-using Block = std::vector<Statement>;
-
-/// A condition and what runs under it.
-struct Branch {
-    ExpressionPtr condition;
-    Block body;
-};
-
-struct Statement {
-    StatementKind kind = StatementKind::Evaluate;
-    Span span;
-    ExpressionPtr value;
-    std::vector<ExpressionPtr> targets;
-    std::vector<Branch> branches;
-    std::vector<std::string> words;
-};
-
-/// `function [outputs] = name(inputs)`.
-struct Function {
-    std::string name;
-    std::vector<std::string> inputs; ///< `~` for one that is ignored; `varargin` takes the rest
-    std::vector<std::string> outputs;
-    Block body;
-    Span span;
-};
-
-/// A parsed file: the statements of a script and the functions defined in it, in order.
-struct Program {
-    Block statements;
-    std::vector<Function> functions;
-    const Function* find(std::string_view name) const;
-};
-
 /// What a function handle holds: a named function, or parameters, a body and the variables it captured.
 struct Closure {
     std::string name;     ///< of `@name`; empty for a lambda
     ExpressionPtr lambda; ///< the Lambda node
     Value::Fields captured;
-    std::shared_ptr<const Program> program; ///< whose local functions the handle may call
 };
 
 /// Parses one expression that ends with the text. `start` is where the text stands in its file.
 /// Throws Error on anything else, also when it nests too deeply.
 ExpressionPtr parse_expression(std::string_view text, const Location& start = {});
-
-/// Parses a script or a function file (functions with or without a closing `end`).
-std::shared_ptr<const Program> parse_program(std::string_view text, const Location& start = {});
 
 } // namespace bf::matlab

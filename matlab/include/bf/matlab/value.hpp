@@ -115,8 +115,6 @@ class Value {
     double* mutable_data();
     void set_at(Index i, Value element);
     void set_field(std::string_view name, Value value);
-    Value take_at(Index i);                  ///< moves an element of a cell out, leaving `[]`
-    Value take_field(std::string_view name); ///< moves a field out, leaving `[]`; makes it when missing
     void erase_field(std::string_view name);
     Value reshaped(Index rows, Index cols) const;
     Value as(Class type) const; ///< the array cast element by element

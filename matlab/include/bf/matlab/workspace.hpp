@@ -23,8 +23,6 @@ class Workspace {
     bool contains(std::string_view name) const { return find(name) != nullptr; }
     void set(std::string_view name, Value value);
     Value take(std::string_view name); ///< moves a variable out, leaving `[]`; an enclosing one is copied
-    void erase(std::string_view name); ///< nothing when it is missing
-    void clear();
     std::vector<std::string_view> names() const; ///< of this and then the enclosing ones
 
     std::size_t size() const { return entries_.size(); }

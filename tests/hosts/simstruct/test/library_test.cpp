@@ -1,6 +1,6 @@
 // The Simulink library that `bf describe` writes is read back: each of its blocks, with the values that its
 // mask holds, is a block that the S-function accepts.
-#include "bf/matlab/interpreter.hpp"
+#include "bf/matlab/formula.hpp"
 #include "simstruct/model.hpp"
 
 #include <cstdlib>

@@ -93,7 +93,6 @@ class Printer {
         case Form::operation: return operation(f);
         case Form::multiply: return call("mtimes", f);
         case Form::transpose: return call("transpose", f);
-        case Form::diagonal: return call("diag", f);
         case Form::at: return call("element", f);
         case Form::row: return call("row", f);
         case Form::column: return call("stack", f);

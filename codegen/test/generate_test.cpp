@@ -413,7 +413,7 @@ int main() {
 /// A model in which each expression is the value of a constant c0, c1, ...
 std::string expressions_model(const std::vector<std::string>& expressions) {
     std::string text =
-        "model: expressions\nstep: 0.1\nstop: 0.1\nvariables:\n  a: 2\n  b: 0.25\n  n: 2\n  n1: 2\n"
+        "model: expressions\nstep: 0.1\nstop: 0.1\nvariables:\n  a: 2\n  b: 0.25\n  c: 1\n  n: 2\n  n1: 2\n"
         "  v: [1, -2, 3]\n  M: [[1, 2], [3, 4]]\n  S: {p: 3, q: 2*S.p + a}\nblocks:\n";
     for (std::size_t i = 0; i < expressions.size(); ++i)
         text += "  c" + std::to_string(i) + ": {block: Constant, value: \"" + expressions[i] + "\"}\n";
@@ -460,7 +460,11 @@ const std::vector<std::string>& expressions() {
                                               "M(n1, 2)",
                                               "M(2, 3 - n1) + v(end)",
                                               "a > 1.9 && log(a - 1.8) < 9",
-                                              "plus(a, lt(v, b)) + power(a, 3)"};
+                                              "plus(a, lt(v, b)) + power(a, 3)",
+                                              "c/c && a",
+                                              "reshape([v, a], 2, 2) + tril(M)",
+                                              "diag(v, 1) - repmat([flip(v), b], 4, 1)",
+                                              "circshift(v, 1) * permute(v, [2 1])"};
     return all;
 }
 
@@ -511,6 +515,10 @@ TEST(GeneratedProgram, FollowsVariablesBitForBitAsElaborationDoes) {
     EXPECT_NE(program("--params p.yaml"), 0);
     EXPECT_EQ(program.text("errors.txt"),
               "p.yaml: 'c20.value', which follows, is not defined for these values\n");
+    write_text(program.folder.path / "p.yaml", "c: 0\n"); // NaN is no condition
+    EXPECT_NE(program("--params p.yaml"), 0);
+    EXPECT_EQ(program.text("errors.txt"),
+              "p.yaml: 'c40.value', which follows, is not defined for these values\n");
 }
 
 TEST(GeneratedProgram, NamesTheExpressionThatFixesAVariable) {
@@ -523,7 +531,7 @@ TEST(GeneratedProgram, NamesTheExpressionThatFixesAVariable) {
         << tables;
     EXPECT_NE(tables.find("{\"b\", \"'c2.value' follows from it: 'norm' is not computed there\"}"),
               std::string::npos);
-    EXPECT_NE(tables.find("{\"n\", \"'c3.value' follows from it: a list of indices that may change is not "
+    EXPECT_NE(tables.find("{\"n\", \"'c3.value' follows from it: a range whose length may change is not "
                           "computed there\"}"),
               std::string::npos);
     EXPECT_NE(files.at("expressions.hpp").find("double a = 2.0;"), std::string::npos);

@@ -244,8 +244,9 @@ template <bool Lower> Value triangle(const Call& call) {
 
 /// The first of its arrays.
 Value meshgrid(const Call& call) {
-    const Value& x = call[0];
-    const Index rows = call[call.size() - 1].numel();
+    const Value &x = call[0], &y = call[call.size() - 1];
+    number_class(y.type()); // refuses what is no array
+    const Index rows = y.numel();
     call.budget().allocate(double(rows), double(x.numel()));
     Value::Numbers result;
     for (Index j = 0; j < x.numel(); ++j) result.insert(result.end(), rows, x[j]);

@@ -357,16 +357,23 @@ class Resolver final : Context {
         Formulas indices = indices_of(e, base.type);
         if (!are_known(indices)) return computed_element(std::move(base), std::move(indices), e);
         if (base.is_known()) return constant(selected(base.value, indices));
-        // Which elements: the same index of a matrix that holds its own places.
-        Value::Numbers numbers(static_cast<std::size_t>(base.type.numel()));
-        std::iota(numbers.begin(), numbers.end(), 0.0);
-        const Value places = selected(
-            Value::array(Class::Double, base.type.rows, base.type.cols, std::move(numbers)), indices);
-        if (places.is_empty()) throw Unresolved("it uses no element of a vector", e);
-        const Type type{base.type.element, places.rows(), places.cols()};
-        Formula formula = made(Form::elements, type, {});
+        const Value places = selected(places_of(base.type), indices);
+        return elements_at(places, std::move(base), e);
+    }
+
+    /// A matrix that holds its own places, which count from 1. What puts its elements elsewhere says what
+    /// becomes of those of any other matrix; a 0 is a zero of its own.
+    static Value places_of(const Type& type) {
+        Value::Numbers numbers(static_cast<std::size_t>(type.numel()));
+        std::iota(numbers.begin(), numbers.end(), 1.0);
+        return Value::array(Class::Double, type.rows, type.cols, std::move(numbers));
+    }
+    static Formula elements_at(const Value& places, Formula base, const Expression& e) {
+        if (places.is_empty()) throw Unresolved("it has no element", e);
+        Formula formula = made(Form::elements, {base.type.element, places.rows(), places.cols()}, {});
+        for (Index i = 0; i < places.numel(); ++i)
+            formula.places.push_back(static_cast<Index>(places[i]) - 1);
         formula.operands.push_back(std::move(base));
-        for (Index i = 0; i < places.numel(); ++i) formula.places.push_back(static_cast<Index>(places[i]));
         return formula;
     }
 
@@ -450,12 +457,18 @@ class Resolver final : Context {
             const Type& type = arguments[0].type;
             arguments[0] = constant(Value::filled(Class::Double, type.rows, type.cols, 0));
         }
+        const bool is_moved = count > 0 && !arguments[0].is_known() &&
+                              is_one_of(name, {"diag", "reshape", "repmat", "permute", "flipud", "fliplr",
+                                               "flip", "circshift", "tril", "triu"});
+        Formula moved =
+            is_moved ? std::exchange(arguments[0], constant(places_of(arguments[0].type))) : Formula();
         if (!are_known(arguments)) return open_call(e, name, std::move(arguments));
         std::vector<Value> values = values_of(std::move(arguments));
         double elements = 1;
         for (const Value& value : values) elements += double(value.numel());
         budget_.spend(elements);
-        return constant(builtin.value(Call{builtin_name, values, *this}));
+        Value value = builtin.value(Call{builtin_name, values, *this});
+        return is_moved ? elements_at(value, std::move(moved), e) : constant(std::move(value));
     }
 
     static void check_count(std::string_view name, const Builtin& builtin, int n) {
@@ -479,11 +492,6 @@ class Resolver final : Context {
                 throw Unresolved("it is computed with a " + std::string(class_name(from)), e);
             arguments[0].type.element = Class::Double;
             return std::move(arguments[0]);
-        }
-        if (name == "diag" && arguments.size() == 1) {
-            const Index n = type.is_vector() ? type.numel() : std::min(type.rows, type.cols);
-            if (n == 0) throw Unresolved("it has no element", e);
-            return made(Form::diagonal, {type.element, n, type.is_vector() ? n : 1}, std::move(arguments));
         }
         if (is_one_of(name, {"zeros", "ones", "eye", "repmat", "linspace"}))
             throw Unresolved("its size would change", e);
@@ -522,12 +530,13 @@ void append(const Formula& f, const std::function<Instruction(const Formula&)>& 
         for (std::size_t i = 0; i < f.operands.size(); ++i)
             append(f.operands[i], read, height + static_cast<int>(i), code);
         return push({static_cast<double>(operation), 0, 0});
+    case Form::elements:
+        if (f.places[0] < 0) return push({static_cast<double>(Operation::number), 0, 0});
+        [[fallthrough]];
     case Form::transpose:
-    case Form::diagonal:
     case Form::row:
     case Form::column: return append(f.operands[0], read, height, code); // of one number: itself
     case Form::multiply:
-    case Form::elements:
     case Form::at: throw Error("a step computes this formula with numbers, not with matrices", f.span);
     }
 }

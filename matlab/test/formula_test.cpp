@@ -77,6 +77,9 @@ TEST(Formula, KnowsClassAndSize) {
     EXPECT_EQ(type_of("v([3 1])"), "1x2 double");
     EXPECT_EQ(type_of("v(a)"), "1x1 double");
     EXPECT_EQ(type_of("diag(v)"), "3x3 double");
+    EXPECT_EQ(type_of("reshape([v a], [], 2)"), "2x2 double");
+    EXPECT_EQ(type_of("repmat(v, 2, 2)"), "2x6 double");
+    EXPECT_EQ(type_of("size(M, 2)*v"), "1x3 double");
     EXPECT_EQ(type_of("a && v"), "1x1 logical");
     EXPECT_EQ(type_of("plus(v, 1)"), "1x3 double");
 }
@@ -193,7 +196,8 @@ TEST(Formula, InfersTheClassAndSizeThatValuesHave) {
                             ".^", "==", "~=", "<",  "<=", ">",  ">=", "&",   "|"};
     const char* functions[] = {"min", "max", "atan2", "hypot", "mod", "rem", "plus", "ldivide", "eq"};
     const char* unary[] = {"-", "+", "~"};
-    const char* of_one[] = {"abs", "sqrt", "round", "floor", "sign", "diag", "double", "transpose", "numel"};
+    const char* of_one[] = {"abs",       "sqrt",  "round", "floor",  "sign",   "diag", "double",
+                            "transpose", "numel", "triu",  "flipud", "fliplr", "flip"};
     Workspace workspace;
     for (const auto& [name, text] : quantities) workspace.set(name, evaluate(text, Workspace()));
     const Workspace none;

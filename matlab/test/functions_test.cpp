@@ -174,6 +174,7 @@ constexpr std::pair<const char*, const char*> forms[] = {
     {"cat(1, [1 2], [3 4])", "[1 2; 3 4]"},
     {"cat(2, [1 2], [3 4])", "[1 2 3 4]"},
     {"blkdiag([1 2], 3)", "[1 2 0; 0 0 3]"},
+    {"meshgrid(1, {2})", "expected numbers, got a cell"},
     {"kron([1 2], [1; 3])", "[1 2; 3 6]"},
     // reductions
     {"sum([1 2; 3 4])", "[4 6]"},

@@ -45,11 +45,14 @@ class Formula {
     /// 1 or 0. A call, since GCC 12 makes 0.0 - double(truth) the number -0.0 for false: it replaces it by a
     /// negation.
     double number(bool truth) noexcept { return truth ? 1 : 0; }
-    /// Is it true as a condition: no element 0?
+    /// Is it true as a condition: no element 0? NaN is no condition.
     template <class A> bool truth(const A& a) noexcept {
         bool all = OperandOf<A>::rows * OperandOf<A>::cols > 0;
-        for (int i = 0; i < OperandOf<A>::rows * OperandOf<A>::cols; ++i)
-            all = all && OperandOf<A>::data(a)[i] != 0;
+        for (int i = 0; i < OperandOf<A>::rows * OperandOf<A>::cols; ++i) {
+            const double x = OperandOf<A>::data(a)[i];
+            require(x == x);
+            all = all && x != 0;
+        }
         return all;
     }
 
@@ -77,22 +80,13 @@ class Formula {
                 elements_of(result)[j + i * X::cols] = X::data(a)[i + j * X::rows];
         return result;
     }
-    /// Of a vector: the matrix with that diagonal; of a matrix: its diagonal.
-    template <class A> auto diag(const A& a) noexcept {
-        using X = OperandOf<A>;
-        constexpr bool is_vector = X::rows == 1 || X::cols == 1;
-        constexpr int n = is_vector ? X::rows * X::cols : X::rows < X::cols ? X::rows : X::cols;
-        Numbers<n, is_vector ? n : 1> result{};
-        for (int i = 0; i < n; ++i)
-            elements_of(result)[is_vector ? i + i * n : i] = X::data(a)[is_vector ? i : i + i * X::rows];
-        return result;
-    }
-    /// The elements at these places, column by column, as R x C.
+    /// The elements at these places, column by column, as R x C; 0 where a place is negative.
     template <int R, int C, int... places, class A> auto pick(const A& a) noexcept {
         constexpr int from[] = {places...};
         static_assert(sizeof...(places) == R * C);
         Numbers<R, C> result{};
-        for (int i = 0; i < R * C; ++i) elements_of(result)[i] = OperandOf<A>::data(a)[from[i]];
+        for (int i = 0; i < R * C; ++i)
+            if (from[i] >= 0) elements_of(result)[i] = OperandOf<A>::data(a)[from[i]];
         return result;
     }
     /// The element at a place that is computed, too; counted from 1.

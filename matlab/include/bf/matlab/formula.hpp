@@ -43,8 +43,7 @@ struct Formula {
         operation, ///< `operation`, element by element; rows and columns of length 1 expand
         multiply,  ///< the matrix product
         transpose,
-        diagonal, ///< the matrix with the diagonal that the operand is, or the diagonal of a matrix
-        elements, ///< those at `places` of the operand
+        elements, ///< those at `places` of the operand; 0 where a place is negative
         at,       ///< the element of the first operand at the others, which count from 1
         row,      ///< side by side
         column,   ///< one above the other

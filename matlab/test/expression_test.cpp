@@ -1,4 +1,5 @@
 #include "cases.hpp"
+#include "octave.hpp"
 #include "sample.hpp"
 
 #include <gtest/gtest.h>
@@ -6,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <sstream>
 
 using namespace bf::matlab;
 
@@ -16,6 +18,25 @@ TEST(Expression, HasTheValueOfTheTable) {
             EXPECT_EQ(evaluate(c.expression, variables).to_text(), c.value) << "of " << c.expression;
         } catch (const Error& error) {
             ADD_FAILURE() << c.expression << " throws " << error.what();
+        }
+    }
+}
+
+TEST(Expression, HasTheClassSizeAndElementsThatOctaveComputes) {
+    Workspace variables;
+    for (const auto& [name, text] : octave_variables) variables.set(name, evaluate(text, variables));
+    for (const OctaveCase& c : octave_cases) {
+        const Value value = evaluate(c.expression, variables);
+        std::istringstream expected(c.value);
+        std::string type, size, element;
+        expected >> type >> size;
+        EXPECT_EQ(value.type_name(), type) << "of " << c.expression;
+        ASSERT_EQ(value.size_text(), size) << "of " << c.expression;
+        for (Index i = 0; i < value.numel() && expected >> element; ++i) {
+            const double x = std::strtod(element.c_str(), nullptr);
+            EXPECT_TRUE((std::isnan(x) && std::isnan(value[i])) || value[i] == x ||
+                        std::abs(value[i] - x) <= 1e-13 * std::abs(x))
+                << c.expression << " is " << value.to_text() << ", not " << c.value;
         }
     }
 }

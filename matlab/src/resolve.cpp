@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <type_traits>
 #include <unordered_set>
 
 namespace bf::matlab {
@@ -54,12 +55,18 @@ class Resolver final : Context {
           budget_(scope.limits.elements, scope.limits.work), variables_(&scope.constants) {}
 
     Formula resolve(const Expression& e) {
+        Formula formula = located(e, [&] { return part(e); });
+        formula.span = e.span;
+        return formula;
+    }
+
+  private:
+    /// What f gives; its errors stand at e.
+    template <class F> std::invoke_result_t<F> located(const Expression& e, F&& f) {
         try {
             const Level level(*this);
             budget_.spend(resolved_step);
-            Formula formula = part(e);
-            formula.span = e.span;
-            return formula;
+            return f();
         } catch (const Unresolved&) {
             throw;
         } catch (const Error& error) {
@@ -68,7 +75,6 @@ class Resolver final : Context {
         }
     }
 
-  private:
     /// Counts the depth while it lives.
     struct Level {
         explicit Level(Resolver& r) : resolver(r) {
@@ -324,7 +330,7 @@ class Resolver final : Context {
 
     /// The elements that `c{...}` selects.
     Formulas elements_of(const Expression& e) {
-        try {
+        return located(e, [&] {
             const Formula base = resolve(*e.parts[0]);
             if (!base.is_known()) throw more(e);
             if (!base.value.is_cell())
@@ -335,12 +341,7 @@ class Resolver final : Context {
             Formulas elements;
             for (Index i = 0; i < chosen.numel(); ++i) elements.push_back(constant(chosen.at(i)));
             return elements;
-        } catch (const Unresolved&) {
-            throw;
-        } catch (const Error& error) {
-            if (error.located()) throw;
-            throw Error(error.message(), e.span);
-        }
+        });
     }
 
     /// Elements of an array, or the call of a function.

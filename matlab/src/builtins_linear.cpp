@@ -65,8 +65,7 @@ Value inv(const Call& call) {
     return like(call[0], inverse(factorable(call)));
 }
 Value pinv(const Call& call) {
-    const Matrix a = finite(call);
-    return like(call[0], pseudo_inverse(a, call.size() == 2 ? call.scalar(1) : default_tolerance(a)));
+    return like(call[0], pseudo_inverse(finite(call), call.size() == 2 ? call.scalar(1) : -1));
 }
 Value det(const Call& call) {
     require_square(call);

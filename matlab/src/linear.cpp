@@ -1,6 +1,8 @@
 #include "operators.hpp"
 
-#include <Eigen/LU>
+#include "bf/kernels/linear_algebra.hpp"
+#include "bf/kernels/svd.hpp"
+
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
@@ -8,6 +10,16 @@
 #include <limits>
 
 namespace bf::matlab {
+namespace {
+
+kernels::View<double> view(Matrix& m) {
+    return {m.data(), static_cast<int>(m.rows()), static_cast<int>(m.cols())};
+}
+kernels::View<const double> view(const Matrix& m) {
+    return {m.data(), static_cast<int>(m.rows()), static_cast<int>(m.cols())};
+}
+
+} // namespace
 
 Matrix multiply(const Eigen::Ref<const Matrix>& a, const Eigen::Ref<const Matrix>& b) {
     // c_ij sums over k in ascending order, whatever the sizes
@@ -20,25 +32,26 @@ Matrix multiply(const Eigen::Ref<const Matrix>& a, const Eigen::Ref<const Matrix
 
 Matrix solve(const Matrix& a, const Matrix& b) {
     if (a.size() == 0 || b.size() == 0) return Matrix::Zero(a.cols(), b.cols());
-    if (a.rows() == a.cols()) return a.partialPivLu().solve(b);
-    return a.colPivHouseholderQr().solve(b);
+    if (a.rows() != a.cols()) return a.colPivHouseholderQr().solve(b);
+    Matrix x(b.rows(), b.cols()), work(a.rows(), a.cols());
+    kernels::Solve{}(view(x), view(a), view(b), view(work));
+    return x;
 }
 
 Matrix inverse(const Matrix& a) {
     if (a.size() == 0) return a;
-    const Eigen::PartialPivLU<Matrix> lu(a);
-    if ((lu.matrixLU().diagonal().array() == 0).any())
-        return Matrix::Constant(a.rows(), a.cols(), std::numeric_limits<double>::infinity());
-    return lu.inverse();
+    Matrix y(a.rows(), a.cols()), work(a.rows(), a.cols());
+    if (!kernels::Inverse{}(view(y), view(a), view(work)) && a.allFinite())
+        y.setConstant(std::numeric_limits<double>::infinity());
+    return y;
 }
 
 Matrix pseudo_inverse(const Matrix& a, double tolerance) {
     if (a.size() == 0) return Matrix::Zero(a.cols(), a.rows());
-    if (!a.allFinite()) throw Error("pinv needs finite elements");
-    const Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    Eigen::VectorXd inverted = svd.singularValues();
-    for (double& s : inverted) s = s > tolerance ? 1 / s : 0;
-    return svd.matrixV() * inverted.asDiagonal() * svd.matrixU().transpose();
+    const Index k = std::min(a.rows(), a.cols());
+    Matrix y(a.cols(), a.rows()), work(k * k + a.size(), 1);
+    kernels::TruncatedPinv{}(view(y), view(Matrix::Constant(1, 1, tolerance)), view(a), view(work));
+    return y;
 }
 
 double default_tolerance(const Matrix& a) {

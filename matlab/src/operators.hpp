@@ -84,8 +84,8 @@ using Matrix = Eigen::MatrixXd;
 Matrix multiply(const Eigen::Ref<const Matrix>& a, const Eigen::Ref<const Matrix>& b);
 Matrix solve(const Matrix& a, const Matrix& b); ///< a \ b: LU with partial pivoting, or least squares by QR
 Matrix inverse(const Matrix& a);
-Matrix pseudo_inverse(const Matrix& a,
-                      double tolerance);   ///< singular values not above `tolerance` count as zero
+/// Singular values not above `tolerance` count as zero; a negative one is default_tolerance(a).
+Matrix pseudo_inverse(const Matrix& a, double tolerance);
 double default_tolerance(const Matrix& a); ///< max(size(a)) * eps(norm(a))
 double spacing(double x);                  ///< eps(x)
 

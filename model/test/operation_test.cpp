@@ -1,11 +1,14 @@
 #include "bf/model/operation.hpp"
 
+#include "../src/json.hpp"
 #include "bf/model/builder.hpp"
 #include "bf/model/check.hpp"
 #include "bf/model/edit.hpp"
 
 #include <cmath>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <set>
 
 namespace bf::model {
 namespace {
@@ -520,6 +523,24 @@ TEST(History, UndoesAndRepeats) {
     EXPECT_NE(find(model, "robot"), nullptr);
     history.edit(model, Rename{"robot", "other"});
     EXPECT_FALSE(history.redo(model));
+}
+
+TEST(Operation, ThePageOfOperationsHasALineOfEachWithAllMembersAndNoOthers) {
+    std::ifstream page(BF_SOURCE_DIRECTORY "/docs/how-to/edit_a_model.md");
+    std::set<std::size_t> kinds;
+    for (std::string line; std::getline(page, line);) {
+        if (!line.starts_with("{\"do\": ")) continue;
+        const Operation operation = operation_from_json(line); // refuses members that are not known
+        const Json json = Json::parse(line);
+        EXPECT_EQ(Json::parse(to_json(operation)), json) << line;
+        kinds.insert(operation.index());
+        std::visit(
+            [&]<class T>(const T&) {
+                for_each_field<T>([&](const auto& field) { EXPECT_TRUE(json.contains(field.name)) << line; });
+            },
+            operation);
+    }
+    EXPECT_EQ(kinds.size(), std::variant_size_v<Operation>);
 }
 
 } // namespace

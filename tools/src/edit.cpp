@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 namespace {
 
 struct EditOptions {
-    std::string file = ".";
+    std::string file = ".", attach;
     std::uint16_t port = 0;
     bool no_browser = false, shows_protocol = false, is_new = false;
 };
@@ -86,7 +86,8 @@ void execute(const EditOptions& options) {
                             .page = page,
                             .version = BF_VERSION,
                             .port = options.port,
-                            .sceneries = scenery_maker()});
+                            .sceneries = scenery_maker(),
+                            .attach = options.attach});
     std::printf("%s is open at\n  %s\nCtrl-C ends. Whoever has this address may change the model.\n",
                 escape::terminal(model.string()).c_str(), server.address().c_str());
     std::fflush(stdout);
@@ -109,6 +110,12 @@ void add_edit(CLI::App& app) {
     command->add_option("--port", options->port, "of 127.0.0.1; 0: any free one")
         ->type_name("PORT")
         ->capture_default_str();
+    command
+        ->add_option(
+            "--attach", options->attach,
+            "watch and tune a program that runs the model, instead of simulating it: the address that bf run "
+            "--realtime --serve printed")
+        ->type_name("ADDRESS");
     command->add_flag("--no-browser", options->no_browser, "only print the address");
     command->add_flag("--protocol", options->shows_protocol,
                       "only print what page and program say to each other, as TypeScript");

@@ -161,6 +161,27 @@ export interface LibraryPort {
   doc: string;
 }
 
+/** A parameter or a variable got another value. */
+export interface LiveChange {
+  /** of the last sample before, s */
+  time: number;
+  who: string;
+  name: string;
+  values: number[];
+}
+
+/** A run of another program, which can be watched and tuned. */
+export interface LiveProgram {
+  /** of its model */
+  name: string;
+  /** else it can be watched alone */
+  may_tune: boolean;
+  /** why there is no connection */
+  message: string;
+  /** the last hundred since this program looks */
+  changes: LiveChange[];
+}
+
 export interface Look {
   /** does this page get the poses? */
   is_wanted: boolean;
@@ -262,6 +283,7 @@ export interface RunState {
   /** in the order in which they began; the oldest are forgotten */
   branches: BranchInfo[];
   edit: RunEdit | null;
+  live: LiveProgram | null;
 }
 
 /** Of the run, or of the model where nothing runs. */

@@ -1,5 +1,8 @@
 import type { BranchInfo } from "./protocol.ts";
 
+/** Samples of a signal that are kept, of a run without an end: of those before, the older half is forgotten. */
+export const most_samples = 2 ** 20;
+
 /** What came of one signal: times in order, and the values of each element at them. */
 export class Track {
   times = new Float64Array(1024);
@@ -15,6 +18,10 @@ export class Track {
 
   /** Samples may come in any order of time, and again. */
   push(time: number, at: (element: number) => number): void {
+    if (this.length === most_samples) {
+      for (const data of [this.times, ...this.values]) data.copyWithin(0, most_samples / 2, this.length);
+      this.length -= most_samples / 2;
+    }
     const place = this.length === 0 || time > this.times[this.length - 1]! ? this.length : this.first_from(time);
     if (place === this.length || this.times[place] !== time) {
       if (this.length === this.times.length) this.reserve(2 * this.length);

@@ -26,7 +26,7 @@ type Tried = Omit<Draw, "system" | "show">;
 const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
 const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
-  branch: 0, branches: [], edit: null };
+  branch: 0, branches: [], edit: null, live: null };
 /** New blocks and those that are dragged stand on multiples of this. */
 export const grid = 5;
 export const on_grid = (p: Point): Point => ({ x: Math.round(p.x / grid) * grid, y: Math.round(p.y / grid) * grid });
@@ -436,7 +436,8 @@ export class Session {
   // ---- the run ----
 
   private take_run(state: RunState): void {
-    const is_other = this.run.state === "none" && state.state !== "none";
+    const is_again = state.live !== null && this.run.state === "failed" && state.state === "running"; // another program
+    const is_other = is_again || (this.run.state === "none" && state.state !== "none");
     if (state.state === "none") {
       this.signals = [];
       this.tuned = new Map();

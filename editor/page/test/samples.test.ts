@@ -1,5 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { decimated, number_text, Samples, Track } from "../src/samples.ts";
+import { decimated, most_samples, number_text, Samples, Track } from "../src/samples.ts";
 import { frame } from "./service.ts";
 
 function track(f: (t: number) => number, n: number): Track {
@@ -31,6 +31,15 @@ describe("a track", () => {
     expect(made.length).toBe(3000);
     expect(made.times.subarray(0, 3000)).toEqual(ordered.times.subarray(0, 3000));
     expect(made.values[0]!.subarray(0, 3000)).toEqual(ordered.values[0]!.subarray(0, 3000));
+  });
+});
+
+describe("a track without an end", () => {
+  test("keeps the newest samples", () => {
+    const made = track((t) => t, most_samples + 10);
+    expect(made.length).toBe(most_samples / 2 + 10);
+    expect(made.at(1)).toEqual([(most_samples + 9) / (most_samples + 10)]);
+    expect(made.at(0.4)).toBeNull();
   });
 });
 

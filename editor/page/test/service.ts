@@ -122,7 +122,7 @@ export function frame(samples: { index: number; branch?: number; time: number; v
   return view.buffer;
 }
 
-const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "", branch: 0, branches: [], edit: null };
+const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "", branch: 0, branches: [], edit: null, live: null };
 
 class Speaker {
   run: RunState = { ...no_run, stop: 1.2, factor: 1 };

@@ -57,10 +57,14 @@ BF_FIELDS(service::VariableField, has("system", &T::system), has("name", &T::nam
 BF_FIELDS(service::BranchInfo, has("index", &T::index), has("parent", &T::parent), has("from", &T::from),
           has("reached", &T::reached), has("cause", &T::cause))
 BF_FIELDS(service::RunEdit, has("refusal", &T::refusal), has("lost", &T::lost), has("begun", &T::begun))
+BF_FIELDS(service::LiveChange, has("time", &T::time), has("who", &T::who), has("name", &T::name),
+          has("values", &T::values))
+BF_FIELDS(service::LiveProgram, has("name", &T::name), has("may_tune", &T::may_tune),
+          has("message", &T::message), has("changes", &T::changes))
 BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("time", &T::time),
           has("stop", &T::stop), has("factor", &T::factor), has("reached", &T::reached),
           has("is_current", &T::is_current), has("message", &T::message), has("branch", &T::branch),
-          has("branches", &T::branches), has("edit", &T::edit))
+          has("branches", &T::branches), has("edit", &T::edit), has("live", &T::live))
 BF_FIELDS(service::SignalInfo, has("index", &T::index), has("path", &T::path), has("elements", &T::elements),
           has("names", &T::names), has("unit", &T::unit))
 

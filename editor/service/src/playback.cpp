@@ -1,6 +1,7 @@
 #include "bf/service/playback.hpp"
 
 #include "bf/run/comparison.hpp"
+#include "frame.hpp"
 #include "timeline.hpp"
 
 #include <algorithm>
@@ -33,10 +34,6 @@ constexpr std::size_t most_branches = 16;
 constexpr std::size_t most_bytes = std::size_t{256} << 20; ///< of checkpoints
 constexpr std::size_t first_world = std::size_t{1} << 31;  ///< index in frames
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-template <class T> void append(std::string& frame, const T& value) {
-    frame.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 } // namespace
 
@@ -226,12 +223,9 @@ class Playback::Loop final : public Run::Observer {
     void write(int signal, const Timeline::Branch& branch, double time) {
         const Quantity* const quantity = quantity_of(*branch.played, signal);
         if (!quantity) return;
-        const auto n = static_cast<std::uint32_t>(quantity->info.elements());
-        append(frame_, static_cast<std::uint32_t>(signal));
-        append(frame_, static_cast<std::uint32_t>(branch.info.index));
-        append(frame_, n);
-        append(frame_, time);
-        for (std::uint32_t i = 0; i < n; ++i) append(frame_, (*quantity)[static_cast<int>(i)]);
+        const auto n = quantity->info.elements();
+        append_piece(frame_, static_cast<std::uint32_t>(signal), branch.info.index, n, time);
+        for (std::size_t i = 0; i < n; ++i) append(frame_, (*quantity)[static_cast<int>(i)]);
     }
 
     void write_places(double time) {
@@ -247,10 +241,8 @@ class Playback::Loop final : public Run::Observer {
         for (std::size_t i = 0; i < sceneries_->size(); ++i) {
             places_.clear();
             (*sceneries_)[i]->look(places_);
-            append(frame_, static_cast<std::uint32_t>(first_world + i));
-            append(frame_, static_cast<std::uint32_t>(timeline_.at().info.index));
-            append(frame_, static_cast<std::uint32_t>(places_.size()));
-            append(frame_, time);
+            append_piece(frame_, static_cast<std::uint32_t>(first_world + i), timeline_.at().info.index,
+                         places_.size(), time);
             for (const double value : places_) append(frame_, value);
         }
         shown_time_ = time;
@@ -437,6 +429,7 @@ class Playback::Loop final : public Run::Observer {
         } else {
             target_ = stop_time();
         }
+        if (is_over) consider(false);
     }
 
     // ---- edits ----
@@ -473,6 +466,8 @@ class Playback::Loop final : public Run::Observer {
             return waits({});
         }
         if (shown.info.reached == 0 && shown.info.parent < 0) return begin();
+        const Running now = current();
+        if (now == Running::ended || now == Running::failed) return waits({}); // the next run is one of it
         RunEdit edit = timeline_.compare(newest_.model);
         const bool is_lossless = edit.refusal.empty() && edit.lost.empty();
         waits(std::move(edit));

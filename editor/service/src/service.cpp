@@ -6,17 +6,16 @@
 #include "bf/library/declared.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/view/draw.hpp"
+#include "checker.hpp"
 #include "clipboard.hpp"
 #include "json.hpp"
+#include "live.hpp"
 #include "stage.hpp"
 #include "typescript.hpp"
 
-#include <condition_variable>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
-#include <thread>
 
 namespace bf::service {
 
@@ -63,66 +62,6 @@ int depth_of(std::string_view text) {
     return deepest;
 }
 
-/// Checks models in a thread of its own, the newest alone.
-class Checker {
-  public:
-    using Done = std::function<void(std::shared_ptr<const ExaminedModel>)>;
-
-    Checker() : thread_([this] { live(); }) {}
-    ~Checker() {
-        {
-            const std::lock_guard lock(mutex_);
-            is_over_ = true;
-        }
-        wake_.notify_one();
-        thread_.join();
-    }
-    Checker(const Checker&) = delete;
-    Checker& operator=(const Checker&) = delete;
-
-    void check(model::Model model, fs::path file, Done done) {
-        {
-            const std::lock_guard lock(mutex_);
-            job_ = Job{std::move(model), std::move(file), std::move(done)};
-        }
-        wake_.notify_one();
-    }
-
-  private:
-    struct Job {
-        model::Model model;
-        fs::path file;
-        Done done;
-    };
-
-    static ExaminedModel examined(const Job& job) {
-        try {
-            return examine(job.model, job.file);
-        } catch (const model::Errors& errors) {
-            return {{make_registry(), {job.file, {}, {}}, {}}, errors.diagnostics()};
-        } catch (const std::exception& error) {
-            return {{make_registry(), {job.file, {}, {}}, {}}, {{{}, "", error.what(), ""}}};
-        }
-    }
-
-    void live() {
-        for (;;) {
-            std::unique_lock lock(mutex_);
-            wake_.wait(lock, [&] { return is_over_ || job_; });
-            if (is_over_) return;
-            const Job job = *std::exchange(job_, {});
-            lock.unlock();
-            job.done(std::make_shared<const ExaminedModel>(examined(job)));
-        }
-    }
-
-    std::mutex mutex_;
-    std::condition_variable wake_;
-    bool is_over_ = false;
-    std::optional<Job> job_;
-    std::thread thread_;
-};
-
 /// Of variables that hold several values the text is long; a page shows its beginning.
 std::string shortened(std::string text) {
     constexpr std::size_t most = 200;
@@ -136,6 +75,7 @@ struct Service::State {
     explicit State(Options o)
         : options(std::move(o)), folder(fs::absolute(options.file).lexically_normal().parent_path()),
           project(std::make_unique<Project>(options.file)), alive(std::make_shared<bool>(true)) {
+        if (!options.attach.empty()) attach();
         check();
     }
 
@@ -458,6 +398,7 @@ struct Service::State {
     // ---- the run ----
 
     RunState run_state() const {
+        if (live) return live->state();
         if (!playback) return {};
         RunState state = playback->state();
         state.is_current = playback->revision() == project->revision();
@@ -506,7 +447,30 @@ struct Service::State {
                           playback.get());
     }
 
+    /// The run is that of another program.
+    void attach() {
+        const std::weak_ptr<bool> life = alive;
+        live = std::make_unique<Live>(
+            options.attach, Live::Listener{[this, life](RunState state) {
+                                               options.post([this, life, state = std::move(state)] {
+                                                   if (life.expired()) return;
+                                                   options.tell(notification("run", to_json(state)));
+                                                   const auto signals = live ? live->signals().size() : 0;
+                                                   if (signals != std::exchange(live_signals, signals))
+                                                       rewatch();
+                                               });
+                                           },
+                                           [this, life](std::string frame) {
+                                               options.post([this, life, frame = std::move(frame)] {
+                                                   if (!life.expired()) options.send(frame);
+                                               });
+                                           }});
+    }
+
     RunState run(int, const RunCommand& asked) {
+        if (live)
+            throw Refusal(
+                "the run is another program's: it can be watched and tuned, but not be moved in time");
         if (asked.factor && !(*asked.factor > 0)) throw Refusal("'factor' takes a number greater than 0");
         if (asked.time && !(*asked.time >= 0)) throw Refusal("'time' takes a number that is not negative");
         if (!playback) {
@@ -526,7 +490,7 @@ struct Service::State {
 
     Signals signals(int, const Nothing&) {
         Signals all;
-        if (playback) all.signals = playback->signals();
+        all.signals = run_signals();
         for (const auto& panel : diagram().plots) {
             all.plots.push_back({panel.title, {}});
             for (const auto& signal : panel.signals) all.plots.back().signals.push_back(signal.path);
@@ -539,11 +503,14 @@ struct Service::State {
         return {rewatch(page), {}};
     }
 
+    std::vector<SignalInfo> run_signals() const {
+        return live ? live->signals() : playback ? playback->signals() : std::vector<SignalInfo>();
+    }
+
     /// What pages wish, of this run. Returns what `page` gets.
     std::vector<SignalInfo> rewatch(int page = -1) {
         std::vector<SignalInfo> own;
-        if (!playback) return own;
-        const std::vector<SignalInfo> signals = playback->signals();
+        const std::vector<SignalInfo> signals = run_signals();
         std::multimap<std::string_view, const SignalInfo*> by_path; // edits change sizes
         for (const auto& signal : signals) by_path.emplace(signal.path, &signal);
         std::set<int> all, branches;
@@ -555,11 +522,18 @@ struct Service::State {
                     if (wisher == page) own.push_back(*at->second);
                 }
         }
-        playback->watch({all.begin(), all.end()}, {branches.begin(), branches.end()});
+        if (live) live->watch({all.begin(), all.end()});
+        if (playback) playback->watch({all.begin(), all.end()}, {branches.begin(), branches.end()});
         return own;
     }
 
-    RunState tune(int, const Tune& asked) {
+    RunState tune(int page, const Tune& asked) {
+        if (live) {
+            if (!live->state().live->may_tune)
+                throw Refusal("the program was started to be watched alone, not to be tuned");
+            live->tune(asked, "page " + std::to_string(page));
+            return live->state();
+        }
         if (!playback) throw Refusal("nothing runs; start a run, or change the model");
         playback->tune(asked);
         return run_state();
@@ -576,6 +550,8 @@ struct Service::State {
     std::vector<LibraryBlock> known_blocks;
     std::map<int, Watch> wishes; ///< by page
     std::unique_ptr<Playback> playback;
+    std::unique_ptr<Live> live; ///< where the run is another program's
+    std::size_t live_signals = 0;
     std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
     Checker checker; ///< last: its thread ends first

@@ -103,6 +103,21 @@ struct RunEdit {
     std::vector<std::string> begun = {}; ///< its states that begin with their initial values
 };
 
+/// A parameter or a variable got another value.
+struct LiveChange {
+    double time = 0; ///< of the last sample before, s
+    std::string who, name;
+    std::vector<double> values = {};
+};
+
+/// A run of another program, which can be watched and tuned.
+struct LiveProgram {
+    std::string name;                     ///< of its model
+    bool may_tune = false;                ///< else it can be watched alone
+    std::string message = {};             ///< why there is no connection
+    std::vector<LiveChange> changes = {}; ///< the last hundred since this program looks
+};
+
 struct RunState {
     Running state = Running::none;
     double time = 0;                   ///< s; of the samples that are shown: as `bf run --record` has them
@@ -114,6 +129,7 @@ struct RunState {
     int branch = 0;                    ///< the one that is shown and goes on
     std::vector<BranchInfo> branches = {}; ///< in the order in which they began; the oldest are forgotten
     std::optional<RunEdit> edit = {};
+    std::optional<LiveProgram> live = {};
 };
 
 /// A signal of the run. Its index is that of binary frames.

@@ -19,6 +19,7 @@ struct ServerOptions {
     std::uint16_t port = 0;                        ///< 0: any free one
     std::size_t most_pages = 16;                   ///< connections
     MakeSceneries sceneries = {};                  ///< see Service::Options
+    std::string attach = {};                       ///< see Service::Options
     std::size_t page_bytes = std::size_t{8} << 20; ///< waiting for one page; samples beyond are lost
 };
 

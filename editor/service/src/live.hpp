@@ -1,0 +1,42 @@
+#pragma once
+
+#include "bf/service/protocol.hpp"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bf::service {
+
+/// A run of another program, watched and tuned over its live server (see bf/realtime/server.hpp). One
+/// connection for all pages, so that whatever they do the program has one viewer; it is made again when it
+/// breaks.
+class Live {
+  public:
+    /// Both are called in a thread of its own.
+    struct Listener {
+        std::function<void(RunState)> state;      ///< whenever it changes, and a few times a second
+        std::function<void(std::string)> samples; ///< a binary frame of the protocol
+    };
+
+    /// `address` is ws://HOST:PORT/?token=TOKEN. Throws std::runtime_error for one that is not so.
+    Live(const std::string& address, Listener listener);
+    ~Live();
+    Live(const Live&) = delete;
+    Live& operator=(const Live&) = delete;
+
+    /// Waits for the program's answer. `who` is noted with the change. Throws std::runtime_error with the
+    /// program's reason.
+    void tune(const Tune& tune, const std::string& who);
+    void watch(std::vector<int> signals); ///< by index
+
+    RunState state() const;
+    std::vector<SignalInfo> signals() const;
+
+  private:
+    struct Connection;
+    std::unique_ptr<Connection> connection_;
+};
+
+} // namespace bf::service

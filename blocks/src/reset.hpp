@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/kernels/discrete.hpp"
+#include "bf/kernels/events.hpp"
 #include "bf/kernels/guards.hpp"
 
 #include "shapes.hpp"
@@ -23,7 +24,7 @@ struct ResetPort {
 };
 } // namespace detail
 
-/// The reset of continuous states: a guard that crosses zero with the input, answered in the block's `event`.
+/// The reset of continuous states: a guard that crosses zero with the input, answered by rules of the event.
 class ContinuousReset {
   public:
     explicit ContinuousReset(Block* owner)
@@ -34,13 +35,16 @@ class ContinuousReset {
     void declare_guard(Block* owner, const Guard& guard) const {
         GuardRule(owner, kernels::PositiveSign{}, guard, port_.signal);
     }
-    /// In an event: do the states begin anew?
-    bool is_due(Now at, const Guard& guard) const {
-        if (!is_present() || at[guard] == 0) return false;
-        return *port_.kind == "either" || (*port_.kind == "falling" ? at[guard] < 0 : at[guard] > 0);
+    /// In an event in which the states begin anew: state := value.
+    template <class State, class Value>
+    void declare_event(Block* owner, const Guard& guard, const State& state, const Value& value) const {
+        EventRule(owner, kernels::BegunState{}, after(state), edge(), guard, value, after(state));
     }
 
   private:
+    Constants edge() const {
+        return Constants({*port_.kind == "either" ? 0.0 : *port_.kind == "falling" ? -1.0 : 1.0});
+    }
     detail::ResetPort port_;
 };
 

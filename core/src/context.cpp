@@ -196,22 +196,13 @@ void Context::use_memory(int node, int slot, const Memory& memory) {
 
 namespace {
 
-const std::vector<Call>& rules(const Declaration& d, Phase phase) {
-    switch (phase) {
-    case Phase::output: break;
-    case Phase::update: return d.update_rules;
-    case Phase::derivative: return d.derivative_rules;
-    case Phase::guards: return d.guard_rules;
-    }
-    return d.output_rules;
-}
-
 bool overrides(const Block::Methods& methods, Phase phase) {
     switch (phase) {
     case Phase::output: return methods.output;
     case Phase::update: return methods.update;
     case Phase::derivative: return methods.derivative;
     case Phase::guards: return methods.guards;
+    case Phase::event: return methods.event;
     }
     return false;
 }
@@ -220,14 +211,14 @@ bool overrides(const Block::Methods& methods, Phase phase) {
 
 int Context::activities(int node, Phase phase) const {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
-    return static_cast<int>(rules(n.block->declaration(), phase).size()) + overrides(n.methods, phase);
+    return static_cast<int>(n.block->declaration().rules(phase).size()) + overrides(n.methods, phase);
 }
 
 Task Context::task(int node, Phase phase, int i) {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
     const Frame& frame = frames_[static_cast<std::size_t>(node)];
     const Resolution& resolution = n.block->resolution();
-    const auto& calls = rules(n.block->declaration(), phase);
+    const auto& calls = n.block->declaration().rules(phase);
     if (i >= static_cast<int>(calls.size())) {
         calls_.push_back(std::make_unique<MethodCall>(MethodCall{n.block, &frame}));
         const auto run = [&]() -> Call::Run {
@@ -247,11 +238,16 @@ Task Context::task(int node, Phase phase, int i) {
                     const auto& m = *static_cast<const MethodCall*>(p);
                     return m.block->derivative(Now(*m.frame), Rate(*m.frame));
                 };
-            case Phase::guards: break;
+            case Phase::guards:
+                return [](const void* p, int) {
+                    const auto& m = *static_cast<const MethodCall*>(p);
+                    return m.block->guards(Now(*m.frame), Guards(*m.frame));
+                };
+            case Phase::event: break;
             }
             return [](const void* p, int) {
                 const auto& m = *static_cast<const MethodCall*>(p);
-                return m.block->guards(Now(*m.frame), Guards(*m.frame));
+                return m.block->event(Now(*m.frame), After(*m.frame));
             };
         }();
         return {run, calls_.back().get(), 0};
@@ -332,9 +328,12 @@ Status Context::reset(int node) {
     return write_states(node, [&](const Frame& frame) { return n.block->reset(Now(frame), After(frame)); });
 }
 
-Status Context::event(int node) {
-    const Node& n = nodes_[static_cast<std::size_t>(node)];
-    return write_states(node, [&](const Frame& frame) { return n.block->event(Now(frame), After(frame)); });
+Status Context::event(int node, std::span<const Task> tasks) {
+    return write_states(node, [&](const Frame&) {
+        for (const Task& task : tasks)
+            if (const Status status = task(); !status) return status;
+        return ok;
+    });
 }
 
 void Context::commit(int node) {

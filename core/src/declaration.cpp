@@ -140,11 +140,27 @@ int declare(Block& owner, ObjectDeclaration object) {
 } // namespace detail
 } // namespace bf
 
+namespace bf {
+
+const std::vector<Call>& Declaration::rules(Phase phase) const {
+    switch (phase) {
+    case Phase::output: break;
+    case Phase::update: return update_rules;
+    case Phase::derivative: return derivative_rules;
+    case Phase::guards: return guard_rules;
+    case Phase::event: return event_rules;
+    }
+    return output_rules;
+}
+
+} // namespace bf
+
 namespace bf::detail {
 
 std::vector<Call>& output_rules(Block& owner) { return declared_by(owner).output_rules; }
 std::vector<Call>& update_rules(Block& owner) { return declared_by(owner).update_rules; }
 std::vector<Call>& derivative_rules(Block& owner) { return declared_by(owner).derivative_rules; }
 std::vector<Call>& guard_rules(Block& owner) { return declared_by(owner).guard_rules; }
+std::vector<Call>& event_rules(Block& owner) { return declared_by(owner).event_rules; }
 
 } // namespace bf::detail

@@ -66,7 +66,7 @@ void Instance::open(const std::function<bool(int)>& connects) {
     for (int i = 0; i < static_cast<int>(resolution().slots.size()); ++i)
         if (slot(i).role == Role::input && (!slot(i).optional || (connects && connects(i))))
             context_->use_memory(0, i, {data(i), nullptr, nullptr, true});
-    for (const Phase phase : {Phase::output, Phase::update, Phase::derivative, Phase::guards})
+    for (const Phase phase : phases)
         for (int i = 0; i < context_->activities(0, phase); ++i)
             tasks_[static_cast<std::size_t>(phase)].push_back(context_->task(0, phase, i));
 }

@@ -54,9 +54,8 @@ bool known_size(const Resolution& r, const Slot& slot, Size& size) {
 
 /// Throws when the element types that wiring decided are not among those that a rule can work on.
 void check_types(const Resolution& r) {
-    const Declaration& d = r.declaration();
-    for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
-        for (const Call& call : *rules) {
+    for (const Phase phase : phases)
+        for (const Call& call : r.declaration().rules(phase)) {
             std::size_t version = 0;
             bool known = true;
             for (int symbol = 0; symbol < call.symbols; ++symbol) {
@@ -159,7 +158,7 @@ std::string below_another(const Resolution& r, int parameter) {
         // A wrong number of elements is a mistake of its own.
         return values.empty() ? 0 : element < values.size() ? values[element] : NAN;
     };
-    char wrong[256];
+    char wrong[320];
     const std::string& path = r.slots[static_cast<std::size_t>(parameter)].name;
     return is_below_another(r, parameter, value, path.c_str(), wrong, sizeof wrong) ? wrong : "";
 }

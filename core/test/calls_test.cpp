@@ -200,11 +200,14 @@ TEST(Methods, AnEventBeginsWithTheStatesAndPutsThemInPlace) {
     *static_cast<double*>(both.context->next_data(1, block.x.index())) =
         77; // an update that was not committed
     *both(1, block.c) = 2;
-    ASSERT_TRUE(both.context->event(1));
+    const auto event = [&] {
+        return both.context->event(1, std::vector{both.context->task(1, Phase::event, 0)});
+    };
+    ASSERT_TRUE(event());
     EXPECT_EQ(*both(1, block.c), 12);
     EXPECT_EQ(*both(1, block.x), 4);
     *both(1, block.u) = -1;
-    EXPECT_EQ(both.context->event(1).text(), "u is negative");
+    EXPECT_EQ(event().text(), "u is negative");
 }
 
 TEST(Tables, MemoryOutsideTakesThePlaceOfASlot) {

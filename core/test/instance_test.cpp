@@ -1,5 +1,7 @@
 // Claims about one block that runs by itself.
 #include "bf/core/instance.hpp"
+#include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/events.hpp"
 
 #include <gtest/gtest.h>
 
@@ -208,6 +210,36 @@ TEST(Instance, BorrowsTheLiveObjectOfAnother) {
     ASSERT_TRUE(one->run(Phase::output));
     ASSERT_TRUE(other->run(Phase::output));
     EXPECT_EQ(*numbers(*other, "y"), 2);
+}
+
+struct Answering : Block {
+    using Block::Block;
+    Input<double> u{this, "u"};
+    DiscreteState<double> n{this, "n", {.initial = {5}}};
+    ContinuousState<double> x{this, "x", {.initial = {-1}}};
+    Guard g{this, "g"};
+    EventRule stop{this, kernels::StoppedState{}, after(x), g, g, Constants({0}), u, Constants({0}), x};
+    EventRule sum{this, kernels::Add{}, after(n), after(x), n};
+};
+
+TEST(Rules, OfAnEventReadWhatThoseBeforeThemWroteAndTakeEffectTogether) {
+    const auto type = class_of<Answering>("Answering");
+    Instance run(type, {});
+    run.settle();
+    run.open();
+    ASSERT_TRUE(run.reset());
+    const auto at = [&](const auto& key) -> double& { return *static_cast<double*>(run.data(key.index())); };
+    const auto& block = static_cast<const Answering&>(run.block());
+    EXPECT_TRUE(block.answers(type.methods));
+    at(block.u) = 7;
+    at(block.g) = 1;
+    ASSERT_TRUE(run.event());
+    EXPECT_EQ(at(block.x), 7);
+    EXPECT_EQ(at(block.n), 12);
+    at(block.g) = 0;
+    ASSERT_TRUE(run.event());
+    EXPECT_EQ(at(block.x), 7) << "no guard crossed";
+    EXPECT_EQ(at(block.n), 19);
 }
 
 } // namespace

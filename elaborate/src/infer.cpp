@@ -263,9 +263,8 @@ class Spreading {
                                   "give one element or " + std::to_string(count));
             }
         }
-        const Declaration& d = r.declaration();
-        for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
-            for (const Call& call : *rules)
+        for (const Phase phase : phases)
+            for (const Call& call : r.declaration().rules(phase))
                 if (call.symbols == 1 && !call.run[static_cast<std::size_t>(*r.types[0])])
                     e_.report.add(e_.node(n).where, e_.node(n).path,
                                   "the block does not work on signals of type " +

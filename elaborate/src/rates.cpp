@@ -163,7 +163,7 @@ class Rates {
         const auto& d = node.block->declaration();
         const auto& m = node.methods;
         if (d.traits.is_root_input) return false; // written by whoever runs the diagram
-        if (m.output || m.update || m.derivative || m.event || !d.update_rules.empty() ||
+        if (m.output || m.update || m.derivative || node.block->answers(m) || !d.update_rules.empty() ||
             !d.derivative_rules.empty() || !d.objects.empty())
             return false;
         for (const auto& slot : d.slots)
@@ -185,8 +185,8 @@ class Rates {
     /// them there.
     int fastest(const DiagramNode& node) const {
         const auto& d = node.block->declaration();
-        const bool is_discrete =
-            (node.methods.update || !d.update_rules.empty()) && !node.methods.event && !d.traits.goes_on;
+        const bool is_discrete = (node.methods.update || !d.update_rules.empty()) &&
+                                 !node.block->answers(node.methods) && !d.traits.goes_on;
         return continuous_ > 0 && !is_discrete ? continuous_ : base_;
     }
 

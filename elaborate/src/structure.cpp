@@ -42,8 +42,7 @@ std::string text_of(const DiagramNode& node) {
         add(text, slot.role, slot.type, slot.initial_from);
         if (slot.role == Role::input) add(text, node.sources[s]);
     }
-    for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
-        add(text, *rules);
+    for (const Phase phase : phases) add(text, d.rules(phase));
     return text;
 }
 

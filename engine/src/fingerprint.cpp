@@ -63,8 +63,7 @@ std::uint64_t fingerprint(const Diagram& diagram) {
             hash << slot.role << slot.name << slot.type << slot.size.rows << slot.size.cols;
         for (const auto& source : node.sources) hash << source;
         for (const auto& provider : node.providers) hash << provider;
-        for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
-            add(hash, *rules);
+        for (const Phase phase : phases) add(hash, d.rules(phase));
     }
     for (const auto& rate : diagram.rates)
         hash << rate.ticks << rate.offset << rate.is_constant << rate.is_continuous << rate.trigger;

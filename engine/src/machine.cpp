@@ -151,7 +151,12 @@ void Simulation::Machine::emit(const Statement& s, program::Pass pass) {
     }
     case Kind::repeat: return emit_repeat(s, pass);
     case Kind::solve: return emit_solve(s, pass);
-    case Kind::event: emit(Op::answer, s.node); return;
+    case Kind::event:
+        emit(Op::answer, static_cast<int>(answers_.size()));
+        answers_.push_back({s.node, {}});
+        for (int i = 0; i < context_.activities(s.node, Phase::event); ++i)
+            answers_.back().tasks.push_back(context_.task(s.node, Phase::event, i));
+        return;
     case Kind::look: emit(Op::look, s.flag, s.number); return;
     case Kind::locate: emit(Op::locate, s.flag, s.number); return;
     case Kind::observe: emit(Op::observe); return;
@@ -353,10 +358,12 @@ bool Simulation::Machine::run(int entry) noexcept {
         case Op::solve:
             if (solvers_[a]->solve()) break;
             return s.status_ ? s.fail(solvers_[a]->failure(), i->b) : false;
-        case Op::answer:
-            s.show_directions(i->a);
-            if (const Status status = context_.event(i->a); !status) return s.fail(status, i->a);
+        case Op::answer: {
+            const auto& [node, tasks] = answers_[a];
+            s.show_directions(node);
+            if (const Status status = context_.event(node, tasks); !status) return s.fail(status, node);
             break;
+        }
         case Op::look:
         case Op::locate:
             if (!(i->op == Op::look ? s.find_crossings() : s.take_crossings())) return false;

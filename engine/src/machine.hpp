@@ -75,6 +75,10 @@ class Simulation::Machine {
         bool is_double; ///< and so looked at for NaN
         Status failure;
     };
+    struct Answer {
+        int node;
+        std::vector<Task> tasks;
+    };
     struct Signal {
         const void* data;
         Type type;
@@ -129,6 +133,7 @@ class Simulation::Machine {
     std::vector<Task> tasks_;
     std::vector<Bound> bound_; ///< what each task is
     std::vector<Commit> commits_;
+    std::vector<Answer> answers_;
     std::vector<Signal> signals_;
     std::vector<Memory> memories_;
     std::vector<Counter> counters_;

@@ -128,7 +128,8 @@ class Lowering {
             for (const auto& activity : segment.activities) {
                 if (std::exchange(last, activity.node) == activity.node) continue;
                 const auto& node = at(d_.nodes, last);
-                const bool has_events = node.methods.event || node.block->declaration().traits.goes_on;
+                const bool has_events =
+                    node.block->answers(node.methods) || node.block->declaration().traits.goes_on;
                 bool has_answer = false;
                 for (int s = 0; s < count(slots(last)); ++s) {
                     const Slot& slot = at(slots(last), s);

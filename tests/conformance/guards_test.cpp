@@ -174,8 +174,8 @@ std::vector<std::string> untold_places(const BlockClass& block_class, const Argu
     for (const Size& size : {Size{}, Size{3, 1, false}}) {
         RunBlock run(block_class, arguments);
         const auto& d = run.declaration();
-        const bool is_discrete =
-            (block_class.methods.update || !d.update_rules.empty()) && !block_class.methods.event;
+        const bool is_discrete = (block_class.methods.update || !d.update_rules.empty()) &&
+                                 !run.instance().block().answers(block_class.methods);
         if (is_discrete) return {}; // it runs at the samples alone
         if (!detail::wire(run, {std::vector<Size>(d.slots.size(), size), {}})) continue;
         Function function(run);

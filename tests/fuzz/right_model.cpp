@@ -288,8 +288,8 @@ class Writer {
 
     static bool works(const Resolution& r) {
         const Declaration& d = r.declaration();
-        for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules, &d.guard_rules})
-            for (const Call& call : *rules)
+        for (const Phase phase : phases)
+            for (const Call& call : d.rules(phase))
                 if (call.symbols == 1 && !call.run[static_cast<std::size_t>(*r.types[0])]) return false;
         for (const auto& slot : r.slots) {
             if (slot.initial_from < 0) continue;

@@ -65,7 +65,10 @@ template <bool has_setpoint> class PID final : public Block {
         q.template declare<DerivativeRule>(this, now_y, bf::derivative(x_i), bf::derivative(x_d), no_period,
                                            0, 0, x_i, x_d);
         q.declare_guard(this, branch, x_i, x_d);
-        if (reset_input.is_present()) reset_input.declare_guard(this, restarts);
+        if (!reset_input.is_present()) return;
+        reset_input.declare_guard(this, restarts);
+        reset_input.declare_event(this, restarts, x_i, q.initial);
+        reset_input.declare_event(this, restarts, x_d, Constants({0}));
     }
     AnyShape shape{this};
     PidQuantities q{this, shape, has_setpoint};
@@ -81,13 +84,6 @@ template <bool has_setpoint> class PID final : public Block {
     GuardOf<Array<std::int32_t>> branch{
         this, "branch", {.shape = shape, .doc = "limit that y is at, and whether the integral stands still"}};
     Guard restarts{this, "restarts", {.doc = "sign of the reset input", .present = reset_input.is_present()}};
-
-    Status event(Now at, After after) const noexcept override {
-        if (!reset_input.is_due(at, restarts)) return ok;
-        after[x_i] = at[q.initial];
-        after[x_d].setZero();
-        return ok;
-    }
 };
 
 } // namespace

@@ -1,6 +1,7 @@
 // Integrators with limits and resets: events change their states.
 #include "bf/kernels/continuous.hpp"
 #include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/events.hpp"
 #include "bf/kernels/nonlinear.hpp"
 
 #include "../groups.hpp"
@@ -36,7 +37,23 @@ class LimitedIntegrator final : public Block {
             else
                 OutputRule(this, kernels::Copy{}, state, x);
         }
-        if (reset_input.is_present()) reset_input.declare_guard(this, restarts);
+        if (is_external) {
+            EventRule(this, kernels::Choose{}, now_base, base, started, x0);
+            EventRule(this, kernels::StoppedState{}, after(x), above, below, lower, upper, now_base, x);
+        } else {
+            EventRule(this, kernels::StoppedState{}, after(x), above, below, lower, upper, Constants({0}), x);
+        }
+        EventRule(this, kernels::StoppedSide{}, after(side), above, below, side);
+        if (!reset_input.is_present()) return;
+        reset_input.declare_guard(this, restarts);
+        reset_input.declare_event(this, restarts, side, side);
+        if (is_external) {
+            reset_input.declare_event(this, restarts, x, Constants({0}));
+            reset_input.declare_event(this, restarts, base, x0);
+            reset_input.declare_event(this, restarts, started, Constants({1}));
+        } else {
+            reset_input.declare_event(this, restarts, x, initial);
+        }
     }
     Argument<std::string> initial_source{this,
                                          "initial_source",
@@ -108,22 +125,6 @@ class LimitedIntegrator final : public Block {
     GuardRule guard_below{this, kernels::Subtract{}, below, z, lower};
     GuardRule guard_held{this, kernels::HeldSide{}, held, side, lower, upper, y, u};
 
-    Status event(Now at, After after) const noexcept override {
-        const bool begins = reset_input.is_due(at, restarts);
-        for (Eigen::Index i = 0; i < at[x].size(); ++i) {
-            if (begins) {
-                after[x](i) = is_external ? 0.0 : at[initial](at[initial].size() == 1 ? 0 : i);
-            } else if (at[above](i) > 0 || at[below](i) < 0) {
-                const double from = !is_external ? 0.0 : at[started] ? at[base](i) : at[x0](i);
-                after[x](i) = (at[above](i) > 0 ? at[upper](i) : at[lower](i)) - from;
-                after[side](i) = at[above](i) > 0 ? 1 : -1;
-            }
-        }
-        if (!begins || !is_external) return ok;
-        after[base] = at[x0];
-        after[started] = true;
-        return ok;
-    }
     void infer(Inference& inference) const override {
         if (!is_external) check_initial(*this, inference, initial.index(), u.index());
     }
@@ -191,15 +192,12 @@ class SecondOrderIntegrator final : public Block {
     GuardRule guard_held_v{this, kernels::HeldSide{}, held_v, Constants({0}), lower_v, upper_v, q_dot, u};
     GuardRule guard_at_v{this, kernels::LimitReached{}, at_v, lower_v, upper_v, q_dot};
 
-    Status event(Now at, After after) const noexcept override {
-        for (Eigen::Index i = 0; i < at[q].size(); ++i) {
-            if (at[above](i) <= 0 && at[below](i) >= 0) continue;
-            after[q](i) = at[above](i) > 0 ? at[upper_x](i) : at[lower_x](i);
-            after[q_dot](i) = 0;
-            after[side](i) = at[above](i) > 0 ? 1 : -1;
-        }
-        return ok;
-    }
+    EventRule stop_q{this,    kernels::StoppedState{}, after(q), above, below, lower_x,
+                     upper_x, Constants({0}),          q};
+    EventRule stop_q_dot{this,           kernels::StoppedState{}, after(q_dot),   above, below,
+                         Constants({0}), Constants({0}),          Constants({0}), q_dot};
+    EventRule stop_side{this, kernels::StoppedSide{}, after(side), above, below, side};
+
     void infer(Inference& inference) const override {
         for (const int initial : {initial_x.index(), initial_v.index()})
             check_initial(*this, inference, initial, u.index());

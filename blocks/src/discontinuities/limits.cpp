@@ -134,17 +134,11 @@ class Relay final : public Block {
     UpdateRule update_started{this, kernels::Not{}, next(started), at_trigger};
     Crossing at_on{this, "at_on", u, on_point};
     Crossing at_off{this, "at_off", u, off_point};
+    EventRule event_mode{this, kernels::SwitchedMode{}, after(mode), at_on.key, at_off.key, mode};
 
     void infer(Inference& inference) const override {
         at_on.infer(*this, inference);
         at_off.infer(*this, inference);
-    }
-    Status event(Now at, After after) const noexcept override {
-        for (Eigen::Index i = 0; i < at[mode].size(); ++i) {
-            if (at[at_on.key](i) > 0) after[mode](i) = true;
-            if (at[at_off.key](i) < 0) after[mode](i) = false;
-        }
-        return ok;
     }
 };
 

@@ -360,7 +360,8 @@ void Running::output(SimStruct* S) {
     take_inputs(S, true);
     take_states(S);
     run(Phase::output);
-    if (ssIsMajorTimeStep(S) && !crossings_.empty() && cross(S) && prototype_.type().methods.event) {
+    if (ssIsMajorTimeStep(S) && !crossings_.empty() && cross(S) &&
+        instance().block().answers(prototype_.type().methods)) {
         if (const Status status = instance().event(); !status) throw std::runtime_error(status.text());
         give_states(S);
         if (!continuous_.empty()) ssSetSolverNeedsReset(S);

@@ -40,7 +40,9 @@ class BlocksInContext : public Hosted {
     }
     void set_states(int block) noexcept override { context_->set_states(block); }
     bool reset(int block) noexcept override { return good(context_->reset(block), block); }
-    bool event(int block) noexcept override { return good(context_->event(block), block); }
+    bool event(int block) noexcept override {
+        return good(context_->event(block, events_[static_cast<std::size_t>(block)]), block);
+    }
     void hit(int rate, double time) noexcept override { program::hit(context_->clock(rate), time); }
     void go_to(int rate, double time) noexcept override { context_->clock(rate).time = time; }
     void fire(int rate, double time) noexcept override { program::fire(context_->clock(rate), time); }
@@ -54,6 +56,15 @@ class BlocksInContext : public Hosted {
     /// run() knows tasks by their place in the order of these calls.
     void add_task(int block, Phase phase, int index) {
         tasks_.push_back({context_->task(block, phase, index), block});
+    }
+
+    /// After the last block: what they do in events.
+    void add_events() {
+        for (int block = 0; block < count(); ++block) {
+            events_.emplace_back();
+            for (int i = 0; i < context_->activities(block, Phase::event); ++i)
+                events_.back().push_back(context_->task(block, Phase::event, i));
+        }
     }
 
     Context* context_ = nullptr;
@@ -76,6 +87,7 @@ class BlocksInContext : public Hosted {
     }
 
     std::vector<TaskOf> tasks_;
+    std::vector<std::vector<Task>> events_; ///< by block
     int started_ = 0;
     std::string failure_, failed_block_;
 };

@@ -79,6 +79,7 @@ class HostedBlocks final : public BlocksInContext {
             for (const auto& slot : items_[k].slots)
                 if (slot.memory.now)
                     context_->use_memory(static_cast<int>(k), find(items_[k], slot), slot.memory);
+        add_events();
         for (const auto& task : tasks) {
             if (task.index >= context_->activities(task.block, task.phase))
                 throw std::runtime_error(items_[static_cast<std::size_t>(task.block)].path + ": " +

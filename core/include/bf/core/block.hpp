@@ -80,6 +80,9 @@ class Block {
         bool reset = false, output = false, update = false, derivative = false, guards = false, event = false;
     };
 
+    /// Does the block change its states where its guards cross zero?
+    bool answers(const Methods& methods) const { return methods.event || !declaration_.event_rules.empty(); }
+
     const Declaration& declaration() const { return declaration_; }
     /// What the diagram around it has decided so far; nothing at first.
     const Resolution& resolution() const;

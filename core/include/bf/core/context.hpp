@@ -36,10 +36,6 @@ struct Task {
     Status operator()() const { return run(data, count); }
 };
 
-/// What a block does in one phase. A block made of rules has one activity per rule, any other block one per
-/// method.
-enum class Phase : std::uint8_t { output, update, derivative, guards };
-
 /// Owns signals, parameters, states, workspaces and opened resources of all nodes. Construction allocates
 /// everything that a run will need.
 class Context {
@@ -73,8 +69,9 @@ class Context {
     Status reset(int node);
     /// Both.
     Status initialize(int node) { return set_states(node), reset(node); }
-    /// The block's answer to its guards: x := x⁺ for all its states, which begin as x⁻.
-    Status event(int node);
+    /// The block's answer to its guards, by its tasks of that phase: x := x⁺ for all its states, which begin
+    /// as x⁻.
+    Status event(int node, std::span<const Task> tasks);
     /// x := next x for the discrete states of one node.
     void commit(int node);
     void start(int node);

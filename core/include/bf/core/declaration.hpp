@@ -6,6 +6,7 @@
 #include "bf/core/value.hpp"
 #include "bf/kernels/limits.hpp"
 
+#include <array>
 #include <functional>
 #include <initializer_list>
 #include <memory>
@@ -17,6 +18,12 @@ namespace bf {
 
 class Block;
 struct Call;
+
+/// What a block does at which time. A block made of rules has one activity per rule, any other block one per
+/// method. An event is the answer to crossings of zero.
+enum class Phase : std::uint8_t { output, update, derivative, guards, event };
+inline constexpr std::array phases{Phase::output, Phase::update, Phase::derivative, Phase::guards,
+                                   Phase::event};
 
 /// A length known only once the diagram is wired, e.g. the number of joints. With a rule it is computed as
 /// soon as the block's arguments and resources are known, otherwise the wiring decides.
@@ -199,10 +206,11 @@ struct Declaration {
     std::vector<ObjectDeclaration> objects;
     std::vector<ProvisionDeclaration> provisions;
     std::vector<RequirementDeclaration> requirements;
-    std::vector<Call> output_rules, update_rules, derivative_rules, guard_rules;
+    std::vector<Call> output_rules, update_rules, derivative_rules, guard_rules, event_rules;
     Traits traits;
     std::vector<std::string> problems; ///< arguments that were refused; empty in a usable block
 
+    const std::vector<Call>& rules(Phase phase) const;
     /// Index of the slot of that name (and role), or -1.
     int find(std::string_view slot_name) const;
     int find(std::string_view slot_name, Role role) const;

@@ -53,7 +53,7 @@ class Instance {
     void start(); ///< opens what the block needs outside, which the destructor closes
     Status reset() { return context_->initialize(0); } ///< initial states
     Status run(Phase phase); ///< all activities of a phase; the first failure ends it
-    Status event() { return context_->event(0); }
+    Status event() { return context_->event(0, tasks_[static_cast<std::size_t>(Phase::event)]); }
     void commit() { context_->commit(0); }
 
     Clock& clock() { return context_->clock(0); }
@@ -70,7 +70,7 @@ class Instance {
     std::unique_ptr<Block> block_;
     std::vector<std::function<Object()>> borrowed_, shared_;
     std::unique_ptr<Context> context_;
-    std::array<std::vector<Task>, 4> tasks_; // by phase
+    std::array<std::vector<Task>, phases.size()> tasks_; // by phase
     bool has_started_ = false;
 };
 

@@ -44,6 +44,11 @@ inline constexpr AtTrigger at_trigger;
 template <class T> struct NextOf { int index; };
 template <class T> NextOf<T> next(const DiscreteState<T>& x) { return {x.index()}; }
 
+/// What a state is after an event, target of an EventRule; as an operand what the rules before it wrote.
+template <class T> struct AfterOf { int index; };
+template <class T> AfterOf<T> after(const DiscreteState<T>& x) { return {x.index()}; }
+template <class T> AfterOf<T> after(const ContinuousState<T>& x) { return {x.index()}; }
+
 /// The derivative of a continuous state, target of a DerivativeRule.
 template <class T> struct DerivativeOf { int index; };
 template <class T> DerivativeOf<T> derivative(const ContinuousState<T>& x) { return {x.index()}; }
@@ -140,6 +145,13 @@ template <class T> struct OperandTraits<NextOf<T>> {
     static constexpr bool is_list = false, is_target = true;
     static void add(Call& call, NextOf<T> x, bool) {
         call.operands.push_back({Call::Source::next, x.index, true, nullptr});
+    }
+};
+template <class T> struct OperandTraits<AfterOf<T>> {
+    using Quantity = T;
+    static constexpr bool is_list = false, is_target = true;
+    static void add(Call& call, AfterOf<T> x, bool written) {
+        call.operands.push_back({Call::Source::next, x.index, written, nullptr});
     }
 };
 template <class T> struct OperandTraits<DerivativeOf<T>> {
@@ -284,6 +296,7 @@ std::vector<Call>& output_rules(Block& owner);
 std::vector<Call>& update_rules(Block& owner);
 std::vector<Call>& derivative_rules(Block& owner);
 std::vector<Call>& guard_rules(Block& owner);
+std::vector<Call>& event_rules(Block& owner);
 
 } // namespace detail
 
@@ -318,6 +331,16 @@ class GuardRule {
   public:
     template <class Kernel, class... Keys> GuardRule(Block* owner, Kernel kernel, const Keys&... keys) {
         detail::guard_rules(*owner).push_back(detail::make_call(kernel, keys...));
+    }
+};
+
+/// Declares states after an event = kernel(operands): EventRule rule{this, kernels::BegunState{}, after(x),
+/// edge, guard, initial, x}. Guards hold their crossings then: 1 where they rose, -1 where they fell, else 0.
+/// The rules run in their order, before the block's method `event`.
+class EventRule {
+  public:
+    template <class Kernel, class... Keys> EventRule(Block* owner, Kernel kernel, const Keys&... keys) {
+        detail::event_rules(*owner).push_back(detail::make_call(kernel, keys...));
     }
 };
 

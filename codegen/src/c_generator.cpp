@@ -97,12 +97,7 @@ Argument CGenerator::argument(int n, const Call::Reference& from) {
 }
 
 std::string CGenerator::rule(int n, Phase phase, int index) {
-    const auto& d = block(n).declaration();
-    const auto& rules = phase == Phase::output       ? d.output_rules
-                        : phase == Phase::update     ? d.update_rules
-                        : phase == Phase::derivative ? d.derivative_rules
-                                                     : d.guard_rules;
-    const Call& call = rules[static_cast<std::size_t>(index)];
+    const Call& call = block(n).declaration().rules(phase)[static_cast<std::size_t>(index)];
     std::vector<Argument> arguments;
     for (const auto& from : call.operands) arguments.push_back(argument(n, from));
     const auto made = c_rule(call.kernel, arguments, call.list_from, call.list_size, file_ + "_");
@@ -149,6 +144,15 @@ std::string CGenerator::assignment(const std::string& to, const Slot& to_slot, c
                                               : i) +
                ";\n";
     });
+}
+
+std::string CGenerator::has_crossed(const Field& guard) const {
+    std::string text;
+    for (int i = 0; i < guard.slot->size.count(); ++i)
+        text += (i ? " || " : "") + ("(" + in_structure("guards_") + "." + guard.member) +
+                (is_one_number(*guard.slot) ? "" : "[" + number(i) + "]") + " != " + c_literal(0, real()) +
+                ")";
+    return text;
 }
 
 std::string CGenerator::is_positive(const Node::End& end) const {
@@ -211,9 +215,8 @@ std::string CGenerator::text_of(const Statement& s, program::Pass pass) {
                ".has_run = true;\n";
     }
     case Kind::repeat: return repetition(s, pass);
-    case Kind::event:
-    case Kind::look:
-    case Kind::observe: return {}; // of hosted blocks alone, which are refused
+    case Kind::observe:
+        return "if (model->before_event != NULL) {\n    model->before_event(model->observer);\n}\n";
     default: return Generator::text_of(s, pass);
     }
 }
@@ -313,6 +316,35 @@ std::string CGenerator::runge_kutta(const Calls& calls) const {
                      4);
     return "// One step of " + solver_name() + ".\n" + head_of("integrate") + "\n{\n" + body +
            "    return true;\n}\n\n";
+}
+
+std::string CGenerator::evaluation(const std::string& name, const std::string& its,
+                                   const std::string& doc) const {
+    return "// " + doc + "\n" + head_of(name) + "\n{\n" + (its == "true" ? "    (void)model;\n" : "") +
+           "    return " + its + ";\n}\n\n";
+}
+
+std::string CGenerator::crossings(const Calls& calls) {
+    const CFunction crossing{"crossing", real()};
+    functions_.insert(crossing);
+    const std::string type = c_name(real()), found = flag(crossed_flag());
+    std::string lost, looks;
+    for (const auto& field : guards_) {
+        const std::string guard = in_structure("guards_") + "." + field.member,
+                          before = in_structure("guards_before_") + "." + field.member;
+        lost += each(*field.slot, [&](const std::string& i) { return guard + i + " = NAN;\n"; });
+        looks += each(*field.slot, [&](const std::string& i) {
+            const std::string change =
+                c_name(crossing, file_ + "_") + "(" + before + i + ", " + guard + i + ")";
+            return equation("change = " + change + ";") + before + i + " = " + guard + i + ";\n" + guard + i +
+                   " = change;\n" + found + " = " + found + " || (change != " + c_literal(0, real()) + ");\n";
+        });
+    }
+    return evaluation("compute_again", calls.again, "After an event.") +
+           "// Guards are 1 where they rose through 0, -1 where they fell, else 0.\n" +
+           head_of("find_crossings") + "\n{\n    " + type + " change;\n" + indented(lost, 4) +
+           indented(unless(calls.guards, "return false;\n"), 4) + "    " + found + " = false;\n" +
+           indented(looks, 4) + "    return true;\n}\n\n";
 }
 
 } // namespace bf::codegen

@@ -31,6 +31,7 @@ class CGenerator final : public Generator {
     std::string rate_functions() const override;
     std::string time_at(const std::string& steps) const override;
     std::string unless(const std::string& good, const std::string& otherwise) const override;
+    std::string has_crossed(const Field& guard) const override;
     std::string is_positive(const Node::End& end) const override;
     std::string text_of(const program::Statement& statement, program::Pass pass) override;
     std::string commits(const program::Statement& statement) const override;
@@ -44,6 +45,9 @@ class CGenerator final : public Generator {
     std::string edge(const program::Statement& statement) const;
     std::string repetition(const program::Statement& statement, program::Pass pass);
     std::string runge_kutta(const Calls& calls) const;
+    std::string crossings(const Calls& calls);
+    /// A function of the model that is an expression.
+    std::string evaluation(const std::string& name, const std::string& its, const std::string& doc) const;
     std::string member(const Field& field) const;
     /// The typedef of a structure and, if it has members, that of a member of the model.
     std::string structure(const std::string& name, const std::string& doc, const std::vector<Field>& fields);

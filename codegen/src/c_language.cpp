@@ -295,6 +295,14 @@ const CDefinitions of_reals{
     return y;
 }
 )"},
+    // 1 where it rose, -1 where it fell, else 0.
+    {"crossing", R"(static @T@ @name@(@T@ before, @T@ now)
+{
+    const bool rises = (before < @zero@) && (now >= @zero@);
+    const bool falls = (before > @zero@) && (now <= @zero@);
+    return rises ? @one@ : (falls ? -@one@ : @zero@);
+}
+)"},
     // Results that are not finite are not good.
     {"bounded", R"(static @T@ @name@(@T@ x, bool *is_good)
 {

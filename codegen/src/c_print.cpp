@@ -63,7 +63,8 @@ std::string CGenerator::header() {
         structure("signals", "What the blocks compute.", signals_) +
         structure("states", "What is kept from step to step.", states_) +
         structure("continuous", "What the solver integrates.", continuous_) +
-        structure("workspace", "Means nothing between two steps.", workspace_);
+        structure("workspace", "Means nothing between two steps.", workspace_) +
+        structure("guards", "Zero-crossing functions.", guards_);
     if (control.find(p + "clock") != control.npos)
         text += "// When a triggered subsystem ran last, and the time since it ran before [s].\ntypedef "
                 "struct {\n    " +
@@ -81,13 +82,20 @@ std::string CGenerator::header() {
     add("signals", signals_, "signals", "");
     add("states", states_, "states", "");
     add("continuous", continuous_, "continuous", "");
+    if (!guards_.empty())
+        text +=
+            "    // Called with observer, and with the signals and states at a zero crossing, before blocks "
+            "answer it.\n    void (*before_event)(void *observer);\n    void *observer;\n";
     text += "    // The rest belongs to the functions below.\n";
     add("states", states_, "next", " // states after this step");
     add("continuous", continuous_, "rates", " // derivatives");
     add("continuous", continuous_, "start", " // of the step");
     add("continuous", continuous_, ("slopes[" + number(stages_of_solver()) + "]").c_str(),
         " // of the solver's stages");
+    if (has_continuous_events()) add("continuous", continuous_, "after", " // an event");
     add("workspace", workspace_, "workspace", "");
+    add("guards", guards_, "guards", "");
+    add("guards", guards_, "guards_before", " // in the step before");
     if (!control.empty()) text += "    " + p + "control control;\n";
     text += "    int64_t steps;\n" + (is_split() ? "" : "    " + real + " time_of_step; // [s]\n") +
             "    const char *failed_block;\n    const char "
@@ -146,6 +154,13 @@ std::string CGenerator::source(const Calls& calls) {
         initial += "    for (int i = 0; i < " +
                    number(diagram_.slot(program_.memories[static_cast<std::size_t>(m)].signal).size.count()) +
                    "; ++i) {\n        " + memory(m) + "[i] = NAN;\n    }\n";
+    for (const auto& field : guards_)
+        initial +=
+            indented(each(*field.slot,
+                          [&](const std::string& i) {
+                              return in_structure("guards_before_") + "." + field.member + i + " = NAN;\n";
+                          }),
+                     4);
     for (const auto& field : signals_)
         if (field.slot->role == Role::input && !field.slot->initial.empty())
             initial +=
@@ -154,13 +169,10 @@ std::string CGenerator::source(const Calls& calls) {
                          4);
     body += "bool " + p + "initialize" + parameter + "\n{\n" + initial +
             Generator::text_of(program_.start, program::first, 4) + "    return true;\n}\n\n";
-    const auto evaluation = [&](const std::string& name, const std::string& its, const std::string& doc) {
-        return "// " + doc + "\n" + head_of(name) + "\n{\n" + (its == "true" ? "    (void)model;\n" : "") +
-               "    return " + its + ";\n}\n\n";
-    };
     std::string middle = is_split() ? "" : evaluation("compute", calls.outputs, "The signals of the step.");
     middle += procedure_functions() + task_functions(calls);
     if (has_continuous_states()) middle += runge_kutta(calls);
+    if (!guards_.empty()) middle += crossings(calls);
     body += "bool " + p + "compute_constants" + parameter + "\n{\n" +
             (calls.constants == "true" ? "    (void)model;\n" : "") + "    return " + calls.constants +
             ";\n}\n\n";
@@ -189,6 +201,8 @@ std::string CGenerator::source(const Calls& calls) {
     for (const auto& declaration : declarations_) declarations += declaration + "\n";
     for (const auto& procedure : procedures_) declarations += declaration_of(procedure) + "\n";
     if (has_continuous_states()) declarations += declaration_of("integrate") + "\n";
+    if (!guards_.empty())
+        declarations += declaration_of("compute_again") + "\n" + declaration_of("find_crossings") + "\n";
     if (!is_split()) declarations += declaration_of("compute") + "\n";
     for (const auto& task : calls.tasks)
         for (const char* half : {"output_", "update_"})
@@ -255,11 +269,18 @@ std::string CGenerator::main_program() const {
                           : "static bool " + p + "read_inputs(" + p + "model *model)\n{\n    double x;\n" +
                                 indented(reads, 4) + "    return true;\n}\n\n") +
            "static void " + p + "print_row(const " + p + "model *model)\n{\n    (void)printf(\"%.17g\", " +
-           p + "time(model));\n" + indented(rows, 4) +
-           "    (void)printf(\"\\n\");\n}\n\nint main(int argc, char **argv)\n{\n    static " + p +
+           p + "time(model));\n" + indented(rows, 4) + "    (void)printf(\"\\n\");\n}\n\n" +
+           (guards_.empty() ? ""
+                            : "static void " + p + "print_event(void *model)\n{\n    " + p +
+                                  "print_row((const " + p + "model *)model);\n}\n\n") +
+           "int main(int argc, char **argv)\n{\n    static " + p +
            "model model;\n    const double steps = (argc > 1) ? strtod(argv[1], NULL) : (" + upper(file_) +
            "_STOP_TIME / " + upper(file_) + "_PERIOD) - 1e-6;\n    bool good;\n    " + p +
-           "set_defaults(&model);\n    good = " + p + "initialize(&model);\n" + indented(head, 4) +
+           "set_defaults(&model);\n" +
+           (guards_.empty()
+                ? ""
+                : "    model.before_event = " + p + "print_event;\n    model.observer = &model;\n") +
+           "    good = " + p + "initialize(&model);\n" + indented(head, 4) +
            "    (void)puts(\"\");\n    while (good && ((double)model.steps < steps)) {\n" +
            (reads.empty() ? ""
                           : "        if (!" + p + "read_inputs(&model)) {\n            break;\n        }\n") +
@@ -303,14 +324,8 @@ std::string CGenerator::read_me() const {
 }
 
 Files CGenerator::run() {
-    check();
-    place_all();
     Files files;
-    Calls calls;
-    find_flags_in_use();
-    calls.constants = functions("constants", guarded(program_.constants));
-    print_step(calls);
-    calls.derivatives = functions("derivatives", guarded(program_.derivatives));
+    const Calls calls = print_functions();
     const std::string text = source(calls);
     if (!refused_.empty()) {
         std::string list;

@@ -123,8 +123,7 @@ std::string Generator::condition(const std::vector<Literal>& when) const {
                 one = l.is_negated ? "(" + one + " > 0)" : one + " > 0";
         } else if (l.kind == Literal::Kind::crossing) {
             for (const auto& field : guards_)
-                if (field.end.node == l.number)
-                    one += (one.empty() ? "" : " || ") + ("has_crossed(guards_." + field.member + ")");
+                if (field.end.node == l.number) one += (one.empty() ? "" : " || ") + has_crossed(field);
             if (l.is_negated || when.size() > 1) one = "(" + one + ")";
         }
         text += (text.empty() ? "" : " && ") + ((l.is_negated ? "!" : "") + one);
@@ -139,6 +138,10 @@ std::string Generator::failing(int n, const std::string& why) const {
 std::string Generator::unless(const std::string& good, const std::string& otherwise) const {
     const bool is_one_call = good.find(' ') == good.npos;
     return "if (!" + (is_one_call ? good : "(" + good + ")") + ") " + otherwise;
+}
+
+std::string Generator::has_crossed(const Field& guard) const {
+    return "has_crossed(guards_." + guard.member + ")";
 }
 
 std::string Generator::is_positive(const Node::End& end) const {
@@ -223,10 +226,8 @@ std::string Generator::text_of(const Statement& s, program::Pass pass) {
         return body.empty() ? "" : "if (" + condition(s.when) + ") {\n" + body + "}\n";
     }
     case Kind::repeat: return repetition(s, pass);
-    case Kind::event:
-        return "if (!hosted_->event(" + number(hosted_[static_cast<std::size_t>(s.node)]) + "))\n    " +
-               failing(s.node, "hosted_->failure()");
-    case Kind::look: return "if (!find_crossings()) return false;\n";
+    case Kind::event: return event(s.node);
+    case Kind::look: return unless(call_of("find_crossings"), "return false;\n");
     case Kind::observe: return "if (before_event) before_event(observer);\n";
     case Kind::integrate: return unless(call_of("integrate"), "return false;\n");
     case Kind::evaluate:
@@ -354,7 +355,7 @@ std::string Generator::control_resets() const {
         text += "    forget(" + memory(m) + ", in(" +
                 place_of(program_.memories[static_cast<std::size_t>(m)].signal).text() + ").size());\n";
     if (!guards_.empty())
-        text += "    forget(elements<double>(guards_before_), " + number(guard_count()) + ");\n";
+        text += "    forget(elements<Real>(guards_before_), " + number(guard_count()) + ");\n";
     return text;
 }
 
@@ -391,10 +392,10 @@ int Generator::guard_count() const {
 std::string Generator::crossings_functions(const Calls& calls) const {
     const std::string count = number(guard_count());
     return "// After an event.\nbool " + class_ + "::compute_again() noexcept { return " + calls.again +
-           "; }\n\nbool " + class_ + "::find_crossings() noexcept {\n    forget(elements<double>(guards_), " +
+           "; }\n\nbool " + class_ + "::find_crossings() noexcept {\n    forget(elements<Real>(guards_), " +
            count + "); // of subsystems that do not run\n    if (!(" + calls.guards +
            ")) return false;\n    " + flag(crossed_flag()) +
-           " = bf::generated::find_crossings(elements<double>(guards_), elements<double>(guards_before_), " +
+           " = bf::generated::find_crossings(elements<Real>(guards_), elements<Real>(guards_before_), " +
            count + ");\n    return true;\n}\n\n";
 }
 

@@ -33,11 +33,12 @@ bool is_printable(const program::Program& program, int number) {
     const auto& node = program.diagram->nodes[static_cast<std::size_t>(number)];
     const auto& d = node.block->declaration();
     const auto& m = node.methods;
-    if (m.output || m.update || m.derivative || m.reset || !d.objects.empty()) return false;
-    if (answers_crossings(program, number)) return false;
-    for (const auto* rules : {&d.output_rules, &d.update_rules, &d.derivative_rules})
-        for (const Call& call : *rules)
-            if (!header_of_kernel(call.kernel)) return false;
+    if (m.output || m.update || m.derivative || m.reset || m.event || !d.objects.empty()) return false;
+    const bool answers = answers_crossings(program, number);
+    if (m.guards && answers) return false;
+    for (const Phase phase : phases)
+        for (const Call& call : d.rules(phase))
+            if ((answers || phase < Phase::guards) && !header_of_kernel(call.kernel)) return false;
     return true;
 }
 
@@ -118,9 +119,9 @@ void Generator::place(const Node::End& end, const char* structure, std::vector<F
     const std::string member = unique_identifier(path, taken_[structure]);
     places_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {
         in_structure(structure), member};
-    if (slot.role == Role::discrete_state)
+    if (slot.role == Role::discrete_state || slot.role == Role::continuous_state)
         next_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {
-            in_structure("next_"), member};
+            in_structure(slot.role == Role::discrete_state ? "next_" : "after_"), member};
     fields.push_back({end, member, path, &slot});
 }
 
@@ -329,11 +330,7 @@ std::string Generator::statement(int n, Phase phase, int index) {
 }
 
 std::string Generator::rule(int n, Phase phase, int index) {
-    const auto& d = block(n).declaration();
-    const auto& rules = phase == Phase::output   ? d.output_rules
-                        : phase == Phase::update ? d.update_rules
-                                                 : d.derivative_rules;
-    const Call& call = rules[static_cast<std::size_t>(index)];
+    const Call& call = block(n).declaration().rules(phase)[static_cast<std::size_t>(index)];
     // Longer ones run out of line: each kernel is compiled once for all that have the same extents.
     bool is_short = call.operands.size() <= 16, is_small = true;
     for (const auto& from : call.operands) {
@@ -409,6 +406,36 @@ std::string Generator::assignment(const std::string& to, const Slot& to_slot, co
     if (!is_dynamic() && is_one_number(to_slot) && is_one_number(from_slot) && to_slot.type == from_slot.type)
         return to + " = " + from + ";\n";
     return "assign(" + to + ", " + from + ");\n";
+}
+
+std::string Generator::event(int n) {
+    if (is_hosted(n))
+        return "if (!hosted_->event(" + number(hosted_number(n)) + "))\n    " +
+               failing(n, "hosted_->failure()");
+    const auto& rules = block(n).declaration().event_rules;
+    std::string text, begin, end;
+    const auto& slots = block(n).resolution().slots;
+    for (std::size_t s = 0; s < slots.size(); ++s) {
+        if (!is_state(slots[s]) || std::none_of(rules.begin(), rules.end(), [&](const Call& call) {
+                return call.writes(static_cast<int>(s));
+            }))
+            continue;
+        const std::string now = place_of({n, static_cast<int>(s)}).text(),
+                          next = next_[static_cast<std::size_t>(n)][s].text();
+        begin += assignment(next, slots[s], now, slots[s]);
+        end += assignment(now, slots[s], next, slots[s]);
+    }
+    for (int i = 0; i < static_cast<int>(rules.size()); ++i) text += statement(n, Phase::event, i);
+    return begin + text + end;
+}
+
+bool Generator::has_continuous_events() const {
+    return std::any_of(continuous_.begin(), continuous_.end(), [&](const Field& field) {
+        const auto& rules = block(field.end.node).declaration().event_rules;
+        return !is_hosted(field.end.node) && answers_crossings(program_, field.end.node) &&
+               std::any_of(rules.begin(), rules.end(),
+                           [&](const Call& call) { return call.writes(field.end.slot); });
+    });
 }
 
 std::string Generator::set(int number) const {

@@ -109,6 +109,10 @@ class Generator {
     virtual std::string assignment(const std::string& to, const Slot& to_slot, const std::string& from,
                                    const Slot& from_slot) const;
     std::string set(int number) const; ///< of the program's sets
+    /// The block changes its states where its guards crossed.
+    std::string event(int n);
+    /// Does a printed event change continuous states?
+    bool has_continuous_events() const;
 
     /// Calls of the functions that make up each part of the program, joined by &&.
     struct Calls {
@@ -122,6 +126,9 @@ class Generator {
         std::vector<Task> tasks; ///< of the program's, where it is split
     };
 
+    /// Gives quantities their places and prints the functions that both languages have.
+    Calls print_functions();
+
     // The statements of the program.
     void find_flags_in_use();
     std::string flag(int flag) const;
@@ -130,6 +137,8 @@ class Generator {
     virtual std::string failing(int node, const std::string& why) const;
     /// A statement that runs where something did not go well.
     virtual std::string unless(const std::string& good, const std::string& otherwise) const;
+    /// Did some element of a guard cross 0?
+    virtual std::string has_crossed(const Field& guard) const;
     /// Some element of a signal that is no number on its own is above 0.
     virtual std::string is_positive(const Node::End& end) const;
     virtual std::string text_of(const program::Statement& statement, program::Pass pass = program::first);

@@ -229,6 +229,7 @@ std::string Generator::header(const Calls& calls) const {
                    "counts\n") +
         (workspace_.empty() ? "" : "    Workspace workspace_{};\n") +
         (guards_.empty() ? "" : "    Guards guards_{}, guards_before_{};\n") +
+        (has_continuous_events() ? "    ContinuousStates after_{}; // an event\n" : "") +
         (has_continuous_states() && is_dynamic()
              ? "    ContinuousStates rates_; // derivatives\n    int continuous_size_ = 0;\n    Real* "
                "continuous_elements_ = nullptr;\n    Real* rate_elements_ = nullptr;\n    std::vector<Real> "
@@ -501,20 +502,27 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
            ".py COPYONLY)\n";
 }
 
-Files Generator::run() {
+Generator::Calls Generator::print_functions() {
     check();
     place_all();
-    Files files;
-    Calls calls;
     find_flags_in_use();
+    Calls calls;
     calls.constants = functions("constants", guarded(program_.constants));
-    calls.follow = functions("follow", follow());
     print_step(calls);
     calls.derivatives = functions("derivatives", guarded(program_.derivatives));
     for (const auto& s : program_.derivatives)
         calls.inner_statements += std::max(static_cast<int>(s.body.size()), 1);
     if (!guards_.empty()) calls.guards = functions("guards", guarded(program_.guards));
+    return calls;
+}
 
+Files Generator::run() {
+    Files files;
+    Calls calls = print_functions();
+    calls.follow = functions("follow", follow());
+
+    // What the class keeps and calls is known once its functions are printed.
+    std::string text = main_source(calls), what = ": initialize, step, terminate";
     std::vector<std::string> sources{file_ + ".cpp"};
     std::set<std::string> headers = headers_;
     headers.insert("bf/kernels/view.hpp");
@@ -522,11 +530,9 @@ Files Generator::run() {
     if (!formulas_.formulas.empty()) headers.insert("bf/codegen/formula.hpp");
     std::string includes = "#include \"" + file_ + ".hpp\"\n\n";
     for (const auto& header : headers) includes += "#include \"" + header + "\"\n";
-    const auto complete = [&](const std::string& what, const std::string& body) {
-        return "// " + comment(diagram_.name) + what + ".\n" + includes + "\n" + names_used(body) + body;
+    const auto complete = [&](const std::string& part, const std::string& body) {
+        return "// " + comment(diagram_.name) + part + ".\n" + includes + "\n" + names_used(body) + body;
     };
-    // What the class keeps is known once its functions are printed.
-    std::string text = main_source(calls), what = ": initialize, step, terminate";
     files[file_ + ".hpp"] = header(calls);
     int statements = 0;
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
@@ -594,8 +600,8 @@ MemoryReport Generator::memory() const {
             .outputs = bytes_of(outputs_),
             .parameters = 2 * (bytes_of(parameters_) + variables), // the last ones are kept to go back to
             .signals = bytes_of(signals_),
-            .states = 2 * bytes_of(states_) +
-                      static_cast<std::size_t>(continuous_size()) * real_bytes * (3 + stages),
+            .states = 2 * bytes_of(states_) + static_cast<std::size_t>(continuous_size()) * real_bytes *
+                                                  (3 + stages + has_continuous_events()),
             .workspace = bytes_of(workspace_) + 2 * bytes_of(guards_)};
 }
 

@@ -2,7 +2,9 @@
 
 #include "bf/kernels/continuous.hpp"
 #include "bf/kernels/discrete.hpp"
+#include "bf/kernels/events.hpp"
 #include "bf/kernels/geometry.hpp"
+#include "bf/kernels/guards.hpp"
 #include "bf/kernels/limits.hpp"
 #include "bf/kernels/linear_algebra.hpp"
 #include "bf/kernels/logic.hpp"
@@ -115,7 +117,8 @@ constexpr bool is_alike =
               kernels::Difference, kernels::Equal, kernels::NotEqual, kernels::Less, kernels::LessEqual,
               kernels::Greater, kernels::GreaterEqual, kernels::Not, kernels::Inside, kernels::Changed,
               kernels::Increased, kernels::Decreased, kernels::LimitedRate, kernels::LimitReached,
-              kernels::Pid>;
+              kernels::Pid, kernels::StoppedState, kernels::StoppedSide, kernels::BegunState,
+              kernels::SwitchedMode>;
 template <class K> constexpr Elements elements_of_kernel() {
     if constexpr (requires { K::is_elementwise; })
         return Elements::of_all;
@@ -170,8 +173,10 @@ constexpr auto plain = kernels_of<
     k::Diagonal, k::DiagonalOf, k::Identity, k::SumOfColumns, k::SumOfRows, k::Norm1, k::Norm2, k::NormInf,
     k::CumulativeSum, k::Sort, k::FindFirst, k::LookUpRow, k::Assert, k::Count, k::OnDelay, k::StateMachine,
     k::StateMachineUpdate, k::IsCase, k::AlwaysTrue, k::Wave, k::WithinCycle, k::JKFlipFlop, k::Chirp,
-    k::Check<k::CheckKind::always>, k::Check<k::CheckKind::final>, k::Check<k::CheckKind::maximum>,
-    k::Check<k::CheckKind::minimum>, k::Check<k::CheckKind::rms>, k::Check<k::CheckKind::mean>>();
+    k::StoppedState, k::StoppedSide, k::BegunState, k::SwitchedMode, k::Margin, k::PositiveSign,
+    k::StopMargins, k::Check<k::CheckKind::always>, k::Check<k::CheckKind::final>,
+    k::Check<k::CheckKind::maximum>, k::Check<k::CheckKind::minimum>, k::Check<k::CheckKind::rms>,
+    k::Check<k::CheckKind::mean>>();
 constexpr std::array variadic{kernel<k::Pid, List::none, 19>()};
 constexpr auto of_lists =
     kernels_of<List::last, k::Sum, k::ElementProduct, k::MinimumOfList, k::MaximumOfList, k::And, k::Or,
@@ -288,6 +293,7 @@ std::vector<std::optional<Type>> types_of_computation(std::string_view name,
         arguments[1].values.empty() && arguments[2].values.empty() &&
         (arguments[1].type == Type::float64 || arguments[2].type == Type::float64))
         types.assign(arguments.size(), Type::float64);
+    if (is_any<k::Margin, k::StopMargins>(name)) types.assign(arguments.size(), arguments[0].type);
     // The period, in a model of another type.
     if (is_any<k::Accumulate, k::AccumulateHalf, k::Difference, k::RateLimit>(name))
         for (std::size_t a = 0; a < arguments.size(); ++a)

@@ -632,20 +632,20 @@ connections: {sum: [half, x], half: sum.u2, x: sum.u1}
         "generate the part of the model without them");
 }
 
-TEST(Generate, RefusesBlocksThatAnswerZeroCrossingsOnBareProcessors) {
-    const auto with = [](const std::string& relay) {
-        const Elaborated one(
-            formats::read_yaml_text("model: bare\nstep: 0.1\nblocks:\n  x: {block: Integrator}\n"
-                                    "  relay: {block: Relay" +
-                                        relay + "}\nconnections: {x: relay, relay: x}\n",
-                                    "m.yaml"));
+TEST(Generate, RefusesBlocksWithMethodsOnBareProcessors) {
+    const auto with = [](const std::string& block) {
+        const Elaborated one(formats::read_yaml_text("model: bare\nstep: 0.1\nblocks:\n  x: {block: "
+                                                     "Integrator}\n  some: {block: " +
+                                                         block + "}\nconnections: {x: some, some: x}\n",
+                                                     "m.yaml"));
         return refusal([&] { generate(one.diagram, {.embedded = true}); });
     };
-    EXPECT_EQ(with(", period: 0.1"), "");
-    EXPECT_EQ(with(""),
-              "no code can be generated for 'bare':\n  relay (Relay): its class makes it at the start of the "
-              "program, which needs a heap and exceptions\nreplace these blocks, or generate the part of the "
-              "model without them");
+    EXPECT_EQ(with("Relay"), "") << "it answers zero crossings by rules";
+    EXPECT_EQ(
+        with("FirstOrderHold"),
+        "no code can be generated for 'bare':\n  some (FirstOrderHold): its class makes it at the start "
+        "of the program, which needs a heap and exceptions\nreplace these blocks, or generate the part "
+        "of the model without them");
 }
 
 TEST(Generate, WritesIntoEmptyFoldersOnly) {

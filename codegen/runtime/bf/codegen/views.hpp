@@ -146,8 +146,8 @@ template <class T> bool is_positive(const T& signal) noexcept {
 }
 
 /// x := NaN: not looked at yet, or not running.
-inline void forget(double* x, int count) noexcept {
-    for (int i = 0; i < count; ++i) x[i] = std::numeric_limits<double>::quiet_NaN();
+template <class T> void forget(T* x, int count) noexcept {
+    for (int i = 0; i < count; ++i) x[i] = std::numeric_limits<T>::quiet_NaN();
 }
 
 /// Has some element of a control signal such an edge since the last look? The first look only remembers; a
@@ -165,12 +165,12 @@ template <program::Edge edge, class T> bool has_edge(const T& signal, double* be
 
 /// before := the values of zero-crossing functions; guards := +1 where one rose through 0 since then, -1
 /// where it fell, else 0. True if one did.
-inline bool find_crossings(double* guards, double* before, int count) noexcept {
+template <class T> bool find_crossings(T* guards, T* before, int count) noexcept {
     bool found = false;
     for (int i = 0; i < count; ++i) {
-        const double last = before[i], now = guards[i];
+        const T last = before[i], now = guards[i];
         before[i] = now;
-        guards[i] = program::crossing(last, now);
+        guards[i] = static_cast<T>(program::crossing(last, now));
         found = found || guards[i] != 0;
     }
     return found;

@@ -18,7 +18,7 @@ constexpr bool is_edge(Edge edge, double before, double now) noexcept {
 }
 
 /// How a guard crossed 0 between two values: +1 it rose, -1 it fell, 0 it did not. Leaving 0 is no crossing.
-constexpr int crossing(double before, double now) noexcept {
+template <class T> constexpr int crossing(T before, T now) noexcept {
     return before < 0 && now >= 0 ? 1 : before > 0 && now <= 0 ? -1 : 0;
 }
 

@@ -283,8 +283,7 @@ Quantities @Class@::check_table() const noexcept { return hosted_ ? of(hosted_)-
 FixedNames @Class@::fixed_table() const noexcept { return hosted_ ? of(hosted_)->fixed() : FixedNames{nullptr, 0}; }
 
 const Quantity* @Class@::find_parameter(const char* name) const noexcept {
-    const Quantity* found = parameter_table().find(name);
-    return found ? found : variable_table().find(name);
+    return hosted_ ? of(hosted_)->find_parameter(name) : nullptr;
 }
 
 void* @Class@::data(const Quantity& quantity) noexcept { return ElaboratedModel::address(quantity); }

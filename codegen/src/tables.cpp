@@ -177,15 +177,9 @@ std::string Generator::tables() const {
            "const char* " +
            class_ +
            "::set_parameters(const NewValue* changes, int count) noexcept {\n"
-           "    for (int i = 0; i < count; ++i) {\n"
-           "        const Quantity* quantity = find_parameter(changes[i].name);\n"
-           "        if (!quantity) return \"there is no parameter of this name\";\n"
-           "        if (const char* wrong = bf::generated::check_count(*quantity, "
-           "changes[i].count))\n            return wrong;\n"
-           "        const auto value = [&](int e) { return changes[i].values[e]; };\n"
-           "        if (const char* wrong = bf::generated::check_limits(*quantity, changes[i].count, value" +
+           "    if (const char* wrong = bf::generated::check_changes(*this, changes, count" +
            problem +
-           "))\n            return wrong;\n    }\n"
+           "))\n        return wrong;\n"
            "    previous_ = parameters;\n" +
            (has_variables() ? "    previous_variables_ = variables;\n" : "") +
            (formulas_.formulas.empty() ? "" : "    previous_given_ = given_;\n") +
@@ -199,19 +193,24 @@ std::string Generator::tables() const {
            "    }\n"
            "    const char* const before = failure_;\n"
            "    const char* const block = failed_block_;\n"
-           "    const char* wrong = follow() ? bf::generated::check_following(*this" +
+           "    const auto check = [this]() -> const char* {\n"
+           "        if (!follow()) return failure_;\n"
+           "        if (const char* wrong = bf::generated::check_following(*this" +
            problem +
-           ") : failure_;\n"
-           "    const auto memory = [this](const Quantity& quantity) { return data(quantity); };\n"
-           "    if (!wrong) wrong = bf::generated::check_order(parameter_table(), memory" +
+           "))\n            return wrong;\n"
+           "        return bf::generated::check_order(\n            parameter_table(), [this](const "
+           "Quantity& "
+           "quantity) { return data(quantity); }" +
            problem +
-           ");\n"
-           "    if (!wrong && is_initialized_ && !compute_constants()) wrong = failure_;\n"
+           ");\n    };\n"
+           "    const auto recompute = [this]() -> const char* {\n"
+           "        return is_initialized_ && !compute_constants() ? failure_ : nullptr;\n    };\n"
+           "    const auto restore = [this] {\n        parameters = previous_;\n" +
+           (has_variables() ? "        variables = previous_variables_;\n" : "") +
+           (formulas_.formulas.empty() ? "" : "        given_ = previous_given_;\n") +
+           "    };\n"
+           "    const char* const wrong = bf::kernels::keep_or_restore(check, recompute, restore);\n"
            "    if (!wrong) return nullptr;\n"
-           "    parameters = previous_;\n" +
-           (has_variables() ? "    variables = previous_variables_;\n" : "") +
-           (formulas_.formulas.empty() ? "" : "    given_ = previous_given_;\n") +
-           "    if (is_initialized_) compute_constants();\n"
            "    failure_ = before;\n"
            "    failed_block_ = block;\n"
            "    return wrong;\n}\n";

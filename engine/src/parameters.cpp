@@ -23,9 +23,10 @@ ParameterChange Simulation::prepare(const std::vector<ParameterValue>& changes) 
                            "; parameters are called block.parameter");
         }
         const Slot& s = diagram_.slot({node, slot});
-        if (values.size() != 1 && static_cast<int>(values.size()) != s.size.count())
-            throw RunError("parameter '" + path + "' has " + std::to_string(s.size.count()) +
-                           " elements, not " + std::to_string(values.size()));
+        char wrong_count[256];
+        if (kernels::is_wrong_count("parameter", path.c_str(), s.size.count(),
+                                    static_cast<int>(values.size()), wrong_count, sizeof wrong_count))
+            throw RunError(wrong_count);
         if (const auto wrong = outside_limits(s, values, path); !wrong.empty()) throw RunError(wrong);
         auto* const at = static_cast<std::byte*>(context_.data(node, slot));
         if (std::any_of(result.parts.begin(), result.parts.end(),
@@ -65,13 +66,17 @@ Status Simulation::apply(ParameterChange& change) noexcept {
     must_restart_ = true;
     const Status before = status_;
     const int node_before = failed_node_;
+    Status failed = Status::failure("a parameter is below the one that it must be at least");
     swap();
-    const bool in_order = is_in_order(change);
-    if (in_order && machine_->run(machine_->constants)) return ok;
-    const Status failed =
-        in_order ? status_ : Status::failure("a parameter is below the one that it must be at least");
-    swap(); // these values were good before
-    machine_->run(machine_->constants);
+    const bool is_refused =
+        kernels::keep_or_restore([&] { return is_in_order(change) ? nullptr : change.refusal; },
+                                 [&] {
+                                     const bool is_defined = machine_->run(machine_->constants);
+                                     if (!is_defined) failed = status_;
+                                     return is_defined ? nullptr : "a constant is not defined";
+                                 },
+                                 swap);
+    if (!is_refused) return ok;
     status_ = before;
     failed_node_ = node_before;
     return failed;

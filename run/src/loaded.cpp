@@ -2,6 +2,7 @@
 
 #include "bf/base/library_file.hpp"
 #include "bf/core/registry.hpp"
+#include "bf/kernels/limits.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -153,9 +154,10 @@ ParameterChange LoadedRun::prepare(const std::vector<ParameterValue>& values) {
             throw RunError("there is no parameter '" + path + "'" + did_you_mean(path, names) +
                            "; parameters are called block.parameter");
         const auto count = known[static_cast<std::size_t>(found - names.begin())].info.elements();
-        if (elements.size() != 1 && elements.size() != count)
-            throw RunError("parameter '" + path + "' has " + std::to_string(count) + " elements, not " +
-                           std::to_string(elements.size()));
+        char wrong[256];
+        if (kernels::is_wrong_count("parameter", path.c_str(), static_cast<int>(count),
+                                    static_cast<int>(elements.size()), wrong, sizeof wrong))
+            throw RunError(wrong);
     }
     ParameterChange change;
     change.values = values;

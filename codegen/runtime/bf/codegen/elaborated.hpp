@@ -92,10 +92,7 @@ class ElaboratedModel final : public BlocksInContext {
 
     /// The constants of a rule's operand.
     kernels::View<const double> constants(int node, Phase phase, int rule, int operand) const {
-        const auto& d = diagram_.nodes[static_cast<std::size_t>(node)].block->declaration();
-        const auto& rules = phase == Phase::output   ? d.output_rules
-                            : phase == Phase::update ? d.update_rules
-                                                     : d.derivative_rules;
+        const auto& rules = diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().rules(phase);
         const auto& values =
             *rules[static_cast<std::size_t>(rule)].operands[static_cast<std::size_t>(operand)].constants;
         return {values.data(), static_cast<int>(values.size())};
@@ -125,6 +122,11 @@ class ElaboratedModel final : public BlocksInContext {
 
     // ---- names
 
+    /// The parameter or variable of that name, or null.
+    const Quantity* find_parameter(const char* name) const noexcept {
+        const Quantity* const found = parameters().find(name);
+        return found ? found : variables().find(name);
+    }
     Quantities parameters() const { return of(parameters_); }
     Quantities variables() const { return of(variables_); }
     Quantities inputs() const { return of(inputs_); }
@@ -137,14 +139,10 @@ class ElaboratedModel final : public BlocksInContext {
     template <class F>
     const char* set_parameters(const NewValue* changes, int count, F&& recompute) noexcept {
         try {
+            if (const char* wrong = check_changes(*this, changes, count, outside_)) return wrong;
             NamedValues asked;
             for (int i = 0; i < count; ++i) {
-                const Quantity* q = parameters().find(changes[i].name);
-                if (!q) q = variables().find(changes[i].name);
-                if (!q) return "there is no parameter of this name";
-                if (const char* wrong = check_count(*q, changes[i].count)) return wrong;
-                const auto value = [&](int e) { return changes[i].values[e]; };
-                if (const char* wrong = check_limits(*q, changes[i].count, value, outside_)) return wrong;
+                const Quantity* const q = find_parameter(changes[i].name);
                 asked.emplace_back(q->name, std::vector<double>(static_cast<std::size_t>(q->size())));
                 for (std::size_t e = 0; e < asked.back().second.size(); ++e)
                     asked.back().second[e] = changes[i].values[changes[i].count == 1 ? 0 : e];
@@ -161,12 +159,13 @@ class ElaboratedModel final : public BlocksInContext {
                 before.emplace_back(&q, std::move(old));
                 write(q, values);
             }
-            const char* wrong = check_order(parameters(), address, outside_);
-            if (!wrong && !recompute()) wrong = "what follows is not defined for these values";
-            if (wrong) {
-                for (const auto& [q, values] : before) write(*q, values);
-                return wrong;
-            }
+            const char* const wrong = kernels::keep_or_restore(
+                [&] { return check_order(parameters(), address, outside_); },
+                [&] { return recompute() ? nullptr : "what follows is not defined for these values"; },
+                [&] {
+                    for (const auto& [q, values] : before) write(*q, values);
+                });
+            if (wrong) return wrong;
             tuning_->accept(asked);
             show_variables();
             return nullptr;

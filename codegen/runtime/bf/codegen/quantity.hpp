@@ -119,6 +119,17 @@ inline const char* check_count(const Quantity& q, int count) noexcept {
     return count == q.size() || count == 1 ? nullptr : "wrong number of elements";
 }
 
+/// "parameter", for a message about it.
+inline const char* kind_of(const Quantity& q) noexcept {
+    return q.where == Where::variables ? "variable" : q.where == Where::inputs ? "input" : "parameter";
+}
+/// The same with the name and the numbers, in `problem`.
+inline const char* check_count(const Quantity& q, int count, Problem& problem) noexcept {
+    return kernels::is_wrong_count(kind_of(q), q.name, q.size(), count, problem.text, sizeof problem.text)
+               ? problem.text
+               : nullptr;
+}
+
 /// Do value(0), ..., value(count - 1) keep the quantity's limits, and does its type hold them? A variable may
 /// be NaN as long as no parameter follows NaN from it. Null, or what is wrong, in `problem`.
 template <class F>
@@ -128,8 +139,7 @@ const char* check_limits(const Quantity& q, int count, F&& value, Problem& probl
     if (!kernels::find_outside(q.limits, count, value, wrong, sizeof wrong) &&
         (is_variable || !kernels::find_outside(range_of(q), count, value, wrong, sizeof wrong)))
         return nullptr;
-    const char* const what = is_variable ? "variable" : q.where == Where::inputs ? "input" : "parameter";
-    std::snprintf(problem.text, sizeof problem.text, "%s '%.190s' %s", what, q.name, wrong);
+    std::snprintf(problem.text, sizeof problem.text, "%s '%.190s' %s", kind_of(q), q.name, wrong);
     return problem.text;
 }
 
@@ -183,6 +193,19 @@ template <class F> const char* check_order(const Quantities& parameters, F&& dat
             if (read(data(q), q.type, q.size() == 1 ? 0 : i) <
                 read(data(least), least.type, least.size() == 1 ? 0 : i))
                 return "a value is below another that it must be at least";
+    }
+    return nullptr;
+}
+
+/// Are the changes of quantities that there are, each with as many values as it has and within its limits?
+template <class Model, class... To>
+const char* check_changes(const Model& model, const NewValue* changes, int count, To&... problem) noexcept {
+    for (int i = 0; i < count; ++i) {
+        const Quantity* const q = model.find_parameter(changes[i].name);
+        if (!q) return "there is no parameter of this name";
+        if (const char* wrong = check_count(*q, changes[i].count, problem...)) return wrong;
+        const auto value = [&](int e) { return changes[i].values[e]; };
+        if (const char* wrong = check_limits(*q, changes[i].count, value, problem...)) return wrong;
     }
     return nullptr;
 }

@@ -113,6 +113,28 @@ bool find_outside(const Bounds& bounds, int count, F&& value, char* text, std::s
     return false;
 }
 
+/// Are there neither `wanted` values nor one for all? Then writes "parameter 'c.value' has 2 elements, not
+/// 3".
+inline bool is_wrong_count(const char* what, const char* path, int wanted, int count, char* text,
+                           std::size_t size) noexcept {
+    if (count == wanted || count == 1) return false;
+    std::snprintf(text, size, "%s '%.190s' has %d elements, not %d", what, path, wanted, count);
+    return true;
+}
+
+/// Ends a change of parameters, whose new values are in place. `check` and then `recompute`, which computes
+/// what follows from parameters alone, say what is wrong, or null; if something is, `restore` puts back the
+/// old values, which were right, and all follows from them again.
+template <class Check, class Recompute, class Restore>
+const char* keep_or_restore(Check&& check, Recompute&& recompute, Restore&& restore) noexcept {
+    const char* wrong = check();
+    if (!wrong) wrong = recompute();
+    if (!wrong) return nullptr;
+    restore();
+    recompute();
+    return wrong;
+}
+
 /// Looks for the first of value(0), ..., value(count - 1) that is below its element of another parameter,
 /// where a single element of either expands, and writes what is wrong with it: "parameter 'p.upper' must be
 /// at least 'lower', but 1 is below 2". False: none is, and nothing is written.

@@ -48,6 +48,16 @@ template <class F> void guarded(SimStruct* S, const char* callback, F&& f) noexc
     }
 }
 
+/// What Simulink has decided about a port tells more about others, where `set` says that it could be set.
+template <class Set> void take(SimStruct* S, const char* callback, Set&& set) {
+    guarded(S, callback, [&] {
+        if (!set()) return;
+        Prototype prototype(S);
+        prototype.learn(S);
+        prototype.tell(S);
+    });
+}
+
 } // namespace
 
 extern "C" {
@@ -112,22 +122,13 @@ static void mdlInitializeSampleTimes(SimStruct* S) {
 
 #define MDL_SET_INPUT_PORT_DIMENSION_INFO
 static void mdlSetInputPortDimensionInfo(SimStruct* S, int_T port, const DimsInfo_T* info) {
-    guarded(S, "mdlSetInputPortDimensionInfo", [&] {
-        if (!ssSetInputPortDimensionInfo(S, port, info)) return;
-        Prototype prototype(S);
-        prototype.learn(S);
-        prototype.tell(S);
-    });
+    take(S, "mdlSetInputPortDimensionInfo", [&] { return ssSetInputPortDimensionInfo(S, port, info) != 0; });
 }
 
 #define MDL_SET_OUTPUT_PORT_DIMENSION_INFO
 static void mdlSetOutputPortDimensionInfo(SimStruct* S, int_T port, const DimsInfo_T* info) {
-    guarded(S, "mdlSetOutputPortDimensionInfo", [&] {
-        if (!ssSetOutputPortDimensionInfo(S, port, info)) return;
-        Prototype prototype(S);
-        prototype.learn(S);
-        prototype.tell(S);
-    });
+    take(S, "mdlSetOutputPortDimensionInfo",
+         [&] { return ssSetOutputPortDimensionInfo(S, port, info) != 0; });
 }
 
 #define MDL_SET_DEFAULT_PORT_DIMENSION_INFO
@@ -143,22 +144,12 @@ static void mdlSetDefaultPortDimensionInfo(SimStruct* S) {
 
 #define MDL_SET_INPUT_PORT_DATA_TYPE
 static void mdlSetInputPortDataType(SimStruct* S, int_T port, DTypeId type) {
-    guarded(S, "mdlSetInputPortDataType", [&] {
-        ssSetInputPortDataType(S, port, type);
-        Prototype prototype(S);
-        prototype.learn(S);
-        prototype.tell(S);
-    });
+    take(S, "mdlSetInputPortDataType", [&] { return ssSetInputPortDataType(S, port, type), true; });
 }
 
 #define MDL_SET_OUTPUT_PORT_DATA_TYPE
 static void mdlSetOutputPortDataType(SimStruct* S, int_T port, DTypeId type) {
-    guarded(S, "mdlSetOutputPortDataType", [&] {
-        ssSetOutputPortDataType(S, port, type);
-        Prototype prototype(S);
-        prototype.learn(S);
-        prototype.tell(S);
-    });
+    take(S, "mdlSetOutputPortDataType", [&] { return ssSetOutputPortDataType(S, port, type), true; });
 }
 
 #define MDL_SET_DEFAULT_PORT_DATA_TYPES

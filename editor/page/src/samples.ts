@@ -104,6 +104,7 @@ export class Samples {
   /** How branches come from each other; what is known of others is forgotten. */
   keep(branches: BranchInfo[]): void {
     this.branches = branches;
+    if (branches.length === 0) return; // a run of another program has but one
     for (const branch of this.tracks.keys()) if (!branches.some(({ index }) => index === branch)) this.tracks.delete(branch);
   }
 

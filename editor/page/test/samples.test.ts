@@ -56,6 +56,8 @@ describe("a branch", () => {
     expect(samples.along(2, 5)!.at(0.7)).toEqual([0.5]);
     samples.keep([info(0, -1, 0)]);
     expect(samples.along(1, 5)).toBeUndefined();
+    samples.keep([]); // as of a run of another program
+    expect(samples.along(0, 5)!.at(2)).toEqual([2]);
   });
 });
 

@@ -36,7 +36,7 @@ function connections(session: Session): Entry[] {
 
 export function entries_for(session: Session, dialog: Dialog): Entry[] {
   switch (dialog.kind) {
-    case "help": return [];
+    case "help": case "find": return []; // what is found comes from the service
     case "open":
       return session.files.map((file) => ({ key: file, title: file, detail: "", group: "model", run: () => session.open(file) }));
     case "connect": return connections(session);

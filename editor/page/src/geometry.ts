@@ -71,6 +71,12 @@ export function text_bounds(shape: Shape): Rectangle {
 export const wire_line = (element: Element): Point[] =>
   element.shapes.find((shape) => shape.kind === "line")?.points ?? []; // also where a mistake colours it
 
+/** Where the badge of a mistake is. */
+export const badge_of = (element: Element): Point => {
+  const line = wire_line(element);
+  return element.kind === "wire" && line.length > 1 ? middle_of(line) : { x: element.bounds.x + element.bounds.width, y: element.bounds.y };
+};
+
 /** What tells elements apart: an input of variants has several wires. */
 export const key_of = (element: Element): string =>
   element.kind === "wire" ? `${element.from} → ${element.path}` : element.kind === "note" ? `note ${element.path}` : element.path;

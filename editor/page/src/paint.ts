@@ -1,7 +1,7 @@
-import { centre, key_of, meets, middle_of, to_screen, wire_line, type Size, type View } from "./geometry.ts";
+import { badge_of, centre, key_of, meets, middle_of, to_screen, wire_line, type Size, type View } from "./geometry.ts";
 import { handle_at, handles } from "./layout.ts";
 import type { Drawing, Element, Point, Port, Rectangle, Shape } from "./protocol.ts";
-import { font, text_colour, type Colours } from "./theme.ts";
+import { font, rate_colour, text_colour, type Colours } from "./theme.ts";
 
 /** What the page adds to the display list. */
 export interface Look {
@@ -12,6 +12,7 @@ export interface Look {
   pulled: { from: Point; to: Point; fits: Port[] } | null;
   /** A value beside the first wire of each watched source. */
   values: ReadonlyMap<string, string>;
+  by_rate: boolean;
   colours: Colours;
 }
 
@@ -54,6 +55,12 @@ function draw_text({ context, view, look }: Brush, shape: Shape): void {
   context.font = `${shape.style === "note" ? "italic " : ""}${size}px ${font}`;
   context.textAlign = shape.align === "middle" ? "center" : shape.align;
   context.fillStyle = text_colour(look.colours, shape.style);
+  if (shape.style === "name" || shape.style === "label") { // what a wire crosses is still read
+    context.strokeStyle = look.colours.canvas;
+    context.lineWidth = 3;
+    context.lineJoin = "round";
+    context.strokeText(shape.text, at.x, at.y);
+  }
   context.fillText(shape.text, at.x, at.y);
 }
 
@@ -61,19 +68,20 @@ function draw_shape(brush: Brush, shape: Shape, element: Element): void {
   const { context, view, look } = brush, c = look.colours;
   if (shape.kind === "text") return draw_text(brush, shape);
   const key = key_of(element), is_chosen = look.selection.has(key), is_live = is_chosen || look.hovered === key;
+  const own = look.by_rate && element.rate !== null ? rate_colour(element.rate) : null;
   outline(brush, shape);
   context.lineJoin = context.lineCap = "round";
   if (shape.style === "body") {
     context.fillStyle = c.body;
     if (shape.kind !== "line" && shape.kind !== "curve") context.fill();
-    context.strokeStyle = is_live ? c.accent : c["body-line"];
+    context.strokeStyle = is_live ? c.accent : own ?? c["body-line"];
     context.lineWidth = thickness(view, is_chosen ? 1.8 : 1.2);
     context.stroke();
   } else if (shape.style === "branch" || (shape.style === "wire" && (shape.kind === "polygon" || shape.kind === "ellipse"))) {
-    context.fillStyle = is_live ? c.accent : c[shape.style];
+    context.fillStyle = is_live ? c.accent : own ?? c[shape.style];
     context.fill();
   } else {
-    context.strokeStyle = shape.style === "wire" && is_live ? c.accent : c[shape.style];
+    context.strokeStyle = shape.style !== "wire" ? c[shape.style] : is_live ? c.accent : own ?? c.wire;
     context.lineWidth = thickness(view, shape.style === "highlight" ? 2 : shape.style === "wire" && is_chosen ? 2.2 : 1.3);
     context.stroke();
   }
@@ -90,9 +98,7 @@ function screen_box(view: View, r: Rectangle, by: number): Rectangle {
 }
 
 function draw_badge({ context, view, look }: Brush, element: Element): void {
-  const line = wire_line(element);
-  const at = to_screen(view, element.kind === "wire" && line.length > 1 ? middle_of(line)
-    : { x: element.bounds.x + element.bounds.width, y: element.bounds.y });
+  const at = to_screen(view, badge_of(element));
   context.beginPath();
   context.arc(at.x, at.y, 7, 0, 2 * Math.PI);
   context.fillStyle = look.colours.highlight;

@@ -121,8 +121,42 @@ export interface Element {
   rate: number | null;
 }
 
+export interface Evaluate {
+  /** of a setting, which is not changed */
+  path: string;
+  /** of a setting, which is not changed */
+  name: string;
+  /** that it would have */
+  text: string;
+}
+
+export interface Evaluated {
+  /** both empty where a text is no expression */
+  value: string;
+  /** both empty where a text is no expression */
+  error: string;
+}
+
+export interface Find {
+  /** in any letter case */
+  text: string;
+}
+
 export interface Hello {
   protocol: number;
+}
+
+/** Where it stands: in a name, a type, a setting, a variable or a text. */
+export interface Hit {
+  /** of the block or subsystem */
+  path: string;
+  what: string;
+  text: string;
+}
+
+export interface Hits {
+  /** the first 200 */
+  hits: Hit[];
 }
 
 export interface InSystem {
@@ -424,6 +458,8 @@ export interface Methods {
   library: { params: Record<string, never>; result: LibraryList };
   draw: { params: Draw; result: Drawing };
   inspect: { params: Inspect; result: Inspection };
+  find: { params: Find; result: Hits };
+  evaluate: { params: Evaluate; result: Evaluated };
   variables: { params: InSystem; result: Variables };
   edit: { params: Edit; result: DocumentState };
   undo: { params: Record<string, never>; result: DocumentState };

@@ -18,6 +18,7 @@ export type Dialog =
   | { kind: "search"; at?: Point; into?: Element } // all that one can insert or do; what goes into a wire
   | { kind: "insert"; at: Point; from?: End }     // with a wire from there
   | { kind: "connect" }
+  | { kind: "find" }                              // something in the whole model
   | { kind: "open" }
   | { kind: "help" };
 type Part = "run" | "model";
@@ -51,6 +52,8 @@ export class Session {
   size = $state.raw<Size>({ width: 1, height: 1 });
   cursor: Point | null = null; // on the drawing
   show = $state.raw<ReadonlySet<Show>>(new Set());
+  by_rate = $state(false);    // colours of wires and blocks
+  has_map = $state(false);
   theme = $state<Choice>(chosen());
   colours = $state.raw<Colours>(colours());
   dialog = $state.raw<Dialog | null>(null);
@@ -115,6 +118,8 @@ export class Session {
     if (!response.ok) throw new Refusal(await response.text());
     return response.arrayBuffer();
   }
+  evaluate = (path: string, name: string, text: string) => this.client.call("evaluate", { path, name, text }).catch(() => null);
+  look_for = (text: string) => this.client.call("find", { text }).catch(() => null);
   inspect = (path: string) => this.client.call("inspect", { path }).catch(() => null);
   variables = (system: string) => this.client.call("variables", { system }).catch(() => null);
 

@@ -35,5 +35,8 @@ export function chosen(): Choice {
   }
 }
 
+/** Of a sample rate, light and dark: the golden angle keeps neighbours apart. */
+export const rate_colour = (rate: number): string => (rate === 0 ? "hsl(220 8% 55%)" : `hsl(${(73 + rate * 137.5) % 360} 65% 45%)`); // 0: constant
+
 export const text_colour = (c: Colours, style: Shape["style"]): string =>
   style === "body" || style === "wire" || style === "branch" ? c.value : c[style];

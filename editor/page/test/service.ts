@@ -156,6 +156,8 @@ class Speaker {
         { name: "K", role: "parameter", text: "Gain.Kp", initial: "1", value: "0.1", unit: "V*s/rad", doc: "factor", choices: [] },
         { name: "period", role: "property", text: null, initial: "", value: "", unit: "s", doc: "", choices: [] }] };
       case "variables": return { variables: [{ system: "", name: "supply", text: "24", value: "24", unit: "V", doc: "", limits: "", minimum: "0", above: null, maximum: null }] };
+      case "evaluate": return params.text.includes("nothing") ? { value: "", error: "unknown variable 'nothing'" } : { value: "0.2", error: "" };
+      case "find": return { hits: model.blocks.filter((b) => b.name.includes(params.text)).map((b) => ({ path: b.name, what: "name", text: b.symbol })) };
       case "edit":
         model.edit(params.operation);
         this.tell("changed", model.state());

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <set>
 #include <sys/stat.h>
+#include <utility>
 
 namespace bf::service {
 

@@ -8,6 +8,8 @@
 #include "bf/view/draw.hpp"
 #include "checker.hpp"
 #include "clipboard.hpp"
+#include "evaluate.hpp"
+#include "find.hpp"
 #include "json.hpp"
 #include "live.hpp"
 #include "stage.hpp"
@@ -324,6 +326,20 @@ struct Service::State {
         return seen;
     }
 
+    Evaluated evaluate(int, const Evaluate& asked) {
+        const model::Block* block = asked.path.empty() ? nullptr : model::find(project->model(), asked.path);
+        if (block && block->is_library_block()) {
+            const Declared what = declared(registry->find(block->type));
+            for (const auto& a : what.arguments)
+                if (a.name == asked.name && (a.type == "text" || !a.choices.empty())) return {};
+        }
+        const auto dot = asked.path.rfind('.');
+        const std::string around = dot == asked.path.npos ? "" : asked.path.substr(0, dot);
+        return evaluated(project->model(), diagram(), around, asked.text);
+    }
+
+    Hits find(int, const Find& asked) { return found_in(project->model(), asked.text); }
+
     Variables variables(int, const InSystem& asked) {
         std::map<std::string, const Definition*> known;
         for (const auto& definition : diagram().definitions)
@@ -602,12 +618,16 @@ Method method(const char* name, Result (Service::State::*call)(int, const Params
 const std::vector<Method>& methods() {
     using S = Service::State;
     static const std::vector<Method> all = {
-        method("hello", &S::hello),     method("open", &S::open),       method("library", &S::library),
-        method("draw", &S::draw),       method("inspect", &S::inspect), method("variables", &S::variables),
-        method("edit", &S::edit),       method("undo", &S::undo),       method("redo", &S::redo),
-        method("arrange", &S::arrange), method("copy", &S::copy),       method("paste", &S::paste),
-        method("text", &S::text),       method("run", &S::run),         method("signals", &S::signals),
-        method("scene", &S::scene),     method("watch", &S::watch),     method("tune", &S::tune)};
+        method("hello", &S::hello),       method("open", &S::open),
+        method("library", &S::library),   method("draw", &S::draw),
+        method("inspect", &S::inspect),   method("find", &S::find),
+        method("evaluate", &S::evaluate), method("variables", &S::variables),
+        method("edit", &S::edit),         method("undo", &S::undo),
+        method("redo", &S::redo),         method("arrange", &S::arrange),
+        method("copy", &S::copy),         method("paste", &S::paste),
+        method("text", &S::text),         method("run", &S::run),
+        method("signals", &S::signals),   method("scene", &S::scene),
+        method("watch", &S::watch),       method("tune", &S::tune)};
     return all;
 }
 

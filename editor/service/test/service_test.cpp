@@ -139,6 +139,34 @@ TEST_F(ServiceTest, InspectsWhatABlockDeclaresAndWhatItIsGiven) {
     EXPECT_NE(refusal("inspect", {{"path", "controller.nothing"}}), "");
 }
 
+TEST_F(ServiceTest, EvaluatesASettingWhileItIsTypedAndChangesNothing) {
+    checked();
+    const std::string before = text();
+    const auto typed = [&](const std::string& expression) {
+        return result("evaluate", {{"path", "controller.proportional"}, {"name", "K"}, {"text", expression}});
+    };
+    EXPECT_EQ(typed("2*Gain.Kp + [0 1]")["value"], "[0.2 1.2]");
+    EXPECT_EQ(typed("2*Gain.Kd")["error"], "the struct has no field 'Kd'; did you mean 'Kp'?");
+    EXPECT_NE(typed("2*")["error"], "");
+    EXPECT_EQ(typed("2*")["value"], "");
+    EXPECT_EQ(text(), before);
+}
+
+TEST_F(ServiceTest, FindsNamesTypesAndWhatIsWritten) {
+    const auto found = [&](const std::string& wanted) {
+        std::vector<std::string> all;
+        const Json answer = result("find", {{"text", wanted}});
+        for (const auto& hit : answer["hits"])
+            all.push_back(hit["what"].get<std::string>() + " " + hit["path"].get<std::string>());
+        return all;
+    };
+    using All = std::vector<std::string>;
+    EXPECT_EQ(found("PROPORTIONAL"), All{"name controller.proportional"});
+    EXPECT_EQ(found("transferfunction"), (All{}));
+    EXPECT_EQ(found("Gain.Kp"), (All{"variable ", "setting controller.proportional"}));
+    EXPECT_EQ(found(""), All{});
+}
+
 TEST_F(ServiceTest, ListsVariablesWithTheirValues) {
     checked();
     const Json variables = result("variables", {{"system", ""}})["variables"];

@@ -55,6 +55,7 @@ class Layers {
 
   private:
     static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+    static constexpr std::size_t effort = 300'000; ///< edges that are looked at to reduce crossings
 
     struct Vertex {
         std::size_t box; ///< none: a lane, where a wire passes a layer
@@ -181,7 +182,9 @@ class Layers {
         };
         auto best = layers_;
         std::size_t least = crossings();
-        for (int sweep = 0; sweep < 12 && least > 0; ++sweep) {
+        // Of wires that pass many layers nobody follows each; fewer sweeps do, since each takes long.
+        const int sweeps = static_cast<int>(std::clamp<std::size_t>(effort / (edges_.size() + 1), 2, 12));
+        for (int sweep = 0; sweep < sweeps && least > 0; ++sweep) {
             const bool rightwards = sweep % 2 == 0;
             for (std::size_t k = 1; k < layers_.size(); ++k)
                 sort_layer(rightwards ? k : layers_.size() - 1 - k, rightwards);

@@ -28,6 +28,12 @@ std::string rate_text(const Diagram& diagram, int rate) {
            (period < 1 ? number_text(std::round(period * 1e9) / 1e6) + " ms" : number_text(period) + " s");
 }
 
+/// "10 ms" of "every 10 ms".
+std::string short_rate_text(const Diagram& diagram, int rate) {
+    const std::string text = rate_text(diagram, rate), every = "every ";
+    return text.starts_with(every) ? text.substr(every.size()) : text;
+}
+
 Rectangle around(const std::vector<Point>& points) {
     const auto [left, right] = std::ranges::minmax(points, {}, &Point::x);
     const auto [top, bottom] = std::ranges::minmax(points, {}, &Point::y);
@@ -37,6 +43,13 @@ Rectangle around(const std::vector<Point>& points) {
 Rectangle together(const Rectangle& a, const Rectangle& b) {
     const double x = std::min(a.x, b.x), y = std::min(a.y, b.y);
     return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
+}
+
+/// Where a text stands.
+Rectangle extent(const Shape& text) {
+    const double width = text_width(text.text, text.size);
+    const double before = text.align == Align::start ? 0 : text.align == Align::middle ? width / 2 : width;
+    return {text.points[0].x - before, text.points[0].y - text.size, width, 1.3 * text.size};
 }
 
 /// A wire that leaves another one of its net is drawn from there on.
@@ -150,9 +163,12 @@ class Drawer {
                     noted(note, moved == options_.moved_notes.end() ? note.at : moved->second));
             }
         mark(drawing, diagnostics);
-        for (const auto& element : drawing.elements)
-            drawing.bounds = &element == drawing.elements.data() ? element.bounds
-                                                                 : together(drawing.bounds, element.bounds);
+        if (!drawing.elements.empty()) drawing.bounds = drawing.elements.front().bounds;
+        for (const auto& element : drawing.elements) {
+            drawing.bounds = together(drawing.bounds, element.bounds);
+            for (const auto& shape : element.shapes)
+                if (shape.kind == Shape::Kind::text) drawing.bounds = together(drawing.bounds, extent(shape));
+        }
         return drawing;
     }
 
@@ -254,6 +270,9 @@ class Drawer {
                                 : drawn != bends_.end()      ? *drawn->second
                                                              : std::vector<Point>());
                 Port& input = port(*target);
+                const std::string& element = items_[target->box].element.path;
+                inputs_.try_emplace(joined(path_, to.text()),
+                                    input.name.empty() ? element : joined(element, input.name));
                 input.is_wired = port(*from).is_wired = true;
                 input.about = port(*from).about;
             }
@@ -293,19 +312,31 @@ class Drawer {
                 for (const Point& b : way.branches)
                     wire.shapes.push_back(
                         {Shape::Kind::ellipse, Style::branch, {{b.x - 3, b.y - 3}, {b.x + 3, b.y + 3}}});
-                const double room = way.points.size() > 1
-                                        ? std::max(40.0, std::abs(way.points[1].x - way.points[0].x) - 8)
-                                        : 0;
-                if (t == 0 && !text.empty())
-                    wire.shapes.push_back({Shape::Kind::text,
-                                           Style::label,
-                                           {{way.points[0].x + 4, way.points[0].y - 4}},
-                                           fitted(text, small_letter, room),
-                                           small_letter,
-                                           Align::start});
+                if (t == 0 && !text.empty()) wire.shapes.push_back(label_shape(way.points, text));
                 drawing.elements.push_back(std::move(wire));
             }
         }
+    }
+
+    /// Above the first level piece that has room for it, else above the longest one; beneath what runs back,
+    /// since names of blocks stand above that.
+    static Shape label_shape(const std::vector<Point>& way, const std::string& text) {
+        constexpr double beside = 4, least_room = 40;
+        const double width = text_width(text, small_letter);
+        Rectangle best = around({way.front()});
+        double down = -beside; // from the line to the base line
+        for (std::size_t k = 1; k < way.size() && best.width < width + 2 * beside; ++k) {
+            const Rectangle piece = around({way[k - 1], way[k]});
+            if (piece.height > 0 || piece.width <= best.width) continue;
+            best = piece;
+            down = way[k].x < way[k - 1].x ? small_letter + 1 : -beside;
+        }
+        return {Shape::Kind::text,
+                Style::label,
+                {{best.x + beside, best.y + down}},
+                fitted(text, small_letter, std::max(least_room, best.width - 2 * beside)),
+                small_letter,
+                Align::start};
     }
 
     // ---- what elaboration knows ----
@@ -344,15 +375,15 @@ class Drawer {
         if (options_.types && s->type_known) add(name(s->type));
         if (options_.units) add(unit_text(*s));
         const int rate = diagram_.nodes[static_cast<std::size_t>(end.node)].rate;
-        if (options_.rates && rate >= 0) add(rate_text(diagram_, rate));
+        if (options_.rates && rate >= 0) add(short_rate_text(diagram_, rate));
         return text;
     }
 
     // ---- elements ----
 
     /// Marks what a diagnostic concerns: a block, an own port or a wire, and the subsystem in which it
-    /// stands.
-    static void mark(Drawing& drawing, const std::vector<model::Diagnostic>& diagnostics) {
+    /// stands. A wire that the document calls by its block alone is meant where its port is.
+    void mark(Drawing& drawing, const std::vector<model::Diagnostic>& diagnostics) const {
         std::unordered_map<std::string, std::vector<const model::Diagnostic*>> by_path;
         for (const auto& d : diagnostics)
             for (std::string path = d.path; !path.empty();) {
@@ -361,7 +392,8 @@ class Drawer {
                 path.erase(dot == path.npos ? 0 : dot);
             }
         for (auto& element : drawing.elements) {
-            const auto found = by_path.find(element.path);
+            const bool is_wire = element.kind == Element::Kind::wire;
+            const auto found = by_path.find(is_wire ? inputs_.at(element.path) : element.path);
             if (found == by_path.end()) continue;
             for (const auto* d : found->second) element.marks.push_back({d->message, d->remedy});
             outline(element, Style::highlight);
@@ -384,8 +416,9 @@ class Drawer {
     std::vector<Item> items_;
     std::unordered_map<std::string, std::size_t> index_; ///< "gain", "input reference", "output tau"
     std::vector<Net> nets_;
-    std::vector<Ends> ends_;                             ///< as the document writes those of each net
-    std::vector<std::vector<std::vector<Point>>> drawn_; ///< corners by hand, of each net and wire
+    std::vector<Ends> ends_;                              ///< as the document writes those of each net
+    std::unordered_map<std::string, std::string> inputs_; ///< by paths of wires, with the name of the port
+    std::vector<std::vector<std::vector<Point>>> drawn_;  ///< corners by hand, of each net and wire
 };
 
 } // namespace

@@ -13,44 +13,65 @@ bool is_inside(const Rectangle& box, const Point& p) {
     return p.x > box.x && p.x < box.x + box.width && p.y > box.y && p.y < box.y + box.height;
 }
 
+/// Covers points, and grows.
+class Cover {
+  public:
+    void add(const Point& p) {
+        least_ = {std::min(least_.x, p.x), std::min(least_.y, p.y)};
+        most_ = {std::max(most_.x, p.x), std::max(most_.y, p.y)};
+    }
+    void add(const Rectangle& r) { add(Point{r.x, r.y}), add(Point{r.x + r.width, r.y + r.height}); }
+    Rectangle widened(double by) const {
+        return {least_.x - by, least_.y - by, most_.x - least_.x + 2 * by, most_.y - least_.y + 2 * by};
+    }
+
+  private:
+    Point least_{1e300, 1e300}, most_{-1e300, -1e300};
+};
+
 } // namespace
 
-Grid::Grid(const std::vector<Rectangle>& boxes, const std::vector<End>& ends, const std::vector<Point>& bends)
-    : boxes_(boxes) {
-    Point least{1e300, 1e300}, most{-1e300, -1e300};
-    const auto cover = [&](const Point& p) {
-        least = {std::min(least.x, p.x), std::min(least.y, p.y)};
-        most = {std::max(most.x, p.x), std::max(most.y, p.y)};
-    };
-    for (const Rectangle& box : boxes) cover({box.x, box.y}), cover({box.x + box.width, box.y + box.height});
-    for (const Point& p : bends) cover(p);
-    constexpr double around = 2 * margin_beneath;
-    bounds_ = {least.x - around, least.y - around, most.x - least.x + 2 * around,
-               most.y - least.y + 2 * around};
+Grid::Grid(const std::vector<Rectangle>& boxes, const std::vector<Places>& nets) : boxes_(boxes) {
+    Cover all;
+    for (const Rectangle& box : boxes) all.add(box);
+    for (const Places& net : nets)
+        for (const Point& p : net.corners) all.add(p);
+    bounds_ = all.widened(2 * margin_beneath);
 
     for (const Rectangle& box : boxes) {
+        Cover cover;
+        cover.add(box);
+        const Rectangle area = cover.widened(detour);
         for (int axis = 0; axis < 2; ++axis) {
             const double middle = (low(box, axis) + high(box, axis)) / 2;
-            add(axis, point(axis, middle, low(widened(box), 1 - axis)));
-            add(axis, point(axis, middle, high(widened(box), 1 - axis)));
+            add(axis, point(axis, middle, low(widened(box), 1 - axis)), area);
+            add(axis, point(axis, middle, high(widened(box), 1 - axis)), area);
         }
     }
-    for (const End& end : ends) {
-        const int axis = axis_of(end.out);
-        const Line line = add(axis, end.stub);
-        add(1 - axis, end.stub);
-        // Two wires that change places need a third line between those beside the two boxes.
-        const double reach = sign_of(end.out) > 0 ? line.to : line.from;
-        add(1 - axis, point(axis, std::round((along(end.stub, axis) + reach) / 2), across(end.stub, axis)));
+    for (const Places& net : nets) {
+        Cover cover;
+        for (const End& end : net.ends) cover.add(end.stub);
+        for (const Point& p : net.corners) cover.add(p);
+        const Rectangle area = cover.widened(detour);
+        for (const End& end : net.ends) {
+            const int axis = axis_of(end.out);
+            const Line line = add(axis, end.stub, area);
+            add(1 - axis, end.stub, area);
+            // Two wires that change places need a third line between those beside the two boxes.
+            const double reach = sign_of(end.out) > 0 ? line.to : line.from;
+            const double midway = std::round((along(end.stub, axis) + reach) / 2);
+            add(1 - axis, point(axis, midway, across(end.stub, axis)), area);
+        }
+        for (const Point& p : net.corners) add(0, p, area), add(1, p, area);
     }
-    for (const Point& p : bends) add(0, p), add(1, p);
     merge();
     cross();
 }
 
-Line Grid::add(int axis, const Point& through) {
+Line Grid::add(int axis, const Point& through, const Rectangle& area) {
     const double at = across(through, axis), start = along(through, axis);
-    Line line{axis, at, low(bounds_, axis), high(bounds_, axis)};
+    Line line{axis, at, std::max(low(bounds_, axis), low(area, axis)),
+              std::min(high(bounds_, axis), high(area, axis))};
     if (at < low(bounds_, 1 - axis) || at > high(bounds_, 1 - axis)) return line;
     for (const Rectangle& box : boxes_) {
         // Where boxes stand so close that the margins meet, lines run between them nevertheless.

@@ -61,20 +61,18 @@ class Router {
     }
 
     std::vector<std::vector<Route>> run() {
-        std::vector<End> ends;
-        std::vector<Point> drawn;
+        std::vector<Places> places;
         for (std::size_t n = 0; n < nets_.size(); ++n) {
-            ends.push_back(sources_[n]);
-            ends.insert(ends.end(), targets_[n].begin(), targets_[n].end());
+            Places& net = places.emplace_back();
+            net.ends = {sources_[n]};
+            net.ends.insert(net.ends.end(), targets_[n].begin(), targets_[n].end());
             for (std::size_t i = 0; i < targets_[n].size(); ++i)
                 if (has_bends(n, i)) {
                     const auto points = squared(sources_[n], bends_[n][i], targets_[n][i]);
-                    drawn.insert(drawn.end(), points.begin() + 1, points.end() - 1);
+                    net.corners.insert(net.corners.end(), points.begin() + 1, points.end() - 1);
                 }
         }
-        constexpr std::size_t many = 1500; // boxes, of which the grid would fill the memory
-        if (boxes_.size() > many) return direct();
-        Grid grid(boxes_, ends, drawn);
+        Grid grid(boxes_, places);
         for (std::size_t n = 0; n < nets_.size(); ++n) {
             const auto reserve = [&](const End& end) {
                 if (const int node = grid.node_at(end.stub); node != nobody)
@@ -95,22 +93,6 @@ class Router {
         std::vector<Point> points;
         bool is_fixed = false;
     };
-
-    /// Each wire by itself, through whatever stands in its way.
-    std::vector<std::vector<Route>> direct() const {
-        std::vector<std::vector<Route>> result;
-        for (std::size_t n = 0; n < nets_.size(); ++n) {
-            result.emplace_back();
-            const End& from = sources_[n];
-            for (std::size_t i = 0; i < targets_[n].size(); ++i) {
-                const End& to = targets_[n][i];
-                const std::vector<Point> drawn =
-                    has_bends(n, i) ? bends_[n][i] : std::vector<Point>{from.stub, to.stub};
-                result.back().push_back({squared(from, drawn, to), {}});
-            }
-        }
-        return result;
-    }
 
     bool has_bends(std::size_t n, std::size_t i) const {
         return n < bends_.size() && i < bends_[n].size() && !bends_[n][i].empty();

@@ -69,22 +69,24 @@ std::string style_sheet(bool is_dark) {
                 "; stroke-width: " + number_text(ink.width) + " }\ntext." + selector +
                 " { stroke: none; fill: " + colour + " }\n";
     }
-    return text;
+    // What a wire crosses is still read.
+    const std::string paper = is_dark ? dark_paper : light_paper;
+    return text + "text.name, text.label { stroke: " + paper + "; stroke-width: 3; paint-order: stroke }\n";
 }
 
 } // namespace
 
 std::string to_svg(const Drawing& drawing, bool is_dark) {
-    constexpr double margin = 20, below = 20; // room for names
+    constexpr double margin = 20;
     const Rectangle& r = drawing.bounds;
     const std::string box = text_of(r.x - margin) + " " + text_of(r.y - margin) + " " +
-                            text_of(r.width + 2 * margin) + " " + text_of(r.height + 2 * margin + below);
+                            text_of(r.width + 2 * margin) + " " + text_of(r.height + 2 * margin);
     std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"" + box + "\" width=\"" +
-                      text_of(r.width + 2 * margin) + "\" height=\"" +
-                      text_of(r.height + 2 * margin + below) + "\" role=\"img\">\n<style>\n" +
-                      style_sheet(is_dark) + "</style>\n<rect x=\"" + text_of(r.x - margin) + "\" y=\"" +
-                      text_of(r.y - margin) + "\" width=\"100%\" height=\"100%\" fill=\"" +
-                      (is_dark ? dark_paper : light_paper) + "\"/>\n";
+                      text_of(r.width + 2 * margin) + "\" height=\"" + text_of(r.height + 2 * margin) +
+                      "\" role=\"img\">\n<style>\n" + style_sheet(is_dark) + "</style>\n<rect x=\"" +
+                      text_of(r.x - margin) + "\" y=\"" + text_of(r.y - margin) +
+                      "\" width=\"100%\" height=\"100%\" fill=\"" + (is_dark ? dark_paper : light_paper) +
+                      "\"/>\n";
     for (const auto& element : drawing.elements) {
         svg += "<g>\n<title>" + escape::xml(element.title) + "</title>\n";
         for (const auto& shape : element.shapes) svg += shape_text(shape);

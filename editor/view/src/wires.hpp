@@ -13,6 +13,7 @@ namespace bf::editor::wires {
 constexpr double margin = 8;          ///< between wires and boxes
 constexpr double margin_beneath = 20; ///< where a block's name stands
 constexpr double spacing = 10;        ///< between wires side by side
+constexpr double detour = 1000;       ///< how far beyond what it joins a wire is sought
 constexpr double cost_of_bend = 30;   ///< in pixels of length
 constexpr double cost_of_crossing = 20;
 constexpr double cost_of_going_back_above = 40; ///< since what feeds back is expected beneath
@@ -45,6 +46,12 @@ struct End {
     Direction out;
 };
 
+/// The points of a net that lines of the grid go through: pins, and corners that a person drew.
+struct Places {
+    std::vector<End> ends;
+    std::vector<Point> corners;
+};
+
 /// A piece of lines that no box stands on, with its nodes in the order of their coordinate.
 struct Line {
     int axis;
@@ -62,10 +69,11 @@ struct Node {
 
 constexpr int nobody = -1;
 
-/// Lines beside boxes, at pins and midway between boxes, and where they cross.
+/// Lines beside boxes, at pins and midway between boxes, and where they cross. A line is as long as a wire
+/// may need it, so that the grid grows with the drawing and not with its square.
 class Grid {
   public:
-    Grid(const std::vector<Rectangle>& boxes, const std::vector<End>& ends, const std::vector<Point>& bends);
+    Grid(const std::vector<Rectangle>& boxes, const std::vector<Places>& nets);
 
     std::vector<Node> nodes;
 
@@ -74,8 +82,8 @@ class Grid {
     std::vector<int> straight(const Point& from, const Point& to) const;
 
   private:
-    /// The line of the axis through a point, as far as it is free.
-    Line add(int axis, const Point& through);
+    /// The line of the axis through a point, as far as it is free and in the `area`.
+    Line add(int axis, const Point& through, const Rectangle& area);
     void merge();
     void cross();
 

@@ -102,6 +102,31 @@ TEST(Draw, SaysSizesTypesRatesAndUnitsWhereTheyAreAsked) {
     EXPECT_EQ(drawing.rates.at(static_cast<std::size_t>(*find(drawing, "plant").rate)), "continuous");
 }
 
+TEST(Draw, WritesLabelsWholeWhereALevelPieceHasRoom) {
+    const Known known(
+        "model: m\nstep: 0.01\nblocks:\n  fast: {block: RandomUniform}\n  gain: {block: Gain, period: 0.02}\n"
+        "  far: {block: Gain}\nconnections: {fast: gain, gain: far}\n"
+        "layout:\n  blocks:\n    fast: {x: 0, y: 0}\n    gain: {x: 70, y: 0}\n    far: {x: 300, y: 0}\n");
+    DrawOptions rates;
+    rates.rates = true;
+    EXPECT_EQ(texts(find(known.draw("", rates), "far", Kind::wire), Style::label), "20 ms");
+    DrawOptions all;
+    all.sizes = all.types = all.rates = true;
+    EXPECT_EQ(texts(find(known.draw("", all), "far", Kind::wire), Style::label), "scalar double 20 ms");
+    const std::string close = texts(find(known.draw("", all), "gain", Kind::wire), Style::label);
+    EXPECT_TRUE(close.ends_with("…")) << close;
+}
+
+TEST(Draw, BoundsHoldAllTexts) {
+    const Known known(
+        "model: m\nstep: 1\nblocks:\n  a_name_that_is_longer_than_its_block: {block: Constant}\n");
+    const Drawing drawing = known.draw();
+    const Element& block = find(drawing, "a_name_that_is_longer_than_its_block");
+    EXPECT_LT(drawing.bounds.x, block.bounds.x - 10);
+    EXPECT_GT(drawing.bounds.x + drawing.bounds.width, block.bounds.x + block.bounds.width + 10);
+    EXPECT_GT(drawing.bounds.y + drawing.bounds.height, block.bounds.y + block.bounds.height + 10);
+}
+
 TEST(Draw, LooksIntoSubsystemsAndRefusesOthers) {
     const Known known(bf::formats::read_yaml(motor()));
     EXPECT_EQ(find(known.draw(), "controller", Kind::subsystem).ports.size(), 3u);
@@ -197,6 +222,8 @@ TEST(Draw, MarksWhatIsWrongAndWhatItStandsIn) {
     EXPECT_TRUE(find(inside, "controller.integral").marks.empty());
     EXPECT_EQ(find(known.draw(), "controller", Kind::subsystem).marks.size(), 1u);
     EXPECT_EQ(wrong.ports.size(), 2u) << "what cannot be made still has the ports that are wired";
+    const Element& wire = find(inside, "controller.proportional", Kind::wire);
+    EXPECT_TRUE(wire.marks.empty()) << "a wrong setting is no mistake of the wire";
 }
 
 TEST(Draw, TheSameModelGivesTheSameBytes) {

@@ -178,6 +178,12 @@ TEST(Route, IsSoundInThousandsOfGraphsOfChance) {
     }
 }
 
+TEST(Route, LeadsAroundBoxesAlsoWhereThereAreThousands) {
+    Graph g = scattered(3, 2500);
+    const auto routes = routed(g);
+    expect_sound(g, routes, "2,500 boxes");
+}
+
 TEST(Route, IsTheSameEachTime) {
     const Graph g = scattered(1, 30);
     const auto once = routed(g), again = routed(g);

@@ -187,6 +187,26 @@ describe.skipIf(!is_there)("the page", () => {
     await until(() => operations().length === 1);
     expect(operations()).toEqual([{ do: "set", path: "gain", name: "K", value: "2*Gain.Kp" }]);
   });
+  test("tells what a setting comes to while it is typed, and changes nothing before Enter", async () => {
+    const gain = await hand.middle("gain");
+    await page.mouse.click(gain.x, gain.y);
+    const field = page.getByRole("textbox", { name: "K [V*s/rad]" });
+    await field.fill("2*Gain.Kp");
+    await page.getByText("= 0.2", { exact: true }).waitFor();
+    await field.fill("nothing");
+    await page.getByText("unknown variable 'nothing'").waitFor();
+    expect(await field.getAttribute("aria-invalid")).toBe("true");
+    await field.press("Escape");
+    await page.getByText("unknown variable 'nothing'").waitFor({ state: "detached" });
+    expect(operations()).toEqual([]);
+  });
+  test("finds what stands anywhere in the model, and goes there", async () => {
+    await page.keyboard.press("Control+f");
+    await page.keyboard.type("moto");
+    await page.getByRole("option", { name: /^motor/ }).waitFor();
+    await page.keyboard.press("Enter");
+    await page.getByRole("heading", { name: "motor" }).waitFor();
+  });
   test("goes to the block of a mistake", async () => {
     await page.getByRole("button", { name: "1 mistake" }).click();
     await page.getByRole("button", { name: /input 'u' is not connected/ }).click();
@@ -221,6 +241,9 @@ describe.skipIf(!is_there)("the page", () => {
       }
     }
     await page.getByRole("button", { name: "1 mistake" }).click();
+    await page.getByRole("button", { name: "colours", exact: true }).click();
+    await page.getByRole("button", { name: "map", exact: true }).click();
+    await page.getByRole("list", { name: "Colours of rates" }).getByText("continuous").waitFor();
     expect(await found_by_axe(page)).toEqual([]);
   });
 });

@@ -78,6 +78,14 @@ struct Inspection {
     std::vector<SettingField> fields = {};
 };
 
+struct Evaluate {
+    std::string path, name; ///< of a setting, which is not changed
+    std::string text;       ///< that it would have
+};
+struct Evaluated {
+    std::string value = {}, error = {}; ///< both empty where a text is no expression
+};
+
 struct VariableField {
     std::string system; ///< path of the subsystem that declares it
     std::string name;   ///< "Gain.Kp": a field of a struct
@@ -210,6 +218,17 @@ struct Edit {
 };
 struct InSystem {
     std::string system;
+};
+struct Find {
+    std::string text; ///< in any letter case
+};
+/// Where it stands: in a name, a type, a setting, a variable or a text.
+struct Hit {
+    std::string path; ///< of the block or subsystem
+    std::string what, text;
+};
+struct Hits {
+    std::vector<Hit> hits; ///< the first 200
 };
 struct Variables {
     std::vector<VariableField> variables;

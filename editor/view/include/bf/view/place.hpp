@@ -43,8 +43,7 @@ struct Route {
 
 /// Routes in the order of nets and their inputs, around the boxes, which stand at `corners`. `bends`, where
 /// given (not empty), are the corners that a person drew of that wire; they are kept. Wires of different nets
-/// do not lie on each other, and cross rarely. Of more than 1,500
-/// boxes, which nobody looks at together, each wire runs by itself.
+/// do not lie on each other, and cross rarely.
 std::vector<std::vector<Route>> route(const std::vector<Box>& boxes, const std::vector<Point>& corners,
                                       const std::vector<Net>& nets,
                                       const std::vector<std::vector<std::vector<Point>>>& bends = {});

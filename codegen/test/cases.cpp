@@ -488,6 +488,25 @@ std::string functions_model() {
            two + "]}\n";
 }
 
+/// Cubic tables of three points and more, within them and beyond.
+model::Model smooth_tables() {
+    std::string blocks, tables;
+    for (const std::string kind : {"spline", "akima"})
+        for (const auto& [points, values] : {std::pair{"-3, -1, 2.5", "1, -2, 5"},
+                                             {"-3, -1, 2.5, 3", "1, -2, 5, 5"},
+                                             {"-3, -1, 0, 0.5, 2, 3", "1, -2, 5, 3, 3, 0.1"}}) {
+            const std::string name = kind + std::to_string(tables.size());
+            blocks += "  " + name + ": {block: Lookup1D, extrapolation: linear, interpolation: " + kind +
+                      ", breakpoints: [" + points + "], table: [" + values + "]}\n";
+            tables += (tables.empty() ? "" : ", ") + name;
+        }
+    return formats::read_yaml_text(
+        "model: smooth_tables\nstep: 0.01\nblocks:\n  wave: {block: Sine, frequency: "
+        "12, amplitude: 4}\n" +
+            blocks + "connections: {wave: [" + tables + "]}\n",
+        "m.yaml");
+}
+
 std::vector<Case> structure_cases() {
     std::vector<Case> cases;
     cases.push_back({Elaborated(chain(500, 10)), 100});
@@ -514,6 +533,7 @@ std::vector<Case> structure_cases() {
     cases.push_back(
         {Elaborated(extremes("uint32", {"0", "1", "2", "3", "4294967295", "2147483648", "65536", "7"})), 2});
     cases.push_back({Elaborated(odd_names()), 5});
+    cases.push_back({Elaborated(smooth_tables()), 60});
     cases.push_back({Elaborated(nan_model()), 6});
     cases.push_back({Elaborated(formats::read_yaml_text(functions_model(), "functions.yaml")), 20});
     return cases;

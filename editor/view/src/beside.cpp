@@ -93,7 +93,9 @@ Drawing beside(Drawing before, Drawing after, const std::vector<model::Distincti
     constexpr double gap = 80;
     const double width = std::max(before.bounds.width, text_width(before_title, title_size));
     shift(after, before.bounds.x + width + gap - after.bounds.x, before.bounds.y - after.bounds.y);
-    Drawing both = {.system = after.system, .rates = after.rates};
+    Drawing both;
+    both.system = after.system;
+    both.rates = after.rates;
     both.elements = {title(before_title, before), title(after_title, after)};
     for (const Drawing* one : {&before, &after})
         both.elements.insert(both.elements.end(), one->elements.begin(), one->elements.end());

@@ -405,7 +405,7 @@ TEST(Crossings, AreNoneWhereAGuardLeavesZeroOrDidNotRun) {
     EXPECT_EQ(crossing(-1, 0), 1);
     EXPECT_EQ(crossing(1, 0), -1);
     EXPECT_EQ(crossing(-1, 1), 1);
-    EXPECT_EQ(crossing(0, 1) + crossing(0, -1) + crossing(unknown, 1) + crossing(-1, unknown), 0);
+    EXPECT_EQ(crossing(0, 1) + crossing(0, -1) + crossing(unknown, 1.0) + crossing(-1.0, unknown), 0);
 }
 
 TEST(Clocks, OfATriggerTellTheTimeSinceItRanBefore) {

@@ -66,8 +66,8 @@ struct Rod {
         }
     }
     static int derivative(double, N_Vector x, N_Vector dx, void* self) {
-        bf::kernels::detail::product<false, double>(N_VGetArrayPointer(dx), static_cast<Rod*>(self)->A.data(),
-                                                    N_VGetArrayPointer(x), n, n, 1);
+        bf::kernels::detail::product(N_VGetArrayPointer(dx), static_cast<Rod*>(self)->A.data(),
+                                     N_VGetArrayPointer(x), n, n, 1);
         return 0;
     }
 };

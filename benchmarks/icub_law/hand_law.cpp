@@ -122,13 +122,13 @@ void HandLaw::step(const IcubLaw::Inputs& in, IcubLaw::Outputs& out) {
     r.tail<3>() = p_.controller_momentum_rate_angular_K * map(in.momentum_H).tail<3>();
 
     // tau = tau_0 + Sigma f.
-    Matrix<double, n + 6, 13> W, X;
+    Matrix<double, n + 6, 13> W;
     W.leftCols<12>() = J_c.transpose();
     W.col(12) = map(in.h_h);
-    X = M.llt().solve(W);
-    Matrix<double, 12, 13> G = J_c * X;
+    const Matrix<double, n + 6, 12> X = M.llt().solve(J_c.transpose());
+    Matrix<double, 12, 13> G = X.transpose() * W;
     G.col(12) -= J_dot_nu;
-    const Matrix<double, n, 12> LambdaT = X.bottomLeftCorner<n, 12>();
+    const Matrix<double, n, 12> LambdaT = X.bottomRows<n>();
     Matrix<double, n, 13> P = W.bottomRows<n>();
     P.noalias() -= M.bottomLeftCorner<n, 6>() * M.topLeftCorner<6, 6>().llt().solve(W.topRows<6>());
     P.col(12) +=

@@ -111,43 +111,58 @@ const CDefinitions& c_matrix_definitions() {
 }
 )"},
         // l holds (a; transpose(b)), which becomes (L; transpose(x)).
+        // a = u d transpose(u), in z u d with 1/d on its diagonal below transpose(b); as in the kernel, four
+        // columns from low to high leave out what is 0 for all of them.
         {"cholesky_solve",
-         R"(static bool @name@(@T@ *x, const @T@ *a, const @T@ *b, @T@ *l, int32_t n, int32_t cols)
+         R"(static bool @name@(@T@ *x, const @T@ *a, const @T@ *b, @T@ *z, int32_t n, int32_t cols)
 {
     const int32_t height = n + cols;
+    const int32_t fours = n - (n % 4);
     bool positive = true;
     for (int32_t j = 0; j < n; ++j) {
-        for (int32_t i = 0; i < n; ++i) {
-            l[i + (j * height)] = a[i + (j * n)];
-        }
         for (int32_t i = 0; i < cols; ++i) {
-            l[n + i + (j * height)] = b[j + (i * n)];
+            z[i + (j * height)] = b[j + (i * n)];
         }
-    }
-    for (int32_t j = 0; j < n; ++j) {
-        for (int32_t i = j; i < height; ++i) {
-            @T@ left = l[i + (j * height)];
-            for (int32_t k = 0; k < j; ++k) {
-                left -= l[i + (k * height)] * l[j + (k * height)];
-            }
-            if (i == j) {
-                positive = positive && (left > @zero@) && (isfinite(left) != 0);
-                left = sqrt@f@(left);
-            } else {
-                left /= l[j + (j * height)];
-            }
-            l[i + (j * height)] = left;
+        for (int32_t i = 0; i <= j; ++i) {
+            z[cols + i + (j * height)] = a[j + (i * n)];
         }
     }
     for (int32_t j = n - 1; j >= 0; --j) {
-        for (int32_t i = n; i < height; ++i) {
-            @T@ left = l[i + (j * height)];
-            for (int32_t k = n - 1; k > j; --k) {
-                left -= l[i + (k * height)] * l[k + (j * height)];
+        const int32_t low = (j < fours) ? (j - (j % 4)) : j;
+        const int32_t high = (j < fours) ? (low + 3) : j;
+        for (int32_t k = n - 1; k > j; --k) {
+            bool is_live = (k <= high);
+            for (int32_t i = low; i <= high; ++i) {
+                is_live = is_live || (z[cols + i + (k * height)] != @zero@);
             }
-            left /= l[j + (j * height)];
-            l[i + (j * height)] = left;
-            x[j + ((i - n) * n)] = left;
+            if (is_live) {
+                const @T@ factor = z[cols + j + (k * height)] * z[cols + k + (k * height)];
+                for (int32_t i = 0; i <= (cols + j); ++i) {
+                    z[i + (j * height)] -= z[i + (k * height)] * factor;
+                }
+            }
+        }
+        const @T@ pivot = z[cols + j + (j * height)];
+        positive = positive && (pivot > @zero@) && (isfinite(pivot) != 0);
+        z[cols + j + (j * height)] = @one@ / pivot;
+    }
+    for (int32_t j = 0; j < n; ++j) {
+        const int32_t low = (j < fours) ? (j - (j % 4)) : j;
+        const int32_t high = (j < fours) ? (low + 3) : j;
+        for (int32_t k = 0; k < j; ++k) {
+            bool is_live = (k >= low);
+            for (int32_t i = low; i <= high; ++i) {
+                is_live = is_live || (z[cols + k + (i * height)] != @zero@);
+            }
+            if (is_live) {
+                for (int32_t i = 0; i < cols; ++i) {
+                    z[i + (j * height)] -= z[i + (k * height)] * z[cols + k + (j * height)];
+                }
+            }
+        }
+        for (int32_t i = 0; i < cols; ++i) {
+            z[i + (j * height)] *= z[cols + j + (j * height)];
+            x[j + (i * n)] = z[i + (j * height)];
         }
     }
     return positive;

@@ -142,16 +142,49 @@ TEST(LinearEquations, SingularMatricesAreReportedAndGiveNoFiniteResult) {
 TEST(Cholesky, ReadsTheLowerTriangleOnly) {
     const Matrix r = Matrix::Random(29, 29), a = r * r.transpose() + Matrix::Identity(29, 29);
     const Matrix b = Matrix::Random(29, 12);
-    Matrix lower = a.triangularView<Eigen::Lower>(), x(29, 12), work(29 * 41, 1);
+    Matrix lower = a.triangularView<Eigen::Lower>(), x(29, 12), work(29 * (29 + 12 + 8), 1);
     EXPECT_TRUE(CholeskySolve{}(view(x), view(lower), view(b), view(work)));
     EXPECT_LE((a * x - b).norm(), 1e-11);
 }
 
 TEST(Cholesky, ReportsAMatrixThatIsNotPositive) {
     const Matrix a = (Matrix(2, 2) << 1, 2, 2, 1).finished(), b = Eigen::Vector2d(1, 3);
-    Matrix x(2, 1), work(6, 1);
+    Matrix x(2, 1), work(22, 1);
     EXPECT_FALSE(CholeskySolve{}(view(x), view(a), view(b), view(work)));
-    EXPECT_FALSE(x.allFinite());
+}
+
+TEST(Cholesky, AgreesWithEigenForEveryRemainderOfATile) {
+    for (int n = 1; n < 11; ++n)
+        for (int m = 1; m < 7; ++m) {
+            const Matrix r = Matrix::Random(n, n), a = r * r.transpose() + Matrix::Identity(n, n);
+            const Matrix b = Matrix::Random(n, m);
+            Matrix x(n, m), work(n * (n + m + 8), 1);
+            EXPECT_TRUE(CholeskySolve{}(view(x), view(a), view(b), view(work)));
+            EXPECT_LE((x - a.llt().solve(b)).norm(), 1e-12) << n << " x " << m;
+        }
+}
+
+TEST(Cholesky, AgreesWithEigenOnATree) {
+    const int trunk = 3, limb = 6, n = trunk + 2 * limb;
+    Matrix U = Matrix::Random(n, n).triangularView<Eigen::Upper>();
+    U.block(trunk, trunk + limb, limb, limb).setZero();
+    U.diagonal().setConstant(2);
+    const Matrix a = U * U.transpose(), b = Matrix::Random(n, 5);
+    Matrix x(n, 5), work(n * (n + 13), 1);
+    EXPECT_TRUE(CholeskySolve{}(view(x), view(a), view(b), view(work)));
+    EXPECT_LE((x - a.llt().solve(b)).norm(), 1e-11);
+}
+
+TEST(Cholesky, DoesNotMultiplyByZerosOfAMatrixOfBlocks) {
+    Matrix a = Matrix::Zero(8, 8), b = Matrix::Random(8, 1), x(8, 1), work(8 * 17, 1);
+    for (int i : {0, 4}) {
+        const Matrix r = Matrix::Random(4, 4);
+        a.block(i, i, 4, 4) = r * r.transpose() + Matrix::Identity(4, 4);
+    }
+    b(7) = HUGE_VAL; // and 0 times infinity is NaN
+    EXPECT_TRUE(CholeskySolve{}(view(x), view(a), view(b), view(work)));
+    EXPECT_FALSE(x.bottomRows(4).allFinite());
+    EXPECT_LE((x.topRows(4) - a.topLeftCorner(4, 4).llt().solve(b.topRows(4))).norm(), 1e-13);
 }
 
 TEST(Matrix, PatternsAndStateSpaceAgreeWithEigen) {

@@ -102,7 +102,9 @@ class LinearSolve final : public Block {
             inference.refuse(label(resolution(), A.index()) + " and " + label(resolution(), b.index()) +
                              " do not fit: A \\ b needs as many rows in b as in A, b / A as many columns");
         inference.set(x, is_right ? *rhs : Size{a->cols, rhs->cols, rhs->is_matrix});
-        const int size = any_shape ? a->rows * (a->cols + rhs->cols) + a->cols : a->count() + rhs->count();
+        const int size = any_shape               ? a->rows * (a->cols + rhs->cols) + a->cols
+                         : *method == "cholesky" ? a->count() + a->rows * (rhs->cols + 8)
+                                                 : a->count() + rhs->count();
         inference.set(work, Size{size, 1, false});
     }
 

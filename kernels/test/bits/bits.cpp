@@ -355,8 +355,8 @@ template <class T> void reals() {
     run(Solve{}, Array<T, 7, 4>(), square, tall, Array<T, 49>());
     run(SolveRight{}, Array<T, 4, 7>(), wide, square, Array<T, 77>());
     run(Inverse{}, Array<T, 7, 7>(), square, Array<T, 49>());
-    run(CholeskySolve{}, Array<T, 7, 4>(), positive, tall, Array<T, 77>());
-    run(CholeskySolve{}, Array<T, 7, 13>(), positive, random<Array<T, 7, 13>>(), Array<T, 140>());
+    run(CholeskySolve{}, Array<T, 7, 4>(), positive, tall, Array<T, 133>());
+    run(CholeskySolve{}, Array<T, 7, 13>(), positive, random<Array<T, 7, 13>>(), Array<T, 196>());
     run(MatrixProduct{}, Array<T, 23, 3>(), random<Array<T, 23, 5>>(), random<Array<T, 5, 3>>());
     run(DampedPinv{}, Array<T, 7, 4>(), values<T>(0.01), wide, Array<T, 44>());
     run(DampedPinv{}, Array<T, 4, 7>(), values<T>(0.01), tall, Array<T, 44>());

@@ -53,64 +53,119 @@ template <class A, class B> constexpr bool lu_solve(const A& a, const B& b) noex
     return regular;
 }
 
-/// C columns of y, R rows, behind `depth` columns of a that are solved already:
-/// y_c := (y_c - Σ_{k < depth} a_k b_kc - Σ_{k < c} y_k b_{depth + k, c}) / b_{depth + c, c}, subtracted in
-/// the order of k. Columns of a and y are `step` apart, b_kc lies at b[k b_step + c b_next]. The differences
-/// stay in registers.
-template <int R, int C, class T>
-constexpr void solve_tile(T* y, const T* a, int step, const T* b, int b_step, int b_next,
-                          int depth) noexcept {
-    T left[C][R] = {};
-    for (int c = 0; c < C; ++c)
-        for (int r = 0; r < R; ++r) left[c][r] = y[r + c * step];
-    for (int k = 0; k < depth; ++k, a += step, b += b_step)
-        for (int c = 0; c < C; ++c)
-            for (int r = 0; r < R; ++r) left[c][r] = left[c][r] - a[r] * b[c * b_next];
-    for (int c = 0; c < C; ++c) {
-        for (int k = 0; k < c; ++k)
-            for (int r = 0; r < R; ++r) left[c][r] -= left[k][r] * b[k * b_step + c * b_next];
-        for (int r = 0; r < R; ++r) left[c][r] /= b[c * b_step + c * b_next];
-    }
-    for (int c = 0; c < C; ++c)
-        for (int r = 0; r < R; ++r) y[r + c * step] = left[c][r];
-}
-
-/// The same for any number of rows.
+/// Factors of C columns at `depth` columns before them, b[k step + c next] d[k d_step], without the k where
+/// all C of b are 0: of each k that is left, `live` of them, k itself and its C factors. Matrices of chains
+/// and trees have zeros where one body does not carry another.
 template <int C, class T>
-constexpr void solve_rows(int rows, T* y, const T* a, int step, const T* b, int b_step, int b_next,
-                          int depth) noexcept {
-    int i = 0;
-    for (; i + 8 <= rows; i += 8) solve_tile<8, C>(y + i, a + i, step, b, b_step, b_next, depth);
-    if (i + 4 <= rows) {
-        solve_tile<4, C>(y + i, a + i, step, b, b_step, b_next, depth);
-        i += 4;
+constexpr int pack_factors(T* packed, const T* b, int step, int next, const T* d, int d_step,
+                           int depth) noexcept {
+    int live = 0;
+    for (int k = 0; k < depth; ++k, b += step, d += d_step) {
+        T* const entry = packed + live * (C + 1);
+        int zeros = 0;
+        entry[0] = static_cast<T>(k);
+#pragma GCC unroll 4
+        for (int c = 0; c < C; ++c) {
+            const T factor = b[c * next];
+            entry[1 + c] = factor * *d;
+            zeros += factor == T(0);
+        }
+        live += zeros != C;
     }
-    if (i + 2 <= rows) {
-        solve_tile<2, C>(y + i, a + i, step, b, b_step, b_next, depth);
-        i += 2;
-    }
-    if (i < rows) solve_tile<1, C>(y + i, a + i, step, b, b_step, b_next, depth);
+    return live;
 }
 
-/// C columns from column j on of (L; (L⁻¹ b)ᵀ), `height` rows, where those before are there already and these
-/// hold (a; bᵀ). False when a pivot is not positive.
-template <int C, class T> constexpr bool cholesky_columns(T* l, int height, int j) noexcept {
-    T* const corner = l + j + j * height;
-    bool positive = true;
+/// R rows of C columns: y_c := (y_c - Σ_k a_k b_kc - Σ_{k < c} y_k corner_kc) corner_cc over packed factors b
+/// in their order, a_k column k of a; without a corner the first difference alone. Columns of y are `next`
+/// apart, those of a `step`. What is left stays in registers.
+template <int R, int C, int most, class T>
+constexpr void solve_tile(T* y, int next, const T* a, int step, const T* packed, int live,
+                          const T* corner) noexcept {
+    using Pack = Lanes<T, R, most>;
+    constexpr int count = R / Pack::count;
+    typename Pack::type left[C][count];
+#pragma GCC unroll 4
     for (int c = 0; c < C; ++c)
-        for (int r = c; r < C; ++r) {
-            T left = corner[r + c * height];
-            for (int k = 0; k < j + c; ++k) left -= l[j + r + k * height] * l[j + c + k * height];
-            if (r == c) {
-                positive = positive && left > T(0) && left - left == T(0);
-                left = sqrt(left);
-            } else {
-                left /= corner[c + c * height];
-            }
-            corner[r + c * height] = left;
+#pragma GCC unroll 4
+        for (int r = 0; r < count; ++r) Pack::load(left[c][r], y + c * next + r * Pack::count);
+    for (int l = 0; l < live; ++l, packed += C + 1) {
+        const T* const column = a + static_cast<int>(packed[0]) * step;
+#pragma GCC unroll 4
+        for (int r = 0; r < count; ++r) {
+            typename Pack::type x;
+            Pack::load(x, column + r * Pack::count);
+#pragma GCC unroll 4
+            for (int c = 0; c < C; ++c) left[c][r] = left[c][r] - x * packed[1 + c];
         }
-    solve_rows<C>(height - j - C, corner + C, l + j + C, height, l + j, height, 1, j);
+    }
+    if (corner != nullptr)
+#pragma GCC unroll 4
+        for (int c = 0; c < C; ++c)
+#pragma GCC unroll 4
+            for (int r = 0; r < count; ++r) {
+#pragma GCC unroll 4
+                for (int k = 0; k < c; ++k) left[c][r] = left[c][r] - left[k][r] * corner[k * C + c];
+                left[c][r] = left[c][r] * corner[c * C + c];
+            }
+#pragma GCC unroll 4
+    for (int c = 0; c < C; ++c)
+#pragma GCC unroll 4
+        for (int r = 0; r < count; ++r) Pack::store(y + c * next + r * Pack::count, left[c][r]);
+}
+
+/// The same for any number of rows, in tiles of at most Tall.
+template <int Tall, int C, int most, class T>
+constexpr void solve_rows(int rows, T* y, int next, const T* a, int step, const T* packed, int live,
+                          const T* corner, int i = 0) noexcept {
+    for (; i + Tall <= rows; i += Tall)
+        solve_tile<Tall, C, most>(y + i, next, a + i, step, packed, live, corner);
+    if constexpr (Tall > 1) solve_rows<Tall / 2, C, most>(rows, y, next, a, step, packed, live, corner, i);
+}
+
+/// z has a column for each row of a: m elements, those of bᵀ, then a. It becomes (U⁻¹ b)ᵀ and U D, a = U D Uᵀ
+/// with 1 on the diagonal of U, and there 1 / D; here in the C columns j, j - 1, ..., where those behind are
+/// there already. False when a pivot is not positive.
+template <int C, int most, class T>
+constexpr bool factor_columns(T* z, int m, int n, int j, T* packed) noexcept {
+    const int height = m + n, above = m + j - C + 1;
+    T *const y = z + j * height, *const last = z + (n - 1) * height;
+    const int live =
+        pack_factors<C>(packed, last + m + j, -height, -1, last + height - 1, -height - 1, n - 1 - j);
+    solve_tile<C, C, most, T>(y + above, -height, last + above, -height, packed, live, nullptr);
+    T corner[C * C];
+    bool positive = true;
+#pragma GCC unroll 4
+    for (int c = 0; c < C; ++c) {
+        T inverse = 1;
+#pragma GCC unroll 4
+        for (int r = c; r < C; ++r) {
+            T& v = y[m + j - r - c * height];
+#pragma GCC unroll 4
+            for (int k = 0; k < c; ++k) v -= y[m + j - r - k * height] * corner[k * C + c];
+            if (r == c) {
+                positive = positive && v > T(0) && v - v == T(0);
+                v = inverse = T(1) / v;
+                corner[c * C + c] = T(1);
+            } else {
+                corner[c * C + r] = v * inverse;
+            }
+        }
+    }
+    solve_rows<4, C, most, T>(above, y, -height, last, -height, packed, live, corner);
     return positive;
+}
+
+/// Then xᵀ = (U⁻ᵀ D⁻¹ U⁻¹ b)ᵀ, here in the C columns j, j + 1, ..., where those before are there already.
+template <int C, int most, class T>
+constexpr void solve_columns(T* z, int m, int n, int j, T* packed) noexcept {
+    const int height = m + n;
+    T *const y = z + j * height, *const v = y + m;
+    T corner[C * C];
+    for (int c = 0; c < C; ++c)
+        for (int k = 0; k <= c; ++k) corner[k * C + c] = v[j + k + c * height];
+    const T one = 1;
+    const int live = pack_factors<C>(packed, v, 1, height, &one, 0, j);
+    solve_rows<4, C, most, T>(m, y, height, z, height, packed, live, corner);
 }
 
 } // namespace detail
@@ -164,8 +219,10 @@ struct Inverse {
     }
 };
 
-/// x = a⁻¹ b for symmetric positive definite a = L Lᵀ, of which only the lower triangle is read; a is n × n.
-/// False if a is not positive definite. work: n² + n m for b of n × m.
+/// x = a⁻¹ b for symmetric positive definite a = U D Uᵀ, U upper triangular with ones on its diagonal, D
+/// diagonal; only the lower triangle of a is read; a is n × n. Zeros cost nothing where U keeps them: in the
+/// mass matrix of a tree whose bodies stand behind their parents it keeps all (Featherstone 2008, §6.5).
+/// False if a is not positive definite; x is then of no use. work: n² + n (m + 8) for b of n × m.
 struct CholeskySolve {
     static constexpr const char* name = "bf::kernels::CholeskySolve{}";
     static constexpr char failure[] =
@@ -173,24 +230,34 @@ struct CholeskySolve {
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class X, class A, class B, class W>
     constexpr bool operator()(const X& x, const A& a, const B& b, const W& work) const noexcept {
+        if constexpr (is_fixed<X>)
+            return run<detail::widest>(x, a, b, work);
+        else
+            return run_widest(*this, x, a, b, work);
+    }
+    template <int most, class X, class A, class B, class W>
+    constexpr bool run(const X& x, const A& a, const B& b, const W& work) const noexcept {
         using T = Element<X>;
-        const int n = a.rows, m = b.cols, height = n + m;
-        // (a; bᵀ) becomes (L; (L⁻¹ b)ᵀ), then (L; xᵀ): what is solved lies in columns, as L does.
-        T *const l = work.data, *const z = l + n, *const last = z + (n - 1) * height;
+        const int n = a.rows, m = (b.cols + 3) / 4 * 4, height = m + n; // rows of zeros fill the last tile
+        T *const z = work.data, *const packed = z + n * height;
         for (int j = 0; j < n; ++j) {
-            for (int i = 0; i < n; ++i) l[i + j * height] = a[i + j * n];
-            for (int i = 0; i < m; ++i) z[i + j * height] = b[j + i * n];
+            T* const column = z + j * height;
+#pragma GCC unroll 4
+            for (int i = 0; i < b.cols; ++i) column[i] = b[j + i * n];
+            for (int i = b.cols; i < m; ++i) column[i] = 0;
+#pragma GCC unroll 4
+            for (int i = 0; i <= j; ++i) column[m + i] = a[j + i * n];
         }
+        const int fours = n - n % 4;
         bool positive = true;
-        int j = 0;
-        for (; j + 2 <= n; j += 2) positive = detail::cholesky_columns<2>(l, height, j) && positive;
-        if (j < n) positive = detail::cholesky_columns<1>(l, height, j) && positive;
-        for (j = n - 1; j > 0; j -= 2)
-            detail::solve_rows<2>(m, z + j * height, last, -height, l + n - 1 + j * height, -1, -height,
-                                  n - 1 - j);
-        if (j == 0) detail::solve_rows<1>(m, z, last, -height, l + n - 1, -1, -height, n - 1);
-        for (int i = 0; i < m; ++i)
-            for (j = 0; j < n; ++j) x[j + i * n] = z[i + j * height];
+        for (int j = n - 1; j >= fours; --j)
+            positive = detail::factor_columns<1, most>(z, m, n, j, packed) && positive;
+        for (int j = fours - 1; j >= 0; j -= 4)
+            positive = detail::factor_columns<4, most>(z, m, n, j, packed) && positive;
+        for (int j = 0; j < fours; j += 4) detail::solve_columns<4, most>(z, m, n, j, packed);
+        for (int j = fours; j < n; ++j) detail::solve_columns<1, most>(z, m, n, j, packed);
+        for (int i = 0; i < b.cols; ++i)
+            for (int j = 0; j < n; ++j) x[j + i * n] = z[i + j * height];
         return positive;
     }
 };

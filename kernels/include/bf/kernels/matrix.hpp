@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bf/kernels/lanes.hpp"
 #include "bf/kernels/scalar.hpp"
 #include "bf/kernels/view.hpp"
 
@@ -13,67 +14,53 @@ template <class T> constexpr void add_scaled(T* __restrict y, const T* __restric
     for (int i = 0; i < n; ++i) y[i] = add(y[i], multiply(x[i], f));
 }
 
-/// R × C elements of y = a b: y and a have `rows` rows, b has `depth`. The sums stay in registers.
-template <int R, int C, class T>
+/// sum += x f, of numbers or of registers.
+template <class V, class T> constexpr void add_product(V& sum, const V& x, T f) noexcept {
+    if constexpr (std::is_same_v<V, T>)
+        sum = add(sum, multiply(x, f));
+    else
+        sum += x * f;
+}
+
+/// R × C elements of y = a b: y and a have `rows` rows, b has `depth`. The sums stay in registers,
+/// which takes loops that are unrolled for sure.
+template <int R, int C, int most, class T>
 constexpr void product_tile(T* __restrict y, const T* __restrict a, const T* __restrict b, int rows,
                             int depth) noexcept {
-    T sum[C][R] = {};
+    using Pack = Lanes<T, R, most>;
+    constexpr int count = R / Pack::count;
+    typename Pack::type sum[C][count] = {};
     for (int k = 0; k < depth; ++k, a += rows, ++b)
 #pragma GCC unroll 16
-        for (int c = 0; c < C; ++c)
-#pragma GCC unroll 16
-            for (int r = 0; r < R; ++r) sum[c][r] = add(sum[c][r], multiply(a[r], b[c * depth]));
+        for (int r = 0; r < count; ++r) {
+            typename Pack::type x;
+            Pack::load(x, a + r * Pack::count);
+#pragma GCC unroll 4
+            for (int c = 0; c < C; ++c) add_product(sum[c][r], x, b[c * depth]);
+        }
+#pragma GCC unroll 4
     for (int c = 0; c < C; ++c)
-        for (int r = 0; r < R; ++r) y[r + c * rows] = sum[c][r];
+#pragma GCC unroll 16
+        for (int r = 0; r < count; ++r) Pack::store(y + r * Pack::count + c * rows, sum[c][r]);
 }
 
 /// C columns of y = a b from row i on, in tiles of at most Tall rows. A last tile that is more than half full
 /// overlaps rows before it: to compute some elements twice costs less than single rows.
-template <int Tall, int C, class T>
+template <int Tall, int C, int most, class T>
 constexpr void product_columns(T* y, const T* a, const T* b, int rows, int depth, int i = 0) noexcept {
-    for (; i + Tall <= rows; i += Tall) product_tile<Tall, C>(y + i, a + i, b, rows, depth);
+    for (; i + Tall <= rows; i += Tall) product_tile<Tall, C, most>(y + i, a + i, b, rows, depth);
     if (rows >= Tall && i + Tall / 2 < rows)
-        product_tile<Tall, C>(y + rows - Tall, a + rows - Tall, b, rows, depth);
+        product_tile<Tall, C, most>(y + rows - Tall, a + rows - Tall, b, rows, depth);
     else if constexpr (Tall > 1)
-        product_columns<Tall / 2, C>(y, a, b, rows, depth, i);
+        product_columns<Tall / 2, C, most>(y, a, b, rows, depth, i);
 }
 
-/// Columns of y (rows × cols) = a (rows × depth) b (depth × cols) from column j on, in tiles of at most
-/// Tall × Wide.
-template <int Tall, int Wide, class T>
-constexpr void product_tiles(T* y, const T* a, const T* b, int rows, int depth, int cols,
-                             int j = 0) noexcept {
+/// y (rows × cols) = a (rows × depth) b (depth × cols) from column j on, in tiles of 16 elements at most.
+template <int most = widest, int Wide = 4, class T>
+constexpr void product(T* y, const T* a, const T* b, int rows, int depth, int cols, int j = 0) noexcept {
     for (; j + Wide <= cols; j += Wide)
-        product_columns<Tall, Wide>(y + j * rows, a, b + j * depth, rows, depth);
-    if constexpr (Wide > 1) product_tiles<Tall, Wide / 2>(y, a, b, rows, depth, cols, j);
-}
-
-/// y = a b of one column, four columns of a at a time, each from its top to its bottom.
-template <class T>
-constexpr void product_vector(T* __restrict y, const T* __restrict a, const T* __restrict b, int rows,
-                              int depth) noexcept {
-    for (int i = 0; i < rows; ++i) y[i] = T{};
-    int k = 0;
-    for (; k + 4 <= depth; k += 4, a += 4 * rows)
-        for (int i = 0; i < rows; ++i) {
-            T sum = y[i];
-#pragma GCC unroll 4
-            for (int c = 0; c < 4; ++c) sum = add(sum, multiply(a[i + c * rows], b[k + c]));
-            y[i] = sum;
-        }
-    for (; k < depth; ++k, a += rows) add_scaled(y, a, b[k], rows);
-}
-
-/// y (rows × cols) = a (rows × depth) b (depth × cols). Does the compiler know the extents? Only then do sums
-/// of a tall tile stay in registers.
-template <bool is_known, class T>
-constexpr void product(T* y, const T* a, const T* b, int rows, int depth, int cols) noexcept {
-    if constexpr (is_known)
-        product_tiles<8, 4>(y, a, b, rows, depth, cols);
-    else if (cols == 1 && rows >= 16)
-        product_vector(y, a, b, rows, depth);
-    else
-        product_tiles<4, 2>(y, a, b, rows, depth, cols);
+        product_columns<16 / Wide, Wide, most>(y + j * rows, a, b + j * depth, rows, depth);
+    if constexpr (Wide > 1) product<most, Wide / 2>(y, a, b, rows, depth, cols, j);
 }
 
 } // namespace detail
@@ -84,7 +71,14 @@ struct MatrixProduct {
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
-        detail::product<is_fixed<Y>>(y.data, a.data, b.data, a.rows, a.cols, b.cols);
+        if constexpr (is_real<Element<Y>> && !is_fixed<Y>)
+            run_widest(*this, y, a, b);
+        else
+            run<detail::widest>(y, a, b);
+    }
+    template <int most, class Y, class A, class B>
+    constexpr void run(const Y& y, const A& a, const B& b) const noexcept {
+        detail::product<most>(y.data, a.data, b.data, a.rows, a.cols, b.cols);
     }
 };
 
@@ -95,7 +89,7 @@ struct StateSpace {
     template <class Y, class M, class N, class X, class U>
     constexpr void operator()(const Y& y, const M& m, const N& n, const X& x, const U& u) const noexcept {
         using T = Element<Y>;
-        detail::product<is_fixed<Y>>(y.data, m.data, x.data, m.rows, m.cols, 1);
+        detail::product(y.data, m.data, x.data, m.rows, m.cols, 1);
         for (int k = 0; k < u.size(); ++k)
             detail::add_scaled<T>(y.data, n.data + k * y.size(), u[k], y.size());
     }

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstring>
+#include <type_traits>
+
+/// Elements side by side in one register of the processor. Arithmetic on it is that of its elements, with the
+/// same bits; compilers left to themselves vectorise along sums instead, by loads of single elements.
+namespace bf::kernels {
+
+namespace detail {
+/// Bytes of the widest register that this code may use.
+#if defined(__AVX__)
+inline constexpr int widest = 32;
+#elif defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
+inline constexpr int widest = 16;
+#else
+inline constexpr int widest = 0;
+#endif
+
+template <class T, int R> constexpr int bytes_of_a_register(int most) noexcept {
+    const int bytes = R * static_cast<int>(sizeof(T));
+    if (!std::is_floating_point_v<T> || sizeof(T) > 8) return 0;
+    return most >= 32 && bytes % 32 == 0 ? 32 : most >= 16 && bytes % 16 == 0 ? 16 : 0;
+}
+} // namespace detail
+
+/// How to hold R elements T: in registers of at most `most` bytes, `count` elements each, R a multiple of it.
+template <class T, int R, int most = detail::widest, class = void> struct Lanes {
+    using type = T;
+    static constexpr int count = 1;
+    static constexpr void load(type& x, const T* from) noexcept { x = *from; }
+    static constexpr void store(T* to, const T& x) noexcept { *to = x; }
+};
+
+#ifdef __GNUC__
+template <class T, int R, int most>
+struct Lanes<T, R, most, std::enable_if_t<(detail::bytes_of_a_register<T, R>(most) > 0)>> {
+    typedef T type __attribute__((vector_size(detail::bytes_of_a_register<T, R>(most))));
+    static constexpr int count = detail::bytes_of_a_register<T, R>(most) / static_cast<int>(sizeof(T));
+    static void load(type& x, const T* from) noexcept { std::memcpy(&x, from, sizeof x); }
+    static void store(T* to, const type& x) noexcept { std::memcpy(to, &x, sizeof x); }
+};
+#endif
+
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(__AVX__)
+namespace detail {
+/// Compiled for processors with AVX2, all that it calls included.
+template <class Kernel, class... X>
+__attribute__((target("avx2"), flatten)) auto with_avx2(const Kernel& kernel, const X&... x) noexcept {
+    return kernel.template run<32>(x...);
+}
+} // namespace detail
+#endif
+
+/// kernel.run<most>(x...) for the widest registers that the processor has, though the compiler was told of
+/// none: products and solutions then take half the time, with the same bits.
+template <class Kernel, class... X> auto run_widest(const Kernel& kernel, const X&... x) noexcept {
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(__AVX__)
+    if (__builtin_cpu_supports("avx2")) return detail::with_avx2(kernel, x...);
+#endif
+    return kernel.template run<detail::widest>(x...);
+}
+
+} // namespace bf::kernels

@@ -479,10 +479,26 @@ class Flattener {
         e_.diagram.nodes.push_back(std::move(node));
     }
 
+    std::vector<std::string> type_names() const {
+        std::vector<std::string> names;
+        for (const auto& known : e_.registry.classes()) names.push_back(known->qualified_name());
+        return names;
+    }
+
+    static model::Fix retyped(const std::string& path, const std::string& type) {
+        return fix("Make it a " + type, model::operations::Set{path, "block", type});
+    }
+
     /// The class of a block, made once with default arguments: null after a report.
     const BlockClass* class_of(const model::Block& block, const std::string& path) {
         const auto refuse = [&](const std::string& why) {
-            e_.report.add(block.type_where ? block.type_where : block.where, path, why);
+            std::vector<model::Fix> fixes;
+            for (const auto& known : e_.registry.classes())
+                if (known->name == block.type) fixes.push_back(retyped(path, known->qualified_name()));
+            if (fixes.empty())
+                for (const auto& name : similar(block.type, type_names()))
+                    fixes.push_back(retyped(path, name));
+            e_.report.add(block.type_where ? block.type_where : block.where, path, why, "", std::move(fixes));
             return nullptr;
         };
         const auto known = classes_.find(block.type);
@@ -566,10 +582,12 @@ class Flattener {
         for (const auto* setting : parameters) {
             const int index = r.find(setting->name, Role::parameter);
             if (index < 0) {
-                e_.report.add(
-                    setting->where ? setting->where : setting->value.where, path,
-                    "the block has no argument or parameter '" + setting->name + "'" +
-                        e_.report.suggestion(setting->name, [&] { return setting_names(r.declaration()); }));
+                auto meant = e_.report.meant(
+                    setting->name, [&] { return setting_names(r.declaration()); },
+                    [&](const std::string& name) { return renamed_setting(path, *setting, name); });
+                e_.report.add(setting->where ? setting->where : setting->value.where, path,
+                              "the block has no argument or parameter '" + setting->name + "'" + meant.text,
+                              "", std::move(meant.fixes));
                 continue;
             }
             const Slot& slot = r.slots[static_cast<std::size_t>(index)];

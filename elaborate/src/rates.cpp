@@ -360,9 +360,17 @@ class Rates {
                 e_.report.add(nodes_[n].where, nodes_[n].path,
                               "input '" + slot.name + "' at " + period_text(b) + " s reads " +
                                   e_.diagram.end_path(from) + " at " + period_text(a) + " s",
-                              "put a RateTransition in between, or say `rate_transitions: inserted`");
+                              "put a RateTransition in between, or say `rate_transitions: inserted`",
+                              transition_fixes(nodes_[n].path, slot.name));
             }
         }
+    }
+
+    std::vector<model::Fix> transition_fixes(const std::string& path, const std::string& input) const {
+        std::vector<model::Fix> fixes = inserted(e_.model, path, input, "RateTransition");
+        fixes.push_back(fix("Insert all rate transitions of the model",
+                            model::operations::Set{"", "rate_transitions", "inserted"}));
+        return fixes;
     }
 
     /// Does it change the rate, and nobody wait for what it reads?

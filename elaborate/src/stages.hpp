@@ -5,6 +5,7 @@
 #include "bf/core/resolve.hpp"
 #include "bf/elaborate/elaborate.hpp"
 #include "bf/matlab/formula.hpp"
+#include "fixes.hpp"
 
 #include <deque>
 #include <map>
@@ -20,12 +21,26 @@ namespace bf::elaboration {
 /// Collects what is wrong, each thing once.
 class Report {
   public:
-    void add(const model::Location& where, std::string path, std::string message, std::string remedy = {}) {
-        model::Diagnostic diagnostic{where, std::move(path), std::move(message), std::move(remedy)};
+    void add(const model::Location& where, std::string path, std::string message, std::string remedy = {},
+             std::vector<model::Fix> fixes = {}) {
+        model::Diagnostic diagnostic{where, std::move(path), std::move(message), std::move(remedy),
+                                     std::move(fixes)};
         if (known_.insert(diagnostic.text()).second) diagnostics_.push_back(std::move(diagnostic));
     }
     bool is_empty() const { return diagnostics_.empty(); }
-    /// "; did you mean 'a'?", of the names that `known` lists, or nothing.
+    /// "; did you mean 'a'?", of the names that `known` lists, or nothing; and what `fix` makes of each.
+    struct Meant {
+        std::string text;
+        std::vector<model::Fix> fixes;
+    };
+    template <class Known, class MakeFix>
+    Meant meant(const std::string& name, Known&& known, const MakeFix& fix) {
+        if (!suggestions_.take()) return {};
+        const std::vector<std::string> names = known();
+        Meant found{did_you_mean(name, names), {}};
+        for (const std::string& one : similar(name, names)) found.fixes.push_back(fix(one));
+        return found;
+    }
     template <class Known> std::string suggestion(const std::string& name, Known&& known) {
         return suggestions_.take() ? did_you_mean(name, known()) : std::string();
     }

@@ -149,12 +149,15 @@ class Wiring {
             return name_list(ports.all, [](const NamedPort& port) { return std::string(port.name); });
         };
         const std::string path = inside(scope, end.block);
-        if (!end.port.empty())
-            e_.report.add(end.where, path,
-                          "there is no " + kind + " '" + end.port + "'" +
-                              e_.report.suggestion(end.port, [&] { return ports.names(); }),
-                          kind + "s: " + (ports.all.empty() ? "none" : list()));
-        else if (ports.all.empty())
+        if (!end.port.empty()) {
+            auto meant = e_.report.meant(
+                end.port, [&] { return ports.names(); },
+                [&](const std::string& name) {
+                    return joined_by(scope, end, model::Endpoint{end.block, name});
+                });
+            e_.report.add(end.where, path, "there is no " + kind + " '" + end.port + "'" + meant.text,
+                          kind + "s: " + (ports.all.empty() ? "none" : list()), std::move(meant.fixes));
+        } else if (ports.all.empty())
             e_.report.add(end.where, path, "'" + end.text() + "' has no " + kind, "remove the connection");
         else
             e_.report.add(end.where, path,
@@ -162,6 +165,12 @@ class Wiring {
                               std::to_string(ports.all.size()),
                           "write one of " + list() + " after a dot");
         return -1;
+    }
+
+    /// The wire that is being joined, with another end in place of `end`.
+    model::Fix joined_by(const Scope& scope, const model::Endpoint& end, const model::Endpoint& other) const {
+        const auto text = [&](const model::Endpoint& own) { return (&own == &end ? other : own).text(); };
+        return rewired(scope.path, *from_, *to_, text(*from_), text(*to_));
     }
 
     const Scope::Item* item_of(const Scope& scope, const model::Endpoint& end) {
@@ -173,8 +182,11 @@ class Wiring {
             for (const auto& block : scope.system->blocks) known.push_back(block.name);
             return known;
         };
-        e_.report.add(end.where, scope.path,
-                      "there is no block '" + end.block + "' here" + e_.report.suggestion(end.block, names));
+        auto meant = e_.report.meant(end.block, names, [&](const std::string& name) {
+            return joined_by(scope, end, model::Endpoint{name, end.port});
+        });
+        e_.report.add(end.where, scope.path, "there is no block '" + end.block + "' here" + meant.text, "",
+                      std::move(meant.fixes));
         return nullptr;
     }
 
@@ -191,6 +203,8 @@ class Wiring {
 
     void drive(Scope& scope, const model::Endpoint& from, const model::Endpoint& to) {
         if (scope.left_out.contains(from.block)) return;
+        from_ = &from;
+        to_ = &to;
         const Driver source = driver(scope, from);
         Driver* target = nullptr;
         if (to.block.empty()) {
@@ -570,11 +584,11 @@ class Wiring {
                 // "1" is also what a source without a unit of its own says.
                 const Unit none;
                 if (to.unit == none || from.unit == none || from.unit.agrees_with(to.unit)) continue;
-                e_.report.add(node.where, node.path,
-                              "input '" + to.name + "' is in " + std::string(to.unit.text) +
-                                  ", but is wired to " + e_.diagram.end_path(node.sources[i]) + " in " +
-                                  std::string(from.unit.text),
-                              "convert the signal, e.g. with a Gain");
+                e_.report.add(
+                    node.where, node.path,
+                    "input '" + to.name + "' is in " + std::string(to.unit.text) + ", but is wired to " +
+                        e_.diagram.end_path(node.sources[i]) + " in " + std::string(from.unit.text),
+                    "convert the signal, e.g. with a Gain", inserted(e_.model, node.path, to.name, "Gain"));
             }
     }
 
@@ -595,16 +609,19 @@ class Wiring {
                 for (const auto& one : finder.all()) known.push_back(one.path);
                 return known;
             };
-            e_.report.add(signal.where, "",
-                          "there is no signal '" + signal.path + "'" +
-                              e_.report.suggestion(signal.path, names),
-                          "signals are called block.port, with the subsystems before them");
+            auto meant = e_.report.meant(signal.path, names, [&](const std::string& name) {
+                return renamed_signal(e_.model, signal.path, name);
+            });
+            e_.report.add(signal.where, "", "there is no signal '" + signal.path + "'" + meant.text,
+                          "signals are called block.port, with the subsystems before them",
+                          std::move(meant.fixes));
         }
         to.insert(to.end(), found.begin(), found.end());
     }
 
     Elaboration& e_;
-    std::vector<std::vector<Driver>> node_drivers_;                              ///< per slot of each block
+    const model::Endpoint *from_ = nullptr, *to_ = nullptr; ///< of the wire that is being joined
+    std::vector<std::vector<Driver>> node_drivers_;         ///< per slot of each block
     std::map<std::tuple<const Scope*, int, int, Role>, NamedPorts> named_ports_; ///< scope, node, bus, side
     std::unordered_set<int>
         misspelled_; ///< blocks whose connection names no input of theirs: one is open then

@@ -208,13 +208,18 @@ Json to_json(const Diagram& d) {
 
 Json to_json(const std::vector<model::Diagnostic>& diagnostics) {
     Json json = Json::array();
-    for (const auto& d : diagnostics)
+    for (const auto& d : diagnostics) {
+        Json fixes = Json::array();
+        for (const auto& [title, operation] : d.fixes)
+            fixes.push_back({{"title", title}, {"operation", Json::parse(operation)}});
         json.push_back({{"file", d.where.file ? *d.where.file : ""},
                         {"line", d.where.line},
                         {"column", d.where.column},
                         {"path", d.path},
                         {"message", d.message},
-                        {"remedy", d.remedy}});
+                        {"remedy", d.remedy},
+                        {"fixes", std::move(fixes)}});
+    }
     return json;
 }
 

@@ -44,6 +44,7 @@ export const commands: Command[] = [
   { title: "Connect", group: "Edit", keys: ["C"], can: (s) => s.drawing !== null, run: (s) => (s.dialog = { kind: "connect" }) },
   { title: "Rename", group: "Edit", keys: ["F2"], can: (s) => only(s) !== null && only(s)!.kind !== "wire",
     run: (s) => (s.renamed = key_of(only(s)!)) },
+  { title: "Mend a mistake", group: "Edit", keys: ["Ctrl+."], can: (s) => s.mendable.length > 0, run: (s) => (s.dialog = { kind: "fix" }) },
   { title: "Remove", group: "Edit", keys: ["Delete", "Backspace"], can: has_choice, run: (s) => s.remove() },
   { title: "Flip", group: "Edit", keys: ["R"], can: has_blocks, run: (s) => s.flip() },
   { title: "Group into a subsystem", group: "Edit", keys: ["Ctrl+G"], can: has_blocks, run: (s) => s.group() },

@@ -39,6 +39,8 @@ export function entries_for(session: Session, dialog: Dialog): Entry[] {
     case "help": case "find": return []; // what is found comes from the service
     case "open":
       return session.files.map((file) => ({ key: file, title: file, detail: "", group: "model", run: () => session.open(file) }));
+    case "fix": return session.mendable.map(({ path, message, fix }, i) => (
+      { key: `${i}`, title: fix.title, detail: `${path}: ${message}`, group: "fix", run: () => session.mend(fix) }));
     case "connect": return connections(session);
     case "insert": return blocks(session, dialog);
     case "search": return dialog.into ? blocks(session, dialog) : [

@@ -1,4 +1,4 @@
-import { centre, hit, key_of, nearest_piece, panned, rectangle, to_drawing, wire_at, within, zoomed, type Hit } from "./geometry.ts";
+import { badge_of, centre, hit, key_of, nearest_piece, panned, rectangle, to_drawing, wire_at, within, zoomed, type Hit } from "./geometry.ts";
 import { axis_of, handle_at, handles, type Handle } from "./layout.ts";
 import { fits, joined, last_of, through } from "./operations.ts";
 import type { Drawing, Element, Point, Port, Rectangle } from "./protocol.ts";
@@ -45,10 +45,13 @@ export class Gestures {
   down(press: Press): void {
     const s = this.session, found = this.at(press), point = this.point(press);
     s.renamed = null;
-    const grip = this.grip_at(press);
+    const grip = this.grip_at(press), wrong = this.badge_at(press);
     if (press.button === 1 || press.is_panning || (press.is_touch && !found)) this.gesture = { kind: "pan", last: press };
     else if (press.button !== 0) return;
-    else if (found?.port) this.pull(found.element, found.port);
+    else if (wrong) {
+      s.select([key_of(wrong)]);
+      s.dialog = { kind: "fix" };
+    } else if (found?.port) this.pull(found.element, found.port);
     else if (grip) this.gesture = { kind: "resize", from: point, ...grip, tried: null };
     else if (found) {
       const key = key_of(found.element);
@@ -63,6 +66,14 @@ export class Gestures {
     }
   }
 
+  /** What a badge stands at, where something would mend its mistake. */
+  private badge_at(p: Point): Element | null {
+    const { drawing, view } = this.session, at = this.point(p);
+    return drawing?.elements.find((e) => {
+      const badge = badge_of(e);
+      return e.marks.some((mark) => mark.fixes.length > 0) && Math.hypot(badge.x - at.x, badge.y - at.y) * view.scale < 8;
+    }) ?? null;
+  }
   /** A handle of the one chosen block. */
   grip_at(p: Point): { block: Element; handle: Handle } | null {
     const { chosen, view } = this.session, block = chosen.length === 1 ? chosen[0]! : null, at = this.point(p);
@@ -75,6 +86,7 @@ export class Gestures {
   }
 
   private cursor_at(p: Point, found: Hit | null): string {
+    if (this.badge_at(p)) return "pointer";
     if (found?.port) return "crosshair";
     const grip = this.grip_at(p)?.handle;
     if (grip) return grip.x === 0 ? "ns-resize" : grip.y === 0 ? "ew-resize" : grip.x === grip.y ? "nwse-resize" : "nesw-resize";

@@ -5,7 +5,7 @@ import {
   connection, end_of, end_of_new, fresh_name, joined, last_of, name_for, parent_of, removal, splice, through, type Operation,
 } from "./operations.ts";
 import {
-  protocol, type DocumentState, type Draw, type Drawing, type Element, type LibraryBlock, type Method, type Methods, type Notifications,
+  protocol, type DocumentState, type Draw, type Drawing, type Element, type Fix, type LibraryBlock, type Method, type Methods, type Notifications,
   type Point, type Port, type RunState, type SignalInfo,
 } from "./protocol.ts";
 import { Samples, type Track } from "./samples.ts";
@@ -19,6 +19,7 @@ export type Dialog =
   | { kind: "insert"; at: Point; from?: End }     // with a wire from there
   | { kind: "connect" }
   | { kind: "find" }                              // something in the whole model
+  | { kind: "fix" }                               // what would mend mistakes
   | { kind: "open" }
   | { kind: "help" };
 type Part = "run" | "model";
@@ -197,6 +198,7 @@ export class Session {
     await this.redraw(nothing_tried);
     return state !== null;
   }
+  mend(fix: Fix): Promise<boolean> { return this.edit(JSON.parse(fix.operation) as Operation); }
   async undo(): Promise<void> { if (this.document?.can_undo) await this.settle(await this.ask("undo", {})); }
   async redo(): Promise<void> { if (this.document?.can_redo) await this.settle(await this.ask("redo", {})); }
   async arrange(): Promise<void> {
@@ -254,6 +256,12 @@ export class Session {
   }
   find(key: string | null): Element | null { return this.drawing?.elements.find((e) => key_of(e) === key) ?? null; }
   get chosen(): Element[] { return this.drawing?.elements.filter((e) => this.selection.has(key_of(e))) ?? []; }
+  /** Those of what is chosen, else all: what is wrong, with what would mend it. */
+  get mendable(): { path: string; message: string; fix: Fix }[] {
+    const marks = this.chosen.flatMap((e) => e.marks.map((mark) => ({ path: e.path, ...mark })));
+    const all = marks.length > 0 ? marks : this.document?.diagnostics ?? [];
+    return all.flatMap(({ path, message, fixes }) => fixes.map((fix) => ({ path, message, fix })));
+  }
   get chosen_blocks(): Element[] { return this.chosen.filter((e) => e.kind === "block" || e.kind === "subsystem"); }
 
   /** Shows what a path names, whichever subsystem it stands in. */

@@ -69,7 +69,8 @@ export class Model {
     const open = !this.wires.some(([, to]) => to.startsWith("scope"));
     return {
       file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, failure: "",
-      diagnostics: open ? [{ file: "motor.yaml", line: 9, column: 3, path: "scope", message: "input 'u' is not connected", remedy: "connect it" }] : [],
+      diagnostics: open ? [{ file: "motor.yaml", line: 9, column: 3, path: "scope", message: "input 'u' is not connected", remedy: "connect it", fixes: [
+        { title: "Connect 'motor' to 'scope'", operation: '{"do":"connect","system":"","from":"motor","to":"scope"}' }] }] : [],
     };
   }
   draw(system: string, moved: { path: string; to: { x: number; y: number } }[]): Drawing {
@@ -80,7 +81,7 @@ export class Model {
       return box(b.name, to.x, to.y, b.inputs, b.outputs, b.symbol, b.kind);
     });
     for (const mistake of this.state().diagnostics)
-      solid.find((e) => e.path === mistake.path)?.marks.push({ message: mistake.message, remedy: mistake.remedy });
+      solid.find((e) => e.path === mistake.path)?.marks.push({ message: mistake.message, remedy: mistake.remedy, fixes: mistake.fixes });
     const notes = this.notes.map(({ name, text: words, at }): Element => ({
       kind: "note", path: name, from: "", to: "", corners: [], bounds: { ...at, width: 80, height: 16 }, ports: [], title: `note: ${words}`,
       shapes: [text("note", at.x + 40, at.y + 12, words)], description: "", marks: [], rate: null }));

@@ -30,7 +30,8 @@ BF_FIELDS(editor::Shape, one_of("kind", &T::kind, words::shape), one_of("style",
           one_of("align", &T::align, words::align))
 BF_FIELDS(editor::Port, has("name", &T::name), has("is_output", &T::is_output), has("is_wired", &T::is_wired),
           has("at", &T::at), has("about", &T::about))
-BF_FIELDS(editor::Mark, has("message", &T::message), has("remedy", &T::remedy))
+BF_FIELDS(model::Fix, has("title", &T::title), has("operation", &T::operation))
+BF_FIELDS(editor::Mark, has("message", &T::message), has("remedy", &T::remedy), has("fixes", &T::fixes))
 BF_FIELDS(editor::Element, one_of("kind", &T::kind, words::element), has("path", &T::path),
           has("from", &T::from), has("to", &T::to), has("corners", &T::corners), has("bounds", &T::bounds),
           has("shapes", &T::shapes), has("ports", &T::ports), has("title", &T::title),
@@ -39,7 +40,8 @@ BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds),
           has("elements", &T::elements), has("rates", &T::rates))
 
 BF_FIELDS(service::Diagnostic, has("file", &T::file), has("line", &T::line), has("column", &T::column),
-          has("path", &T::path), has("message", &T::message), has("remedy", &T::remedy))
+          has("path", &T::path), has("message", &T::message), has("remedy", &T::remedy),
+          has("fixes", &T::fixes))
 BF_FIELDS(service::DocumentState, has("file", &T::file), has("revision", &T::revision),
           has("can_undo", &T::can_undo), has("can_redo", &T::can_redo), has("is_checked", &T::is_checked),
           has("diagnostics", &T::diagnostics), has("failure", &T::failure))

@@ -114,7 +114,7 @@ struct Service::State {
         if (examined)
             for (const auto& d : examined->diagnostics)
                 state.diagnostics.push_back({d.where.file ? relative(*d.where.file) : "", d.where.line,
-                                             d.where.column, d.path, d.message, d.remedy});
+                                             d.where.column, d.path, d.message, d.remedy, d.fixes});
         return state;
     }
 

@@ -395,7 +395,7 @@ class Drawer {
             const bool is_wire = element.kind == Element::Kind::wire;
             const auto found = by_path.find(is_wire ? inputs_.at(element.path) : element.path);
             if (found == by_path.end()) continue;
-            for (const auto* d : found->second) element.marks.push_back({d->message, d->remedy});
+            for (const auto* d : found->second) element.marks.push_back({d->message, d->remedy, d->fixes});
             outline(element, Style::highlight);
         }
     }

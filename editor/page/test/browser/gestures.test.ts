@@ -200,6 +200,26 @@ describe.skipIf(!is_there)("the page", () => {
     await page.getByText("unknown variable 'nothing'").waitFor({ state: "detached" });
     expect(operations()).toEqual([]);
   });
+  test("mends a mistake at its badge, in the list and by keys", async () => {
+    const mended = { do: "connect", system: "", from: "motor", to: "scope" };
+    const { bounds } = await hand.element("scope"), badge = await hand.at({ x: bounds.x + bounds.width, y: bounds.y });
+    await page.mouse.click(badge.x, badge.y);
+    await page.getByRole("option", { name: /Connect 'motor' to 'scope'/ }).click();
+    await until(() => operations().length === 1);
+    expect(operations()[0]).toEqual(mended);
+    service.model.wires.pop();
+    await page.reload();
+    await page.getByRole("button", { name: "1 mistake" }).click();
+    await page.getByRole("button", { name: "Connect 'motor' to 'scope'" }).click();
+    await until(() => operations().length === 2);
+    service.model.wires.pop();
+    await page.reload();
+    await page.getByRole("button", { name: "1 mistake" }).waitFor();
+    await page.keyboard.press("Control+.");
+    await page.keyboard.press("Enter");
+    await until(() => operations().length === 3);
+    expect(operations()[2]).toEqual(mended);
+  });
   test("finds what stands anywhere in the model, and goes there", async () => {
     await page.keyboard.press("Control+f");
     await page.keyboard.type("moto");

@@ -19,12 +19,19 @@ struct Location {
     std::string text() const;
 };
 
+/// What would mend a mistake: an operation on the document (bf/model/operation.hpp) in its text form, and
+/// what it does, in words.
+struct Fix {
+    std::string title, operation;
+};
+
 /// One thing wrong with a model: where, what, and what to do about it.
 struct Diagnostic {
     Location where;
     std::string path;    ///< dotted path of the block, such as `controller.pd`; empty for the model itself
     std::string message; ///< what is wrong, with the value and the violated rule
     std::string remedy;  ///< what to do; may be empty
+    std::vector<Fix> fixes = {}; ///< where the remedy is mechanical, the likeliest first
 
     /// `file:line:column: path: message; remedy`, each shortened where it is longer than anybody reads.
     std::string text() const;

@@ -61,9 +61,9 @@ struct Disconnect {
     std::string to;
 };
 
-/// A setting of a library's block, or what else the document says by that name: `period`, `doc`, `file` of a
-/// block, `execution`, `reset` of a subsystem, `shape`, `unit` of a port, `step`, `solver` of the model (no
-/// path). No value: as if it were not written.
+/// A setting of a library's block, its type as `block`, or what else the document says by that name:
+/// `period`, `doc`, `file` of a block, `execution`, `reset` of a subsystem, `shape`, `unit` of a port,
+/// `step`, `solver` of the model (no path). No value: as if it were not written.
 struct Set {
     std::string path, name;
     std::optional<std::string> value = {};

@@ -35,6 +35,7 @@ struct Diagnostic {
     std::string file; ///< relative to the opened folder
     int line = 0, column = 0;
     std::string path, message, remedy;
+    std::vector<model::Fix> fixes = {};
 };
 
 /// Of the opened model, after each change.

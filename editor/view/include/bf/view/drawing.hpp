@@ -64,6 +64,7 @@ struct Port {
 /// What is wrong, with the text of `bf check`.
 struct Mark {
     std::string message, remedy;
+    std::vector<model::Fix> fixes = {};
 };
 
 /// Something that is chosen, moved or read as one.

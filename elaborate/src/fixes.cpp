@@ -1,0 +1,68 @@
+#include "fixes.hpp"
+
+#include "bf/model/edit.hpp"
+
+#include <algorithm>
+
+namespace bf::elaboration {
+
+namespace op = model::operations;
+
+model::Fix fix(std::string title, const model::Operation& operation) {
+    return {std::move(title), model::to_json(operation)};
+}
+
+model::Fix renamed_setting(const std::string& path, const model::Setting& setting, const std::string& name) {
+    return fix("Rename '" + setting.name + "' to '" + name + "'",
+               op::Batch{{op::Set{path, setting.name}, op::Set{path, name, setting.value.matlab()}}});
+}
+
+model::Fix rewired(const std::string& system, const model::Endpoint& from, const model::Endpoint& to,
+                   const std::string& new_from, const std::string& new_to) {
+    return fix(
+        "Connect '" + new_from + "' to '" + new_to + "'",
+        op::Batch{{op::Disconnect{system, from.text(), to.text()}, op::Connect{system, new_from, new_to}}});
+}
+
+model::Fix renamed_signal(const model::Model& model, const std::string& path, const std::string& name) {
+    op::Batch batch;
+    if (std::ranges::find(model.record, path, &model::Signal::path) != model.record.end()) {
+        batch.operations.emplace_back(op::Record{path, false});
+        if (std::ranges::find(model.record, name, &model::Signal::path) == model.record.end())
+            batch.operations.emplace_back(op::Record{name, true});
+    }
+    for (const auto& panel : model.plots) {
+        std::vector<std::string> signals;
+        for (const auto& signal : panel.signals) signals.push_back(signal.path == path ? name : signal.path);
+        if (std::ranges::find(panel.signals, path, &model::Signal::path) != panel.signals.end())
+            batch.operations.emplace_back(op::Plot{panel.title, std::move(signals)});
+    }
+    return fix("Show '" + name + "' instead", batch);
+}
+
+std::vector<model::Fix> inserted(const model::Model& model, const std::string& path, const std::string& input,
+                                 const std::string& type) {
+    const auto dot = path.rfind('.');
+    const std::string system = dot == path.npos ? "" : path.substr(0, dot), name = path.substr(dot + 1);
+    const model::Block* around = system.empty() ? nullptr : model::find(model, system);
+    const model::System* content = system.empty() ? &model.root : around ? around->content() : nullptr;
+    if (!content) return {};
+    std::string made{static_cast<char>(type[0] - 'A' + 'a')};
+    made += type.substr(1);
+    const auto is_taken = [&](const std::string& wanted) {
+        return content->find_block(wanted) || content->find_input(wanted) || content->find_output(wanted);
+    };
+    std::string free = made;
+    for (int n = 2; is_taken(free); ++n) free = made + std::to_string(n);
+    for (const auto& connection : content->connections)
+        for (const auto& to : connection.to)
+            if (to.block == name && (to.port.empty() || to.port == input))
+                return {fix("Insert a " + type,
+                            op::Batch{{op::Disconnect{system, connection.from.text(), to.text()},
+                                       op::Add{system, model::Block{.name = free, .type = type}},
+                                       op::Connect{system, connection.from.text(), free},
+                                       op::Connect{system, free, to.text()}}})};
+    return {};
+}
+
+} // namespace bf::elaboration

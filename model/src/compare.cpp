@@ -183,7 +183,7 @@ class Comparison {
                 if (before && !are_equal(before->signals, item.signals, false))
                     add(Kind::changed, path, what, said(*before), said(item));
         }
-        compare_order(path, noun, a, b);
+        if constexpr (!std::is_same_v<Item, Setting>) compare_order(path, noun, a, b);
     }
 
     template <typename Item>

@@ -87,9 +87,9 @@ void add_diff(CLI::App& app) {
         ->needs("--output")
         ->type_name("PATH");
     command->add_flag("--dark", options->is_dark, "a picture for a dark page")->needs("--output");
-    command->footer(
-        "Order of keys, comments and spelling do not count. The exit code is 1 if the models differ.\n"
-        "Example: git difftool --no-prompt --extcmd 'bf diff' HEAD~1 -- model.yaml");
+    command->footer("Order of keys, comments and quotes do not count; values are compared as they are "
+                    "written. The exit code is 1 if the models differ.\n"
+                    "Example: git difftool --no-prompt --extcmd 'bf diff' HEAD~1 -- model.yaml");
     command->callback([options] { execute(*options); });
 }
 

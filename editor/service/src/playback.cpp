@@ -549,8 +549,9 @@ class Playback::Loop final : public Run::Observer {
             for (auto& watched : missing) {
                 const int rate = quantity_of(*branch.played, watched.signal)->rate;
                 const auto ticks = branch.played->model->diagram.rates[static_cast<std::size_t>(rate)].ticks;
-                watched.stride =
-                    std::max<std::size_t>(1, steps / static_cast<std::size_t>(ticks) / most_filled);
+                if (rate != constant_rate)
+                    watched.stride =
+                        std::max<std::size_t>(1, steps / static_cast<std::size_t>(ticks) / most_filled);
             }
             filling_ = Filling{timeline_.beginning_of(index), std::move(missing), branch.info.reached};
             return;

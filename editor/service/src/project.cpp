@@ -351,6 +351,11 @@ void Project::edit(const model::Operation& operation) {
         made->file = beside(extract->file);
         made->model = *model::find(std::as_const(document->model), extract->path)->reference->model;
         made->save();
+        if (made->is_unwritten) {
+            document->history.undo(document->model);
+            link_all();
+            throw model::Errors({{{}, extract->path, made->failure, "give a place that can be written"}});
+        }
         documents_.push_back(std::move(made));
     }
     link_all();

@@ -250,6 +250,19 @@ TEST(Playback, ASignalThatIsWatchedLateHasAllItsSamples) {
     EXPECT_EQ(seen.by_branch[0], expected);
 }
 
+TEST(Playback, AConstantThatIsWatchedLateIsShown) {
+    Seen seen;
+    Playback playback(loaded("model: c\nstep: 0.01\nstop: 0.1\nblocks:\n  two: {block: Constant, value: 2}\n"
+                             "  x: {block: DiscreteIntegrator}\nconnections:\n  two: x\n"),
+                      1, seen.listener());
+    playback.command({.action = Action::start});
+    EXPECT_EQ(rest(playback).state, Running::ended);
+    playback.watch({index_of(playback, "two")});
+    EXPECT_TRUE(wait(seen, [&] { return !seen.samples.empty(); }));
+    const std::lock_guard lock(seen.mutex);
+    for (const auto& [time, value] : seen.samples) EXPECT_EQ(value, 2);
+}
+
 TEST(Playback, AChangeInThePastKeepsWhatWasThereAsABranch) {
     const auto model = loaded(decay);
     const auto first = recorded(*model, [](auto&) {});

@@ -226,6 +226,10 @@ TEST_F(ProjectTest, ExtractingMakesAFileAndNeverWritesOverOne) {
     project.edit(op::Group{"", {"reference"}, "source"});
     EXPECT_THROW(project.edit(op::Extract{"source", "law.yaml"}), bf::model::Errors);
     EXPECT_EQ(read("law.yaml"), law);
+    const std::string before = read("loop.yaml");
+    EXPECT_THROW(project.edit(op::Extract{"source", "missing/source.yaml"}), bf::model::Errors);
+    EXPECT_EQ(read("loop.yaml"), before);
+    EXPECT_TRUE(project.model().root.find_block("source")->system);
     project.edit(op::Extract{"source", "source.yaml"});
     EXPECT_NE(read("source.yaml").find("reference: {block: Constant, value: 1}"), std::string::npos);
     project.edit(op::Set{"source.reference", "value", "4"});

@@ -33,6 +33,8 @@ ROWS = [
     ("loop.icub_1khz", "x", "loop.icub_1khz/diagram", "loop.icub/bare_physics", ">= 15 x"),
     ("editor.edit_1000", "ms", "editor.edit_1000/service", "editor.edit_1000/check", "< 100 ms"),
     ("editor.draw_50", "ms", "editor.draw_50", "editor.edit_1000/check", "< 16 ms"),
+    ("editor.live_100_signals", "ms", "editor.live_100_signals/watched", "editor.live_100_signals/alone", "<= 50 ms more"),
+    ("editor.scrub", "ms", "editor.scrub", "editor.edit_1000/check", "< 200 ms"),
     ("boundary.read_23", "ns", "boundary.read_23", "boundary.read_23/bare", "<= 60 ns"),
     ("boundary.hosting", "ns", "boundary.hosting", "boundary.hosting/native", "<= 50 ns more"),
     ("realtime.overhead_p9999", "us", "realtime.overhead_p9999", "realtime.latency_p9999/cyclictest", "<= 20 us"),

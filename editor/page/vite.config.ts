@@ -10,5 +10,5 @@ export default defineConfig({
   base: "./",
   // three.js comes alone, when the robot is looked at.
   build: { chunkSizeWarningLimit: 800, target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false } },
-  server: { proxy: { "/meshes": service, "/socket": { target: service, ws: true, changeOrigin: true, headers: { Origin: service } } } },
+  server: { proxy: { "/meshes": service, "/recordings": service, "/socket": { target: service, ws: true, changeOrigin: true, headers: { Origin: service } } } },
 });

@@ -40,6 +40,7 @@ class Editor {
     void operator()(const operations::Extract& extract);
     void operator()(const operations::Record& record);
     void operator()(const operations::Plot& plot);
+    void operator()(const operations::Watch& watch);
     void operator()(const operations::Patch& patch);
     void operator()(const operations::Batch& batch);
 

@@ -48,8 +48,10 @@ BF_FIELDS(model::Placement, has("path", &T::path), has("at", &T::at), has("size"
 BF_FIELDS(model::Bends, has("path", &T::path), has("points", &T::points), place<T>())
 BF_FIELDS(model::Note, has("name", &T::name), has("text", &T::text), has("system", &T::system),
           has("at", &T::at), has("size", &T::size), place<T>())
+BF_FIELDS(model::Display, has("name", &T::name), one_of("shows", &T::shows, model::choices::shows),
+          has("signals", &T::signals), place<T>())
 BF_FIELDS(model::Layout, has("blocks", &T::blocks), has("wires", &T::wires), has("notes", &T::notes),
-          spelt("keys", &T::keys))
+          has("displays", &T::displays), spelt("keys", &T::keys))
 BF_FIELDS(model::Model, has("name", &T::name), has("doc", &T::doc), has("plugins", &T::plugins),
           has("step", &T::step), has("stop", &T::stop), has("solver", &T::solver),
           has("relative_tolerance", &T::relative_tolerance),
@@ -87,6 +89,7 @@ BF_FIELDS(model::operations::Inline, has("path", &T::path))
 BF_FIELDS(model::operations::Extract, has("path", &T::path), has("file", &T::file))
 BF_FIELDS(model::operations::Record, has("path", &T::path), has("is_recorded", &T::is_recorded))
 BF_FIELDS(model::operations::Plot, has("title", &T::title), has("signals", &T::signals))
+BF_FIELDS(model::operations::Watch, has("name", &T::name), has("display", &T::display))
 BF_FIELDS(model::Change, has("at", &T::at), has("removed", &T::removed), has("value", &T::value))
 BF_FIELDS(model::operations::Patch, has("changes", &T::changes))
 BF_FIELDS(model::operations::Batch, has("operations", &T::operations))

@@ -250,6 +250,7 @@ void Editor::follow(const std::function<std::vector<std::string>(const std::stri
         if (panel.signals.empty() && !was_empty) panel.title.clear();
     }
     std::erase_if(model_.plots, [](const Panel& panel) { return panel.title.empty(); });
+    for (Display& display : model_.layout.displays) all(display.signals, &Signal::path);
     all(model_.layout.blocks, &Placement::path);
     all(model_.layout.wires, &Bends::path);
     std::erase_if(model_.layout.notes, [&](Note& note) {
@@ -590,6 +591,34 @@ void Editor::operator()(const Plot& plot) {
         signals.push_back(known != panel.signals.end() ? *known : Signal{.path = path});
     }
     panel.signals = std::move(signals);
+}
+
+void Editor::operator()(const Watch& watch) {
+    auto& displays = model_.layout.displays;
+    const auto found = named(displays, watch.name);
+    if (!watch.display) {
+        if (found == displays.end())
+            refuse({}, "", "there is no display '" + watch.name + "'",
+                   did_you_mean(watch.name, names_of(displays)));
+        displays.erase(found);
+        return;
+    }
+    Display display = *watch.display;
+    if (display.name.empty()) display.name = watch.name;
+    if (display.name.empty()) refuse({}, "", "a display without name", "give it one");
+    if (display.name != watch.name && named(displays, display.name) != displays.end())
+        refuse({}, "", "there is a display '" + display.name + "' already", "use another name");
+    if (found == displays.end()) {
+        displays.push_back(std::move(display));
+        return;
+    }
+    display.where = found->where;
+    display.comments = found->comments;
+    for (Signal& signal : display.signals) {
+        const auto known = std::ranges::find(found->signals, signal.path, &Signal::path);
+        if (known != found->signals.end()) signal = *known;
+    }
+    *found = std::move(display);
 }
 
 void Editor::operator()(const Patch& patch) { apply_patch(model_, patch); }

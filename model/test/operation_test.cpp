@@ -316,6 +316,33 @@ TEST(Layout, IsChangedInPlace) {
               "plant: the size is not positive; give a width and a height");
 }
 
+TEST(Layout, HoldsDisplaysWhoseSignalsFollowWhatIsRenamed) {
+    Model model = after(drawn_loop(), Watch{"angle", Display{.name = {}, .signals = {{"plant.q"}, {"controller.tau"}}}});
+    model =
+        after(model, Watch{"angle", Display{.name = "phase", .shows = Shows::xy, .signals = {{"plant.q"}}}});
+    model = after(model, Watch{"other", Display{.name = {}}});
+    model = after(model, Rename{"plant", "arm"});
+    ASSERT_EQ(model.layout.displays.size(), 2u);
+    EXPECT_EQ(model.layout.displays[0].name, "phase");
+    EXPECT_EQ(model.layout.displays[0].shows, Shows::xy);
+    EXPECT_EQ(paths(model.layout.displays[0].signals), Texts{"arm.q"});
+    model = after(model, Remove{"arm"});
+    EXPECT_TRUE(model.layout.displays[0].signals.empty());
+    const auto refused = [&](const Watch& watch) {
+        try {
+            edit(model, watch);
+        } catch (const Errors& errors) {
+            return errors.diagnostics().front().text();
+        }
+        return std::string();
+    };
+    EXPECT_EQ(refused(Watch{"phas"}), "there is no display 'phas'; did you mean 'phase'?");
+    EXPECT_EQ(refused(Watch{"other", Display{.name = "phase"}}),
+              "there is a display 'phase' already; use another name");
+    model = after(model, Watch{"phase"});
+    EXPECT_EQ(model.layout.displays.size(), 1u);
+}
+
 TEST(Layout, KeepsToSizesThatCanBeDrawn) {
     const auto size = [](double x, double y) { return refusal(Resize{"plant", Point{x, y}}); };
     for (const auto& [x, y] : {std::pair(80., 40.), {0.5, 0.5}, {1, 1}}) EXPECT_EQ(size(x, y), "accepted");

@@ -95,6 +95,7 @@ export const commands: Command[] = [
   { title: "Units of signals", group: "Look", keys: [], run: (s) => s.toggle_show("units") },
   { title: "The robot in three dimensions", group: "Look", keys: ["V"], can: (s) => s.stage.is_possible || s.stage.is_shown,
     run: (s) => s.stage.open(!s.stage.is_shown) },
+  { title: "Time of blocks", group: "Look", keys: ["T"], run: (s) => (s.shows_times = !s.shows_times) },
   { title: "Light or dark", group: "Look", keys: [], run: (s) => s.next_theme() },
   { title: "Open another model", group: "Look", keys: ["Ctrl+O"], run: (s) => (s.dialog = { kind: "open" }) },
   { title: "Keys", group: "Look", keys: ["Shift+?", "?"], run: (s) => (s.dialog = { kind: "help" }) },
@@ -106,6 +107,7 @@ export const commands: Command[] = [
     const source = s.source_of(only(s)!);
     s.watched.includes(source) ? s.unwatch(source) : s.watch(source);
   } },
+  { title: "Plot a wire", group: "Run", keys: ["Shift+W"], can: (s) => only(s)?.kind === "wire", run: (s) => s.plot(s.source_of(only(s)!)) },
 ];
 
 /** "Ctrl+Shift+G": Ctrl is also the command key of other keyboards. */

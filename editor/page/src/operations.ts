@@ -1,4 +1,4 @@
-import type { Drawing, Element, LibraryBlock, Point, Port, VariableField } from "./protocol.ts";
+import type { Drawing, Element, LibraryBlock, PanelInfo, Point, Port, VariableField } from "./protocol.ts";
 
 /** What is not given is not declared. */
 export interface Variable { value: string; unit?: string; doc?: string; minimum?: string; above?: string; maximum?: string }
@@ -20,6 +20,7 @@ export type Operation =
   | { do: "annotate"; name: string; note?: { name: string; text: string; system: string; at: Point } | null }
   | { do: "group"; system: string; blocks: string[]; name: string }
   | { do: "dissolve"; path: string }
+  | { do: "watch"; name: string; display?: { name: string; shows: PanelInfo["shows"]; signals: { path: string }[] } | null }
   | { do: "batch"; operations: Operation[] };
 
 export const joined = (system: string, name: string): string => (system ? `${system}.${name}` : name);
@@ -99,4 +100,12 @@ export function removal(system: string, elements: Element[]): Operation {
   for (const element of elements)
     if (element.kind !== "wire" && element.kind !== "note") operations.push({ do: "remove", path: element.path });
   return { do: "batch", operations };
+}
+
+/** The numbers of a text such as "0.1" or "[1 2; 3 4]", column by column; none where it is anything else. */
+export function numbers_of(text: string): number[] {
+  const inner = /^\s*\[(.*)\]\s*$/s.exec(text)?.[1] ?? text;
+  const rows = inner.trim().split(/[;\n]/).map((row) => row.trim().split(/[\s,]+/).map((word) => (word === "" ? NaN : Number(word))));
+  if (rows.some((row) => row.length !== rows[0]!.length || !row.every(Number.isFinite))) return [];
+  return rows[0]!.flatMap((_, column) => rows.map((row) => row[column]!));
 }

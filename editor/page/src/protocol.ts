@@ -27,6 +27,14 @@ export interface Bent {
   points: Point[];
 }
 
+/** What a block took of the run since this is asked for. */
+export interface BlockTime {
+  /** of a block, or of what is not one block */
+  path: string;
+  seconds: number;
+  calls: number;
+}
+
 /** What was simulated from one change or edit on. */
 export interface BranchInfo {
   index: number;
@@ -70,6 +78,7 @@ export interface DocumentState {
   diagnostics: Diagnostic[];
   /** why files and page differ: a file cannot be read, or not be written */
   failure: string;
+  panels: PanelInfo[];
 }
 
 export interface Draw {
@@ -217,7 +226,7 @@ export interface LiveProgram {
 }
 
 export interface Look {
-  /** does this page get the poses? */
+  /** does this page get the poses, or the times? */
   is_wanted: boolean;
 }
 
@@ -235,9 +244,25 @@ export interface Moved {
   size: Point | null;
 }
 
+/** What a value of a signal means to people. */
+export interface NamedValue {
+  value: number;
+  name: string;
+}
+
 export interface Open {
   /** relative to the opened folder */
   file: string;
+}
+
+/** A panel in which runs are watched: a plot of the model's own, or what its layout has. */
+export interface PanelInfo {
+  name: string;
+  shows: "lines" | "xy" | "bars" | "heat_map" | "numbers" | "states";
+  /** paths */
+  signals: string[];
+  /** stands in the layout */
+  is_kept: boolean;
 }
 
 export interface Paste {
@@ -267,6 +292,21 @@ export interface Port {
   at: Point;
   /** what is known: "3x1 double, rad, every 10 ms" */
   about: string;
+}
+
+/** A recording of the opened folder. */
+export interface Recorded {
+  /** its samples come by HTTP from /recordings/NUMBER/INDEX?token=TOKEN, as a binary frame */
+  number: number;
+  file: string;
+  signals: SignalInfo[];
+  /** what is wrong with the file, which is readable up to there */
+  defect: string;
+}
+
+export interface RecordedFiles {
+  /** relative to the opened folder */
+  files: string[];
 }
 
 export interface Rectangle {
@@ -374,6 +414,10 @@ export interface SettingField {
   /** with limits */
   doc: string;
   choices: string[];
+  /** of each element */
+  least: number | null;
+  /** of each element */
+  greatest: number | null;
 }
 
 export interface Shape {
@@ -396,6 +440,10 @@ export interface SignalInfo {
   /** of its elements, where they have some */
   names: string[];
   unit: string;
+  /** its elements come column by column */
+  rows: number;
+  /** that have names */
+  values: NamedValue[];
 }
 
 export interface Signals {
@@ -405,6 +453,11 @@ export interface Signals {
 
 export interface Text {
   text: string;
+}
+
+export interface Times {
+  /** slowest first */
+  blocks: BlockTime[];
 }
 
 export interface Tune {
@@ -429,6 +482,10 @@ export interface VariableField {
   above: string | null;
   /** as the document has them */
   maximum: string | null;
+  /** what they come to */
+  least: number | null;
+  /** what they come to */
+  greatest: number | null;
 }
 
 export interface Variables {
@@ -471,6 +528,9 @@ export interface Methods {
   run: { params: RunCommand; result: RunState };
   signals: { params: Record<string, never>; result: Signals };
   scene: { params: Look; result: Scene };
+  times: { params: Look; result: Times };
+  recordings: { params: Record<string, never>; result: RecordedFiles };
+  read: { params: Open; result: Recorded };
   watch: { params: Watch; result: Signals };
   tune: { params: Tune; result: RunState };
 }

@@ -8,13 +8,17 @@ export class Track {
   times = new Float64Array(1024);
   values: Float64Array[];
   length = 0;
+  private readonly extremes: [number, number][]; // least and greatest of all that came
 
   readonly elements: number;
 
   constructor(elements: number) {
     this.elements = elements;
     this.values = Array.from({ length: elements }, () => new Float64Array(1024));
+    this.extremes = Array.from({ length: elements }, () => [Infinity, -Infinity]);
   }
+  least(element: number): number { return this.extremes[element]![0]; }
+  greatest(element: number): number { return this.extremes[element]![1]; }
 
   /** Samples may come in any order of time, and again. */
   push(time: number, at: (element: number) => number): void {
@@ -29,7 +33,11 @@ export class Track {
       ++this.length;
     }
     this.times[place] = time;
-    this.values.forEach((data, element) => (data[place] = at(element)));
+    this.values.forEach((data, element) => {
+      const value = (data[place] = at(element)), extremes = this.extremes[element]!;
+      if (value < extremes[0]) extremes[0] = value;
+      if (value > extremes[1]) extremes[1] = value;
+    });
     ++this.changes;
   }
   changes = 0; // that were made to it
@@ -54,6 +62,7 @@ export class Track {
     all.values.forEach((data, element) => {
       data.set(this.values[element]!.subarray(0, until));
       if (other) data.set(other.values[element]!.subarray(0, more), until);
+      all.extremes[element] = [Math.min(this.least(element), other?.least(element) ?? Infinity), Math.max(this.greatest(element), other?.greatest(element) ?? -Infinity)];
     });
     return all;
   }
@@ -152,6 +161,24 @@ export function decimated(
     all.push(line);
   }
   return all;
+}
+
+/** Two elements at the instants at which the first one was seen, until a time; every so many of them where there are more than `most`. */
+export function paired(
+  x: { track: Track; element: number }, y: { track: Track; element: number }, until: number, most: number,
+): [number[], number[]] {
+  const length = x.track.first_from(until + 1e-12), stride = Math.max(1, Math.ceil(length / most));
+  const xs: number[] = [], ys: number[] = [];
+  let i = -1;
+  const take = (k: number) => {
+    while (i + 1 < y.track.length && y.track.times[i + 1]! <= x.track.times[k]! + 1e-12) ++i;
+    if (i < 0) return;
+    xs.push(x.track.values[x.element]![k]!);
+    ys.push(y.track.values[y.element]![i]!);
+  };
+  for (let k = 0; k < length; k += stride) take(k);
+  if (length > 0 && (length - 1) % stride !== 0) take(length - 1);
+  return [xs, ys];
 }
 
 /** Four digits that matter, without noise. */

@@ -8,6 +8,8 @@ import {
   protocol, type DocumentState, type Draw, type Drawing, type Element, type Fix, type LibraryBlock, type Method, type Methods, type Notifications,
   type Point, type Port, type RunState, type SignalInfo,
 } from "./protocol.ts";
+import { Panels } from "./panels.svelte.ts";
+import { Recordings } from "./recordings.svelte.ts";
 import { Samples, type Track } from "./samples.ts";
 import { Stage } from "./stage.svelte.ts";
 import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
@@ -62,9 +64,8 @@ export class Session {
   carried = $state.raw<LibraryBlock | null>(null); // out of the search, to where the pointer lets it go
   message = $state.raw<{ text: string; part: Part } | null>(null);
 
-  /** Sources of wires, "controller.error", whose values stand on the drawing; those that are plotted. */
+  /** Sources of wires, "controller.error", whose values stand on the drawing. */
   watched = $state.raw<string[]>([]);
-  plotted = $state.raw<ReadonlySet<string>>(new Set());
   samples = new Samples();
   sampled = $state(0); // grows with what `samples` has
   tuned = $state.raw<ReadonlyMap<string, number[]>>(new Map());
@@ -73,7 +74,11 @@ export class Session {
 
   private readonly by_path = $derived(new Map(this.signals.map((signal) => [signal.path, signal])));
   private readonly by_parent = $derived(Map.groupBy(this.signals, (signal) => parent_of(signal.path)));
+  shows_times = $state(false); // of blocks, over the drawing
   readonly stage: Stage;
+  readonly panels = new Panels(() => this.document, (operation) => this.edit(operation));
+  readonly recordings: Recordings;
+  private asked_panels = "";
   private readonly client: Client;
   private readonly token: string;
   private views = new Map<string, View>();
@@ -97,6 +102,7 @@ export class Session {
       },
     });
     this.stage = new Stage(this.client);
+    this.recordings = new Recordings(this.client, (path) => this.data(path), () => ++this.sampled);
     this.token = new URL(url).searchParams.get("token") ?? "";
   }
 
@@ -114,14 +120,16 @@ export class Session {
       return null;
     }
   }
-  async meshes(scene: number, world: number): Promise<ArrayBuffer> {
-    const response = await fetch(`meshes/${scene}/${world}?token=${encodeURIComponent(this.token)}`);
+  /** What the service has by HTTP: "meshes/1/0", "recordings/2/3". */
+  async data(path: string): Promise<ArrayBuffer> {
+    const response = await fetch(`${path}?token=${encodeURIComponent(this.token)}`);
     if (!response.ok) throw new Refusal(await response.text());
     return response.arrayBuffer();
   }
   evaluate = (path: string, name: string, text: string) => this.client.call("evaluate", { path, name, text }).catch(() => null);
   look_for = (text: string) => this.client.call("find", { text }).catch(() => null);
   inspect = (path: string) => this.client.call("inspect", { path }).catch(() => null);
+  times = (is_wanted: boolean) => this.client.call("times", { is_wanted }).catch(() => null);
   variables = (system: string) => this.client.call("variables", { system }).catch(() => null);
 
   private async greet(): Promise<void> {
@@ -154,6 +162,7 @@ export class Session {
       void this.redraw();
     }
     if (state.is_checked && this.run.state === "none") void this.stage.ask();
+    if (this.run.state !== "none" && this.panels.signals.join("\n") !== this.asked_panels) void this.rewatch();
   }
 
   /** One request at a time; resolves when what is shown is as new as the call. */
@@ -480,19 +489,18 @@ export class Session {
   }
   /**
    * Wires are drawn before anything runs; which signals of a run they are is known once it is there. The first run shows
-   * what the model's own plots show, unless a person has chosen.
+   * what the panels show, unless a person has chosen.
    */
   private async rewatch(): Promise<void> {
     if (this.connection !== "open") return;
     const found = await this.ask("signals", {}, "run");
     if (found) this.signals = found.signals;
     const is_first_run = this.run.state !== "none" && !this.has_run;
-    if (is_first_run && this.watched.length === 0 && found && found.plots.length > 0) {
-      this.watched = [...new Set(found.plots.flatMap((panel) => panel.signals))];
-      this.plotted = new Set(found.plots[0]!.signals);
-    }
+    if (is_first_run && this.watched.length === 0) this.watched = this.panels.signals;
     this.has_run ||= is_first_run;
-    const paths = this.watched.map((source) => this.signal_of(source)?.path ?? source);
+    const wanted = new Set([...this.watched, ...this.panels.signals]);
+    const paths = [...wanted].map((source) => this.signal_of(source)?.path ?? source);
+    this.asked_panels = this.panels.signals.join("\n");
     await this.ask("watch", { paths, branches: [...this.compared].filter((index) => this.run.branches.some((b) => b.index === index)) }, "run");
   }
   compare(branch: number, is_compared: boolean): void {
@@ -506,18 +514,19 @@ export class Session {
     const exact = this.by_path.get(source), under = this.by_parent.get(source);
     return exact ?? (under?.length === 1 ? under[0]! : null);
   }
-  watch(source: string, is_plotted = false): void {
+  watch(source: string): void {
     if (!this.watched.includes(source)) this.watched = [...this.watched, source];
-    if (is_plotted) this.plotted = new Set([...this.plotted, source]);
     void this.rewatch();
   }
   unwatch(source: string): void {
     this.watched = this.watched.filter((other) => other !== source);
-    this.toggle_plot(source, false);
     void this.rewatch();
   }
-  toggle_plot(source: string, is_plotted = !this.plotted.has(source)): void {
-    this.plotted = new Set([...this.plotted].filter((other) => other !== source).concat(is_plotted ? [source] : []));
+  /** In the last panel over time, or a new one. */
+  async plot(source: string): Promise<void> {
+    const signal = this.signal_of(source)?.path ?? source, last = this.panels.list.findLast((panel) => panel.shows === "lines" && panel.is_kept);
+    await (last ? this.panels.add(last.name, signal) : this.panels.create([signal]));
+    this.watch(source);
   }
   source_of(wire: Element): string { return joined(this.system, wire.from); }
 

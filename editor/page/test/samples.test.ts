@@ -1,5 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { decimated, most_samples, number_text, Samples, Track } from "../src/samples.ts";
+import { decimated, most_samples, number_text, paired, Samples, Track } from "../src/samples.ts";
 import { frame } from "./service.ts";
 
 function track(f: (t: number) => number, n: number): Track {
@@ -84,4 +84,17 @@ describe("a plot", () => {
 test("numbers have four digits that matter", () => {
   expect([0, 1 / 3, -1234.56, 1e7, 1.5e-6, Infinity, NaN, 100].map(number_text))
     .toEqual(["0", "0.3333", "−1235", "1.00e7", "1.50e−6", "∞", "NaN", "100"]);
+});
+
+test("pairs what one signal is with what the other was last", () => {
+  const x = new Track(1), y = new Track(1);
+  for (let i = 0; i < 10; ++i) x.push(i, () => 10 * i);
+  for (let i = 0; i < 10; i += 3) y.push(i, () => i);
+  expect(paired({ track: x, element: 0 }, { track: y, element: 0 }, 5, 100)).toEqual([[0, 10, 20, 30, 40, 50], [0, 0, 0, 3, 3, 3]]);
+  expect(paired({ track: x, element: 0 }, { track: y, element: 0 }, 9, 4)[0]).toEqual([0, 30, 60, 90]);
+});
+test("remembers the least and the greatest that a signal has been", () => {
+  const track = new Track(1);
+  for (const [i, value] of [3, -2, 5, 1].entries()) track.push(i, () => value);
+  expect([track.least(0), track.greatest(0)]).toEqual([-2, 5]);
 });

@@ -4,7 +4,7 @@ import { readFile } from "node:fs/promises";
 import { createServer, type Server } from "node:http";
 import { extname, join, normalize } from "node:path";
 import { WebSocketServer, type WebSocket } from "ws";
-import type { DocumentState, Drawing, Element, Port, RunState, Shape } from "../src/protocol.ts";
+import type { DocumentState, Drawing, Element, PanelInfo, Port, RunState, Shape, SignalInfo } from "../src/protocol.ts";
 
 const shape = (kind: Shape["kind"], style: Shape["style"], points: [number, number][], more: Partial<Shape> = {}): Shape =>
   ({ kind, style, points: points.map(([x, y]) => ({ x, y })), text: "", size: 0, align: "start", ...more });
@@ -64,11 +64,12 @@ export class Model {
   notes: { name: string; text: string; at: { x: number; y: number } }[] = [];
   revision = 1;
   operations: object[] = [];
+  panels: PanelInfo[] = [];
 
   state(): DocumentState {
     const open = !this.wires.some(([, to]) => to.startsWith("scope"));
     return {
-      file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, failure: "",
+      file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, failure: "", panels: this.panels,
       diagnostics: open ? [{ file: "motor.yaml", line: 9, column: 3, path: "scope", message: "input 'u' is not connected", remedy: "connect it", fixes: [
         { title: "Connect 'motor' to 'scope'", operation: '{"do":"connect","system":"","from":"motor","to":"scope"}' }] }] : [],
     };
@@ -91,6 +92,11 @@ export class Model {
     ++this.revision;
     this.operations.push(operation);
     const block = this.blocks.find((b) => b.name === operation.path);
+    if (operation.do === "watch") {
+      const { name, display } = operation, panel = display && { name: display.name, shows: display.shows, signals: display.signals.map((s: any) => s.path), is_kept: true };
+      this.panels = this.panels.some((p) => p.name === name)
+        ? this.panels.flatMap((p) => (p.name !== name ? [p] : panel ? [panel] : [])) : panel ? [...this.panels, panel] : this.panels;
+    }
     if (operation.do === "batch") operation.operations.forEach((o: object) => this.edit(o));
     else if (operation.do === "move" && block) Object.assign(block, operation.to);
     else if (operation.do === "annotate") {
@@ -124,6 +130,12 @@ export function frame(samples: { index: number; branch?: number; time: number; v
 }
 
 const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "", branch: 0, branches: [], edit: null, live: null };
+const signals: SignalInfo[] = [
+  { index: 3, path: "error.y", elements: 1, names: [], unit: "rad/s", rows: 1, values: [] },
+  { index: 4, path: "motor.x", elements: 2, names: ["i", "omega"], unit: "A", rows: 2, values: [] },
+  { index: 5, path: "law.J", elements: 6, names: [], unit: "", rows: 2, values: [] },
+  { index: 6, path: "phases.state", elements: 1, names: [], unit: "", rows: 1, values: [{ value: 1, name: "rest" }, { value: 2, name: "walk" }] },
+];
 
 class Speaker {
   run: RunState = { ...no_run, stop: 1.2, factor: 1 };
@@ -153,30 +165,36 @@ class Speaker {
       case "library": return { blocks: Object.entries(known).map(([name, [inputs, outputs]]) => ({
         name, group: "standard", doc: `A ${name}.`, inputs: inputs.map((n) => ({ name: n, doc: "" })), outputs: outputs.map((n) => ({ name: n, doc: "" })) })) };
       case "draw": return model.draw(params.system, params.moved);
-      case "inspect": return { path: params.path, title: params.path || "motor", type: "Gain", doc: "Multiplies by a constant.", fields: [
-        { name: "K", role: "parameter", text: "Gain.Kp", initial: "1", value: "0.1", unit: "V*s/rad", doc: "factor", choices: [] },
-        { name: "period", role: "property", text: null, initial: "", value: "", unit: "s", doc: "", choices: [] }] };
-      case "variables": return { variables: [{ system: "", name: "supply", text: "24", value: "24", unit: "V", doc: "", limits: "", minimum: "0", above: null, maximum: null }] };
+      case "inspect": if (params.path === "phases") return { path: "phases", title: "phases", type: "StateMachine", doc: "", fields: [
+        { name: "transitions", role: "argument", text: "[1 2 0 0.6; 2 1 1 0]", initial: "", value: "", unit: "", doc: "", choices: [], least: null, greatest: null }] };
+        return { path: params.path, title: params.path || "motor", type: "Gain", doc: "Multiplies by a constant.", fields: [
+        { name: "K", role: "parameter", text: "Gain.Kp", initial: "1", value: "0.1", unit: "V*s/rad", doc: "factor", choices: [], least: null, greatest: null },
+        { name: "period", role: "property", text: null, initial: "", value: "", unit: "s", doc: "", choices: [], least: null, greatest: null }] };
+      case "variables": return { variables: [{ system: "", name: "supply", text: "24", value: "24", unit: "V", doc: "", limits: "", minimum: "0", above: null, maximum: null, least: 0, greatest: null }] };
       case "evaluate": return params.text.includes("nothing") ? { value: "", error: "unknown variable 'nothing'" } : { value: "0.2", error: "" };
       case "find": return { hits: model.blocks.filter((b) => b.name.includes(params.text)).map((b) => ({ path: b.name, what: "name", text: b.symbol })) };
       case "edit":
         model.edit(params.operation);
         this.tell("changed", model.state());
         return model.state();
-      case "signals": case "watch": return { signals: [{ index: 3, path: "error.y", elements: 1, names: [], unit: "rad/s" }], plots: [] };
+      case "signals": case "watch": return { signals, plots: [] };
       case "run": return this.act(params.action);
       case "tune": return this.run;
+      case "times": return { blocks: params.is_wanted ? [{ path: "gain", seconds: 3e-3, calls: 1000 }, { path: "motor.law", seconds: 1e-3, calls: 1000 }] : [] };
       default: throw new Error(`there is no method '${method}'`);
     }
   }
   private act(action: string): RunState {
-    this.run = { ...this.run, state: action === "start" ? "running" : "paused", time: action === "stop" ? 0 : this.run.time };
+    this.run = { ...this.run, state: action === "start" ? "running" : "paused", time: action === "stop" ? 0 : this.run.time,
+      branches: [{ index: 0, parent: -1, from: 0, reached: 0, cause: "" }] };
     clearInterval(this.timer);
     if (action === "start") this.timer = setInterval(() => {
       const time = this.run.time + 0.02, is_over = time >= 1.2;
       this.run = { ...this.run, time, reached: Math.max(time, this.run.reached), state: is_over ? "ended" : "running" };
       if (is_over) clearInterval(this.timer);
-      this.socket.send(frame([{ index: 3, time, values: [200 * Math.exp(-3 * time) * Math.cos(12 * time)] }]));
+      this.socket.send(frame([
+        { index: 3, time, values: [200 * Math.exp(-3 * time) * Math.cos(12 * time)] }, { index: 4, time, values: [time, -time] },
+        { index: 5, time, values: [1, 2, 3, -4, 5, 6] }, { index: 6, time, values: [time < 0.6 ? 1 : 2] }]));
       this.tell("run", this.run);
     }, 20);
     return this.run;

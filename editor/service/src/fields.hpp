@@ -1,6 +1,7 @@
 #pragma once
 
 #include "bf/base/fields.hpp"
+#include "bf/model/choices.hpp"
 #include "bf/service/protocol.hpp"
 
 /// The members of what is said between page and service, listed once: JSON and TypeScript follow from the
@@ -42,20 +43,25 @@ BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds),
 BF_FIELDS(service::Diagnostic, has("file", &T::file), has("line", &T::line), has("column", &T::column),
           has("path", &T::path), has("message", &T::message), has("remedy", &T::remedy),
           has("fixes", &T::fixes))
+BF_FIELDS(service::PanelInfo, has("name", &T::name), one_of("shows", &T::shows, model::choices::shows),
+          has("signals", &T::signals), has("is_kept", &T::is_kept))
+BF_FIELDS(service::NamedValue, has("value", &T::value), has("name", &T::name))
 BF_FIELDS(service::DocumentState, has("file", &T::file), has("revision", &T::revision),
           has("can_undo", &T::can_undo), has("can_redo", &T::can_redo), has("is_checked", &T::is_checked),
-          has("diagnostics", &T::diagnostics), has("failure", &T::failure))
+          has("diagnostics", &T::diagnostics), has("failure", &T::failure), has("panels", &T::panels))
 BF_FIELDS(service::LibraryPort, has("name", &T::name), has("doc", &T::doc))
 BF_FIELDS(service::LibraryBlock, has("name", &T::name), has("group", &T::group), has("doc", &T::doc),
           has("inputs", &T::inputs), has("outputs", &T::outputs))
 BF_FIELDS(service::SettingField, has("name", &T::name), one_of("role", &T::role, words::role),
           has("text", &T::text), has("initial", &T::initial), has("value", &T::value), has("unit", &T::unit),
-          has("doc", &T::doc), has("choices", &T::choices))
+          has("doc", &T::doc), has("choices", &T::choices), has("least", &T::least),
+          has("greatest", &T::greatest))
 BF_FIELDS(service::Inspection, has("path", &T::path), has("title", &T::title), has("type", &T::type),
           has("doc", &T::doc), has("fields", &T::fields))
 BF_FIELDS(service::VariableField, has("system", &T::system), has("name", &T::name), has("text", &T::text),
           has("value", &T::value), has("unit", &T::unit), has("doc", &T::doc), has("limits", &T::limits),
-          has("minimum", &T::minimum), has("above", &T::above), has("maximum", &T::maximum))
+          has("minimum", &T::minimum), has("above", &T::above), has("maximum", &T::maximum),
+          has("least", &T::least), has("greatest", &T::greatest))
 BF_FIELDS(service::BranchInfo, has("index", &T::index), has("parent", &T::parent), has("from", &T::from),
           has("reached", &T::reached), has("cause", &T::cause))
 BF_FIELDS(service::RunEdit, has("refusal", &T::refusal), has("lost", &T::lost), has("begun", &T::begun))
@@ -68,7 +74,7 @@ BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("ti
           has("is_current", &T::is_current), has("message", &T::message), has("branch", &T::branch),
           has("branches", &T::branches), has("edit", &T::edit), has("live", &T::live))
 BF_FIELDS(service::SignalInfo, has("index", &T::index), has("path", &T::path), has("elements", &T::elements),
-          has("names", &T::names), has("unit", &T::unit))
+          has("names", &T::names), has("unit", &T::unit), has("rows", &T::rows), has("values", &T::values))
 
 BF_FIELDS(service::Nothing, std::tuple<>())
 BF_FIELDS(service::Hello, has("protocol", &T::protocol))
@@ -102,6 +108,11 @@ BF_FIELDS(service::SceneShape, one_of("kind", &T::kind, words::shape_kind), has(
 BF_FIELDS(service::SceneWorld, has("path", &T::path), has("bodies", &T::bodies), has("shapes", &T::shapes),
           has("feet", &T::feet), has("has_floor", &T::has_floor), has("start", &T::start),
           has("disturbance", &T::disturbance))
+BF_FIELDS(service::Recorded, has("number", &T::number), has("file", &T::file), has("signals", &T::signals),
+          has("defect", &T::defect))
+BF_FIELDS(service::RecordedFiles, has("files", &T::files))
+BF_FIELDS(service::BlockTime, has("path", &T::path), has("seconds", &T::seconds), has("calls", &T::calls))
+BF_FIELDS(service::Times, has("blocks", &T::blocks))
 BF_FIELDS(service::Look, has("is_wanted", &T::is_wanted))
 BF_FIELDS(service::Scene, has("number", &T::number), has("worlds", &T::worlds), has("failure", &T::failure))
 BF_FIELDS(service::Tune, has("name", &T::name), has("values", &T::values))

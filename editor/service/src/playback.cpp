@@ -1,7 +1,9 @@
 #include "bf/service/playback.hpp"
 
 #include "bf/run/comparison.hpp"
+#include "bf/run/profile.hpp"
 #include "frame.hpp"
+#include "recordings.hpp"
 #include "timeline.hpp"
 
 #include <algorithm>
@@ -97,6 +99,19 @@ class Playback::Loop final : public Run::Observer {
             sceneries_ = sceneries;
             bound_ = nullptr;
         });
+    }
+    Times times(bool is_wanted) {
+        Times told;
+        call([&] {
+            const auto& played = timeline_.current().played;
+            if (!is_wanted || timed_ != played) profiler_.reset();
+            timed_ = is_wanted ? played : nullptr;
+            if (is_wanted && !profiler_) profiler_.emplace(played->run);
+            if (profiler_)
+                for (const auto& row : profiler_->blocks())
+                    told.blocks.push_back({row.name, row.seconds, row.calls});
+        });
+        return told;
     }
     std::shared_ptr<const LoadedModel> model() const {
         const std::lock_guard lock(mutex_);
@@ -194,9 +209,7 @@ class Playback::Loop final : public Run::Observer {
             const int elements = static_cast<int>(quantity.info.elements());
             const auto [at, is_new] =
                 known.emplace(std::pair(quantity.path, elements), static_cast<int>(infos_.size()));
-            if (is_new)
-                infos_.push_back(
-                    {at->second, quantity.path, elements, quantity.info.element_names, quantity.info.unit});
+            if (is_new) infos_.push_back(described(at->second, quantity.path, quantity.info));
             const auto index = static_cast<std::size_t>(at->second);
             if (played.places.size() <= index) played.places.resize(index + 1, -1);
             played.places[index] = static_cast<int>(i);
@@ -610,7 +623,9 @@ class Playback::Loop final : public Run::Observer {
     std::shared_ptr<Sceneries> sceneries_;
     std::shared_ptr<const Played> bound_; ///< whose signals tell where things are
     std::vector<double> places_;
-    double shown_time_ = -1; ///< of the places that were told last [s]
+    std::shared_ptr<Played> timed_;
+    std::optional<Profiler> profiler_; ///< of its run
+    double shown_time_ = -1;           ///< of the places that were told last [s]
     std::optional<Event> event_;
     Sees sees_ = Sees::run;
     double target_ = infinity; ///< time to play to [s]
@@ -633,6 +648,7 @@ void Playback::edit(std::shared_ptr<const LoadedModel> model, std::int64_t revis
 void Playback::watch(std::vector<int> signals, std::vector<int> branches) {
     loop_->watch(std::move(signals), std::move(branches));
 }
+Times Playback::times(bool is_wanted) { return loop_->times(is_wanted); }
 void Playback::show(std::shared_ptr<Sceneries> sceneries) { loop_->show(std::move(sceneries)); }
 std::shared_ptr<const LoadedModel> Playback::model() const { return loop_->model(); }
 RunState Playback::state() const { return loop_->state(); }

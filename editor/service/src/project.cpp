@@ -209,6 +209,7 @@ model::Operation Project::localised(model::Operation operation, Document*& docum
                 in_system(change.note ? change.note->system : root);
             } else if constexpr (std::is_same_v<T, model::operations::Record> ||
                                  std::is_same_v<T, model::operations::Plot> ||
+                                 std::is_same_v<T, model::operations::Watch> ||
                                  std::is_same_v<T, model::operations::Patch>) {
                 concern(*documents_.front(), ""); // signals are named from the opened model on
             } else if constexpr (requires { change.system; }) {

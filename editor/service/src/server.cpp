@@ -126,8 +126,8 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
         if (path == "/socket") return shake_hands(request, token);
         if (request.method() != http::verb::get && request.method() != http::verb::head)
             return refuse(http::status::method_not_allowed, "this server answers GET\n");
-        if (path.starts_with("/meshes/"))
-            return send_meshes(path.substr(std::string_view("/meshes/").size()), token);
+        if (path.starts_with("/meshes/") || path.starts_with("/recordings/"))
+            return send_data(path.substr(1), token);
         send_file(path == "/" ? "/index.html" : path, request.method() == http::verb::head);
     }
 
@@ -164,13 +164,13 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
         });
     }
 
-    void send_meshes(const std::string& what, std::string_view token) {
+    void send_data(const std::string& what, std::string_view token) {
         if (!knows(token)) return;
-        auto meshes = state.service.meshes(what);
-        if (!meshes) return refuse(http::status::not_found, "there is no such scene any more\n");
+        auto data = state.service.data(what);
+        if (!data) return refuse(http::status::not_found, "there is no such scene or recording any more\n");
         auto response = std::make_shared<http::response<http::string_body>>(http::status::ok, 11);
         response->set(http::field::content_type, "application/octet-stream");
-        response->body() = std::move(*meshes);
+        response->body() = std::move(*data);
         response->prepare_payload();
         send(std::move(response));
     }

@@ -12,9 +12,11 @@
 #include "find.hpp"
 #include "json.hpp"
 #include "live.hpp"
+#include "recordings.hpp"
 #include "stage.hpp"
 #include "typescript.hpp"
 
+#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
@@ -111,11 +113,27 @@ struct Service::State {
         state.can_redo = project->can_redo();
         state.is_checked = checked_revision == project->revision();
         state.failure = project->failure();
+        state.panels = panels();
         if (examined)
             for (const auto& d : examined->diagnostics)
                 state.diagnostics.push_back({d.where.file ? relative(*d.where.file) : "", d.where.line,
                                              d.where.column, d.path, d.message, d.remedy, d.fixes});
         return state;
+    }
+
+    /// The model's plots as far as they are known, each as the layout has it, and what only the layout has.
+    std::vector<PanelInfo> panels() const {
+        std::vector<PanelInfo> all;
+        const auto add = [&](std::string name, model::Shows shows, const auto& signals, bool is_kept) {
+            const auto known = std::ranges::find(all, name, &PanelInfo::name);
+            PanelInfo& panel = known != all.end() ? *known : all.emplace_back();
+            panel = {std::move(name), shows, {}, is_kept};
+            for (const auto& signal : signals) panel.signals.push_back(signal.path);
+        };
+        for (const auto& plot : diagram().plots) add(plot.title, model::Shows::lines, plot.signals, false);
+        for (const auto& display : project->model().layout.displays)
+            add(display.name, display.shows, display.signals, true);
+        return all;
     }
 
     void tell_changed() { options.tell(notification("changed", to_json(document()))); }
@@ -147,7 +165,7 @@ struct Service::State {
         return {options.version, files(), document(), run_state()};
     }
 
-    std::vector<std::string> files() const {
+    std::vector<std::string> files(const char* ending = ".yaml") const {
         std::vector<std::string> found;
         constexpr int deepest = 6;
         std::error_code error;
@@ -158,21 +176,37 @@ struct Service::State {
             if (at->is_directory(error) &&
                 (at.depth() >= deepest || name.starts_with(".") || name == "build"))
                 at.disable_recursion_pending();
-            if (at->path().extension() == ".yaml" && at->is_regular_file(error))
+            if (at->path().extension() == ending && at->is_regular_file(error))
                 found.push_back(relative(at->path()));
         }
         std::sort(found.begin(), found.end());
         return found;
     }
 
-    DocumentState open(int, const Open& asked) {
-        const fs::path file = (folder / asked.file).lexically_normal();
+    fs::path inside(const std::string& name) const {
+        const fs::path file = (folder / name).lexically_normal();
         std::error_code error;
-        const fs::path real = fs::weakly_canonical(file, error), inside = fs::weakly_canonical(folder, error);
-        const std::string within = real.lexically_relative(inside).generic_string();
+        const fs::path real = fs::weakly_canonical(file, error), opened = fs::weakly_canonical(folder, error);
+        const std::string within = real.lexically_relative(opened).generic_string();
         if (within.empty() || within.starts_with(".."))
-            throw Refusal("the file '" + asked.file +
+            throw Refusal("the file '" + name +
                           "' is not in the opened folder; start bf edit with that folder");
+        return file;
+    }
+
+    Times times(int page, const Look& asked) {
+        if (asked.is_wanted)
+            timers.insert(page);
+        else
+            timers.erase(page);
+        return playback ? playback->times(!timers.empty()) : Times();
+    }
+
+    RecordedFiles recordings(int, const Nothing&) { return {files(".mcap")}; }
+    Recorded read(int, const Open& asked) { return recorded.open(inside(asked.file), asked.file); }
+
+    DocumentState open(int, const Open& asked) {
+        const fs::path file = inside(asked.file);
         auto other = std::make_unique<Project>(file);
         playback.reset();
         examined.reset();
@@ -282,6 +316,12 @@ struct Service::State {
         return values;
     }
 
+    template <class Field> static void note_limits(const Limits& limits, Field& field) {
+        const double least = std::max(limits.minimum, limits.above);
+        if (std::isfinite(least)) field.least = least;
+        if (std::isfinite(limits.maximum)) field.greatest = limits.maximum;
+    }
+
     Inspection inspect(int, const Inspect& asked) {
         const model::Model& m = project->model();
         const model::Block* block = asked.path.empty() ? nullptr : model::find(m, asked.path);
@@ -306,10 +346,12 @@ struct Service::State {
                     seen.fields.push_back({a.name, FieldRole::argument, text(a.name), a.initial,
                                            value(a.name), "", with_limits(a.doc, a.limits), a.choices});
                 for (const auto& q : what.quantities)
-                    if (q.role == Role::parameter)
+                    if (q.role == Role::parameter) {
                         seen.fields.push_back({q.name, FieldRole::parameter, text(q.name), q.initial,
                                                value(q.name), q.unit,
                                                with_limits(q.doc, q.limits, q.at_least)});
+                        note_limits(q.limits, seen.fields.back());
+                    }
             } catch (const std::exception& error) {
                 seen.doc = error.what();
             }
@@ -370,6 +412,7 @@ struct Service::State {
                 if (definition != known.end()) {
                     field.value = shortened(definition->second->value.to_text());
                     field.limits = text_of(definition->second->limits);
+                    note_limits(definition->second->limits, field);
                 }
                 found.variables.push_back(std::move(field));
             }
@@ -570,7 +613,9 @@ struct Service::State {
     std::size_t live_signals = 0;
     std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
-    Checker checker; ///< last: its thread ends first
+    Recordings recorded;
+    std::set<int> timers; ///< pages that want to know the time of blocks
+    Checker checker;      ///< last: its thread ends first
 };
 
 Service::Service(Options options) : state_(std::make_unique<State>(std::move(options))) {}
@@ -579,11 +624,18 @@ Service::~Service() = default;
 void Service::leave(int page) {
     state_->wishes.erase(page);
     state_->stage.leave(page);
+    if (state_->timers.contains(page)) static_cast<void>(state_->times(page, {.is_wanted = false}));
     state_->stage.follow(state_->played, state_->playback.get());
     state_->rewatch();
 }
 
-std::optional<std::string> Service::meshes(std::string_view what) const { return state_->stage.meshes(what); }
+std::optional<std::string> Service::data(std::string_view what) const {
+    const auto slash = std::min(what.find('/'), what.size() - 1);
+    const std::string_view kind = what.substr(0, slash), which = what.substr(slash + 1);
+    if (kind == "meshes") return state_->stage.meshes(which);
+    if (kind == "recordings") return state_->recorded.samples(which);
+    return {};
+}
 
 void Service::tick() {
     if (state_->project->synchronise()) static_cast<void>(state_->after_change());
@@ -627,7 +679,9 @@ const std::vector<Method>& methods() {
         method("copy", &S::copy),         method("paste", &S::paste),
         method("text", &S::text),         method("run", &S::run),
         method("signals", &S::signals),   method("scene", &S::scene),
-        method("watch", &S::watch),       method("tune", &S::tune)};
+        method("times", &S::times),       method("recordings", &S::recordings),
+        method("read", &S::read),         method("watch", &S::watch),
+        method("tune", &S::tune)};
     return all;
 }
 

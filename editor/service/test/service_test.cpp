@@ -1,10 +1,12 @@
 #include "bf/service/service.hpp"
 
 #include "bf/base/files.hpp"
+#include "bf/recording/writer.hpp"
 #include "folder.hpp"
 #include "scenery.hpp"
 
 #include <condition_variable>
+#include <cstring>
 #include <deque>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -345,10 +347,10 @@ TEST_F(ServiceTest, MakesASceneWhenAPageLooksAndAnotherForAnotherModel) {
     EXPECT_EQ(scene["worlds"][0]["path"], "world");
     EXPECT_EQ(scene["worlds"][0]["bodies"], Json({"body"}));
     const std::string number = std::to_string(scene["number"].get<int>());
-    EXPECT_EQ(service->meshes(number + "/0"), "meshes of load.y");
+    EXPECT_EQ(service->data("meshes/" + number + "/0"), "meshes of load.y");
     for (const std::string& other :
          {number + "/1", std::string("9/0"), number, std::string("../../etc/passwd"), std::string()})
-        EXPECT_FALSE(service->meshes(other)) << other;
+        EXPECT_FALSE(service->data("meshes/" + other)) << other;
     EXPECT_EQ(result("scene")["number"], scene["number"]);
     EXPECT_EQ(scenes, 1);
     result("run", {{"action", "step"}});
@@ -362,6 +364,88 @@ TEST_F(ServiceTest, SaysWhyThereIsNoScene) {
     EXPECT_FALSE(checked().is_null());
     EXPECT_EQ(result("scene")["failure"], "no mesh 'arm.stl'");
     EXPECT_EQ(result("scene")["worlds"], Json::array());
+}
+
+TEST_F(ServiceTest, TellsPanelsThatThePlotsAndTheLayoutHave) {
+    const Json plots = checked()["panels"];
+    ASSERT_FALSE(plots.empty());
+    EXPECT_EQ(plots[0]["shows"], "lines");
+    EXPECT_EQ(plots[0]["is_kept"], false);
+    const std::string before = text(), name = plots[0]["name"];
+    result("edit", {{"operation",
+                     {{"do", "watch"},
+                      {"name", name},
+                      {"display", {{"shows", "bars"}, {"signals", Json::array({{{"path", "load.y"}}})}}}}}});
+    EXPECT_NE(text().find("{shows: bars, signals: [load.y]}"), std::string::npos) << text();
+    const Json kept = checked()["panels"];
+    EXPECT_EQ(kept.size(), plots.size());
+    EXPECT_EQ(kept[0], Json({{"name", name}, {"shows", "bars"}, {"signals", {"load.y"}}, {"is_kept", true}}));
+    EXPECT_EQ(result("undo")["panels"], plots);
+    EXPECT_EQ(text(), before);
+}
+
+TEST_F(ServiceTest, OpensRecordingsOfItsFolderAlone) {
+    {
+        bf::recording::Writer writer(file().parent_path() / "run.mcap");
+        const auto channel = writer.add_channel("motor.omega", {.unit = "rad/s"});
+        writer.begin();
+        for (const double value : {1.5, 2.5})
+            writer.append(channel, static_cast<std::int64_t>(value * 1e9), &value);
+        writer.close();
+    }
+    EXPECT_EQ(result("recordings")["files"], Json({"run.mcap"}));
+    const Json recorded = result("read", {{"file", "run.mcap"}});
+    EXPECT_EQ(recorded["signals"][0]["path"], "motor.omega");
+    EXPECT_EQ(recorded["signals"][0]["unit"], "rad/s");
+    const auto data = service->data("recordings/" + recorded["number"].dump() + "/0");
+    ASSERT_TRUE(data);
+    ASSERT_EQ(data->size(), 2U * 28);
+    double second[2];
+    std::memcpy(second, data->data() + 40, 16);
+    EXPECT_EQ(second[0], 2.5) << "time";
+    EXPECT_EQ(second[1], 2.5) << "value";
+    EXPECT_FALSE(service->data("recordings/7/0"));
+    EXPECT_FALSE(service->data("recordings/run.mcap"));
+    EXPECT_FALSE(service->data(""));
+    EXPECT_EQ(refusal("read", {{"file", "../run.mcap"}}),
+              "the file '../run.mcap' is not in the opened folder; start bf edit with that folder");
+    EXPECT_NE(refusal("read", {{"file", "motor.yaml"}}), "");
+}
+
+TEST_F(ServiceTest, TellsTheLimitsOfWhatMayBeTuned) {
+    EXPECT_FALSE(checked().is_null());
+    result("edit", {{"operation",
+                     {{"do", "set_variable"},
+                      {"system", ""},
+                      {"name", "k"},
+                      {"variable", {{"value", "2"}, {"above", "0"}, {"maximum", "2*5"}}}}}});
+    EXPECT_FALSE(checked().is_null());
+    const Json variables = result("variables", {{"system", ""}})["variables"];
+    for (const auto& variable : variables)
+        if (variable["name"] == "k") {
+            EXPECT_EQ(variable["least"], 0);
+            EXPECT_EQ(variable["greatest"], 10);
+            return;
+        }
+    FAIL();
+}
+
+TEST_F(ServiceTest, TellsTheTimeOfBlocksWhileAPageWantsToKnow) {
+    EXPECT_FALSE(checked().is_null());
+    EXPECT_EQ(result("times")["blocks"], Json::array()) << "nothing runs";
+    result("run", {{"action", "step"}});
+    EXPECT_FALSE(result("times")["blocks"].empty());
+    for (int i = 0; i < 3; ++i) result("run", {{"action", "step"}});
+    const Json times = result("times")["blocks"];
+    double sum = 0;
+    for (const auto& block : times) {
+        sum += block["seconds"].get<double>();
+        if (block["path"] == "load") {
+            EXPECT_GE(block["calls"], 3);
+        }
+    }
+    EXPECT_GT(sum, 0);
+    EXPECT_EQ(result("times", {{"is_wanted", false}})["blocks"], Json::array());
 }
 
 } // namespace

@@ -115,7 +115,11 @@ class Chance {
         case 17: return op::Inline{of(references_)};
         case 18: return op::Extract{of(subsystems_), "made" + std::to_string(made_++) + ".yaml"};
         case 19: return op::Record{of(paths_), number(2) == 0};
-        case 20: return op::Plot{number(2) ? "Both" : name(), std::vector<std::string>{of(paths_)}};
+        case 20:
+            if (number(2))
+                return op::Watch{number(2) ? "Both" : name(),
+                                 bf::model::Display{.name = {}, .signals = {{.path = of(paths_)}}}};
+            return op::Plot{number(2) ? "Both" : name(), std::vector<std::string>{of(paths_)}};
         case 21: {
             bf::model::Model other = model;
             other.doc = name();

@@ -30,6 +30,10 @@ class Anchors {
         add_all(model.layout.blocks);
         add_all(model.layout.wires);
         add_all(model.layout.notes);
+        for (model::Display& display : model.layout.displays) {
+            add(display);
+            add_all(display.signals);
+        }
         std::ranges::sort(all, {}, [](const Anchor& a) { return std::pair(a.line, a.column); });
     }
 

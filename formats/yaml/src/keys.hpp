@@ -37,7 +37,8 @@ inline const Keys variable = {"value",   "minimum", "above",
 
 inline const Keys placement = {"x", "y", "width", "height", "flipped"};
 inline const Keys note = {"text", "in", "x", "y", "width", "height"};
-inline const Keys layout = {"blocks", "wires", "notes"};
+inline const Keys layout = {"blocks", "wires", "notes", "displays"};
+inline const Keys display = {"shows", "signals"};
 
 inline const Keys no_or_yes = {"false", "true"};
 

@@ -414,6 +414,20 @@ Layout Reader::read_layout(const Node& map) {
                     {.path = name.text, .points = read_points(name, value), .where = at(name)});
                 return;
             }
+            if (part.text == "displays") {
+                Display display{.name = name.text, .where = at(name)};
+                read_entries(
+                    value, "", "the display '" + name.text + "'", [&](const Node& key, const Node& what) {
+                        if (key.text == "shows")
+                            display.shows = static_cast<Shows>(read_choice(key, what, "", choices::shows));
+                        else if (key.text == "signals")
+                            display.signals = read_list<Signal>(key, what, &Signal::path);
+                        else
+                            report_unknown(key, "", "a display", keys::display);
+                    });
+                layout.displays.push_back(std::move(display));
+                return;
+            }
             const bool is_note = part.text == "notes";
             Placement drawn{.path = name.text, .where = at(name)};
             Note note{.name = name.text, .text = {}, .where = drawn.where};

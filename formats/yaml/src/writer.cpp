@@ -238,7 +238,7 @@ void add_extent(MapBuilder& map, const Point& at, const std::optional<Point>& si
 Content layout(const Layout& layout) {
     const std::vector<Key> none;
     const auto part = [] { return Content{.kind = Content::Kind::map, .may_flow = false}; };
-    Content blocks = part(), wires = part(), notes = part();
+    Content blocks = part(), wires = part(), notes = part(), displays = part();
     for (const Placement& drawn : layout.blocks) {
         MapBuilder map(none);
         add_extent(map, drawn.at, drawn.size);
@@ -259,10 +259,18 @@ Content layout(const Layout& layout) {
         add_extent(map, note.at, note.size);
         notes.items.push_back({key_text(note.name), map.build(true), &note.comments, &note.where});
     }
+    for (const Display& display : layout.displays) {
+        MapBuilder map(none);
+        map.add("shows", Content{.text = choices::shows.at(static_cast<std::size_t>(display.shows))});
+        map.add("signals", list(display.signals, &Signal::path));
+        displays.items.push_back(
+            {key_text(display.name), map.build(true), &display.comments, &display.where});
+    }
     MapBuilder map(layout.keys);
     if (map.wanted("blocks", !layout.blocks.empty())) map.add("blocks", std::move(blocks));
     if (map.wanted("wires", !layout.wires.empty())) map.add("wires", std::move(wires));
     if (map.wanted("notes", !layout.notes.empty())) map.add("notes", std::move(notes));
+    if (map.wanted("displays", !layout.displays.empty())) map.add("displays", std::move(displays));
     return map.build(false);
 }
 

@@ -88,6 +88,9 @@ TEST(Reader, KeepsStructureOrderAndPlaces) {
     EXPECT_EQ(model.layout.wires.at(0).points, (std::vector<Point>{{10, 20}, {10, 50}}));
     EXPECT_EQ(model.layout.notes.at(0).system, "controller");
     EXPECT_EQ(model.layout.notes.at(0).text, "Runs while enabled.");
+    EXPECT_EQ(model.layout.displays.at(0).name, "Both ends");
+    EXPECT_EQ(model.layout.displays.at(0).shows, Shows::heat_map);
+    EXPECT_EQ(model.layout.displays.at(0).signals.at(1).path, "controller.pd");
 }
 
 TEST(Reader, TakesSequencesAsMatlabText) {

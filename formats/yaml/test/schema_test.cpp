@@ -112,6 +112,9 @@ TEST(Schema, AgreesWithTheReaderOnSmallModels) {
         {"model: m\nlayout: {wires: {a.u: [[1, 2], [3, 4]]}, notes: {n: {text: t, in: a, x: 0, y: 0}}}",
          true},
         {"model: m\nlayout: {wires: {a.u: [[1, 2, 3]]}}", false},
+        {"model: m\nlayout: {displays: {speed: {shows: xy, signals: [a.y, b.y]}}}", true},
+        {"model: m\nlayout: {displays: {speed: {shows: pie, signals: [a.y]}}}", false},
+        {"model: m\nlayout: {displays: {speed: {signals: [a.y], of: b}}}", false},
         {"model: m\nlayout: {blocks: {a: {x: left}}}", false},
         {"model: m\nlayout: {blocks: {a: {text: t}}}", false},
         {"model: m\nconnections: {a: {b: 1}}", false},
@@ -165,6 +168,9 @@ TEST(Schema, HasTheReadersKeysAndNoOthers) {
     EXPECT_EQ(properties(defs.at("layout")), sorted(keys::layout));
     EXPECT_EQ(properties(parts.at("blocks").at("additionalProperties")), sorted(keys::placement));
     EXPECT_EQ(properties(parts.at("notes").at("additionalProperties")), sorted(keys::note));
+    EXPECT_EQ(properties(parts.at("displays").at("additionalProperties")), sorted(keys::display));
+    EXPECT_EQ(parts.at("displays").at("additionalProperties").at("properties").at("shows").at("enum"),
+              json(model::choices::shows));
     EXPECT_EQ(defs.at("execution").at("enum").get<keys::Keys>(), keys::executions);
     EXPECT_EQ(defs.at("held_or_reset").at("enum").get<keys::Keys>(), keys::held_or_reset);
 }

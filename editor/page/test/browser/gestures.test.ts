@@ -238,9 +238,9 @@ describe.skipIf(!is_there)("the page", () => {
     const wire = await hand.at({ x: 250, y: 84 });
     await page.mouse.click(wire.x, wire.y);
     await page.getByRole("button", { name: "Signals (1)" }).click();
-    await expect.poll(() => page.getByRole("listitem").filter({ hasText: "error" }).textContent()).toMatch(/\d/);
-    await page.getByRole("checkbox", { name: "error" }).check();
-    await page.getByRole("img", { name: "Plot of error" }).waitFor();
+    await expect.poll(() => page.getByRole("list", { name: "Watched signals" }).textContent()).toMatch(/error.*\d/);
+    await page.getByRole("button", { name: "Plot", exact: true }).click();
+    await page.getByRole("application", { name: "Plot panel 1 of error.y" }).waitFor();
   });
   test("connects again by itself, and says so meanwhile", async () => {
     service.drop();

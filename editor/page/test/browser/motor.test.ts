@@ -163,7 +163,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
     await expect.poll(() => readFile(file, "utf8")).toContain("Gain: {Kp: 5, Ki: 2}  # of the law");
     await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
     await page.getByRole("button", { name: "One step" }).click();
-    await page.getByLabel("Gain.Kp of the run").fill("7.5");
+    await page.getByLabel("Gain.Kp of the run", { exact: true }).fill("7.5");
     expect(await readFile(file, "utf8")).toContain("Kp: 5");
     await page.getByRole("button", { name: "Keep" }).click();
     await expect.poll(() => readFile(file, "utf8")).toContain("Kp: 7.5");

@@ -15,6 +15,8 @@ inline const Words rate_transitions = {"allowed", "checked", "inserted"}; ///< i
 inline const Words algebraic_loops = {"error", "solve"};                  ///< in the order of AlgebraicLoops
 inline const Words non_finite = {"allowed", "error"};                     ///< in the order of NonFinite
 inline const Words held_or_reset = {"held", "reset"}; ///< in the order of States and WhenDisabled
+inline const Words shows = {"lines",    "xy",      "bars",
+                            "heat_map", "numbers", "states"};         ///< in the order of Shows
 inline const Words quotes = {"none", "single", "twofold", "literal"}; ///< in the order of Quotes
 
 } // namespace bf::model::choices

@@ -267,15 +267,27 @@ struct Note {
     Location where = {};
 };
 
-/// How the model is drawn; without meaning for what it computes. Entries of what is not there are allowed,
-/// and wires to one input (of variants) share their bends.
+enum class Shows { lines, xy, bars, heat_map, numbers, states };
+
+/// A panel of the editor in which runs are watched. It stands for the plot of that title, if there is one.
+struct Display {
+    std::string name;
+    Shows shows = Shows::lines;
+    std::vector<Signal> signals = {}; ///< of `xy` the first is what the others are drawn against
+    Comments comments = {};
+    Location where = {};
+};
+
+/// How the model is drawn, and its runs are watched; without meaning for what it computes. Entries of what is
+/// not there are allowed, and wires to one input (of variants) share their bends.
 struct Layout {
     std::vector<Placement> blocks;
     std::vector<Bends> wires;
     std::vector<Note> notes;
+    std::vector<Display> displays = {};
     std::vector<Key> keys = {};
 
-    bool empty() const { return blocks.empty() && wires.empty() && notes.empty(); }
+    bool empty() const { return blocks.empty() && wires.empty() && notes.empty() && displays.empty(); }
 };
 
 enum class AlgebraicLoops { error, solve };

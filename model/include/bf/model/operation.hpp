@@ -154,6 +154,12 @@ struct Plot {
     std::optional<std::vector<std::string>> signals = {};
 };
 
+/// A panel in which runs are watched, or none of that name. Its own name, if it has one, is the new name.
+struct Watch {
+    std::string name;
+    std::optional<Display> display = {};
+};
+
 /// The exact inverse of an operation, and its inverse again.
 struct Patch {
     std::vector<Change> changes;
@@ -171,7 +177,7 @@ using Operation =
                  operations::SetVariable, operations::RenameVariable, operations::Move, operations::Resize,
                  operations::Flip, operations::Bend, operations::Annotate, operations::Group,
                  operations::Dissolve, operations::Inline, operations::Extract, operations::Record,
-                 operations::Plot, operations::Patch, operations::Batch>;
+                 operations::Plot, operations::Watch, operations::Patch, operations::Batch>;
 
 namespace operations {
 

@@ -45,6 +45,9 @@ class Playback {
     /// From now on frames tell where things are in these, too; none: no longer.
     void show(std::shared_ptr<Sceneries> sceneries);
 
+    /// Where the time of the run went since this was asked for first, by block; not wanted: nothing is timed.
+    Times times(bool is_wanted);
+
     RunState state() const;
     std::int64_t revision() const;
     std::shared_ptr<const LoadedModel> model() const;

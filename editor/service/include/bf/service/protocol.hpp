@@ -18,6 +18,7 @@
 // vertices.
 #pragma once
 
+#include "bf/model/model.hpp"
 #include "bf/view/drawing.hpp"
 
 #include <cstdint>
@@ -38,6 +39,14 @@ struct Diagnostic {
     std::vector<model::Fix> fixes = {};
 };
 
+/// A panel in which runs are watched: a plot of the model's own, or what its layout has.
+struct PanelInfo {
+    std::string name;
+    model::Shows shows = model::Shows::lines;
+    std::vector<std::string> signals = {}; ///< paths
+    bool is_kept = false;                  ///< stands in the layout
+};
+
 /// Of the opened model, after each change.
 struct DocumentState {
     std::string file;          ///< relative to the opened folder
@@ -46,6 +55,7 @@ struct DocumentState {
     bool is_checked = false; ///< are `diagnostics` those of this revision?
     std::vector<Diagnostic> diagnostics = {};
     std::string failure = {}; ///< why files and page differ: a file cannot be read, or not be written
+    std::vector<PanelInfo> panels = {};
 };
 
 struct LibraryPort {
@@ -72,6 +82,7 @@ struct SettingField {
     std::string value = {};               ///< what the expression comes to, where that is known
     std::string unit = {}, doc = {};      ///< with limits
     std::vector<std::string> choices = {};
+    std::optional<double> least = {}, greatest = {}; ///< of each element
 };
 
 struct Inspection {
@@ -92,6 +103,7 @@ struct VariableField {
     std::string name;   ///< "Gain.Kp": a field of a struct
     std::string text, value, unit, doc, limits;
     std::optional<std::string> minimum = {}, above = {}, maximum = {}; ///< as the document has them
+    std::optional<double> least = {}, greatest = {};                   ///< what they come to
 };
 
 enum class Running { none, paused, running, ended, failed };
@@ -141,6 +153,12 @@ struct RunState {
     std::optional<LiveProgram> live = {};
 };
 
+/// What a value of a signal means to people.
+struct NamedValue {
+    double value = 0;
+    std::string name;
+};
+
 /// A signal of the run. Its index is that of binary frames.
 struct SignalInfo {
     int index = 0;
@@ -148,6 +166,8 @@ struct SignalInfo {
     int elements = 0;
     std::vector<std::string> names = {}; ///< of its elements, where they have some
     std::string unit = {};
+    int rows = 1;                        ///< its elements come column by column
+    std::vector<NamedValue> values = {}; ///< that have names
 };
 
 enum class ShapeKind { mesh, sphere, box, cylinder, capsule, ellipsoid };
@@ -278,8 +298,27 @@ struct Watch {
     std::vector<std::string> paths; ///< all that this page wants to have samples of
     std::vector<int> branches = {}; ///< of these, besides the one that is shown
 };
+/// A recording of the opened folder.
+struct Recorded {
+    int number = 0; ///< its samples come by HTTP from /recordings/NUMBER/INDEX?token=TOKEN, as a binary frame
+    std::string file;
+    std::vector<SignalInfo> signals = {};
+    std::string defect = {}; ///< what is wrong with the file, which is readable up to there
+};
+struct RecordedFiles {
+    std::vector<std::string> files; ///< relative to the opened folder
+};
+/// What a block took of the run since this is asked for.
+struct BlockTime {
+    std::string path; ///< of a block, or of what is not one block
+    double seconds = 0;
+    std::int64_t calls = 0;
+};
+struct Times {
+    std::vector<BlockTime> blocks; ///< slowest first
+};
 struct Look {
-    bool is_wanted = true; ///< does this page get the poses?
+    bool is_wanted = true; ///< does this page get the poses, or the times?
 };
 /// Of the run, or of the model where nothing runs.
 struct Scene {

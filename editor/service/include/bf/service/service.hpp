@@ -40,8 +40,9 @@ class Service {
     /// A request of JSON-RPC, and its answer. `page` tells pages apart.
     std::string answer(int page, std::string_view request);
     void leave(int page); ///< its wishes are forgotten
-    /// The meshes of "SCENE/WORLD" of the scene that pages were told last; none of what they were not told.
-    std::optional<std::string> meshes(std::string_view what) const;
+    /// What pages may have by HTTP, "meshes/SCENE/WORLD" and "recordings/NUMBER/INDEX", as far as they were
+    /// told of it; never a file by its name.
+    std::optional<std::string> data(std::string_view what) const;
     /// A few times a second: looks after files.
     void tick();
 

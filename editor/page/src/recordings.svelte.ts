@@ -1,0 +1,72 @@
+import type { Client } from "./client.ts";
+import { last_of } from "./operations.ts";
+import type { Recorded } from "./protocol.ts";
+import { Samples, type Track } from "./samples.ts";
+
+/** Recordings that are compared with the run, and as much of them as panels show. */
+export class Recordings {
+  files = $state.raw<string[]>([]);
+  opened = $state.raw<Recorded[]>([]);
+  wrong = $state("");
+  private loaded = $state(0);
+
+  private readonly client: Client;
+  private readonly fetch_data: (path: string) => Promise<ArrayBuffer>;
+  private readonly changed: () => void;
+  private tracks = new Map<string, Track | null>(); // by number and index; null: on its way
+
+  constructor(client: Client, fetch_data: (path: string) => Promise<ArrayBuffer>, changed: () => void) {
+    this.client = client;
+    this.fetch_data = fetch_data;
+    this.changed = changed;
+  }
+
+  async look(): Promise<void> {
+    this.files = (await this.client.call("recordings", {}).catch(() => null))?.files ?? [];
+  }
+  async open(file: string): Promise<void> {
+    this.wrong = "";
+    try {
+      const recorded = await this.client.call("read", { file });
+      this.wrong = recorded.defect && `${file}: ${recorded.defect}`;
+      this.opened = [...this.opened.filter((other) => other.file !== file), recorded];
+      this.changed();
+    } catch (error) {
+      this.wrong = (error as Error).message;
+    }
+  }
+  close(recorded: Recorded): void {
+    this.opened = this.opened.filter((other) => other !== recorded);
+    for (const key of this.tracks.keys()) if (key.startsWith(`${recorded.number}/`)) this.tracks.delete(key);
+    this.changed();
+  }
+
+  /** What each recording has of a signal, by its path or that of its block; what is not there yet comes. */
+  tracks_of(path: string): { name: string; track: Track }[] {
+    void this.loaded;
+    return this.opened.flatMap((recorded) => {
+      const signal = recorded.signals.find((other) => other.path === path) ?? this.only_of(recorded, path);
+      const track = signal && this.track(recorded, signal.index);
+      return track ? [{ name: last_of(recorded.file.replace(/\.mcap$/, "").replace(/\//g, ".")), track }] : [];
+    });
+  }
+  private only_of(recorded: Recorded, block: string) {
+    const under = recorded.signals.filter((other) => other.path.startsWith(`${block}.`));
+    return under.length === 1 ? under[0] : undefined;
+  }
+  private track(recorded: Recorded, index: number): Track | null {
+    const key = `${recorded.number}/${index}`, known = this.tracks.get(key);
+    if (known !== undefined) return known;
+    this.tracks.set(key, null);
+    void this.fetch_data(`recordings/${key}`).then((data) => {
+      const samples = new Samples();
+      samples.take(data);
+      const track = samples.along(0, index);
+      if (!track || !this.opened.includes(recorded)) return;
+      this.tracks.set(key, track);
+      ++this.loaded;
+      this.changed();
+    }).catch((error: Error) => (this.wrong = error.message));
+    return null;
+  }
+}

@@ -1,0 +1,59 @@
+#include "recordings.hpp"
+
+#include <cstdint>
+
+namespace bf::service {
+
+namespace {
+
+constexpr std::size_t most_opened = 8;
+
+template <class T> void append(std::string& bytes, const T& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+} // namespace
+
+SignalInfo described(int index, const std::string& path, const recording::ChannelInfo& info) {
+    SignalInfo signal{index, path, static_cast<int>(info.elements()), info.element_names, info.unit};
+    signal.rows = static_cast<int>(info.rows);
+    for (const auto& [value, name] : info.names) signal.values.push_back({value, name});
+    return signal;
+}
+
+Recorded Recordings::open(const std::filesystem::path& file, const std::string& name) {
+    Opened opened{++number_, recording::load(file)};
+    Recorded told{opened.number, name, {}, opened.recording.defect};
+    int index = 0;
+    for (const auto& channel : opened.recording.channels)
+        told.signals.push_back(described(index++, channel.name, channel.info));
+    opened_.push_back(std::move(opened));
+    if (opened_.size() > most_opened) opened_.erase(opened_.begin());
+    return told;
+}
+
+std::optional<std::string> Recordings::samples(std::string_view what) const {
+    for (const auto& [number, recording] : opened_) {
+        const std::string prefix = std::to_string(number) + "/";
+        if (!what.starts_with(prefix)) continue;
+        for (std::size_t i = 0; i < recording.channels.size(); ++i) {
+            if (what.substr(prefix.size()) != std::to_string(i)) continue;
+            const auto& channel = recording.channels[i];
+            const auto n = static_cast<std::uint32_t>(channel.info.elements());
+            std::string bytes;
+            bytes.reserve(channel.samples() * (20 + 8 * std::size_t{n}));
+            for (std::size_t k = 0; k < channel.samples(); ++k) {
+                append(bytes, static_cast<std::uint32_t>(i));
+                append(bytes, std::uint32_t{0}); // branch
+                append(bytes, n);
+                append(bytes, channel.time(k));
+                for (std::size_t element = 0; element < n; ++element)
+                    append(bytes, channel.value(k, element));
+            }
+            return bytes;
+        }
+    }
+    return {};
+}
+
+} // namespace bf::service

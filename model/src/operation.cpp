@@ -403,13 +403,12 @@ void Editor::operator()(const Set& set) {
     if (is_key) {
         set_member(block, set.name, set.value);
     } else if (block.is_library_block()) {
-        if (set.name == "block" || set.name == "blocks") {
-            if (set.name == "blocks" || !set.value || set.value->empty())
-                refuse(block.where, set.path, "'" + set.name + "' is no setting",
-                       "replace the block by another");
+        if (set.name == "block" && set.value && !set.value->empty()) {
             block.type = *set.value;
             return;
         }
+        if (set.name == "block" || set.name == "blocks")
+            refuse(block.where, set.path, "'" + set.name + "' is no setting", "replace the block by another");
         const auto found = named(block.settings, set.name);
         if (set.value)
             model::set(block, set.name, *set.value);

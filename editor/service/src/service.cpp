@@ -10,6 +10,7 @@
 #include "clipboard.hpp"
 #include "evaluate.hpp"
 #include "find.hpp"
+#include "inspect.hpp"
 #include "json.hpp"
 #include "live.hpp"
 #include "recordings.hpp"
@@ -64,13 +65,6 @@ int depth_of(std::string_view text) {
         }
     }
     return deepest;
-}
-
-/// Of variables that hold several values the text is long; a page shows its beginning.
-std::string shortened(std::string text) {
-    constexpr std::size_t most = 200;
-    if (text.size() > most) text = text.substr(0, most) + "…";
-    return text;
 }
 
 } // namespace
@@ -307,65 +301,8 @@ struct Service::State {
         return after_change();
     }
 
-    std::map<std::string, std::string> values_under(const std::string& path) const {
-        std::map<std::string, std::string> values;
-        const std::string prefix = path.empty() ? "" : path + ".";
-        for (const auto& definition : diagram().definitions)
-            if (definition.kind != Definition::Kind::variable && definition.path.starts_with(prefix))
-                values[definition.path.substr(prefix.size())] = shortened(definition.value.to_text());
-        return values;
-    }
-
-    template <class Field> static void note_limits(const Limits& limits, Field& field) {
-        const double least = std::max(limits.minimum, limits.above);
-        if (std::isfinite(least)) field.least = least;
-        if (std::isfinite(limits.maximum)) field.greatest = limits.maximum;
-    }
-
     Inspection inspect(int, const Inspect& asked) {
-        const model::Model& m = project->model();
-        const model::Block* block = asked.path.empty() ? nullptr : model::find(m, asked.path);
-        Inspection seen;
-        seen.path = asked.path;
-        seen.title = asked.path.empty() ? m.name : asked.path.substr(asked.path.rfind('.') + 1);
-        const auto values = values_under(asked.path);
-        const auto value = [&](const std::string& name) {
-            const auto found = values.find(name);
-            return found == values.end() ? std::string() : found->second;
-        };
-        if (block && block->is_library_block()) {
-            seen.type = block->type;
-            const auto text = [&](const std::string& name) -> std::optional<std::string> {
-                const model::Setting* setting = block->find_setting(name);
-                return setting ? std::optional(setting->value.matlab()) : std::nullopt;
-            };
-            try {
-                const Declared what = declared(registry->find(block->type));
-                seen.doc = what.doc;
-                for (const auto& a : what.arguments)
-                    seen.fields.push_back({a.name, FieldRole::argument, text(a.name), a.initial,
-                                           value(a.name), "", with_limits(a.doc, a.limits), a.choices});
-                for (const auto& q : what.quantities)
-                    if (q.role == Role::parameter) {
-                        seen.fields.push_back({q.name, FieldRole::parameter, text(q.name), q.initial,
-                                               value(q.name), q.unit,
-                                               with_limits(q.doc, q.limits, q.at_least)});
-                        note_limits(q.limits, seen.fields.back());
-                    }
-            } catch (const std::exception& error) {
-                seen.doc = error.what();
-            }
-            for (const auto& setting : block->settings) // also those that nothing declares
-                if (std::ranges::find(seen.fields, setting.name, &SettingField::name) == seen.fields.end())
-                    seen.fields.push_back({setting.name, FieldRole::argument, setting.value.matlab()});
-        }
-        for (auto& property : model::properties(m, asked.path))
-            seen.fields.push_back({.name = property.name,
-                                   .role = FieldRole::property,
-                                   .text = property.value,
-                                   .value = value(property.name),
-                                   .choices = std::move(property.choices)});
-        return seen;
+        return inspected(*registry, project->model(), diagram(), asked.path);
     }
 
     Evaluated evaluate(int, const Evaluate& asked) {
@@ -383,42 +320,11 @@ struct Service::State {
     Hits find(int, const Find& asked) { return found_in(project->model(), asked.text); }
 
     Variables variables(int, const InSystem& asked) {
-        std::map<std::string, const Definition*> known;
-        for (const auto& definition : diagram().definitions)
-            if (definition.kind == Definition::Kind::variable) known[definition.path] = &definition;
         const model::Model& m = project->model();
         const model::Block* block = asked.system.empty() ? nullptr : model::find(m, asked.system);
         const model::System* system = asked.system.empty() ? &m.root : block ? block->content() : nullptr;
         if (!system) throw Refusal("there is no subsystem '" + asked.system + "'");
-        Variables found;
-        const auto add = [&](const auto& self, const std::vector<model::Variable>& list,
-                             const std::string& prefix) -> void {
-            for (const auto& variable : list) {
-                if (!variable.fields.empty()) {
-                    self(self, variable.fields, prefix + variable.name + ".");
-                    continue;
-                }
-                VariableField field;
-                field.system = asked.system;
-                field.name = prefix + variable.name;
-                field.text = variable.value.matlab();
-                field.unit = variable.unit;
-                field.doc = variable.doc;
-                if (variable.minimum) field.minimum = variable.minimum->matlab();
-                if (variable.above) field.above = variable.above->matlab();
-                if (variable.maximum) field.maximum = variable.maximum->matlab();
-                const auto definition =
-                    known.find((asked.system.empty() ? "" : asked.system + ".") + field.name);
-                if (definition != known.end()) {
-                    field.value = shortened(definition->second->value.to_text());
-                    field.limits = text_of(definition->second->limits);
-                    note_limits(definition->second->limits, field);
-                }
-                found.variables.push_back(std::move(field));
-            }
-        };
-        add(add, system->variables, "");
-        return found;
+        return variables_of(*system, asked.system, diagram());
     }
 
     /// "set load.after = 0.06", "rename load".

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "bf/core/registry.hpp"
+#include "bf/elaborate/diagram.hpp"
+#include "bf/service/protocol.hpp"
+
+namespace bf::service {
+
+/// Of values that have many elements the text is long; a page shows its beginning.
+std::string shortened(std::string text);
+
+/// What a block declares and the document gives it, or the properties of a subsystem, port or model, with the
+/// values that they have in the diagram. Throws model::Errors where nothing stands at `path`.
+Inspection inspected(const Registry& registry, const model::Model& model, const Diagram& diagram,
+                     const std::string& path);
+
+/// The variables that the system at `path` declares.
+Variables variables_of(const model::System& system, const std::string& path, const Diagram& diagram);
+
+} // namespace bf::service

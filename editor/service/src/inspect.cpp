@@ -37,7 +37,7 @@ template <class Field> void note_limits(const Limits& limits, Field& field) {
 
 } // namespace
 
-Inspection inspected(const Registry& registry, const model::Model& m, const Diagram& diagram,
+Inspection inspected(Registry& registry, const model::Model& m, const Diagram& diagram,
                      const std::string& path) {
     const model::Block* block = path.empty() ? nullptr : model::find(m, path);
     Inspection seen;

@@ -11,7 +11,7 @@ std::string shortened(std::string text);
 
 /// What a block declares and the document gives it, or the properties of a subsystem, port or model, with the
 /// values that they have in the diagram. Throws model::Errors where nothing stands at `path`.
-Inspection inspected(const Registry& registry, const model::Model& model, const Diagram& diagram,
+Inspection inspected(Registry& registry, const model::Model& model, const Diagram& diagram,
                      const std::string& path);
 
 /// The variables that the system at `path` declares.

@@ -1,16 +1,12 @@
 #include "recordings.hpp"
 
-#include <cstdint>
+#include "frame.hpp"
 
 namespace bf::service {
 
 namespace {
 
 constexpr std::size_t most_opened = 8;
-
-template <class T> void append(std::string& bytes, const T& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 } // namespace
 
@@ -43,10 +39,7 @@ std::optional<std::string> Recordings::samples(std::string_view what) const {
             std::string bytes;
             bytes.reserve(channel.samples() * (20 + 8 * std::size_t{n}));
             for (std::size_t k = 0; k < channel.samples(); ++k) {
-                append(bytes, static_cast<std::uint32_t>(i));
-                append(bytes, std::uint32_t{0}); // branch
-                append(bytes, n);
-                append(bytes, channel.time(k));
+                append_piece(bytes, static_cast<std::uint32_t>(i), 0, n, channel.time(k));
                 for (std::size_t element = 0; element < n; ++element)
                     append(bytes, channel.value(k, element));
             }

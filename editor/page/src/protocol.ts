@@ -63,6 +63,7 @@ export interface Diagnostic {
   path: string;
   message: string;
   remedy: string;
+  fixes: Fix[];
 }
 
 /** Of the opened model, after each change. */
@@ -151,6 +152,11 @@ export interface Find {
   text: string;
 }
 
+export interface Fix {
+  title: string;
+  operation: string;
+}
+
 export interface Hello {
   protocol: number;
 }
@@ -234,6 +240,7 @@ export interface Look {
 export interface Mark {
   message: string;
   remedy: string;
+  fixes: Fix[];
 }
 
 export interface Moved {

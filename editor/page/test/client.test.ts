@@ -43,7 +43,7 @@ describe("the client", () => {
     await client.call("edit", { operation: { do: "move", path: "gain", to: { x: 1, y: 2 } } });
     await until("told changed");
     await client.call("run", { action: "start", time: null, factor: 1, branch: null, event: "" });
-    await until("sampled 28");
+    await until("sampled 160");
     await until("told run");
   });
   test("connects again by itself, and does not leave requests waiting", async () => {

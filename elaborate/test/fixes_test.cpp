@@ -53,8 +53,8 @@ TEST(Fixes, RecordAndPlotTheSignalThatWasMeant) {
 
 TEST(Fixes, InsertATransitionBetweenRates) {
     EXPECT_EQ(titles("model: m\nstep: 0.1\nrate_transitions: checked\nblocks:\n"
-                     "  slow: {block: RandomUniform, period: 0.2}\n  fast: {block: UnitDelay, period: 0.1}\n"
-                     "connections:\n  slow: fast\n"),
+                     "  quick: {block: RandomUniform, period: 0.1}\n  slow: {block: Gain, period: 0.2}\n"
+                     "connections:\n  quick: slow\n"),
               (Titles{"Insert a RateTransition", "Insert all rate transitions of the model"}));
 }
 

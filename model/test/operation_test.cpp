@@ -317,7 +317,8 @@ TEST(Layout, IsChangedInPlace) {
 }
 
 TEST(Layout, HoldsDisplaysWhoseSignalsFollowWhatIsRenamed) {
-    Model model = after(drawn_loop(), Watch{"angle", Display{.name = {}, .signals = {{"plant.q"}, {"controller.tau"}}}});
+    Model model = after(drawn_loop(),
+                        Watch{"angle", Display{.name = {}, .signals = {{"plant.q"}, {"controller.tau"}}}});
     model =
         after(model, Watch{"angle", Display{.name = "phase", .shows = Shows::xy, .signals = {{"plant.q"}}}});
     model = after(model, Watch{"other", Display{.name = {}}});

@@ -4,6 +4,7 @@
 #include "bf/kernels/continuous.hpp"
 #include "bf/kernels/convert.hpp"
 #include "bf/kernels/discrete.hpp"
+#include "bf/kernels/events.hpp"
 #include "bf/kernels/expression.hpp"
 #include "bf/kernels/geometry.hpp"
 #include "bf/kernels/guards.hpp"
@@ -405,6 +406,12 @@ template <class T> void reals() {
     run(PoseInverse{}, A44<T>(), h);
 
     run(StopMargins{}, A5<double>(), A5<double>(), values<T>(0.5), random<A5<T>>(), u);
+    const auto side = random<A5<T>>(), other_side = random<A5<T>>();
+    run(StoppedState{}, A5<T>(), side, other_side, values<T>(-2), values<T>(3), values<T>(0.5), u);
+    run(StoppedSide{}, A5<T>(), side, other_side, u);
+    for (const double edge : {-1, 0, 1})
+        run(BegunState{}, A5<T>(), values<double>(edge), side, values<T>(0.5), u);
+    run(SwitchedMode{}, A5<T>(), side, other_side, u);
     run(QuantizeEdges{}, A5<std::int32_t>(), values<T>(0.5), u);
     run(AngleEdge{}, A5<std::int32_t>(), u, random<A5<T>>());
     run(SideOfNumber{}, One<std::int32_t>(), values<T>(-0.5));

@@ -40,28 +40,29 @@ model::Fix renamed_signal(const model::Model& model, const std::string& path, co
     return fix("Show '" + name + "' instead", batch);
 }
 
-std::vector<model::Fix> inserted(const model::Model& model, const std::string& path, const std::string& input,
-                                 const std::string& type) {
+std::vector<model::Fix> inserted_transition(const model::Model& model, const std::string& path,
+                                            const std::string& input, const std::string& period) {
     const auto dot = path.rfind('.');
     const std::string system = dot == path.npos ? "" : path.substr(0, dot), name = path.substr(dot + 1);
     const model::Block* around = system.empty() ? nullptr : model::find(model, system);
     const model::System* content = system.empty() ? &model.root : around ? around->content() : nullptr;
     if (!content) return {};
-    std::string made{static_cast<char>(type[0] - 'A' + 'a')};
-    made += type.substr(1);
     const auto is_taken = [&](const std::string& wanted) {
         return content->find_block(wanted) || content->find_input(wanted) || content->find_output(wanted);
     };
-    std::string free = made;
-    for (int n = 2; is_taken(free); ++n) free = made + std::to_string(n);
+    std::string free = "transition";
+    for (int n = 2; is_taken(free); ++n) free = "transition" + std::to_string(n);
     for (const auto& connection : content->connections)
         for (const auto& to : connection.to)
-            if (to.block == name && (to.port.empty() || to.port == input))
-                return {fix("Insert a " + type,
-                            op::Batch{{op::Disconnect{system, connection.from.text(), to.text()},
-                                       op::Add{system, model::Block{.name = free, .type = type}},
-                                       op::Connect{system, connection.from.text(), free},
-                                       op::Connect{system, free, to.text()}}})};
+            if (to.block == name && (to.port.empty() || to.port == input)) {
+                const model::Block block{
+                    .name = free, .type = "RateTransition", .period = model::Expression{period}};
+                return {
+                    fix("Insert a RateTransition",
+                        op::Batch{{op::Disconnect{system, connection.from.text(), to.text()},
+                                   op::Add{system, block}, op::Connect{system, connection.from.text(), free},
+                                   op::Connect{system, free, to.text()}}})};
+            }
     return {};
 }
 

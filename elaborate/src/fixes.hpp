@@ -20,9 +20,9 @@ model::Fix rewired(const std::string& system, const model::Endpoint& from, const
 /// A signal that is recorded or plotted, under the name that was meant.
 model::Fix renamed_signal(const model::Model& model, const std::string& path, const std::string& name);
 
-/// A block of that type in the wire into an input of the block at `path`; none where the document has no such
-/// wire.
-std::vector<model::Fix> inserted(const model::Model& model, const std::string& path, const std::string& input,
-                                 const std::string& type);
+/// A RateTransition of that period in the wire into an input of the block at `path`; none where the document
+/// has no such wire.
+std::vector<model::Fix> inserted_transition(const model::Model& model, const std::string& path,
+                                            const std::string& input, const std::string& period);
 
 } // namespace bf::elaboration

@@ -361,13 +361,14 @@ class Rates {
                               "input '" + slot.name + "' at " + period_text(b) + " s reads " +
                                   e_.diagram.end_path(from) + " at " + period_text(a) + " s",
                               "put a RateTransition in between, or say `rate_transitions: inserted`",
-                              transition_fixes(nodes_[n].path, slot.name));
+                              transition_fixes(nodes_[n].path, slot.name, period_text(b)));
             }
         }
     }
 
-    std::vector<model::Fix> transition_fixes(const std::string& path, const std::string& input) const {
-        std::vector<model::Fix> fixes = inserted(e_.model, path, input, "RateTransition");
+    std::vector<model::Fix> transition_fixes(const std::string& path, const std::string& input,
+                                             const std::string& period) const {
+        std::vector<model::Fix> fixes = inserted_transition(e_.model, path, input, period);
         fixes.push_back(fix("Insert all rate transitions of the model",
                             model::operations::Set{"", "rate_transitions", "inserted"}));
         return fixes;

@@ -584,11 +584,11 @@ class Wiring {
                 // "1" is also what a source without a unit of its own says.
                 const Unit none;
                 if (to.unit == none || from.unit == none || from.unit.agrees_with(to.unit)) continue;
-                e_.report.add(
-                    node.where, node.path,
-                    "input '" + to.name + "' is in " + std::string(to.unit.text) + ", but is wired to " +
-                        e_.diagram.end_path(node.sources[i]) + " in " + std::string(from.unit.text),
-                    "convert the signal, e.g. with a Gain", inserted(e_.model, node.path, to.name, "Gain"));
+                e_.report.add(node.where, node.path,
+                              "input '" + to.name + "' is in " + std::string(to.unit.text) +
+                                  ", but is wired to " + e_.diagram.end_path(node.sources[i]) + " in " +
+                                  std::string(from.unit.text),
+                              "convert the signal, e.g. with a Gain");
             }
     }
 

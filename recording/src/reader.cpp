@@ -271,12 +271,6 @@ class Parser {
     Recording recording_;
 };
 
-template <class T> double element_at(const std::byte* sample, std::size_t element) {
-    T value;
-    std::memcpy(&value, sample + element * sizeof value, sizeof value);
-    return static_cast<double>(value);
-}
-
 } // namespace
 
 std::vector<double> Channel::times() const {
@@ -290,19 +284,7 @@ std::span<const std::byte> Channel::sample(std::size_t k) const noexcept {
 }
 
 double Channel::value(std::size_t k, std::size_t element) const noexcept {
-    const std::byte* from = sample(k).data();
-    switch (info.type) {
-    case ElementType::Double: return element_at<double>(from, element);
-    case ElementType::Single: return element_at<float>(from, element);
-    case ElementType::Int8: return element_at<std::int8_t>(from, element);
-    case ElementType::Uint8: return element_at<std::uint8_t>(from, element);
-    case ElementType::Int16: return element_at<std::int16_t>(from, element);
-    case ElementType::Uint16: return element_at<std::uint16_t>(from, element);
-    case ElementType::Int32: return element_at<std::int32_t>(from, element);
-    case ElementType::Uint32: return element_at<std::uint32_t>(from, element);
-    case ElementType::Boolean: return element_at<std::uint8_t>(from, element);
-    }
-    return 0;
+    return element_at(info.type, sample(k).data(), element);
 }
 
 std::vector<double> Channel::values(std::size_t element) const {

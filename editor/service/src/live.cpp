@@ -1,8 +1,10 @@
 #include "live.hpp"
 
 #include "bf/base/value_text.hpp"
+#include "bf/recording/message.hpp"
 #include "frame.hpp"
 #include "json.hpp"
+#include "recordings.hpp"
 
 #include <algorithm>
 #include <boost/asio/connect.hpp>
@@ -37,53 +39,8 @@ constexpr auto before_again = std::chrono::seconds(1); ///< until the next attem
 /// The program does not say who made a change that was not asked for here, nor what follows from one that
 /// was.
 constexpr const char* elsewhere = "another viewer, or what follows";
-constexpr std::size_t most_changes = 100;  ///< that are listed
-constexpr std::size_t message_prefix = 12; ///< bytes of CDR before the values
-
-/// An element type of bf_msgs, and how it is read.
-struct ElementType {
-    const char* name;
-    std::size_t size;
-    double (*read)(const char* at);
-};
-template <class T> double read_as(const char* at) {
-    T value;
-    std::memcpy(&value, at, sizeof value);
-    return static_cast<double>(value);
-}
-constexpr ElementType element_types[] = {
-    {"Double", 8, read_as<double>},       {"Single", 4, read_as<float>},
-    {"Int8", 1, read_as<std::int8_t>},    {"Uint8", 1, read_as<std::uint8_t>},
-    {"Int16", 2, read_as<std::int16_t>},  {"Uint16", 2, read_as<std::uint16_t>},
-    {"Int32", 4, read_as<std::int32_t>},  {"Uint32", 4, read_as<std::uint32_t>},
-    {"Boolean", 1, read_as<std::uint8_t>}};
-
-struct Channel {
-    const ElementType* type = nullptr;
-    int elements = 1;
-};
-
-/// "bf_msgs/msg/Double3x4": what follows the name of the type, which may end with digits, are its sizes.
-Channel channel_of(std::string_view schema) {
-    schema.remove_prefix(std::min(schema.rfind('/') + 1, schema.size()));
-    Channel channel;
-    std::size_t longest = 0;
-    for (const auto& type : element_types)
-        if (const std::string_view name = type.name; schema.starts_with(name) && name.size() > longest) {
-            channel.type = &type;
-            longest = name.size();
-        }
-    schema.remove_prefix(longest);
-    for (int number = 0; const char c : std::string(schema) + "x") {
-        if (c == 'x') {
-            if (number > 0) channel.elements *= number;
-            number = 0;
-        } else if (c >= '0' && c <= '9' && number < 1'000'000) {
-            number = 10 * number + (c - '0');
-        }
-    }
-    return channel;
-}
+constexpr std::size_t most_changes = 100;                 ///< that are listed
+constexpr std::size_t most_bytes = std::size_t{64} << 20; ///< of a message
 
 struct Address {
     std::string host, port, target;
@@ -122,7 +79,7 @@ struct Live::Connection {
     void connect() {
         beast::error_code error;
         socket = std::make_unique<websocket::stream<tcp::socket>>(io);
-        socket->read_message_max(std::size_t{64} << 20);
+        socket->read_message_max(most_bytes);
         socket->set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
             request.set(beast::http::field::sec_websocket_protocol, "foxglove.websocket.v1");
         }));
@@ -241,14 +198,11 @@ struct Live::Connection {
             infos.clear();
             channels.clear();
             for (const auto& channel : json.value("channels", Json::array())) {
-                std::string path = channel.value("topic", "");
-                std::replace(path.begin(), path.end(), '/', '.');
-                const Channel made = channel_of(channel.value("schemaName", ""));
-                const auto number = channel.value("id", std::uint32_t{0});
-                if (!made.type) continue;
-                channels[number] = {made, static_cast<int>(infos.size())};
-                infos.push_back(
-                    {static_cast<int>(infos.size()), path.substr(path.starts_with('.')), made.elements});
+                const auto info = recording::channel_of(channel.value("schemaName", ""));
+                const int index = static_cast<int>(infos.size());
+                if (!info || info->elements() > most_bytes / sizeof(double)) continue;
+                channels[channel.value("id", std::uint32_t{0})] = {*info, index};
+                infos.push_back(described(index, recording::signal_of(channel.value("topic", "")), *info));
             }
         }
         enter(Running::running, "");
@@ -297,20 +251,21 @@ struct Live::Connection {
     /// Message data: opcode 1, the number of the subscription, which is that of the channel, the time in ns,
     /// CDR with the values behind its prefix.
     void take(const std::string& message) {
-        constexpr std::size_t header = 1 + 4 + 8;
-        if (message.size() < header + message_prefix || message[0] != 1) return;
+        constexpr std::size_t header = 1 + 4 + 8, begin = header + recording::message_prefix_bytes;
+        if (message.size() < begin || message[0] != 1) return;
         std::uint32_t number = 0;
         std::int64_t time = 0;
         std::memcpy(&number, &message[1], 4);
         std::memcpy(&time, &message[5], 8);
         const auto found = channels.find(number);
         if (found == channels.end()) return;
-        const auto& [channel, index] = found->second;
-        const auto elements = static_cast<std::size_t>(channel.elements);
-        if (message.size() < header + message_prefix + elements * channel.type->size) return;
-        append_piece(frame, static_cast<std::uint32_t>(index), 0, elements, static_cast<double>(time) / 1e9);
-        for (std::size_t i = 0; i < elements; ++i)
-            append(frame, channel.type->read(&message[header + message_prefix + i * channel.type->size]));
+        const auto& [info, index] = found->second;
+        if (message.size() < begin + info.bytes()) return;
+        append_piece(frame, static_cast<std::uint32_t>(index), 0, info.elements(),
+                     static_cast<double>(time) / 1e9);
+        const auto* const elements = reinterpret_cast<const std::byte*>(&message[begin]);
+        for (std::size_t i = 0; i < info.elements(); ++i)
+            append(frame, recording::element_at(info.type, elements, i));
         const std::lock_guard lock(mutex);
         state.time = state.reached = std::max(state.time, static_cast<double>(time) / 1e9);
     }
@@ -354,7 +309,8 @@ struct Live::Connection {
     beast::flat_buffer buffer;
     std::deque<std::string> queue;
     bool is_writing = false;
-    std::map<std::uint32_t, std::pair<Channel, int>> channels; ///< by number, with the index of the signal
+    std::map<std::uint32_t, std::pair<recording::ChannelInfo, int>>
+        channels; ///< by number, with the index of the signal
     std::set<std::uint32_t> subscribed;
     std::set<int> wanted; ///< signals
     std::string frame, refusal;

@@ -16,6 +16,9 @@ enum class ElementType : std::uint8_t { Double, Single, Int8, Uint8, Int16, Uint
 /// Bytes of one element.
 std::size_t size_of(ElementType type) noexcept;
 
+/// Element `i`, from 0, of elements that stand one after the other; exact for every type.
+double element_at(ElementType type, const std::byte* elements, std::size_t i) noexcept;
+
 /// "double", "single", "int8" ... "uint32", "boolean".
 const char* name_of(ElementType type) noexcept;
 

@@ -110,7 +110,6 @@ const CDefinitions& c_matrix_definitions() {
     return @lu_solve@(work, y, n, n);
 }
 )"},
-        // l holds (a; transpose(b)), which becomes (L; transpose(x)).
         // a = u d transpose(u), in z u d with 1/d on its diagonal below transpose(b); as in the kernel, four
         // columns from low to high leave out what is 0 for all of them.
         {"cholesky_solve",
@@ -143,8 +142,9 @@ const CDefinitions& c_matrix_definitions() {
             }
         }
         const @T@ pivot = z[cols + j + (j * height)];
-        positive = positive && (pivot > @zero@) && (isfinite(pivot) != 0);
-        z[cols + j + (j * height)] = @one@ / pivot;
+        const bool is_good = (pivot > @zero@) && (isfinite(pivot) != 0);
+        positive = positive && is_good;
+        z[cols + j + (j * height)] = is_good ? (@one@ / pivot) : (@T@)NAN;
     }
     for (int32_t j = 0; j < n; ++j) {
         const int32_t low = (j < fours) ? (j - (j % 4)) : j;

@@ -2,6 +2,8 @@
 
 #include "bf/kernels/matrix.hpp"
 
+#include <limits>
+
 /// Inverses and linear equations. Every kernel returns false when its matrix is singular (to working
 /// precision where stated); the output then holds what IEEE arithmetic gives, infinities and NaN. `work`
 /// needs at least the number of elements stated and shares no memory with the rest. Reference: Golub & Van
@@ -143,8 +145,9 @@ constexpr bool factor_columns(T* z, int m, int n, int j, T* packed) noexcept {
 #pragma GCC unroll 4
             for (int k = 0; k < c; ++k) v -= y[m + j - r - k * height] * corner[k * C + c];
             if (r == c) {
-                positive = positive && v > T(0) && v - v == T(0);
-                v = inverse = T(1) / v;
+                const bool is_good = v > T(0) && v - v == T(0);
+                positive = positive && is_good;
+                v = inverse = is_good ? T(1) / v : std::numeric_limits<T>::quiet_NaN();
                 corner[c * C + c] = T(1);
             } else {
                 corner[c * C + r] = v * inverse;
@@ -222,7 +225,7 @@ struct Inverse {
 /// x = a⁻¹ b for symmetric positive definite a = U D Uᵀ, U upper triangular with ones on its diagonal, D
 /// diagonal; only the lower triangle of a is read; a is n × n. Zeros cost nothing where U keeps them: in the
 /// mass matrix of a tree whose bodies stand behind their parents it keeps all (Featherstone 2008, §6.5).
-/// False if a is not positive definite; x is then of no use. work: n² + n (m + 8) for b of n × m.
+/// False if a is not positive definite; x is then not finite. work: n² + n (m + 8) for b of n × m.
 struct CholeskySolve {
     static constexpr const char* name = "bf::kernels::CholeskySolve{}";
     static constexpr char failure[] =

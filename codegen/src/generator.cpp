@@ -15,10 +15,7 @@ const Slot& slot_of(const Block& block, int slot) {
     return block.resolution().slots[static_cast<std::size_t>(slot)];
 }
 
-bool is_state(const Slot& slot) {
-    return slot.size.count() > 0 &&
-           (slot.role == Role::discrete_state || slot.role == Role::continuous_state);
-}
+bool has_state(const Slot& slot) { return slot.size.count() > 0 && is_state(slot.role); }
 
 std::string extents(const Size& size) { return number(size.rows) + ", " + number(size.cols); }
 
@@ -119,7 +116,7 @@ void Generator::place(const Node::End& end, const char* structure, std::vector<F
     const std::string member = unique_identifier(path, taken_[structure]);
     places_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {
         in_structure(structure), member};
-    if (slot.role == Role::discrete_state || slot.role == Role::continuous_state)
+    if (is_state(slot.role))
         next_[static_cast<std::size_t>(end.node)][static_cast<std::size_t>(end.slot)] = {
             in_structure(slot.role == Role::discrete_state ? "next_" : "after_"), member};
     fields.push_back({end, member, path, &slot});
@@ -416,7 +413,7 @@ std::string Generator::event(int n) {
     std::string text, begin, end;
     const auto& slots = block(n).resolution().slots;
     for (std::size_t s = 0; s < slots.size(); ++s) {
-        if (!is_state(slots[s]) || std::none_of(rules.begin(), rules.end(), [&](const Call& call) {
+        if (!has_state(slots[s]) || std::none_of(rules.begin(), rules.end(), [&](const Call& call) {
                 return call.writes(static_cast<int>(s));
             }))
             continue;
@@ -446,7 +443,7 @@ std::string Generator::set(int number) const {
     if (is_dynamic()) return "hosted_->set(" + codegen::number(number) + ");\n";
     if (is_hosted(node)) { // its arguments, which may change at the start, may decide about its states
         const auto& slots = block(node).resolution().slots;
-        const bool is_first = std::none_of(slots.begin(), slots.begin() + s, is_state);
+        const bool is_first = std::none_of(slots.begin(), slots.begin() + s, has_state);
         return is_first ? "hosted_->set_states(" + codegen::number(hosted_number(node)) + ");\n" : "";
     }
     const std::string target = place_of(quantity).text();

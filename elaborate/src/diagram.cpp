@@ -45,6 +45,15 @@ int Diagram::find_node(const std::string& path) const {
     return -1;
 }
 
+Node::End Diagram::find_parameter(const std::string& path) const {
+    const auto dot = path.rfind('.');
+    const int node = dot == path.npos ? -1 : find_node(path.substr(0, dot));
+    if (node < 0) return {};
+    const auto& declaration = nodes[static_cast<std::size_t>(node)].block->declaration();
+    const int slot = declaration.find(path.substr(dot + 1), Role::parameter);
+    return slot < 0 ? Node::End() : Node::End{node, slot};
+}
+
 std::vector<SignalName> Diagram::signals() const {
     std::vector<char> is_outlet(nodes.size());
     for (const auto& condition : conditions)

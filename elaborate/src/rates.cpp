@@ -167,7 +167,7 @@ class Rates {
             !d.derivative_rules.empty() || !d.objects.empty())
             return false;
         for (const auto& slot : d.slots)
-            if (slot.role == Role::discrete_state || slot.role == Role::continuous_state) return false;
+            if (is_state(slot.role)) return false;
         for (const Call& call : d.output_rules)
             for (const auto& operand : call.operands)
                 if (operand.source == Call::Source::time || operand.source == Call::Source::period)

@@ -12,10 +12,6 @@ namespace bf {
 
 namespace {
 
-bool is_state(const Slot& slot) {
-    return slot.role == Role::discrete_state || slot.role == Role::continuous_state;
-}
-
 /// Bytes of a snapshot that are neither signals nor parameters, states or clocks: what blocks keep outside.
 std::size_t outside_bytes(const Simulation& run) {
     const Context& context = run.context();
@@ -73,7 +69,7 @@ Handover handover(const Simulation& before, const Simulation& after) {
     for (const auto& node : from.nodes) {
         const int other = counterpart(to, node);
         for (const auto& slot : node.block->resolution().slots) {
-            if (!is_state(slot)) continue;
+            if (!is_state(slot.role)) continue;
             const std::string state = "'" + node.path + "." + slot.name + "'";
             const int index = other < 0 ? -1 : counterpart(slots_of(to, other), slot);
             if (index < 0)
@@ -85,7 +81,7 @@ Handover handover(const Simulation& before, const Simulation& after) {
     for (const auto& node : to.nodes) {
         const int other = counterpart(from, node);
         for (const auto& slot : node.block->resolution().slots)
-            if (is_state(slot) && (other < 0 || counterpart(slots_of(from, other), slot) < 0))
+            if (is_state(slot.role) && (other < 0 || counterpart(slots_of(from, other), slot) < 0))
                 found.begun.push_back(node.path + "." + slot.name);
     }
     if (outside_bytes(before) > 0 && !have_same_outside(before, after))
@@ -143,7 +139,7 @@ void Simulation::go_on_from(const Simulation& other) {
         if (its < 0 || diagram_.nodes[n].rate == constant_rate) continue;
         const auto& slots = slots_of(diagram_, static_cast<int>(n));
         for (std::size_t i = 0; i < slots.size(); ++i) {
-            if (!is_state(slots[i]) && slots[i].role != Role::output) continue;
+            if (!is_state(slots[i].role) && slots[i].role != Role::output) continue;
             const int k = counterpart(slots_of(other.diagram_, its), slots[i]);
             if (k < 0 || !fits(slots[i], other.diagram_.slot({its, k}))) continue;
             const auto size = static_cast<std::size_t>(slots[i].size.count() * bytes(slots[i].type));

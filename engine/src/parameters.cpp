@@ -11,12 +11,8 @@ namespace bf {
 ParameterChange Simulation::prepare(const std::vector<ParameterValue>& changes) {
     ParameterChange result;
     for (const auto& [path, values] : changes) {
-        const auto dot = path.rfind('.');
-        const int node = dot == std::string::npos ? -1 : diagram_.find_node(path.substr(0, dot));
-        const int slot = node < 0 ? -1
-                                  : diagram_.nodes[static_cast<std::size_t>(node)].block->declaration().find(
-                                        path.substr(dot + 1), Role::parameter);
-        if (slot < 0) {
+        const auto [node, slot] = diagram_.find_parameter(path);
+        if (node < 0) {
             std::vector<std::string> names;
             for (const auto& parameter : parameters()) names.push_back(parameter.path);
             throw RunError("there is no parameter '" + path + "'" + did_you_mean(path, names) +

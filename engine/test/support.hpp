@@ -56,4 +56,33 @@ class Session {
     Registry registry_;
 };
 
+/// Several rates and offsets, a continuous state, an enabled and a triggered subsystem.
+inline const std::string multirate = R"m(
+model: m
+step: 0.1
+blocks:
+  sine: {block: Sine, frequency: "[3 5]"}
+  gain: {block: Gain, K: 2}
+  slow: {block: DiscreteIntegrator, period: 0.3, offset: 0.1}
+  fast: {block: DiscreteIntegrator}
+  plant: {block: Integrator}
+  on: {block: Pulse, period: 0.4, width: 0.2, delay: 0.2}
+  s:
+    execution: enabled
+    states: reset
+    inputs: [u]
+    outputs: [y]
+    blocks:
+      i: {block: DiscreteIntegrator}
+    connections: {u: i, i: y}
+  t:
+    execution: triggered
+    inputs: [u]
+    outputs: [y]
+    blocks:
+      j: {block: DiscreteIntegrator}
+    connections: {u: j, j: y}
+connections: {sine: [gain, s.u, t.u], gain: [slow, fast, plant], on: [s.enable, t.trigger]}
+)m";
+
 } // namespace bf::test

@@ -67,8 +67,7 @@ inline void randomise(RunBlock& run, std::mt19937& random) {
 inline std::vector<std::vector<std::byte>> observe(RunBlock& run) {
     std::vector<std::vector<std::byte>> all;
     for (std::size_t i = 0; i < run.resolution().slots.size(); ++i)
-        if (const Role role = run.resolution().slots[i].role;
-            role == Role::output || role == Role::discrete_state || role == Role::continuous_state)
+        if (const Role role = run.resolution().slots[i].role; role == Role::output || is_state(role))
             all.push_back(bytes_of(run, static_cast<int>(i)));
     return all;
 }

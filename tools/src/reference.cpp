@@ -48,8 +48,7 @@ std::string quantity_table(const Declared& block, Role role, const std::string& 
         if (q.role == role)
             rows.push_back({code(q.name), q.size, q.type, markdown(q.unit), code(q.initial),
                             markdown(with_limits(q.doc, q.limits, q.at_least)), code(q.condition)});
-    const bool is_state = role == Role::discrete_state || role == Role::continuous_state;
-    const char* initial = is_state ? "at the start" : role == Role::input ? "unconnected" : "default";
+    const char* initial = is_state(role) ? "at the start" : role == Role::input ? "unconnected" : "default";
     return rows.empty() ? "" : table({head, "size", "type", "unit", initial, "meaning", "only with"}, rows);
 }
 

@@ -28,21 +28,11 @@ std::string given(const Diagram& diagram, const std::string& name) {
     for (const auto& definition : diagram.definitions)
         if (definition.kind == Definition::Kind::variable && definition.path == name)
             return definition.value.to_text();
-    const auto dot = std::min(name.rfind('.'), name.size());
-    const int node = diagram.find_node(name.substr(0, dot));
-    if (node < 0 || dot == name.size()) return "";
-    const Block& block = *diagram.nodes[static_cast<std::size_t>(node)].block;
-    const int slot = block.declaration().find(name.substr(dot + 1), Role::parameter);
-    if (slot < 0) return "";
+    const Node::End parameter = diagram.find_parameter(name);
+    if (parameter.node < 0) return "";
     std::string text = "given";
-    for (const double x : diagram.slot({node, slot}).initial) text += " " + number_text(x);
+    for (const double x : diagram.slot(parameter).initial) text += " " + number_text(x);
     return text;
-}
-
-bool is_same_value(const std::pair<std::string, Value>& a, const std::pair<std::string, Value>& b) {
-    const Value &x = a.second, &y = b.second;
-    return a.first == b.first && x.kind == y.kind && x.type == y.type && x.rows == y.rows &&
-           x.cols == y.cols && x.data == y.data && x.text == y.text && x.texts == y.texts;
 }
 
 } // namespace
@@ -57,8 +47,7 @@ bool is_same_run(const Diagram& a, const Diagram& b) {
     for (std::size_t n = 0; n < a.nodes.size(); ++n) {
         const auto &one = a.nodes[n].block->resolution().slots, &other = b.nodes[n].block->resolution().slots;
         const auto is_same = [](const Slot& x, const Slot& y) { return x.initial == y.initial; };
-        if (!std::ranges::equal(a.nodes[n].arguments, b.nodes[n].arguments, is_same_value) ||
-            !std::ranges::equal(one, other, is_same))
+        if (a.nodes[n].arguments != b.nodes[n].arguments || !std::ranges::equal(one, other, is_same))
             return false;
     }
     const auto is_same = [](const Definition& x, const Definition& y) {

@@ -122,8 +122,7 @@ class Context {
 template <class F> void for_each_initial(const Block& block, int node, F&& f) {
     const auto& slots = block.resolution().slots;
     for (int i = 0; i < static_cast<int>(slots.size()); ++i)
-        if (const Slot& slot = slots[static_cast<std::size_t>(i)];
-            slot.role == Role::discrete_state || slot.role == Role::continuous_state)
+        if (const Slot& slot = slots[static_cast<std::size_t>(i)]; is_state(slot.role))
             f(Node::End{node, i}, slot.initial_from < 0 ? Node::End() : Node::End{node, slot.initial_from},
               slot.initial);
 }

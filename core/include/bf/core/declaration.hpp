@@ -90,6 +90,7 @@ enum class Role : std::uint8_t {
     guard
 };
 const char* name(Role role);
+constexpr bool is_state(Role role) { return role == Role::discrete_state || role == Role::continuous_state; }
 
 /// What the values of a parameter or argument may be.
 using kernels::Limits;

@@ -34,6 +34,8 @@ struct Value {
 
     /// What a message calls it: "a text", "a 3x4 matrix", "0.5".
     std::string describe() const;
+
+    bool operator==(const Value&) const = default;
 };
 
 /// The values given to one block, by name.

@@ -194,6 +194,8 @@ struct Diagram {
     std::vector<SignalName> match_signals(const std::string& pattern) const;
     /// The node of that path, or -1.
     int find_node(const std::string& path) const;
+    /// "block.parameter"; node -1 when there is none.
+    Node::End find_parameter(const std::string& path) const;
     const Slot& slot(const Node::End& end) const {
         return nodes[static_cast<std::size_t>(end.node)].block->resolution().slots[static_cast<std::size_t>(
             end.slot)];

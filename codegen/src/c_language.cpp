@@ -257,7 +257,7 @@ const CDefinitions of_reals{
         const int32_t end = ((n > 1) && (at > x[n - 1])) ? (n - 1) : 0;
         y = v[end] + (clips ? @zero@ : (slope[end] * (at - x[end])));
     } else {
-        // of NaN NaN
+        // y = at, which is NaN
     }
     return y;
 }

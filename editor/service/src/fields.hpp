@@ -3,6 +3,7 @@
 #include "bf/base/fields.hpp"
 #include "bf/model/choices.hpp"
 #include "bf/service/protocol.hpp"
+#include "bf/view/theme.hpp"
 
 /// The members of what is said between page and service, listed once: JSON and TypeScript follow from the
 /// lists.
@@ -10,8 +11,11 @@ namespace bf {
 
 namespace words {
 
-inline const Words style = {"body",  "symbol", "value",     "name",  "port",    "wire",   "branch",
-                            "label", "note",   "highlight", "added", "removed", "changed"};
+inline const Words style = [] {
+    Words all;
+    for (const auto& ink : editor::theme) all.emplace_back(editor::name(ink.style)); // in order
+    return all;
+}();
 inline const Words align = {"start", "middle", "end"};
 inline const Words shape = {"polygon", "line", "curve", "ellipse", "text"};
 inline const Words element = {"block", "subsystem", "input", "output", "wire", "note"};

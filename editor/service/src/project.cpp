@@ -347,14 +347,18 @@ void Project::edit(const model::Operation& operation) {
         return other.shared;
     });
     for (auto& [other, model] : others) other->history.replace(other->model, std::move(model));
+    const auto take_back = [&] {
+        document->history.undo(document->model);
+        for (auto& [other, model] : others) other->history.undo(other->model);
+        link_all();
+    };
     if (extract) { // the content becomes a file of its own
         auto made = std::make_unique<Document>();
         made->file = beside(extract->file);
         made->model = *model::find(std::as_const(document->model), extract->path)->reference->model;
         made->save();
         if (made->is_unwritten) {
-            document->history.undo(document->model);
-            link_all();
+            take_back();
             throw model::Errors({{{}, extract->path, made->failure, "give a place that can be written"}});
         }
         documents_.push_back(std::move(made));
@@ -363,9 +367,7 @@ void Project::edit(const model::Operation& operation) {
     std::vector<model::Diagnostic> broken = wrong();
     std::erase_if(broken, [&](const model::Diagnostic& d) { return known.contains(d.text()); });
     if (!broken.empty()) {
-        document->history.undo(document->model);
-        for (auto& [other, model] : others) other->history.undo(other->model);
-        link_all();
+        take_back();
         throw model::Errors(std::move(broken));
     }
     Step step{document};

@@ -16,6 +16,7 @@ struct Ink {
     double width = 1.3;
 };
 
+/// In the order of Style.
 inline constexpr Ink theme[] = {{Style::body, "#3a424e", "#97a1b0", "#ffffff", "#242830"},
                                 {Style::symbol, "#3a424e", "#c3cad4"},
                                 {Style::value, "#1d2127", "#e4e7eb"},

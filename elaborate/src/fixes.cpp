@@ -42,10 +42,8 @@ model::Fix renamed_signal(const model::Model& model, const std::string& path, co
 
 std::vector<model::Fix> inserted_transition(const model::Model& model, const std::string& path,
                                             const std::string& input, const std::string& period) {
-    const auto dot = path.rfind('.');
-    const std::string system = dot == path.npos ? "" : path.substr(0, dot), name = path.substr(dot + 1);
-    const model::Block* around = system.empty() ? nullptr : model::find(model, system);
-    const model::System* content = system.empty() ? &model.root : around ? around->content() : nullptr;
+    const auto [system, name] = model::split_last(path);
+    const model::System* const content = model::find_system(model, system);
     if (!content) return {};
     const auto is_taken = [&](const std::string& wanted) {
         return content->find_block(wanted) || content->find_input(wanted) || content->find_output(wanted);

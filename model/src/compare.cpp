@@ -12,15 +12,6 @@ namespace {
 
 using Kind = Distinction::Kind;
 
-std::string joined(const std::string& path, const std::string& name) {
-    return path.empty() || name.empty() ? path + name : path + "." + name;
-}
-
-std::string parent_of(const std::string& path) {
-    const auto dot = path.rfind('.');
-    return dot == path.npos ? "" : path.substr(0, dot);
-}
-
 /// Members that are said in one line.
 template <typename T>
 constexpr bool is_said = std::is_same_v<T, std::string> || std::is_same_v<T, bool> || std::is_enum_v<T> ||
@@ -135,7 +126,7 @@ class Comparison {
   private:
     void add(Kind kind, const std::string& path, const std::string& what, const std::string& before,
              const std::string& after) {
-        add_in(parent_of(path), kind, path, what, before, after);
+        add_in(split_last(path).first, kind, path, what, before, after);
     }
     void add_in(const std::string& system, Kind kind, const std::string& path, const std::string& what,
                 const std::string& before, const std::string& after) {
@@ -259,13 +250,9 @@ class Comparison {
 /// Renames blocks of `before` that `after` has under another name, within the subsystem at `path`.
 void follow_renames(Model& before, const Model& after, const std::string& path,
                     std::vector<Distinction>& found) {
-    const auto own_system = [&](const Model& model) {
-        const Block* const block = path.empty() ? nullptr : find(model, path);
-        return path.empty() ? &model.root : block ? block->system.get() : nullptr;
-    };
-    const System* const now = own_system(after);
-    if (!now || !own_system(before)) return;
-    const auto rename = [&](const std::string old, const std::string& name) {
+    const System* const now = find_system(after, path);
+    if (!find_system(before, path)) return;
+    const auto rename = [&](std::string old, const std::string& name) {
         edit(before, operations::Rename{joined(path, old), name});
         found.push_back({Kind::renamed, joined(path, name), path, "", old, name});
     };
@@ -275,8 +262,8 @@ void follow_renames(Model& before, const Model& after, const std::string& path,
             if (!other.find_block(block.name)) blocks.push_back(&block);
         return blocks;
     };
-    for (const Block* block : lacking(*now, *own_system(before)))
-        for (const Block* gone : lacking(*own_system(before), *now)) {
+    for (const Block* block : lacking(*now, *find_system(before, path)))
+        for (const Block* gone : lacking(*find_system(before, path), *now)) {
             Block old = *gone;
             old.name = block->name;
             if (old == *block) {
@@ -284,7 +271,8 @@ void follow_renames(Model& before, const Model& after, const std::string& path,
                 break;
             }
         }
-    const auto gone = lacking(*own_system(before), *now), come = lacking(*now, *own_system(before));
+    const auto gone = lacking(*find_system(before, path), *now),
+               come = lacking(*now, *find_system(before, path));
     if (gone.size() == 1 && come.size() == 1 && said(*gone[0]) == said(*come[0]))
         rename(gone[0]->name, come[0]->name);
     for (const Block& block : now->blocks)

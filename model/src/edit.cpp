@@ -14,13 +14,17 @@ void walk_system(const System& system, const std::string& prefix,
     }
 }
 
-System* find_system(Model& model, std::string_view path) {
-    if (path.empty()) return &model.root;
-    Block* block = find(model, path);
-    return block ? block->system.get() : nullptr;
+} // namespace
+
+std::string joined(std::string_view system, std::string_view name) {
+    return system.empty() ? std::string(name) : std::string(system) + "." + std::string(name);
 }
 
-} // namespace
+std::pair<std::string, std::string> split_last(std::string_view path) {
+    const std::size_t dot = path.rfind('.');
+    if (dot == path.npos) return {"", std::string(path)};
+    return {std::string(path.substr(0, dot)), std::string(path.substr(dot + 1))};
+}
 
 const Block* find(const Model& model, std::string_view path) {
     const System* system = &model.root;
@@ -38,6 +42,18 @@ Block* find(Model& model, std::string_view path) {
     const auto [parent, name] = split_last(path);
     System* system = find_system(model, parent);
     return system ? system->find_block(name) : nullptr;
+}
+
+const System* find_system(const Model& model, std::string_view path) {
+    if (path.empty()) return &model.root;
+    const Block* block = find(model, path);
+    return block ? block->content() : nullptr;
+}
+
+System* find_system(Model& model, std::string_view path) {
+    if (path.empty()) return &model.root;
+    Block* block = find(model, path);
+    return block ? block->system.get() : nullptr;
 }
 
 void walk(const Model& model, const std::function<void(const std::string&, const Block&)>& visit) {

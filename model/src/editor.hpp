@@ -6,12 +6,6 @@
 /// How operations change a model, which is a copy that is thrown away when one refuses.
 namespace bf::model {
 
-/// The path of `name` in the system at `system`.
-std::string joined(std::string_view system, std::string_view name);
-
-/// "a.b.c" -> ("a.b", "c"), "a" -> ("", "a").
-std::pair<std::string, std::string> split_last(std::string_view path);
-
 /// What follows `prefix` in `path`: "" or ".rest"; nothing if `path` is not it nor under it.
 std::optional<std::string> rest_under(std::string_view path, std::string_view prefix);
 

@@ -148,16 +148,6 @@ void require_no_worse(const Model& before, const Model& after) {
 
 } // namespace
 
-std::string joined(std::string_view system, std::string_view name) {
-    return system.empty() ? std::string(name) : std::string(system) + "." + std::string(name);
-}
-
-std::pair<std::string, std::string> split_last(std::string_view path) {
-    const std::size_t dot = path.rfind('.');
-    if (dot == path.npos) return {"", std::string(path)};
-    return {std::string(path.substr(0, dot)), std::string(path.substr(dot + 1))};
-}
-
 std::optional<std::string> rest_under(std::string_view path, std::string_view prefix) {
     if (!path.starts_with(prefix)) return {};
     path.remove_prefix(prefix.size());
@@ -634,8 +624,7 @@ std::vector<Property> properties(const Model& model, const std::string& path) {
         return all;
     }
     const auto [parent, name] = split_last(path);
-    const Block* const around = parent.empty() ? nullptr : find(model, parent);
-    const System* const system = parent.empty() ? &model.root : around ? around->content() : nullptr;
+    const System* const system = find_system(model, parent);
     const Block* const block = system ? system->find_block(name) : nullptr;
     if (block) {
         const auto keep = [&](std::initializer_list<std::string_view> names) {

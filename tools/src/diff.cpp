@@ -38,8 +38,7 @@ void print_json(const std::vector<model::Distinction>& distinctions) {
 
 /// The subsystem, or nothing where there is none of that path.
 editor::Drawing draw(const std::string& file, const model::Model& model, const std::string& system) {
-    const model::Block* const block = system.empty() ? nullptr : model::find(model, system);
-    if (!system.empty() && (!block || !block->content())) return {};
+    if (!model::find_system(model, system)) return {};
     const ExaminedModel examined = examine_model({.file = file});
     return editor::draw(model, system, examined.diagram, examined.diagnostics);
 }

@@ -13,15 +13,10 @@ namespace bf::service {
 namespace {
 
 const model::System& system_at(const model::Model& model, const std::string& path) {
-    const model::Block* const block = path.empty() ? nullptr : model::find(model, path);
-    const model::System* const system = path.empty() ? &model.root : block ? block->content() : nullptr;
+    const model::System* const system = model::find_system(model, path);
     if (!system)
         throw model::Errors({{{}, path, "there is no subsystem of that path", "look at the model's blocks"}});
     return *system;
-}
-
-std::string joined(const std::string& system, const std::string& name) {
-    return system.empty() ? name : system + "." + name;
 }
 
 /// "gain" -> "gain2", "gain2" -> "gain3".
@@ -46,7 +41,7 @@ std::string copied(const model::Model& model, const std::string& system,
     for (const auto& name : names)
         if (!from.find_block(name))
             throw model::Errors(
-                {{{}, joined(system, name), "there is no block of that path", "copy blocks alone"}});
+                {{{}, model::joined(system, name), "there is no block of that path", "copy blocks alone"}});
     for (model::Connection wire : from.connections) {
         std::erase_if(wire.to, [&](const model::Endpoint& end) { return !part.root.find_block(end.block); });
         if (!wire.to.empty() && part.root.find_block(wire.from.block))
@@ -99,13 +94,14 @@ model::Operation pasted(const model::Model& model, const std::string& system, co
             system, std::move(block), {}, is_placed ? moved(placed->at) : model::Point{at.x, at.y + below}});
         if (!is_placed) below += 80;
         if (is_placed && placed->size)
-            batch.operations.emplace_back(op::Resize{joined(system, name), placed->size});
-        if (is_placed && placed->flipped) batch.operations.emplace_back(op::Flip{joined(system, name)});
+            batch.operations.emplace_back(op::Resize{model::joined(system, name), placed->size});
+        if (is_placed && placed->flipped)
+            batch.operations.emplace_back(op::Flip{model::joined(system, name)});
     }
     const auto renamed = [&](const std::string& path) {
         const auto dot = std::min(path.find('.'), path.size());
         const auto found = names.find(path.substr(0, dot));
-        return found == names.end() ? std::string() : joined(system, found->second + path.substr(dot));
+        return found == names.end() ? std::string() : model::joined(system, found->second + path.substr(dot));
     };
     for (const auto& placement : part.layout.blocks) { // inside of subsystems
         const std::string path = renamed(placement.path);

@@ -3,6 +3,7 @@
 #include "bf/matlab/error.hpp"
 #include "bf/matlab/formula.hpp"
 #include "bf/model/edit.hpp"
+#include "inspect.hpp"
 
 #include <deque>
 #include <unordered_map>
@@ -47,25 +48,21 @@ Evaluated evaluated(const model::Model& model, const Diagram& diagram, const std
     std::deque<matlab::Workspace> scopes; // each refers to the one around it
     for (std::size_t end = 0;;) {
         const std::string path = system.substr(0, end);
-        const model::Block* block = path.empty() ? nullptr : model::find(model, path);
-        const model::System* content = path.empty() ? &model.root : block ? block->content() : nullptr;
+        const model::System* content = model::find_system(model, path);
         const matlab::Workspace* around = scopes.empty() ? nullptr : &scopes.back();
         matlab::Workspace& scope = scopes.emplace_back(around);
         if (content) {
             for (const auto& enumeration : content->enumerations)
                 scope.set(enumeration.name, value_of(enumeration));
             for (const auto& variable : content->variables)
-                if (auto value =
-                        value_of(variable, path.empty() ? variable.name : path + "." + variable.name, known))
+                if (auto value = value_of(variable, model::joined(path, variable.name), known))
                     scope.set(variable.name, std::move(*value));
         }
         if (end >= system.size()) break;
         end = std::min(system.find('.', end + 1), system.size());
     }
     try {
-        constexpr std::size_t most = 200;
-        const std::string value = matlab::evaluate(text, scopes.back()).to_text();
-        return {value.size() > most ? value.substr(0, most) + "…" : value, ""};
+        return {shortened(matlab::evaluate(text, scopes.back()).to_text()), ""};
     } catch (const matlab::Error& error) {
         return {"", error.message()};
     }

@@ -18,7 +18,7 @@ class Finder {
     void look_into(const model::System& system, const std::string& path) {
         for (const auto* ports : {&system.inputs, &system.outputs})
             for (const auto& port : *ports) {
-                const std::string at = path.empty() ? port.name : path + "." + port.name;
+                const std::string at = model::joined(path, port.name);
                 look(names_, port.name, {at, ports == &system.inputs ? "input" : "output", port.doc});
                 look(texts_, port.doc, {at, "doc", port.doc});
             }

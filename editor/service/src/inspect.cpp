@@ -42,7 +42,7 @@ Inspection inspected(Registry& registry, const model::Model& m, const Diagram& d
     const model::Block* block = path.empty() ? nullptr : model::find(m, path);
     Inspection seen;
     seen.path = path;
-    seen.title = path.empty() ? m.name : path.substr(path.rfind('.') + 1);
+    seen.title = path.empty() ? m.name : model::split_last(path).second;
     const auto values = values_under(diagram, path);
     const auto value = [&](const std::string& name) {
         const auto found = values.find(name);

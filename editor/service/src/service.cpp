@@ -247,8 +247,7 @@ struct Service::State {
 
     bool leads_to(const std::string& system, const std::string& path) const {
         const model::Model& m = project->model();
-        const model::Block* block = system.empty() ? nullptr : model::find(m, system);
-        const model::System* content = system.empty() ? &m.root : block ? block->content() : nullptr;
+        const model::System* content = model::find_system(m, system);
         if (!content) return false;
         const std::string end = system.empty() ? path : path.substr(system.size() + 1);
         return std::ranges::any_of(content->connections, [&](const model::Connection& connection) {
@@ -260,10 +259,7 @@ struct Service::State {
     void note_placing(const model::Operation& operation, std::set<std::string>& systems) const {
         namespace op = model::operations;
         if (const auto* add = std::get_if<op::Add>(&operation); add && add->at) systems.insert(add->system);
-        const auto around = [](const std::string& path) {
-            const auto dot = path.rfind('.');
-            return dot == std::string::npos ? "" : path.substr(0, dot);
-        };
+        const auto around = [](const std::string& path) { return model::split_last(path).first; };
         const auto note_around = [&](const std::string& path) { systems.insert(around(path)); };
         if (const auto* move = std::get_if<op::Move>(&operation)) note_around(move->path);
         if (const auto* flip = std::get_if<op::Flip>(&operation)) note_around(flip->path);
@@ -312,17 +308,14 @@ struct Service::State {
             for (const auto& a : what.arguments)
                 if (a.name == asked.name && (a.type == "text" || !a.choices.empty())) return {};
         }
-        const auto dot = asked.path.rfind('.');
-        const std::string around = dot == asked.path.npos ? "" : asked.path.substr(0, dot);
-        return evaluated(project->model(), diagram(), around, asked.text);
+        return evaluated(project->model(), diagram(), model::split_last(asked.path).first, asked.text);
     }
 
     Hits find(int, const Find& asked) { return found_in(project->model(), asked.text); }
 
     Variables variables(int, const InSystem& asked) {
         const model::Model& m = project->model();
-        const model::Block* block = asked.system.empty() ? nullptr : model::find(m, asked.system);
-        const model::System* system = asked.system.empty() ? &m.root : block ? block->content() : nullptr;
+        const model::System* system = model::find_system(m, asked.system);
         if (!system) throw Refusal("there is no subsystem '" + asked.system + "'");
         return variables_of(*system, asked.system, diagram());
     }

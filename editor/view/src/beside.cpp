@@ -1,5 +1,6 @@
 #include "bf/view/draw.hpp"
 
+#include "bf/model/edit.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -50,11 +51,8 @@ Outlines outlines_of(const std::vector<model::Distinction>& distinctions, Kind t
         } else {
             outlines.emplace(d.path, Style::changed);
         }
-        for (std::string path = d.system; !path.empty();) {
+        for (std::string path = d.system; !path.empty(); path = model::split_last(path).first)
             outlines.emplace(path, Style::changed);
-            const auto dot = path.rfind('.');
-            path.erase(dot == path.npos ? 0 : dot);
-        }
     }
     return outlines;
 }

@@ -14,9 +14,7 @@ namespace bf::editor {
 
 namespace {
 
-std::string joined(const std::string& system, const std::string& name) {
-    return system.empty() ? name : system + "." + name;
-}
+using model::joined;
 
 std::string rate_text(const Diagram& diagram, int rate) {
     if (rate == constant_rate) return "constant";
@@ -386,11 +384,8 @@ class Drawer {
     void mark(Drawing& drawing, const std::vector<model::Diagnostic>& diagnostics) const {
         std::unordered_map<std::string, std::vector<const model::Diagnostic*>> by_path;
         for (const auto& d : diagnostics)
-            for (std::string path = d.path; !path.empty();) {
+            for (std::string path = d.path; !path.empty(); path = model::split_last(path).first)
                 by_path[path].push_back(&d);
-                const auto dot = path.rfind('.');
-                path.erase(dot == path.npos ? 0 : dot);
-            }
         for (auto& element : drawing.elements) {
             const bool is_wire = element.kind == Element::Kind::wire;
             const auto found = by_path.find(is_wire ? inputs_.at(element.path) : element.path);

@@ -1,6 +1,7 @@
 #include "item.hpp"
 
 #include "bf/base/numbers.hpp"
+#include "bf/model/edit.hpp"
 #include "symbol.hpp"
 #include "text.hpp"
 
@@ -147,7 +148,7 @@ void add_pins(Item& item, const PortNames& ports) {
 
 } // namespace
 
-std::string last_name(const std::string& path) { return path.substr(path.rfind('.') + 1); }
+std::string last_name(const std::string& path) { return model::split_last(path).second; }
 
 Item port_item(const model::Port& port, bool is_output) {
     Item item;

@@ -3,12 +3,25 @@
 #include "bf/model/model.hpp"
 
 #include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
 
 namespace bf::model {
 
 /// The block at a dotted path, such as `controller.pd`; null if there is none.
 const Block* find(const Model& model, std::string_view path);
 Block* find(Model& model, std::string_view path); ///< looks into subsystems of this document only
+
+/// The system at a dotted path, the model's own at the empty one; null if no subsystem stands there.
+const System* find_system(const Model& model, std::string_view path);
+System* find_system(Model& model, std::string_view path); ///< subsystems of this document only
+
+/// The path of `name` in the system at `system`.
+std::string joined(std::string_view system, std::string_view name);
+
+/// The system that a path lies in, and the name there: "a.b.c" -> ("a.b", "c"), "a" -> ("", "a").
+std::pair<std::string, std::string> split_last(std::string_view path);
 
 /// Calls `visit` with each block and its dotted path, parents first, in document order, through referenced
 /// files.

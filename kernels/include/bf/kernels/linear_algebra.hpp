@@ -233,10 +233,7 @@ struct CholeskySolve {
     template <class T> static constexpr bool accepts = is_real<T>;
     template <class X, class A, class B, class W>
     constexpr bool operator()(const X& x, const A& a, const B& b, const W& work) const noexcept {
-        if constexpr (is_fixed<X>)
-            return run<detail::widest>(x, a, b, work);
-        else
-            return run_widest(*this, x, a, b, work);
+        return run_widest(*this, x, a, b, work);
     }
     template <int most, class X, class A, class B, class W>
     constexpr bool run(const X& x, const A& a, const B& b, const W& work) const noexcept {

@@ -71,7 +71,7 @@ struct MatrixProduct {
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
-        if constexpr (is_real<Element<Y>> && !is_fixed<Y>)
+        if constexpr (is_real<Element<Y>>)
             run_widest(*this, y, a, b);
         else
             run<detail::widest>(y, a, b);

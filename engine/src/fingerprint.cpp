@@ -20,7 +20,7 @@ class Hash {
     }
     Hash& operator<<(std::string_view text) {
         *this << text.size();
-        value_ = fnv1a(std::as_bytes(std::span(text)), value_);
+        value_ = fnv1a(std::as_bytes(std::span<const char>(text)), value_);
         return *this;
     }
     Hash& operator<<(const Node::End& end) { return *this << end.node << end.slot; }

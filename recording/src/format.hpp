@@ -50,7 +50,7 @@ std::uint32_t crc32(Bytes bytes, std::uint32_t crc = 0) noexcept;
 /// That of a sequence from those of its two parts, the second of `size` bytes, without reading them again.
 std::uint32_t joined_crc(std::uint32_t first, std::uint32_t second, std::size_t size) noexcept;
 
-inline Bytes bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
+inline Bytes bytes_of(std::string_view text) { return std::as_bytes(std::span<const char>(text)); }
 
 /// Grows a sequence of records; keeps its memory when cleared.
 class Builder {

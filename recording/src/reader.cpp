@@ -11,6 +11,7 @@
 #include <fstream>
 #include <istream>
 #include <optional>
+#include <sstream>
 #include <unordered_map>
 
 namespace bf::recording {

@@ -1,5 +1,6 @@
 // Limits, zones, steps and plays.
 #include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/events.hpp"
 #include "bf/kernels/logic.hpp"
 #include "bf/kernels/nonlinear.hpp"
 

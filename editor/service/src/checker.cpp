@@ -4,21 +4,12 @@
 
 namespace bf::service {
 
-Checker::~Checker() {
-    {
-        const std::lock_guard lock(mutex_);
-        is_over_ = true;
-    }
-    wake_.notify_one();
-    thread_.join();
-}
-
 void Checker::check(model::Model model, std::filesystem::path file, Done done) {
     {
         const std::lock_guard lock(mutex_);
         job_ = Job{std::move(model), std::move(file), std::move(done)};
     }
-    wake_.notify_one();
+    worker_.post([this] { check_newest(); });
 }
 
 ExaminedModel Checker::examined(const Job& job) {
@@ -31,15 +22,12 @@ ExaminedModel Checker::examined(const Job& job) {
     }
 }
 
-void Checker::live() {
-    for (;;) {
-        std::unique_lock lock(mutex_);
-        wake_.wait(lock, [&] { return is_over_ || job_; });
-        if (is_over_) return;
-        const Job job = *std::exchange(job_, {});
-        lock.unlock();
-        job.done(std::make_shared<const ExaminedModel>(examined(job)));
-    }
+void Checker::check_newest() {
+    std::unique_lock lock(mutex_);
+    if (!job_) return;
+    const Job job = *std::exchange(job_, {});
+    lock.unlock();
+    job.done(std::make_shared<const ExaminedModel>(examined(job)));
 }
 
 } // namespace bf::service

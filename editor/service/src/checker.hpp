@@ -1,26 +1,20 @@
 #pragma once
 
 #include "bf/library/load.hpp"
+#include "bf/service/worker.hpp"
 
-#include <condition_variable>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <thread>
 
 namespace bf::service {
 
-/// Checks models in a thread of its own, the newest alone.
+/// Checks models beside the thread of the service, the newest alone.
 class Checker {
   public:
-    using Done = std::function<void(std::shared_ptr<const ExaminedModel>)>; ///< called in that thread
-
-    Checker() : thread_([this] { live(); }) {}
-    ~Checker();
-    Checker(const Checker&) = delete;
-    Checker& operator=(const Checker&) = delete;
+    using Done = std::function<void(std::shared_ptr<const ExaminedModel>)>; ///< called there
 
     void check(model::Model model, std::filesystem::path file, Done done);
 
@@ -31,13 +25,11 @@ class Checker {
         Done done;
     };
     static ExaminedModel examined(const Job& job);
-    void live();
+    void check_newest();
 
-    std::mutex mutex_;
-    std::condition_variable wake_;
-    bool is_over_ = false;
+    std::mutex mutex_; ///< of the job
     std::optional<Job> job_;
-    std::thread thread_;
+    Worker worker_; ///< last: its thread ends first
 };
 
 } // namespace bf::service

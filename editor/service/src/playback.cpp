@@ -2,6 +2,7 @@
 
 #include "bf/run/comparison.hpp"
 #include "bf/run/profile.hpp"
+#include "bf/service/worker.hpp"
 #include "frame.hpp"
 #include "recordings.hpp"
 #include "timeline.hpp"
@@ -9,16 +10,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <cstring>
-#include <deque>
-#include <future>
 #include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <set>
-#include <thread>
 #include <utility>
 
 namespace bf::service {
@@ -49,15 +46,6 @@ class Playback::Loop final : public Run::Observer {
         timeline_.begin(std::move(model), revision);
         state_.state = Running::paused;
         note();
-        thread_ = std::thread([this] { live(); });
-    }
-    ~Loop() override {
-        {
-            const std::lock_guard lock(mutex_);
-            is_over_ = true;
-        }
-        wake_.notify_one();
-        thread_.join();
     }
     Loop(const Loop&) = delete;
     Loop& operator=(const Loop&) = delete;
@@ -66,22 +54,22 @@ class Playback::Loop final : public Run::Observer {
     void command(const RunCommand& command) {
         const bool may_be_refused = command.action == Action::until || command.action == Action::branch;
         const auto task = [this, command] { obey(command); };
-        may_be_refused ? call(task) : post(task);
+        may_be_refused ? worker_.call(task) : worker_.post(task);
     }
     void tune(const Tune& tune) {
-        call([&] {
+        worker_.call([&] {
             timeline_.change({{tune.name, tune.values}});
             note();
         });
     }
     void edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause) {
-        post([this, edited = Edited{std::move(model), revision, std::move(cause)}]() mutable {
+        worker_.post([this, edited = Edited{std::move(model), revision, std::move(cause)}]() mutable {
             newest_ = std::move(edited);
             consider(true);
         });
     }
     void watch(std::vector<int> signals, std::vector<int> branches) {
-        post([this, signals = std::move(signals), branches = std::move(branches)] {
+        worker_.post([this, signals = std::move(signals), branches = std::move(branches)] {
             std::vector<Watched> wanted;
             for (const int signal : signals) {
                 const auto known = std::ranges::find(watched_, signal, &Watched::signal);
@@ -95,14 +83,14 @@ class Playback::Loop final : public Run::Observer {
         });
     }
     void show(std::shared_ptr<Sceneries> sceneries) {
-        post([this, sceneries = std::move(sceneries)] {
+        worker_.post([this, sceneries = std::move(sceneries)] {
             sceneries_ = sceneries;
             bound_ = nullptr;
         });
     }
     Times times(bool is_wanted) {
         Times told;
-        call([&] {
+        worker_.call([&] {
             const auto& played = timeline_.current().played;
             if (!is_wanted || timed_ != played) profiler_.reset();
             timed_ = is_wanted ? played : nullptr;
@@ -178,26 +166,6 @@ class Playback::Loop final : public Run::Observer {
         bool is_inside = false;          ///< the step
     };
 
-    void post(std::function<void()> task) {
-        {
-            const std::lock_guard lock(mutex_);
-            tasks_.push_back(std::move(task));
-        }
-        wake_.notify_one();
-    }
-    void call(const std::function<void()>& task) {
-        std::promise<void> done;
-        post([&] {
-            try {
-                task();
-                done.set_value();
-            } catch (...) {
-                done.set_exception(std::current_exception());
-            }
-        });
-        done.get_future().get();
-    }
-
     /// Pages know signals of all branches by one number, if they have the same path and size.
     void prepare(Played& played) {
         played.run.add_observer(*this);
@@ -263,29 +231,17 @@ class Playback::Loop final : public Run::Observer {
 
     // ---- the thread of the run ----
 
-    void live() {
-        for (;;) {
-            std::deque<std::function<void()>> tasks;
-            {
-                std::unique_lock lock(mutex_);
-                const auto has_work = [&] { return is_over_ || !tasks_.empty(); };
-                if (state_.state == Running::running)
-                    wake_.wait_until(lock, next_, has_work);
-                else if (!filling_)
-                    wake_.wait(lock, has_work);
-                if (is_over_) return;
-                tasks.swap(tasks_);
-            }
-            const Running before = current();
-            for (const auto& task : tasks) task();
-            if (current() == Running::running) play();
-            if (!filling_) find_filling();
-            if (filling_) fill();
-            if (!filling_) find_filling();
-            const bool rests = current() != Running::running;
-            if (rests && (!tasks.empty() || before == Running::running)) look();
-            deliver(!tasks.empty() || (rests && before == Running::running));
-        }
+    Worker::Time turn(bool was_asked) {
+        if (current() == Running::running) play();
+        if (!filling_) find_filling();
+        if (filling_) fill();
+        if (!filling_) find_filling();
+        const bool rests = current() != Running::running;
+        const bool has_news = was_asked || (rests && was_running_);
+        if (rests && has_news) look();
+        deliver(has_news);
+        was_running_ = !rests;
+        return was_running_ ? next_ : filling_ ? Worker::at_once : Worker::never;
     }
 
     Running current() const {
@@ -605,10 +561,7 @@ class Playback::Loop final : public Run::Observer {
 
     const Listener listener_;
 
-    mutable std::mutex mutex_; ///< of these seven
-    std::condition_variable wake_;
-    std::deque<std::function<void()>> tasks_;
-    bool is_over_ = false;
+    mutable std::mutex mutex_; ///< of these four
     RunState state_;
     std::int64_t revision_ = 0;
     std::shared_ptr<const LoadedModel> model_;
@@ -633,7 +586,8 @@ class Playback::Loop final : public Run::Observer {
     double paced_from_ = 0;
     double seen_time_ = -1; ///< of the outputs that are there; below 0: none were computed yet [s]
     std::string frame_;
-    std::thread thread_;
+    bool was_running_ = false;                                          ///< after the last turn
+    Worker worker_{[this](bool was_asked) { return turn(was_asked); }}; ///< last: its thread ends first
 };
 
 Playback::Playback(std::shared_ptr<const LoadedModel> model, std::int64_t revision, Listener listener)

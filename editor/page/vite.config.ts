@@ -4,11 +4,18 @@ import { defineConfig } from "vite";
 // Where a bf edit is that answers a page which is being developed.
 const service = process.env.BF_SERVICE ?? "http://127.0.0.1:8000";
 
+const build = { chunkSizeWarningLimit: 800, target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false } };
+// Browsers load no modules from the file system, so a published page is one classic script.
+const published = {
+  ...build, cssCodeSplit: false,
+  rolldownOptions: { input: "src/published.ts", output: { format: "iife" as const, codeSplitting: false, entryFileNames: "page.js", assetFileNames: "page[extname]" } },
+};
+
 // The service allows nothing but files of its own: no inline script or style, no address elsewhere.
-export default defineConfig({
+export default defineConfig(({ mode }) => ({
   plugins: [svelte()],
   base: "./",
   // three.js comes alone, when the robot is looked at.
-  build: { chunkSizeWarningLimit: 800, target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false } },
+  build: mode === "published" ? published : build,
   server: { proxy: { "/meshes": service, "/recordings": service, "/socket": { target: service, ws: true, changeOrigin: true, headers: { Origin: service } } } },
-});
+}));

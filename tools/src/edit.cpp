@@ -5,6 +5,7 @@
 #include "bf/realtime/interrupt.hpp"
 #include "bf/service/server.hpp"
 #include "bf/service/service.hpp"
+#include "files.hpp"
 #include "scenery.hpp"
 #include "session.hpp"
 #include "terminal.hpp"
@@ -12,7 +13,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <dlfcn.h>
 #include <spawn.h>
 #include <unistd.h>
 
@@ -29,13 +29,6 @@ struct EditOptions {
     std::uint16_t port = 0;
     bool no_browser = false, shows_protocol = false, is_new = false;
 };
-
-/// Beside the libraries of this program: a build has the folders of an installation.
-fs::path page_folder() {
-    Dl_info core{};
-    if (::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) == 0) return {};
-    return fs::path(core.dli_fname).parent_path().parent_path() / "share" / "blockfactory" / "page";
-}
 
 /// The desktop's browser, where there is a desktop.
 void open_browser(const std::string& address) {
@@ -77,7 +70,7 @@ void execute(const EditOptions& options) {
         return;
     }
     const fs::path model = options.is_new ? made_model(options.file) : found_model(options.file);
-    const fs::path page = page_folder();
+    const fs::path page = shared_folder("page");
     if (!fs::exists(page / "index.html"))
         throw CommandError("the editor's page is not in " + page.string() +
                            "; build it with -DBF_EDITOR=ON, which needs the packages of scripts/deps");

@@ -4,6 +4,8 @@
 #include "bf/formats/yaml.hpp"
 #include "robots.hpp"
 
+#include <dlfcn.h>
+
 namespace bf::tools {
 
 namespace fs = std::filesystem;
@@ -60,6 +62,13 @@ FileSet files_of(const fs::path& model, std::map<fs::path, std::string> texts) {
     add_files(formats::read_yaml(model, texts).root, files);
     for (const auto& [file, text] : texts) files.insert(file);
     return files;
+}
+
+fs::path shared_folder(const char* name) {
+    // Beside the libraries of this program: a build has the folders of an installation.
+    Dl_info core{};
+    if (::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) == 0) return {};
+    return fs::path(core.dli_fname).parent_path().parent_path() / "share" / "blockfactory" / name;
 }
 
 void refuse_overwriting(const std::vector<WrittenFile>& written, const FileSet& read) {

@@ -20,6 +20,9 @@ FileSet files_of(const LoadedModel& loaded);
 /// names, whether its variant is used or not. Throws model::Errors.
 FileSet files_of(const std::filesystem::path& model, std::map<std::filesystem::path, std::string> texts = {});
 
+/// A folder of this installation, share/blockfactory/NAME, where there is one.
+std::filesystem::path shared_folder(const char* name);
+
 /// A file that a command writes, and the option that names it. An empty name is no file.
 struct WrittenFile {
     std::string option;

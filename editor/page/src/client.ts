@@ -11,21 +11,40 @@ export interface Listener {
   sampled(frame: ArrayBuffer): void;
 }
 
+/** What is needed of a WebSocket. */
+export interface Socket {
+  readonly readyState: number;
+  onopen: ((event: Event) => void) | null;
+  onmessage: ((event: MessageEvent) => void) | null;
+  onclose: ((event: CloseEvent) => void) | null;
+  send(text: string): void;
+  close(): void;
+}
+
+/** Where the service is. */
+export interface Place {
+  connect(): Socket;
+  /** What it has besides: "meshes/1/0", "recordings/2/3". */
+  data(path: string): Promise<ArrayBuffer>;
+  /** The model with its edits, where they are in no file. */
+  edited?(): Promise<{ name: string; text: string }[]>;
+}
+
 interface Pending { resolve(value: unknown): void; reject(error: Error): void }
 
-/** JSON-RPC over one WebSocket, which is opened again whenever it breaks. */
+/** JSON-RPC over one connection, which is opened again whenever it breaks. */
 export class Client {
-  private socket: WebSocket | null = null;
+  private socket: Socket | null = null;
   private pending = new Map<number, Pending>();
   private number = 0;
   private wait = 250; // ms until the next attempt
   private is_closed = false;
 
-  private readonly url: string;
+  private readonly place: Place;
   private readonly listener: Listener;
 
-  constructor(url: string, listener: Listener) {
-    this.url = url;
+  constructor(place: Place, listener: Listener) {
+    this.place = place;
     this.listener = listener;
     this.connect();
   }
@@ -46,8 +65,7 @@ export class Client {
   }
 
   private connect(): void {
-    const socket = new WebSocket(this.url);
-    socket.binaryType = "arraybuffer";
+    const socket = this.place.connect();
     socket.onopen = () => {
       this.wait = 250;
       this.listener.opened();

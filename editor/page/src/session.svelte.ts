@@ -1,4 +1,4 @@
-import { Client, Refusal } from "./client.ts";
+import { Client, Refusal, type Place } from "./client.ts";
 import { fitted, key_of, meets, middle_of, nearest_piece, wire_line, type Size, type View } from "./geometry.ts";
 import { aligned, axis_of, bends, bent, distributed, movable, resized, type Axis, type Edge, type Handle, type Placing } from "./layout.ts";
 import {
@@ -80,7 +80,7 @@ export class Session {
   readonly recordings: Recordings;
   private asked_panels = "";
   private readonly client: Client;
-  private readonly token: string;
+  private readonly where: Place;
   private views = new Map<string, View>();
   private tried = nothing_tried;
   private drawing_under_way: Promise<void> | null = null;
@@ -90,9 +90,11 @@ export class Session {
   private is_tuning = false;
   private has_run = false;
 
-  constructor(url: string) {
-    this.client = new Client(url, {
-      opened: () => void this.greet(),
+  /** `recordings` are shown from the beginning. */
+  constructor(where: Place, recordings: string[] = []) {
+    this.where = where;
+    this.client = new Client(where, {
+      opened: () => void this.greet().then(() => { for (const file of recordings.splice(0)) void this.recordings.open(file); }),
       lost: () => (this.connection = "lost"),
       told: (name, value) => this.hear(name, value),
       sampled: (frame) => {
@@ -102,8 +104,7 @@ export class Session {
       },
     });
     this.stage = new Stage(this.client);
-    this.recordings = new Recordings(this.client, (path) => this.data(path), () => ++this.sampled);
-    this.token = new URL(url).searchParams.get("token") ?? "";
+    this.recordings = new Recordings(this.client, (path) => where.data(path), () => ++this.sampled);
   }
 
   close(): void { this.client.close(); }
@@ -120,11 +121,18 @@ export class Session {
       return null;
     }
   }
-  /** What the service has by HTTP: "meshes/1/0", "recordings/2/3". */
-  async data(path: string): Promise<ArrayBuffer> {
-    const response = await fetch(`${path}?token=${encodeURIComponent(this.token)}`);
-    if (!response.ok) throw new Refusal(await response.text());
-    return response.arrayBuffer();
+  data = (path: string) => this.where.data(path);
+  /** Edits are in no file. */
+  get is_published(): boolean { return this.where.edited !== undefined; }
+  /** The model with its edits, for the person to keep. */
+  async download(): Promise<void> {
+    for (const { name, text } of (await this.where.edited?.()) ?? []) {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(new Blob([text], { type: "application/yaml" }));
+      link.download = name;
+      link.click();
+      URL.revokeObjectURL(link.href);
+    }
   }
   evaluate = (path: string, name: string, text: string) => this.client.call("evaluate", { path, name, text }).catch(() => null);
   look_for = (text: string) => this.client.call("find", { text }).catch(() => null);

@@ -1,5 +1,6 @@
 import { afterEach, describe, expect, test } from "vitest";
 import { Client, Refusal } from "../src/client.ts";
+import { Server } from "../src/server.ts";
 import { serve } from "./service.ts";
 
 const open: (() => void)[] = [];
@@ -12,7 +13,7 @@ async function started() {
     events.push(event);
     waiting.splice(0).forEach((wake) => wake());
   };
-  const client = new Client(`ws://127.0.0.1:${service.port}/socket?token=x`, {
+  const client = new Client(new Server(`ws://127.0.0.1:${service.port}/socket?token=x`), {
     opened: () => note("opened"), lost: () => note("lost"), told: (name) => note(`told ${name}`), sampled: (f) => note(`sampled ${f.byteLength}`),
   });
   open.push(() => {

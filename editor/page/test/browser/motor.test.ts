@@ -5,6 +5,7 @@ import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
 import { Client } from "../../src/client.ts";
+import { Server } from "../../src/server.ts";
 import { found_by_axe } from "./axe.ts";
 import { Hand, is_there, opened, start } from "./browser.ts";
 
@@ -57,7 +58,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
     });
     // Tells what is drawn where, and nothing else.
     await new Promise<void>((ready) => {
-      client = new Client(address.replace("http:", "ws:").replace("/?", "/socket?"), { opened: ready, lost() {}, told() {}, sampled() {} });
+      client = new Client(new Server(address.replace("http:", "ws:").replace("/?", "/socket?")), { opened: ready, lost() {}, told() {}, sampled() {} });
     });
     ({ page, complaints } = await opened(browser, address));
     hand = new Hand(page, () => client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [] }));

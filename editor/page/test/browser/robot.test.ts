@@ -7,6 +7,7 @@ import type { Browser, Locator, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
 import { Client } from "../../src/client.ts";
 import type { Scene } from "../../src/protocol.ts";
+import { Server } from "../../src/server.ts";
 import { Stage } from "../../src/stage.svelte.ts";
 import { found_by_axe } from "./axe.ts";
 import { is_there, opened, start } from "./browser.ts";
@@ -53,7 +54,7 @@ describe.skipIf(!is_there || !has_robots)("the robot", () => {
     }));
     // Another page that looks, without a picture.
     await new Promise<void>((ready) => {
-      client = new Client(address.replace("http:", "ws:").replace("/?", "/socket?"),
+      client = new Client(new Server(address.replace("http:", "ws:").replace("/?", "/socket?")),
         { opened: ready, lost() {}, told() {}, sampled: (frame) => seen.take(frame) });
       seen = new Stage(client);
     });

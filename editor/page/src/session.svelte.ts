@@ -94,7 +94,7 @@ export class Session {
   constructor(where: Place, recordings: string[] = []) {
     this.where = where;
     this.client = new Client(where, {
-      opened: () => void this.greet().then(() => { for (const file of recordings.splice(0)) void this.recordings.open(file); }),
+      opened: () => void this.greet().then(() => this.begin_with(recordings.splice(0))),
       lost: () => (this.connection = "lost"),
       told: (name, value) => this.hear(name, value),
       sampled: (frame) => {
@@ -157,6 +157,12 @@ export class Session {
     this.take_run(welcome.run);
     await this.rewatch();
     await this.stage.ask();
+  }
+
+  /** Shows recordings, and the drawing in the place that their panels leave. */
+  private async begin_with(recordings: string[]): Promise<void> {
+    for (const file of recordings) await this.recordings.open(file);
+    if (recordings.length > 0) requestAnimationFrame(() => requestAnimationFrame(() => this.fit()));
   }
 
   private hear<N extends keyof Notifications>(name: N, value: Notifications[N]): void {

@@ -23,8 +23,8 @@ def models(sources):
     return [file for file in sorted(files) if not re.search(r"block: *\w+/", file.read_text())]
 
 
-def compared(command, file, recording):
-    return json.loads(subprocess.run([*command, file, recording], check=True, capture_output=True, text=True).stdout)
+def compared(command, *arguments):
+    return json.loads(subprocess.run([*command, *arguments], check=True, capture_output=True, text=True).stdout)
 
 
 def main():
@@ -38,8 +38,7 @@ def main():
             line = f"{name:16} {here['identical']} of {here['signals']} signals identical, {here['samples']} samples, " \
                    f"largest difference {here['difference']:.2g}"
             if native:
-                there = min(compared(native, file, recording)["seconds"] for _ in range(3))
-                again = min(compared([node, compare], file, recording)["seconds"] for _ in range(3))
+                there, again = (compared(command, file, recording, "2")["seconds"] for command in (native, [node, compare]))
                 line += f", {here['steps'] / again:.0f} steps/s, {again / there:.1f} times as long"
             print(line)
             limit = 0 if name in ARITHMETIC else CVODE if "cvode" in file.read_text() else ROUNDING

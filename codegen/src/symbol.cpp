@@ -102,6 +102,14 @@ TermPtr as_literal(const TermPtr& constant, const TermPtr& other) {
 
 } // namespace
 
+Symbol::Symbol(double number) : term_(number_term(number)) {}
+Symbol::Symbol(TermPtr t) : term_(std::move(t)) {}
+Symbol::Symbol(const Symbol& x) = default;
+Symbol::Symbol(Symbol&& x) noexcept = default;
+Symbol& Symbol::operator=(const Symbol& x) = default;
+Symbol& Symbol::operator=(Symbol&& x) noexcept = default;
+Symbol::~Symbol() = default;
+
 Symbol::operator int() const {
     if (term_->kind == TermKind::number) return static_cast<int>(term_->value);
     constexpr int first_few = 10;

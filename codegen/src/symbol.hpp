@@ -77,8 +77,14 @@ struct Trace {
 
 class Symbol {
   public:
-    Symbol(double number = 0) : term_(number_term(number)) {}
-    explicit Symbol(TermPtr t) : term_(std::move(t)) {}
+    // Not inline: a hundred kernels copy symbols, and compilers would spend a minute on counting references.
+    Symbol(double number = 0);
+    explicit Symbol(TermPtr t);
+    Symbol(const Symbol& x);
+    Symbol(Symbol&& x) noexcept;
+    Symbol& operator=(const Symbol& x);
+    Symbol& operator=(Symbol&& x) noexcept;
+    ~Symbol();
     const TermPtr& term() const { return term_; }
 
     explicit operator bool() const { return *this != Symbol(0); }

@@ -10,6 +10,7 @@ import { found_by_axe } from "./axe.ts";
 import { is_there, start } from "./browser.ts";
 
 const command = process.env.BF_COMMAND, motor = process.env.BF_MOTOR;
+const examples = ["bouncing_ball", "buck_converter", "cart_pole", "dc_motor", "double_pendulum", "stick_slip", "thermostat", "two_rates"];
 const is_built = process.env.BF_PAGE !== undefined && existsSync(join(process.env.BF_PAGE, "../published/engine.js"));
 
 describe.skipIf(!is_there || !is_built)("a published page", () => {
@@ -60,6 +61,22 @@ describe.skipIf(!is_there || !is_built)("a published page", () => {
     await expect.poll(() => speed(page, "soft: ")).toBeGreaterThan(1);
     await expect.poll(() => speed(page)).toBe(await speed(page, "same: "));
     expect(Math.abs((await speed(page)) - (await speed(page, "soft: ")))).toBeGreaterThan(1);
+    expect(complaints).toEqual([]);
+    await page.context().close();
+  });
+
+  test.each(examples)("runs the example %s to its end, and goes back in it", async (name) => {
+    execFileSync(command!, ["publish", join(motor!, "../../../examples", name, "model.yaml"), "-o", join(folder, name)]);
+    const { page, complaints } = await opened(pathToFileURL(join(folder, name, "index.html")).href);
+    const time = () => page.getByLabel("Run", { exact: true }).and(page.getByRole("group")).locator("output").innerText();
+    await page.getByText("No mistakes").waitFor();
+    await page.getByLabel("Speed", { exact: true }).selectOption("");
+    await page.getByRole("button", { name: "Run", exact: true }).click();
+    await expect.poll(time, { timeout: 20_000 }).toMatch(/^(\S+) \/ \1 s$/);
+    const slider = page.getByLabel("Time", { exact: true }), end = Number(await slider.getAttribute("max"));
+    await slider.fill(String(end / 2));
+    await expect.poll(async () => parseFloat((await time()).replace("−", "-"))).toBeCloseTo(end / 2);
+    expect(await page.getByRole("alert").allInnerTexts()).toEqual([]);
     expect(complaints).toEqual([]);
     await page.context().close();
   });

@@ -369,6 +369,7 @@ class Wiring {
             auto block = std::make_unique<RootInput>(e_.declared_port(root, port, port.name));
             const int node = add_internal(std::move(block), port, "Inport", root);
             e_.diagram.inputs.push_back({port.name, {node, 0}, port.unit, port.doc});
+            declare_unit(port, port.name, {node, 0});
         }
     }
 
@@ -553,6 +554,7 @@ class Wiring {
     /// Gives outputs of subsystems their names, and keeps what ports declare for the inference.
     void name_ports(const Scope& scope) {
         const auto declare = [&](const model::Port& port, const Node::End& end) {
+            declare_unit(port, inside(scope, port.name), end);
             if (!port.shape && port.type.empty()) return;
             e_.declared.push_back(e_.declared_port(scope, port, inside(scope, port.name)));
             e_.declared.back().end = end;
@@ -575,19 +577,48 @@ class Wiring {
             e_.diagram.aliases.push_back({e_.node(end.node).path, end});
     }
 
+    // "1" is also what a source without a unit of its own says.
+    static constexpr bool are_opposed(const Unit& one, const Unit& other) {
+        return !(one == Unit()) && !(other == Unit()) && !one.agrees_with(other);
+    }
+
+    /// Ports of systems say what the signal behind them is measured in. A unit that is no product of known
+    /// ones is a text for people.
+    void declare_unit(const model::Port& port, const std::string& path, const Node::End& end) {
+        if (port.unit.empty() || end.node < 0) return;
+        Unit unit;
+        try {
+            unit = bf::detail::parse_unit(port.unit);
+        } catch (const std::invalid_argument&) {
+            return;
+        }
+        const auto oppose = [&](const std::string& what, const Unit& other) {
+            e_.report.add(port.where, path,
+                          "the port is in " + port.unit + ", but " + what + " in " + std::string(other.text),
+                          "convert the signal, e.g. with a Gain, or correct the unit");
+        };
+        if (const Unit& own = e_.diagram.slot(end).unit; are_opposed(unit, own))
+            return oppose("its signal " + e_.diagram.end_path(end) + " is", own);
+        const auto [first, is_first] = port_units_.try_emplace({end.node, end.slot}, path, unit);
+        if (!is_first && are_opposed(unit, first->second.second))
+            oppose("the same signal is at " + first->second.first, first->second.second);
+    }
+
     void check_units() {
         for (const auto& node : e_.diagram.nodes)
             for (std::size_t i = 0; i < node.sources.size(); ++i) {
-                if (node.sources[i].node < 0) continue;
+                const auto& source = node.sources[i];
+                if (source.node < 0) continue;
                 const Slot& to = node.block->resolution().slots[i];
-                const Slot& from = e_.diagram.slot(node.sources[i]);
-                // "1" is also what a source without a unit of its own says.
-                const Unit none;
-                if (to.unit == none || from.unit == none || from.unit.agrees_with(to.unit)) continue;
+                Unit from = e_.diagram.slot(source).unit;
+                std::string name = e_.diagram.end_path(source);
+                const auto declared = port_units_.find({source.node, source.slot});
+                if (declared != port_units_.end() && !are_opposed(to.unit, from))
+                    std::tie(name, from) = declared->second;
+                if (!are_opposed(to.unit, from)) continue;
                 e_.report.add(node.where, node.path,
                               "input '" + to.name + "' is in " + std::string(to.unit.text) +
-                                  ", but is wired to " + e_.diagram.end_path(node.sources[i]) + " in " +
-                                  std::string(from.unit.text),
+                                  ", but is wired to " + name + " in " + std::string(from.text),
                               "convert the signal, e.g. with a Gain");
             }
     }
@@ -628,6 +659,8 @@ class Wiring {
     std::pair<const Scope*, std::size_t>
         open_; ///< the input of a subsystem at which the last `resolve` ended
     std::unordered_set<const Driver*> reported_;
+    /// By signal, the first port that declares one: its path and unit.
+    std::map<std::pair<int, int>, std::pair<std::string, Unit>> port_units_;
     bool is_circle_reported_ = false;
     std::size_t ports_ = 0; ///< of all subsystems and buses
     struct PartOfInput {

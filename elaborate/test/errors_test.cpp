@@ -192,6 +192,33 @@ TEST(Errors, UnitsThatDifferAreNamed) {
               "with a Gain");
 }
 
+TEST(Errors, UnitsOfPortsOfSystemsThatDifferAreNamed) {
+    const auto subsystem = [](const std::string& unit, const std::string& block) {
+        return "  s:\n    inputs: {in: {unit: " + unit + "}}\n    blocks: {c: {block: " + block +
+               "}}\n    connections: {in: c}\n";
+    };
+    const std::string angle = "  a: {block: Angle}\n", wired = "connections: {a: s}\n";
+    EXPECT_EQ(wrong_with_robots(angle + subsystem("rad", "Gain") + wired), "");
+    EXPECT_EQ(wrong_with_robots(angle + subsystem("'some words'", "Gain") + wired), "");
+    EXPECT_EQ(
+        wrong_with_robots(angle + subsystem("m", "Gain") + wired),
+        "m.yaml:6:14: s.in: the port is in m, but its signal a.y is in rad; convert the signal, e.g. with "
+        "a Gain, or correct the unit");
+    const std::string constant = "  a: {block: Constant}\n";
+    EXPECT_EQ(wrong_with_robots(constant + subsystem("m", "Ruler") + wired), "");
+    EXPECT_EQ(
+        wrong_with_robots(constant + subsystem("rad", "Ruler") + wired),
+        "m.yaml:7:14: s.c: input 'length' is in m, but is wired to s.in in rad; convert the signal, e.g. "
+        "with a Gain");
+    const std::string inner =
+        "        inputs: {u: {unit: s}}\n        blocks: {g: {block: Gain}}\n        connections: {u: g}";
+    EXPECT_EQ(
+        wrong_with_robots(constant + "  s:\n    inputs: {in: {unit: m}}\n    blocks:\n      t:\n" + inner +
+                          "\n    connections: {in: t}\n" + wired),
+        "m.yaml:9:18: s.t.u: the port is in s, but the same signal is at s.in in m; convert the signal, "
+        "e.g. with a Gain, or correct the unit");
+}
+
 TEST(Errors, MissingResourceSaysWhatToAdd) {
     EXPECT_EQ(wrong_with_robots("  f: {block: Frame}\n"),
               "m.yaml:4:3: f: needs a robot, and no enclosing subsystem has one; add a block that provides "

@@ -5,9 +5,9 @@ import { defineConfig } from "vite";
 const service = process.env.BF_SERVICE ?? "http://127.0.0.1:8000";
 
 const build = { chunkSizeWarningLimit: 800, target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false } };
-// Browsers load no modules from the file system, so a published page is one classic script.
+// Browsers load no modules and no fonts from the file system, so a published page is one classic script and one style sheet.
 const published = {
-  ...build, cssCodeSplit: false,
+  ...build, cssCodeSplit: false, assetsInlineLimit: 65536,
   rolldownOptions: { input: "src/published.ts", output: { format: "iife" as const, codeSplitting: false, entryFileNames: "page.js", assetFileNames: "page[extname]" } },
 };
 

@@ -552,6 +552,7 @@ void Editor::operator()(const Annotate& annotate) {
     }
     note.where = found->where;
     note.comments = found->comments;
+    if (!note.size) note.size = found->size;
     *found = std::move(note);
 }
 

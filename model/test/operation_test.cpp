@@ -299,6 +299,7 @@ TEST(Layout, IsChangedInPlace) {
     model = after(model, Flip{"plant"});
     model = after(model, Move{"controller.q", {1, 1}});
     model = after(model, Bend{"plant.u", {{1, 1}, {2, 2}}});
+    model = after(model, Annotate{"n", Note{.text = "other", .at = {1, 1}, .size = Point{90, 30}}});
     model = after(model, Annotate{"n", Note{.name = "m", .text = "other", .at = {1, 1}}});
     EXPECT_EQ(model.layout.blocks[0].at, (Point{20, 30}));
     EXPECT_EQ(model.layout.blocks[0].size, (Point{80, 40}));
@@ -306,6 +307,7 @@ TEST(Layout, IsChangedInPlace) {
     EXPECT_EQ(paths(model.layout.blocks), (Texts{"plant", "controller.pd", "controller.q"}));
     EXPECT_EQ(model.layout.wires[0].points.size(), 2u);
     EXPECT_EQ(model.layout.notes[0].name, "m");
+    EXPECT_EQ(model.layout.notes[0].size, (Point{90, 30})); // it was moved and renamed, not resized
     model = after(model, Bend{"plant.u"});
     model = after(model, Annotate{"m"});
     EXPECT_EQ(model.layout.wires.size(), 1u);

@@ -88,6 +88,7 @@ export const commands: Command[] = [
   { title: "Wire or block before", group: "Look", keys: [","], is_hidden: true, run: go_through(-1) },
   { title: "Find in the model", group: "Look", keys: ["Ctrl+F"], run: (s) => (s.dialog = { kind: "find" }) },
   { title: "Map of the drawing", group: "Look", keys: ["M"], run: (s) => (s.has_map = !s.has_map) },
+  { title: "Text of the model", group: "Look", keys: ["Y"], run: (s) => (s.has_text = !s.has_text) },
   { title: "Colours by sample rate", group: "Look", keys: ["Shift+C"], run: (s) => (s.by_rate = !s.by_rate) },
   { title: "Sizes of signals", group: "Look", keys: [], run: (s) => s.toggle_show("sizes") },
   { title: "Types of signals", group: "Look", keys: [], run: (s) => s.toggle_show("types") },
@@ -115,6 +116,12 @@ export function chord_of(event: KeyboardEvent): string {
   const key = event.key.length === 1 ? event.key.toUpperCase() : event.key;
   return (event.ctrlKey || event.metaKey ? "Ctrl+" : "") + (event.altKey ? "Alt+" : "") + (event.shiftKey ? "Shift+" : "") + key;
 }
+const signs: Record<string, string> = { ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", Escape: "Esc" };
+/** As it is written for people: "Alt+←". */
+export const key_text = (chord: string): string => chord.split("+").map((key) => signs[key] ?? key).join("+");
+
+/** Letters are for who writes. */
+export const is_typing = (event: Event): boolean => (event.target as HTMLElement).closest("input, select, textarea, [data-typing]") !== null;
 const by_key = new Map(commands.flatMap((command) => command.keys.map((key) => [key, command] as const)));
 export const command_of = (event: KeyboardEvent): Command | undefined => by_key.get(chord_of(event));
 export const is_possible = (command: Command, session: Session): boolean => command.can?.(session) ?? true;

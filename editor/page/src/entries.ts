@@ -4,7 +4,7 @@ import type { LibraryBlock } from "./protocol.ts";
 import type { Dialog, End, Session } from "./session.svelte.ts";
 
 /** A line of the search. */
-export interface Entry { key: string; title: string; detail: string; group: string; block?: LibraryBlock; run(): unknown }
+export interface Entry { key: string; title: string; detail: string; group: string; keys?: string; block?: LibraryBlock; run(): unknown }
 
 function blocks(session: Session, dialog: Extract<Dialog, { kind: "search" | "insert" }>): Entry[] {
   const from = dialog.kind === "insert" ? dialog.from : undefined, into = dialog.kind === "search" ? dialog.into : undefined;
@@ -50,7 +50,7 @@ export function entries_for(session: Session, dialog: Dialog): Entry[] {
       { key: "output", title: "Output", detail: "of this subsystem", group: "structure", run: () => session.add_port(true, dialog.at) },
       { key: "note", title: "Note", detail: "a text on the drawing", group: "structure", run: () => session.add_note(dialog.at) },
       ...commands.filter((command) => !command.is_hidden && is_possible(command, session)).map((command) => ({
-        key: `command ${command.title}`, title: command.title, detail: command.keys[0] ?? "", group: command.group, run: () => command.run(session),
+        key: `command ${command.title}`, title: command.title, detail: "", keys: command.keys[0], group: command.group, run: () => command.run(session),
       })),
     ];
   }

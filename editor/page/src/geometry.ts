@@ -1,4 +1,4 @@
-import type { Drawing, Element, Point, Port, Rectangle, Shape } from "./protocol.ts";
+import type { Drawing, Element, Point, Port, Rectangle, Shape, TextPlace } from "./protocol.ts";
 
 /** The point of the drawing in the upper left corner of the canvas, and pixels of the screen per unit. */
 export interface View { x: number; y: number; scale: number }
@@ -61,6 +61,13 @@ export function middle_of(points: Point[]): Point {
   return points[0] ?? { x: 0, y: 0 };
 }
 
+/** The longest level piece of a line, else its longest one. */
+export function longest_piece(points: Point[]): [Point, Point] {
+  const pieces = points.slice(1).map((p, i): [Point, Point] => [points[i]!, p]);
+  const length = ([a, b]: [Point, Point]) => Math.abs(b.x - a.x) || Math.abs(b.y - a.y) / 1e3;
+  return pieces.sort((a, b) => length(b) - length(a))[0] ?? [points[0]!, points[0]!];
+}
+
 /** Where a text stands, by what letters usually measure. */
 export function text_bounds(shape: Shape): Rectangle {
   const at = shape.points[0] ?? { x: 0, y: 0 }, width = 0.58 * shape.size * shape.text.length;
@@ -80,6 +87,9 @@ export const badge_of = (element: Element): Point => {
 /** What tells elements apart: an input of variants has several wires. */
 export const key_of = (element: Element): string =>
   element.kind === "wire" ? `${element.from} → ${element.path}` : element.kind === "note" ? `note ${element.path}` : element.path;
+
+/** The key of what stands at a place of the text. */
+export const key_of_place = ({ path, from }: TextPlace): string => (from ? `${from} → ${path}` : path);
 
 export interface Hit { element: Element; port?: Port; is_name?: boolean }
 

@@ -27,11 +27,11 @@ export const joined = (system: string, name: string): string => (system ? `${sys
 export const parent_of = (path: string): string => path.slice(0, Math.max(path.lastIndexOf("."), 0));
 export const last_of = (path: string): string => path.slice(path.lastIndexOf(".") + 1);
 
-/** Another value, and all else that is declared of the variable as it was. */
-export function revaluation(field: VariableField, value: string): Operation {
+/** Something of it as given, and all else that is declared of the variable as it was. */
+export function redeclared(field: VariableField, change: Partial<Variable>): Operation {
   const { unit, doc, minimum, above, maximum } = field;
-  const declared = Object.fromEntries(Object.entries({ unit, doc, minimum, above, maximum }).filter(([, text]) => text));
-  return { do: "set_variable", system: field.system, name: field.name, variable: { value, ...declared } };
+  const declared = Object.entries({ unit, doc, minimum, above, maximum, ...change }).filter(([, text]) => text);
+  return { do: "set_variable", system: field.system, name: field.name, variable: { value: field.text, ...Object.fromEntries(declared) } };
 }
 
 /** A name that nothing in the drawing has: gain, gain2, gain3. */

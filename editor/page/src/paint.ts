@@ -1,5 +1,6 @@
-import { badge_of, centre, key_of, meets, middle_of, to_screen, wire_line, type Size, type View } from "./geometry.ts";
+import { badge_of, centre, key_of, longest_piece, meets, middle_of, to_screen, wire_line, type Size, type View } from "./geometry.ts";
 import { handle_at, handles } from "./layout.ts";
+import { joined } from "./operations.ts";
 import type { Drawing, Element, Point, Port, Rectangle, Shape } from "./protocol.ts";
 import { font, rate_colour, text_colour, type Colours } from "./theme.ts";
 
@@ -10,8 +11,8 @@ export interface Look {
   band: Rectangle | null;
   /** A wire that is being drawn: from a port to the pointer, and the ports it may end at. */
   pulled: { from: Point; to: Point; fits: Port[] } | null;
-  /** A value beside the first wire of each watched source. */
-  values: ReadonlyMap<string, string>;
+  /** Of each watched source the elements of its value, which stands on its first wire. */
+  values: ReadonlyMap<string, string[]>;
   by_rate: boolean;
   colours: Colours;
 }
@@ -136,16 +137,23 @@ function draw_handles({ context, view, look }: Brush, element: Element): void {
   }
 }
 
-function draw_value({ context, view, look }: Brush, wire: Element, text: string): void {
-  const at = to_screen(view, middle_of(wire_line(wire)));
+/** On the wire, as much of it as has room there; all of it where the pointer is. */
+function draw_value({ context, view, look }: Brush, wire: Element, words: string[], is_whole: boolean): void {
+  const [from, to] = longest_piece(wire_line(wire)), at = to_screen(view, middle_of([from, to]));
   context.font = `600 11px ${font}`;
-  const width = context.measureText(text).width + 12;
-  round_box(context, { x: at.x - width / 2, y: at.y - 22, width, height: 17 }, 8);
+  const width_of = (count: number) => context.measureText(text_of(count)).width + 10;
+  const text_of = (count: number) => (words.length === 1 ? words[0]! : `[${words.slice(0, count).join(" ")}${count < words.length ? " …" : ""}]`);
+  const room = is_whole ? Infinity : Math.abs(to.x - from.x) * view.scale + 12; // into the margins of blocks
+  let count = words.length;
+  while (count > 0 && width_of(count) > room) --count;
+  const width = count > 0 ? width_of(count) : 8, height = count > 0 ? 16 : 8;
+  round_box(context, { x: at.x - width / 2, y: at.y - height / 2, width, height }, height / 2);
   context.fillStyle = look.colours.pill;
   context.fill();
+  if (count === 0) return;
   context.fillStyle = look.colours["pill-text"];
   context.textAlign = "center";
-  context.fillText(text, at.x, at.y - 9.5);
+  context.fillText(text_of(count), at.x, at.y + 4);
 }
 
 function draw_dots({ context, view, look }: Brush, size: Size): void {
@@ -176,14 +184,17 @@ export function paint(context: CanvasRenderingContext2D, drawing: Drawing | null
   }
   const labelled = new Set<string>();
   for (const element of visible) {
-    const source = drawing.system ? `${drawing.system}.${element.from}` : element.from;
+    const source = joined(drawing.system, element.from);
     const value = element.kind === "wire" && !labelled.has(source) ? look.values.get(source) : undefined;
-    if (value !== undefined) draw_value(brush, element, value);
+    if (value !== undefined) draw_value(brush, element, value, false);
     if (value !== undefined) labelled.add(source);
     if (element.marks.length > 0) draw_badge(brush, element);
     if (element.kind !== "wire" && key_of(element) === look.hovered && !look.pulled)
       for (const port of element.ports) draw_port(brush, port, false);
   }
+  const pointed = visible.find((element) => element.kind === "wire" && key_of(element) === look.hovered);
+  const whole = pointed && look.values.get(joined(drawing.system, pointed.from));
+  if (whole) draw_value(brush, pointed, whole, true);
   if (look.selection.size === 1)
     for (const element of visible) if (look.selection.has(key_of(element))) draw_handles(brush, element);
   if (look.pulled) {

@@ -35,6 +35,10 @@ export interface BlockTime {
   calls: number;
 }
 
+export interface BlockType {
+  type: string;
+}
+
 /** What was simulated from one change or edit on. */
 export interface BranchInfo {
   index: number;
@@ -145,6 +149,16 @@ export interface Evaluated {
   value: string;
   /** both empty where a text is no expression */
   error: string;
+}
+
+/** The file in which a subsystem stands. */
+export interface FileText {
+  file: string;
+  text: string;
+  /** from the beginning to the end, what stands around another first */
+  places: TextPlace[];
+  /** of what another program wrote and is no model */
+  diagnostics: Diagnostic[];
 }
 
 export interface Find {
@@ -323,6 +337,20 @@ export interface Rectangle {
   height: number;
 }
 
+export interface Rewrite {
+  file: string;
+  text: string;
+  /** that the file held for whoever changed it */
+  before: string;
+}
+
+/** A text that is no model, or not of what the file holds now, is not taken. */
+export interface Rewritten {
+  document: DocumentState;
+  is_outdated: boolean;
+  diagnostics: Diagnostic[];
+}
+
 export interface RunCommand {
   /** start: from the beginning, or on from where it is; step: a base step; to: forwards by simulating, back by a checkpoint; until: on to an event, or to the end; branch: the run goes on on another one; adopt: the edit that waits */
   action: "start" | "pause" | "step" | "stop" | "to" | "pace" | "until" | "branch" | "adopt";
@@ -462,6 +490,22 @@ export interface Text {
   text: string;
 }
 
+/** The lines in which a block, an own port or a wire stands. */
+export interface TextPlace {
+  /** as in drawings */
+  system: string;
+  /** as in drawings */
+  path: string;
+  /** of a wire, as in drawings */
+  from: string;
+  /** it begins there, and ends in the last line; from 1 */
+  line: number;
+  /** it begins there, and ends in the last line; from 1 */
+  column: number;
+  /** it begins there, and ends in the last line; from 1 */
+  last: number;
+}
+
 export interface Times {
   /** slowest first */
   blocks: BlockTime[];
@@ -521,6 +565,7 @@ export interface Methods {
   open: { params: Open; result: DocumentState };
   library: { params: Record<string, never>; result: LibraryList };
   draw: { params: Draw; result: Drawing };
+  preview: { params: BlockType; result: Element };
   inspect: { params: Inspect; result: Inspection };
   find: { params: Find; result: Hits };
   evaluate: { params: Evaluate; result: Evaluated };
@@ -531,7 +576,8 @@ export interface Methods {
   arrange: { params: InSystem; result: DocumentState };
   copy: { params: Copy; result: Text };
   paste: { params: Paste; result: DocumentState };
-  text: { params: Record<string, never>; result: Text };
+  text: { params: InSystem; result: FileText };
+  rewrite: { params: Rewrite; result: Rewritten };
   run: { params: RunCommand; result: RunState };
   signals: { params: Record<string, never>; result: Signals };
   scene: { params: Look; result: Scene };

@@ -1,4 +1,5 @@
 import "uplot/dist/uPlot.min.css";
+import "./fonts.css";
 import "./style.css";
 import { mount } from "svelte";
 import { Engine, type Published } from "./engine.ts";

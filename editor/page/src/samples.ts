@@ -182,10 +182,13 @@ export function paired(
 }
 
 /** Four digits that matter, without noise. */
-export function number_text(value: number): string {
+export const number_text = (value: number): string => text_of(value, 4);
+/** Where there is little room. */
+export const short_text = (value: number): string => text_of(value, 3);
+function text_of(value: number, digits: number): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "NaN" : value > 0 ? "∞" : "−∞";
   if (value === 0) return "0";
   const size = Math.abs(value);
   if (size >= 1e5 || size < 1e-3) return value.toExponential(2).replace("e+", "e").replace(/-/g, "−");
-  return String(Number(value.toPrecision(4))).replace("-", "−");
+  return String(Number(value.toPrecision(digits))).replace("-", "−");
 }

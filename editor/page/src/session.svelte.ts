@@ -1,5 +1,5 @@
 import { Client, Refusal, type Place } from "./client.ts";
-import { fitted, key_of, meets, middle_of, nearest_piece, wire_line, type Size, type View } from "./geometry.ts";
+import { fitted, key_of, meets, middle_of, nearest_piece, panned, wire_line, type Size, type View } from "./geometry.ts";
 import { aligned, axis_of, bends, bent, distributed, movable, resized, type Axis, type Edge, type Handle, type Placing } from "./layout.ts";
 import {
   connection, end_of, end_of_new, fresh_name, joined, last_of, name_for, parent_of, removal, splice, through, type Operation,
@@ -34,6 +34,11 @@ const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, rea
 /** New blocks and those that are dragged stand on multiples of this. */
 export const grid = 5;
 export const on_grid = (p: Point): Point => ({ x: Math.round(p.x / grid) * grid, y: Math.round(p.y / grid) * grid });
+/** Where something stands so that its input lies on the piece of a wire that is nearest to a point. */
+function onto(wire: Element, p: Point, { bounds }: Element, input: Port): Point {
+  const k = nearest_piece(p, wire.corners), on = on_grid({ x: p.x - bounds.width / 2, y: p.y - bounds.height / 2 });
+  return axis_of(wire.corners, k) === "x" ? { ...on, y: wire.corners[k]!.y - (input.at.y - bounds.y) } : on;
+}
 
 /** What one page knows and shows: the document as the service tells it, and what the person looks at. */
 export class Session {
@@ -57,6 +62,7 @@ export class Session {
   show = $state.raw<ReadonlySet<Show>>(new Set());
   by_rate = $state(false);    // colours of wires and blocks
   has_map = $state(false);
+  has_text = $state(false); // the model's file beside the drawing
   theme = $state<Choice>(chosen());
   colours = $state.raw<Colours>(colours());
   dialog = $state.raw<Dialog | null>(null);
@@ -82,6 +88,7 @@ export class Session {
   private readonly client: Client;
   private readonly where: Place;
   private views = new Map<string, View>();
+  private readonly whole = new WeakSet<View>(); // views of all of a drawing
   private tried = nothing_tried;
   private drawing_under_way: Promise<void> | null = null;
   private is_stale = false;
@@ -94,7 +101,7 @@ export class Session {
   constructor(where: Place, recordings: string[] = []) {
     this.where = where;
     this.client = new Client(where, {
-      opened: () => void this.greet().then(() => this.begin_with(recordings.splice(0))),
+      opened: () => void this.greet().then(() => { for (const file of recordings.splice(0)) void this.recordings.open(file); }),
       lost: () => (this.connection = "lost"),
       told: (name, value) => this.hear(name, value),
       sampled: (frame) => {
@@ -138,6 +145,8 @@ export class Session {
   look_for = (text: string) => this.client.call("find", { text }).catch(() => null);
   inspect = (path: string) => this.client.call("inspect", { path }).catch(() => null);
   times = (is_wanted: boolean) => this.client.call("times", { is_wanted }).catch(() => null);
+  /** The file in which the shown subsystem stands. */
+  text_of_file = () => this.client.call("text", { system: this.system }).catch(() => null);
   variables = (system: string) => this.client.call("variables", { system }).catch(() => null);
 
   private async greet(): Promise<void> {
@@ -157,12 +166,6 @@ export class Session {
     this.take_run(welcome.run);
     await this.rewatch();
     await this.stage.ask();
-  }
-
-  /** Shows recordings, and the drawing in the place that their panels leave. */
-  private async begin_with(recordings: string[]): Promise<void> {
-    for (const file of recordings) await this.recordings.open(file);
-    if (recordings.length > 0) requestAnimationFrame(() => requestAnimationFrame(() => this.fit()));
   }
 
   private hear<N extends keyof Notifications>(name: N, value: Notifications[N]): void {
@@ -222,6 +225,11 @@ export class Session {
     return state !== null;
   }
   mend(fix: Fix): Promise<boolean> { return this.edit(JSON.parse(fix.operation) as Operation); }
+  async rewrite(file: string, text: string, before: string): Promise<Methods["rewrite"]["result"] | null> {
+    const answer = await this.ask("rewrite", { file, text, before });
+    if (answer) await this.settle(answer.document);
+    return answer;
+  }
   async undo(): Promise<void> { if (this.document?.can_undo) await this.settle(await this.ask("undo", {})); }
   async redo(): Promise<void> { if (this.document?.can_redo) await this.settle(await this.ask("redo", {})); }
   async arrange(): Promise<void> {
@@ -248,13 +256,24 @@ export class Session {
     this.look_at(system);
     await this.redraw();
     const view = this.views.get(this.system);
-    if (view) this.view = view;
+    if (view && !this.whole.has(view)) this.view = view;
     else this.fit();
     const inner = this.drawing?.elements.find((e) => e.path === from && e.kind === "subsystem");
     if (inner) this.select([key_of(inner)]);
   }
   async leave(): Promise<void> { if (this.system) await this.enter(parent_of(this.system)); }
-  fit(): void { if (this.drawing && this.drawing.elements.length > 0) this.view = fitted(this.drawing.bounds, this.size); }
+  fit(): void {
+    if (!this.drawing || this.drawing.elements.length === 0) return;
+    this.view = fitted(this.drawing.bounds, this.size);
+    this.whole.add(this.view);
+  }
+  /** Whoever sees all of the drawing goes on to see all of it; else its middle stays in the middle. */
+  resize_canvas(size: Size): void {
+    const { view, size: before } = this;
+    this.size = size;
+    if (before.width <= 1 || this.whole.has(view)) this.fit();
+    else this.view = panned(view, (size.width - before.width) / 2, (size.height - before.height) / 2);
+  }
   toggle_show(what: Show): void {
     const show = new Set(this.show);
     if (!show.delete(what)) show.add(what);
@@ -291,7 +310,7 @@ export class Session {
   async reveal(path: string): Promise<void> {
     for (let at = path; ; at = parent_of(at)) {
       if (parent_of(at) !== this.system) await this.enter(parent_of(at));
-      const found = this.drawing?.elements.find((e) => e.path === at);
+      const named = this.drawing?.elements.filter((e) => e.path === at), found = named?.find((e) => e.kind !== "wire") ?? named?.[0];
       if (found && this.system === parent_of(at)) return this.select([key_of(found)]);
       if (!at) return;
     }
@@ -311,19 +330,13 @@ export class Session {
   private async insert(operations: Operation[], name: string): Promise<void> {
     if (await this.edit({ do: "batch", operations })) this.select([joined(this.system, name)]);
   }
-  /** Where a block of the usual size, with ports halfway up, stands in a wire. */
-  private place_in(wire: Element, p: Point): Point {
-    const k = nearest_piece(p, wire.corners), on = on_grid({ x: p.x - 25, y: p.y - 25 });
-    return axis_of(wire.corners, k) === "x" ? { x: on.x, y: wire.corners[k]!.y - 25 } : on;
-  }
   async add_block(block: LibraryBlock, at?: Point, from?: End, into?: Element): Promise<void> {
     const name = fresh_name(this.drawing!, name_for(block.name)), system = this.system;
-    const input = block.inputs[0], output = block.outputs[0];
-    if (into && input && output) {
-      const end = (port: { name: string }, of: object[]) => (of.length === 1 ? name : `${name}.${port.name}`);
-      const place = this.place_in(into, at ?? middle_of(wire_line(into)));
-      return this.insert([{ do: "add", system, block: { name, type: block.name }, at: place },
-        ...splice(system, into, { input: end(input, block.inputs), output: end(output, block.outputs) })], name);
+    const shape = into ? await this.ask("preview", { type: block.name }) : null, ports = shape && through(shape);
+    if (into && shape && ports) {
+      const made = { ...shape, path: name };
+      return this.insert([{ do: "add", system, block: { name, type: block.name }, at: onto(into, at ?? middle_of(wire_line(into)), shape, ports.input) },
+        ...splice(system, into, { input: end_of(made, ports.input), output: end_of(made, ports.output) })], name);
     }
     const operations: Operation[] = [{ do: "add", system, block: { name, type: block.name }, at: this.spot(at) }];
     const end = from ? end_of_new(block, name, from.port) : null;

@@ -6,7 +6,8 @@ const names = [
   "highlight", "added", "removed", "changed", "pill", "pill-text",
 ] as const;
 export type Colours = Record<(typeof names)[number], string>;
-export const font = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`;
+/** Letters as wide as editor/view takes them to be, on every computer. */
+export const font = "Arimo, sans-serif";
 
 /** What the style sheet says now; a probe resolves light-dark() as the browser does. */
 export function colours(): Colours {

@@ -37,7 +37,7 @@ describe("the client", () => {
   });
   test("passes refusals on with their reason", async () => {
     const { client } = await started();
-    await expect(client.call("text", {})).rejects.toThrow("there is no method 'text'");
+    await expect(client.call("recordings", {})).rejects.toThrow("there is no method 'recordings'");
   });
   test("brings notifications and samples", async () => {
     const { client, until } = await started();

@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { commands } from "../src/commands.ts";
 import { ranked, score } from "../src/entries.ts";
-import { connection, end_of_new, fits, fresh_name, joined, name_for, numbers_of, parent_of, removal, revaluation } from "../src/operations.ts";
+import { connection, end_of_new, fits, fresh_name, joined, name_for, numbers_of, parent_of, redeclared, removal } from "../src/operations.ts";
 import { Model } from "./service.ts";
 
 const drawing = new Model().draw("", []);
@@ -54,7 +54,7 @@ test("what is removed takes its wires along, and they are removed once", () => {
 
 test("another value leaves the rest of a variable's declaration", () => {
   const field = { system: "", name: "Gain.Kp", text: "1", value: "1", unit: "V", doc: "", limits: "at least 0", minimum: "0", above: null, maximum: null, least: 0, greatest: null };
-  expect(revaluation(field, "2")).toEqual({ do: "set_variable", system: "", name: "Gain.Kp", variable: { value: "2", unit: "V", minimum: "0" } });
+  expect(redeclared(field, { value: "2" })).toEqual({ do: "set_variable", system: "", name: "Gain.Kp", variable: { value: "2", unit: "V", minimum: "0" } });
 });
 
 describe("the search", () => {

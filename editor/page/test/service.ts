@@ -165,6 +165,10 @@ class Speaker {
       case "library": return { blocks: Object.entries(known).map(([name, [inputs, outputs]]) => ({
         name, group: "standard", doc: `A ${name}.`, inputs: inputs.map((n) => ({ name: n, doc: "" })), outputs: outputs.map((n) => ({ name: n, doc: "" })) })) };
       case "draw": return model.draw(params.system, params.moved);
+      case "preview": {
+        const [inputs, outputs, symbol] = known[params.type]!;
+        return box("new", 0, 0, inputs, outputs, symbol);
+      }
       case "inspect": if (params.path === "phases") return { path: "phases", title: "phases", type: "StateMachine", doc: "", fields: [
         { name: "transitions", role: "argument", text: "[1 2 0 0.6; 2 1 1 0]", initial: "", value: "", unit: "", doc: "", choices: [], least: null, greatest: null }] };
         return { path: params.path, title: params.path || "motor", type: "Gain", doc: "Multiplies by a constant.", fields: [
@@ -202,7 +206,7 @@ class Speaker {
 }
 
 const types: Record<string, string> = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml" };
-export const policy = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'";
+export const policy = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; connect-src 'self'; base-uri 'none'";
 
 export async function serve(dist: string, port = 0, model = new Model()): Promise<{ server: Server; port: number; model: Model; drop(): void }> {
   const server = createServer(async (request, response) => {

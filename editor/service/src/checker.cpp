@@ -4,17 +4,17 @@
 
 namespace bf::service {
 
-void Checker::check(model::Model model, std::filesystem::path file, Done done) {
+void Checker::check(formats::Files texts, std::filesystem::path file, Done done) {
     {
         const std::lock_guard lock(mutex_);
-        job_ = Job{std::move(model), std::move(file), std::move(done)};
+        job_ = Job{std::move(texts), std::move(file), std::move(done)};
     }
     worker_.post([this] { check_newest(); });
 }
 
-ExaminedModel Checker::examined(const Job& job) {
+ExaminedModel Checker::examined(Job& job) {
     try {
-        return examine(job.model, job.file);
+        return examine(formats::read_yaml(job.file, job.texts), job.file);
     } catch (const model::Errors& errors) {
         return {{make_registry(), {job.file, {}, {}}, {}}, errors.diagnostics()};
     } catch (const std::exception& error) {
@@ -25,7 +25,7 @@ ExaminedModel Checker::examined(const Job& job) {
 void Checker::check_newest() {
     std::unique_lock lock(mutex_);
     if (!job_) return;
-    const Job job = *std::exchange(job_, {});
+    Job job = *std::exchange(job_, {});
     lock.unlock();
     job.done(std::make_shared<const ExaminedModel>(examined(job)));
 }

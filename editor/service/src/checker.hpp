@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bf/formats/yaml.hpp"
 #include "bf/library/load.hpp"
 #include "bf/service/worker.hpp"
 
@@ -16,15 +17,16 @@ class Checker {
   public:
     using Done = std::function<void(std::shared_ptr<const ExaminedModel>)>; ///< called there
 
-    void check(model::Model model, std::filesystem::path file, Done done);
+    /// `texts` are those of the model's files: mistakes stand at their lines.
+    void check(formats::Files texts, std::filesystem::path file, Done done);
 
   private:
     struct Job {
-        model::Model model;
+        formats::Files texts;
         std::filesystem::path file;
         Done done;
     };
-    static ExaminedModel examined(const Job& job);
+    static ExaminedModel examined(Job& job);
     void check_newest();
 
     std::mutex mutex_; ///< of the job

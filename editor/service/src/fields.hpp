@@ -91,6 +91,7 @@ BF_FIELDS(service::Bent, has("path", &T::path), has("points", &T::points))
 BF_FIELDS(service::Draw, has("system", &T::system), one_of("show", &T::show, words::show),
           has("moved", &T::moved), has("moved_notes", &T::moved_notes), has("bent", &T::bent))
 BF_FIELDS(service::Inspect, has("path", &T::path))
+BF_FIELDS(service::BlockType, has("type", &T::type))
 BF_FIELDS(service::Edit, has("operation", &T::operation))
 BF_FIELDS(service::InSystem, has("system", &T::system))
 BF_FIELDS(service::Evaluate, has("path", &T::path), has("name", &T::name), has("text", &T::text))
@@ -101,6 +102,13 @@ BF_FIELDS(service::Hits, has("hits", &T::hits))
 BF_FIELDS(service::Variables, has("variables", &T::variables))
 BF_FIELDS(service::Copy, has("system", &T::system), has("names", &T::names))
 BF_FIELDS(service::Text, has("text", &T::text))
+BF_FIELDS(service::TextPlace, has("system", &T::system), has("path", &T::path), has("from", &T::from),
+          has("line", &T::line), has("column", &T::column), has("last", &T::last))
+BF_FIELDS(service::FileText, has("file", &T::file), has("text", &T::text), has("places", &T::places),
+          has("diagnostics", &T::diagnostics))
+BF_FIELDS(service::Rewrite, has("file", &T::file), has("text", &T::text), has("before", &T::before))
+BF_FIELDS(service::Rewritten, has("document", &T::document), has("is_outdated", &T::is_outdated),
+          has("diagnostics", &T::diagnostics))
 BF_FIELDS(service::Paste, has("system", &T::system), has("text", &T::text), has("at", &T::at))
 BF_FIELDS(service::RunCommand, one_of("action", &T::action, words::action), has("time", &T::time),
           has("factor", &T::factor), has("branch", &T::branch), has("event", &T::event))

@@ -63,7 +63,8 @@ Inspection inspected(Registry& registry, const model::Model& m, const Diagram& d
             for (const auto& q : what.quantities)
                 if (q.role == Role::parameter) {
                     seen.fields.push_back({q.name, FieldRole::parameter, text(q.name), q.initial,
-                                           value(q.name), q.unit, with_limits(q.doc, q.limits, q.at_least)});
+                                           value(q.name), q.unit == "any" ? "" : q.unit,
+                                           with_limits(q.doc, q.limits, q.at_least)});
                     note_limits(q.limits, seen.fields.back());
                 }
         } catch (const std::exception& error) {

@@ -6,7 +6,7 @@
 #include "bf/model/edit.hpp"
 
 #include <algorithm>
-#include <set>
+#include <optional>
 #include <sys/stat.h>
 #include <utility>
 
@@ -78,23 +78,30 @@ void collapse(model::System& system, const model::System& before) {
     }
 }
 
+std::set<std::string> texts_of(const std::vector<model::Diagnostic>& diagnostics) {
+    std::set<std::string> all;
+    for (const auto& d : diagnostics) all.insert(d.text());
+    return all;
+}
+
 } // namespace
 
 struct Project::Document {
     fs::path file;
     model::Model model;
     model::History history;
+    std::string text;    ///< of the model
     std::string written; ///< text of the file as it is known here
     Stamp stamp;
     bool is_unwritten = false;
-    bool is_foreign = false; ///< the file holds a text of another program that is no model
+    std::optional<std::string> foreign; ///< what another program has written into the file and is no model
     std::string failure;
     std::shared_ptr<const model::Model> shared; ///< the model, for those that refer to it
 
     /// Puts the model into its file, where the file holds another text.
     void save() {
         try {
-            const std::string text = formats::write_yaml(model);
+            text = formats::write_yaml(model);
             is_unwritten = text != written;
             if (is_unwritten) {
                 OutputFile output(file);
@@ -121,15 +128,19 @@ Project::~Project() = default;
 const fs::path& Project::file() const { return documents_.front()->file; }
 const model::Model& Project::model() const { return documents_.front()->model; }
 
+Project::Document* Project::find(const fs::path& file) const {
+    const auto found = std::ranges::find(documents_, file, [](const auto& d) { return d->file; });
+    return found == documents_.end() ? nullptr : found->get();
+}
+
 Project::Document& Project::open(const fs::path& file) {
-    for (const auto& document : documents_)
-        if (document->file == file) return *document;
+    if (Document* document = find(file)) return *document;
     auto made = std::make_unique<Document>();
     made->file = file;
     made->stamp = stamp_of(file);
     formats::Files texts;
     made->model = formats::read_yaml(file, texts);
-    made->written = texts.at(file);
+    made->text = made->written = texts.at(file);
     documents_.push_back(std::move(made));
     Document& document = *documents_.back();
     each_reference(document.model.root, [&](model::Reference& reference) {
@@ -168,10 +179,9 @@ Project::Document& Project::document_of(std::string& path) const {
         if (!block) break;
         if (!block->reference) continue;
         const fs::path file = (document->file.parent_path() / block->reference->file).lexically_normal();
-        const auto found = std::find_if(documents_.begin(), documents_.end(),
-                                        [&](const auto& other) { return other->file == file; });
-        if (found == documents_.end()) break;
-        document = found->get();
+        Document* const found = find(file);
+        if (!found) break;
+        document = found;
         path.erase(0, dot + 1);
         dot = static_cast<std::size_t>(-1);
     }
@@ -252,9 +262,7 @@ void Project::open_referring(const fs::path& file) {
             if (!concerned.contains(document->file) && concerns(*document))
                 is_more = concerned.insert(document->file).second;
         for (const auto& other : found) {
-            if (std::ranges::find(documents_, other, [](const auto& d) { return d->file; }) !=
-                documents_.end())
-                continue;
+            if (find(other)) continue;
             const std::size_t count = documents_.size();
             bool refers = false;
             try {
@@ -293,11 +301,31 @@ std::vector<std::pair<Project::Document*, model::Model>> Project::followed(
 
 /// What another program wrote is never written over, also where it is no model.
 void Project::require_own(const Document& document) {
-    if (document.is_foreign)
+    if (document.foreign)
         throw model::Errors({{{},
                               "",
                               "another program has written into the file: " + document.failure,
                               "mend the file first"}});
+}
+
+/// What is wrong in the files that refer to this one, without what is known.
+std::vector<model::Diagnostic> Project::mistakes_beside(const Document& document,
+                                                        const std::set<std::string>& known) const {
+    std::vector<model::Diagnostic> all;
+    for (const auto& other : documents_)
+        if (other.get() != &document)
+            for (auto& d : model::check(other->model))
+                if (!known.contains(d.text())) all.push_back(std::move(d));
+    return all;
+}
+
+void Project::require_inside(const fs::path& file) const {
+    if (!is_inside(file, documents_.front()->file.parent_path()))
+        throw model::Errors(
+            {{{},
+              "",
+              "the file '" + file.string() + "' lies outside of the folder of the opened model",
+              "open it by itself"}});
 }
 
 void Project::edit(const model::Operation& operation) {
@@ -306,14 +334,6 @@ void Project::edit(const model::Operation& operation) {
     const model::Operation local = localised(operation, document);
     if (!document) return; // an empty batch
     const auto* const extract = std::get_if<model::operations::Extract>(&local);
-    const auto require_inside = [&](const fs::path& file) {
-        if (!is_inside(file, documents_.front()->file.parent_path()))
-            throw model::Errors(
-                {{{},
-                  "",
-                  "the file '" + file.string() + "' lies outside of the folder of the opened model",
-                  "open it by itself"}});
-    };
     require_inside(document->file);
     require_own(*document);
     const auto beside = [&](const std::string& file) {
@@ -332,15 +352,7 @@ void Project::edit(const model::Operation& operation) {
     if (extract && fs::exists(beside(extract->file)))
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});
-    const auto wrong = [&] { // in the files that refer to this one
-        std::vector<model::Diagnostic> all;
-        for (const auto& other : documents_)
-            if (other.get() != document)
-                for (auto& d : model::check(other->model)) all.push_back(std::move(d));
-        return all;
-    };
-    std::set<std::string> known;
-    for (const auto& d : wrong()) known.insert(d.text());
+    const std::set<std::string> known = texts_of(mistakes_beside(*document));
     document->history.edit(document->model, local, [&](const std::string& file) {
         Document& other = open(beside(file));
         link(other);
@@ -364,8 +376,7 @@ void Project::edit(const model::Operation& operation) {
         documents_.push_back(std::move(made));
     }
     link_all();
-    std::vector<model::Diagnostic> broken = wrong();
-    std::erase_if(broken, [&](const model::Diagnostic& d) { return known.contains(d.text()); });
+    std::vector<model::Diagnostic> broken = mistakes_beside(*document, known);
     if (!broken.empty()) {
         take_back();
         throw model::Errors(std::move(broken));
@@ -392,6 +403,39 @@ bool Project::step(std::vector<Step>& from, std::vector<Step>& to,
     return true;
 }
 
+/// The model that was read from another text takes the place of the document's, as an edit.
+void Project::take(Document& document, model::Model model, const std::string& text) {
+    document.history.replace(document.model, std::move(model));
+    document.text = text;
+    done_.push_back({&document});
+    undone_.clear();
+    changed();
+}
+
+bool Project::rewrite(const fs::path& file, const std::string& before, const std::string& text) {
+    static_cast<void>(synchronise());
+    Document* const found = find(file);
+    if (!found)
+        throw model::Errors({{{}, "", "the model has no file '" + file.string() + "'", "open it by itself"}});
+    Document& document = *found;
+    require_inside(file);
+    if (document.foreign.value_or(document.text) != before) return false;
+    if (text == before) return true;
+    formats::Files texts{{file, text}};
+    model::Model model = formats::read_yaml(file, texts);
+    const std::set<std::string> known = texts_of(mistakes_beside(document));
+    std::swap(document.model, model);
+    link_all();
+    std::vector<model::Diagnostic> broken = mistakes_beside(document, known);
+    std::swap(document.model, model);
+    link_all();
+    if (!broken.empty()) throw model::Errors(std::move(broken));
+    take(document, std::move(model), text);
+    if (document.foreign) document.written = *std::exchange(document.foreign, {});
+    document.save();
+    return true;
+}
+
 bool Project::synchronise() {
     bool is_other = false;
     for (std::size_t i = 0; i < documents_.size(); ++i) {
@@ -403,29 +447,38 @@ bool Project::synchronise() {
             continue;
         }
         document.stamp = stamp_of(document.file);
+        std::string text;
         try {
-            if (std::string text = read_text_file(document.file); text != document.written) {
-                formats::Files texts{{document.file, std::move(text)}};
-                model::Model model = formats::read_yaml(document.file, texts);
-                document.history.replace(document.model, std::move(model));
-                document.written = texts.at(document.file);
-                document.is_unwritten = document.is_foreign = false;
-                done_.push_back({&document});
-                undone_.clear();
+            text = read_text_file(document.file);
+            if (text != document.written) {
+                formats::Files texts{{document.file, text}};
+                take(document, formats::read_yaml(document.file, texts), text);
+                document.written = std::move(text);
+                document.is_unwritten = false;
                 is_other = true;
-                changed();
             }
             document.failure.clear();
-            document.is_foreign = false;
+            document.foreign.reset();
         } catch (const model::Errors& error) {
             document.failure = error.what();
-            document.is_foreign = true;
+            document.foreign = std::move(text);
         } catch (const std::exception& error) {
             document.failure = error.what();
         }
         is_other |= document.failure != failure;
     }
     return is_other;
+}
+
+std::map<fs::path, std::string> Project::texts() const {
+    std::map<fs::path, std::string> all;
+    for (const auto& document : documents_) all[document->file] = document->text;
+    return all;
+}
+
+std::string Project::text_in(const fs::path& file) const {
+    const Document* const found = find(file);
+    return found ? found->foreign.value_or(found->text) : "";
 }
 
 std::string Project::failure() const {

@@ -13,6 +13,7 @@
 #include "inspect.hpp"
 #include "json.hpp"
 #include "live.hpp"
+#include "places.hpp"
 #include "recordings.hpp"
 #include "stage.hpp"
 #include "typescript.hpp"
@@ -86,7 +87,7 @@ struct Service::State {
 
     void check() {
         checked_revision = -1;
-        checker.check(project->model(), project->file(),
+        checker.check(project->texts(), project->file(),
                       [this, revision = project->revision(), of = project.get(),
                        alive = std::weak_ptr<bool>(alive)](std::shared_ptr<const ExaminedModel> found) {
                           options.post([this, revision, of, alive, found = std::move(found)] {
@@ -108,10 +109,7 @@ struct Service::State {
         state.is_checked = checked_revision == project->revision();
         state.failure = project->failure();
         state.panels = panels();
-        if (examined)
-            for (const auto& d : examined->diagnostics)
-                state.diagnostics.push_back({d.where.file ? relative(*d.where.file) : "", d.where.line,
-                                             d.where.column, d.path, d.message, d.remedy, d.fixes});
+        if (examined) state.diagnostics = told(examined->diagnostics);
         return state;
     }
 
@@ -245,6 +243,15 @@ struct Service::State {
         return editor::draw(project->model(), asked.system, diagram(), diagnostics(), show);
     }
 
+    /// A new block, alone.
+    editor::Element preview(int, const BlockType& asked) {
+        model::Model alone;
+        alone.root.blocks.push_back({.name = "new", .type = asked.type});
+        if (const auto slash = asked.type.find('/'); slash != std::string::npos)
+            alone.plugins.push_back({asked.type.substr(0, slash)});
+        return editor::draw(alone, "", examine(alone, project->file()).diagram, {}).elements.front();
+    }
+
     bool leads_to(const std::string& system, const std::string& path) const {
         const model::Model& m = project->model();
         const model::System* content = model::find_system(m, system);
@@ -351,7 +358,38 @@ struct Service::State {
     DocumentState paste(int, const Paste& asked) {
         return apply(pasted(project->model(), asked.system, asked.text, asked.at), "paste");
     }
-    Text text(int, const Nothing&) { return {formats::write_yaml(project->model())}; }
+
+    std::vector<Diagnostic> told(const std::vector<model::Diagnostic>& all) const {
+        std::vector<Diagnostic> list;
+        for (const auto& [where, path, message, remedy, fixes] : all)
+            list.push_back({where.file ? relative(*where.file) : "", where.line, where.column, path, message,
+                            remedy, fixes});
+        return list;
+    }
+
+    FileText text(int, const InSystem& asked) {
+        const auto [file, local] = project->place_of(model::joined(asked.system, "x"));
+        FileText found{relative(file), project->text_in(file)};
+        formats::Files texts = project->texts();
+        texts[file] = found.text;
+        std::string outer = asked.system; // the block that stands for the file, if one does
+        outer.resize(outer.size() - model::split_last(local).first.size());
+        if (outer.ends_with('.')) outer.pop_back();
+        try {
+            found.places = places_in(formats::read_yaml(file, texts), outer);
+        } catch (const model::Errors& errors) {
+            found.diagnostics = told(errors.diagnostics());
+        }
+        return found;
+    }
+    Rewritten rewrite(int, const Rewrite& asked) {
+        try {
+            if (!project->rewrite(inside(asked.file), asked.before, asked.text)) return {document(), true};
+        } catch (const model::Errors& errors) {
+            return {document(), false, told(errors.diagnostics())};
+        }
+        return {after_change("text")};
+    }
 
     // ---- the run ----
 
@@ -568,19 +606,31 @@ Method method(const char* name, Result (Service::State::*call)(int, const Params
 
 const std::vector<Method>& methods() {
     using S = Service::State;
-    static const std::vector<Method> all = {
-        method("hello", &S::hello),       method("open", &S::open),
-        method("library", &S::library),   method("draw", &S::draw),
-        method("inspect", &S::inspect),   method("find", &S::find),
-        method("evaluate", &S::evaluate), method("variables", &S::variables),
-        method("edit", &S::edit),         method("undo", &S::undo),
-        method("redo", &S::redo),         method("arrange", &S::arrange),
-        method("copy", &S::copy),         method("paste", &S::paste),
-        method("text", &S::text),         method("run", &S::run),
-        method("signals", &S::signals),   method("scene", &S::scene),
-        method("times", &S::times),       method("recordings", &S::recordings),
-        method("read", &S::read),         method("watch", &S::watch),
-        method("tune", &S::tune)};
+    static const std::vector<Method> all = {method("hello", &S::hello),
+                                            method("open", &S::open),
+                                            method("library", &S::library),
+                                            method("draw", &S::draw),
+                                            method("preview", &S::preview),
+                                            method("inspect", &S::inspect),
+                                            method("find", &S::find),
+                                            method("evaluate", &S::evaluate),
+                                            method("variables", &S::variables),
+                                            method("edit", &S::edit),
+                                            method("undo", &S::undo),
+                                            method("redo", &S::redo),
+                                            method("arrange", &S::arrange),
+                                            method("copy", &S::copy),
+                                            method("paste", &S::paste),
+                                            method("text", &S::text),
+                                            method("rewrite", &S::rewrite),
+                                            method("run", &S::run),
+                                            method("signals", &S::signals),
+                                            method("scene", &S::scene),
+                                            method("times", &S::times),
+                                            method("recordings", &S::recordings),
+                                            method("read", &S::read),
+                                            method("watch", &S::watch),
+                                            method("tune", &S::tune)};
     return all;
 }
 

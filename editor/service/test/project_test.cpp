@@ -143,6 +143,80 @@ TEST_F(ProjectTest, NeverWritesOverWhatAnotherProgramWroteEvenIfItIsNoModel) {
     EXPECT_NE(read("loop.yaml").find("value: 5"), std::string::npos);
 }
 
+TEST_F(ProjectTest, TakesATextAsAnEditThatWritesItsBytesAndCanBeUndone) {
+    Project project(file());
+    std::string text = loop;
+    text.replace(text.find("value: 1}"), 9, "value: 9}   # as typed");
+    EXPECT_TRUE(project.rewrite(file(), loop, text));
+    EXPECT_EQ(read("loop.yaml"), text);
+    EXPECT_EQ(bf::model::find(project.model(), "reference")->find_setting("value")->value.text, "9");
+    project.edit(op::Set{"reference", "value", "7"});
+    EXPECT_NE(read("loop.yaml").find("value: 7}   # as typed"), std::string::npos);
+    EXPECT_EQ(project.text_in(file()), read("loop.yaml"));
+    EXPECT_TRUE(project.undo());
+    EXPECT_EQ(read("loop.yaml"), text);
+    EXPECT_TRUE(project.undo());
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_TRUE(project.redo());
+    EXPECT_EQ(read("loop.yaml"), text);
+}
+
+TEST_F(ProjectTest, TakesTheTextOfAFileThatTheModelRefersTo) {
+    Project project(file());
+    std::string text = law;
+    text.replace(text.find("K: 2"), 4, "K: 7");
+    EXPECT_TRUE(project.rewrite(file("law.yaml"), law, text));
+    EXPECT_EQ(read("law.yaml"), text);
+    EXPECT_EQ(bf::model::find(project.model(), "law.gain")->find_setting("K")->value.text, "7");
+    EXPECT_THROW(project.rewrite(file("other.yaml"), "", law), bf::model::Errors);
+    EXPECT_FALSE(fs::exists(file("other.yaml")));
+}
+
+TEST_F(ProjectTest, ATextThatIsNoModelOrBreaksAnotherFileIsRefusedAndNothingIsWritten) {
+    Project project(file());
+    for (const std::string& text :
+         {std::string("model: ["), std::string(loop) + "  nothing: law.error\n", std::string("\xff")})
+        try {
+            static_cast<void>(project.rewrite(file(), loop, text));
+            ADD_FAILURE() << text;
+        } catch (const bf::model::Errors& errors) {
+            EXPECT_GT(errors.diagnostics()[0].where.line, 0) << errors.what();
+        }
+    std::string renamed = law;
+    for (std::size_t at; (at = renamed.find("error")) != std::string::npos;) renamed.replace(at, 5, "e");
+    EXPECT_THROW(project.rewrite(file("law.yaml"), law, renamed),
+                 bf::model::Errors); // loop.yaml uses 'error'
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_EQ(read("law.yaml"), law);
+    EXPECT_FALSE(project.can_undo());
+    EXPECT_EQ(bf::model::find(project.model(), "law.gain")->find_setting("K")->value.text, "2");
+}
+
+TEST_F(ProjectTest, ATextIsNotTakenWhereTheFileHoldsAnotherOneThanItsAuthorSaw) {
+    Project project(file());
+    std::string text = loop, other = loop;
+    text.replace(text.find("value: 1"), 8, "value: 9");
+    other.replace(other.find("0.1"), 3, "0.2");
+    write("loop.yaml", other);
+    EXPECT_FALSE(project.rewrite(file(), loop, text));
+    EXPECT_EQ(read("loop.yaml"), other);
+    project.edit(op::Set{"reference", "value", "5"});
+    EXPECT_FALSE(project.rewrite(file(), other, text));
+    EXPECT_NE(read("loop.yaml").find("value: 5"), std::string::npos);
+}
+
+TEST_F(ProjectTest, ATextMendsAFileThatAnotherProgramBroke) {
+    Project project(file());
+    const std::string foreign = std::string(loop) + "extra: [unclosed\n";
+    write("loop.yaml", foreign);
+    EXPECT_TRUE(project.synchronise());
+    EXPECT_EQ(project.text_in(file()), foreign);
+    EXPECT_TRUE(project.rewrite(file(), foreign, loop)); // as it was before
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_EQ(project.failure(), "");
+    EXPECT_FALSE(project.synchronise());
+}
+
 TEST_F(ProjectTest, RefusesAnEditThatBreaksAFileThatRefersToThisOne) {
     Project project(file());
     EXPECT_THROW(project.edit(op::Remove{"law.error"}), bf::model::Errors);

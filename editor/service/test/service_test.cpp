@@ -333,6 +333,85 @@ TEST_F(ServiceTest, AnswersGarbageWithAnErrorOfJsonRpc) {
               "\"explode\"");
 }
 
+TEST_F(ServiceTest, TellsWhereBlocksPortsAndWiresStandInTheText) {
+    std::ofstream(file()) << "model: places\n"
+                             "step: 0.1\n"
+                             "blocks:\n"
+                             "  law:\n"
+                             "    inputs: [e, r]\n"
+                             "    outputs: [u]\n"
+                             "    blocks:\n"
+                             "      gain: {block: Gain, K: 2}   # N/m\n"
+                             "\n"
+                             "      # of both\n"
+                             "      sum: {block: Sum}\n"
+                             "    connections:\n"
+                             "      e: [gain, sum.u1]\n"
+                             "      gain: sum.u2\n"
+                             "      sum: u\n"
+                             "# the end\n"
+                             "  c: {block: Constant}\n"
+                             "connections:\n"
+                             "  c: [law.e, law.r]\n";
+    service->tick();
+    const Json found = result("text", {{"system", "law"}});
+    EXPECT_EQ(found["file"], "motor.yaml");
+    EXPECT_EQ(found["text"], text());
+    std::vector<std::string> places;
+    for (const auto& place : found["places"]) {
+        std::string words = place["system"].get<std::string>() + "|" + place["path"].get<std::string>();
+        if (place["from"] != "") words += " from " + place["from"].get<std::string>();
+        for (const char* key : {"line", "column", "last"})
+            words += " " + std::to_string(place[key].get<int>());
+        places.push_back(words);
+    }
+    EXPECT_EQ(places,
+              (std::vector<std::string>{"|law 4 1 15", "law|law.e 5 14 5", "law|law.r 5 17 5",
+                                        "law|law.u 6 15 6", "law|law.gain 8 1 8", "law|law.sum 11 1 11",
+                                        "law|law.gain from e 13 11 13", "law|law.sum.u1 from e 13 17 13",
+                                        "law|law.sum.u2 from gain 14 13 14", "law|law.u from sum 15 12 15",
+                                        "|c 17 1 17", "|law.e from c 19 7 19", "|law.r from c 19 14 19"}));
+}
+
+TEST_F(ServiceTest, ATypedTextIsAnEditOfTheDocument) {
+    checked();
+    std::string wanted = text();
+    const auto at = wanted.find("0.05}");
+    ASSERT_NE(at, std::string::npos);
+    const std::string before = text();
+    wanted.replace(at, 5, "0.07}   # as typed");
+    EXPECT_EQ(
+        result("rewrite", {{"file", "motor.yaml"}, {"before", "another"}, {"text", wanted}})["is_outdated"],
+        true);
+    EXPECT_EQ(text(), before);
+    const Json broken =
+        result("rewrite", {{"file", "motor.yaml"}, {"before", before}, {"text", before + "]"}});
+    EXPECT_EQ(broken["diagnostics"][0]["file"], "motor.yaml");
+    EXPECT_GT(broken["diagnostics"][0]["line"], 1);
+    EXPECT_EQ(broken["document"]["can_undo"], false);
+    const Json taken = result("rewrite", {{"file", "motor.yaml"}, {"before", before}, {"text", wanted}});
+    EXPECT_EQ(taken["diagnostics"], Json::array());
+    EXPECT_EQ(taken["document"]["can_undo"], true);
+    EXPECT_EQ(text(), wanted);
+    result("undo");
+    EXPECT_EQ(text(), before);
+    EXPECT_NE(refusal("rewrite", {{"file", "../motor.yaml"}, {"before", ""}, {"text", before}}), "");
+}
+
+TEST_F(ServiceTest, MistakesStandAtTheirLinesAfterEditsThatMovedThem) {
+    checked();
+    const auto edit = [&](const Json& operation) { result("edit", {{"operation", operation}}); };
+    edit({{"do", "set"}, {"path", "load"}, {"name", "after"}, {"value", "nothing"}});
+    const Json first = checked()["diagnostics"][0];
+    edit({{"do", "set"}, {"path", ""}, {"name", "doc"}, {"value", "a\nb\nc"}});
+    const Json second = checked()["diagnostics"][0];
+    EXPECT_EQ(second["message"], first["message"]);
+    std::istringstream lines(text());
+    std::string line;
+    for (int i = 0; i < second["line"].get<int>(); ++i) std::getline(lines, line);
+    EXPECT_NE(line.find("nothing"), std::string::npos) << line;
+}
+
 TEST(Protocol, OfThePageIsTheOneOfTheService) {
     EXPECT_EQ(bf::read_text_file(fs::path(BF_SOURCE_DIRECTORY) / "editor/page/src/protocol.ts"),
               Service::typescript())

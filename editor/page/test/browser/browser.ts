@@ -1,5 +1,7 @@
+import { spawn } from "node:child_process";
 import { existsSync } from "node:fs";
-import { chromium, type Browser, type Page } from "playwright-core";
+import { createInterface } from "node:readline";
+import { chromium, type Browser, type BrowserContextOptions, type Page } from "playwright-core";
 import { fitted, to_screen } from "../../src/geometry.ts";
 import type { Drawing, Point } from "../../src/protocol.ts";
 
@@ -14,9 +16,20 @@ export const start = (more: string[] = []): Promise<Browser> => chromium.launch(
     "--disable-gpu", ...more],
 });
 
+/** A bf edit of that model, and how to end it. */
+export async function edited(command: string, file: string): Promise<{ address: string; end(): void }> {
+  const program = spawn(command, ["edit", "--no-browser", file], { stdio: ["ignore", "pipe", "inherit"] });
+  const end = () => void program.kill("SIGINT");
+  for await (const line of createInterface(program.stdout)) {
+    const address = /http:\S+/.exec(line)?.[0];
+    if (address) return { address, end };
+  }
+  throw new Error(`bf edit ${file} has ended`);
+}
+
 /** A page, and all that it complains of. */
-export async function opened(browser: Browser, address: string): Promise<{ page: Page; complaints: string[] }> {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } }), complaints: string[] = [];
+export async function opened(browser: Browser, address: string, options: BrowserContextOptions = {}): Promise<{ page: Page; complaints: string[] }> {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, ...options }), complaints: string[] = [];
   page.setDefaultTimeout(8000);
   page.on("pageerror", (error) => complaints.push(error.message));
   page.on("console", (message) => {

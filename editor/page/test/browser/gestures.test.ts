@@ -69,7 +69,7 @@ describe.skipIf(!is_there)("the page", () => {
     const option = (await page.getByRole("option", { name: /^DiscreteIntegrator/ }).boundingBox())!;
     await hand.drag({ x: option.x + 40, y: option.y + 10 }, wire);
     await until(() => operations().length > 0);
-    expect(operations()[0]).toMatchObject({ do: "batch", operations: [{ do: "add", block: { name: "discreteIntegrator" } },
+    expect(operations()[0]).toMatchObject({ do: "batch", operations: [{ do: "add", block: { name: "discreteIntegrator" }, at: { y: 80 - 20 } },
       { do: "disconnect", from: "gain", to: "motor" }, { do: "connect", from: "gain", to: "discreteIntegrator" },
       { do: "connect", from: "discreteIntegrator", to: "motor" }] });
   });

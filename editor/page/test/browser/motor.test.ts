@@ -1,4 +1,3 @@
-import { spawn, type ChildProcess } from "node:child_process";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -7,7 +6,7 @@ import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } fr
 import { Client } from "../../src/client.ts";
 import { Server } from "../../src/server.ts";
 import { found_by_axe } from "./axe.ts";
-import { Hand, is_there, opened, start } from "./browser.ts";
+import { edited, Hand, is_there, opened, start } from "./browser.ts";
 
 const command = process.env.BF_COMMAND;
 const empty = "# Drawn by hand.\nmodel: motor\nstep: 0.001\nstop: 1\n";
@@ -40,7 +39,7 @@ const settings: [string, string, string][] = [
 ];
 
 describe.skipIf(!is_there || !command)("bf edit", () => {
-  let browser: Browser, page: Page, complaints: string[], folder: string, file: string, bf: ChildProcess, client: Client, hand: Hand;
+  let browser: Browser, page: Page, complaints: string[], folder: string, file: string, bf: Awaited<ReturnType<typeof edited>>, client: Client, hand: Hand;
 
   beforeAll(async () => void (browser = await start()));
   afterAll(() => browser.close());
@@ -48,25 +47,18 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
     folder = await mkdtemp(join(tmpdir(), "bf-page-"));
     file = join(folder, "motor.yaml");
     await writeFile(file, empty);
-    bf = spawn(command!, ["edit", "--no-browser", file]);
-    const address = await new Promise<string>((resolve) => {
-      let said = "";
-      bf.stdout!.on("data", (data) => {
-        const found = /http:\S+/.exec((said += data));
-        if (found) resolve(found[0]);
-      });
-    });
+    bf = await edited(command!, file);
     // Tells what is drawn where, and nothing else.
     await new Promise<void>((ready) => {
-      client = new Client(new Server(address.replace("http:", "ws:").replace("/?", "/socket?")), { opened: ready, lost() {}, told() {}, sampled() {} });
+      client = new Client(new Server(bf.address.replace("http:", "ws:").replace("/?", "/socket?")), { opened: ready, lost() {}, told() {}, sampled() {} });
     });
-    ({ page, complaints } = await opened(browser, address));
+    ({ page, complaints } = await opened(browser, bf.address));
     hand = new Hand(page, () => client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [] }));
   });
   afterEach(async () => {
     await page.close();
     client.close();
-    bf.kill("SIGINT");
+    bf.end();
     await rm(folder, { recursive: true });
     expect(complaints).toEqual([]);
   });

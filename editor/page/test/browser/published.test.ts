@@ -9,7 +9,7 @@ import { afterAll, beforeAll, describe, expect, test } from "vitest";
 import { found_by_axe } from "./axe.ts";
 import { is_there, start } from "./browser.ts";
 
-const command = process.env.BF_COMMAND, motor = process.env.BF_MOTOR;
+const command = process.env.BF_COMMAND, motor = join(process.env.BF_SOURCE ?? "", "docs/start/motor.yaml");
 const examples = ["bouncing_ball", "buck_converter", "cart_pole", "dc_motor", "double_pendulum", "stick_slip", "thermostat", "two_rates"];
 const is_built = process.env.BF_PAGE !== undefined && existsSync(join(process.env.BF_PAGE, "../published/engine.js"));
 
@@ -20,9 +20,9 @@ describe.skipIf(!is_there || !is_built)("a published page", () => {
     browser = await start();
     folder = await mkdtemp(join(tmpdir(), "bf-published-"));
     const [same, soft] = [join(folder, "same.mcap"), join(folder, "soft.mcap")];
-    execFileSync(command!, ["run", motor!, "--record", same, "--quiet"]);
-    execFileSync(command!, ["run", motor!, "--set", "Gain.Ki=0.3", "--record", soft, "--quiet"]);
-    execFileSync(command!, ["publish", motor!, "-o", join(folder, "motor"), "--recording", same, "--recording", soft]);
+    execFileSync(command!, ["run", motor, "--record", same, "--quiet"]);
+    execFileSync(command!, ["run", motor, "--set", "Gain.Ki=0.3", "--record", soft, "--quiet"]);
+    execFileSync(command!, ["publish", motor, "-o", join(folder, "motor"), "--recording", same, "--recording", soft]);
   });
   afterAll(async () => {
     await browser.close();
@@ -66,7 +66,7 @@ describe.skipIf(!is_there || !is_built)("a published page", () => {
   });
 
   test.each(examples)("runs the example %s to its end, and goes back in it", async (name) => {
-    execFileSync(command!, ["publish", join(motor!, "../../../examples", name, "model.yaml"), "-o", join(folder, name)]);
+    execFileSync(command!, ["publish", join(motor, "../../../examples", name, "model.yaml"), "-o", join(folder, name)]);
     const { page, complaints } = await opened(pathToFileURL(join(folder, name, "index.html")).href);
     const time = () => page.getByLabel("Run", { exact: true }).and(page.getByRole("group")).locator("output").innerText();
     await page.getByText("No mistakes").waitFor();
@@ -100,7 +100,7 @@ describe.skipIf(!is_there || !is_built)("a published page", () => {
     await page.getByRole("button", { name: "Undo" }).and(page.locator(":enabled")).waitFor();
     const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Download" }).click()]);
     expect(download.suggestedFilename()).toBe("motor.yaml");
-    const text = await readFile(motor!, "utf8");
+    const text = await readFile(motor, "utf8");
     expect(await readFile(await download.path(), "utf8")).toBe(text.replace("supply: 24 ", "supply: 30 "));
     await page.reload();
     await page.locator("#variable-supply").waitFor();

@@ -1,4 +1,3 @@
-import { spawn, type ChildProcess } from "node:child_process";
 import { existsSync } from "node:fs";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -10,7 +9,7 @@ import type { Scene } from "../../src/protocol.ts";
 import { Server } from "../../src/server.ts";
 import { Stage } from "../../src/stage.svelte.ts";
 import { found_by_axe } from "./axe.ts";
-import { is_there, opened, start } from "./browser.ts";
+import { edited, is_there, opened, start } from "./browser.ts";
 
 const command = process.env.BF_COMMAND;
 const has_robots = command !== undefined && existsSync(join(dirname(command), "../lib/blockfactory/WholeBodyToolbox.so"));
@@ -28,7 +27,7 @@ blocks:
 `;
 
 describe.skipIf(!is_there || !has_robots)("the robot", () => {
-  let browser: Browser, page: Page, complaints: string[], folder: string, bf: ChildProcess, client: Client, seen: Stage, view: Locator;
+  let browser: Browser, page: Page, complaints: string[], folder: string, bf: Awaited<ReturnType<typeof edited>>, client: Client, seen: Stage, view: Locator;
 
   beforeAll(async () => void (browser = await start(["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])));
   afterAll(() => browser.close());
@@ -39,7 +38,7 @@ describe.skipIf(!is_there || !has_robots)("the robot", () => {
   afterEach(async () => {
     if (!page.isClosed()) await page.close();
     client.close();
-    bf.kill("SIGINT");
+    bf.end();
     await rm(folder, { recursive: true });
     expect(complaints).toEqual([]);
   });
@@ -47,18 +46,14 @@ describe.skipIf(!is_there || !has_robots)("the robot", () => {
   async function open(gravity: string, other?: Browser): Promise<void> {
     const file = join(folder, "box.yaml");
     await writeFile(file, model(gravity));
-    bf = spawn(command!, ["edit", "--no-browser", file]);
-    const address = await new Promise<string>((resolve) => bf.stdout!.on("data", (data) => {
-      const found = /http:\S+/.exec(String(data));
-      if (found) resolve(found[0]);
-    }));
+    bf = await edited(command!, file);
     // Another page that looks, without a picture.
     await new Promise<void>((ready) => {
-      client = new Client(new Server(address.replace("http:", "ws:").replace("/?", "/socket?")),
+      client = new Client(new Server(bf.address.replace("http:", "ws:").replace("/?", "/socket?")),
         { opened: ready, lost() {}, told() {}, sampled: (frame) => seen.take(frame) });
       seen = new Stage(client);
     });
-    ({ page, complaints } = await opened(other ?? browser, address));
+    ({ page, complaints } = await opened(other ?? browser, bf.address));
     view = page.getByRole("application", { name: /^World world with 1 bodies/ });
     if (other) return;
     await view.waitFor();

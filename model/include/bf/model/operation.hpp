@@ -111,7 +111,7 @@ struct Bend {
     std::vector<Point> points = {};
 };
 
-/// Writes a note, or removes it. Its own name, if it has one, is the new name.
+/// Writes or removes a note. Its own name, if any, is the new one; without a size it keeps the one it has.
 struct Annotate {
     std::string name;
     std::optional<Note> note = {};

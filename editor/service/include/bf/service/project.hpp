@@ -6,7 +6,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,6 +37,15 @@ class Project {
     bool can_undo() const { return !done_.empty(); }
     bool can_redo() const { return !undone_.empty(); }
 
+    /// Another text for one of the files, as an edit that can be undone. False where the file does not hold
+    /// `before`: another page or program was faster. Throws model::Errors with what is wrong in the text, or
+    /// in files that refer to this one, and changes nothing.
+    bool rewrite(const std::filesystem::path& file, const std::string& before, const std::string& text);
+    /// What the file holds: the text of its model, or one that is no model and that another program wrote.
+    std::string text_in(const std::filesystem::path& file) const;
+    /// Of all models, by their files.
+    std::map<std::filesystem::path, std::string> texts() const;
+
     /// Writes what could not be written before, and reads what others wrote; true when that changed the model
     /// or `failure`.
     bool synchronise();
@@ -46,9 +57,13 @@ class Project {
 
   private:
     struct Document;
+    Document* find(const std::filesystem::path& file) const;
     Document& open(const std::filesystem::path& file);
     Document& document_of(std::string& path) const;
     static void require_own(const Document& document);
+    void require_inside(const std::filesystem::path& file) const;
+    std::vector<model::Diagnostic> mistakes_beside(const Document& document,
+                                                   const std::set<std::string>& known = {}) const;
     using Step = std::vector<Document*>; ///< the files that one edit changed
     void open_referring(const std::filesystem::path& file);
     std::vector<std::pair<Document*, model::Model>> followed(const Document& document,
@@ -56,6 +71,7 @@ class Project {
     void link(Document& document);
     void link_all();
     model::Operation localised(model::Operation operation, Document*& document) const;
+    void take(Document& document, model::Model model, const std::string& text);
     bool step(std::vector<Step>& from, std::vector<Step>& to, bool (model::History::*move)(model::Model&));
     void changed();
 

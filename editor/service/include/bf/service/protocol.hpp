@@ -234,6 +234,9 @@ struct Inspect {
 struct OperationText {
     std::string json;
 };
+struct BlockType {
+    std::string type;
+};
 struct Edit {
     OperationText operation;
 };
@@ -260,6 +263,28 @@ struct Copy {
 };
 struct Text {
     std::string text;
+};
+/// The lines in which a block, an own port or a wire stands.
+struct TextPlace {
+    std::string system, path;           ///< as in drawings
+    std::string from = {};              ///< of a wire, as in drawings
+    int line = 0, column = 0, last = 0; ///< it begins there, and ends in the last line; from 1
+};
+/// The file in which a subsystem stands.
+struct FileText {
+    std::string file, text;
+    std::vector<TextPlace> places = {}; ///< from the beginning to the end, what stands around another first
+    std::vector<Diagnostic> diagnostics = {}; ///< of what another program wrote and is no model
+};
+struct Rewrite {
+    std::string file, text;
+    std::string before; ///< that the file held for whoever changed it
+};
+/// A text that is no model, or not of what the file holds now, is not taken.
+struct Rewritten {
+    DocumentState document;
+    bool is_outdated = false;
+    std::vector<Diagnostic> diagnostics = {};
 };
 struct Paste {
     std::string system, text;

@@ -10,7 +10,7 @@ async function until_interactive(browser: Browser, address: string): Promise<{ p
     let is_asked = false;
     const look = (): void => {
       const is_there = document.querySelector('[role="option"][id^="element-"]') !== null, heading = document.querySelector("h1")?.textContent;
-      if (is_there && !is_asked) is_asked = dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true, cancelable: true })) === false;
+      if (is_there && !is_asked) is_asked = document.body.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true, cancelable: true })) === false;
       if (heading === "c") Object.assign(globalThis, { interactive: performance.now() / 1000 });
       else requestAnimationFrame(look);
     };

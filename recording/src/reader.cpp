@@ -4,13 +4,16 @@
 #include "bf/base/numbers.hpp"
 #include "bf/base/open_file.hpp"
 #include "bf/recording/message.hpp"
+#include "foreign.hpp"
 #include "format.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <fstream>
 #include <istream>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <unordered_map>
 
@@ -76,11 +79,21 @@ class Parser {
         if (ended && message_count_ != counted_)
             report("the file does not hold as many messages as it counts");
         recording_.complete = recording_.defect.empty();
+        begin_at_zero();
         give_every_name_its_channel();
         return std::move(recording_);
     }
 
   private:
+    struct Schema {
+        std::string name, encoding, text;
+    };
+    struct Foreign {
+        std::string name;
+        std::unique_ptr<Decoder> decoder;            // null: nobody understands it
+        std::map<std::string, std::size_t> channels; // of the recording, by paths in messages
+    };
+
     bool read(std::uint64_t count) {
         if (count > left_) return false;
         buffer_.resize(count);
@@ -113,6 +126,9 @@ class Parser {
     bool record(Opcode opcode, Bytes content, std::uint32_t crc_before) {
         Cursor cursor(content);
         switch (opcode) {
+        case Opcode::Schema:
+            if (!in_summary_) schema(cursor);
+            break;
         case Opcode::Channel:
             if (!in_summary_) channel(cursor);
             break;
@@ -134,7 +150,7 @@ class Parser {
             check(cursor.get<std::uint32_t>(), crc32(offsets, previous_crc_), "the summary");
             return true;
         }
-        default: break; // indices and schemas repeat what is known
+        default: break; // indices repeat what is known
         }
         return false;
     }
@@ -173,14 +189,73 @@ class Parser {
         return names;
     }
 
+    void schema(Cursor cursor) {
+        const auto id = cursor.get<std::uint16_t>();
+        Schema schema{cursor.text(), cursor.text(), cursor.text()};
+        schemas_.try_emplace(id, std::move(schema));
+    }
+
+    /// What another program has written. Each number of its messages becomes a channel, once it is seen.
+    void foreign_channel(std::uint16_t id, const std::string& topic, std::uint16_t schema_id,
+                         const std::string& encoding) {
+        if (foreign_.contains(id)) return;
+        const Schema& schema = schemas_[schema_id];
+        Foreign& foreign = foreign_[id];
+        foreign.name = signal_of(topic);
+        try {
+            foreign.decoder = make_decoder(encoding, schema.encoding, schema.name, schema.text);
+        } catch (const Malformed& error) {
+            report("the channel '" + topic + "' is left out: " + error.what());
+        }
+    }
+
+    void foreign_message(Foreign& foreign, std::int64_t time, Bytes content) {
+        if (!foreign.decoder) return;
+        constexpr std::size_t most_channels = 1000; // of one topic
+        foreign.decoder->decode(content, [&](const std::string& path, std::span<const double> values) {
+            if (foreign.channels.size() >= most_channels && !foreign.channels.contains(path)) return;
+            const auto [known, is_new] = foreign.channels.try_emplace(path, recording_.channels.size());
+            if (is_new) {
+                Channel channel;
+                channel.name = foreign.name + (path.empty() ? "" : "." + path);
+                channel.topic = topic_of(channel.name);
+                channel.info.rows = static_cast<std::uint32_t>(values.size());
+                recording_.channels.push_back(std::move(channel));
+                foreign_channels_.insert(known->second);
+            }
+            Channel& channel = recording_.channels[known->second];
+            if (values.size() != channel.info.elements())
+                return report("'" + channel.name +
+                              "' changes its size; what has another one than at first is left out");
+            if (!channel.time_ns.empty() && time < channel.time_ns.back())
+                return report("the time stamps of '" + channel.name + "' go back; what follows is left out");
+            channel.time_ns.push_back(time);
+            const auto bytes = std::as_bytes(values);
+            channel.data.insert(channel.data.end(), bytes.begin(), bytes.end());
+        });
+    }
+
+    /// Other programs count nanoseconds since 1970: their recordings begin at 0, too.
+    void begin_at_zero() {
+        std::optional<std::int64_t> first;
+        for (const std::size_t i : foreign_channels_)
+            if (const auto& times = recording_.channels[i].time_ns; !times.empty())
+                first = std::min(first.value_or(times.front()), times.front());
+        for (const std::size_t i : foreign_channels_)
+            for (std::int64_t& time : recording_.channels[i].time_ns) time -= *first;
+    }
+
     void channel(Cursor cursor) {
         const auto id = cursor.get<std::uint16_t>();
-        cursor.get<std::uint16_t>(); // schema: follows from type and shape
+        const auto schema_id = cursor.get<std::uint16_t>(); // of ours it follows from type and shape
         Channel channel;
         channel.topic = cursor.text();
         const std::string encoding = cursor.text();
         const auto metadata = cursor.map();
         channel.name = text_of(metadata, "name");
+        const auto is_ours = [&](const char* key) { return metadata.contains(key); };
+        if (std::ranges::none_of(std::array{"name", "type", "rows", "cols"}, is_ours))
+            return foreign_channel(id, channel.topic, schema_id, encoding);
         const auto type = type_of(text_of(metadata, "type"));
         const auto rows = number<std::uint32_t>(metadata, "rows");
         const auto cols = number<std::uint32_t>(metadata, "cols");
@@ -225,6 +300,8 @@ class Parser {
             if (length > cursor.rest().size()) return false;
             const Bytes content = cursor.take(length);
             if (opcode == Opcode::Message) message(Cursor(content));
+            if (opcode == Opcode::Schema) schema(Cursor(content));
+            if (opcode == Opcode::Channel) channel(Cursor(content));
         }
         return cursor.rest().empty();
     }
@@ -233,9 +310,14 @@ class Parser {
         const auto id = cursor.get<std::uint16_t>();
         cursor.get<std::uint32_t>(); // sequence
         const auto time = cursor.get<std::int64_t>();
-        cursor.get<std::uint64_t>(); // publish time: the same
-        cursor.take(message_prefix_bytes);
+        cursor.get<std::uint64_t>(); // publish time: of ours the same
         ++counted_;
+        if (const auto other = foreign_.find(id); other != foreign_.end()) try {
+                return foreign_message(other->second, time, cursor.rest());
+            } catch (const Malformed& error) {
+                return report("a message of '" + other->second.name + "' is left out: it " + error.what());
+            }
+        cursor.take(message_prefix_bytes);
         const auto position = positions_.find(id);
         if (position == positions_.end()) return report("a message belongs to no channel");
         Channel& channel = recording_.channels[position->second];
@@ -269,6 +351,9 @@ class Parser {
     bool in_summary_ = false;
     std::uint64_t message_count_ = 0, counted_ = 0; // by the statistics, by us
     std::unordered_map<std::uint16_t, std::size_t> positions_;
+    std::map<std::uint16_t, Schema> schemas_;
+    std::map<std::uint16_t, Foreign> foreign_;
+    std::set<std::size_t> foreign_channels_; // among the channels of the recording
     Recording recording_;
 };
 

@@ -72,9 +72,9 @@ struct Recording {
     Found find(std::string_view name) const;
 };
 
-/// Reads a recording of ours. What follows a cut is missing and what fails its checksum is left out, both
-/// with `complete = false`. Throws std::runtime_error when the file cannot be opened or is no recording at
-/// all.
+/// Reads a recording; of another program's each number in JSON or ROS 2's CDR is a channel, from t = 0 on.
+/// What is cut off, fails its checksum or is not understood is left out, with `complete = false`. Throws
+/// std::runtime_error when the file cannot be opened or is no recording at all.
 Recording load(const std::filesystem::path& path);
 
 /// The same from a stream that can seek; `name` stands for the path in errors.

@@ -1,0 +1,236 @@
+// Recordings of other programs.
+#include "../src/format.hpp"
+#include "bf/recording/reader.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <random>
+#include <sstream>
+
+namespace bf::recording {
+namespace {
+
+constexpr const char* odometry =
+    "std_msgs/Header header\n"
+    "# where it is\n"
+    "geometry_msgs/Point[2] points   # two of them\n"
+    "int8 MODE_A=1\n"
+    "int8 mode 3\n"
+    "string<=5 label\n"
+    "float32[] ranges\n"
+    "bool ok\n"
+    "================================================================================\n"
+    "MSG: std_msgs/Header\n"
+    "builtin_interfaces/Time stamp\n"
+    "string frame_id\n"
+    "================================================================================\n"
+    "MSG: geometry_msgs/Point\n"
+    "float64 x\nfloat64 y\n";
+
+struct Message {
+    std::int64_t time;
+    std::string bytes;
+};
+
+/// A file with one channel, all in one chunk, as other writers make it.
+std::string file_of(const std::string& encoding, const std::string& schema_name,
+                    const std::string& schema_encoding, const std::string& schema,
+                    const std::vector<Message>& messages) {
+    Builder records;
+    records.begin_record(Opcode::Schema);
+    records.put(std::uint16_t{1});
+    records.put_text(schema_name);
+    records.put_text(schema_encoding);
+    records.put_text(schema);
+    records.end_record();
+    records.begin_record(Opcode::Channel);
+    records.put(std::uint16_t{3});
+    records.put(std::uint16_t{1});
+    records.put_text("/robot/odom");
+    records.put_text(encoding);
+    records.put_map({});
+    records.end_record();
+    for (const auto& [time, bytes] : messages) {
+        records.begin_record(Opcode::Message);
+        records.put(std::uint16_t{3});
+        records.put(std::uint32_t{0});
+        records.put(time);
+        records.put(time);
+        records.put_bytes(bytes_of(bytes));
+        records.end_record();
+    }
+    Builder file;
+    file.put_bytes(bytes_of(magic));
+    file.begin_record(Opcode::Header);
+    file.put_text("");
+    file.put_text("another program");
+    file.end_record();
+    file.begin_record(Opcode::Chunk);
+    file.put(std::uint64_t{0});
+    file.put(std::uint64_t{0});
+    file.put(static_cast<std::uint64_t>(records.size()));
+    file.put(std::uint32_t{0});
+    file.put_text("");
+    file.put(static_cast<std::uint64_t>(records.size()));
+    file.put_bytes(records.bytes());
+    file.end_record();
+    file.begin_record(Opcode::DataEnd);
+    file.put(std::uint32_t{0});
+    file.end_record();
+    file.begin_record(Opcode::Statistics);
+    file.put(static_cast<std::uint64_t>(messages.size()));
+    file.end_record();
+    file.begin_record(Opcode::Footer);
+    for (int i = 0; i < 2; ++i) file.put(std::uint64_t{0});
+    file.put(std::uint32_t{0});
+    file.end_record();
+    file.put_bytes(bytes_of(magic));
+    return {reinterpret_cast<const char*>(file.bytes().data()), file.size()};
+}
+
+Recording parsed(const std::string& file) {
+    std::istringstream stream(file);
+    return load(stream, "other.mcap");
+}
+
+/// Values one after the other, aligned from behind the header on.
+class Cdr {
+  public:
+    explicit Cdr(bool is_big = false)
+        : is_big_(is_big), bytes_(is_big ? std::string("\0\0\0\0", 4) : std::string("\0\1\0\0", 4)) {}
+    template <class T> Cdr& put(T value) {
+        while ((bytes_.size() - 4) % sizeof(T) != 0) bytes_ += '\0';
+        std::string raw(reinterpret_cast<const char*>(&value), sizeof value);
+        if (is_big_) raw = {raw.rbegin(), raw.rend()};
+        bytes_ += raw;
+        return *this;
+    }
+    Cdr& text(const std::string& text) {
+        put(static_cast<std::uint32_t>(text.size() + 1));
+        bytes_ += text + '\0';
+        return *this;
+    }
+    const std::string& bytes() const { return bytes_; }
+
+  private:
+    bool is_big_;
+    std::string bytes_;
+};
+
+std::string odometry_message(bool is_big = false) {
+    Cdr cdr(is_big);
+    cdr.put(std::int32_t{5}).put(std::uint32_t{7}).text("map"); // the header
+    for (const double x : {1.5, 2.5, -3.5, 4.5}) cdr.put(x);
+    cdr.put(std::int8_t{-2}).text("ab").put(std::uint32_t{3});
+    for (const float x : {0.5f, 0.25f, 8.f}) cdr.put(x);
+    return cdr.put(std::uint8_t{1}).bytes();
+}
+
+Recording odometries(const std::vector<Message>& messages) {
+    return parsed(file_of("cdr", "nav_msgs/msg/Odometry", "ros2msg", odometry, messages));
+}
+
+TEST(Foreign, ReadsEachNumberOfAMessageOfRos) {
+    for (const bool is_big : {false, true}) {
+        const Recording recording = odometries({{1'700'000'000'000'000'000, odometry_message(is_big)},
+                                                {1'700'000'000'500'000'000, odometry_message(is_big)}});
+        EXPECT_EQ(recording.defect, "");
+        EXPECT_TRUE(recording.complete);
+        const auto value = [&](const char* name, std::size_t i = 0) {
+            return recording.channel(name).value(1, i);
+        };
+        EXPECT_EQ(value("robot.odom.header.stamp.sec"), 5);
+        EXPECT_EQ(value("robot.odom.header.stamp.nanosec"), 7);
+        EXPECT_EQ(value("robot.odom.points[1].y"), 2.5);
+        EXPECT_EQ(value("robot.odom.points[2].x"), -3.5);
+        EXPECT_EQ(value("robot.odom.mode"), -2);
+        EXPECT_EQ(value("robot.odom.ranges", 1), 0.25);
+        EXPECT_EQ(value("robot.odom.ok"), 1);
+        EXPECT_EQ(recording.channels.size(), 9u) << "texts and constants are none";
+        EXPECT_EQ(recording.channel("robot.odom.ok").time(0), 0) << "time begins with the first message";
+        EXPECT_EQ(recording.channel("robot.odom.ok").time(1), 0.5);
+    }
+}
+
+TEST(Foreign, ReadsJson) {
+    const Recording recording = parsed(file_of(
+        "json", "any", "jsonschema", "{}",
+        {{10,
+          R"({"a": 1.5, "b": {"c": true, "d": "text", "row": [1, 2, 3]}, "list": [{"x": 4}, {"x": 5}], "none": null})"},
+         {20, R"({"a": 2.5, "b": {"c": false, "row": [1, 2]}})"},
+         {30, "[1"}}));
+    EXPECT_EQ(recording.channel("robot.odom.a").values(), (std::vector<double>{1.5, 2.5}));
+    EXPECT_EQ(recording.channel("robot.odom.b.c").values(), (std::vector<double>{1, 0}));
+    EXPECT_EQ(recording.channel("robot.odom.list[2].x").value(0), 5);
+    EXPECT_EQ(recording.channel("robot.odom.b.row").samples(), 1u);
+    EXPECT_EQ(recording.channels.size(), 5u);
+    EXPECT_EQ(
+        recording.defect,
+        "'other.mcap': 'robot.odom.b.row' changes its size; what has another one than at first is left out");
+}
+
+TEST(Foreign, LeavesOutWhatItDoesNotUnderstandAndSaysSo) {
+    const auto defect = [](const std::string& encoding, const std::string& kind, const std::string& schema) {
+        const Recording recording = parsed(file_of(encoding, "a/B", kind, schema, {{1, odometry_message()}}));
+        EXPECT_TRUE(recording.channels.empty());
+        EXPECT_FALSE(recording.complete);
+        return recording.defect;
+    };
+    EXPECT_EQ(defect("protobuf", "protobuf", ""),
+              "'other.mcap': the channel '/robot/odom' is left out: messages in 'protobuf' with a "
+              "schema in 'protobuf' are not read; 'json', and 'cdr' with 'ros2msg', are");
+    EXPECT_EQ(
+        defect("cdr", "ros2msg", "Unknown x"),
+        "'other.mcap': the channel '/robot/odom' is left out: the schema does not say what 'Unknown' is");
+    EXPECT_EQ(
+        defect("cdr", "ros2msg", "B x"),
+        "'other.mcap': the channel '/robot/odom' is left out: the types of the schema are nested too deeply");
+    EXPECT_EQ(defect("cdr", "ros2msg", "float64[1000000] x"),
+              "'other.mcap': a message of 'robot.odom' is left out: it ends before its last field");
+    std::string nested = "C[1000] x";
+    for (char type = 'C'; type < 'H'; ++type)
+        nested += std::string("\n====\nMSG: a/") + type + "\n" + static_cast<char>(type + 1) + "[1000] x";
+    EXPECT_EQ(defect("cdr", "ros2msg", nested + "\n====\nMSG: a/H\n"),
+              "'other.mcap': a message of 'robot.odom' is left out: it has more messages in it than can be "
+              "looked at");
+}
+
+TEST(Foreign, SurvivesHostileBytes) {
+    const std::string good = file_of("cdr", "nav_msgs/msg/Odometry", "ros2msg", odometry,
+                                     {{5, odometry_message()}, {6, odometry_message()}});
+    const std::string json = file_of("json", "any", "", "", {{1, R"({"a": [1, {"b": 2}], "c": true})"}});
+    std::mt19937 random(3);
+    for (int i = 0; i < 4000; ++i) {
+        std::string file = i % 2 ? good : json;
+        for (unsigned k = 1 + random() % 4; k > 0; --k)
+            file[8 + random() % (file.size() - 8)] = static_cast<char>(random());
+        if (random() % 5 == 0) file.resize(8 + random() % (file.size() - 8));
+        const Recording recording = parsed(file);
+        for (const auto& channel : recording.channels)
+            EXPECT_EQ(channel.data.size(), channel.samples() * channel.info.bytes());
+    }
+}
+
+TEST(Foreign, ReadsWhatThePythonWritersOfMcapWrite) {
+    const std::string folder = BF_BINARY_DIRECTORY "/foreign_test";
+    std::system(("mkdir -p '" + folder + "'").c_str());
+    const std::string command = "'" BF_PYTHON "' '" BF_SOURCE_DIRECTORY
+                                "/recording/test/write_foreign.py' '" +
+                                folder + "/other.mcap'";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    const Recording recording = load(folder + "/other.mcap");
+    EXPECT_EQ(recording.defect, "");
+    EXPECT_EQ(recording.channel("joint_states.position").info.elements(), 3u);
+    for (std::size_t k = 0; k < 50; ++k) {
+        const double t = static_cast<double>(k) / 10;
+        EXPECT_NEAR(recording.channel("joint_states.position").time(k), t, 1e-9);
+        EXPECT_EQ(recording.channel("joint_states.position").value(k, 1), std::sin(t));
+        EXPECT_EQ(recording.channel("imu.orientation.w").value(k), 1 - t);
+        EXPECT_EQ(recording.channel("imu.angular_velocity_covariance").value(k, 8), 0.5);
+        EXPECT_EQ(recording.channel("battery.cell.volts").value(k), 12 - t);
+    }
+}
+
+} // namespace
+} // namespace bf::recording

@@ -3,6 +3,7 @@
 #include "bf/base/open_file.hpp"
 #include "bf/base/text_file.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -47,6 +48,26 @@ bool write_all(int descriptor, std::string_view text) {
         text.remove_prefix(static_cast<std::size_t>(count));
     }
     return true;
+}
+
+/// Puts the content of a file in the place of another one's; on a full disk that one stays as it was.
+bool copy_into(int from, const fs::path& to, ::off_t old_size) {
+    const ::off_t size = ::lseek(from, 0, SEEK_END);
+    const int file = ::open(to.c_str(), O_WRONLY | O_CLOEXEC);
+    if (file < 0) return false;
+    int problem = size > 0 ? ::posix_fallocate(file, 0, size) : 0; // the room first
+    if (problem != 0) ::ftruncate(file, old_size);
+    std::array<char, 65536> part{};
+    for (::off_t at = 0; problem == 0 && at < size;) {
+        const ::ssize_t count = ::pread(from, part.data(), part.size(), at);
+        if (count <= 0 || !write_all(file, {part.data(), static_cast<std::size_t>(count)}))
+            problem = errno ? errno : EIO;
+        at += count;
+    }
+    if (problem == 0 && (::ftruncate(file, size) != 0 || ::fsync(file) != 0)) problem = errno;
+    ::close(file);
+    errno = problem;
+    return problem == 0;
 }
 
 } // namespace
@@ -119,7 +140,15 @@ void OutputFile::commit() {
         // The content first: after a power cut the name must not stand for an empty file.
         if (::fsync(descriptor_) != 0) fail(errno);
         if (temporary_.empty()) make_named();
-        if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+        struct stat there {};
+        // A file that has several names stays that file: the new content, which is whole on the disk beside
+        // it, is copied into it.
+        if (::stat(target_.c_str(), &there) == 0 && S_ISREG(there.st_mode) && there.st_nlink > 1) {
+            if (!copy_into(descriptor_, target_, there.st_size)) fail(errno);
+            ::unlink(temporary_.c_str());
+        } else if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
+            fail(errno);
+        }
         temporary_.clear();
     }
     ::close(std::exchange(descriptor_, -1));

@@ -80,6 +80,21 @@ TEST_F(FilesTest, KeepLinksAndPermissions) {
     EXPECT_EQ(fs::status(at / "folder/target").permissions(), fs::perms(0640));
 }
 
+TEST_F(FilesTest, StayTheSameFileWhereTheyHaveSeveralNames) {
+    const fs::path first = at / "first", second = at / "second";
+    std::ofstream(first) << "a text that is longer than the new one";
+    fs::create_hard_link(first, second);
+    for (const std::string text : {"short", "and longer again", ""}) {
+        OutputFile output(first);
+        output.write(text);
+        output.commit();
+        EXPECT_EQ(read_text_file(second), text);
+        EXPECT_EQ(fs::hard_link_count(first), 2u);
+    }
+    EXPECT_EQ(std::distance(fs::directory_iterator(first.parent_path()), fs::directory_iterator()), 2)
+        << "nothing stays beside them";
+}
+
 TEST_F(FilesTest, MakeWhatALinkLeadsTo) {
     fs::create_symlink("not yet", at / "link");
     OutputFile file(at / "link");

@@ -35,8 +35,27 @@ class Loader {
     std::map<path, std::shared_ptr<Model>> done_;
 };
 
+/// Where git has left both versions of lines on which it could not decide.
+std::vector<Diagnostic> conflicts_in(std::string_view text, const Source& source) {
+    std::vector<Diagnostic> found;
+    int line = 0;
+    for (std::size_t begin = 0; begin < text.size();
+         begin = std::min(text.find('\n', begin), text.size()) + 1) {
+        ++line;
+        if (text.substr(begin).starts_with("<<<<<<< "))
+            found.push_back({source.at(line, 1), "",
+                             "a conflict of a merge stands here, between '<<<<<<<', '=======' and '>>>>>>>'",
+                             "keep the lines of one side, or of both, and remove these three"});
+    }
+    return found;
+}
+
 Model Loader::read(std::string_view text, const path& file) {
     const Source source(text, file.string());
+    if (std::vector<Diagnostic> conflicts = conflicts_in(text, source); !conflicts.empty()) {
+        wrong.insert(wrong.end(), conflicts.begin(), conflicts.end());
+        return {};
+    }
     std::vector<std::pair<std::size_t, std::size_t>> quoted;
     Reader reader(source, [&](const std::string& name, const Location& where, const std::string& block) {
         return load(file.parent_path() / name, where, block);

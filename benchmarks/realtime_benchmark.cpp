@@ -66,7 +66,7 @@ Percentiles with_runner() {
     RunnerOptions options;
     options.thread.priority = 50; // as cyclictest; where it is refused, both are ordinary threads
     Runner runner(simulation, options);
-    Server server(simulation, simulation.signals(), runner.parameters(), {.port = 0});
+    Server server(simulation, simulation.signals(), runner.access(), {.where = "0"});
     Stamp begin;
     Since observers(begin);
     runner.add_observer(begin);

@@ -499,7 +499,16 @@ std::string Generator::cmake_lists(const std::vector<std::string>& sources) cons
            file_ + "_c SHARED " + file_ + "_c.cpp" + (is_dynamic() ? "" : " " + file_ + "_run.cpp") +
            ")\ntarget_link_libraries(" + file_ + "_c PRIVATE " + model + ")\nset_target_properties(" + file_ +
            "_c PROPERTIES OUTPUT_NAME " + file_ + ")\nconfigure_file(" + file_ + ".py " + file_ +
-           ".py COPYONLY)\n";
+           ".py COPYONLY)\n" +
+           (is_dynamic()
+                ? ""
+                : "\noption(LIVE \"serve signals and parameters to viewers, --serve; needs the installed "
+                  "BlockFactory\" OFF)\nif(LIVE)\n    find_package(BlockFactory REQUIRED COMPONENTS "
+                  "Library)\n    target_sources(run_" +
+                      file_ + " PRIVATE " + file_ + "_run.cpp)\n    target_compile_features(run_" + file_ +
+                      " PRIVATE cxx_std_20)\n    target_compile_definitions(run_" + file_ +
+                      " PRIVATE BF_LIVE)\n    target_link_libraries(run_" + file_ +
+                      " PRIVATE BlockFactory::library)\nendif()\n");
 }
 
 Generator::Calls Generator::print_functions() {

@@ -338,7 +338,7 @@ assert "Address already in use" in program.stderr.read() and os.path.exists("fil
 program = start("--command-port", XDG_RUNTIME_DIR="")
 assert "there is no XDG_RUNTIME_DIR; give the path of a socket" in program.stderr.read()
 program = start("--command-port", "x" * 200)
-assert "the path is too long for a socket" in program.stderr.read()
+assert "File name too long; give the path of another socket" in program.stderr.read()
 program = start("--command-port", "70000")
 assert "port 70000: it is above 65535" in program.stderr.read()
 )py");

@@ -24,9 +24,9 @@ std::optional<ParameterMailbox::Result> ParameterMailbox::take_result() {
     return result;
 }
 
-void ParameterMailbox::apply(Run& run) noexcept {
+void ParameterMailbox::apply(Run& run, std::int64_t step) noexcept {
     if (state_.load(std::memory_order_acquire) != State::posted) return;
-    result_ = {run.apply(change_), run.steps(), {}};
+    result_ = {run.apply(change_), step, {}};
     state_.store(State::applied, std::memory_order_release);
 }
 
@@ -83,7 +83,7 @@ class Runner::Gate final : public Run::Observer {
 Runner::Runner(Run& run, RunnerOptions options)
     : run_(run), options_(std::move(options)),
       pacer_(std::max<Nanoseconds>(nanoseconds(run.period() / options_.factor), 1), options_.overrun),
-      gate_(std::make_unique<Gate>()) {
+      control_(options_.waits), gate_(std::make_unique<Gate>()) {
     run_.add_observer(*gate_);
 }
 
@@ -112,10 +112,10 @@ void Runner::run(double stop, const std::function<bool(const Progress&)>& monito
         for (bool is_over = false; !is_over; sleep_until(now() + (is_over ? 0 : 20'000'000))) {
             is_over = is_over_.load();
             const std::int64_t done = steps_.load(std::memory_order_acquire);
-            if (!monitor({done, missed_.load(std::memory_order_relaxed)})) ends_.store(true);
+            if (!monitor({done, missed_.load(std::memory_order_relaxed)})) control_.stop();
         }
     } catch (...) {
-        ends_.store(true);
+        control_.stop();
         thread.join();
         throw;
     }
@@ -124,23 +124,34 @@ void Runner::run(double stop, const std::function<bool(const Progress&)>& monito
 }
 
 void Runner::loop(std::int64_t steps) {
+    std::optional<Running> running;
+    std::optional<Watchdog> watchdog;
+    if (options_.on_stall || ServiceManager().is_there()) {
+        const int priority = options_.thread.priority > 0 ? std::min(options_.thread.priority + 1, 99) : 0;
+        watchdog.emplace(options_.watchdog, emergency_limit(pacer_.statistics().period), priority, control_,
+                         [&] {
+                             if (options_.on_stall)
+                                 options_.on_stall(steps_.load(), running ? running->block() : "");
+                         });
+    }
+    while (control_.state() == Control::State::waiting) {
+        parameters_.apply(run_, -1);
+        if (watchdog) watchdog->kick();
+        sleep_until(now() + 20'000'000);
+    }
+    if (!control_.goes_on()) return;
+    if (watchdog) watchdog->rest();
     run_.start(); // before the preparation: threads that devices start are ordinary ones
     struct AtEnd {
         Run& run;
+        std::optional<Watchdog>& watchdog;
         ~AtEnd() {
+            if (watchdog) watchdog->end();
             run.stop();
             ::munlockall();
         }
-    } const at_end{run_};
-    std::optional<Running> running;
-    std::optional<Watchdog> watchdog;
-    const int priority = options_.thread.priority > 0 ? std::min(options_.thread.priority + 1, 99) : 0;
+    } const at_end{run_, watchdog};
     if (options_.watchdog > 0) running.emplace(run_);
-    if (options_.watchdog > 0 || ServiceManager().is_there()) {
-        watchdog.emplace(options_.watchdog, priority, [&] {
-            if (options_.on_stall) options_.on_stall(steps_.load(), running->block());
-        });
-    }
     refused_ = prepare_thread(options_.thread);
     if (options_.is_strict && !refused_.empty()) {
         std::string text = "this machine refuses real time";
@@ -154,8 +165,8 @@ void Runner::loop(std::int64_t steps) {
     const auto is_due = [&] { // a loop that is behind looks at the clock, not at its releases
         return static_cast<double>(std::max(pacer_.release(), pacer_.end())) < last;
     };
-    while (run_.steps() < steps && is_due() && !ends_.load(std::memory_order_relaxed) && pacer_.wait()) {
-        parameters_.apply(run_);
+    while (run_.steps() < steps && is_due() && control_.goes_on() && pacer_.wait() && control_.goes_on()) {
+        parameters_.apply(run_, run_.steps());
         if (options_.before_step) options_.before_step();
         gate_->is_open = !pacer_.is_degraded();
         const Status status = run_.step();

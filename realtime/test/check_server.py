@@ -27,6 +27,7 @@ class Viewer:
         assert self.socket.subprotocol == PROTOCOL
         self.info = await self.wait("serverInfo")
         self.channels = {c["topic"]: c for c in (await self.wait("advertise"))["channels"]}
+        await self.wait("advertiseServices")
         return self
 
     async def __aexit__(self, *_):

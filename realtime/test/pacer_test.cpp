@@ -148,6 +148,45 @@ TEST(Histogram, HoldsEveryTime) {
     EXPECT_EQ(empty.max(), 0);
 }
 
+TEST(Histogram, CountsInRowsForPeople) {
+    Histogram histogram;
+    for (const Nanoseconds value : {0ll, 999ll, 1500ll, 1600ll, 30'000ll, 9'000'000'000ll})
+        histogram.add(value);
+    const auto rows = histogram.rows();
+    ASSERT_EQ(rows.size(), 20u) << "with the empty rows between";
+    EXPECT_EQ(rows[0].from, 0);
+    EXPECT_EQ(rows[0].to, 1000);
+    EXPECT_EQ(rows[0].count, 2);
+    EXPECT_EQ(rows[1].count, 2) << "1 to 2 us";
+    EXPECT_EQ(rows[5].from, 20'000);
+    EXPECT_EQ(rows[5].to, 50'000);
+    EXPECT_EQ(rows[5].count, 1);
+    EXPECT_EQ(rows.back().from, 1'000'000'000) << "the last row is open";
+    EXPECT_TRUE(Histogram().rows().empty());
+}
+
+TEST(Statistics, AreReadWhileTheyAreCounted) {
+    constexpr Nanoseconds period = 1000;
+    Pacer pacer(period, Overrun::catch_up);
+    std::atomic<bool> is_over{false};
+    std::thread reader([&] {
+        for (std::int64_t before = 0; !is_over;) {
+            const std::int64_t steps = pacer.statistics().steps, missed = pacer.statistics().missed();
+            std::int64_t counted = 0;
+            for (const auto& row : pacer.statistics().computation.rows()) counted += row.count;
+            EXPECT_GE(steps, before);
+            EXPECT_GE(counted + 1, steps) << "at most a value behind";
+            EXPECT_LE(missed, counted + 1);
+            before = steps;
+        }
+    });
+    for (pacer.start(); pacer.statistics().steps < 50'000 && pacer.wait(); pacer.end_step()) {
+    }
+    is_over = true;
+    reader.join();
+    EXPECT_EQ(pacer.statistics().computation.count(), 50'000);
+}
+
 TEST(PeriodHistogram, PutsEachDeviationInItsRow) {
     for (const Nanoseconds value :
          {-3'000'000'000ll, -1'500'000ll, -1000ll, -999ll, -1ll, 0ll, 999ll, 1000ll, 1999ll, 2000ll, 49'999ll,

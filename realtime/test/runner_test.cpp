@@ -218,7 +218,7 @@ TEST_F(Running, ParametersChangeBetweenTwoSteps) {
     reader.seen = &seen;
     reader.end = loaded->diagram.find_signal("a.y");
     runner->add_observer(reader);
-    auto& mailbox = runner->parameters();
+    auto& mailbox = runner->access().parameters;
     int posted = 0, results = 0;
     std::int64_t changed_before = -1;
     runner->run(1e9, [&](const Runner::Progress& progress) {
@@ -282,6 +282,50 @@ TEST(Runner, RefusesWhatHasNoBoundedTimeByName) {
               "the time of a step is not bounded:\n  the solver 'cvode_bdf' chooses its own steps, as many "
               "as it takes; "
               "choose one with fixed steps, e.g. solver: rk4");
+}
+
+TEST_F(Running, NothingIsStartedBeforeItsStart) {
+    options.waits = true;
+    int calls = 0;
+    run(two(), 0.02, [&](const Runner::Progress& progress) {
+        EXPECT_TRUE(calls >= 5 || (progress.steps == 0 && events().empty()));
+        if (++calls == 5) runner->access().control.start();
+        return true;
+    });
+    EXPECT_EQ(simulation->steps(), 10);
+    EXPECT_EQ(events(), clean);
+    events().clear();
+    run(two(), 0.02, [](const auto&) { return false; });
+    EXPECT_EQ(simulation->steps(), 0);
+    EXPECT_TRUE(events().empty()) << "who is never started is not stopped either";
+}
+
+TEST_F(Running, AnEmergencyStopLetsNoFurtherStepBeginAndStopsTheBlocks) {
+    act() = [&](std::int64_t step) {
+        if (step == 3) runner->access().control.emergency_stop();
+    };
+    run(two(), 1e9);
+    EXPECT_EQ(simulation->steps(), 4);
+    EXPECT_EQ(events(), clean);
+    EXPECT_EQ(runner->failure(), "");
+}
+
+TEST_F(Running, AnEmergencyStopInAStepThatHangsGivesUpSoon) {
+    std::promise<std::pair<std::int64_t, std::string>> stalled;
+    std::promise<void> over;
+    options.watchdog = 3600ll * 1'000'000'000;
+    options.on_stall = [&](std::int64_t step, const std::string& block) {
+        stalled.set_value({step, block});
+        over.set_value();
+    };
+    act() = [&](std::int64_t step) {
+        if (step != 3) return;
+        runner->access().control.emergency_stop();
+        over.get_future().wait();
+    };
+    run(two(), 1e9);
+    EXPECT_EQ(stalled.get_future().get(), std::pair(std::int64_t{3}, std::string("a")));
+    EXPECT_EQ(events(), clean);
 }
 
 } // namespace

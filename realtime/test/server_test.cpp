@@ -1,10 +1,12 @@
 #include "support.hpp"
 
 #include "bf/realtime/server.hpp"
+#include "bf/realtime/unix_socket.hpp"
 #include "bf/run/recorder.hpp"
 
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <gtest/gtest.h>
 
 // Interposes the C library's heap to count calls: the loop must make none.
@@ -33,6 +35,20 @@ RunnerOptions ordinary() {
     return options;
 }
 
+/// A loop that makes no step.
+struct Still {
+    LoopAccess access() { return {parameters, control, statistics}; }
+    ParameterMailbox parameters;
+    Control control;
+    Statistics statistics;
+};
+
+std::string port_of(const Server& server) {
+    const std::string address = server.address(); // ws://127.0.0.1:PORT/?token=
+    const auto colon = address.rfind(':');
+    return address.substr(colon + 1, address.find('/', colon) - colon - 1);
+}
+
 TEST(Server, AnswersAViewerThatIsNotOurs) {
     Loaded loaded(R"m(
 model: served
@@ -51,12 +67,12 @@ connections: {clock: gain}
 )m");
     Simulation simulation(loaded.diagram);
     Runner runner(simulation, ordinary());
-    Server server(simulation, simulation.signals(), runner.parameters(), {.port = 0});
+    Server server(simulation, simulation.signals(), runner.access(), {.where = "0", .is_controlled = true});
     runner.add_observer(server);
     std::atomic<int> code{-1};
     std::thread viewer([&] {
         code = std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/realtime/test/check_server.py " +
-                            std::to_string(server.port()) + " " + server.token())
+                            port_of(server) + " " + server.token())
                                .c_str());
     });
     runner.run(1e9, [&](const auto&) { return code < 0; });
@@ -68,16 +84,132 @@ connections: {clock: gain}
     EXPECT_LT(server.counts().changes, 3000u);
 }
 
+/// Runs a loop that is served, with a viewer of check_control.py; the exit code of that.
+int controlled(const std::string& how, RunnerOptions options, ServerOptions served,
+               const std::function<void(const Runner&, const Server&, const Simulation&)>& look = {}) {
+    Loaded loaded(R"m(
+model: controlled
+step: 0.001
+variables: {k: {value: 3, maximum: 50}}
+blocks:
+  clock: {block: Clock}
+  gain: {block: Gain, K: k}
+  vector: {block: Constant, value: "zeros(8, 1)"}
+  last: {block: UnitDelay, initial: k}
+connections: {clock: gain, gain: last}
+)m");
+    Simulation simulation(loaded.diagram);
+    options.thread.locks_memory = false;
+    Runner runner(simulation, options);
+    Server server(simulation, simulation.signals(), runner.access(), served);
+    runner.add_observer(server);
+    std::atomic<int> code{-1};
+    std::thread viewer([&] {
+        code = std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/realtime/test/check_control.py " + how +
+                            " '" + server.address() + server.token() + "'")
+                               .c_str());
+    });
+    runner.run(1e9, [&](const auto&) { return code < 0; });
+    viewer.join();
+    if (look) look(runner, server, simulation);
+    return code;
+}
+
+TEST(Server, WhoLooksAloneSeesTheTimingAndChangesNothing) {
+    EXPECT_EQ(controlled("look", {}, {.where = "0"}), 0) << "see the text above";
+}
+
+TEST(Server, ViewersStartTuneAndStopALoopAndTheLogSaysWho) {
+    RunnerOptions options;
+    options.waits = true;
+    std::vector<std::pair<std::int64_t, std::string>> changes;
+    std::vector<std::string> controls;
+    ServerOptions served{.where = "0", .is_controlled = true};
+    served.on_change = [&](std::int64_t step, const std::vector<ParameterValue>& values,
+                           const std::string& who) {
+        for (const auto& value : values) changes.emplace_back(step, value.path + " by " + who);
+    };
+    served.on_control = [&](const LogEntry& entry) { controls.push_back(entry.what + " by " + entry.who); };
+    EXPECT_EQ(controlled("control", options, served,
+                         [&](const Runner& runner, const Server& server, const Simulation& simulation) {
+                             EXPECT_GT(simulation.steps(), 10);
+                             EXPECT_EQ(runner.failure(), "");
+                             ASSERT_EQ(server.log().size(), 7u);
+                             EXPECT_EQ(server.log().back().what, "stop");
+                             EXPECT_NEAR(server.log().back().time, simulation.time(), 0.1);
+                             EXPECT_EQ(find(simulation.parameters(), "gain.K")[0], 60);
+                         }),
+              0)
+        << "see the text above";
+    ASSERT_GT(changes.size(), 50u);
+    EXPECT_EQ(changes[0].first, -1) << "before the start";
+    EXPECT_EQ(changes[0].second.substr(0, 37), "gain.K by page 1 of ada@desk at 127.0");
+    EXPECT_GT(changes[1].first, 0);
+    ASSERT_EQ(controls.size(), 2u);
+    EXPECT_EQ(controls[0].substr(0, 27), "start by page 1 of ada@desk");
+}
+
+TEST(Server, AnEmergencyStopFollowsAStopAndStaysSo) {
+    EXPECT_EQ(controlled("emergency", {}, {.where = "0", .is_controlled = true},
+                         [](const Runner&, const Server& server, const Simulation&) {
+                             ASSERT_EQ(server.log().size(), 2u);
+                             EXPECT_EQ(server.log()[1].what, "emergency stop");
+                             EXPECT_EQ(emergency_in(server.log()).substr(0, 27),
+                                       "emergency stop by page 3 at");
+                         }),
+              0);
+}
+
+TEST(Server, ListensAtAUnixSocketOfItsOwnerAlone) {
+    const auto path =
+        std::filesystem::path(testing::TempDir()) / ("live_" + std::to_string(getpid()) + ".sock");
+    const ServerOptions at{.where = "unix:" + path.string(), .is_controlled = true};
+    EXPECT_EQ(controlled("socket", {}, at,
+                         [&](const Runner&, const Server& server, const Simulation&) {
+                             EXPECT_EQ(server.address(), at.where + "?token=");
+                             EXPECT_EQ(std::filesystem::status(path).permissions(),
+                                       std::filesystem::perms::owner_read |
+                                           std::filesystem::perms::owner_write);
+                         }),
+              0);
+    EXPECT_FALSE(std::filesystem::exists(path)) << "it goes with the server";
+    ::close(listen_at(path)); // as a killed program leaves it
+    EXPECT_TRUE(std::filesystem::exists(path));
+    Loaded loaded("model: m\nstep: 0.001\nblocks:\n  clock: {block: Clock}\n");
+    Simulation simulation(loaded.diagram);
+    Still loop;
+    const auto refused = [&](const std::string& where) {
+        try {
+            const Server server(simulation, {}, loop.access(), {.where = where});
+            return std::string("none");
+        } catch (const std::runtime_error& error) {
+            return std::string(error.what());
+        }
+    };
+    const Server first(simulation, {}, loop.access(), at);
+    EXPECT_EQ(refused(at.where), "cannot serve at the socket " + path.string() +
+                                     ": Address already in use; give the path of another socket");
+    EXPECT_EQ(refused("unix:/no/such/folder/s"),
+              "cannot serve at the socket /no/such/folder/s: No such file or "
+              "directory; give the path of another socket");
+    EXPECT_EQ(refused("unix:" + std::string(200, 'x')).substr(227), ": File name too long; give the path of "
+                                                                    "another socket");
+    EXPECT_EQ(refused("unix:"), "unix: needs the path of a socket, e.g. unix:motor.sock");
+    for (const char* wrong : {"", "70000", "-1", "8765x", "localhost:8765"})
+        EXPECT_EQ(refused(wrong),
+                  "'" + std::string(wrong) + "' is neither a port, 0 to 65535, nor unix:PATH");
+}
+
 TEST(Server, APortThatIsTakenIsNamed) {
     Loaded loaded("model: m\nstep: 0.001\nblocks:\n  clock: {block: Clock}\n");
     Simulation simulation(loaded.diagram);
-    ParameterMailbox mailbox;
-    const Server first(simulation, simulation.signals(), mailbox, {.port = 0});
+    Still loop;
+    const Server first(simulation, simulation.signals(), loop.access(), {.where = "0"});
     try {
-        const Server second(simulation, simulation.signals(), mailbox, {.port = first.port()});
+        const Server second(simulation, simulation.signals(), loop.access(), {.where = port_of(first)});
         FAIL();
     } catch (const std::runtime_error& error) {
-        EXPECT_EQ(error.what(), "cannot serve on port " + std::to_string(first.port()) +
+        EXPECT_EQ(error.what(), "cannot serve on port " + port_of(first) +
                                     ": Address already in use; give another port, or 0 for any free one");
     }
 }
@@ -85,9 +217,10 @@ TEST(Server, APortThatIsTakenIsNamed) {
 TEST(Server, MakesATokenForEachRunUnlessItIsGivenOne) {
     Loaded loaded("model: m\nstep: 0.001\nblocks:\n  clock: {block: Clock}\n");
     Simulation simulation(loaded.diagram);
-    ParameterMailbox mailbox;
-    const Server one(simulation, {}, mailbox, {.port = 0}), two(simulation, {}, mailbox, {.port = 0}),
-        given(simulation, {}, mailbox, {.token = "of-the-service", .port = 0});
+    Still loop;
+    const Server one(simulation, {}, loop.access(), {.where = "0"}),
+        two(simulation, {}, loop.access(), {.where = "0"}),
+        given(simulation, {}, loop.access(), {.where = "0", .token = "of-the-service"});
     EXPECT_EQ(one.token().size(), 32u);
     EXPECT_NE(one.token(), two.token());
     EXPECT_EQ(given.token(), "of-the-service");
@@ -100,9 +233,9 @@ TEST(Server, EndsAtOnceWhateverViewersAskFor) {
     std::thread viewer;
     std::atomic<int> code{-1};
     {
-        Server server(simulation, simulation.signals(), runner.parameters(), {.port = 0});
+        Server server(simulation, simulation.signals(), runner.access(), {.where = "0"});
         runner.add_observer(server);
-        viewer = std::thread([&, address = std::to_string(server.port()) + " " + server.token()] {
+        viewer = std::thread([&, address = port_of(server) + " " + server.token()] {
             code =
                 std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/realtime/test/flood.py " + address).c_str());
         });
@@ -152,8 +285,8 @@ connections: {sine: [error.u1, large.u1], plant: error.u2, error: control, contr
         Recorder recorder(simulation,
                           simulation.quantities({{"control", loaded.diagram.find_signal("control")}}), file,
                           {}, {.drop_when_full = true});
-        Server server(simulation, simulation.signals(), runner.parameters(),
-                      {.port = 0, .client_bytes = 100'000});
+        Server server(simulation, simulation.signals(), runner.access(),
+                      {.where = "0", .client_bytes = 100'000});
         Watched watched(loaded.diagram, steps);
         for (Simulation::Observer* observer :
              std::initializer_list<Simulation::Observer*>{&recorder, &server, &watched})
@@ -161,7 +294,7 @@ connections: {sine: [error.u1, large.u1], plant: error.u2, error: control, contr
         std::thread crowd([&] {
             if (!is_crowded) return;
             EXPECT_EQ(std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/realtime/test/crowd.py " +
-                                   std::to_string(server.port()) + " " + server.token() + " 2.8")
+                                   port_of(server) + " " + server.token() + " 2.8")
                                       .c_str()),
                       0);
         });

@@ -11,12 +11,14 @@ namespace {
 
 constexpr Nanoseconds ms = 1'000'000;
 
+const Control running;
+
 void sleep(Nanoseconds time) { sleep_until(now() + time); }
 
 TEST(Watchdog, BarksOnceWhenAStepWaitsForEver) {
     std::atomic<int> calls{0};
     {
-        Watchdog watchdog(50 * ms, 0, [&] { ++calls; });
+        Watchdog watchdog(50 * ms, 500 * ms, 0, running, [&] { ++calls; });
         sleep(100 * ms);
         EXPECT_EQ(calls, 0) << "not before the first kick";
         watchdog.kick();
@@ -28,7 +30,7 @@ TEST(Watchdog, BarksOnceWhenAStepWaitsForEver) {
 
 TEST(Watchdog, BarksWhenAStepComputesForEver) {
     std::atomic<int> calls{0};
-    Watchdog watchdog(50 * ms, 0, [&] { ++calls; });
+    Watchdog watchdog(50 * ms, 500 * ms, 0, running, [&] { ++calls; });
     watchdog.kick();
     while (calls == 0) {
     }
@@ -37,7 +39,7 @@ TEST(Watchdog, BarksWhenAStepComputesForEver) {
 
 TEST(Watchdog, IsQuietWhileItHears) {
     std::atomic<int> calls{0};
-    Watchdog watchdog(10'000 * ms, 0, [&] { ++calls; });
+    Watchdog watchdog(10'000 * ms, 500 * ms, 0, running, [&] { ++calls; });
     for (int i = 0; i < 10; ++i) {
         watchdog.kick();
         sleep(2 * ms);
@@ -60,7 +62,7 @@ template <class Act> int stopped_for_a_second(Act&& act) {
 
 TEST(Watchdog, APauseOfTheProcessIsNoHang) {
     EXPECT_EQ(stopped_for_a_second([] {
-                  Watchdog watchdog(500 * ms, 0, [] { ::_exit(3); });
+                  Watchdog watchdog(500 * ms, 500 * ms, 0, running, [] { ::_exit(3); });
                   for (int k = 0; k < 300; ++k) {
                       watchdog.kick();
                       sleep(1 * ms);
@@ -69,13 +71,40 @@ TEST(Watchdog, APauseOfTheProcessIsNoHang) {
               }),
               0);
     EXPECT_EQ(stopped_for_a_second([] {
-                  Watchdog watchdog(500 * ms, 0, [] { ::_exit(3); });
+                  Watchdog watchdog(500 * ms, 500 * ms, 0, running, [] { ::_exit(3); });
                   watchdog.kick();
                   sleep(30'000 * ms);
                   return 0;
               }),
               3)
         << "a step that hangs is found after a pause, too";
+}
+
+TEST(Watchdog, IsQuietWhileBlocksStartOrStop) {
+    std::atomic<int> calls{0};
+    Watchdog watchdog(50 * ms, 500 * ms, 0, running, [&] { ++calls; });
+    watchdog.kick();
+    watchdog.rest();
+    sleep(200 * ms);
+    EXPECT_EQ(calls, 0);
+    watchdog.kick();
+    while (calls == 0) sleep(2 * ms);
+}
+
+TEST(Watchdog, EndsAnEmergencyStopThatDoesNotComeToItsEndAlsoWhereNoStepHangs) {
+    Control control;
+    std::atomic<int> calls{0};
+    {
+        Watchdog watchdog(0, 100 * ms, 0, control, [&] { ++calls; });
+        watchdog.kick();
+        control.stop();
+        sleep(200 * ms);
+        EXPECT_EQ(calls, 0) << "a stop in order may take its time";
+        control.emergency_stop();
+        while (calls == 0) sleep(2 * ms);
+        sleep(200 * ms);
+    }
+    EXPECT_EQ(calls, 1);
 }
 
 TEST(Watchdog, TheLimitOfSlowModelsIsTenOfTheirPeriods) {
@@ -89,6 +118,34 @@ TEST(Watchdog, TheLimitOfSlowModelsIsTenOfTheirPeriods) {
     EXPECT_EQ(stall_text(7, 0.07, 1000 * ms, "arm.motor"),
               "step 7 at t = 0.07 s has not ended for 1 s; block 'arm.motor' is at work, so the program ends "
               "without stopping the blocks; look for a block that waits or never ends, or raise --watchdog");
+}
+
+TEST(Watchdog, SaysWhatAnEmergencyStopCouldNotEnd) {
+    EXPECT_EQ(emergency_limit(10 * ms), 500 * ms);
+    EXPECT_EQ(emergency_limit(500 * ms), 5000 * ms);
+    EXPECT_EQ(
+        emergency_text(7, 0.07, 500 * ms, "arm.motor"),
+        "emergency stop: in 0.5 s neither step 7 at t = 0.07 s has ended nor all blocks have stopped; block "
+        "'arm.motor' was begun last, so the program ends without them");
+}
+
+TEST(Control, GoesOneWay) {
+    Control waiting(true);
+    EXPECT_STREQ(text(waiting.state()), "waiting");
+    EXPECT_FALSE(waiting.goes_on());
+    EXPECT_TRUE(waiting.start());
+    EXPECT_TRUE(waiting.goes_on());
+    EXPECT_FALSE(waiting.start()) << "it runs already";
+    EXPECT_TRUE(waiting.stop());
+    EXPECT_FALSE(waiting.stop());
+    EXPECT_FALSE(waiting.start()) << "what ends does not begin again";
+    EXPECT_TRUE(waiting.emergency_stop()) << "after a stop, too";
+    EXPECT_FALSE(waiting.emergency_stop());
+    EXPECT_FALSE(waiting.stop()) << "an emergency is not taken back";
+    EXPECT_STREQ(text(waiting.state()), "emergency stop");
+    Control never(true);
+    EXPECT_TRUE(never.stop());
+    EXPECT_FALSE(never.start());
 }
 
 /// A service manager: the socket of sd_notify, and what it hears.
@@ -121,7 +178,7 @@ struct Manager {
 void expect_service_protocol(const std::string& name) {
     const Manager manager(name);
     {
-        Watchdog watchdog(0, 0, nullptr);
+        Watchdog watchdog(0, 500 * ms, 0, running, nullptr);
         watchdog.kick();
         EXPECT_EQ(manager.hear(), "") << "the first step has not ended";
         std::atomic<bool> is_over{false};
@@ -134,6 +191,7 @@ void expect_service_protocol(const std::string& name) {
         while (manager.hear() == "WATCHDOG=1") {
         }
         EXPECT_EQ(manager.hear(), "") << "the loop hangs, and so nothing is said";
+        watchdog.end();
     }
     EXPECT_EQ(manager.hear(), "STOPPING=1");
 }

@@ -48,13 +48,28 @@ LoadedRun::LoadedRun(const std::filesystem::path& library) {
             run.shows_event_ = false;
         },
         this);
-    for (const auto& parameter : table(bf_run_parameters))
-        given_.emplace_back(parameter.data, parameter.data + parameter.info.bytes());
+    read_given();
+}
+
+LoadedRun::LoadedRun(const bf_run_library& library, bf_run_model& model)
+    : library_(&library), model_(&model) {
+    read_given();
 }
 
 LoadedRun::~LoadedRun() {
     stop();
-    if (model_) library_->destroy(model_);
+    if (handle_) library_->destroy(model_);
+}
+
+void LoadedRun::read_given() {
+    for (const auto& parameter : table(bf_run_parameters))
+        given_.emplace_back(parameter.data, parameter.data + parameter.info.bytes());
+}
+
+void LoadedRun::show_event(Observer& observer) noexcept {
+    shows_event_ = true;
+    observer.observe(*this);
+    shows_event_ = false;
 }
 
 std::vector<RunRate> LoadedRun::rates() const {

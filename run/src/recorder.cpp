@@ -84,12 +84,19 @@ void Recorder::checkpoint(const Run& run) {
 }
 
 void Recorder::parameter_changed(std::int64_t step, const std::string& path,
-                                 const std::vector<double>& values) {
+                                 const std::vector<double>& values, const std::string& who) {
     std::string text;
     for (const double value : values) text += (text.empty() ? "" : " ") + number_text(value);
-    writer_.add_metadata("parameter change " + std::to_string(changes_++),
-                         {{"step", std::to_string(step)}, {"name", path}, {"values", text}});
+    recording::Metadata change{{"step", std::to_string(step)}, {"name", path}, {"values", text}};
+    if (!who.empty()) change["who"] = who;
+    writer_.add_metadata("parameter change " + std::to_string(changes_++), change);
     are_constants_due_ = true;
+}
+
+void Recorder::controlled(double time, double clock, const std::string& who, const std::string& what) {
+    writer_.add_metadata(
+        "control " + std::to_string(controls_++),
+        {{"time", number_text(time)}, {"clock", number_text(clock)}, {"who", who}, {"what", what}});
 }
 
 } // namespace bf

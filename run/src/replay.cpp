@@ -140,6 +140,7 @@ void Replay::start(double from) {
         checkpoint = &attachment;
         its_step = k;
     }
+    for (; next_change_ < changes_.size() && changes_[next_change_].step < 0; ++next_change_) make_change();
     run_.start();
     if (checkpoint) restore_snapshot(run_, checkpoint->data, checkpoint->name);
     restored_ = its_step;
@@ -155,6 +156,12 @@ void Replay::start(double from) {
     while (next_change_ < changes_.size() && changes_[next_change_].step < run_.steps()) ++next_change_;
 }
 
+void Replay::make_change() {
+    const auto& change = changes_[next_change_];
+    run_.set_parameter(change.name, change.values);
+    if (recorder_) recorder_->parameter_changed(change.step, change.name, change.values);
+}
+
 bool Replay::step() {
     if (!difference_.empty() || time_ns() > end_ns_) return false;
     const std::int64_t now = time_ns();
@@ -164,11 +171,8 @@ bool Replay::step() {
             const auto sample = track.channel->sample(track.next);
             std::memcpy(track.signal.data, sample.data(), sample.size());
         }
-    for (; next_change_ < changes_.size() && changes_[next_change_].step == run_.steps(); ++next_change_) {
-        const auto& change = changes_[next_change_];
-        run_.set_parameter(change.name, change.values);
-        if (recorder_) recorder_->parameter_changed(change.step, change.name, change.values);
-    }
+    for (; next_change_ < changes_.size() && changes_[next_change_].step == run_.steps(); ++next_change_)
+        make_change();
     // Some solvers begin anew where a snapshot is taken.
     if (checkpoints_.contains(run_.steps()) && run_.steps() != restored_) {
         static_cast<void>(run_.snapshot());

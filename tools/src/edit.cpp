@@ -104,10 +104,10 @@ void add_edit(CLI::App& app) {
         ->type_name("PORT")
         ->capture_default_str();
     command
-        ->add_option(
-            "--attach", options->attach,
-            "watch and tune a program that runs the model, instead of simulating it: the address that bf run "
-            "--realtime --serve printed")
+        ->add_option("--attach", options->attach,
+                     "watch, tune, start and stop a program that runs the model, instead of simulating it: "
+                     "the address "
+                     "that bf run --realtime --serve or a generated program printed")
         ->type_name("ADDRESS");
     command->add_flag("--no-browser", options->no_browser, "only print the address");
     command->add_flag("--protocol", options->shows_protocol,

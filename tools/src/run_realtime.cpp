@@ -1,6 +1,7 @@
 #include "run_realtime.hpp"
 
 #include "bf/realtime/server.hpp"
+#include "bf/realtime/statistics_json.hpp"
 #include "bf/realtime/token.hpp"
 #include "bf/realtime/watchdog.hpp"
 #include "session.hpp"
@@ -18,35 +19,8 @@ namespace {
 
 using namespace realtime;
 
-double us(Nanoseconds t) { return static_cast<double>(t) / 1000; }
-
-nlohmann::ordered_json json_of(const Histogram& h) {
-    return {{"p50", us(h.percentile(0.5))},
-            {"p99", us(h.percentile(0.99))},
-            {"p99_99", us(h.percentile(0.9999))},
-            {"worst", us(h.max())}};
-}
-
-nlohmann::ordered_json json_of(const Statistics& s) {
-    static constexpr const char* causes[] = {"computation", "interruption", "wakeup", "backlog"};
-    nlohmann::ordered_json json{{"period_us", us(s.period)},          {"steps", s.steps},
-                                {"wake_up_us", json_of(s.latency)},   {"step_us", json_of(s.computation)},
-                                {"response_us", json_of(s.response)}, {"deviation_us", json_of(s.jitter)}};
-    auto& periods = json["deviation_of_the_period"] = nlohmann::ordered_json::array();
-    for (const auto& row : s.periods.rows())
-        periods.push_back({{"from_us", us(row.from)}, {"to_us", us(row.to)}, {"count", row.count}});
-    json["missed"] = s.missed();
-    for (std::size_t i = 0; i < s.misses.size(); ++i) json["missed_by_cause"][causes[i]] = s.misses[i];
-    auto& first = json["first_misses"] = nlohmann::ordered_json::array();
-    for (const auto& miss : s.first_misses)
-        first.push_back({{"step", miss.step},
-                         {"cause", causes[static_cast<int>(miss.cause)]},
-                         {"late_us", us(miss.late)},
-                         {"wake_up_us", us(miss.latency)},
-                         {"step_us", us(miss.computation)}});
-    json["skipped"] = s.skipped;
-    json["degraded"] = s.degraded;
-    return json;
+nlohmann::ordered_json json_of(const LogEntry& entry) {
+    return {{"clock_s", entry.clock}, {"time_s", entry.time}, {"who", entry.who}, {"what", entry.what}};
 }
 
 } // namespace
@@ -72,16 +46,24 @@ void RealtimeOptions::add_to(CLI::App& app) {
         ->check(within(watchdog_range));
     app.add_flag("--strict", is_strict, "fail when the machine refuses priority, processor or locked memory")
         ->needs(asked);
-    option("--serve", port,
-           "serve live signals and parameters to viewers on this computer (Foxglove); port 8765 by default",
-           "[PORT]")
+    option("--serve", serve,
+           "serve live signals and parameters to viewers on this computer (bf edit --attach, Foxglove), at a "
+           "port or at a Unix socket, unix:PATH; port 8765 by default",
+           "[WHERE]")
         ->expected(0, 1)
-        ->default_str("8765");
+        ->default_str("8765")
+        ->check(CLI::Validator(check_place, ""));
     app.add_option("--token", token,
                    "the token that viewers must know is the line in this file, which is made if it is not "
                    "there (a random one for each run by default)")
         ->needs("--serve")
         ->type_name("FILE");
+    auto* control = app.add_flag("--control", is_controlled,
+                                 "let viewers change parameters, start and stop the run; without it they "
+                                 "look alone")
+                        ->needs("--serve");
+    app.add_flag("--wait", waits, "open no device and make no step until a viewer starts the run")
+        ->needs(control);
 }
 
 RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recorder,
@@ -99,13 +81,17 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
     how.duration = options.duration;
     how.watchdog = stall_limit(options.watchdog, realtime::nanoseconds(period / options.factor));
     const auto begin = std::chrono::steady_clock::now();
+    const Nanoseconds patience = emergency_limit(realtime::nanoseconds(period / options.factor));
+    const Control* control = nullptr;
     how.on_stall = [&](std::int64_t step, const std::string& block) {
         RunResult stalled;
         stalled.model = name;
         stalled.simulated = static_cast<double>(step) * period;
         stalled.steps = step;
         stalled.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-        stalled.failure = stall_text(step, stalled.simulated, how.watchdog, block);
+        stalled.failure = control->state() == Control::State::emergency
+                              ? emergency_text(step, stalled.simulated, patience, block)
+                              : stall_text(step, stalled.simulated, how.watchdog, block);
         std::fprintf(stderr, "bf: %s: %s\n", name.c_str(), stalled.failure.c_str());
         // The disk may be what hangs.
         std::promise<void> told;
@@ -122,26 +108,31 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
         std::_Exit(1);
     };
     how.before_step = std::move(before_step);
+    how.waits = options.waits;
     Runner runner(run, how);
+    control = &runner.access().control;
     if (recorder) runner.add_observer(*recorder);
     std::optional<Server> server;
-    if (options.port) {
-        ServerOptions served{.port = *options.port};
+    if (options.serve) {
+        ServerOptions served{.where = *options.serve, .is_controlled = options.is_controlled};
         if (!options.token.empty())
             if (const auto wrong = read_token(options.token, served.token); !wrong.empty())
                 throw CommandError(wrong);
-        if (recorder)
-            served.on_change = [&](std::int64_t step, const std::vector<ParameterValue>& values) {
-                for (const auto& [path, elements] : values) recorder->parameter_changed(step, path, elements);
+        if (recorder) {
+            served.on_change = [&](std::int64_t step, const std::vector<ParameterValue>& values,
+                                   const std::string& who) {
+                for (const auto& [path, elements] : values)
+                    recorder->parameter_changed(step, path, elements, who);
             };
-        server.emplace(run, run.signals(), runner.parameters(), served);
+            served.on_control = [&](const LogEntry& entry) {
+                recorder->controlled(entry.time, entry.clock, entry.who, entry.what);
+            };
+        }
+        server.emplace(run, run.signals(), runner.access(), served);
         runner.add_observer(*server);
-        if (options.token.empty())
-            std::fprintf(stderr, "  live at ws://127.0.0.1:%d/?token=%s\n", server->port(),
-                         server->token().c_str());
-        else
-            std::fprintf(stderr, "  live at ws://127.0.0.1:%d/?token=..., the line in %s\n", server->port(),
-                         options.token.c_str());
+        std::fprintf(stderr, "  live at %s%s\n", server->address().c_str(),
+                     options.token.empty() ? server->token().c_str()
+                                           : ("..., the line in " + options.token).c_str());
     }
     bool has_warned = false;
     const auto warn = [&] {
@@ -151,6 +142,7 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
     };
     runner.run(run.stop_time(), [&](const Runner::Progress& progress) {
         if (progress.steps > 0) warn();
+        if (control->state() == Control::State::waiting) return go_on("  waits to be started");
         return go_on("  t = " + number(static_cast<double>(progress.steps) * period) + " s, " +
                      std::to_string(progress.steps) + " steps, " + std::to_string(progress.missed) +
                      " deadlines missed");
@@ -165,7 +157,8 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
     result.failure = runner.failure();
     result.checks = run.checks();
     result.report = report(runner.statistics());
-    result.realtime = json_of(runner.statistics());
+    result.realtime = statistics_json(runner.statistics());
+    result.realtime["first_misses"] = first_misses_json(runner.statistics());
     result.realtime["overrun"] = options.overrun;
     result.realtime["refused"] = runner.refused();
     const auto lost = [&](const char* key, std::uint64_t count, const char* text) {
@@ -179,6 +172,11 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
         lost("lost_samples_served", counts.lost_samples, "samples not served: the server was too slow");
         lost("lost_messages_served", counts.lost_messages, "messages not served: a viewer was too slow");
         lost("parameter_changes", counts.changes, "changes of parameters");
+        const auto log = server->log();
+        auto& list = result.realtime["log"] = nlohmann::ordered_json::array();
+        for (const auto& entry : log) list.push_back(json_of(entry));
+        result.report += log_text(log);
+        if (result.failure.empty()) result.failure = emergency_in(log);
     }
     return result;
 }

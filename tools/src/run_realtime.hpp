@@ -11,13 +11,13 @@
 namespace bf::tools {
 
 struct RealtimeOptions {
-    bool is_asked = false, is_strict = false;
+    bool is_asked = false, is_strict = false, is_controlled = false, waits = false;
     double factor = 1, watchdog = 1;
     double duration = std::numeric_limits<double>::infinity(); ///< s
     int cpu = -1, priority = 50;
     std::string overrun = "skip";
-    std::optional<std::uint16_t> port;
-    std::string token; ///< file
+    std::optional<std::string> serve; ///< where
+    std::string token;                ///< file
 
     void add_to(CLI::App& app);
 };

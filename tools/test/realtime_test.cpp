@@ -112,31 +112,49 @@ TEST_F(Realtime, ChangesOfParametersAndVariablesAreReplayed) {
     write("tuned.yaml",
           "model: tuned\nstep: 0.002\nvariables: {k: 2, d: k^2}\nblocks:\n  t: {block: Clock}\n"
           "  a: {block: Gain, K: k}\n  b: {block: Gain, K: \"d*[1 2]\"}\n  c: {block: Constant, value: k}\n"
-          "  sum: {block: DiscreteIntegrator}\nconnections: {t: [a, b], a: sum}\n");
+          "  sum: {block: DiscreteIntegrator}\n  last: {block: UnitDelay, initial: k}\n"
+          "connections: {t: [a, b], a: [sum, last]}\n");
     write("client.py", R"py(
-import json, sys, time, websockets.sync.client
+import json, struct, sys, time, websockets.sync.client
 url = sys.argv[1]
 with websockets.sync.client.connect(url, subprotocols=["foxglove.websocket.v1"]) as viewer:
     def change(**values):
-        viewer.send(json.dumps({"op": "setParameters", "id": "x", "parameters": [
+        viewer.send(json.dumps({"op": "setParameters", "id": "x", "who": "a test", "parameters": [
             {"name": n.replace("__", "."), "value": v} for n, v in values.items()]}))
         while True:
             message = viewer.recv(30)
             if isinstance(message, str) and json.loads(message).get("id") == "x":
                 return {p["name"]: p["value"] for p in json.loads(message)["parameters"]}
-    assert change(k=3) == {"k": 3}
-    time.sleep(0.1)
+    assert change(k=3) == {"k": 3}  # before the start, so that initial states follow
+    viewer.send(struct.pack("<BIII", 2, 0, 0, 4) + b"json" + b'{"who": "a test"}')
+    time.sleep(0.2)
     assert change(b__K=[5, 6], k=4) == {"b.K": [5, 6], "k": 4}
     time.sleep(0.1)
     assert change(k=-1, nothing=2) == {"k": 4}  # refused as a whole
 )py");
     const auto run =
-        shell("'" BF_PROGRAM "' run tuned.yaml --realtime --priority 0 --stop Inf --serve 0 --quiet "
+        shell("'" BF_PROGRAM "' run tuned.yaml --realtime --priority 0 --stop Inf --serve 0 --control --wait --quiet "
               "--record r.mcap --summary s.json 2>err & one=$!; for i in $(seq 200); do url=$(grep -o "
               "'ws://.*$' err) && break; sleep 0.05; done; " BF_PYTHON
               " client.py $url; code=$?; sleep 0.1; kill -TERM $one; wait $one; exit $code");
     ASSERT_EQ(run.code, 0) << run.err << read("err");
     EXPECT_EQ(json("s.json")["realtime"]["parameter_changes"], 2);
+    const auto log = json("s.json")["realtime"]["log"];
+    ASSERT_EQ(log.size(), 4u);
+    EXPECT_EQ(log[0]["what"], "k = 3, was 2");
+    EXPECT_EQ(log[1]["what"], "start");
+    EXPECT_EQ(log[2]["what"], "k = 4, was 3");
+    EXPECT_EQ(log[3]["what"], "b.K = [5 6], was [9 18]");
+    EXPECT_EQ(log[1]["who"].get<std::string>().rfind("a test at 127.0.0.1:", 0), 0u);
+    write("metadata.py", R"py(
+import mcap.reader
+with open("r.mcap", "rb") as file:
+    records = {record.name: record.metadata for record in mcap.reader.make_reader(file).iter_metadata()}
+control, first = records["control 0"], records["parameter change 0"]
+assert control["what"] == "start" and control["who"].startswith("a test at ") and float(control["clock"]) > 1.7e9, control
+assert first["step"] == "-1" and first["who"].startswith("a test at "), first
+)py");
+    EXPECT_EQ(shell(BF_PYTHON " metadata.py").code, 0);
     const auto replay = bf("replay r.mcap");
     EXPECT_EQ(replay.code, 0) << replay.err;
     EXPECT_CONTAINS(replay.out, "identical: ");
@@ -199,6 +217,9 @@ TEST_F(Realtime, WrongOptionsAreRefused) {
     };
     refused("--serve", "--serve requires --realtime");
     refused("--realtime --token secret", "--token requires --serve");
+    refused("--realtime --control", "--control requires --serve");
+    refused("--realtime --serve --wait", "--wait requires --control");
+    refused("--realtime --serve here", "'here' is neither a port, 0 to 65535, nor unix:PATH");
     refused("--cpu 0", "--cpu requires --realtime");
     refused("--realtime --overrun hope", "--overrun");
     refused("--realtime --priority 100", "--priority");

@@ -17,6 +17,7 @@ const several = (count: number) => (s: Session) => s.placed.length >= count;
 const has_wires = (s: Session) => s.chosen.some((e) => e.kind === "wire");
 const grow = (x: number, y: number) => (s: Session) => s.grow({ x, y });
 const has_blocks = (s: Session) => s.chosen_blocks.length > 0;
+const is_simulated = (s: Session) => s.run.live === null;
 const only = (s: Session) => (s.chosen.length === 1 ? s.chosen[0]! : null);
 
 function go(direction: Point): (s: Session) => void {
@@ -101,9 +102,12 @@ export const commands: Command[] = [
   { title: "Open another model", group: "Look", keys: ["Ctrl+O"], run: (s) => (s.dialog = { kind: "open" }) },
   { title: "Keys", group: "Look", keys: ["Shift+?", "?"], run: (s) => (s.dialog = { kind: "help" }) },
 
-  { title: "Run or pause", group: "Run", keys: ["P"], run: (s) => s.play_or_pause() },
-  { title: "One step", group: "Run", keys: ["S"], run: (s) => s.command("step") },
-  { title: "Back to the beginning", group: "Run", keys: ["Home"], can: (s) => s.run.state !== "none", run: (s) => s.command("stop") },
+  { title: "Run or pause", group: "Run", keys: ["P"], can: is_simulated, run: (s) => s.play_or_pause() },
+  { title: "One step", group: "Run", keys: ["S"], can: is_simulated, run: (s) => s.command("step") },
+  { title: "Back to the beginning", group: "Run", keys: ["Home"], can: (s) => is_simulated(s) && s.run.state !== "none", run: (s) => s.command("stop") },
+  { title: "Start the program", group: "Run", keys: [], can: (s) => s.is_in_control && s.waits, run: (s) => s.command("start") },
+  { title: "Stop the program in order", group: "Run", keys: [], can: (s) => s.is_in_control, run: (s) => s.command("stop") },
+  { title: "Emergency stop", group: "Run", keys: ["Shift+Escape"], can: (s) => s.is_in_control, run: (s) => s.command("emergency_stop") },
   { title: "Watch the value of a wire", group: "Run", keys: ["W"], can: (s) => only(s)?.kind === "wire", run: (s) => {
     const source = s.source_of(only(s)!);
     s.watched.includes(source) ? s.unwatch(source) : s.watch(source);

@@ -3,7 +3,7 @@
 //
 // The address is ws://127.0.0.1:PORT/socket?token=TOKEN, with port and token of the address that `bf edit`
 // prints; a browser must come from that address. A request is {"jsonrpc": "2.0", "id": 1, "method": "hello",
-// "params": {"protocol": 2}}, with all or some members of its parameters. The answer has the same id and a
+// "params": {"protocol": 3}}, with all or some members of its parameters. The answer has the same id and a
 // `result`, or an `error` with a `message` for people and a `code`: -32000 the request is refused, -32602 its
 // parameters are wrong, -32601 there is no such method, -32600 and -32700 it is no request. A notification
 // has a method, parameters and no id; it goes to all pages.
@@ -19,7 +19,7 @@
 //
 // Written by scripts/update-reference from editor/service/include/bf/service/protocol.hpp.
 
-export const protocol = 2;
+export const protocol = 3;
 
 export interface Bent {
   /** of the input that the wire leads to */
@@ -224,25 +224,33 @@ export interface LibraryPort {
   doc: string;
 }
 
-/** A parameter or a variable got another value. */
-export interface LiveChange {
-  /** of the last sample before, s */
+/** What was done to a run, as the program that runs it has noted it. */
+export interface LiveEntry {
+  /** counts entries; one that comes again replaces the one before */
+  number: number;
+  /** s since 1970 */
+  clock: number;
+  /** of the model, s */
   time: number;
   who: string;
-  name: string;
-  values: number[];
+  what: string;
 }
 
-/** A run of another program, which can be watched and tuned. */
+/** A run of another program. */
 export interface LiveProgram {
   /** of its model */
   name: string;
-  /** else it can be watched alone */
-  may_tune: boolean;
+  /** why it can be watched alone; empty: it can be tuned, started and stopped */
+  refusal: string;
   /** why there is no connection */
   message: string;
-  /** the last hundred since this program looks */
-  changes: LiveChange[];
+}
+
+/** How a run of another program goes, a few times a second. */
+export interface LiveReport {
+  timing: Timing | null;
+  /** the last hundred */
+  log: LiveEntry[];
 }
 
 export interface Look {
@@ -352,8 +360,8 @@ export interface Rewritten {
 }
 
 export interface RunCommand {
-  /** start: from the beginning, or on from where it is; step: a base step; to: forwards by simulating, back by a checkpoint; until: on to an event, or to the end; branch: the run goes on on another one; adopt: the edit that waits */
-  action: "start" | "pause" | "step" | "stop" | "to" | "pace" | "until" | "branch" | "adopt";
+  /** start: from the beginning, or on from where it is; step: a base step; to: forwards by simulating, back by a checkpoint; until: on to an event, or to the end; branch: the run goes on on another one; adopt: the edit that waits; emergency_stop: Of a run of another program, as its start, if it waits to be started, and its stop in order: see bf::realtime::Control. */
+  action: "start" | "pause" | "step" | "stop" | "to" | "pace" | "until" | "branch" | "adopt" | "emergency_stop";
   /** of `to`, s */
   time: number | null;
   /** of `start`, `pace` and `until`, as in RunState */
@@ -511,6 +519,58 @@ export interface Times {
   blocks: BlockTime[];
 }
 
+/** How a loop against the clock keeps its period, since it began. */
+export interface Timing {
+  /** "waiting", "running", "stopping", "emergency stop" */
+  state: string;
+  /** of the model, s */
+  time: number;
+  /** on the clock */
+  period_us: number;
+  steps: number;
+  /** from the release of a step to its beginning */
+  wake_up_us: TimingSummary;
+  /** from its beginning to its end */
+  step_us: TimingSummary;
+  /** from the release to the end; above the period: the deadline was missed */
+  response_us: TimingSummary;
+  /** of the time between two beginnings, its size */
+  deviation_us: TimingSummary;
+  /** to both sides */
+  deviation_of_the_period: TimingRow[];
+  missed: number;
+  missed_by_cause: TimingMisses;
+  skipped: number;
+  degraded: number;
+}
+
+/** Why steps ended after their deadlines: see docs/how-to/real-time.md. */
+export interface TimingMisses {
+  computation: number;
+  interruption: number;
+  wakeup: number;
+  backlog: number;
+}
+
+/** Durations in a row of a histogram, from `from_us` on; the outermost rows are open. */
+export interface TimingRow {
+  from_us: number;
+  to_us: number;
+  count: number;
+}
+
+export interface TimingSummary {
+  /** us */
+  p50: number;
+  /** us */
+  p99: number;
+  /** us */
+  p99_99: number;
+  /** us */
+  worst: number;
+  rows: TimingRow[];
+}
+
 export interface Tune {
   /** a parameter ("controller.pd.K") or a variable ("Gain.Kp") */
   name: string;
@@ -558,6 +618,7 @@ export interface Welcome {
   document: DocumentState;
   /** that another page may have started */
   run: RunState;
+  live: LiveReport | null;
 }
 
 export interface Methods {
@@ -592,4 +653,5 @@ export type Method = keyof Methods;
 export interface Notifications {
   changed: DocumentState; // by a page, or by another program
   run: RunState;
+  live: LiveReport; // of the program that is attached
 }

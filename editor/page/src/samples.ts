@@ -181,6 +181,12 @@ export function paired(
   return [xs, ys];
 }
 
+/** A duration in us as people say it. */
+export function duration_text(us: number): string {
+  const size = Math.abs(us);
+  return size < 1000 ? `${number_text(us)} µs` : size < 1e6 ? `${number_text(us / 1000)} ms` : `${number_text(us / 1e6)} s`;
+}
+
 /** Four digits that matter, without noise. */
 export const number_text = (value: number): string => text_of(value, 4);
 /** Where there is little room. */

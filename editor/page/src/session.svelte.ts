@@ -5,7 +5,7 @@ import {
   connection, end_of, end_of_new, fresh_name, joined, last_of, name_for, parent_of, removal, splice, through, type Operation,
 } from "./operations.ts";
 import {
-  protocol, type DocumentState, type Draw, type Drawing, type Element, type Fix, type LibraryBlock, type Method, type Methods, type Notifications,
+  protocol, type DocumentState, type Draw, type Drawing, type Element, type Fix, type LibraryBlock, type LiveReport, type Method, type Methods, type Notifications,
   type Point, type Port, type RunState, type SignalInfo,
 } from "./protocol.ts";
 import { Panels } from "./panels.svelte.ts";
@@ -50,6 +50,7 @@ export class Session {
   system = $state("");
   drawing = $state.raw<Drawing | null>(null);
   run = $state.raw<RunState>(no_run);
+  live = $state.raw<LiveReport | null>(null); // of the program that is attached
   signals = $state.raw<SignalInfo[]>([]);
   pace = $state<number | null>(1); // seconds of the model per second, of the next start
 
@@ -164,12 +165,14 @@ export class Session {
     const library = await this.ask("library", {});
     if (library) this.library = library.blocks;
     this.take_run(welcome.run);
+    this.live = welcome.live;
     await this.rewatch();
     await this.stage.ask();
   }
 
   private hear<N extends keyof Notifications>(name: N, value: Notifications[N]): void {
     if (name === "run") return this.take_run(value as RunState);
+    if (name === "live") return void (this.live = value as LiveReport);
     const state = value as DocumentState, other = state.file !== this.document?.file;
     this.document = state;
     if (other) {
@@ -500,6 +503,9 @@ export class Session {
     this.samples.keep(state.branches);
     if (is_other || (state.state !== "none" && is_other_branch)) void this.rewatch();
   }
+  /** Can the attached program be started and stopped, and has the loop begun? */
+  get is_in_control(): boolean { return this.run.live !== null && !this.run.live.refusal && this.run.state === "running"; }
+  get waits(): boolean { return this.live?.timing?.state === "waiting"; }
   play_or_pause(): Promise<void> {
     return this.run.state === "running" ? this.command("pause") : this.command("start", { factor: this.pace });
   }

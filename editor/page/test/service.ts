@@ -161,7 +161,7 @@ class Speaker {
   private answer(method: string, params: any): unknown {
     const { model } = this;
     switch (method) {
-      case "hello": return { version: "test", files: ["motor.yaml"], document: model.state(), run: no_run };
+      case "hello": return { version: "test", files: ["motor.yaml"], document: model.state(), run: no_run, live: null };
       case "library": return { blocks: Object.entries(known).map(([name, [inputs, outputs]]) => ({
         name, group: "standard", doc: `A ${name}.`, inputs: inputs.map((n) => ({ name: n, doc: "" })), outputs: outputs.map((n) => ({ name: n, doc: "" })) })) };
       case "draw": return model.draw(params.system, params.moved);

@@ -1,6 +1,6 @@
 #include "live.hpp"
 
-#include "bf/base/value_text.hpp"
+#include "bf/realtime/server.hpp"
 #include "bf/recording/message.hpp"
 #include "frame.hpp"
 #include "json.hpp"
@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <boost/asio/connect.hpp>
+#include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
@@ -16,13 +18,15 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <deque>
 #include <future>
+#include <list>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <pwd.h>
 #include <set>
 #include <thread>
+#include <unistd.h>
 
 namespace bf::service {
 
@@ -32,30 +36,45 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using tcp = asio::ip::tcp;
+/// A port or a Unix socket.
+using Protocol = asio::generic::stream_protocol;
 
 constexpr auto between_frames = std::chrono::milliseconds(30);
-constexpr auto patience = std::chrono::seconds(2);     ///< until an answer
-constexpr auto before_again = std::chrono::seconds(1); ///< until the next attempt to connect
-/// The program does not say who made a change that was not asked for here, nor what follows from one that
-/// was.
-constexpr const char* elsewhere = "another viewer, or what follows";
-constexpr std::size_t most_changes = 100;                 ///< that are listed
+constexpr auto patience = std::chrono::seconds(2);        ///< until an answer
+constexpr auto before_again = std::chrono::seconds(1);    ///< until the next attempt to connect
+constexpr std::size_t most_entries = 100;                 ///< of the log
 constexpr std::size_t most_bytes = std::size_t{64} << 20; ///< of a message
 
 struct Address {
-    std::string host, port, target;
+    std::string host, port; ///< of a port
+    std::string path;       ///< of a Unix socket
+    std::string target;
+
+    std::string place() const { return path.empty() ? host + ":" + port : path; }
 };
 
 Address parsed(const std::string& text) {
-    constexpr std::string_view scheme = "ws://";
+    constexpr std::string_view scheme = "ws://", unix_scheme = "unix:";
+    const auto query = text.find("?token=");
+    if (text.starts_with(unix_scheme) && query != text.npos && query > unix_scheme.size())
+        return {"", "", text.substr(unix_scheme.size(), query - unix_scheme.size()),
+                "/" + text.substr(query)};
     const auto slash = text.find('/', scheme.size());
     const auto colon = text.rfind(':', slash);
     if (!text.starts_with(scheme) || slash == text.npos || colon == text.npos || colon < scheme.size())
         throw std::runtime_error("'" + text +
                                  "' is no address of a live program; give the one that it printed, "
-                                 "ws://HOST:PORT/?token=TOKEN");
-    return {text.substr(scheme.size(), colon - scheme.size()), text.substr(colon + 1, slash - colon - 1),
+                                 "ws://HOST:PORT/?token=TOKEN or unix:PATH?token=TOKEN");
+    return {text.substr(scheme.size(), colon - scheme.size()), text.substr(colon + 1, slash - colon - 1), "",
             text.substr(slash)};
+}
+
+/// Who uses this program, "ada@desk".
+std::string user_and_host() {
+    const passwd* const user = ::getpwuid(::getuid());
+    char host[256] = "";
+    ::gethostname(host, sizeof host - 1);
+    return std::string(user ? user->pw_name : "somebody") + "@" + host;
 }
 
 } // namespace
@@ -78,29 +97,39 @@ struct Live::Connection {
 
     void connect() {
         beast::error_code error;
-        socket = std::make_unique<websocket::stream<tcp::socket>>(io);
+        Protocol::socket connected(io);
+        if (address.path.empty()) {
+            tcp::socket socket(io);
+            tcp::resolver resolver(io);
+            asio::connect(socket, resolver.resolve(address.host, address.port, error), error);
+            if (!error) socket.set_option(tcp::no_delay(true), error);
+            if (!error) connected = std::move(socket);
+        } else if (address.path.size() < sizeof(sockaddr_un::sun_path)) {
+            connected.connect(asio::local::stream_protocol::endpoint(address.path), error);
+        } else {
+            error = asio::error::name_too_long;
+        }
+        socket = std::make_unique<Socket>(std::move(connected));
         socket->read_message_max(most_bytes);
         socket->set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
             request.set(beast::http::field::sec_websocket_protocol, "foxglove.websocket.v1");
         }));
-        tcp::resolver resolver(io);
-        asio::connect(socket->next_layer(), resolver.resolve(address.host, address.port, error), error);
-        if (!error) socket->next_layer().set_option(tcp::no_delay(true), error);
-        if (error)
-            return lose("the program at " + address.host + ":" + address.port +
-                        " is not there: " + error.message());
-        socket->async_handshake(address.host + ":" + address.port, address.target, [this](auto failed) {
+        if (error) return lose("the program at " + address.place() + " is not there: " + error.message());
+        const std::string host = address.path.empty() ? address.place() : "localhost";
+        socket->async_handshake(host, address.target, [this](auto failed) {
             if (failed)
                 return lose("the program does not let this page in: " + failed.message() +
                             "; give the whole address that it printed, with the token");
             queue.clear();
             is_writing = false;
             subscribed.clear();
+            services.clear();
             {
                 const std::lock_guard lock(mutex);
                 state.time = state.reached = 0;
+                report = {};
             }
-            send({{"op", "subscribeParameterUpdates"}, {"parameterNames", Json::array()}});
+            tell_report();
             read();
             tick();
         });
@@ -109,8 +138,10 @@ struct Live::Connection {
     void lose(const std::string& why) {
         timer.cancel();
         enter(Running::failed, why);
-        if (waiting) waiting->set_exception(std::make_exception_ptr(std::runtime_error(why)));
+        if (waiting) fail(*waiting, why);
         waiting.reset();
+        for (const auto& [number, done] : calls) fail(*done, why);
+        calls.clear();
         again.expires_after(before_again);
         again.async_wait([this](auto error) {
             if (!error) connect();
@@ -127,6 +158,12 @@ struct Live::Connection {
         tell();
     }
     void tell() { listener.state(copy()); }
+    void tell_report() {
+        std::unique_lock lock(mutex);
+        const LiveReport told = report;
+        lock.unlock();
+        listener.report(told);
+    }
     RunState copy() const {
         const std::lock_guard lock(mutex);
         return state;
@@ -151,20 +188,21 @@ struct Live::Connection {
             buffer.clear();
             try {
                 socket->got_text() ? hear(message) : take(message);
-            } catch (const Json::exception&) { // it is none of the protocol
+            } catch (const std::exception&) { // it is none of the protocol
             }
             read();
         });
     }
 
     void send(const Json& json) {
-        queue.push_back(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+        queue.push_back({false, json.dump(-1, ' ', false, Json::error_handler_t::replace)});
         write();
     }
     void write() {
         if (is_writing || queue.empty()) return;
         is_writing = true;
-        socket->async_write(asio::buffer(queue.front()), [this, of = socket.get()](auto error, auto) {
+        socket->binary(queue.front().is_binary);
+        socket->async_write(asio::buffer(queue.front().bytes), [this, of = socket.get()](auto error, auto) {
             if (of != socket.get()) return; // there is a new connection
             is_writing = false;
             if (error || queue.empty()) return; // the read says why
@@ -179,12 +217,16 @@ struct Live::Connection {
         const std::string op = json.value("op", "");
         if (op == "serverInfo") {
             const std::lock_guard lock(mutex);
-            const Json capabilities = json.value("capabilities", Json::array());
             state.live->name = json.value("name", "");
-            state.live->may_tune =
-                std::find(capabilities.begin(), capabilities.end(), "parameters") != capabilities.end();
+            state.live->refusal = json.value("metadata", Json::object()).value(realtime::refusal_key, "");
         } else if (op == "advertise") {
             advertise(json);
+        } else if (op == "advertiseServices") {
+            for (const auto& service : json.value("services", Json::array()))
+                services[service.value("name", "")] = service.value("id", std::uint32_t{0});
+        } else if (op == "serviceCallFailure") {
+            if (const auto done = calls.extract(json.value("callId", std::uint32_t{0})))
+                fail(*done.mapped(), json.value("message", ""));
         } else if (op == "status" && json.value("level", 0) == 2) {
             refusal = json.value("message", "");
         } else if (op == "parameterValues") {
@@ -197,12 +239,17 @@ struct Live::Connection {
             const std::lock_guard lock(mutex);
             infos.clear();
             channels.clear();
+            timing_channel = log_channel = {};
             for (const auto& channel : json.value("channels", Json::array())) {
+                const std::string topic = channel.value("topic", "");
+                const auto number = channel.value("id", std::uint32_t{0});
+                if (topic == realtime::timing_topic) timing_channel = number;
+                if (topic == realtime::log_topic) log_channel = number;
                 const auto info = recording::channel_of(channel.value("schemaName", ""));
                 const int index = static_cast<int>(infos.size());
                 if (!info || info->elements() > most_bytes / sizeof(double)) continue;
-                channels[channel.value("id", std::uint32_t{0})] = {*info, index};
-                infos.push_back(described(index, recording::signal_of(channel.value("topic", "")), *info));
+                channels[number] = {*info, index};
+                infos.push_back(described(index, recording::signal_of(topic), *info));
             }
         }
         enter(Running::running, "");
@@ -210,55 +257,63 @@ struct Live::Connection {
     }
 
     void hear_parameters(const Json& json) {
-        if (json.contains("id")) {
-            if (!waiting) return;
-            if (refusal.empty()) {
-                note(asked_by, asked.name, asked.values);
-                waiting->set_value();
-                tell();
-            } else {
-                waiting->set_exception(std::make_exception_ptr(std::runtime_error(refusal)));
-            }
-            waiting.reset();
-            return;
-        }
-        for (const auto& parameter : json.value("parameters", Json::array())) {
-            std::vector<double> values;
-            const Json value = parameter.value("value", Json());
-            const auto add = [&](const Json& element) {
-                double number = 0;
-                if (element.is_number()) values.push_back(element.get<double>());
-                if (element.is_boolean()) values.push_back(element.get<bool>() ? 1 : 0);
-                if (element.is_string() && read_value(element.get<std::string>(), number).empty())
-                    values.push_back(number);
-            };
-            if (value.is_array())
-                for (const auto& element : value) add(element);
-            else
-                add(value);
-            note(elsewhere, parameter.value("name", ""), values);
-        }
-        tell();
+        if (!json.contains("id") || !waiting) return;
+        if (refusal.empty())
+            waiting->set_value();
+        else
+            fail(*waiting, refusal);
+        waiting.reset();
     }
 
-    void note(const std::string& who, const std::string& name, const std::vector<double>& values) {
-        const std::lock_guard lock(mutex);
-        auto& all = state.live->changes;
-        if (all.size() == most_changes) all.erase(all.begin());
-        all.push_back({state.time, who, name, values});
+    static void fail(std::promise<void>& done, const std::string& why) {
+        done.set_exception(std::make_exception_ptr(std::runtime_error(why)));
+    }
+
+    void hear_timing(const std::string& text) {
+        Timing timing;
+        from_json(Json::parse(text), timing);
+        {
+            const std::lock_guard lock(mutex);
+            report.timing = std::move(timing);
+        }
+        tell_report();
+    }
+
+    void hear_entry(const std::string& text) {
+        const Json json = Json::parse(text);
+        const Json clock = json.value("timestamp", Json::object());
+        LiveEntry entry{json.value("number", std::int64_t{0}),
+                        clock.value("sec", 0.0) + clock.value("nsec", 0.0) / 1e9, json.value("time", 0.0),
+                        json.value("name", ""), json.value("message", "")};
+        {
+            const std::lock_guard lock(mutex);
+            auto& log = report.log;
+            std::erase_if(log, [&](const LiveEntry& other) { return other.number == entry.number; });
+            if (log.size() == most_entries) log.erase(log.begin());
+            log.push_back(std::move(entry));
+        }
+        tell_report();
     }
 
     /// Message data: opcode 1, the number of the subscription, which is that of the channel, the time in ns,
     /// CDR with the values behind its prefix.
     void take(const std::string& message) {
         constexpr std::size_t header = 1 + 4 + 8, begin = header + recording::message_prefix_bytes;
-        if (message.size() < begin || message[0] != 1) return;
+        if (message.size() < header) return;
         std::uint32_t number = 0;
         std::int64_t time = 0;
         std::memcpy(&number, &message[1], 4);
         std::memcpy(&time, &message[5], 8);
+        if (message[0] == 3) { // of a service: its number and that of the call
+            std::memcpy(&number, &message[5], 4);
+            if (const auto done = calls.extract(number)) done.mapped()->set_value();
+            return;
+        }
+        if (message[0] != 1) return;
+        if (number == timing_channel) return hear_timing(message.substr(header));
+        if (number == log_channel) return hear_entry(message.substr(header));
         const auto found = channels.find(number);
-        if (found == channels.end()) return;
+        if (found == channels.end() || message.size() < begin) return;
         const auto& [info, index] = found->second;
         if (message.size() < begin + info.bytes()) return;
         append_piece(frame, static_cast<std::uint32_t>(index), 0, info.elements(),
@@ -272,6 +327,9 @@ struct Live::Connection {
 
     void subscribe() {
         Json added = Json::array(), removed = Json::array();
+        for (const auto& always : {timing_channel, log_channel})
+            if (always && subscribed.insert(*always).second)
+                added.push_back({{"id", *always}, {"channelId", *always}});
         for (const auto& [number, channel] : channels) {
             const bool is_wanted = wanted.contains(channel.second);
             if (is_wanted && subscribed.insert(number).second)
@@ -282,22 +340,43 @@ struct Live::Connection {
         if (!removed.empty()) send({{"op", "unsubscribe"}, {"subscriptionIds", removed}});
     }
 
-    void ask(const Tune& tune, const std::string& who, std::shared_ptr<std::promise<void>> done) {
-        if (copy().state != Running::running || waiting) {
-            done->set_exception(std::make_exception_ptr(
-                std::runtime_error(waiting ? "another change is under way; try again" : copy().message)));
-            return;
-        }
+    using Done = std::shared_ptr<std::promise<void>>;
+
+    std::string full_name(const std::string& who) const { return who + " of " + user; }
+
+    void call(Action action, const std::string& who, Done done) {
+        const std::string service = action == Action::start  ? realtime::start_service
+                                    : action == Action::stop ? realtime::stop_service
+                                                             : realtime::emergency_service;
+        const auto found = services.find(service);
+        if (copy().state != Running::running || found == services.end())
+            return fail(*done, found == services.end() ? "the program has no service '" + service + "'"
+                                                       : copy().message);
+        const std::uint32_t number = ++last_call;
+        calls[number] = std::move(done);
+        constexpr std::string_view encoding = "json";
+        std::string bytes(1, '\2');
+        for (const std::uint32_t part : {found->second, number, static_cast<std::uint32_t>(encoding.size())})
+            bytes.append(reinterpret_cast<const char*>(&part), sizeof part);
+        bytes += encoding;
+        bytes += Json{{"who", full_name(who)}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+        // Before all that waits, behind what is being written.
+        queue.insert(std::next(queue.begin(), is_writing ? 1 : 0), {true, std::move(bytes)});
+        write();
+    }
+
+    void ask(const Tune& tune, const std::string& who, Done done) {
+        if (copy().state != Running::running || waiting)
+            return fail(*done, waiting ? "another change is under way; try again" : copy().message);
         refusal.clear();
         waiting = std::move(done);
-        asked = tune;
-        asked_by = who;
         Json value = Json::array();
         for (const double x : tune.values) // JSON has no infinity
             value.push_back(std::isinf(x) ? Json(x > 0 ? "Inf" : "-Inf") : Json(x));
         if (value.size() == 1) value = Json(value[0]);
         send({{"op", "setParameters"},
               {"id", "tune"},
+              {"who", full_name(who)},
               {"parameters", Json::array({{{"name", tune.name}, {"value", value}}})}});
     }
 
@@ -305,21 +384,30 @@ struct Live::Connection {
     const Listener listener;
     asio::io_context io;
     asio::steady_timer timer{io}, again{io};
-    std::unique_ptr<websocket::stream<tcp::socket>> socket;
+    using Socket = websocket::stream<Protocol::socket>;
+    std::unique_ptr<Socket> socket;
     beast::flat_buffer buffer;
-    std::deque<std::string> queue;
+    struct Message {
+        bool is_binary;
+        std::string bytes;
+    };
+    std::list<Message> queue; ///< its front is being written
     bool is_writing = false;
     std::map<std::uint32_t, std::pair<recording::ChannelInfo, int>>
         channels; ///< by number, with the index of the signal
     std::set<std::uint32_t> subscribed;
     std::set<int> wanted; ///< signals
     std::string frame, refusal;
-    std::shared_ptr<std::promise<void>> waiting; ///< for the answer to a change, which is
-    Tune asked;
-    std::string asked_by;
+    Done waiting; ///< for the answer to a change
+    std::map<std::string, std::uint32_t> services;
+    std::map<std::uint32_t, Done> calls; ///< of services, not yet answered
+    std::uint32_t last_call = 0;
+    std::optional<std::uint32_t> timing_channel, log_channel;
+    const std::string user = user_and_host();
 
-    mutable std::mutex mutex; ///< of these two
+    mutable std::mutex mutex; ///< of these three
     RunState state;
+    LiveReport report;
     std::vector<SignalInfo> infos;
 
     std::thread thread;
@@ -330,9 +418,9 @@ Live::Live(const std::string& address, Listener listener)
 Live::~Live() = default;
 
 void Live::tune(const Tune& tune, const std::string& who) {
-    auto done = std::make_shared<std::promise<void>>();
-    auto answer = done->get_future();
+    const auto done = std::make_shared<std::promise<void>>();
     asio::post(connection_->io, [c = connection_.get(), tune, who, done] { c->ask(tune, who, done); });
+    auto answer = done->get_future();
     if (answer.wait_for(patience) != std::future_status::ready) {
         asio::post(connection_->io, [c = connection_.get(), done] {
             if (c->waiting == done) c->waiting.reset();
@@ -340,6 +428,15 @@ void Live::tune(const Tune& tune, const std::string& who) {
         throw std::runtime_error("the program does not answer; whether '" + tune.name +
                                  "' has changed is not known");
     }
+    answer.get();
+}
+
+void Live::command(Action action, const std::string& who) {
+    const auto done = std::make_shared<std::promise<void>>();
+    asio::post(connection_->io, [c = connection_.get(), action, who, done] { c->call(action, who, done); });
+    auto answer = done->get_future();
+    if (answer.wait_for(patience) != std::future_status::ready)
+        throw std::runtime_error("the program does not answer; whether it obeys is not known");
     answer.get();
 }
 
@@ -351,6 +448,10 @@ void Live::watch(std::vector<int> signals) {
 }
 
 RunState Live::state() const { return connection_->copy(); }
+LiveReport Live::report() const {
+    const std::lock_guard lock(connection_->mutex);
+    return connection_->report;
+}
 std::vector<SignalInfo> Live::signals() const {
     const std::lock_guard lock(connection_->mutex);
     return connection_->infos;

@@ -9,29 +9,34 @@
 
 namespace bf::service {
 
-/// A run of another program, watched and tuned over its live server (see bf/realtime/server.hpp). One
+/// A run of another program, watched, tuned, started and stopped over its live server (see
+/// bf/realtime/server.hpp). One
 /// connection for all pages, so that whatever they do the program has one viewer; it is made again when it
 /// breaks.
 class Live {
   public:
-    /// Both are called in a thread of its own.
+    /// All are called in a thread of its own.
     struct Listener {
-        std::function<void(RunState)> state;      ///< whenever it changes, and a few times a second
+        std::function<void(RunState)> state;      ///< whenever it changes, and with samples
+        std::function<void(LiveReport)> report;   ///< whenever it changes
         std::function<void(std::string)> samples; ///< a binary frame of the protocol
     };
 
-    /// `address` is ws://HOST:PORT/?token=TOKEN. Throws std::runtime_error for one that is not so.
+    /// `address` is ws://HOST:PORT/?token=TOKEN or unix:PATH?token=TOKEN. Throws std::runtime_error for one
+    /// that is not so.
     Live(const std::string& address, Listener listener);
     ~Live();
     Live(const Live&) = delete;
     Live& operator=(const Live&) = delete;
 
-    /// Waits for the program's answer. `who` is noted with the change. Throws std::runtime_error with the
-    /// program's reason.
+    /// These wait for the program's answer. `who` is what its log calls the one who asks. Throw
+    /// std::runtime_error with the program's reason.
     void tune(const Tune& tune, const std::string& who);
-    void watch(std::vector<int> signals); ///< by index
+    void command(Action action, const std::string& who); ///< start, stop or emergency stop
+    void watch(std::vector<int> signals);                ///< by index
 
     RunState state() const;
+    LiveReport report() const;
     std::vector<SignalInfo> signals() const;
 
   private:

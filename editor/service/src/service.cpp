@@ -154,7 +154,8 @@ struct Service::State {
             throw Refusal("this page speaks version " + std::to_string(asked.protocol) +
                           " of the protocol, and bf " + options.version + " version " +
                           std::to_string(protocol_version) + "; reload the page");
-        return {options.version, files(), document(), run_state()};
+        return {options.version, files(), document(), run_state(),
+                live ? std::optional(live->report()) : std::nullopt};
     }
 
     std::vector<std::string> files(const char* ending = ".yaml") const {
@@ -456,17 +457,35 @@ struct Service::State {
                                                        rewatch();
                                                });
                                            },
+                                           [this, life](LiveReport report) {
+                                               options.post([this, life, report = std::move(report)] {
+                                                   if (!life.expired())
+                                                       options.tell(notification("live", to_json(report)));
+                                               });
+                                           },
                                            [this, life](std::string frame) {
                                                options.post([this, life, frame = std::move(frame)] {
                                                    if (!life.expired()) options.send(frame);
                                                });
                                            }});
     }
+    /// Throws Refusal where the program lets nobody change anything.
+    void require_control() const {
+        if (const std::string why = live->state().live->refusal; !why.empty()) throw Refusal(why);
+    }
+    static std::string name_of(int page) { return "page " + std::to_string(page); }
 
-    RunState run(int, const RunCommand& asked) {
-        if (live)
-            throw Refusal(
-                "the run is another program's: it can be watched and tuned, but not be moved in time");
+    RunState run(int page, const RunCommand& asked) {
+        if (live) {
+            if (asked.action != Action::start && asked.action != Action::stop &&
+                asked.action != Action::emergency_stop)
+                throw Refusal("the run is another program's: it cannot be moved in time");
+            require_control();
+            live->command(asked.action, name_of(page));
+            return live->state();
+        }
+        if (asked.action == Action::emergency_stop)
+            throw Refusal("only the run of another program has an emergency stop");
         if (asked.factor && !(*asked.factor > 0)) throw Refusal("'factor' takes a number greater than 0");
         if (asked.time && !(*asked.time >= 0)) throw Refusal("'time' takes a number that is not negative");
         if (!playback) {
@@ -525,9 +544,8 @@ struct Service::State {
 
     RunState tune(int page, const Tune& asked) {
         if (live) {
-            if (!live->state().live->may_tune)
-                throw Refusal("the program was started to be watched alone, not to be tuned");
-            live->tune(asked, "page " + std::to_string(page));
+            require_control();
+            live->tune(asked, name_of(page));
             return live->state();
         }
         if (!playback) throw Refusal("nothing runs; start a run, or change the model");
@@ -646,6 +664,7 @@ std::string Service::typescript() {
     notifications +=
         "  changed: " + typescript_of<DocumentState>(types) + "; // by a page, or by another program\n";
     notifications += "  run: " + typescript_of<RunState>(types) + ";\n";
+    notifications += "  live: " + typescript_of<LiveReport>(types) + "; // of the program that is attached\n";
     std::string text =
         protocol_introduction() +
         "//\n// Written by scripts/update-reference from editor/service/include/bf/service/protocol.hpp.\n\n"

@@ -12,8 +12,10 @@ Live::Live(const std::string&, Listener) {
 }
 Live::~Live() = default;
 void Live::tune(const Tune&, const std::string&) {}
+void Live::command(Action, const std::string&) {}
 void Live::watch(std::vector<int>) {}
 RunState Live::state() const { return {}; }
+LiveReport Live::report() const { return {}; }
 std::vector<SignalInfo> Live::signals() const { return {}; }
 
 } // namespace bf::service

@@ -46,10 +46,10 @@ constexpr const char* text =
 /// Runs the model against the clock and serves it, until it is destroyed or has made its steps.
 class Program {
   public:
-    explicit Program(const fs::path& file, std::int64_t steps)
-        : model_(bf::load(file)), run_(model_.diagram), runner_(run_, options()),
-          server_(std::in_place, run_, run_.signals(), runner_.parameters(),
-                  bf::realtime::ServerOptions{.port = 0}),
+    explicit Program(const fs::path& file, std::int64_t steps, bool is_controlled = true, bool waits = false)
+        : model_(bf::load(file)), run_(model_.diagram), runner_(run_, options(waits)),
+          server_(std::in_place, run_, run_.signals(), runner_.access(),
+                  bf::realtime::ServerOptions{.where = "0", .is_controlled = is_controlled}),
           control_(bf::find(run_.signals(), "control")) {
         outputs.reserve(static_cast<std::size_t>(steps));
         runner_.add_observer(*server_);
@@ -70,16 +70,15 @@ class Program {
         wait();
         server_.reset();
     }
-    std::string address() const {
-        return "ws://127.0.0.1:" + std::to_string(server_->port()) + "/?token=" + server_->token();
-    }
+    std::string address() const { return server_->address() + server_->token(); }
     const bf::realtime::Statistics& statistics() const { return runner_.statistics(); }
 
     std::vector<double> outputs; ///< of the controller, in each step
 
   private:
-    static bf::realtime::RunnerOptions options() {
+    static bf::realtime::RunnerOptions options(bool waits) {
         bf::realtime::RunnerOptions options;
+        options.waits = waits;
         options.thread.locks_memory = false;
         return options;
     }
@@ -137,7 +136,15 @@ class Attached {
         }
         return true;
     }
-    Json live() { return ask("hello", {{"protocol", 2}})["result"]["run"]; }
+    Json report() { return ask("hello", {{"protocol", 3}})["result"]["live"]; }
+    /// Is there an entry of the log that says so, by somebody whose name begins so?
+    bool has_entry(const std::string& who, const std::string& what) {
+        const Json log = report()["log"];
+        return std::ranges::any_of(log, [&](const Json& entry) {
+            return entry["who"].get<std::string>().starts_with(who) && entry["what"] == what;
+        });
+    }
+    Json live() { return ask("hello", {{"protocol", 3}})["result"]["run"]; }
 
     std::map<int, std::map<double, std::vector<double>>> samples; ///< by signal and time
     Json told;
@@ -170,7 +177,7 @@ TEST(Live, ShowsTheSignalsOfAnotherProgramAndTunesIt) {
     Attached attached(file, program.address());
     ASSERT_TRUE(attached.until([&] { return attached.live()["state"] == "running"; }));
     EXPECT_EQ(attached.live()["live"]["name"], "served");
-    EXPECT_EQ(attached.live()["live"]["may_tune"], true);
+    EXPECT_EQ(attached.live()["live"]["refusal"], "");
     std::map<std::string, int> index;
     ASSERT_TRUE(attached.until([&] {
         const Json signals = attached.ask("signals", Json::object())["result"]["signals"];
@@ -191,22 +198,22 @@ TEST(Live, ShowsTheSignalsOfAnotherProgramAndTunesIt) {
 
     const Json refused = attached.ask("tune", {{"name", "k"}, {"values", {7}}});
     EXPECT_EQ(refused["error"]["message"], "variable 'k' must be at most 5, but is 7; nothing was changed");
-    EXPECT_EQ(attached.ask("run", {{"action", "start"}})["error"]["message"],
-              "the run is another program's: it can be watched and tuned, but not be moved in time");
+    EXPECT_EQ(attached.ask("run", {{"action", "pause"}})["error"]["message"],
+              "the run is another program's: it cannot be moved in time");
     attached.ask("tune", {{"name", "k"}, {"values", {2}}});
-    const auto has_change = [&](const std::string& who, const std::string& name, double value) {
-        const Json changes = attached.live()["live"]["changes"];
-        return std::ranges::any_of(changes, [&](const Json& change) {
-            return change["who"] == who && change["name"] == name && change["values"] == Json({value});
-        });
-    };
-    const std::string elsewhere = "another viewer, or what follows";
-    EXPECT_TRUE(has_change("page 1", "k", 2));
-    EXPECT_TRUE(attached.until([&] { return has_change(elsewhere, "control.K", 2); }));
+    EXPECT_TRUE(attached.until([&] { return attached.has_entry("page 1 of ", "k = 2, was 0.3"); }));
     Attached other(file, program.address());
     ASSERT_TRUE(other.until([&] { return other.live()["state"] == "running"; }));
     other.ask("tune", {{"name", "k"}, {"values", {1}}});
-    EXPECT_TRUE(attached.until([&] { return has_change(elsewhere, "k", 1); }));
+    EXPECT_TRUE(attached.until([&] { return attached.has_entry("page 1 of ", "k = 1, was 2"); }));
+    EXPECT_TRUE(other.until([&] { return other.has_entry("page 1 of ", "k = 2, was 0.3"); }))
+        << "what was done before it looked";
+    ASSERT_TRUE(attached.until([&] { return !attached.report()["timing"].is_null(); }));
+    const Json timing = attached.report()["timing"];
+    EXPECT_EQ(timing["state"], "running");
+    EXPECT_EQ(timing["period_us"], 1000);
+    EXPECT_GT(timing["steps"], 10);
+    EXPECT_GE(timing["response_us"]["worst"], timing["step_us"]["p50"]);
     program.end();
     ASSERT_TRUE(attached.until([&] { return attached.live()["state"] == "failed"; }));
     EXPECT_NE(attached.live()["live"]["message"].get<std::string>().find("the program"), std::string::npos);
@@ -220,8 +227,45 @@ TEST(Live, AnAddressThatIsNoneIsRefused) {
     } catch (const std::runtime_error& error) {
         EXPECT_STREQ(error.what(),
                      "'http://here' is no address of a live program; give the one that it printed, "
-                     "ws://HOST:PORT/?token=TOKEN");
+                     "ws://HOST:PORT/?token=TOKEN or unix:PATH?token=TOKEN");
     }
+}
+
+TEST(Live, StartsAndStopsAProgramThatWaits) {
+    const fs::path file = written();
+    Program program(file, 1'000'000, true, true);
+    Attached attached(file, program.address());
+    const auto is = [&](const char* state) {
+        return [&attached, state] {
+            const Json timing = attached.report()["timing"];
+            return !timing.is_null() && timing["state"] == state;
+        };
+    };
+    ASSERT_TRUE(attached.until(is("waiting")));
+    EXPECT_EQ(attached.ask("run", {{"action", "start"}})["result"]["state"], "running");
+    ASSERT_TRUE(attached.until(is("running")));
+    EXPECT_EQ(attached.ask("run", {{"action", "start"}})["error"]["message"],
+              "the program does not wait to be started");
+    attached.ask("run", {{"action", "stop"}});
+    program.wait();
+    EXPECT_TRUE(attached.until([&] { return attached.has_entry("page 1 of ", "stop"); }));
+    attached.ask("run", {{"action", "emergency_stop"}});
+    EXPECT_TRUE(attached.until([&] { return attached.has_entry("page 1 of ", "emergency stop"); }));
+    EXPECT_TRUE(attached.has_entry("page 1 of ", "start"));
+}
+
+TEST(Live, AProgramThatIsLookedAtAloneSaysHowItIsStartedOtherwise) {
+    const fs::path file = written();
+    Program program(file, 1'000'000, false);
+    Attached attached(file, program.address());
+    ASSERT_TRUE(attached.until([&] { return attached.live()["state"] == "running"; }));
+    const std::string refusal =
+        "this program was started to be looked at alone; start it with --control to let "
+        "viewers change parameters, start and stop it";
+    EXPECT_EQ(attached.live()["live"]["refusal"], refusal);
+    for (const char* action : {"start", "stop", "emergency_stop"})
+        EXPECT_EQ(attached.ask("run", {{"action", action}})["error"]["message"], refusal);
+    EXPECT_EQ(attached.ask("tune", {{"name", "k"}, {"values", {2}}})["error"]["message"], refusal);
 }
 
 /// Ten pages of an attached run, of which two read, four stall and four are gone without a word.

@@ -91,12 +91,12 @@ class ServiceTest : public ::testing::Test {
 };
 
 TEST_F(ServiceTest, WelcomesAPageOfItsProtocolAndNoOther) {
-    const Json welcome = result("hello", {{"protocol", 2}});
+    const Json welcome = result("hello", {{"protocol", 3}});
     EXPECT_EQ(welcome["version"], "1.2.3");
     EXPECT_EQ(welcome["files"], Json::array({"motor.yaml"}));
     EXPECT_EQ(welcome["document"]["file"], "motor.yaml");
     EXPECT_EQ(refusal("hello", {{"protocol", 99}}),
-              "this page speaks version 99 of the protocol, and bf 1.2.3 version 2; reload the page");
+              "this page speaks version 99 of the protocol, and bf 1.2.3 version 3; reload the page");
 }
 
 TEST_F(ServiceTest, ChecksEachChangeAndSaysWhatBfCheckSays) {
@@ -249,13 +249,15 @@ TEST_F(ServiceTest, RunsWatchesAndTunes) {
     EXPECT_EQ(result("tune", {{"name", "Gain.Kp"}, {"values", {0.2}}})["reached"], ended["params"]["time"]);
     EXPECT_NE(refusal("tune", {{"name", "Gain.Kp"}, {"values", {1, 2}}}), "");
     EXPECT_NE(refusal("run", {{"action", "to"}, {"time", -1}}), "");
+    EXPECT_EQ(refusal("run", {{"action", "emergency_stop"}}),
+              "only the run of another program has an emergency stop");
 }
 
 TEST_F(ServiceTest, AnEditIsToldAtOnceAndGoesOnInTheRunWhenItIsChecked) {
     checked();
     result("run", {{"action", "step"}});
     EXPECT_EQ(result("run", {{"action", "pause"}})["is_current"], true);
-    EXPECT_EQ(result("hello", {{"protocol", 2}})["run"]["state"], "paused")
+    EXPECT_EQ(result("hello", {{"protocol", 3}})["run"]["state"], "paused")
         << "a page that comes later sees it";
     told.clear();
     result("edit", {{"operation", {{"do", "set"}, {"path", "load"}, {"name", "after"}, {"value", "0.06"}}}});

@@ -12,6 +12,7 @@
 
 #include "bf/codegen/parameter_file.hpp"
 #include "bf/realtime/token.hpp"
+#include "bf/realtime/unix_socket.hpp"
 
 #include <arpa/inet.h>
 #include <atomic>
@@ -26,8 +27,6 @@
 #include <pthread.h>
 #include <string>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <thread>
 #include <unistd.h>
 #include <vector>
@@ -136,33 +135,8 @@ class CommandPort {
                        "of your own";
             path = std::string(folder) + "/" + program + ".sock";
         }
-        sockaddr_un address{};
-        address.sun_family = AF_UNIX;
-        if (path.size() >= sizeof address.sun_path)
-            return cannot(path, "the path is too long for a socket", "give a shorter one");
-        std::memcpy(address.sun_path, path.data(), path.size());
-        listener_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-        const auto* const generic = reinterpret_cast<const sockaddr*>(&address);
-        const auto bind = [&] {
-            const mode_t before = ::umask(0177); // from its first moment for its owner alone
-            const bool good = ::bind(listener_, generic, sizeof address) == 0;
-            const int error = errno;
-            ::umask(before);
-            errno = error;
-            return good;
-        };
-        struct stat status {};
-        bool good = listener_ >= 0 && bind();
-        if (!good && errno == EADDRINUSE && ::lstat(path.c_str(), &status) == 0 && S_ISSOCK(status.st_mode)) {
-            // A program that was killed leaves its socket behind; nobody answers there.
-            const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-            const bool is_dead = ::connect(probe, generic, sizeof address) != 0 && errno == ECONNREFUSED;
-            ::close(probe);
-            errno = EADDRINUSE;
-            good = is_dead && ::unlink(path.c_str()) == 0 && bind();
-        }
-        if (!good || ::listen(listener_, SOMAXCONN) != 0)
-            return cannot(path, std::strerror(errno), "give the path of another socket");
+        listener_ = realtime::listen_at(path);
+        if (listener_ < 0) return cannot(path, std::strerror(errno), "give the path of another socket");
         place_ = path_ = path;
         return "";
     }

@@ -5,8 +5,10 @@
 #include "bf/codegen/command_port.hpp"
 #include "bf/codegen/csv_file.hpp"
 #include "bf/codegen/input_file.hpp"
+#include "bf/codegen/live.hpp"
 #include "bf/codegen/parameter_file.hpp"
 #include "bf/kernels/steps.hpp"
+#include "bf/realtime/control.hpp"
 #include "bf/realtime/interrupt.hpp"
 #include "bf/realtime/pacer.hpp"
 #include "bf/realtime/watchdog.hpp"
@@ -37,7 +39,9 @@ struct RunOptions {
     realtime::ThreadOptions thread;
     double watchdog = 1;                 ///< s; 0: none
     std::optional<std::string> commands; ///< where they come in
-    std::string token;                   ///< file
+    std::optional<std::string> serve;    ///< where
+    bool is_controlled = false, waits = false;
+    std::string token; ///< file
 
     RunOptions() { thread.priority = 50; }
 };
@@ -60,9 +64,14 @@ inline const char* usage() {
            "socket\n"
            "                   (this path, else one in XDG_RUNTIME_DIR) or, where a number stands, at a TCP "
            "port\n"
-           "  --token FILE     the token for the TCP port is the line in this file, which is made if it is "
-           "not\n"
-           "                   there (a random one for each run)\n"
+           "  --serve [WHERE]  serve live signals, parameters and timing to viewers on this computer (bf "
+           "edit\n"
+           "                   --attach, Foxglove), at a port (8765) or at a Unix socket, unix:PATH\n"
+           "  --control        let viewers change parameters, start and stop the run\n"
+           "  --wait           open no device and make no step until a viewer starts the run\n"
+           "  --token FILE     the token for the TCP port or viewers is the line in this file, which is made "
+           "if\n"
+           "                   it is not there (a random one for each run)\n"
            "  --list           print all parameters and variables, and what is fixed; end\n"
            "  --time           print the time per step\n";
 }
@@ -98,10 +107,22 @@ inline std::string read_options(int argc, char** argv, RunOptions& options) {
             options.is_paced = true;
             continue;
         }
+        if (option == "--control") {
+            options.is_controlled = true;
+            continue;
+        }
+        if (option == "--wait") {
+            options.waits = true;
+            continue;
+        }
         if (!given.insert(option).second) return wrong("it is given twice");
-        if (option == "--command-port") {
-            options.commands = value && *value && std::strncmp(value, "--", 2) != 0 ? value : "";
-            i += !options.commands->empty();
+        if (option == "--command-port" || option == "--serve") {
+            const bool is_given = value && *value && std::strncmp(value, "--", 2) != 0;
+            i += is_given;
+            if (option == "--serve")
+                options.serve = is_given ? value : "8765";
+            else
+                options.commands = is_given ? value : "";
             continue;
         }
         std::string* const text = option == "--csv"      ? &options.csv
@@ -134,9 +155,12 @@ inline std::string read_options(int argc, char** argv, RunOptions& options) {
         if (option == "--watchdog") options.watchdog = number;
         if (option == "--stop") options.stop = number;
     }
-    for (const char* paced : {"--overrun", "--priority", "--cpu", "--watchdog"})
+    for (const char* paced : {"--overrun", "--priority", "--cpu", "--watchdog", "--serve"})
         if (given.count(paced) && !options.is_paced) return std::string(paced) + " requires --realtime";
-    if (!options.token.empty() && !options.commands) return "--token requires --command-port";
+    if (!options.token.empty() && !options.commands && !options.serve)
+        return "--token requires --command-port or --serve";
+    if (options.is_controlled && !options.serve) return "--control requires --serve";
+    if (options.waits && !options.is_controlled) return "--wait requires --control";
     return "";
 }
 } // namespace detail
@@ -233,58 +257,89 @@ template <class Model> int run(int argc, char** argv) {
         std::fprintf(stderr, "takes commands at %s\n", commands->place().c_str());
     }
     const std::int64_t steps = kernels::steps_before(stop, Model::period);
-    bool good = model->initialize();
     std::optional<realtime::Pacer> pacer;
     std::optional<realtime::Watchdog> watchdog;
+    std::optional<Live> live;
+    realtime::Control control(options.waits);
     std::atomic<std::int64_t> done{0};
     if (options.is_paced) {
         const auto period = realtime::nanoseconds(Model::period);
-        const auto limit = realtime::stall_limit(options.watchdog, period);
-        if (limit > 0 || realtime::ServiceManager().is_there())
-            watchdog.emplace(limit,
+        const auto limit = realtime::stall_limit(options.watchdog, period),
+                   emergency = realtime::emergency_limit(period);
+        pacer.emplace(period, options.overrun);
+        if (options.serve) {
+            live.emplace(*model, control, pacer->statistics());
+            if (const std::string wrong =
+                    live->listen({*options.serve, options.token, options.is_controlled});
+                !wrong.empty()) {
+                complain(wrong);
+                return 1;
+            }
+            std::fprintf(stderr, "live at %s\n", live->place().c_str());
+        }
+        if (limit > 0 || live || realtime::ServiceManager().is_there())
+            watchdog.emplace(limit, emergency,
                              options.thread.priority > 0 ? std::min(options.thread.priority + 1, 99) : 0,
-                             [&, limit] {
+                             control, [&, limit, emergency] {
                                  const std::int64_t step = done.load();
-                                 complain(realtime::stall_text(
-                                     step, static_cast<double>(step) * Model::period, limit, ""));
+                                 const double at = static_cast<double>(step) * Model::period;
+                                 complain(control.state() == realtime::Control::State::emergency
+                                              ? realtime::emergency_text(step, at, emergency, "")
+                                              : realtime::stall_text(step, at, limit, ""));
                                  std::_Exit(1);
                              });
-        pacer.emplace(period, options.overrun);
+    }
+    while (control.state() == realtime::Control::State::waiting) {
+        live->apply(-1);
+        if (watchdog) watchdog->kick();
+        if (realtime::InterruptGuard::signal()) control.stop();
+        realtime::sleep_until(realtime::now() + 20'000'000);
+    }
+    if (watchdog) watchdog->rest();
+    const bool is_started = control.goes_on();
+    bool good = !is_started || model->initialize();
+    if (pacer) {
         const auto refused = realtime::prepare_thread(options.thread);
         if (!refused.empty()) complain("warning: the period is not guaranteed on this machine");
         for (const std::string& text : refused) std::fprintf(stderr, "  %s\n", text.c_str());
         pacer->start();
         if (watchdog) watchdog->kick();
     }
-    auto record = [&] {
-        if (csv.is_open() && !(pacer && pacer->is_degraded())) csv.row(*model);
+    const auto show = [&](bool is_event) {
+        if (pacer && pacer->is_degraded()) return;
+        if (csv.is_open()) csv.row(*model);
+        if (live) is_event ? live->observe_event() : live->observe();
     };
+    [[maybe_unused]] const auto show_event = [&] { show(true); };
     if constexpr (detail::HasEvents<Model>::value) {
-        model->observer = &record;
-        model->before_event = [](void* f) { (*static_cast<decltype(record)*>(f))(); };
+        model->observer = const_cast<void*>(static_cast<const void*>(&show_event));
+        model->before_event = [](void* f) { (*static_cast<decltype(show_event)*>(f))(); };
     }
     const auto begin = std::chrono::steady_clock::now();
     for (std::int64_t k = 0; good && k < steps && !csv.error() && !realtime::InterruptGuard::signal(); ++k) {
-        if (pacer && !pacer->wait()) break;
+        if ((pacer && !pacer->wait()) || !control.goes_on()) break;
         if (commands) commands->apply(*model);
+        if (live) live->apply(k);
         if (inputs)
             inputs->go_to(model->time(), Model::period, [&](const Quantity& q) { return model->data(q); });
         good = model->output();
-        if (good) record();
+        if (good) show(false);
         good = good && model->update();
         if (pacer) pacer->end_step();
         if (watchdog) watchdog->kick();
         done.store(k + 1, std::memory_order_relaxed);
     }
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (watchdog) watchdog->end();
+    if (is_started) model->terminate();
     watchdog.reset();
-    model->terminate();
     csv.close();
     for (const Quantity& q : model->check_table())
         std::printf("%s = %.17g\n", q.name, read(model->data(q), q.type, 0));
     if (options.shows_time && done > 0)
         std::printf("%.3f ns per step\n", wall * 1e9 / static_cast<double>(done));
     if (pacer) std::fputs(realtime::report(pacer->statistics()).c_str(), stdout);
+    if (live) std::fputs(live->log().c_str(), stdout);
     if (csv.lost() > 0) std::printf("  %" PRIu64 " rows not recorded: the disk was too slow\n", csv.lost());
     std::fflush(stdout);
     char at[60];
@@ -298,7 +353,9 @@ template <class Model> int run(int argc, char** argv) {
                                  ? realtime::missed_deadline(pacer->statistics())
                                  : "";
     if (!late.empty()) complain(at + late);
-    if (!good || csv.error() || !late.empty()) return 1;
+    const std::string emergency = live ? live->emergency() : "";
+    if (!emergency.empty()) complain(at + emergency);
+    if (!good || csv.error() || !late.empty() || !emergency.empty()) return 1;
     const int signal = realtime::InterruptGuard::signal();
     if (signal) complain(std::string(at) + "interrupted");
     return signal ? 128 + signal : 0;

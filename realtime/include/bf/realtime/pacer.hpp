@@ -1,7 +1,10 @@
-// A loop against the clock: pacing, deadlines, what the machine must grant, and what happened.
+// A loop against the clock: pacing, deadlines, and what the machine must grant.
 //
-// C++17 and POSIX alone, and no other header of BlockFactory: generated projects carry a copy of this file.
+// C++17 and POSIX alone, and of BlockFactory only statistics.hpp: generated projects carry a copy of this
+// file.
 #pragma once
+
+#include "bf/realtime/statistics.hpp"
 
 #include <algorithm>
 #include <array>
@@ -21,8 +24,6 @@
 #include <vector>
 
 namespace bf::realtime {
-
-using Nanoseconds = std::int64_t;
 
 /// 31 years: no run takes longer, and the sum of a few fits.
 constexpr Nanoseconds longest_wait = 1'000'000'000'000'000'000;
@@ -94,172 +95,6 @@ inline std::vector<std::string> prepare_thread(const ThreadOptions& options) {
         for (std::size_t i = 0; i < options.stack; i += static_cast<std::size_t>(page)) top[i] = 0;
     }
     return refused;
-}
-
-// ---- what happened ----
-
-/// Counts durations in buckets of a width of 1/32 of their value: any percentile from fixed memory.
-class Histogram {
-  public:
-    void add(Nanoseconds value) noexcept {
-        value = std::max<Nanoseconds>(value, 0);
-        ++counts_[bucket(static_cast<std::uint64_t>(value))];
-        ++count_;
-        max_ = std::max(max_, value);
-    }
-    std::int64_t count() const noexcept { return count_; }
-    Nanoseconds max() const noexcept { return max_; }
-    /// The least value that the share `p` (0 ... 1) of all values does not exceed; at most 1/32 too large.
-    Nanoseconds percentile(double p) const noexcept {
-        const double wanted = p * static_cast<double>(count_);
-        double seen = 0;
-        for (std::size_t i = 0; i < counts_.size(); ++i) {
-            seen += static_cast<double>(counts_[i]);
-            if (seen >= wanted && seen > 0) return std::min(last_in(i), max_);
-        }
-        return max_;
-    }
-
-  private:
-    static std::size_t bucket(std::uint64_t value) noexcept {
-        if (value < 32) return static_cast<std::size_t>(value);
-        const int shift = 58 - __builtin_clzll(value); // value >> shift lies in [32, 63]
-        return static_cast<std::size_t>(shift) * 32 + static_cast<std::size_t>(value >> shift);
-    }
-    static Nanoseconds last_in(std::size_t bucket) noexcept {
-        if (bucket < 64) return static_cast<Nanoseconds>(bucket);
-        const auto shift = bucket / 32 - 1;
-        return static_cast<Nanoseconds>(((bucket % 32 + 33) << shift) - 1);
-    }
-    std::array<std::uint64_t, 1888> counts_{};
-    std::int64_t count_ = 0;
-    Nanoseconds max_ = 0;
-};
-
-/// Counts how far periods were from the one asked for, in steps of 1, 2, 5, 10 ... us to both sides.
-class PeriodHistogram {
-  public:
-    /// Deviations in [from, to) ns; the outermost rows are open.
-    struct Row {
-        Nanoseconds from, to;
-        std::int64_t count;
-    };
-    void add(Nanoseconds deviation) noexcept {
-        const Nanoseconds size = deviation < 0 ? -deviation : deviation;
-        int i = 0;
-        for (Nanoseconds edge = 1000; i < edges && size >= edge; edge = edge_of(++i)) {
-        }
-        ++counts_[static_cast<std::size_t>(deviation < 0 ? edges - i : edges + 1 + i)];
-    }
-    /// The rows that hold anything, and those between them.
-    std::vector<Row> rows() const {
-        std::vector<Row> rows;
-        const auto holds = [](std::int64_t n) { return n > 0; };
-        const auto first = std::find_if(counts_.begin(), counts_.end(), holds);
-        const auto last = std::find_if(counts_.rbegin(), counts_.rend(), holds).base();
-        for (auto it = first; it < last; ++it) {
-            const int i = static_cast<int>(it - counts_.begin()) - edges - 1; // -1: just below the period
-            rows.push_back({i < 0    ? -edge_of(-i - 1)
-                            : i == 0 ? 0
-                                     : edge_of(i - 1),
-                            i < -1    ? -edge_of(-i - 2)
-                            : i == -1 ? 0
-                                      : edge_of(i),
-                            *it});
-        }
-        return rows;
-    }
-
-  private:
-    static constexpr int edges = 19; // 1 us ... 1 s
-    static Nanoseconds edge_of(int i) noexcept {
-        static constexpr int leading[] = {1, 2, 5};
-        Nanoseconds edge = 1000 * leading[i % 3];
-        for (; i >= 3; i -= 3) edge *= 10;
-        return edge;
-    }
-    std::array<std::int64_t, 2 * edges + 2> counts_{};
-};
-
-/// Why a step ended after its deadline.
-enum class Cause {
-    computation,  ///< the step used the processor for longer than a period
-    interruption, ///< the step would have had time enough, but waited or lost the processor
-    wakeup,       ///< the thread was woken too late
-    backlog       ///< an earlier miss left no time (catch-up)
-};
-inline const char* text(Cause cause) {
-    static constexpr const char* texts[] = {"own computation too long",
-                                            "interrupted or waiting inside the step", "woken too late",
-                                            "behind after an earlier miss"};
-    return texts[static_cast<int>(cause)];
-}
-
-/// What happened in a run. Times in ns.
-struct Statistics {
-    struct Miss {
-        std::int64_t step;
-        Cause cause;
-        Nanoseconds late, latency, computation;
-    };
-    Nanoseconds period = 0;
-    std::int64_t steps = 0;
-    std::int64_t skipped = 0;             ///< releases that were left out
-    std::int64_t degraded = 0;            ///< steps without the work that may wait
-    std::array<std::int64_t, 4> misses{}; ///< by cause
-    std::vector<Miss> first_misses;       ///< the first 100
-    Histogram latency;                    ///< from a release to the beginning of its step
-    Histogram computation;                ///< from the beginning to the end of a step
-    Histogram response;                   ///< from a release to the end of its step; above the period: missed
-    Histogram jitter;                     ///< |time between two beginnings - their releases' distance|
-    PeriodHistogram periods;
-
-    Statistics() { first_misses.reserve(100); }
-    std::int64_t missed() const { return misses[0] + misses[1] + misses[2] + misses[3]; }
-};
-
-/// A table for people, lines indented by two blanks.
-inline std::string report(const Statistics& s) {
-    char line[200];
-    std::string text;
-    const auto add = [&](const char* format, auto... values) {
-        std::snprintf(line, sizeof line, format, values...);
-        text += line;
-    };
-    const auto us = [](Nanoseconds t) { return static_cast<double>(t) / 1000; };
-    const auto row = [&](const char* name, const Histogram& h) {
-        add("  %-18s %10.1f %10.1f %10.1f %10.1f\n", name, us(h.percentile(0.5)), us(h.percentile(0.99)),
-            us(h.percentile(0.9999)), us(h.max()));
-    };
-    add("  period of %g us, %lld steps\n", us(s.period), static_cast<long long>(s.steps));
-    add("  %-18s %10s %10s %10s %10s\n", "us", "p50", "p99", "p99.99", "worst");
-    row("wake-up latency", s.latency);
-    row("step", s.computation);
-    row("both", s.response);
-    row("period's deviation", s.jitter);
-    std::int64_t most = 1;
-    const auto rows = s.periods.rows();
-    for (const auto& r : rows) most = std::max(most, r.count);
-    if (!rows.empty()) text += "  deviation of the period, us\n";
-    for (const auto& r : rows) {
-        const std::string bar(static_cast<std::size_t>(40 * r.count / most), '#');
-        add("  %+10g to %+8g %12lld %s\n", us(r.from), us(r.to), static_cast<long long>(r.count),
-            bar.c_str());
-    }
-    add("  deadlines missed: %lld of %lld\n", static_cast<long long>(s.missed()),
-        static_cast<long long>(s.steps));
-    for (std::size_t i = 0; i < s.misses.size(); ++i)
-        if (s.misses[i] > 0)
-            add("    %lld: %s\n", static_cast<long long>(s.misses[i]), realtime::text(static_cast<Cause>(i)));
-    for (std::size_t i = 0; i < std::min<std::size_t>(s.first_misses.size(), 5); ++i) {
-        const auto& m = s.first_misses[i];
-        add("    step %lld: %.1f us late (woken after %.1f us, step took %.1f us): %s\n",
-            static_cast<long long>(m.step), us(m.late), us(m.latency), us(m.computation),
-            realtime::text(m.cause));
-    }
-    if (s.skipped > 0) add("  periods skipped: %lld\n", static_cast<long long>(s.skipped));
-    if (s.degraded > 0) add("  steps degraded: %lld\n", static_cast<long long>(s.degraded));
-    return text;
 }
 
 // ---- the loop ----

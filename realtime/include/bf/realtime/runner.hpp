@@ -1,6 +1,7 @@
 // Steps a run against the clock.
 #pragma once
 
+#include "bf/realtime/control.hpp"
 #include "bf/realtime/pacer.hpp"
 #include "bf/run/run.hpp"
 
@@ -21,13 +22,13 @@ class ParameterMailbox {
     bool post(ParameterChange change);
     struct Result {
         Status status;
-        std::int64_t step;   ///< before which it acts
+        std::int64_t step;   ///< before which it acts; -1: before the run starts
         std::string refusal; ///< why it does not
     };
     /// What became of the last one, once.
     std::optional<Result> take_result();
-    /// The loop, between two steps.
-    void apply(Run& run) noexcept;
+    /// The loop, before that step.
+    void apply(Run& run, std::int64_t step) noexcept;
 
   private:
     enum class State { empty, posted, applied };
@@ -36,20 +37,30 @@ class ParameterMailbox {
     Result result_{};
 };
 
+/// What others have of a loop, from any thread; the loop waits for none of them.
+struct LoopAccess {
+    ParameterMailbox& parameters;
+    Control& control;
+    const Statistics& statistics; ///< but for `first_misses`
+};
+
 struct RunnerOptions {
     double factor = 1; ///< seconds of the model per second
     Overrun overrun = Overrun::skip;
     ThreadOptions thread;
     bool is_strict = false;                                    ///< what the machine refuses is an error
     double duration = std::numeric_limits<double>::infinity(); ///< s on the clock
+    bool waits = false;       ///< until Control::start, with nothing started; parameters may change
     Nanoseconds watchdog = 0; ///< without an end of a step; 0: none (see stall_limit)
-    /// In a thread of its own: the step hangs, in a block of that path (empty: before the first one).
+    /// In a thread of its own: the step hangs, in a block of that path (empty: before the first one), or an
+    /// emergency stop does not come to its end.
     std::function<void(std::int64_t step, const std::string& block)> on_stall = nullptr;
     std::function<void()> before_step = nullptr; ///< in the loop's thread, e.g. to write root inputs
 };
 
-/// A thread of its own in which a run starts, is stepped at its releases, and stops. The caller's
-/// thread only watches, so that whatever it does (print, draw, wait for a disk) cannot disturb the period.
+/// A thread of its own in which a run starts, is stepped at its releases, and stops, when its time has come
+/// or its Control says so. The caller's thread only watches, so that whatever it does (print, draw, wait for
+/// a disk) cannot disturb the period.
 class Runner {
   public:
     /// The run must outlive the runner and is not to be stepped by others, nor afterwards.
@@ -60,7 +71,7 @@ class Runner {
 
     /// Sees each step, except those that are degraded.
     void add_observer(Run::Observer& observer);
-    ParameterMailbox& parameters() { return parameters_; }
+    LoopAccess access() { return {parameters_, control_, pacer_.statistics()}; }
 
     struct Progress {
         std::int64_t steps, missed;
@@ -87,10 +98,11 @@ class Runner {
     const RunnerOptions options_;
     Pacer pacer_;
     ParameterMailbox parameters_;
+    Control control_;
     std::unique_ptr<Gate> gate_;
     std::vector<std::string> refused_;
     double wall_ = 0;
-    std::atomic<bool> ends_{false}, is_over_{false};
+    std::atomic<bool> is_over_{false};
     std::atomic<std::int64_t> steps_{0}, missed_{0};
 };
 

@@ -1,4 +1,4 @@
-// Live signals and parameters for viewers.
+// Live signals, parameters and the cockpit of a loop for viewers.
 #pragma once
 
 #include "bf/realtime/runner.hpp"
@@ -11,35 +11,74 @@
 
 namespace bf::realtime {
 
+/// Who did what to a run.
+struct LogEntry {
+    double clock; ///< s since 1970
+    double time;  ///< s of the model, of the last step before
+    /// As far as it is known: what the viewer calls itself, and where it is connected from, e.g. "page 1 of
+    /// ada@desk at 127.0.0.1:51234".
+    std::string who;
+    std::string what; ///< "k = 2, was 0.3", "start", "stop", "emergency stop"
+};
+
+/// The last twenty entries, a line each, for a terminal.
+std::string log_text(const std::vector<LogEntry>& log);
+/// "emergency stop by WHO", where there was one; else empty.
+std::string emergency_in(const std::vector<LogEntry>& log);
+
 struct ServerOptions {
-    std::string token = {};                             ///< which viewers must know; made if it is empty
-    std::uint16_t port = 8765;                          ///< 0: any free one
+    std::string where = "8765"; ///< a port of this computer, 0 for any free one; or "unix:PATH"
+    std::string token = {};     ///< which viewers must know; made if it is empty
+    bool is_controlled = false; ///< may viewers change parameters, start and stop the run?
     std::size_t most_viewers = 32, most_strangers = 16; ///< connections that told the token, or did not yet
     std::size_t buffer_bytes = std::size_t{4} << 20;    ///< between the loop and the server
     std::size_t client_bytes = std::size_t{4} << 20;    ///< waiting for one viewer; older samples are lost
-    /// Told, in the server's thread, what parameters became before that step.
-    std::function<void(std::int64_t step, const std::vector<ParameterValue>& values)> on_change = {};
+    /// Told, in the server's thread, what parameters became before that step, and who asked for it.
+    std::function<void(std::int64_t step, const std::vector<ParameterValue>& values, const std::string& who)>
+        on_change = {};
+    /// Told, in the server's thread, of a start or a stop.
+    std::function<void(const LogEntry& entry)> on_control = {};
 };
+
+/// Empty, or why no server can be at such a place.
+std::string check_place(const std::string& where);
+
+// ---- what the server adds to the Foxglove WebSocket protocol, in that protocol's own terms ----
+
+/// A channel of JSON objects: {"state", "time"} and all of `statistics_json`, a few times a second.
+inline constexpr const char* timing_topic = "/live.timing";
+/// A channel of JSON objects of the schema foxglove.Log, with "number" and "time" [s of the model] added:
+/// what has been done to the run; `name` is who did it. Who subscribes gets the last thousand. An entry comes
+/// again with the same number when the same viewer changed the same value again within two seconds.
+inline constexpr const char* log_topic = "/live.log";
+/// Services without a request but {"who": "..."}, which may be left out.
+inline constexpr const char *start_service = "start", *stop_service = "stop",
+                            *emergency_service = "emergency_stop";
+/// In the server's metadata, where viewers may change nothing: why.
+inline constexpr const char* refusal_key = "read only";
 
 /// Serves signals and parameters of a run to viewers on this computer, by the Foxglove
 /// WebSocket protocol (https://github.com/foxglove/ws-protocol, subprotocols foxglove.websocket.v1 and
 /// foxglove.sdk.v1): one channel per signal with the schema of its recording, parameters by the name
 /// "block.parameter", and variables of the model, with which all parameters change that follow from them (see
-/// bf::Run::follow). A variable that is fixed is refused with the reason.
+/// bf::Run::follow). A variable that is fixed is refused with the reason. What the loop counts and what was
+/// done to the run are channels, too; start, stop and emergency stop are services (see Control). Where
+/// `is_controlled` is false, viewers look: every change and service is refused with the remedy.
 ///
 /// The loop does nothing but copy subscribed samples into a buffer and look whether a change of parameters is
 /// there; it calls no system function for it. A viewer that is slow, stalled or gone loses its oldest
 /// messages, which are counted, and delays no other: each has queues of its own, and a bounded share of the
 /// server's time. Changes that arrive before the loop has taken the last ones join, the newest value of each
-/// parameter counts.
+/// parameter counts. A viewer may say in "who" of a setParameters message what the log calls it.
 ///
-/// Listens on 127.0.0.1 alone. Every user of this computer and every page in a browser can reach that, so the
-/// address must hold the token: ws://127.0.0.1:8765/?token=TOKEN.
+/// Listens on 127.0.0.1 alone, or at a Unix socket of mode 0600. Every user of this computer and every page
+/// in a browser can reach a port, also one that a tunnel leads to the socket, so the address must hold the
+/// token.
 class Server final : public Run::Observer {
   public:
-    /// Listens at once; the parameters have their present values. Throws std::runtime_error when the port or
+    /// Listens at once; the parameters have their present values. Throws std::runtime_error when the place or
     /// a token cannot be had.
-    Server(Run& run, const std::vector<Quantity>& signals, ParameterMailbox& parameters,
+    Server(Run& run, const std::vector<Quantity>& signals, LoopAccess loop,
            const ServerOptions& options = {});
     ~Server(); ///< closes all connections
     Server(const Server&) = delete;
@@ -47,7 +86,8 @@ class Server final : public Run::Observer {
 
     void observe(const Run& run) noexcept override;
 
-    std::uint16_t port() const;
+    /// For viewers, up to the token: "ws://127.0.0.1:8765/?token=", "unix:/run/motor.sock?token=".
+    std::string address() const;
     const std::string& token() const;
     struct Counts {
         std::uint64_t lost_samples;  ///< the server was too slow
@@ -55,6 +95,7 @@ class Server final : public Run::Observer {
         std::uint64_t changes;       ///< of parameters that were applied
     };
     Counts counts() const;
+    std::vector<LogEntry> log() const; ///< the last thousand
 
   private:
     struct State;

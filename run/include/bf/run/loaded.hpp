@@ -17,6 +17,9 @@ class LoadedRun final : public Run {
   public:
     /// Opens the library for as long as the run lives. Throws RunError when it cannot or exports no run.
     explicit LoadedRun(const std::filesystem::path& library);
+    /// A model that another loop makes, initialises and steps, and that outlives this: whatever looks at a
+    /// run or changes its parameters may do so then. That loop calls observers, and `show_event` at an event.
+    LoadedRun(const bf_run_library& library, bf_run_model& model);
     ~LoadedRun() override;
 
     std::string name() const override { return library_->name; }
@@ -48,6 +51,7 @@ class LoadedRun final : public Run {
     std::vector<ParameterValue> variables() const override;
     /// The model itself follows its variables.
     std::vector<ParameterValue> follow(const std::vector<ParameterValue>& asked) const override;
+    void show_event(Observer& observer) noexcept;
     void accept(const std::vector<ParameterValue>&) override {}
 
     std::vector<std::byte> snapshot() const override;
@@ -57,8 +61,9 @@ class LoadedRun final : public Run {
 
   private:
     std::vector<Quantity> table(bf_run_table table) const;
+    void read_given();
 
-    std::shared_ptr<void> handle_;
+    std::shared_ptr<void> handle_; ///< null: the model is another's
     const bf_run_library* library_ = nullptr;
     bf_run_model* model_ = nullptr;
     std::vector<std::vector<std::byte>> given_; ///< to parameters by the model

@@ -32,8 +32,11 @@ struct ModelSource {
 ///     attachment "checkpoint/STEP"     snapshot before that step
 ///     metadata "run"                   file: of the model
 ///     metadata "overrides"             "000 NAME": expression
-///     metadata "parameter change 0"    step: before which it acts;  name;  values: column by column
-///     metadata "plots"                 the panels that the model asks for
+///     metadata "parameter change 0"    step: before which it acts, -1 before the start;  name;  values:
+///     column
+///                                      by column;  who: asked for it, where that is known
+///     metadata "control 0"             time: of the model [s];  clock: s since 1970;  who;  what: "start",
+///     ... metadata "plots"                 the panels that the model asks for
 class Recorder final : public Run::Observer {
   public:
     /// Opens the file for signals of the run, such as `run.recorded()`; throws std::runtime_error when it
@@ -46,7 +49,10 @@ class Recorder final : public Run::Observer {
     /// Attaches a snapshot, between two steps. Throws RunError naming a block that refuses.
     void checkpoint(const Run& run);
     /// Notes a parameter that was set before a step. Any thread may, one at a time, while another one steps.
-    void parameter_changed(std::int64_t step, const std::string& path, const std::vector<double>& values);
+    void parameter_changed(std::int64_t step, const std::string& path, const std::vector<double>& values,
+                           const std::string& who = "");
+    /// Notes that somebody started or stopped the run, likewise.
+    void controlled(double time, double clock, const std::string& who, const std::string& what);
 
     /// Completes the file; throws std::runtime_error when something could not be written (disk full).
     void close() { writer_.close(); }
@@ -59,7 +65,7 @@ class Recorder final : public Run::Observer {
     recording::Writer writer_;
     std::map<int, std::vector<recording::Sample>> samples_; ///< by their rate
     std::atomic<bool> are_constants_due_ = true;
-    int changes_ = 0;
+    int changes_ = 0, controls_ = 0;
 };
 
 } // namespace bf

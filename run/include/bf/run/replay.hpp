@@ -55,6 +55,7 @@ class Replay final : public Run::Observer {
     std::int64_t time_ns() const;
     void check_times() const;
     void read_changes();
+    void make_change(); ///< the next one
     void compare(Track& track, bool is_hit);
     void report_missing(const Track& track);
 

@@ -3,7 +3,7 @@
 //
 // The address is ws://127.0.0.1:PORT/socket?token=TOKEN, with port and token of the address that `bf edit`
 // prints; a browser must come from that address. A request is {"jsonrpc": "2.0", "id": 1, "method": "hello",
-// "params": {"protocol": 2}}, with all or some members of its parameters. The answer has the same id and a
+// "params": {"protocol": 3}}, with all or some members of its parameters. The answer has the same id and a
 // `result`, or an `error` with a `message` for people and a `code`: -32000 the request is refused, -32602 its
 // parameters are wrong, -32601 there is no such method, -32600 and -32700 it is no request. A notification
 // has a method, parameters and no id; it goes to all pages.
@@ -29,7 +29,7 @@
 namespace bf::service {
 
 /// A page of another number is refused.
-inline constexpr int protocol_version = 2;
+inline constexpr int protocol_version = 3;
 
 /// One mistake, with the text of `bf check`.
 struct Diagnostic {
@@ -124,19 +124,54 @@ struct RunEdit {
     std::vector<std::string> begun = {}; ///< its states that begin with their initial values
 };
 
-/// A parameter or a variable got another value.
-struct LiveChange {
-    double time = 0; ///< of the last sample before, s
-    std::string who, name;
-    std::vector<double> values = {};
+/// Durations in a row of a histogram, from `from_us` on; the outermost rows are open.
+struct TimingRow {
+    double from_us = 0, to_us = 0;
+    std::int64_t count = 0;
+};
+struct TimingSummary {
+    double p50 = 0, p99 = 0, p99_99 = 0, worst = 0; ///< us
+    std::vector<TimingRow> rows = {};
+};
+/// Why steps ended after their deadlines: see docs/how-to/real-time.md.
+struct TimingMisses {
+    std::int64_t computation = 0, interruption = 0, wakeup = 0, backlog = 0;
+};
+/// How a loop against the clock keeps its period, since it began.
+struct Timing {
+    std::string state;    ///< "waiting", "running", "stopping", "emergency stop"
+    double time = 0;      ///< of the model, s
+    double period_us = 0; ///< on the clock
+    std::int64_t steps = 0;
+    TimingSummary wake_up_us;   ///< from the release of a step to its beginning
+    TimingSummary step_us;      ///< from its beginning to its end
+    TimingSummary response_us;  ///< from the release to the end; above the period: the deadline was missed
+    TimingSummary deviation_us; ///< of the time between two beginnings, its size
+    std::vector<TimingRow> deviation_of_the_period = {}; ///< to both sides
+    std::int64_t missed = 0;
+    TimingMisses missed_by_cause;
+    std::int64_t skipped = 0, degraded = 0;
 };
 
-/// A run of another program, which can be watched and tuned.
+/// What was done to a run, as the program that runs it has noted it.
+struct LiveEntry {
+    std::int64_t number = 0; ///< counts entries; one that comes again replaces the one before
+    double clock = 0;        ///< s since 1970
+    double time = 0;         ///< of the model, s
+    std::string who, what;
+};
+
+/// A run of another program.
 struct LiveProgram {
-    std::string name;                     ///< of its model
-    bool may_tune = false;                ///< else it can be watched alone
-    std::string message = {};             ///< why there is no connection
-    std::vector<LiveChange> changes = {}; ///< the last hundred since this program looks
+    std::string name;         ///< of its model
+    std::string refusal = {}; ///< why it can be watched alone; empty: it can be tuned, started and stopped
+    std::string message = {}; ///< why there is no connection
+};
+
+/// How a run of another program goes, a few times a second.
+struct LiveReport {
+    std::optional<Timing> timing = {};
+    std::vector<LiveEntry> log = {}; ///< the last hundred
 };
 
 struct RunState {
@@ -203,6 +238,7 @@ struct Welcome {
     std::vector<std::string> files; ///< models of the opened folder, relative to it
     DocumentState document;
     RunState run = {}; ///< that another page may have started
+    std::optional<LiveReport> live = {};
 };
 struct Open {
     std::string file; ///< relative to the opened folder
@@ -300,7 +336,10 @@ enum class Action {
     pace,
     until,  ///< on to an event, or to the end
     branch, ///< the run goes on on another one
-    adopt   ///< the edit that waits
+    adopt,  ///< the edit that waits
+    /// Of a run of another program, as its start, if it waits to be started, and its stop in order: see
+    /// bf::realtime::Control.
+    emergency_stop
 };
 struct RunCommand {
     Action action = Action::start;

@@ -26,8 +26,8 @@ class Service {
         std::function<void(const std::string& text)> tell;  ///< a notification, for all pages
         std::function<void(const std::string& frame)> send; ///< a binary frame, for all pages
         MakeSceneries sceneries = {}; ///< of models with worlds; none: nothing stands in space
-        /// ws://HOST:PORT/?token=TOKEN of a program that runs the model and is served live: its run is that
-        /// of the pages. Empty: they have one of their own.
+        /// ws://HOST:PORT/?token=TOKEN or unix:PATH?token=TOKEN of a program that runs the model and is
+        /// served live: its run is that of the pages. Empty: they have one of their own.
         std::string attach = {};
     };
 

@@ -1,0 +1,101 @@
+import { spawn, type ChildProcess } from "node:child_process";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
+import { found_by_axe } from "./axe.ts";
+import { is_there, opened, start } from "./browser.ts";
+
+const command = process.env.BF_COMMAND;
+const model = `model: served
+step: 0.001
+variables:
+  k: {value: 0.3, maximum: 5}
+blocks:
+  sine: {block: Sine, frequency: 7}
+  control: {block: Gain, K: k}
+connections: {sine: control}
+`;
+
+describe.skipIf(!is_there || command === undefined)("the cockpit", () => {
+  let browser: Browser, page: Page, complaints: string[], folder: string, processes: ChildProcess[];
+
+  beforeAll(async () => void (browser = await start()));
+  afterAll(() => browser.close());
+  beforeEach(async () => {
+    processes = [];
+    folder = await mkdtemp(join(tmpdir(), "bf-cockpit-"));
+    await writeFile(join(folder, "served.yaml"), model);
+  });
+  afterEach(async () => {
+    await page.close();
+    for (const one of processes) one.kill("SIGINT");
+    await rm(folder, { recursive: true });
+    expect(complaints).toEqual([]);
+  });
+
+  /** A process, and the first address that it prints. */
+  function run(...options: string[]): Promise<{ one: ChildProcess; address: string }> {
+    const one = spawn(command!, options, { cwd: folder });
+    processes.push(one);
+    return new Promise((resolve) => {
+      for (const stream of [one.stdout!, one.stderr!]) stream.on("data", (data) => {
+        const found = /(http|ws):\S+/.exec(String(data));
+        if (found) resolve({ one, address: found[0] });
+      });
+    });
+  }
+  async function open(...options: string[]): Promise<ChildProcess> {
+    const program = await run("run", "served.yaml", "--realtime", "--priority", "0", "--stop", "Inf", "--quiet", "--serve", "0", ...options);
+    const editor = await run("edit", "--no-browser", "--attach", program.address, "served.yaml");
+    ({ page, complaints } = await opened(browser, editor.address));
+    await page.getByRole("region", { name: "Cockpit" }).waitFor();
+    return program.one;
+  }
+  const ended = (one: ChildProcess) => new Promise<number | null>((resolve) => one.exitCode !== null ? resolve(one.exitCode) : one.on("exit", resolve));
+  const button = (name: string) => page.getByRole("button", { name, exact: true });
+  const log = () => page.getByRole("list", { name: "Log" });
+
+  test("starts a program that waits, shows how it keeps its period, tunes it and stops it", async () => {
+    const program = await open("--control", "--wait");
+    await page.getByText("waiting, 0 steps of 1 ms").waitFor();
+    await button("Start").click();
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    await expect.poll(() => button("Start").isDisabled()).toBe(true);
+    await expect.poll(() => page.getByRole("img", { name: /^Deviation of the period: .*µs: \d+/ }).count()).toBe(1);
+    const bars = page.getByRole("img", { name: /^From release to the end of a step: .*µs: \d+/ }).locator("rect");
+    await expect.poll(() => bars.count()).toBeGreaterThan(0);
+    await page.getByText(/\d+ deadlines? missed/).first().waitFor();
+    await page.getByLabel("k of the run, as a number").fill("2");
+    await page.getByLabel("k of the run, as a number").press("Tab");
+    await log().getByText("k = 2, was 0.3").waitFor();
+    expect(await log().textContent()).toMatch(/page \d+ of \S+@\S* at 127\.0\.0\.1:\d+/);
+    expect(await found_by_axe(page)).toEqual([]);
+    if (process.env.BF_PICTURES) await page.screenshot({ path: join(process.env.BF_PICTURES, "cockpit.png") });
+    await button("Stop").click();
+    expect(await ended(program)).toBe(0);
+    await page.getByText("not connected").waitFor();
+    await log().getByText("stop", { exact: true }).waitFor();
+  });
+
+  test("stops at once by a key", async () => {
+    const program = await open("--control");
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    await page.keyboard.press("Shift+Escape");
+    expect(await ended(program)).toBe(1);
+    await log().getByText("emergency stop", { exact: true }).waitFor();
+  });
+
+  test("says why a program that is looked at alone cannot be controlled", async () => {
+    await open();
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    await page.getByText("start it with --control").waitFor();
+    for (const name of ["Start", "Stop", "Emergency stop"]) expect(await button(name).isDisabled()).toBe(true);
+    expect(await page.getByLabel("k of the run, as a number").isDisabled()).toBe(true);
+    await page.keyboard.press("Shift+Escape");
+    expect(await found_by_axe(page)).toEqual([]);
+    if (process.env.BF_PICTURES) await page.screenshot({ path: join(process.env.BF_PICTURES, "cockpit_alone.png") });
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+  });
+});

@@ -1,0 +1,174 @@
+// What the server and its sessions share. All of it is used in one thread, but for what the loop writes.
+#pragma once
+
+#include "bf/realtime/server.hpp"
+#include "log.hpp"
+#include "sample_ring.hpp"
+
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <deque>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
+
+namespace bf::realtime {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+/// A port or a Unix socket.
+using Protocol = asio::generic::stream_protocol;
+using Json = nlohmann::json;
+
+// What one viewer may take of the server's time, so that no other waits for it: so many bytes of questions
+// and answers at once, and in the long run so many per tick. Those who ask for more are read from later.
+constexpr std::ptrdiff_t bytes_at_once = 1 << 16, bytes_per_tick = 1 << 12, bytes_per_message = 1 << 6;
+constexpr int most_unanswered = 100; // changes of parameters
+
+inline std::string to_text(const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// What a client says that makes no sense; goes back to it as a status message.
+struct ClientError : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+struct Server::State {
+    struct Channel {
+        Channel(std::string t, Quantity s) : topic(std::move(t)), signal(std::move(s)) {}
+
+        std::string topic;
+        Quantity signal;
+        std::atomic<bool> is_wanted{false};
+        int subscribers = 0;
+    };
+    struct Parameter {
+        Type type;
+        bool is_scalar;
+        std::vector<double> values;
+    };
+    struct Session;
+    /// A viewer's wish to change parameters.
+    struct Request {
+        std::weak_ptr<Session> session;
+        std::string who;
+        Json id;
+        std::vector<std::string> names;
+    };
+
+    State(Run& run, LoopAccess loop, const ServerOptions& options);
+    ~State();
+
+    void listen();
+    void accept();
+    void run_tick();
+    void deliver();
+    void tell_timing();
+    void tell_log(const Log::Numbered& entry);
+    void tell_log(const Log::Numbered& entry, Session& session) const;
+    void exchange_parameters();
+    void finish_change(const ParameterMailbox::Result& result);
+    void post_change();
+    void reject(const std::vector<Request>& requests, const std::string& reason);
+    std::vector<ParameterValue> present_values() const;
+    std::size_t viewers() const;
+    Json parameters_json(const std::vector<std::string>& names) const;
+    /// Starts or stops the run. Throws ClientError with the reason where that cannot be.
+    void command(const std::string& service, const std::string& who);
+    void require_control() const;
+
+    // The numbers of what is no signal follow those of the signals.
+    std::uint32_t timing_channel() const { return static_cast<std::uint32_t>(channels.size()); }
+    std::uint32_t log_channel() const { return timing_channel() + 1; }
+    std::uint32_t channel_count() const { return timing_channel() + 2; }
+
+    Run& run;
+    const LoopAccess loop;
+    ServerOptions options;
+    const std::vector<Quantity> tuned; ///< parameters
+    std::deque<Channel> channels;      // holds atomics: does not move them
+    std::vector<std::string> names;    ///< of variables and parameters, in document order
+    std::map<std::string, Parameter> parameters;
+    SampleRing ring;
+    std::atomic<std::uint64_t> lost_messages{0}, changes{0};
+    std::atomic<double> time{0}; ///< of the last step, s
+
+    asio::io_context io;
+    asio::basic_socket_acceptor<Protocol> acceptor{io};
+    std::string address, path; ///< of a Unix socket
+    asio::steady_timer timer{io};
+    bool is_accepting = false;
+    std::vector<std::shared_ptr<Session>> sessions; ///< in the order of their arrival
+    // Changes wait for the loop to take those under way, the newest value of each parameter.
+    std::vector<Request> waiting, posted;
+    std::vector<ParameterValue> waiting_values, posted_values;
+    std::vector<ParameterValue> posted_parameters; ///< which follow from those values
+    std::size_t longest_message = 0;               ///< bytes
+    Json advertisement, services, server_info;
+    Log log;
+    int ticks = 0;
+    Control::State told = Control::State::running; ///< to those who look at the timing
+    std::thread thread;
+};
+
+/// One viewer.
+struct Server::State::Session : std::enable_shared_from_this<Session> {
+    Session(State& state, Protocol::socket socket);
+
+    void start();
+    /// Reads the next message, as soon as this viewer's turn has come and it takes the answers it asked for.
+    void read();
+    void send(const Json& json);
+    void send_sample(std::uint32_t channel, std::int64_t time, const std::vector<std::byte>& value);
+    void send_data(std::uint32_t channel, std::int64_t time, std::string_view content);
+    bool wants(std::uint32_t channel) const { return is_open && numbers[channel] >= 0; }
+    Json values_message(const std::vector<std::string>& names, const Json& id) const;
+    /// Says why, and what the parameters are.
+    void reject(const Request& request, const std::string& reason);
+    /// Whatever waits for the network ends with an error then.
+    void leave();
+
+    void shake_hands();
+    void refuse(http::status status, const char* text);
+    void handle();
+    void handle_text(const std::string& text);
+    void call_service(const std::string& bytes);
+    std::vector<std::string> names_or_all(const Json& json) const;
+    void subscribe(std::uint32_t id, std::uint32_t channel);
+    void unsubscribe(std::uint32_t id);
+    void set_parameters(const Json& json);
+    void status(int level, const std::string& message);
+    std::string name_of(const Json& message) const;
+    struct Message {
+        bool is_text;
+        std::string bytes;
+    };
+    void answer(Message message);
+    void write();
+
+    State& state;
+    const std::string peer; ///< where it is connected from
+    websocket::stream<beast::basic_stream<Protocol>> stream;
+    beast::flat_buffer buffer;
+    http::request<http::string_body> request;
+    bool is_open = false, is_reading = false, is_writing = false;
+    std::map<std::uint32_t, std::uint32_t> subscriptions; ///< the client's number -> channel
+    std::vector<std::int64_t> numbers;                    ///< channel -> the client's number, or -1
+    std::set<std::string> watched;                        ///< parameters
+    std::deque<Message> answers, samples;                 ///< not yet written
+    std::size_t answer_bytes = 0, sample_bytes = 0;       ///< in these
+    Message written{};                                    ///< what is being written
+    std::ptrdiff_t credit = 0;                            ///< bytes; see bytes_at_once
+    int unanswered = 0;                                   ///< changes of parameters
+    std::uint64_t lost = 0;
+};
+
+} // namespace bf::realtime

@@ -1,0 +1,58 @@
+#include "bf/realtime/statistics_json.hpp"
+
+namespace bf::realtime {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// By which programs call the causes, in their order.
+constexpr const char* causes[] = {"computation", "interruption", "wakeup", "backlog"};
+
+double us(Nanoseconds t) { return static_cast<double>(t) / 1000; }
+
+Json json_of(const std::vector<HistogramRow>& rows) {
+    Json list = Json::array();
+    for (const auto& row : rows)
+        list.push_back({{"from_us", us(row.from)}, {"to_us", us(row.to)}, {"count", row.count}});
+    return list;
+}
+
+Json json_of(const Histogram& h) {
+    return {{"p50", us(h.percentile(0.5))},
+            {"p99", us(h.percentile(0.99))},
+            {"p99_99", us(h.percentile(0.9999))},
+            {"worst", us(h.max())},
+            {"rows", json_of(h.rows())}};
+}
+
+} // namespace
+
+Json statistics_json(const Statistics& s) {
+    Json json{{"period_us", us(s.period)},
+              {"steps", std::int64_t{s.steps}},
+              {"wake_up_us", json_of(s.latency)},
+              {"step_us", json_of(s.computation)},
+              {"response_us", json_of(s.response)},
+              {"deviation_us", json_of(s.jitter)},
+              {"deviation_of_the_period", json_of(s.periods.rows())},
+              {"missed", s.missed()}};
+    for (std::size_t i = 0; i < s.misses.size(); ++i)
+        json["missed_by_cause"][causes[i]] = std::int64_t{s.misses[i]};
+    json["skipped"] = std::int64_t{s.skipped};
+    json["degraded"] = std::int64_t{s.degraded};
+    return json;
+}
+
+Json first_misses_json(const Statistics& s) {
+    Json list = Json::array();
+    for (const auto& miss : s.first_misses)
+        list.push_back({{"step", miss.step},
+                        {"cause", causes[static_cast<int>(miss.cause)]},
+                        {"late_us", us(miss.late)},
+                        {"wake_up_us", us(miss.latency)},
+                        {"step_us", us(miss.computation)}});
+    return list;
+}
+
+} // namespace bf::realtime

@@ -331,8 +331,8 @@ TEST_F(ServiceTest, AnswersGarbageWithAnErrorOfJsonRpc) {
     EXPECT_EQ(code(R"({"method": "run", "params": {"action": "explode"}})"), -32602);
     EXPECT_EQ(code(R"({"method": "tune", "params": {"name": "a", "values": ["b"]}})"), -32602);
     EXPECT_EQ(refusal("run", {{"action", "explode"}}),
-              "run: 'action' takes one of start, pause, step, stop, to, pace, until, branch, adopt, not "
-              "\"explode\"");
+              "run: 'action' takes one of start, pause, step, stop, to, pace, until, branch, adopt, "
+              "emergency_stop, not \"explode\"");
 }
 
 TEST_F(ServiceTest, TellsWhereBlocksPortsAndWiresStandInTheText) {

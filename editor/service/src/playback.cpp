@@ -348,6 +348,7 @@ class Playback::Loop final : public Run::Observer {
             enter(Running::running);
             break;
         case Action::pace: set_factor(command.factor); break;
+        case Action::emergency_stop: break; // of runs of other programs alone
         case Action::pause:
             if (running == Running::running) rest(Running::paused);
             break;

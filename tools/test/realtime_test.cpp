@@ -133,7 +133,8 @@ with websockets.sync.client.connect(url, subprotocols=["foxglove.websocket.v1"])
     assert change(k=-1, nothing=2) == {"k": 4}  # refused as a whole
 )py");
     const auto run =
-        shell("'" BF_PROGRAM "' run tuned.yaml --realtime --priority 0 --stop Inf --serve 0 --control --wait --quiet "
+        shell("'" BF_PROGRAM
+              "' run tuned.yaml --realtime --priority 0 --stop Inf --serve 0 --control --wait --quiet "
               "--record r.mcap --summary s.json 2>err & one=$!; for i in $(seq 200); do url=$(grep -o "
               "'ws://.*$' err) && break; sleep 0.05; done; " BF_PYTHON
               " client.py $url; code=$?; sleep 0.1; kill -TERM $one; wait $one; exit $code");

@@ -444,30 +444,25 @@ struct Service::State {
                           playback.get());
     }
 
-    /// The run is that of another program.
+    /// The run is that of another program. What its connection finds out comes to the thread of the service.
     void attach() {
-        const std::weak_ptr<bool> life = alive;
+        const auto here = [this, life = std::weak_ptr<bool>(alive)](auto then) {
+            return [this, life, then](auto what) {
+                options.post([life, then, what = std::move(what)] {
+                    if (!life.expired()) then(what);
+                });
+            };
+        };
         live = std::make_unique<Live>(
-            options.attach, Live::Listener{[this, life](RunState state) {
-                                               options.post([this, life, state = std::move(state)] {
-                                                   if (life.expired()) return;
-                                                   options.tell(notification("run", to_json(state)));
-                                                   const auto signals = live ? live->signals().size() : 0;
-                                                   if (signals != std::exchange(live_signals, signals))
-                                                       rewatch();
-                                               });
-                                           },
-                                           [this, life](LiveReport report) {
-                                               options.post([this, life, report = std::move(report)] {
-                                                   if (!life.expired())
-                                                       options.tell(notification("live", to_json(report)));
-                                               });
-                                           },
-                                           [this, life](std::string frame) {
-                                               options.post([this, life, frame = std::move(frame)] {
-                                                   if (!life.expired()) options.send(frame);
-                                               });
-                                           }});
+            options.attach, Live::Listener{here([this](const RunState& state) {
+                                               options.tell(notification("run", to_json(state)));
+                                               const auto signals = live ? live->signals().size() : 0;
+                                               if (signals != std::exchange(live_signals, signals)) rewatch();
+                                           }),
+                                           here([this](const LiveReport& report) {
+                                               options.tell(notification("live", to_json(report)));
+                                           }),
+                                           here([this](const std::string& frame) { options.send(frame); })});
     }
     /// Throws Refusal where the program lets nobody change anything.
     void require_control() const {

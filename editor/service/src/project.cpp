@@ -299,6 +299,49 @@ std::vector<std::pair<Project::Document*, model::Model>> Project::followed(
     return all;
 }
 
+/// Variables of a file are given values by those who refer to it.
+std::vector<std::pair<Project::Document*, model::Model>> Project::followed(
+    const Document& document, const model::operations::RenameVariable& rename) {
+    std::vector<std::pair<Document*, model::Model>> all;
+    if (!rename.system.empty()) return all;
+    for (const auto& other : documents_) {
+        model::Model model = other->model;
+        bool is_concerned = false;
+        each_reference(model.root, [&](model::Reference& reference) {
+            if ((other->file.parent_path() / reference.file).lexically_normal() != document.file) return;
+            for (model::Variable& given : reference.with)
+                if (given.name == rename.name) {
+                    given.name = rename.to;
+                    is_concerned = true;
+                }
+        });
+        if (is_concerned) all.emplace_back(other.get(), std::move(model));
+    }
+    return all;
+}
+
+/// The file of an undone `extract` goes with it, unless somebody has written something else into it.
+void Project::take_away(Document& made) {
+    const auto found = std::ranges::find(documents_, &made, &std::unique_ptr<Document>::get);
+    if (found == documents_.end()) return;
+    std::error_code error;
+    if (!made.foreign && made.stamp == stamp_of(made.file)) fs::remove(made.file, error);
+    taken_away_.push_back(std::move(*found));
+    documents_.erase(found);
+}
+
+void Project::put_back(Document& made) {
+    const auto found = std::ranges::find(taken_away_, &made, &std::unique_ptr<Document>::get);
+    if (found == taken_away_.end()) return;
+    if (fs::exists(made.file))
+        throw model::Errors(
+            {{{}, "", "the file '" + made.file.string() + "' exists", "remove or rename it first"}});
+    made.written.clear();
+    made.save();
+    documents_.push_back(std::move(*found));
+    taken_away_.erase(found);
+}
+
 /// What another program wrote is never written over, also where it is no model.
 void Project::require_own(const Document& document) {
     if (document.foreign)
@@ -341,14 +384,17 @@ void Project::edit(const model::Operation& operation) {
     };
     if (extract) require_inside(beside(extract->file));
     std::vector<std::pair<Document*, model::Model>> others;
-    if (const auto* const rename = std::get_if<model::operations::Rename>(&local)) {
+    const auto follow = [&](const auto* rename) {
+        if (!rename) return;
         open_referring(document->file);
         others = followed(*document, *rename);
         for (const auto& [other, model] : others) {
             require_inside(other->file);
             require_own(*other);
         }
-    }
+    };
+    follow(std::get_if<model::operations::Rename>(&local));
+    follow(std::get_if<model::operations::RenameVariable>(&local));
     if (extract && fs::exists(beside(extract->file)))
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});
@@ -364,6 +410,7 @@ void Project::edit(const model::Operation& operation) {
         for (auto& [other, model] : others) other->history.undo(other->model);
         link_all();
     };
+    Step step{{document}};
     if (extract) { // the content becomes a file of its own
         auto made = std::make_unique<Document>();
         made->file = beside(extract->file);
@@ -373,6 +420,7 @@ void Project::edit(const model::Operation& operation) {
             take_back();
             throw model::Errors({{{}, extract->path, made->failure, "give a place that can be written"}});
         }
+        step.made = made.get();
         documents_.push_back(std::move(made));
     }
     link_all();
@@ -381,12 +429,11 @@ void Project::edit(const model::Operation& operation) {
         take_back();
         throw model::Errors(std::move(broken));
     }
-    Step step{document};
-    for (const auto& [other, model] : others) step.push_back(other);
+    for (const auto& [other, model] : others) step.changed.push_back(other);
     done_.push_back(step);
     undone_.clear();
     changed();
-    for (Document* changed : step) changed->save();
+    for (Document* changed : step.changed) changed->save();
 }
 
 bool Project::step(std::vector<Step>& from, std::vector<Step>& to,
@@ -394,12 +441,14 @@ bool Project::step(std::vector<Step>& from, std::vector<Step>& to,
     static_cast<void>(synchronise());
     if (from.empty()) return false;
     const Step step = from.back();
-    for (const Document* document : step) require_own(*document);
-    for (Document* document : step) (document->history.*move)(document->model);
+    for (const Document* document : step.changed) require_own(*document);
+    if (step.made && &from == &undone_) put_back(*step.made);
+    for (Document* document : step.changed) (document->history.*move)(document->model);
     to.push_back(step);
     from.pop_back();
+    if (step.made && &from == &done_) take_away(*step.made);
     changed();
-    for (Document* document : step) document->save();
+    for (Document* document : step.changed) document->save();
     return true;
 }
 
@@ -407,7 +456,7 @@ bool Project::step(std::vector<Step>& from, std::vector<Step>& to,
 void Project::take(Document& document, model::Model model, const std::string& text) {
     document.history.replace(document.model, std::move(model));
     document.text = text;
-    done_.push_back({&document});
+    done_.push_back({{&document}});
     undone_.clear();
     changed();
 }

@@ -310,4 +310,38 @@ TEST_F(ProjectTest, ExtractingMakesAFileAndNeverWritesOverOne) {
     EXPECT_NE(read("source.yaml").find("value: 4"), std::string::npos);
 }
 
+TEST_F(ProjectTest, UndoingAnExtractTakesItsFileAwayAndRedoingMakesItAgain) {
+    write("loop.yaml", "model: loop\nblocks:\n  part:\n    blocks:\n      one: {block: Constant}\n");
+    Project project(file());
+    project.edit(op::Extract{"part", "part.yaml"});
+    const std::string made = read("part.yaml");
+    EXPECT_TRUE(project.undo());
+    EXPECT_FALSE(fs::exists(file("part.yaml")));
+    EXPECT_TRUE(project.redo());
+    EXPECT_EQ(read("part.yaml"), made);
+    project.edit(op::Set{"part.one", "value", "2"});
+    EXPECT_TRUE(project.undo());
+    EXPECT_TRUE(project.undo());
+    EXPECT_FALSE(fs::exists(file("part.yaml"))) << "it is as it was made";
+    write("part.yaml", "model: mine\n");
+    EXPECT_THROW(project.redo(), bf::model::Errors);
+    EXPECT_EQ(read("part.yaml"), "model: mine\n");
+}
+
+TEST_F(ProjectTest, ARenamedVariableIsFollowedByAllWhoGiveItAValue) {
+    write("law.yaml", "model: law\nvariables: {k: 2}\nblocks:\n  gain: {block: Gain, K: k}\n");
+    write("loop.yaml", "model: loop\nblocks:\n  one: {file: law.yaml, with: {k: 3}}\n"
+                       "  two: {file: law.yaml, with: {k: 4}}   # the other\n");
+    write("aside.yaml", "model: aside\nblocks:\n  law: {file: law.yaml, with: {k: 5}}\n");
+    Project project(file());
+    project.edit(op::RenameVariable{"one", "k", "stiffness"});
+    EXPECT_EQ(read("law.yaml"),
+              "model: law\nvariables: {stiffness: 2}\nblocks:\n  gain: {block: Gain, K: stiffness}\n");
+    EXPECT_EQ(read("loop.yaml"), "model: loop\nblocks:\n  one: {file: law.yaml, with: {stiffness: 3}}\n"
+                                 "  two: {file: law.yaml, with: {stiffness: 4}}   # the other\n");
+    EXPECT_EQ(read("aside.yaml"), "model: aside\nblocks:\n  law: {file: law.yaml, with: {stiffness: 5}}\n");
+    EXPECT_TRUE(project.undo());
+    EXPECT_NE(read("aside.yaml").find("{k: 5}"), std::string::npos);
+}
+
 } // namespace

@@ -64,10 +64,16 @@ class Project {
     void require_inside(const std::filesystem::path& file) const;
     std::vector<model::Diagnostic> mistakes_beside(const Document& document,
                                                    const std::set<std::string>& known = {}) const;
-    using Step = std::vector<Document*>; ///< the files that one edit changed
+    /// The files that one edit changed, and the one that it made, which goes when the edit is undone.
+    struct Step {
+        std::vector<Document*> changed;
+        Document* made = nullptr;
+    };
     void open_referring(const std::filesystem::path& file);
     std::vector<std::pair<Document*, model::Model>> followed(const Document& document,
                                                              const model::operations::Rename& rename);
+    std::vector<std::pair<Document*, model::Model>> followed(const Document& document,
+                                                             const model::operations::RenameVariable& rename);
     void link(Document& document);
     void link_all();
     model::Operation localised(model::Operation operation, Document*& document) const;
@@ -75,7 +81,11 @@ class Project {
     bool step(std::vector<Step>& from, std::vector<Step>& to, bool (model::History::*move)(model::Model&));
     void changed();
 
-    std::vector<std::unique_ptr<Document>> documents_; ///< the opened one first
+    void take_away(Document& made);
+    void put_back(Document& made);
+
+    std::vector<std::unique_ptr<Document>> documents_;  ///< the opened one first
+    std::vector<std::unique_ptr<Document>> taken_away_; ///< made by edits that are undone
     std::vector<Step> done_, undone_;
     std::int64_t revision_ = 0;
 };

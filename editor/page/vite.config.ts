@@ -17,5 +17,5 @@ export default defineConfig(({ mode }) => ({
   base: "./",
   // three.js comes alone, when the robot is looked at.
   build: mode === "published" ? published : build,
-  server: { proxy: { "/meshes": service, "/recordings": service, "/socket": { target: service, ws: true, changeOrigin: true, headers: { Origin: service } } } },
+  server: { proxy: { "/images": service, "/meshes": service, "/recordings": service, "/socket": { target: service, ws: true, changeOrigin: true, headers: { Origin: service } } } },
 }));

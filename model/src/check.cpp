@@ -2,6 +2,7 @@
 
 #include "bf/base/names.hpp"
 #include "bf/model/suggest.hpp"
+#include "editor.hpp"
 
 #include <algorithm>
 #include <unordered_map>
@@ -16,12 +17,6 @@ bool is_identifier(std::string_view name) {
     auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
     auto tail = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };
     return !name.empty() && letter(name[0]) && std::ranges::all_of(name, tail);
-}
-
-template <typename Items> std::vector<std::string> names_of(const Items& items) {
-    std::vector<std::string> names;
-    for (const auto& item : items) names.push_back(item.name);
-    return names;
 }
 
 class Checker {

@@ -2,12 +2,34 @@
 
 #include "bf/model/edit.hpp"
 #include "bf/model/operation.hpp"
+#include "chart.hpp"
+
+#include <algorithm>
 
 /// How operations change a model, which is a copy that is thrown away when one refuses.
 namespace bf::model {
 
+template <typename Items> auto named(Items& items, std::string_view name) {
+    return std::ranges::find_if(items, [&](const auto& item) { return item.name == name; });
+}
+
+template <typename Items> std::vector<std::string> names_of(const Items& items) {
+    std::vector<std::string> names;
+    for (const auto& item : items) names.push_back(item.name);
+    return names;
+}
+
+/// A text in the same spelling as the reader gives it.
+inline std::string without_last_breaks(std::string text) {
+    text.erase(text.find_last_not_of('\n') + 1);
+    return text;
+}
+
 /// What follows `prefix` in `path`: "" or ".rest"; nothing if `path` is not it nor under it.
 std::optional<std::string> rest_under(std::string_view path, std::string_view prefix);
+
+/// What Set may change of a state or a transition of the block's chart.
+std::vector<Property> chart_properties(const Block& block, const std::string& name);
 
 class Editor {
   public:
@@ -26,6 +48,8 @@ class Editor {
     void operator()(const operations::Move& move);
     void operator()(const operations::Resize& resize);
     void operator()(const operations::Flip& flip);
+    void operator()(const operations::Rotate& rotate);
+    void operator()(const operations::PlacePort& place);
     void operator()(const operations::Bend& bend);
     void operator()(const operations::Annotate& annotate);
     void operator()(const operations::Group& group);
@@ -68,7 +92,29 @@ class Editor {
     void follow(const std::function<std::vector<std::string>(const std::string&)>& change);
     void move_paths(const std::string& from, const std::string& to);
 
+    /// A variable that the system declares, or the value that a block gives to one of its file (null: not
+    /// read).
+    void set_parameter(const operations::Set& set, const Location& where, const System* declaring,
+                       std::vector<Variable>& values, bool is_own);
+
     Placement& placement(const std::string& path);
+    /// The sides of ports follow the name of one of a subsystem's; empty: it is gone.
+    void rename_side(const std::string& path, const std::string& port, const std::string& name);
+
+    // Of the chart of a state machine, whose states are drawn as blocks and whose transitions as wires.
+    bool is_chart(const std::string& path) const;
+    ChartEditor chart_at(const std::string& path);
+    std::size_t state_of(const ChartEditor& editor, const std::string& path, const std::string& name) const;
+    void require_free_state(const ChartEditor& editor, const std::string& path,
+                            const std::string& name) const;
+    void add_state(const operations::Add& add);
+    void remove_state(const std::string& machine, const std::string& name);
+    void rename_state(const std::string& machine, const std::string& name, const std::string& to);
+    void connect_states(const operations::Connect& connect);
+    void disconnect_states(const operations::Disconnect& disconnect);
+    void set_in_chart(const std::string& machine, const std::string& name, const operations::Set& set);
+    /// Bends of transitions follow the numbers of their rows, of which some are kept.
+    void renumber(const std::string& machine, const Chart& before, const std::vector<bool>& is_kept);
 
     Model& model_;
 };

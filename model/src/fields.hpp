@@ -37,17 +37,20 @@ BF_FIELDS(model::System, one_of("execution", &T::execution, model::choices::exec
           one_of("states", &T::states, model::choices::held_or_reset),
           one_of("trigger", &T::trigger, model::choices::triggers),
           one_of("reset", &T::reset, model::choices::resets), has("iterations", &T::iterations),
-          has("inputs", &T::inputs), has("outputs", &T::outputs), has("enumerations", &T::enumerations),
-          has("variables", &T::variables), has("blocks", &T::blocks), has("connections", &T::connections))
+          has("icon", &T::icon), has("inputs", &T::inputs), has("outputs", &T::outputs),
+          has("enumerations", &T::enumerations), has("variables", &T::variables), has("blocks", &T::blocks),
+          has("connections", &T::connections))
 BF_FIELDS(model::Signal, has("path", &T::path), place<T>())
 BF_FIELDS(model::Panel, has("title", &T::title), has("signals", &T::signals), place<T>())
 BF_FIELDS(model::Plugin, has("name", &T::name), place<T>())
 BF_FIELDS(model::Point, has("x", &T::x), has("y", &T::y))
+BF_FIELDS(model::PortSide, has("port", &T::port), one_of("side", &T::side, model::choices::sides))
 BF_FIELDS(model::Placement, has("path", &T::path), has("at", &T::at), has("size", &T::size),
-          has("flipped", &T::flipped), place<T>())
+          has("flipped", &T::flipped), one_of("rotated", &T::rotated, model::choices::rotations),
+          has("sides", &T::sides), place<T>())
 BF_FIELDS(model::Bends, has("path", &T::path), has("points", &T::points), place<T>())
-BF_FIELDS(model::Note, has("name", &T::name), has("text", &T::text), has("system", &T::system),
-          has("at", &T::at), has("size", &T::size), place<T>())
+BF_FIELDS(model::Note, has("name", &T::name), has("text", &T::text), has("image", &T::image),
+          has("system", &T::system), has("at", &T::at), has("size", &T::size), place<T>())
 BF_FIELDS(model::Display, has("name", &T::name), one_of("shows", &T::shows, model::choices::shows),
           has("signals", &T::signals), place<T>())
 BF_FIELDS(model::Layout, has("blocks", &T::blocks), has("wires", &T::wires), has("notes", &T::notes),
@@ -80,6 +83,9 @@ BF_FIELDS(model::operations::RenameVariable, has("system", &T::system), has("nam
 BF_FIELDS(model::operations::Move, has("path", &T::path), has("to", &T::to))
 BF_FIELDS(model::operations::Resize, has("path", &T::path), has("size", &T::size))
 BF_FIELDS(model::operations::Flip, has("path", &T::path))
+BF_FIELDS(model::operations::Rotate, has("path", &T::path))
+BF_FIELDS(model::operations::PlacePort, has("path", &T::path), has("port", &T::port),
+          one_of("side", &T::side, model::choices::sides))
 BF_FIELDS(model::operations::Bend, has("path", &T::path), has("points", &T::points))
 BF_FIELDS(model::operations::Annotate, has("name", &T::name), has("note", &T::note))
 BF_FIELDS(model::operations::Group, has("system", &T::system), has("blocks", &T::blocks),

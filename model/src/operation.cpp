@@ -7,7 +7,6 @@
 #include "json.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <unordered_set>
 
 namespace bf::model {
@@ -15,16 +14,6 @@ namespace bf::model {
 using namespace operations;
 
 namespace {
-
-template <typename Items> auto named(Items& items, std::string_view name) {
-    return std::ranges::find_if(items, [&](const auto& item) { return item.name == name; });
-}
-
-template <typename Items> std::vector<std::string> names_of(const Items& items) {
-    std::vector<std::string> names;
-    for (const auto& item : items) names.push_back(item.name);
-    return names;
-}
 
 template <typename Item>
 void insert(std::vector<Item>& items, Item item, const std::optional<std::size_t>& index) {
@@ -57,14 +46,6 @@ template <typename IsIt> void remove_ends(System& system, IsIt is_it) {
     std::erase_if(system.connections, [&](const Connection& connection) {
         return connection.to.empty() || is_it(connection.from, true);
     });
-}
-
-bool is_finite(const Point& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
-
-/// A text in the same spelling as the reader gives it.
-std::string without_last_breaks(std::string text) {
-    text.erase(text.find_last_not_of('\n') + 1);
-    return text;
 }
 
 /// A type of which set_member gives a member another value.
@@ -258,14 +239,8 @@ void Editor::move_paths(const std::string& from, const std::string& to) {
     });
 }
 
-Placement& Editor::placement(const std::string& path) {
-    find_own(path);
-    auto& blocks = model_.layout.blocks;
-    const auto found = std::ranges::find(blocks, path, &Placement::path);
-    return found != blocks.end() ? *found : blocks.emplace_back(Placement{.path = path});
-}
-
 void Editor::operator()(const Add& add) {
+    if (is_chart(add.system)) return add_state(add);
     System& system = system_at(add.system);
     require_free(system, add.system, add.block.name, "block");
     insert(system.blocks, add.block, add.index);
@@ -273,6 +248,8 @@ void Editor::operator()(const Add& add) {
 }
 
 void Editor::operator()(const Remove& remove) {
+    if (const auto [machine, name] = split_chart(model_, remove.path); !machine.empty())
+        return remove_state(machine, name);
     const Own own = find_own(remove.path);
     if (own.block) {
         remove_ends(own.system, [&](const Endpoint& end, bool) { return end.block == own.name; });
@@ -285,6 +262,7 @@ void Editor::operator()(const Remove& remove) {
         auto& ports = own.is_output ? own.system.outputs : own.system.inputs;
         const bool is_only = ports.size() == 1;
         std::erase_if(ports, [&](const Port& port) { return port.name == own.name; });
+        rename_side(own.parent, own.name, "");
         if (!own.parent.empty()) {
             const auto [grandparent, parent] = split_last(own.parent);
             remove_ends(system_at(grandparent), [&, &parent = parent](const Endpoint& end, bool is_source) {
@@ -302,6 +280,8 @@ void Editor::operator()(const Remove& remove) {
 }
 
 void Editor::operator()(const Rename& rename) {
+    if (const auto [machine, name] = split_chart(model_, rename.path); !machine.empty())
+        return rename_state(machine, name, rename.name);
     const Own own = find_own(rename.path);
     if (rename.name == own.name) return;
     require_free(own.system, own.parent, rename.name, own.block ? "block" : "port");
@@ -318,6 +298,7 @@ void Editor::operator()(const Rename& rename) {
                 return end.block.empty() && end.port == own.name && is_source != own.is_output;
             },
             [&](Endpoint& end) { end.port = rename.name; });
+        rename_side(own.parent, own.name, rename.name);
         if (!own.parent.empty()) {
             const auto [grandparent, parent] = split_last(own.parent);
             change_ends(
@@ -342,11 +323,13 @@ void Editor::operator()(const Reorder& change) {
 }
 
 void Editor::operator()(const Connect& connect) {
+    if (is_chart(connect.system)) return connect_states(connect);
     System& system = system_at(connect.system);
     add_wire(system, endpoint(system, connect.from), endpoint(system, connect.to));
 }
 
 void Editor::operator()(const Disconnect& disconnect) {
+    if (is_chart(disconnect.system)) return disconnect_states(disconnect);
     System& system = system_at(disconnect.system);
     bool found = false, is_fed = false;
     std::vector<std::string> known;
@@ -369,6 +352,26 @@ void Editor::operator()(const Disconnect& disconnect) {
     if (!is_fed) std::erase_if(model_.layout.wires, [&](const Bends& bends) { return bends.path == path; });
 }
 
+void Editor::set_parameter(const Set& set, const Location& where, const System* declaring,
+                           std::vector<Variable>& values, bool is_own) {
+    const auto& known = declaring ? declaring->variables : values;
+    const auto declared = named(known, set.name);
+    // What nobody has read declares whatever is given to it.
+    if (declaring && (declared == known.end() || !declared->fields.empty()))
+        refuse(where, set.path, "there is no '" + set.name + "' to set here",
+               known.empty() ? "see the keys of the file's form in formats/yaml"
+                             : did_you_mean(set.name, names_of(known)));
+    if (!set.value && is_own)
+        refuse(where, set.path, "the variable '" + set.name + "' has no value then", "remove the variable");
+    const auto found = named(values, set.name);
+    if (!set.value)
+        std::erase_if(values, [&](const Variable& v) { return v.name == set.name; });
+    else if (found != values.end())
+        found->value = Expression{.text = *set.value, .where = found->value.where};
+    else
+        values.push_back({.name = set.name, .value = {.text = *set.value}});
+}
+
 void Editor::operator()(const Set& set) {
     const auto unknown = [&](const Location& where) {
         refuse(where, set.path, "there is no '" + set.name + "' to set here",
@@ -376,9 +379,11 @@ void Editor::operator()(const Set& set) {
     };
     if (set.path.empty()) {
         if (!set_member(model_, set.name, set.value) && !set_member(model_.root, set.name, set.value))
-            unknown({});
+            set_parameter(set, {}, &model_.root, model_.root.variables, true);
         return;
     }
+    if (const auto [machine, name] = split_chart(model_, set.path); !machine.empty())
+        return set_in_chart(machine, name, set);
     const Own own = find_own(set.path);
     if (!own.block) {
         Port& port = *named(own.is_output ? own.system.outputs : own.system.inputs, own.name);
@@ -408,11 +413,17 @@ void Editor::operator()(const Set& set) {
             refuse(block.where, set.path, "the block has no setting '" + set.name + "'",
                    did_you_mean(set.name, names_of(block.settings)));
     } else if (block.reference) {
-        if (set.name != "file" || !set.value || set.value->empty()) unknown(block.where);
+        if (set.name != "file") {
+            set_parameter(set, block.where, block.content(), block.reference->with, false);
+            if (block.reference->with.empty())
+                std::erase_if(block.keys, [](const Key& key) { return key.name == "with"; });
+            return;
+        }
+        if (!set.value || set.value->empty()) unknown(block.where);
         *block.reference =
             Reference{.file = *set.value, .with = block.reference->with, .where = block.reference->where};
     } else if (!set_member(*block.system, set.name, set.value)) {
-        unknown(block.where);
+        set_parameter(set, block.where, block.system.get(), block.system->variables, true);
     }
 }
 
@@ -495,122 +506,6 @@ void Editor::operator()(const RenameVariable& rename) {
     });
 }
 
-void Editor::operator()(const Move& move) {
-    if (!is_finite(move.to)) refuse({}, move.path, "the point is not finite", "give numbers");
-    placement(move.path).at = move.to;
-}
-
-void Editor::operator()(const Resize& resize) {
-    if (resize.size && !(is_finite(*resize.size) && resize.size->x > 0 && resize.size->y > 0))
-        refuse({}, resize.path, "the size is not positive", "give a width and a height");
-    placement(resize.path).size = resize.size;
-}
-
-void Editor::operator()(const Flip& flip) {
-    Placement& drawn = placement(flip.path);
-    drawn.flipped = !drawn.flipped;
-}
-
-void Editor::operator()(const Bend& bend) {
-    auto& wires = model_.layout.wires;
-    const auto found = std::ranges::find(wires, bend.path, &Bends::path);
-    if (bend.path.empty())
-        refuse({}, "", "'bend' needs the end of a wire", "give its 'path', such as \"controller.pd.q\"");
-    if (!std::ranges::all_of(bend.points, is_finite))
-        refuse({}, bend.path, "a corner is not finite", "give numbers");
-    if (bend.points.empty()) {
-        if (found != wires.end()) wires.erase(found);
-    } else if (found != wires.end()) {
-        found->points = bend.points;
-    } else {
-        wires.push_back({.path = bend.path, .points = bend.points});
-    }
-}
-
-void Editor::operator()(const Annotate& annotate) {
-    auto& notes = model_.layout.notes;
-    const auto found = named(notes, annotate.name);
-    if (!annotate.note) {
-        if (found == notes.end())
-            refuse({}, "", "there is no note '" + annotate.name + "'",
-                   did_you_mean(annotate.name, names_of(notes)));
-        notes.erase(found);
-        return;
-    }
-    Note note = *annotate.note;
-    if (note.name.empty()) note.name = annotate.name;
-    note.text = without_last_breaks(note.text);
-    system_at(note.system);
-    if (!is_finite(note.at) || (note.size && !is_finite(*note.size)))
-        refuse({}, "", "the note '" + note.name + "' has no finite place", "give numbers");
-    if (note.name != annotate.name && named(notes, note.name) != notes.end())
-        refuse({}, "", "there is a note '" + note.name + "' already", "use another name");
-    if (!is_name(note.name)) refuse({}, "", "'" + note.name + "' is no name for a note", "use a word");
-    if (found == notes.end()) {
-        notes.push_back(std::move(note));
-        return;
-    }
-    note.where = found->where;
-    note.comments = found->comments;
-    if (!note.size) note.size = found->size;
-    *found = std::move(note);
-}
-
-void Editor::operator()(const Record& record) {
-    const auto is_it = [&](const Signal& signal) { return signal.path == record.path; };
-    if (record.is_recorded && !model_.record_all && std::ranges::none_of(model_.record, is_it))
-        model_.record.push_back({.path = record.path});
-    if (!record.is_recorded && std::erase_if(model_.record, is_it) == 0)
-        refuse({}, "", "'" + record.path + "' is not recorded", "");
-}
-
-void Editor::operator()(const Plot& plot) {
-    const auto found = std::ranges::find(model_.plots, plot.title, &Panel::title);
-    if (!plot.signals) {
-        if (found == model_.plots.end()) refuse({}, "", "there is no plot '" + plot.title + "'", "");
-        model_.plots.erase(found);
-        return;
-    }
-    if (plot.title.empty()) refuse({}, "", "a plot without title", "give it one");
-    Panel& panel = found != model_.plots.end()
-                       ? *found
-                       : model_.plots.emplace_back(Panel{.title = plot.title, .signals = {}});
-    std::vector<Signal> signals;
-    for (const std::string& path : *plot.signals) {
-        const auto known = std::ranges::find(panel.signals, path, &Signal::path);
-        signals.push_back(known != panel.signals.end() ? *known : Signal{.path = path});
-    }
-    panel.signals = std::move(signals);
-}
-
-void Editor::operator()(const Watch& watch) {
-    auto& displays = model_.layout.displays;
-    const auto found = named(displays, watch.name);
-    if (!watch.display) {
-        if (found == displays.end())
-            refuse({}, "", "there is no display '" + watch.name + "'",
-                   did_you_mean(watch.name, names_of(displays)));
-        displays.erase(found);
-        return;
-    }
-    Display display = *watch.display;
-    if (display.name.empty()) display.name = watch.name;
-    if (display.name.empty()) refuse({}, "", "a display without name", "give it one");
-    if (display.name != watch.name && named(displays, display.name) != displays.end())
-        refuse({}, "", "there is a display '" + display.name + "' already", "use another name");
-    if (found == displays.end()) {
-        displays.push_back(std::move(display));
-        return;
-    }
-    display.where = found->where;
-    display.comments = found->comments;
-    for (Signal& signal : display.signals) {
-        const auto known = std::ranges::find(found->signals, signal.path, &Signal::path);
-        if (known != found->signals.end()) signal = *known;
-    }
-    *found = std::move(display);
-}
-
 void Editor::operator()(const Patch& patch) { apply_patch(model_, patch); }
 
 void Editor::operator()(const Batch& batch) {
@@ -624,6 +519,8 @@ std::vector<Property> properties(const Model& model, const std::string& path) {
         add_properties(model.root, all);
         return all;
     }
+    if (const auto [machine, name] = split_chart(model, path); !machine.empty())
+        return chart_properties(*find(model, machine), name);
     const auto [parent, name] = split_last(path);
     const System* const system = find_system(model, parent);
     const Block* const block = system ? system->find_block(name) : nullptr;

@@ -4,6 +4,7 @@
 #include "bf/model/builder.hpp"
 #include "bf/model/check.hpp"
 #include "bf/model/edit.hpp"
+#include "edits.hpp"
 
 #include <cmath>
 #include <fstream>
@@ -61,34 +62,7 @@ template <typename Items> std::vector<std::string> paths(const Items& items) {
 
 using Texts = std::vector<std::string>;
 
-/// Applies the operation by way of its text, and undoes and repeats it on the way.
-Model after(const Model& before, const Operation& operation, const ReadReference& read = {}) {
-    const Operation read_back = operation_from_json(to_json(operation));
-    EXPECT_EQ(to_json(read_back), to_json(operation));
-    Model model = before;
-    const Patch back = edit(model, read_back, read);
-    for (const Diagnostic& wrong : check(model)) ADD_FAILURE() << wrong.text();
-    Model undone = model;
-    const Patch again = edit(undone, back);
-    EXPECT_TRUE(undone == before) << to_json(back);
-    EXPECT_EQ(to_json(edit(undone, again)), to_json(back));
-    EXPECT_TRUE(undone == model) << to_json(again);
-    undone = model;
-    edit(undone, operation_from_json(to_json(Operation(back))), read);
-    EXPECT_TRUE(undone == before) << to_json(back);
-    return model;
-}
-
-std::string refusal(const Operation& operation, Model model = drawn_loop()) {
-    const Model before = model;
-    try {
-        edit(model, operation);
-    } catch (const Errors& errors) {
-        EXPECT_TRUE(model == before);
-        return errors.what();
-    }
-    return "accepted";
-}
+std::string refusal(const Operation& operation) { return refusal(operation, drawn_loop()); }
 
 TEST(ModelValue, IsCopiedAndComparedInDepth) {
     const Model model = drawn_loop();
@@ -291,6 +265,28 @@ TEST(RenameVariable, FollowsExpressionsButNoTextsFieldsOrShadows) {
     EXPECT_EQ(refusal(RenameVariable{"", "k", "s"}), "'s' has a meaning in 's.k + k''; use another name");
     EXPECT_EQ(refusal(RenameVariable{"", "k", "T"}), "'T' has a meaning in '3.5*T'; use another name");
     EXPECT_EQ(refusal(RenameVariable{"", "kk", "c"}), "there is no variable 'kk'; known are 'T', 'k'");
+}
+
+TEST(Layout, TurnsBlocksAndPutsPortsOnOtherSides) {
+    Model model = after(drawn_loop(), Rotate{"plant"});
+    EXPECT_EQ(model.layout.blocks[0].rotated, Rotation::quarter);
+    for (int i = 0; i < 3; ++i) model = after(model, Rotate{"plant"});
+    EXPECT_EQ(model.layout.blocks[0].rotated, Rotation::none);
+    model = after(model, PlacePort{"controller", "tau", Side::top});
+    model = after(model, PlacePort{"controller", "q", Side::bottom});
+    model = after(model, PlacePort{"controller", "q", Side::right});
+    const auto sides = [&] { return model.layout.blocks.back().sides; };
+    ASSERT_EQ(sides().size(), 2u);
+    EXPECT_EQ(sides()[1].side, Side::right);
+    model = after(model, Rename{"controller.q", "angle"});
+    EXPECT_EQ(sides()[1].port, "angle") << "a port keeps its side with another name";
+    model = after(model, Remove{"controller.angle"});
+    EXPECT_EQ(sides().size(), 1u);
+    model = after(model, PlacePort{"controller", "tau"});
+    EXPECT_TRUE(sides().empty());
+    EXPECT_EQ(refusal(PlacePort{"plant", "", Side::top}),
+              "plant: 'place_port' needs the name of a port; give its 'port'");
+    EXPECT_EQ(refusal(Rotate{"plan"}), "there is no block or port 'plan'; did you mean 'plant'?");
 }
 
 TEST(Layout, IsChangedInPlace) {

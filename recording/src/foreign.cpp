@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
@@ -158,7 +158,9 @@ class CdrReader {
         std::copy_n(message_.begin() + static_cast<std::ptrdiff_t>(at_), sizeof(T), bytes.begin());
         if (is_swapped_) std::ranges::reverse(bytes);
         at_ += sizeof(T);
-        return std::bit_cast<T>(bytes);
+        T value;
+        std::memcpy(&value, bytes.data(), sizeof value);
+        return value;
     }
     void skip(std::size_t count) {
         if (count > message_.size() - at_) throw Malformed("ends within a text");

@@ -2,7 +2,6 @@
 #include "bf/base/escape.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/model/compare.hpp"
-#include "bf/model/edit.hpp"
 #include "bf/view/draw.hpp"
 #include "files.hpp"
 #include "output.hpp"
@@ -38,7 +37,7 @@ void print_json(const std::vector<model::Distinction>& distinctions) {
 
 /// The subsystem, or nothing where there is none of that path.
 editor::Drawing draw(const std::string& file, const model::Model& model, const std::string& system) {
-    if (!model::find_system(model, system)) return {};
+    if (!editor::may_draw(model, system)) return {};
     const ExaminedModel examined = examine_model({.file = file});
     return editor::draw(model, system, examined.diagram, examined.diagnostics);
 }
@@ -82,7 +81,8 @@ void add_diff(CLI::App& app) {
         ->type_name("FILE");
     command
         ->add_option("--system", options->system,
-                     "path of the subsystem to draw, in the later model; otherwise the model itself")
+                     "path of the subsystem or state machine to draw, in the later model; otherwise "
+                     "the model itself")
         ->needs("--output")
         ->type_name("PATH");
     command->add_flag("--dark", options->is_dark, "a picture for a dark page")->needs("--output");

@@ -1,6 +1,7 @@
 // bf draw: a picture of a model, without a browser.
 #include "bf/view/draw.hpp"
 #include "bf/formats/yaml.hpp"
+#include "bf/model/chart.hpp"
 #include "bf/model/edit.hpp"
 #include "files.hpp"
 #include "picture.hpp"
@@ -44,7 +45,7 @@ void execute(const PictureOptions& options) {
     draw(options.system, output);
     if (options.draws_all)
         model::walk(model, [&](const std::string& path, const model::Block& block) {
-            if (!block.is_subsystem() || !block.content()) return;
+            if (!block.content() && !model::has_chart(block)) return;
             const fs::path name = output;
             draw(path, (name.parent_path() / (name.stem().string() + "_" + path + name.extension().string()))
                            .string());
@@ -63,14 +64,16 @@ void add_draw(CLI::App& app) {
                      "SVG, PDF or PNG file; otherwise MODEL.svg in this folder")
         ->type_name("FILE");
     command
-        ->add_option("--system", options->system, "path of the subsystem to draw; otherwise the model itself")
+        ->add_option("--system", options->system,
+                     "path of the subsystem or state machine to draw; otherwise the model itself")
         ->type_name("PATH");
     command->add_option("--show", options->show, "what stands beside wires: sizes, types, rates, units")
         ->delimiter(',')
         ->check(CLI::IsMember({"sizes", "types", "rates", "units"}).description(""))
         ->type_name("WHAT,...");
     command->add_flag("--dark", options->is_dark, "for a dark page");
-    command->add_flag("--all", options->draws_all, "a file for each subsystem, too: FILE_controller.svg");
+    command->add_flag("--all", options->draws_all,
+                      "a file for each subsystem and state machine, too: FILE_controller.svg");
     command->footer("A wrong model is drawn with its mistakes marked. Example: bf draw docs/start/motor.yaml "
                     "--show sizes,rates");
     command->callback([options] { execute(*options); });

@@ -1,4 +1,5 @@
 import { key_of, neighbour, zoomed } from "./geometry.ts";
+import { may_enter } from "./operations.ts";
 import type { Point } from "./protocol.ts";
 import type { Session } from "./session.svelte.ts";
 
@@ -19,6 +20,7 @@ const grow = (x: number, y: number) => (s: Session) => s.grow({ x, y });
 const has_blocks = (s: Session) => s.chosen_blocks.length > 0;
 const is_simulated = (s: Session) => s.run.live === null;
 const only = (s: Session) => (s.chosen.length === 1 ? s.chosen[0]! : null);
+const has_signal = (s: Session) => only(s)?.kind === "wire" && !s.is_chart;
 
 function go(direction: Point): (s: Session) => void {
   return (s) => {
@@ -41,13 +43,14 @@ const nudge = (x: number, y: number) => (s: Session) => s.nudge({ x, y });
 
 export const commands: Command[] = [
   { title: "Search and insert", group: "Edit", keys: ["Ctrl+K"], is_hidden: true, 
-    run: (s) => (s.dialog = only(s)?.kind === "wire" ? { kind: "search", into: only(s)! } : { kind: "search" }) },
+    run: (s) => (s.dialog = has_signal(s) ? { kind: "search", into: only(s)! } : { kind: "search" }) },
   { title: "Connect", group: "Edit", keys: ["C"], can: (s) => s.drawing !== null, run: (s) => (s.dialog = { kind: "connect" }) },
   { title: "Rename", group: "Edit", keys: ["F2"], can: (s) => only(s) !== null && only(s)!.kind !== "wire",
     run: (s) => (s.renamed = key_of(only(s)!)) },
   { title: "Mend a mistake", group: "Edit", keys: ["Ctrl+."], can: (s) => s.mendable.length > 0, run: (s) => (s.dialog = { kind: "fix" }) },
   { title: "Remove", group: "Edit", keys: ["Delete", "Backspace"], can: has_choice, run: (s) => s.remove() },
   { title: "Flip", group: "Edit", keys: ["R"], can: has_blocks, run: (s) => s.flip() },
+  { title: "Rotate by a quarter", group: "Edit", keys: ["Shift+R"], can: has_blocks, run: (s) => s.rotate() },
   { title: "Group into a subsystem", group: "Edit", keys: ["Ctrl+G"], can: has_blocks, run: (s) => s.group() },
   { title: "Dissolve the subsystem", group: "Edit", keys: ["Ctrl+Shift+G"], can: (s) => s.chosen.some((e) => e.kind === "subsystem"),
     run: (s) => s.dissolve() },
@@ -78,7 +81,7 @@ export const commands: Command[] = [
   { title: "Fit all", group: "Look", keys: ["F"], run: (s) => s.fit() },
   { title: "Enlarge", group: "Look", keys: ["+", "Shift++"], run: zoom(1.25) },
   { title: "Reduce", group: "Look", keys: ["-"], run: zoom(0.8) },
-  { title: "Open the subsystem", group: "Look", keys: ["Enter"], can: (s) => only(s)?.kind === "subsystem", run: (s) => s.enter(only(s)!.path) },
+  { title: "Open the subsystem or state machine", group: "Look", keys: ["Enter"], can: (s) => only(s) !== null && may_enter(only(s)!), run: (s) => s.enter(only(s)!.path) },
   { title: "Leave the subsystem, choose nothing", group: "Look", keys: ["Escape"], is_hidden: true,
     run: (s) => (has_choice(s) ? s.select([]) : s.leave()) },
   { title: "Block on the left", group: "Look", keys: ["ArrowLeft"], is_hidden: true, run: go({ x: -1, y: 0 }) },
@@ -100,6 +103,7 @@ export const commands: Command[] = [
   { title: "Time of blocks", group: "Look", keys: ["T"], run: (s) => (s.shows_times = !s.shows_times) },
   { title: "Light or dark", group: "Look", keys: [], run: (s) => s.next_theme() },
   { title: "Open another model", group: "Look", keys: ["Ctrl+O"], run: (s) => (s.dialog = { kind: "open" }) },
+  { title: "Compare with an earlier version", group: "Look", keys: ["Shift+D"], run: (s) => (s.dialog = { kind: "earlier" }) },
   { title: "Keys", group: "Look", keys: ["Shift+?", "?"], run: (s) => (s.dialog = { kind: "help" }) },
 
   { title: "Run or pause", group: "Run", keys: ["P"], can: is_simulated, run: (s) => s.play_or_pause() },
@@ -108,11 +112,11 @@ export const commands: Command[] = [
   { title: "Start the program", group: "Run", keys: [], can: (s) => s.is_in_control && s.waits, run: (s) => s.command("start") },
   { title: "Stop the program in order", group: "Run", keys: [], can: (s) => s.is_in_control, run: (s) => s.command("stop") },
   { title: "Emergency stop", group: "Run", keys: ["Shift+Escape"], can: (s) => s.is_in_control, run: (s) => s.command("emergency_stop") },
-  { title: "Watch the value of a wire", group: "Run", keys: ["W"], can: (s) => only(s)?.kind === "wire", run: (s) => {
+  { title: "Watch the value of a wire", group: "Run", keys: ["W"], can: has_signal, run: (s) => {
     const source = s.source_of(only(s)!);
     s.watched.includes(source) ? s.unwatch(source) : s.watch(source);
   } },
-  { title: "Plot a wire", group: "Run", keys: ["Shift+W"], can: (s) => only(s)?.kind === "wire", run: (s) => s.plot(s.source_of(only(s)!)) },
+  { title: "Plot a wire", group: "Run", keys: ["Shift+W"], can: has_signal, run: (s) => s.plot(s.source_of(only(s)!)) },
 ];
 
 /** "Ctrl+Shift+G": Ctrl is also the command key of other keyboards. */

@@ -1,6 +1,6 @@
 import { commands, is_possible } from "./commands.ts";
-import { end_of_new, fits, last_of } from "./operations.ts";
-import type { LibraryBlock } from "./protocol.ts";
+import { end_of_new, fits, is_block, last_of } from "./operations.ts";
+import type { LibraryBlock, Point } from "./protocol.ts";
 import type { Dialog, End, Session } from "./session.svelte.ts";
 
 /** A line of the search. */
@@ -22,7 +22,7 @@ function connections(session: Session): Entry[] {
   const elements = session.drawing?.elements.filter((e) => e.kind !== "wire") ?? [];
   const chosen = elements.filter((e) => session.selection.has(e.path));
   const ends = (list: typeof elements): End[] => list.flatMap((element) => element.ports.map((port) => ({ element, port })));
-  const text = (end: End) => (end.element.kind === "block" || end.element.kind === "subsystem"
+  const text = (end: End) => (is_block(end.element)
     ? `${last_of(end.element.path)}.${end.port.name}` : last_of(end.element.path));
   const found = new Map<string, Entry>();
   for (const a of ends(chosen.length > 0 ? chosen : elements))
@@ -34,24 +34,37 @@ function connections(session: Session): Entry[] {
   return [...found.values()];
 }
 
+function possible_commands(session: Session): Entry[] {
+  return commands.filter((command) => !command.is_hidden && is_possible(command, session)).map((command) => ({
+    key: `command ${command.title}`, title: command.title, detail: "", keys: command.keys[0], group: command.group, run: () => command.run(session),
+  }));
+}
+function states(session: Session, at?: Point, from?: End): Entry[] {
+  return [{ key: "state", title: "State", detail: "of this state machine", group: "structure", run: () => session.add_state(at, from) }];
+}
+
 export function entries_for(session: Session, dialog: Dialog): Entry[] {
   switch (dialog.kind) {
-    case "help": case "find": return []; // what is found comes from the service
+    case "help": case "find": case "image": case "compare": return []; // what is found comes from the service
     case "open":
       return session.files.map((file) => ({ key: file, title: file, detail: "", group: "model", run: () => session.open(file) }));
+    case "earlier": return [
+      { key: "", title: "Last commit", detail: "of git", group: "version", run: () => (session.dialog = { kind: "compare", file: "" }) },
+      ...session.files.filter((file) => file !== session.document?.file).map((file) => (
+        { key: file, title: file, detail: "", group: "model", run: () => (session.dialog = { kind: "compare", file }) })),
+    ];
     case "fix": return session.mendable.map(({ path, message, fix }, i) => (
       { key: `${i}`, title: fix.title, detail: `${path}: ${message}`, group: "fix", run: () => session.mend(fix) }));
     case "connect": return connections(session);
-    case "insert": return blocks(session, dialog);
-    case "search": return dialog.into ? blocks(session, dialog) : [
+    case "insert": return session.is_chart ? states(session, dialog.at, dialog.from) : blocks(session, dialog);
+    case "search": return session.is_chart ? [...states(session, dialog.at), ...possible_commands(session)] : dialog.into ? blocks(session, dialog) : [
       ...blocks(session, dialog),
       { key: "subsystem", title: "Subsystem", detail: "an empty one, to be opened and filled", group: "structure", run: () => session.add_subsystem(dialog.at) },
       { key: "input", title: "Input", detail: "of this subsystem", group: "structure", run: () => session.add_port(false, dialog.at) },
       { key: "output", title: "Output", detail: "of this subsystem", group: "structure", run: () => session.add_port(true, dialog.at) },
       { key: "note", title: "Note", detail: "a text on the drawing", group: "structure", run: () => session.add_note(dialog.at) },
-      ...commands.filter((command) => !command.is_hidden && is_possible(command, session)).map((command) => ({
-        key: `command ${command.title}`, title: command.title, detail: "", keys: command.keys[0], group: command.group, run: () => command.run(session),
-      })),
+      { key: "image", title: "Image", detail: "a PNG or SVG file of the folder", group: "structure", run: () => (session.dialog = { kind: "image", at: dialog.at }) },
+      ...possible_commands(session),
     ];
   }
 }

@@ -1,3 +1,4 @@
+import type { Side } from "./operations.ts";
 import type { Drawing, Element, Point, Port, Rectangle, Shape, TextPlace } from "./protocol.ts";
 
 /** The point of the drawing in the upper left corner of the canvas, and pixels of the screen per unit. */
@@ -83,6 +84,12 @@ export const badge_of = (element: Element): Point => {
   const line = wire_line(element);
   return element.kind === "wire" && line.length > 1 ? middle_of(line) : { x: element.bounds.x + element.bounds.width, y: element.bounds.y };
 };
+
+/** The side of its element on which a port stands. */
+export function side_of({ bounds: { x, y, width, height } }: Element, { at }: Port): Side {
+  const far = { left: at.x - x, right: x + width - at.x, top: at.y - y, bottom: y + height - at.y };
+  return (Object.keys(far) as Side[]).reduce((a, b) => (far[b] < far[a] ? b : a));
+}
 
 /** What tells elements apart: an input of variants has several wires. */
 export const key_of = (element: Element): string =>

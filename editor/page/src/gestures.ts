@@ -1,6 +1,6 @@
 import { badge_of, centre, hit, key_of, nearest_piece, panned, rectangle, to_drawing, wire_at, within, zoomed, type Hit } from "./geometry.ts";
 import { axis_of, handle_at, handles, type Handle } from "./layout.ts";
-import { fits, joined, last_of, through } from "./operations.ts";
+import { fits, is_block, joined, last_of, may_enter, through } from "./operations.ts";
 import type { Drawing, Element, Point, Port, Rectangle } from "./protocol.ts";
 import { grid, type End, type Session } from "./session.svelte.ts";
 
@@ -77,7 +77,7 @@ export class Gestures {
   /** A handle of the one chosen block. */
   grip_at(p: Point): { block: Element; handle: Handle } | null {
     const { chosen, view } = this.session, block = chosen.length === 1 ? chosen[0]! : null, at = this.point(p);
-    if (!block || (block.kind !== "block" && block.kind !== "subsystem")) return null;
+    if (!block || !(is_block(block) || block.kind === "state")) return null;
     const handle = handles.find((h) => {
       const place = handle_at(block.bounds, h);
       return Math.hypot(place.x - at.x, place.y - at.y) * view.scale < reach;
@@ -191,7 +191,7 @@ export class Gestures {
     const s = this.session;
     if (g.shift) return;
     s.select([key_of(g.pressed)]);
-    if (g.pressed.kind === "wire" && s.run.state !== "none") s.watch(s.source_of(g.pressed));
+    if (g.pressed.kind === "wire" && !s.is_chart && s.run.state !== "none") s.watch(s.source_of(g.pressed));
   }
   private async end_pull(g: Extract<Gesture, { kind: "pull" }>, found: Hit | null, point: Point): Promise<void> {
     const s = this.session;
@@ -218,10 +218,10 @@ export class Gestures {
   twice(at: Point): void {
     const s = this.session, found = this.at(at);
     if (!found) s.dialog = { kind: "search", at: this.point(at) };
-    else if (found.element.kind === "wire") s.dialog = { kind: "search", at: this.point(at), into: found.element };
-    else if (found.element.kind === "note") s.renamed = key_of(found.element);
+    else if (found.element.kind === "wire" && !s.is_chart) s.dialog = { kind: "search", at: this.point(at), into: found.element };
+    else if (found.element.kind === "note" || found.element.kind === "state") s.renamed = key_of(found.element);
     else if (found.port) return;
-    else if (found.is_name || found.element.kind !== "subsystem") s.renamed = found.is_name ? key_of(found.element) : null;
+    else if (found.is_name || !may_enter(found.element)) s.renamed = found.is_name ? key_of(found.element) : null;
     else void s.enter(found.element.path);
   }
 

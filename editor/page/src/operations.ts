@@ -1,5 +1,6 @@
 import type { Drawing, Element, LibraryBlock, PanelInfo, Point, Port, VariableField } from "./protocol.ts";
 
+export type Side = "left" | "right" | "top" | "bottom";
 /** What is not given is not declared. */
 export interface Variable { value: string; unit?: string; doc?: string; minimum?: string; above?: string; maximum?: string }
 /** The operations of bf/model/operation.hpp that the page asks for. */
@@ -16,12 +17,18 @@ export type Operation =
   | { do: "move"; path: string; to: Point }
   | { do: "resize"; path: string; size?: Point | null }
   | { do: "flip"; path: string }
+  | { do: "rotate"; path: string }
+  | { do: "place_port"; path: string; port: string; side?: Side | null }
   | { do: "bend"; path: string; points?: Point[] }
-  | { do: "annotate"; name: string; note?: { name: string; text: string; system: string; at: Point } | null }
+  | { do: "annotate"; name: string; note?: { name: string; text: string; image?: string; system: string; at: Point; size?: Point } | null }
   | { do: "group"; system: string; blocks: string[]; name: string }
   | { do: "dissolve"; path: string }
   | { do: "watch"; name: string; display?: { name: string; shows: PanelInfo["shows"]; signals: { path: string }[] } | null }
   | { do: "batch"; operations: Operation[] };
+
+/** What stands on the drawing, is resized and entered, and has ports by name. */
+export const is_block = ({ kind }: Element): boolean => kind === "block" || kind === "subsystem" || kind === "chart";
+export const may_enter = ({ kind }: Element): boolean => kind === "subsystem" || kind === "chart";
 
 export const joined = (system: string, name: string): string => (system ? `${system}.${name}` : name);
 export const parent_of = (path: string): string => path.slice(0, Math.max(path.lastIndexOf("."), 0));
@@ -52,7 +59,7 @@ export function name_for(type: string): string {
 /** How the document writes an end of a wire: shortly where the block has one such port. */
 export function end_of(element: Element, port: Port): string {
   const name = last_of(element.path);
-  if (element.kind === "input" || element.kind === "output") return name;
+  if (!is_block(element)) return name;
   return element.ports.filter((other) => other.is_output === port.is_output).length === 1 ? name : `${name}.${port.name}`;
 }
 
@@ -73,6 +80,7 @@ export function end_of_new(block: LibraryBlock, name: string, port: Port): strin
 
 /** The ports by which a block goes into a wire: its first input and output that are free; null: it has none. */
 export function through(element: Element): { input: Port; output: Port } | null {
+  if (element.kind === "state") return null;
   const free = element.ports.filter((port) => !port.is_wired);
   const input = free.find((port) => !port.is_output), output = free.find((port) => port.is_output);
   return input && output ? { input, output } : null;

@@ -1,6 +1,6 @@
 import { badge_of, centre, key_of, longest_piece, meets, middle_of, to_screen, wire_line, type Size, type View } from "./geometry.ts";
 import { handle_at, handles } from "./layout.ts";
-import { joined } from "./operations.ts";
+import { is_block, joined } from "./operations.ts";
 import type { Drawing, Element, Point, Port, Rectangle, Shape } from "./protocol.ts";
 import { font, rate_colour, text_colour, type Colours } from "./theme.ts";
 
@@ -13,6 +13,9 @@ export interface Look {
   pulled: { from: Point; to: Point; fits: Port[] } | null;
   /** Of each watched source the elements of its value, which stands on its first wire. */
   values: ReadonlyMap<string, string[]>;
+  /** Number of the active state. */
+  active: number | null;
+  image(address: string): HTMLImageElement | null;
   by_rate: boolean;
   colours: Colours;
 }
@@ -65,18 +68,33 @@ function draw_text({ context, view, look }: Brush, shape: Shape): void {
   context.fillText(shape.text, at.x, at.y);
 }
 
+/** As large as fits into its place. */
+function draw_image({ context, view, look }: Brush, shape: Shape): void {
+  const image = look.image(shape.text), a = to_screen(view, shape.points[0]!), b = to_screen(view, shape.points[1]!);
+  if (!image) return;
+  const [natural_width, natural_height] = [image.naturalWidth || b.x - a.x, image.naturalHeight || b.y - a.y];
+  const by = Math.min((b.x - a.x) / natural_width, (b.y - a.y) / natural_height), width = by * natural_width, height = by * natural_height;
+  context.drawImage(image, (a.x + b.x - width) / 2, (a.y + b.y - height) / 2, width, height);
+}
+
 function draw_shape(brush: Brush, shape: Shape, element: Element): void {
   const { context, view, look } = brush, c = look.colours;
   if (shape.kind === "text") return draw_text(brush, shape);
+  if (shape.kind === "image") return draw_image(brush, shape);
   const key = key_of(element), is_chosen = look.selection.has(key), is_live = is_chosen || look.hovered === key;
-  const own = look.by_rate && element.rate !== null ? rate_colour(element.rate) : null;
+  const is_active = element.state !== null && element.state === look.active;
+  const own = is_active ? c.accent : look.by_rate && element.rate !== null ? rate_colour(element.rate) : null;
   outline(brush, shape);
   context.lineJoin = context.lineCap = "round";
   if (shape.style === "body") {
     context.fillStyle = c.body;
-    if (shape.kind !== "line" && shape.kind !== "curve") context.fill();
+    if (shape.kind !== "line") context.fill();
+    if (is_active) {
+      context.fillStyle = c["accent-soft"];
+      context.fill();
+    }
     context.strokeStyle = is_live ? c.accent : own ?? c["body-line"];
-    context.lineWidth = thickness(view, is_chosen ? 1.8 : 1.2);
+    context.lineWidth = thickness(view, is_active ? 2.5 : is_chosen ? 1.8 : 1.2);
     context.stroke();
   } else if (shape.style === "branch" || (shape.style === "wire" && (shape.kind === "polygon" || shape.kind === "ellipse"))) {
     context.fillStyle = is_live ? c.accent : own ?? c[shape.style];
@@ -124,7 +142,7 @@ function draw_port({ context, view, look }: Brush, port: Port, is_target: boolea
 /** What a person takes to resize a block or to bend a wire. */
 function draw_handles({ context, view, look }: Brush, element: Element): void {
   const points = element.kind === "wire" ? element.corners.slice(1).map((p, i) => middle_of([element.corners[i]!, p]))
-    : element.kind === "block" || element.kind === "subsystem" ? handles.map((handle) => handle_at(element.bounds, handle)) : [];
+    : is_block(element) || element.kind === "state" ? handles.map((handle) => handle_at(element.bounds, handle)) : [];
   context.fillStyle = look.colours.canvas;
   context.strokeStyle = look.colours.accent;
   context.lineWidth = 1;

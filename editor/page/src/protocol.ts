@@ -52,6 +52,14 @@ export interface BranchInfo {
   cause: string;
 }
 
+/** What differs from an earlier model, and a subsystem of both, side by side. */
+export interface Compare {
+  /** relative to the opened folder; empty: the model in the last commit of git */
+  file: string;
+  /** in the opened model, or else in the earlier one */
+  system: string;
+}
+
 export interface Copy {
   system: string;
   /** of its blocks */
@@ -68,6 +76,15 @@ export interface Diagnostic {
   message: string;
   remedy: string;
   fixes: Fix[];
+}
+
+export interface Difference {
+  /** as in model::Distinction */
+  path: string;
+  /** as in model::Distinction */
+  system: string;
+  /** "~ controller.pd: setting K: 2 -> 3" */
+  text: string;
 }
 
 /** Of the opened model, after each change. */
@@ -97,7 +114,7 @@ export interface Draw {
 }
 
 export interface Drawing {
-  /** path of the subsystem, empty for the model itself */
+  /** path of the subsystem or state machine, empty for the model itself */
   system: string;
   /** of all elements */
   bounds: Rectangle;
@@ -105,6 +122,8 @@ export interface Drawing {
   elements: Element[];
   /** "constant", "continuous", "every 10 ms" */
   rates: string[];
+  /** of a chart: the signal that is the number of the active state */
+  active: string;
 }
 
 export interface Edit {
@@ -113,9 +132,9 @@ export interface Edit {
 
 /** Something that is chosen, moved or read as one. */
 export interface Element {
-  /** block: of a library; subsystem: or the file it stands in; input: of the drawn subsystem, seen from inside; wire: from one output to one input */
-  kind: "block" | "subsystem" | "input" | "output" | "wire" | "note";
-  /** "controller.pd"; of a wire that of the input it leads to: "controller.pd.q" */
+  /** block: of a library; subsystem: or the file it stands in; chart: a state machine, which has states inside; input: of the drawn subsystem, seen from inside; wire: from one output to one input; in a chart, a transition */
+  kind: "block" | "subsystem" | "chart" | "state" | "input" | "output" | "wire" | "note";
+  /** "controller.pd"; of a wire that of the input it leads to: "controller.pd.q", of a transition the state that it leads to and the number of its row: "machine.lift.4". */
   path: string;
   /** of a wire, as the document writes its ends: "error", "pd.q" */
   from: string;
@@ -130,9 +149,13 @@ export interface Element {
   title: string;
   /** what the model or the library says of it */
   description: string;
+  /** of a note, the file of its image as the document writes it */
+  image: string;
   marks: Mark[];
   /** its number in `Drawing::rates` */
   rate: number | null;
+  /** of a state its number, of a transition that of the state it leaves */
+  state: number | null;
 }
 
 export interface Evaluate {
@@ -159,6 +182,11 @@ export interface FileText {
   places: TextPlace[];
   /** of what another program wrote and is no model */
   diagnostics: Diagnostic[];
+}
+
+export interface FileList {
+  /** recordings relative to the opened folder, images to the file of a subsystem */
+  files: string[];
 }
 
 export interface Find {
@@ -265,6 +293,11 @@ export interface Mark {
   fixes: Fix[];
 }
 
+export interface ModelComparison {
+  differences: Difference[];
+  drawing: Drawing;
+}
+
 export interface Moved {
   /** of a block or port; the name of a note */
   path: string;
@@ -292,6 +325,11 @@ export interface PanelInfo {
   signals: string[];
   /** stands in the layout */
   is_kept: boolean;
+}
+
+/** All parameters of the model: what each block, subsystem and the model itself (no path) has. */
+export interface Parameters {
+  blocks: Inspection[];
 }
 
 export interface Paste {
@@ -331,11 +369,6 @@ export interface Recorded {
   signals: SignalInfo[];
   /** what is wrong with the file, which is readable up to there */
   defect: string;
-}
-
-export interface RecordedFiles {
-  /** relative to the opened folder */
-  files: string[];
 }
 
 export interface Rectangle {
@@ -464,8 +497,8 @@ export interface SettingField {
 }
 
 export interface Shape {
-  /** polygon: closed; line: open, straight from point to point; curve: cubic Bézier: a point, then three for each piece; ellipse: in the rectangle of two corners; text: one line at a point: of its base line, by `align` its start, middle or end */
-  kind: "polygon" | "line" | "curve" | "ellipse" | "text";
+  /** polygon: closed; line: open, straight from point to point; curve: cubic Bézier: a point, then three for each piece; ellipse: in the rectangle of two corners; text: one line at a point: of its base line, by `align` its start, middle or end; image: as large as fits into the rectangle of two corners; its text is the path of the file */
+  kind: "polygon" | "line" | "curve" | "ellipse" | "text" | "image";
   /** body: a block's outline, filled; symbol: a line inside of a block; value: text inside of a block; name: a block's name, beneath it; port: an open port, or the name of a port inside of a subsystem's block; wire: a line of a connection; branch: the dot where a connection divides; label: size, type, rate or unit beside a wire; note: a text of the document's layout; highlight: what is wrong: around a block, along a wire; added: in a comparison, around or along what the earlier model lacks; removed: what the later model lacks */
   style: "body" | "symbol" | "value" | "name" | "port" | "wire" | "branch" | "label" | "note" | "highlight" | "added" | "removed" | "changed";
   points: Point[];
@@ -492,6 +525,8 @@ export interface SignalInfo {
 export interface Signals {
   signals: SignalInfo[];
   plots: PlotPanel[];
+  /** paths that were asked for, and are no signals of the run */
+  unknown: string[];
 }
 
 export interface Text {
@@ -643,10 +678,13 @@ export interface Methods {
   signals: { params: Record<string, never>; result: Signals };
   scene: { params: Look; result: Scene };
   times: { params: Look; result: Times };
-  recordings: { params: Record<string, never>; result: RecordedFiles };
+  recordings: { params: Record<string, never>; result: FileList };
   read: { params: Open; result: Recorded };
   watch: { params: Watch; result: Signals };
   tune: { params: Tune; result: RunState };
+  images: { params: InSystem; result: FileList };
+  compare: { params: Compare; result: ModelComparison };
+  parameters: { params: Record<string, never>; result: Parameters };
 }
 export type Method = keyof Methods;
 

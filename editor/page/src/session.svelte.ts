@@ -2,7 +2,7 @@ import { Client, Refusal, type Place } from "./client.ts";
 import { fitted, key_of, meets, middle_of, nearest_piece, panned, wire_line, type Size, type View } from "./geometry.ts";
 import { aligned, axis_of, bends, bent, distributed, movable, resized, type Axis, type Edge, type Handle, type Placing } from "./layout.ts";
 import {
-  connection, end_of, end_of_new, fresh_name, joined, last_of, name_for, parent_of, removal, splice, through, type Operation,
+  connection, end_of, end_of_new, fresh_name, is_block, joined, last_of, may_enter, name_for, parent_of, removal, splice, through, type Operation, type Side,
 } from "./operations.ts";
 import {
   protocol, type DocumentState, type Draw, type Drawing, type Element, type Fix, type LibraryBlock, type LiveReport, type Method, type Methods, type Notifications,
@@ -23,6 +23,9 @@ export type Dialog =
   | { kind: "find" }                              // something in the whole model
   | { kind: "fix" }                               // what would mend mistakes
   | { kind: "open" }
+  | { kind: "image"; at?: Point }
+  | { kind: "earlier" }               // what to compare the model with
+  | { kind: "compare"; file: string } // empty: the last commit
   | { kind: "help" };
 type Part = "run" | "model";
 /** As if the document said so, while something is dragged. */
@@ -73,6 +76,8 @@ export class Session {
 
   /** Sources of wires, "controller.error", whose values stand on the drawing. */
   watched = $state.raw<string[]>([]);
+  /** What is watched, and is no signal of the run. */
+  unknown = $state.raw<ReadonlySet<string>>(new Set());
   samples = new Samples();
   sampled = $state(0); // grows with what `samples` has
   tuned = $state.raw<ReadonlyMap<string, number[]>>(new Map());
@@ -142,6 +147,27 @@ export class Session {
       URL.revokeObjectURL(link.href);
     }
   }
+  /** An image that a drawing names; null: it comes. It is shown as by <img>, which runs nothing that stands in it. */
+  readonly image = (address: string): HTMLImageElement | null => {
+    void this.drawn_images;
+    const known = this.images.get(address);
+    if (known === undefined) {
+      this.images.set(address, null);
+      void this.data(address).then(async (bytes) => {
+        const image = new Image(), url = URL.createObjectURL(new Blob([bytes], { type: address.endsWith(".png") ? "image/png" : "image/svg+xml" }));
+        image.src = url;
+        await image.decode();
+        this.images.set(address, image);
+        ++this.drawn_images;
+      }).catch(() => {}); // it is gone, or holds no image after all: its place stays empty
+    }
+    return known ?? null;
+  };
+  private images = new Map<string, HTMLImageElement | null>();
+  private drawn_images = $state(0);
+  parameters = () => this.client.call("parameters", {}).catch(() => null);
+  compare_with = (file: string, system: string) => this.ask("compare", { file, system });
+  image_files = () => this.client.call("images", { system: this.system }).catch(() => null);
   evaluate = (path: string, name: string, text: string) => this.client.call("evaluate", { path, name, text }).catch(() => null);
   look_for = (text: string) => this.client.call("find", { text }).catch(() => null);
   inspect = (path: string) => this.client.call("inspect", { path }).catch(() => null);
@@ -208,7 +234,9 @@ export class Session {
     }
   }
   private take_drawing(drawing: Drawing): void {
+    const is_other_chart = drawing.active !== "" && drawing.active !== this.drawing?.active;
     this.drawing = drawing;
+    if (is_other_chart && this.run.state !== "none") void this.rewatch();
     const keys = new Set(drawing.elements.map(key_of));
     if ([...this.selection].some((key) => !keys.has(key))) this.select([...this.selection].filter((key) => keys.has(key)));
     if (this.focus && !keys.has(this.focus)) this.focus = null;
@@ -247,6 +275,15 @@ export class Session {
 
   // ---- looking ----
 
+  /** Is what is shown the chart of a state machine? */
+  get is_chart(): boolean { return (this.drawing?.active ?? "") !== ""; }
+  /** The number of its active state at the shown instant. */
+  readonly active: number | null = $derived.by(() => {
+    void this.sampled;
+    const signal = this.signal_of(this.drawing?.active ?? "");
+    return (signal && this.track_of(signal)?.at(this.run.time)?.[0]) ?? null;
+  });
+
   private look_at(system: string): void {
     if (this.drawing) this.views.set(this.drawing.system, this.view);
     this.system = system;
@@ -261,7 +298,7 @@ export class Session {
     const view = this.views.get(this.system);
     if (view && !this.whole.has(view)) this.view = view;
     else this.fit();
-    const inner = this.drawing?.elements.find((e) => e.path === from && e.kind === "subsystem");
+    const inner = this.drawing?.elements.find((e) => e.path === from && may_enter(e));
     if (inner) this.select([key_of(inner)]);
   }
   async leave(): Promise<void> { if (this.system) await this.enter(parent_of(this.system)); }
@@ -307,7 +344,7 @@ export class Session {
     const all = marks.length > 0 ? marks : this.document?.diagnostics ?? [];
     return all.flatMap(({ path, message, fixes }) => fixes.map((fix) => ({ path, message, fix })));
   }
-  get chosen_blocks(): Element[] { return this.chosen.filter((e) => e.kind === "block" || e.kind === "subsystem"); }
+  get chosen_blocks(): Element[] { return this.chosen.filter((e) => is_block(e) || e.kind === "state"); }
 
   /** Shows what a path names, whichever subsystem it stands in. */
   async reveal(path: string): Promise<void> {
@@ -354,20 +391,32 @@ export class Session {
     const name = fresh_name(this.drawing!, "subsystem");
     await this.insert([{ do: "add", system: this.system, block: { name, system: {} }, at: this.spot(at) }], name);
   }
+  async add_state(at?: Point, from?: End): Promise<void> {
+    const name = fresh_name(this.drawing!, "state"), system = this.system, other = from && last_of(from.element.path);
+    const transition: Operation[] = !other ? [] : [{ do: "connect", system, ...(from!.port.is_output ? { from: other, to: name } : { from: name, to: other }) }];
+    await this.insert([{ do: "add", system, block: { name }, at: this.spot(at) }, ...transition], name);
+  }
   async add_port(is_output: boolean, at?: Point): Promise<void> {
     const name = fresh_name(this.drawing!, is_output ? "output" : "input"), path = joined(this.system, name);
     await this.insert([{ do: "add_port", system: this.system, port: { name }, is_output }, { do: "move", path, to: this.spot(at) }], name);
   }
+  async add_image(file: string, at?: Point): Promise<void> {
+    const name = fresh_name(this.drawing!, "image"), note = { name, text: file, image: file, system: this.system, at: this.spot(at) };
+    if (await this.edit({ do: "annotate", name, note }))
+      this.select([`note ${name}`]);
+  }
+  resize_image(note: Element, size: Point): Promise<boolean> { return this.edit(this.note(note, { size })); }
   async add_note(at?: Point): Promise<void> {
     const name = fresh_name(this.drawing!, "note"), text = "note";
     if (!(await this.edit({ do: "annotate", name, note: { name, text, system: this.system, at: this.spot(at) } }))) return;
     this.select([`note ${name}`]);
     this.renamed = `note ${name}`;
   }
-  text_of(note: Element): string { return note.title.slice("note: ".length); }
-  private note(note: Element, change: { text?: string; at?: Point }): Operation {
-    const { path, bounds } = note;
-    return { do: "annotate", name: path, note: { name: path, text: this.text_of(note), system: this.system, at: { x: bounds.x, y: bounds.y }, ...change } };
+  text_of(note: Element): string { return note.title.slice(note.title.indexOf(": ") + 2); }
+  private note(note: Element, change: { text?: string; at?: Point; size?: Point }): Operation {
+    const { path, bounds, image } = note, size = { x: bounds.width, y: bounds.height };
+    return { do: "annotate", name: path, note: {
+      name: path, text: this.text_of(note), system: this.system, at: { x: bounds.x, y: bounds.y }, ...(image ? { image, size } : {}), ...change } };
   }
   connect(a: End, b: End): Promise<boolean> { return this.edit(connection(this.system, a, b)); }
   reconnect(off: Operation, a: End, b: End): Promise<boolean> {
@@ -378,7 +427,7 @@ export class Session {
     const element = this.find(key);
     this.renamed = null;
     if (element?.kind === "note") {
-      if (!name) await this.edit({ do: "annotate", name: element.path });
+      if (!name && !element.image) await this.edit({ do: "annotate", name: element.path });
       else if (name !== this.text_of(element)) await this.edit(this.note(element, { text: name }));
       return;
     }
@@ -387,6 +436,12 @@ export class Session {
   }
   flip(): Promise<boolean> {
     return this.edit({ do: "batch", operations: this.chosen_blocks.map((e) => ({ do: "flip", path: e.path })) });
+  }
+  rotate(): Promise<boolean> {
+    return this.edit({ do: "batch", operations: this.chosen_blocks.map((e) => ({ do: "rotate", path: e.path })) });
+  }
+  place_port(block: Element, port: Port, side: Side): Promise<boolean> {
+    return this.edit({ do: "place_port", path: block.path, port: port.name, side });
   }
   async group(): Promise<void> {
     const blocks = this.chosen_blocks.map((e) => last_of(e.path));
@@ -531,10 +586,11 @@ export class Session {
     const is_first_run = this.run.state !== "none" && !this.has_run;
     if (is_first_run && this.watched.length === 0) this.watched = this.panels.signals;
     this.has_run ||= is_first_run;
-    const wanted = new Set([...this.watched, ...this.panels.signals]);
+    const wanted = new Set([...this.watched, ...this.panels.signals, ...(this.is_chart ? [this.drawing!.active] : [])]);
     const paths = [...wanted].map((source) => this.signal_of(source)?.path ?? source);
     this.asked_panels = this.panels.signals.join("\n");
-    await this.ask("watch", { paths, branches: [...this.compared].filter((index) => this.run.branches.some((b) => b.index === index)) }, "run");
+    const watched = await this.ask("watch", { paths, branches: [...this.compared].filter((index) => this.run.branches.some((b) => b.index === index)) }, "run");
+    if (watched) this.unknown = new Set(watched.unknown);
   }
   compare(branch: number, is_compared: boolean): void {
     this.compared = new Set([...this.compared].filter((other) => other !== branch).concat(is_compared ? [branch] : []));

@@ -24,7 +24,7 @@ export function box(path: string, x: number, y: number, inputs: string[], output
     kind, path, from: "", to: "", corners: [], bounds: { x, y, width, height },
     shapes: [shape("polygon", "body", corners), text("value", x + (symbol === "K" ? 22 : 30), y + height / 2 + 4, symbol),
       text("name", x + 30, y + height + 15, path.slice(path.lastIndexOf(".") + 1), 11)],
-    ports: [...ports(inputs, false), ...ports(outputs, true)], title: `${path}, ${symbol}`, description: "", marks: [], rate: null,
+    ports: [...ports(inputs, false), ...ports(outputs, true)], title: `${path}, ${symbol}`, description: "", marks: [], rate: null, state: null, image: "",
   };
 }
 
@@ -42,7 +42,7 @@ export function wire(elements: Element[], from: string, to: string): Element {
     kind: "wire", path: to.includes(".") ? to : `${to}.${b.name}`, from, to, corners: line.map(([x, y]) => ({ x, y })),
     bounds: { x: Math.min(...xs), y: Math.min(...ys), width: Math.max(...xs) - Math.min(...xs) + 6, height: Math.max(...ys) - Math.min(...ys) },
     shapes: [shape("line", "wire", line), shape("polygon", "wire", [[b.at.x, b.at.y], [b.at.x - 8, b.at.y - 4], [b.at.x - 8, b.at.y + 4]])],
-    ports: [], title: `from ${from} to ${to}`, description: "", marks: [], rate: 0,
+    ports: [], title: `from ${from} to ${to}`, description: "", marks: [], rate: 0, state: null, image: "",
   };
 }
 
@@ -76,7 +76,7 @@ export class Model {
   }
   draw(system: string, moved: { path: string; to: { x: number; y: number } }[]): Drawing {
     const bounds = { x: 0, y: 0, width: 640, height: 160 };
-    if (system) return { system, bounds, elements: [box(`${system}.voltage`, 40, 60, [], ["y"], "1", "input")], rates: [] };
+    if (system) return { system, bounds, elements: [box(`${system}.voltage`, 40, 60, [], ["y"], "1", "input")], rates: [], active: "" };
     const solid = this.blocks.map((b) => {
       const to = moved.find((m) => m.path === b.name)?.to ?? b;
       return box(b.name, to.x, to.y, b.inputs, b.outputs, b.symbol, b.kind);
@@ -85,8 +85,8 @@ export class Model {
       solid.find((e) => e.path === mistake.path)?.marks.push({ message: mistake.message, remedy: mistake.remedy, fixes: mistake.fixes });
     const notes = this.notes.map(({ name, text: words, at }): Element => ({
       kind: "note", path: name, from: "", to: "", corners: [], bounds: { ...at, width: 80, height: 16 }, ports: [], title: `note: ${words}`,
-      shapes: [text("note", at.x + 40, at.y + 12, words)], description: "", marks: [], rate: null }));
-    return { system, bounds, elements: [...this.wires.map(([from, to]) => wire(solid, from, to)), ...solid, ...notes], rates: ["continuous"] };
+      shapes: [text("note", at.x + 40, at.y + 12, words)], description: "", marks: [], rate: null, state: null, image: "" }));
+    return { system, bounds, elements: [...this.wires.map(([from, to]) => wire(solid, from, to)), ...solid, ...notes], rates: ["continuous"], active: "" };
   }
   edit(operation: any): void {
     ++this.revision;
@@ -181,7 +181,7 @@ class Speaker {
         model.edit(params.operation);
         this.tell("changed", model.state());
         return model.state();
-      case "signals": case "watch": return { signals, plots: [] };
+      case "signals": case "watch": return { signals, plots: [], unknown: [] };
       case "run": return this.act(params.action);
       case "tune": return this.run;
       case "times": return { blocks: params.is_wanted ? [{ path: "gain", seconds: 3e-3, calls: 1000 }, { path: "motor.law", seconds: 1e-3, calls: 1000 }] : [] };

@@ -30,6 +30,15 @@ std::string fresh(std::string name, const std::set<std::string>& taken) {
     return name + std::to_string(number + 1);
 }
 
+/// How a block looks that another one looks like.
+void add_look(model::operations::Batch& batch, const std::string& path, const model::Placement& as) {
+    namespace op = model::operations;
+    if (as.size) batch.operations.emplace_back(op::Resize{path, as.size});
+    if (as.flipped) batch.operations.emplace_back(op::Flip{path});
+    for (int i = 0; i < static_cast<int>(as.rotated); ++i) batch.operations.emplace_back(op::Rotate{path});
+    for (const auto& [port, side] : as.sides) batch.operations.emplace_back(op::PlacePort{path, port, side});
+}
+
 } // namespace
 
 std::string copied(const model::Model& model, const std::string& system,
@@ -93,10 +102,7 @@ model::Operation pasted(const model::Model& model, const std::string& system, co
         batch.operations.emplace_back(op::Add{
             system, std::move(block), {}, is_placed ? moved(placed->at) : model::Point{at.x, at.y + below}});
         if (!is_placed) below += 80;
-        if (is_placed && placed->size)
-            batch.operations.emplace_back(op::Resize{model::joined(system, name), placed->size});
-        if (is_placed && placed->flipped)
-            batch.operations.emplace_back(op::Flip{model::joined(system, name)});
+        if (is_placed) add_look(batch, model::joined(system, name), *placed);
     }
     const auto renamed = [&](const std::string& path) {
         const auto dot = std::min(path.find('.'), path.size());
@@ -107,8 +113,7 @@ model::Operation pasted(const model::Model& model, const std::string& system, co
         const std::string path = renamed(placement.path);
         if (path.empty() || placement.path.find('.') == std::string::npos) continue;
         batch.operations.emplace_back(op::Move{path, placement.at});
-        if (placement.size) batch.operations.emplace_back(op::Resize{path, placement.size});
-        if (placement.flipped) batch.operations.emplace_back(op::Flip{path});
+        add_look(batch, path, placement);
     }
     for (const auto& wire : part.root.connections)
         for (const auto& end : wire.to) {

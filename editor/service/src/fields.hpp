@@ -17,8 +17,8 @@ inline const Words style = [] {
     return all;
 }();
 inline const Words align = {"start", "middle", "end"};
-inline const Words shape = {"polygon", "line", "curve", "ellipse", "text"};
-inline const Words element = {"block", "subsystem", "input", "output", "wire", "note"};
+inline const Words shape = {"polygon", "line", "curve", "ellipse", "text", "image"};
+inline const Words element = {"block", "subsystem", "chart", "state", "input", "output", "wire", "note"};
 inline const Words role = {"argument", "parameter", "property"};
 inline const Words running = {"none", "paused", "running", "ended", "failed"};
 inline const Words show = {"sizes", "types", "rates", "units"};
@@ -41,9 +41,10 @@ BF_FIELDS(editor::Mark, has("message", &T::message), has("remedy", &T::remedy), 
 BF_FIELDS(editor::Element, one_of("kind", &T::kind, words::element), has("path", &T::path),
           has("from", &T::from), has("to", &T::to), has("corners", &T::corners), has("bounds", &T::bounds),
           has("shapes", &T::shapes), has("ports", &T::ports), has("title", &T::title),
-          has("description", &T::description), has("marks", &T::marks), has("rate", &T::rate))
+          has("description", &T::description), has("image", &T::image), has("marks", &T::marks),
+          has("rate", &T::rate), has("state", &T::state))
 BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds),
-          has("elements", &T::elements), has("rates", &T::rates))
+          has("elements", &T::elements), has("rates", &T::rates), has("active", &T::active))
 
 BF_FIELDS(service::Diagnostic, has("file", &T::file), has("line", &T::line), has("column", &T::column),
           has("path", &T::path), has("message", &T::message), has("remedy", &T::remedy),
@@ -63,6 +64,7 @@ BF_FIELDS(service::SettingField, has("name", &T::name), one_of("role", &T::role,
           has("greatest", &T::greatest))
 BF_FIELDS(service::Inspection, has("path", &T::path), has("title", &T::title), has("type", &T::type),
           has("doc", &T::doc), has("fields", &T::fields))
+BF_FIELDS(service::Parameters, has("blocks", &T::blocks))
 BF_FIELDS(service::VariableField, has("system", &T::system), has("name", &T::name), has("text", &T::text),
           has("value", &T::value), has("unit", &T::unit), has("doc", &T::doc), has("limits", &T::limits),
           has("minimum", &T::minimum), has("above", &T::above), has("maximum", &T::maximum),
@@ -103,6 +105,9 @@ BF_FIELDS(service::Moved, has("path", &T::path), has("to", &T::to), has("size", 
 BF_FIELDS(service::Bent, has("path", &T::path), has("points", &T::points))
 BF_FIELDS(service::Draw, has("system", &T::system), one_of("show", &T::show, words::show),
           has("moved", &T::moved), has("moved_notes", &T::moved_notes), has("bent", &T::bent))
+BF_FIELDS(service::Compare, has("file", &T::file), has("system", &T::system))
+BF_FIELDS(service::Difference, has("path", &T::path), has("system", &T::system), has("text", &T::text))
+BF_FIELDS(service::ModelComparison, has("differences", &T::differences), has("drawing", &T::drawing))
 BF_FIELDS(service::Inspect, has("path", &T::path))
 BF_FIELDS(service::BlockType, has("type", &T::type))
 BF_FIELDS(service::Edit, has("operation", &T::operation))
@@ -126,7 +131,7 @@ BF_FIELDS(service::Paste, has("system", &T::system), has("text", &T::text), has(
 BF_FIELDS(service::RunCommand, one_of("action", &T::action, words::action), has("time", &T::time),
           has("factor", &T::factor), has("branch", &T::branch), has("event", &T::event))
 BF_FIELDS(service::PlotPanel, has("title", &T::title), has("signals", &T::signals))
-BF_FIELDS(service::Signals, has("signals", &T::signals), has("plots", &T::plots))
+BF_FIELDS(service::Signals, has("signals", &T::signals), has("plots", &T::plots), has("unknown", &T::unknown))
 BF_FIELDS(service::Watch, has("paths", &T::paths), has("branches", &T::branches))
 BF_FIELDS(service::SceneShape, one_of("kind", &T::kind, words::shape_kind), has("body", &T::body),
           has("mesh", &T::mesh), has("pose", &T::pose), has("size", &T::size), has("colour", &T::colour))
@@ -135,7 +140,7 @@ BF_FIELDS(service::SceneWorld, has("path", &T::path), has("bodies", &T::bodies),
           has("disturbance", &T::disturbance))
 BF_FIELDS(service::Recorded, has("number", &T::number), has("file", &T::file), has("signals", &T::signals),
           has("defect", &T::defect))
-BF_FIELDS(service::RecordedFiles, has("files", &T::files))
+BF_FIELDS(service::FileList, has("files", &T::files))
 BF_FIELDS(service::BlockTime, has("path", &T::path), has("seconds", &T::seconds), has("calls", &T::calls))
 BF_FIELDS(service::Times, has("blocks", &T::blocks))
 BF_FIELDS(service::Look, has("is_wanted", &T::is_wanted))

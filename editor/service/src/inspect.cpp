@@ -35,7 +35,41 @@ template <class Field> void note_limits(const Limits& limits, Field& field) {
     if (std::isfinite(limits.maximum)) field.greatest = limits.maximum;
 }
 
+/// The variables of a system are its parameters; of one in a file of its own with the values that the block
+/// gives.
+void add_parameters(const model::System& system, const model::Reference* reference, const std::string& path,
+                    const Diagram& diagram, Inspection& seen) {
+    for (auto& v : variables_of(system, path, diagram).variables) {
+        if (v.name.find('.') != std::string::npos) continue; // Set knows no fields of structs
+        SettingField field{v.name, FieldRole::parameter, {}, {}, v.value, v.unit, v.doc};
+        if (!v.limits.empty()) field.doc += (field.doc.empty() ? "" : "; ") + v.limits;
+        field.least = v.least;
+        field.greatest = v.greatest;
+        if (reference) {
+            const auto given = std::ranges::find(reference->with, v.name, &model::Variable::name);
+            if (given != reference->with.end()) field.text = given->value.matlab();
+            field.initial = v.text;
+        } else {
+            field.text = v.text;
+        }
+        seen.fields.push_back(std::move(field));
+    }
+}
+
 } // namespace
+
+Parameters parameters_of(Registry& registry, const model::Model& m, const Diagram& diagram) {
+    Parameters all;
+    const auto add = [&](Inspection seen) {
+        std::erase_if(seen.fields,
+                      [](const SettingField& field) { return field.role != FieldRole::parameter; });
+        if (!seen.fields.empty()) all.blocks.push_back(std::move(seen));
+    };
+    add(inspected(registry, m, diagram, ""));
+    model::walk(
+        m, [&](const std::string& path, const model::Block&) { add(inspected(registry, m, diagram, path)); });
+    return all;
+}
 
 Inspection inspected(Registry& registry, const model::Model& m, const Diagram& diagram,
                      const std::string& path) {
@@ -73,6 +107,12 @@ Inspection inspected(Registry& registry, const model::Model& m, const Diagram& d
         for (const auto& setting : block->settings) // also those that nothing declares
             if (std::ranges::find(seen.fields, setting.name, &SettingField::name) == seen.fields.end())
                 seen.fields.push_back({setting.name, FieldRole::argument, setting.value.matlab()});
+    }
+    if (path.empty()) add_parameters(m.root, nullptr, path, diagram, seen);
+    if (block && block->content()) {
+        const model::Reference* const reference = block->reference ? &*block->reference : nullptr;
+        add_parameters(*block->content(), reference, path, diagram, seen);
+        seen.doc = block->doc.empty() && reference ? reference->model->doc : block->doc;
     }
     for (auto& property : model::properties(m, path))
         seen.fields.push_back({.name = property.name,

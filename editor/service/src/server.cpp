@@ -126,7 +126,7 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
         if (path == "/socket") return shake_hands(request, token);
         if (request.method() != http::verb::get && request.method() != http::verb::head)
             return refuse(http::status::method_not_allowed, "this server answers GET\n");
-        if (path.starts_with("/meshes/") || path.starts_with("/recordings/"))
+        if (path.starts_with("/meshes/") || path.starts_with("/recordings/") || path.starts_with("/images/"))
             return send_data(path.substr(1), token);
         send_file(path == "/" ? "/index.html" : path, request.method() == http::verb::head);
     }
@@ -167,7 +167,8 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
     void send_data(const std::string& what, std::string_view token) {
         if (!knows(token)) return;
         auto data = state.service.data(what);
-        if (!data) return refuse(http::status::not_found, "there is no such scene or recording any more\n");
+        if (!data)
+            return refuse(http::status::not_found, "there is no such scene, recording or image any more\n");
         auto response = std::make_shared<http::response<http::string_body>>(http::status::ok, 11);
         response->set(http::field::content_type, "application/octet-stream");
         response->body() = std::move(*data);

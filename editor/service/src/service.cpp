@@ -4,16 +4,21 @@
 #include "bf/base/numbers.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/library/declared.hpp"
+#include "bf/model/compare.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/view/draw.hpp"
 #include "checker.hpp"
 #include "clipboard.hpp"
+#include "committed.hpp"
 #include "evaluate.hpp"
 #include "find.hpp"
+#include "images.hpp"
 #include "inspect.hpp"
 #include "json.hpp"
 #include "live.hpp"
+#include "palette.hpp"
 #include "places.hpp"
+#include "placing.hpp"
 #include "recordings.hpp"
 #include "stage.hpp"
 #include "typescript.hpp"
@@ -195,7 +200,7 @@ struct Service::State {
         return playback ? playback->times(!timers.empty()) : Times();
     }
 
-    RecordedFiles recordings(int, const Nothing&) { return {files(".mcap")}; }
+    FileList recordings(int, const Nothing&) { return {files(".mcap")}; }
     Recorded read(int, const Open& asked) { return recorded.open(inside(asked.file), asked.file); }
 
     DocumentState open(int, const Open& asked) {
@@ -208,25 +213,7 @@ struct Service::State {
     }
 
     LibraryList library(int, const Nothing&) {
-        if (known_blocks.empty()) {
-            const auto registry = make_registry();
-            for (const auto& plugin : registry->available_plugins()) try {
-                    registry->load_plugin(plugin);
-                } catch (const PluginError&) { // it hides no other
-                }
-            for (const auto& type : registry->classes()) {
-                LibraryBlock block{type->qualified_name(), type->group, type->doc};
-                try {
-                    const auto instance = type->make({});
-                    for (const auto& slot : instance->declaration().slots) {
-                        if (slot.role == Role::input) block.inputs.push_back({slot.name, slot.doc});
-                        if (slot.role == Role::output) block.outputs.push_back({slot.name, slot.doc});
-                    }
-                } catch (const std::exception&) { // it needs arguments
-                }
-                known_blocks.push_back(std::move(block));
-            }
-        }
+        if (known_blocks.empty()) known_blocks = palette();
         return {known_blocks};
     }
 
@@ -241,7 +228,37 @@ struct Service::State {
         for (const auto& [path, to, size] : asked.moved) show.moved[path] = {to, size};
         for (const auto& note : asked.moved_notes) show.moved_notes[note.path] = note.to;
         for (const auto& [path, points] : asked.bent) show.bent[path] = points;
-        return editor::draw(project->model(), asked.system, diagram(), diagnostics(), show);
+        show.folder = folder;
+        return images.addressed(editor::draw(project->model(), asked.system, diagram(), diagnostics(), show));
+    }
+
+    FileList image_files(int, const InSystem& asked) {
+        const fs::path from = project->place_of(model::joined(asked.system, "x")).first.parent_path();
+        FileList all;
+        for (const char* ending : {".png", ".svg"})
+            for (const auto& file : files(ending))
+                all.files.push_back((folder / file).lexically_relative(from).generic_string());
+        return all;
+    }
+
+    ModelComparison compare(int, const Compare& asked) {
+        const fs::path file = asked.file.empty() ? project->file() : inside(asked.file);
+        const model::Model before = asked.file.empty() ? committed(file) : formats::read_yaml(file);
+        const model::Model& after = project->model();
+        const auto distinctions = model::compare(before, after);
+        const std::string earlier = model::earlier_path(asked.system, distinctions);
+        editor::Drawing left, right;
+        if (editor::may_draw(before, earlier)) {
+            const ExaminedModel known = examine(before, file);
+            left = editor::draw(before, earlier, known.diagram, {});
+        }
+        if (editor::may_draw(after, asked.system)) right = editor::draw(after, asked.system, diagram(), {});
+        ModelComparison found;
+        found.drawing = images.addressed(editor::beside(left, right, distinctions,
+                                                        asked.file.empty() ? "last commit" : asked.file,
+                                                        relative(project->file())));
+        for (const auto& d : distinctions) found.differences.push_back({d.path, d.system, model::text_of(d)});
+        return found;
     }
 
     /// A new block, alone.
@@ -253,38 +270,10 @@ struct Service::State {
         return editor::draw(alone, "", examine(alone, project->file()).diagram, {}).elements.front();
     }
 
-    bool leads_to(const std::string& system, const std::string& path) const {
-        const model::Model& m = project->model();
-        const model::System* content = model::find_system(m, system);
-        if (!content) return false;
-        const std::string end = system.empty() ? path : path.substr(system.size() + 1);
-        return std::ranges::any_of(content->connections, [&](const model::Connection& connection) {
-            return std::ranges::find(connection.to, end, &model::Endpoint::text) != connection.to.end();
-        });
-    }
-
-    /// The subsystems in which an operation gives something a place.
-    void note_placing(const model::Operation& operation, std::set<std::string>& systems) const {
-        namespace op = model::operations;
-        if (const auto* add = std::get_if<op::Add>(&operation); add && add->at) systems.insert(add->system);
-        const auto around = [](const std::string& path) { return model::split_last(path).first; };
-        const auto note_around = [&](const std::string& path) { systems.insert(around(path)); };
-        if (const auto* move = std::get_if<op::Move>(&operation)) note_around(move->path);
-        if (const auto* flip = std::get_if<op::Flip>(&operation)) note_around(flip->path);
-        if (const auto* resize = std::get_if<op::Resize>(&operation)) note_around(resize->path);
-        // "controller.tau" leads to an output inside of the controller, or to one of its inputs outside.
-        if (const auto* bend = std::get_if<op::Bend>(&operation))
-            for (const std::string& system : {around(bend->path), around(around(bend->path))})
-                if (leads_to(system, bend->path)) systems.insert(system);
-        if (const auto* batch = std::get_if<op::Batch>(&operation))
-            for (const auto& part : batch->operations) note_placing(part, systems);
-    }
-
     /// Edits, and as soon as one block of a subsystem gets a place gives the others those at which they are
     /// seen, so that nothing jumps.
     DocumentState apply(model::Operation operation, std::string name) {
-        std::set<std::string> systems;
-        note_placing(operation, systems);
+        const std::set<std::string> systems = systems_placed_in(project->model(), operation);
         model::operations::Batch batch;
         for (const auto& system : systems)
             for (const auto& [path, at] : editor::unplaced(project->model(), system, diagram()))
@@ -309,8 +298,14 @@ struct Service::State {
         return inspected(*registry, project->model(), diagram(), asked.path);
     }
 
+    Parameters parameters(int, const Nothing&) {
+        return parameters_of(*registry, project->model(), diagram());
+    }
+
     Evaluated evaluate(int, const Evaluate& asked) {
         const model::Block* block = asked.path.empty() ? nullptr : model::find(project->model(), asked.path);
+        if (asked.path.empty() || (block && block->system)) // its variables see each other
+            return evaluated(project->model(), diagram(), asked.path, asked.text);
         if (block && block->is_library_block()) {
             const Declared what = declared(registry->find(block->type));
             for (const auto& a : what.arguments)
@@ -510,7 +505,12 @@ struct Service::State {
 
     Signals watch(int page, const Watch& asked) {
         wishes[page] = asked;
-        return {rewatch(page), {}};
+        Signals found{rewatch(page), {}};
+        if (live || playback)
+            for (const auto& path : asked.paths)
+                if (std::ranges::find(found.signals, path, &SignalInfo::path) == found.signals.end())
+                    found.unknown.push_back(path);
+        return found;
     }
 
     std::vector<SignalInfo> run_signals() const {
@@ -564,6 +564,7 @@ struct Service::State {
     std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
     Recordings recorded;
+    Images images{folder};
     std::set<int> timers; ///< pages that want to know the time of blocks
     Checker checker;      ///< last: its thread ends first
 };
@@ -584,6 +585,7 @@ std::optional<std::string> Service::data(std::string_view what) const {
     const std::string_view kind = what.substr(0, slash), which = what.substr(slash + 1);
     if (kind == "meshes") return state_->stage.meshes(which);
     if (kind == "recordings") return state_->recorded.samples(which);
+    if (kind == "images") return state_->images.read(which);
     return {};
 }
 
@@ -619,31 +621,21 @@ Method method(const char* name, Result (Service::State::*call)(int, const Params
 
 const std::vector<Method>& methods() {
     using S = Service::State;
-    static const std::vector<Method> all = {method("hello", &S::hello),
-                                            method("open", &S::open),
-                                            method("library", &S::library),
-                                            method("draw", &S::draw),
-                                            method("preview", &S::preview),
-                                            method("inspect", &S::inspect),
-                                            method("find", &S::find),
-                                            method("evaluate", &S::evaluate),
-                                            method("variables", &S::variables),
-                                            method("edit", &S::edit),
-                                            method("undo", &S::undo),
-                                            method("redo", &S::redo),
-                                            method("arrange", &S::arrange),
-                                            method("copy", &S::copy),
-                                            method("paste", &S::paste),
-                                            method("text", &S::text),
-                                            method("rewrite", &S::rewrite),
-                                            method("run", &S::run),
-                                            method("signals", &S::signals),
-                                            method("scene", &S::scene),
-                                            method("times", &S::times),
-                                            method("recordings", &S::recordings),
-                                            method("read", &S::read),
-                                            method("watch", &S::watch),
-                                            method("tune", &S::tune)};
+    static const std::vector<Method> all = {
+        method("hello", &S::hello),       method("open", &S::open),
+        method("library", &S::library),   method("draw", &S::draw),
+        method("inspect", &S::inspect),   method("find", &S::find),
+        method("evaluate", &S::evaluate), method("variables", &S::variables),
+        method("edit", &S::edit),         method("undo", &S::undo),
+        method("redo", &S::redo),         method("arrange", &S::arrange),
+        method("copy", &S::copy),         method("paste", &S::paste),
+        method("text", &S::text),         method("rewrite", &S::rewrite),
+        method("preview", &S::preview),   method("run", &S::run),
+        method("signals", &S::signals),   method("scene", &S::scene),
+        method("times", &S::times),       method("recordings", &S::recordings),
+        method("read", &S::read),         method("watch", &S::watch),
+        method("tune", &S::tune),         method("images", &S::image_files),
+        method("compare", &S::compare),   method("parameters", &S::parameters)};
     return all;
 }
 

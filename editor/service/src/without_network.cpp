@@ -1,4 +1,5 @@
-// Where there is no network, as in WebAssembly.
+// Where there is no network and no other program, as in WebAssembly.
+#include "committed.hpp"
 #include "live.hpp"
 
 #include <stdexcept>
@@ -17,5 +18,9 @@ void Live::watch(std::vector<int>) {}
 RunState Live::state() const { return {}; }
 LiveReport Live::report() const { return {}; }
 std::vector<SignalInfo> Live::signals() const { return {}; }
+
+model::Model committed(const std::filesystem::path&) {
+    throw std::runtime_error("there is no git here; compare with another file");
+}
 
 } // namespace bf::service

@@ -1,5 +1,6 @@
 // Operations of chance on several files, and back.
 #include "bf/base/files.hpp"
+#include "bf/model/chart.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/service/project.hpp"
 #include "folder.hpp"
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
+#include <set>
 
 namespace {
 
@@ -56,6 +58,12 @@ const Texts start{{"top.yaml", "# The whole.\n"
                                     "outputs: [y]\n"
                                     "blocks:\n"
                                     "  x: {block: DiscreteIntegrator, gain: 2}  # rad\n"
+                                    "  machine:\n"
+                                    "    block: StateMachine\n"
+                                    "    states: [idle, move]   # of the arm\n"
+                                    "    transitions: |\n"
+                                    "      [1 2 0 0.1;\n"
+                                    "       2 1 0 0.2]\n"
                                     "connections: {u: x, x: y}\n"}};
 
 /// Chooses operations on a model, most of which are possible.
@@ -64,14 +72,18 @@ class Chance {
     explicit Chance(unsigned seed) : random_(seed) {}
 
     Operation operator()(const bf::model::Model& model) {
-        paths_ = {}, systems_ = {""}, ends_ = {}, references_ = {}, subsystems_ = {};
+        paths_ = {}, systems_ = {""}, ends_ = {}, references_ = {}, subsystems_ = {}, charts_ = {};
         collect(model.root, "");
         switch (number(25)) {
         case 0: {
             bf::model::Block block{.name = name(), .type = "Gain"};
             if (number(2)) block.settings.push_back({"K", {.text = "gain"}});
-            if (number(5) == 0) block = {.name = name(), .reference = bf::model::Reference{"sub/leaf.yaml"}};
-            Operation add = op::Add{of(systems_), block, {}, {}};
+            const std::string system = of(systems_);
+            if (charts_.contains(system))
+                block = {.name = name()};
+            else if (number(5) == 0)
+                block = {.name = name(), .reference = bf::model::Reference{"sub/leaf.yaml"}};
+            Operation add = op::Add{system, block, {}, {}};
             if (number(2)) std::get<op::Add>(add).at = point();
             return add;
         }
@@ -100,7 +112,11 @@ class Chance {
         case 9: return op::RenameVariable{of(systems_), number(2) ? "gain" : "k", name()};
         case 10: return op::Move{of(paths_), point()};
         case 11: return op::Resize{of(paths_), number(2) ? std::optional(point()) : std::nullopt};
-        case 12: return op::Flip{of(paths_)};
+        case 12:
+            if (number(3) == 0) return op::Flip{of(paths_)};
+            if (number(2) == 0) return op::Rotate{of(paths_)};
+            return op::PlacePort{of(paths_), "u",
+                                 number(3) ? std::optional(bf::model::Side(number(4))) : std::nullopt};
         case 13: return op::Bend{of(paths_), {point(), point()}};
         case 14: {
             bf::model::Note note{.name = name(), .text = "a note\n: of two lines", .system = of(systems_)};
@@ -145,6 +161,14 @@ class Chance {
             ends_[prefix].push_back(block.name);
             if (block.reference) references_.push_back(path);
             if (block.system) subsystems_.push_back(path);
+            if (const auto chart = bf::model::chart_of(block)) {
+                systems_.push_back(path);
+                charts_.insert(path);
+                for (const auto& state : chart->states)
+                    paths_.push_back(path + "." + state), ends_[path + "."].push_back(state);
+                for (std::size_t i = 0; i < chart->transitions.size(); ++i)
+                    ends_[path + "."].push_back(chart->name_of(i));
+            }
             if (const auto* content = block.content()) {
                 for (const auto* ports : {&content->inputs, &content->outputs})
                     for (const auto& port : *ports) ends_[prefix].push_back(block.name + "." + port.name);
@@ -167,6 +191,7 @@ class Chance {
     int made_ = 0;
     std::vector<std::string> paths_, systems_, references_, subsystems_;
     std::map<std::string, std::vector<std::string>> ends_;
+    std::set<std::string> charts_;
 };
 
 TEST(Undo, GivesTheBytesOfAllFilesBackAfterThousandsOfOperationsOfEveryKind) {

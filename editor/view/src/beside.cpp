@@ -33,6 +33,7 @@ void shift(Drawing& drawing, double dx, double dy) {
         for (Shape& shape : element.shapes)
             for (Point& point : shape.points) move(point);
         for (Port& port : element.ports) move(port.at);
+        for (Point& corner : element.corners) move(corner);
     }
     drawing.bounds.x += dx;
     drawing.bounds.y += dy;

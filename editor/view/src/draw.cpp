@@ -2,6 +2,8 @@
 
 #include "bf/base/numbers.hpp"
 #include "bf/model/edit.hpp"
+#include "bf/view/image.hpp"
+#include "chart.hpp"
 #include "item.hpp"
 #include "text.hpp"
 
@@ -15,6 +17,8 @@ namespace bf::editor {
 namespace {
 
 using model::joined;
+
+constexpr double label_room = 16; ///< beside the guard of a transition
 
 std::string rate_text(const Diagram& diagram, int rate) {
     if (rate == constant_rate) return "constant";
@@ -66,29 +70,37 @@ std::vector<Point> own_part(const Route& way) {
     return way.points;
 }
 
-/// Where the content of a subsystem stands: the file, which has the positions, and the path there.
+/// Where the content of a subsystem or a state machine stands: the file, which has the positions, and the
+/// path there.
 struct Place {
-    const model::System* system;
+    const model::System* system; ///< of a state machine the one around it
     const model::Layout* layout;
     std::string path;
+    std::shared_ptr<const std::string> file; ///< null: it was never read from one
+    const model::Block* machine = nullptr;
 };
 
 Place find_place(const model::Model& model, const std::string& path) {
-    Place place{&model.root, &model.layout, ""};
+    Place place{&model.root, &model.layout, "", model.where.file};
     std::string rest = path, here;
     while (!rest.empty()) {
         const std::string name = rest.substr(0, rest.find('.'));
         rest.erase(0, name.size() + 1);
         here = joined(here, name);
-        const model::Block* block = place.system->find_block(name);
-        place.system = block ? block->content() : nullptr;
-        if (!place.system)
+        const model::Block* block = place.machine ? nullptr : place.system->find_block(name);
+        const model::System* content = block ? block->content() : nullptr;
+        if (block && model::has_chart(*block))
+            place.machine = block;
+        else if (content)
+            place.system = content;
+        else
             throw model::Errors(
                 {{{}, here, "there is no subsystem of that path", "look at the model's blocks"}});
         place.path = joined(place.path, name);
         if (block->reference && block->reference->model) {
             place.layout = &block->reference->model->layout;
             place.path = "";
+            place.file = block->reference->model->where.file;
         }
     }
     return place;
@@ -99,11 +111,16 @@ class Drawer {
     Drawer(const model::Model& model, const std::string& system, const Diagram& diagram,
            const DrawOptions& options = {})
         : place_(find_place(model, system)), path_(system), diagram_(diagram), options_(options),
+          folder_(model.where.file ? std::filesystem::path(*model.where.file).parent_path() : "."),
           signals_(diagram) {
         for (const auto& placed : place_.layout->blocks) placements_.emplace(placed.path, &placed);
         for (const auto& wire : place_.layout->wires) bends_.emplace(wire.path, &wire.points);
         for (std::size_t i = 0; i < diagram.nodes.size(); ++i)
             nodes_[diagram.nodes[i].path] = &diagram.nodes[i];
+        if (place_.machine) {
+            add_states();
+            return;
+        }
         for (const auto& port : place_.system->inputs) add_port(port, false);
         for (const auto& block : place_.system->blocks) add_block(block);
         for (const auto& port : place_.system->outputs) add_port(port, true);
@@ -111,7 +128,16 @@ class Drawer {
     }
 
     /// The corners that arrangement gives all of them.
-    std::vector<Point> arrangement() const { return arrange(boxes(), nets_); }
+    std::vector<Point> arrangement() const {
+        std::vector<Box> wide = boxes();
+        for (std::size_t n = 0; n < labels_.size(); ++n) { // which stand where transitions begin
+            Box& box = wide[nets_[n].from.box];
+            const double width =
+                items_[nets_[n].from.box].box.width + text_width(labels_[n], small_letter) + label_room;
+            box.width = std::max(box.width, std::ceil(width / 10) * 10);
+        }
+        return arrange(wide, nets_);
+    }
     const std::vector<Item>& items() const { return items_; }
 
     /// Those without a place are arranged together, below those that have one.
@@ -152,6 +178,7 @@ class Drawer {
         drawing.system = path_;
         for (std::size_t rate = 0; rate < diagram_.rates.size(); ++rate)
             drawing.rates.push_back(rate_text(diagram_, static_cast<int>(rate)));
+        if (place_.machine) drawing.active = joined(path_, "state");
         add_wires(drawing);
         for (const Item& item : items_) drawing.elements.push_back(finished(item));
         for (const auto& note : place_.layout->notes)
@@ -160,6 +187,7 @@ class Drawer {
                 drawing.elements.push_back(
                     noted(note, moved == options_.moved_notes.end() ? note.at : moved->second));
             }
+        for (Element& element : drawing.elements) check_images(element);
         mark(drawing, diagnostics);
         if (!drawing.elements.empty()) drawing.bounds = drawing.elements.front().bounds;
         for (const auto& element : drawing.elements) {
@@ -179,8 +207,24 @@ class Drawer {
         return found == placements_.end() ? nullptr : found->second;
     }
 
+    /// What the document says of a block, a port or a state, with the size that is tried.
+    model::Placement drawn(const std::string& name) const {
+        const model::Placement* const placed = placement(name);
+        model::Placement drawn = placed ? *placed : model::Placement();
+        const auto moved = options_.moved.find(joined(path_, name));
+        if (moved != options_.moved.end() && moved->second.size) drawn.size = moved->second.size;
+        return drawn;
+    }
+    /// The corners of the wire to an input, as they are tried or else as the document has them.
+    std::vector<Point> corners_of(const std::string& to) const {
+        const auto tried = options_.bent.find(joined(path_, to));
+        if (tried != options_.bent.end()) return tried->second;
+        const auto found = bends_.find(joined(place_.path, to));
+        return found != bends_.end() ? *found->second : std::vector<Point>();
+    }
+
     void add_port(const model::Port& port, bool is_output) {
-        Item item = port_item(port, is_output);
+        Item item = port_item(port, is_output, drawn(port.name));
         if (!is_output)
             for (const auto& input : diagram_.inputs)
                 if (path_.empty() && input.path == port.name) item.element.ports[0].about = about(input.end);
@@ -205,11 +249,7 @@ class Drawer {
         } else {
             ports = guessed_ports(block.name);
         }
-        const model::Placement* placed = placement(block.name);
-        std::optional<Point> size = placed ? placed->size : std::nullopt;
-        if (const auto moved = options_.moved.find(path); moved != options_.moved.end() && moved->second.size)
-            size = moved->second.size;
-        Item item = block_item(block, node, ports, size, placed && placed->flipped);
+        Item item = block_item(block, node, ports, drawn(block.name));
         for (auto& port : item.element.ports)
             if (port.is_output) port.about = about(signals_.find(joined(path, port.name)));
         add(std::move(item), block.name, "");
@@ -233,6 +273,71 @@ class Drawer {
         item.element.path = joined(path_, name);
         index_[kind + name] = items_.size();
         items_.push_back(std::move(item));
+    }
+
+    // ---- charts ----
+
+    void add_states() {
+        const auto find_node = [this](const std::string& block) -> const DiagramNode* {
+            const auto found = nodes_.find(joined(model::split_last(path_).first, block));
+            return found == nodes_.end() ? nullptr : found->second;
+        };
+        const model::Block& machine = *place_.machine;
+        const model::Chart chart = chart_of(machine, find_node(machine.name));
+        std::vector<std::size_t> inputs(chart.states.size()), outputs(chart.states.size());
+        for (const auto& transition : chart.transitions) {
+            const std::size_t from = outputs[transition.from]++, to = inputs[transition.to]++;
+            nets_.push_back({{transition.from, from}, {{transition.to, to}}});
+            labels_.push_back(label_of(transition, machine, *place_.system, diagram_, find_node));
+        }
+        for (Net& net : nets_)
+            net.from.pin += inputs[net.from.box]; // pins of outputs come after those of inputs
+        for (std::size_t i = 0; i < chart.states.size(); ++i) {
+            const std::string& name = chart.states[i];
+            Item item = state_item(name, i == chart.initial, inputs[i], outputs[i], drawn(name));
+            item.element.state = static_cast<int>(i) + 1;
+            add(std::move(item), name, "");
+        }
+        for (std::size_t t = 0; t < chart.transitions.size(); ++t) {
+            const std::string to = chart.name_of(t);
+            ends_.push_back({chart.states[chart.transitions[t].from], {to}});
+            drawn_.push_back({corners_of(to)});
+            inputs_.try_emplace(joined(path_, to), joined(path_, to));
+        }
+    }
+
+    /// An arrow, with its guard where it begins.
+    void add_transition(Drawing& drawing, std::size_t n, const Route& way) const {
+        Element arrow;
+        arrow.kind = Element::Kind::wire;
+        arrow.from = ends_[n].from;
+        arrow.to = ends_[n].to[0];
+        arrow.path = joined(path_, arrow.to);
+        arrow.title = "transition from " + arrow.from + " to " +
+                      last_name(items_[nets_[n].to[0].box].element.path) +
+                      (labels_[n].empty() ? "" : ", " + labels_[n]);
+        arrow.corners = way.points;
+        arrow.bounds = around(way.points);
+        arrow.state = static_cast<int>(nets_[n].from.box) + 1;
+        const Point end = way.points.back(), last = way.points[way.points.size() - 2],
+                    start = way.points.front(), next = way.points[1];
+        const double dx = (last.x > end.x) - (last.x < end.x),
+                     dy = (last.y > end.y) - (last.y < end.y); // back along it
+        arrow.shapes = {{Shape::Kind::line, Style::wire, way.points},
+                        {Shape::Kind::polygon,
+                         Style::branch,
+                         {end,
+                          {end.x + 8 * dx + 4 * dy, end.y + 8 * dy + 4 * dx},
+                          {end.x + 8 * dx - 4 * dy, end.y + 8 * dy - 4 * dx}}}};
+        if (!labels_[n].empty())
+            arrow.shapes.push_back(
+                {Shape::Kind::text,
+                 Style::label,
+                 {{start.x + (next.x < start.x ? -label_room : label_room) * 3 / 4, start.y - 4}},
+                 labels_[n],
+                 small_letter,
+                 next.x < start.x ? Align::end : Align::start});
+        drawing.elements.push_back(std::move(arrow));
     }
 
     // ---- wires ----
@@ -262,11 +367,7 @@ class Drawer {
                 if (!target) continue;
                 net.to.push_back(*target);
                 ends.to.push_back(to.text());
-                const auto tried = options_.bent.find(joined(path_, to.text()));
-                const auto drawn = bends_.find(joined(place_.path, to.text()));
-                bends.push_back(tried != options_.bent.end() ? tried->second
-                                : drawn != bends_.end()      ? *drawn->second
-                                                             : std::vector<Point>());
+                bends.push_back(corners_of(to.text()));
                 Port& input = port(*target);
                 const std::string& element = items_[target->box].element.path;
                 inputs_.try_emplace(joined(path_, to.text()),
@@ -292,7 +393,8 @@ class Drawer {
         std::vector<Point> corners;
         for (const auto& item : items_) corners.push_back(item.at);
         const auto routes = route(boxes(), corners, nets_, drawn_);
-        for (std::size_t n = 0; n < nets_.size(); ++n) {
+        for (std::size_t n = 0; n < labels_.size(); ++n) add_transition(drawing, n, routes[n][0]);
+        for (std::size_t n = labels_.size(); n < nets_.size(); ++n) {
             const std::string text = label(nets_[n].from);
             for (std::size_t t = 0; t < nets_[n].to.size(); ++t) {
                 const Route& way = routes[n][t];
@@ -379,6 +481,26 @@ class Drawer {
 
     // ---- elements ----
 
+    /// Images are files beside the one that names them; those that may not be shown are marked instead.
+    void check_images(Element& element) const {
+        std::shared_ptr<const std::string> file = place_.file;
+        if (element.kind == Element::Kind::subsystem)
+            if (const model::Block* block = place_.system->find_block(last_name(element.path));
+                block->reference && block->reference->model)
+                file = block->reference->model->where.file;
+        const std::filesystem::path folder = options_.folder.empty() ? folder_ : options_.folder;
+        for (Shape& shape : element.shapes) {
+            if (shape.kind != Shape::Kind::image) continue;
+            const auto beside = (file ? std::filesystem::path(*file).parent_path() : folder) / shape.text;
+            const std::string defect = image_defect(beside, folder);
+            shape.text = beside.lexically_normal().string();
+            if (defect.empty()) continue;
+            element.marks.push_back({defect, "name another file, or remove it", {}});
+            const Point a = shape.points[0], b = shape.points[1];
+            shape = {Shape::Kind::polygon, Style::note, {a, {b.x, a.y}, b, {a.x, b.y}}};
+        }
+    }
+
     /// Marks what a diagnostic concerns: a block, an own port or a wire, and the subsystem in which it
     /// stands. A wire that the document calls by its block alone is meant where its port is.
     void mark(Drawing& drawing, const std::vector<model::Diagnostic>& diagnostics) const {
@@ -404,6 +526,7 @@ class Drawer {
     const std::string path_;
     const Diagram& diagram_;
     const DrawOptions options_;
+    const std::filesystem::path folder_; ///< of the model's file
     const SignalFinder signals_;
     std::unordered_map<std::string, const model::Placement*> placements_; ///< of the file, by path there
     std::unordered_map<std::string, const std::vector<Point>*> bends_;    ///< by path there
@@ -411,12 +534,18 @@ class Drawer {
     std::vector<Item> items_;
     std::unordered_map<std::string, std::size_t> index_; ///< "gain", "input reference", "output tau"
     std::vector<Net> nets_;
-    std::vector<Ends> ends_;                              ///< as the document writes those of each net
+    std::vector<std::string> labels_; ///< of the nets of a chart, all of which are transitions
+    std::vector<Ends> ends_;          ///< as the document writes those of each net
     std::unordered_map<std::string, std::string> inputs_; ///< by paths of wires, with the name of the port
     std::vector<std::vector<std::vector<Point>>> drawn_;  ///< corners by hand, of each net and wire
 };
 
 } // namespace
+
+bool may_draw(const model::Model& model, const std::string& system) {
+    const model::Block* const block = system.empty() ? nullptr : model::find(model, system);
+    return system.empty() || (block && (block->content() || model::has_chart(*block)));
+}
 
 Drawing draw(const model::Model& model, const std::string& system, const Diagram& diagram,
              const std::vector<model::Diagnostic>& diagnostics, const DrawOptions& options) {

@@ -1,13 +1,17 @@
 #include "item.hpp"
 
 #include "bf/base/numbers.hpp"
+#include "bf/model/chart.hpp"
 #include "bf/model/edit.hpp"
+#include "bf/view/image.hpp"
+#include "sketch.hpp"
 #include "symbol.hpp"
 #include "text.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <sstream>
 
 namespace bf::editor {
 
@@ -16,77 +20,245 @@ namespace {
 constexpr double port_gap = 20;
 constexpr double widest_port = 110; ///< of the name of a port in a block
 constexpr double name_below = 14;   ///< from a block to the base line of its name
+constexpr double sign = 12, sign_in_circle = 11, icon_letter = 12;
 
 std::string sentence(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-double names_width(const std::vector<std::string>& names) {
-    double width = 0;
-    for (const auto& name : names)
-        width = std::max(width, text_width(fitted(name, small_letter, widest_port), small_letter));
-    return width;
+/// The side that is `side` of a block which is mirrored, then rotated.
+Side turned(Side side, const model::Placement& drawn) {
+    static constexpr Side clockwise[] = {Side::top, Side::bottom, Side::right,
+                                         Side::left}; // in the order of Side
+    if (drawn.flipped && (side == Side::left || side == Side::right))
+        side = side == Side::left ? Side::right : Side::left;
+    for (int i = 0; i < static_cast<int>(drawn.rotated); ++i) side = clockwise[static_cast<int>(side)];
+    return side;
 }
+
+bool is_odd(model::Rotation rotation) { return static_cast<int>(rotation) % 2 == 1; }
+
+/// The ports of an item, in the order of inputs, outputs and control ports, each with its side.
+struct Pins {
+    struct Pin {
+        std::string name;
+        bool is_output;
+        Side side;
+    };
+    std::vector<Pin> all;
+
+    Pins(const PortNames& ports, const model::Placement& drawn, bool is_circle) {
+        const auto add = [&](const std::vector<std::string>& names, bool is_output, Side usual) {
+            for (const auto& name : names) {
+                // A sum in a circle has its second input from below.
+                const bool is_below = is_circle && !is_output && all.size() == 1;
+                const auto given = std::ranges::find(drawn.sides, name, &model::PortSide::port);
+                all.push_back({name, is_output,
+                               given != drawn.sides.end() ? given->side
+                                                          : turned(is_below ? Side::bottom : usual, drawn)});
+            }
+        };
+        add(ports.inputs, false, Side::left);
+        add(ports.outputs, true, Side::right);
+        add(ports.controls, false, Side::top);
+    }
+    double count(Side side) const { return static_cast<double>(std::ranges::count(all, side, &Pin::side)); }
+    /// Of those on the left or the right, or on the top or the bottom, whichever has more.
+    double rows() const { return std::max(count(Side::left), count(Side::right)); }
+    double columns() const { return std::max(count(Side::top), count(Side::bottom)); }
+    double names_width(Side side) const {
+        double width = 0;
+        for (const auto& pin : all)
+            if (pin.side == side)
+                width =
+                    std::max(width, text_width(fitted(pin.name, small_letter, widest_port), small_letter));
+        return width;
+    }
+};
 
 /// The size that the document gives, or this one.
-void resize(Item& item, const std::optional<Point>& size, double width, double height) {
-    item.box.width = size ? std::clamp(size->x, std::min(width, 20.0), 2000.0) : width;
-    item.box.height = size ? std::clamp(size->y, std::min(height, 20.0), 2000.0) : height;
+void resize(Item& item, const model::Placement& drawn, double width, double height) {
+    item.box.width = drawn.size ? std::clamp(drawn.size->x, std::min(width, 20.0), 2000.0) : width;
+    item.box.height = drawn.size ? std::clamp(drawn.size->y, std::min(height, 20.0), 2000.0) : height;
 }
 
-void library_symbol(Item& item, const model::Block& block, const DiagramNode* node, std::size_t rows,
-                    const std::optional<Point>& size) {
+Shape port_text(const Point& at, Side side, const std::string& text, Style style, double size,
+                double beside) {
+    const bool is_level = side == Side::left || side == Side::right;
+    const double x = side == Side::left    ? beside
+                     : side == Side::right ? -beside
+                                           : 0,
+                 y = is_level            ? size / 3
+                     : side == Side::top ? beside + 2 * size / 3
+                                         : 1 - beside;
+    return {Shape::Kind::text,
+            style,
+            {{at.x + x, at.y + y}},
+            text,
+            size,
+            side == Side::left    ? Align::start
+            : side == Side::right ? Align::end
+                                  : Align::middle};
+}
+
+void add_pins(Item& item, const Pins& pins) {
+    const double w = item.box.width, h = item.box.height;
+    // Names at the top or at the bottom need room of their own.
+    const double names = item.names_ports && item.element.kind == Element::Kind::subsystem ? 6 : 0;
+    const double middle =
+        h / 2 + (pins.count(Side::top) > 0 ? names : 0) - (pins.count(Side::bottom) > 0 ? names : 0);
+    std::map<Side, double> used;
+    for (const auto& [name, is_output, side] : pins.all) {
+        const double i = used[side]++, count = pins.count(side);
+        const double gap = std::min(port_gap, (h - 8) / count);
+        const Point at = side == Side::left || side == Side::right
+                             ? Point{side == Side::left ? 0 : w, middle + (i - (count - 1) / 2) * gap}
+                             : Point{w * (i + 1) / (count + 1), side == Side::top ? 0 : h};
+        item.box.pins.push_back({at, side});
+        item.element.ports.push_back({name, is_output, false, at, {}});
+        if (item.names_ports)
+            item.element.shapes.push_back(
+                port_text(at, side, fitted(name, small_letter, widest_port), Style::port, small_letter, 7));
+    }
+}
+
+/// Where a point of a square around the middle comes to lie with the ports.
+Point turned(Point p, const model::Placement& drawn) {
+    if (drawn.flipped) p.x = -p.x;
+    for (int i = 0; i < static_cast<int>(drawn.rotated); ++i) p = {-p.y, p.x};
+    return p;
+}
+
+/// Makes room for the names of ports beside what the symbol shows.
+void widen(Item& item, const Pins& pins) {
+    const double left = pins.names_width(Side::left), right = pins.names_width(Side::right);
+    const double wider = std::ceil((item.box.width + left + right + 10) / 10) * 10;
+    for (auto& shape : item.element.shapes)
+        for (Point& point : shape.points)
+            if (shape.style == Style::body)
+                point.x = point.x > 0 ? wider : 0;
+            else
+                point.x += (wider - item.box.width) / 2 + (left - right) / 2;
+    item.box.width = wider;
+}
+
+/// "2", "[1 0.5]"
+std::string row_text(const std::vector<double>& row) {
+    std::string text;
+    for (const double x : row) text += (text.empty() ? "" : " ") + number_text(x);
+    return row.size() == 1 ? text : "[" + text + "]";
+}
+
+void library_symbol(Item& item, const model::Block& block, const DiagramNode* node, const PortNames& ports,
+                    const model::Placement& drawn) {
     const SettingText text = [&](const std::string& name) -> std::string {
         if (const model::Setting* setting = block.find_setting(name)) return setting->value.matlab();
         if (!node) return "";
         for (const auto& argument : node->block->declaration().arguments)
-            if (argument.name == name && argument.initial.kind == Value::Kind::text)
-                return argument.initial.text;
+            if (argument.name == name) {
+                if (argument.initial.kind == Value::Kind::text) return argument.initial.text;
+                return argument.initial.rows == 1 ? row_text(argument.initial.data) : "";
+            }
         for (const auto& slot : node->block->declaration().slots)
             if (slot.name == name && slot.role == Role::parameter && slot.initial.size() == 1)
                 return number_text(slot.initial[0]);
         return "";
     };
-    Symbol symbol = symbol_of(block.type, rows, text);
-    resize(item, size, symbol.width, symbol.height);
-    // What the symbol shows stands in the middle of a block that was made larger.
-    const Point shift{(item.box.width - symbol.width) / 2, (item.box.height - symbol.height) / 2};
-    item.element.shapes = outline_shapes(symbol.outline, item.box.width, item.box.height, false);
+    Symbol symbol = symbol_of(block.type, std::max(ports.inputs.size(), ports.outputs.size()), text);
+    item.is_circle = symbol.outline == Symbol::Outline::circle;
+    const Pins pins(ports, drawn, item.is_circle && ports.inputs.size() == 2);
+    const Point natural{symbol.width, symbol.height};
+    if (is_odd(drawn.rotated) && (symbol.outline == Symbol::Outline::bar || !symbol.signs.empty()))
+        std::swap(symbol.width, symbol.height);
+    const bool is_tight = item.is_circle || symbol.outline == Symbol::Outline::bar;
+    resize(item, drawn, is_tight ? symbol.width : std::max(symbol.width, pins.columns() * port_gap + 10),
+           is_tight ? symbol.height : std::max(symbol.height, pins.rows() * port_gap + 10));
+    const double w = item.box.width, h = item.box.height;
+    item.element.shapes = outline_shapes(symbol.outline, w, h, turned(Side::right, drawn));
+    // What the symbol shows stands in the middle of a block that was made larger, and where its outline is
+    // wide.
+    const Point wide = turned(symbol.middle, drawn);
     for (Shape& shape : symbol.shapes) {
-        for (Point& point : shape.points) point = {point.x + shift.x, point.y + shift.y};
+        for (Point& point : shape.points) {
+            Point from{point.x - natural.x / 2 - symbol.middle.x, point.y - natural.y / 2 - symbol.middle.y};
+            if (symbol.follows_signals && shape.kind != Shape::Kind::text) from = turned(from, drawn);
+            point = {w / 2 + wide.x + from.x, h / 2 + wide.y + from.y};
+        }
         item.element.shapes.push_back(std::move(shape));
     }
-    item.is_circle = symbol.outline == Symbol::Outline::circle;
+    // Of a plugin's blocks nobody knows the ports by heart.
+    item.names_ports =
+        block.type.find('/') != std::string::npos && ports.inputs.size() + ports.outputs.size() > 2;
+    if (item.names_ports && !drawn.size) widen(item, pins);
+    add_pins(item, pins);
+    for (std::size_t i = 0; i < std::min(symbol.signs.size(), ports.inputs.size()); ++i)
+        item.element.shapes.push_back(port_text(item.box.pins[i].at, item.box.pins[i].side, symbol.signs[i],
+                                                Style::value, item.is_circle ? sign_in_circle : sign, 5));
     std::string title = block.name + ", " + last_name(block.type);
     for (const auto& setting : block.settings)
         title += ", " + setting.name + " = " + fitted(setting.value.matlab(), letter, 200);
     item.element.title = title;
 }
 
-/// Makes room for the names of ports beside what the symbol shows.
-void widen(Item& item, const PortNames& ports) {
-    const double inputs = names_width(ports.inputs), outputs = names_width(ports.outputs);
-    const double wider =
-        std::ceil(std::max(item.box.width, item.box.width - 10 + inputs + outputs + 20) / 10) * 10;
-    for (auto& shape : item.element.shapes)
-        for (Point& point : shape.points)
-            if (shape.style == Style::body)
-                point.x = point.x > 0 ? wider : 0;
-            else
-                point.x += (wider - item.box.width) / 2 + (inputs - outputs) / 2;
-    item.box.width = wider;
+double icon_width(const std::string& icon) {
+    constexpr double widest = 120, image = 60;
+    if (!image_type(icon).empty()) return image;
+    double width = 0;
+    std::istringstream all(icon);
+    for (std::string line; std::getline(all, line);) width = std::max(width, text_width(line, icon_letter));
+    return std::min(width, widest);
+}
+
+/// Between the names of the ports a text or an image (its file as the document writes it), else a sketch of
+/// what is inside.
+void add_icon(Item& item, const model::System& content, const Pins& pins) {
+    const double beside = 11, left = pins.names_width(Side::left) + beside,
+                 top = pins.count(Side::top) > 0 ? 18 : beside,
+                 right = item.box.width - pins.names_width(Side::right) - beside,
+                 bottom = item.box.height - (pins.count(Side::bottom) > 0 ? 18 : beside);
+    const std::string& icon = content.icon;
+    if (icon.empty()) {
+        const auto sketch = sketch_of(content, {left, top, right - left, bottom - top});
+        item.element.shapes.insert(item.element.shapes.end(), sketch.begin(), sketch.end());
+        return;
+    }
+    if (!image_type(icon).empty()) {
+        item.element.shapes.push_back(
+            {Shape::Kind::image, Style::symbol, {{left, top}, {right, bottom}}, icon});
+        return;
+    }
+    std::istringstream all(icon);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(all, line);) lines.push_back(fitted(line, icon_letter, right - left));
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+        const double below =
+            (static_cast<double>(i) - static_cast<double>(lines.size()) / 2 + 0.76) * 1.3 * icon_letter;
+        item.element.shapes.push_back({Shape::Kind::text,
+                                       Style::value,
+                                       {{(left + right) / 2, (top + bottom) / 2 + below}},
+                                       lines[i],
+                                       icon_letter,
+                                       Align::middle});
+    }
 }
 
 void subsystem_symbol(Item& item, const model::Block& block, const PortNames& ports,
-                      const std::optional<Point>& size) {
-    const double rows = static_cast<double>(std::max(ports.inputs.size(), ports.outputs.size()));
-    resize(item, size,
-           std::max({80.0, std::ceil((names_width(ports.inputs) + names_width(ports.outputs) + 34) / 10) * 10,
-                     50.0 * static_cast<double>(ports.controls.size())}),
-           std::max(50.0, rows * port_gap + 10) + (ports.controls.empty() ? 0 : 12));
+                      const model::Placement& drawn) {
+    const Pins pins(ports, drawn, false);
+    item.names_ports = true;
+    const double middle = std::max(18.0, icon_width(block.content() ? block.content()->icon : ""));
+    resize(item, drawn,
+           std::max(
+               {80.0,
+                std::ceil((pins.names_width(Side::left) + pins.names_width(Side::right) + middle + 16) / 10) *
+                    10,
+                50.0 * pins.columns()}),
+           std::max(50.0, pins.rows() * port_gap + 10) + 12 * (pins.count(Side::top) > 0) +
+               12 * (pins.count(Side::bottom) > 0));
     const double w = item.box.width, h = item.box.height;
-    item.element.shapes = outline_shapes(Symbol::Outline::rectangle, w, h, false);
+    item.element.shapes = outline_shapes(Symbol::Outline::rectangle, w, h, Side::right);
     // A second line inside says that there is more inside.
     item.element.shapes.push_back(
         {Shape::Kind::line, Style::symbol, {{3, 3}, {w - 3, 3}, {w - 3, h - 3}, {3, h - 3}, {3, 3}}});
+    if (block.content()) add_icon(item, *block.content(), pins);
     static const std::map<model::Execution, const char*> kinds = {{model::Execution::for_loop, "for"},
                                                                   {model::Execution::while_loop, "while"},
                                                                   {model::Execution::for_each, "each"}};
@@ -96,61 +268,14 @@ void subsystem_symbol(Item& item, const model::Block& block, const PortNames& po
             {Shape::Kind::text, Style::value, {{w / 2, h - 8}}, kind->second, small_letter, Align::middle});
     item.element.title =
         block.name + ", subsystem" + (block.reference ? " in the file " + block.reference->file : "");
-}
-
-void add_port_name(Item& item, std::size_t i) {
-    const Port& port = item.element.ports[i];
-    const Side side = item.box.pins[i].side;
-    const bool is_left = side == Side::left, is_top = side == Side::top;
-    item.element.shapes.push_back({Shape::Kind::text,
-                                   Style::port,
-                                   {{port.at.x + (is_left  ? 7
-                                                  : is_top ? 0
-                                                           : -7),
-                                     port.at.y + (is_top ? 13 : 3)}},
-                                   fitted(port.name, small_letter, widest_port),
-                                   small_letter,
-                                   is_top    ? Align::middle
-                                   : is_left ? Align::start
-                                             : Align::end});
-}
-
-void add_pins(Item& item, const PortNames& ports) {
-    const auto& [inputs, outputs, controls] = ports;
-    const double w = item.box.width, h = item.box.height;
-    const double middle = controls.empty() ? h / 2 : h / 2 + 6;
-    const double input_x = item.is_flipped ? w : 0, output_x = item.is_flipped ? 0 : w;
-    const Side input_side = item.is_flipped ? Side::right : Side::left,
-               output_side = item.is_flipped ? Side::left : Side::right;
-    const auto add_pin = [&](const std::string& name, bool is_output, Point at, Side side) {
-        item.box.pins.push_back({at, side});
-        item.element.ports.push_back({name, is_output, false, at, {}});
-    };
-    const auto row = [&](std::size_t i, std::size_t count) {
-        const double gap = std::min(port_gap, (h - 8) / static_cast<double>(count));
-        return middle + (static_cast<double>(i) - (static_cast<double>(count) - 1) / 2) * gap;
-    };
-    const bool is_circle = item.is_circle && inputs.size() == 2;
-    for (std::size_t i = 0; i < inputs.size(); ++i) {
-        if (is_circle && i == 1)
-            add_pin(inputs[i], false, {w / 2, h}, Side::bottom);
-        else
-            add_pin(inputs[i], false, {input_x, is_circle ? h / 2 : row(i, inputs.size())}, input_side);
-    }
-    for (std::size_t i = 0; i < outputs.size(); ++i)
-        add_pin(outputs[i], true, {output_x, row(i, outputs.size())}, output_side);
-    const double columns = static_cast<double>(controls.size()) + 1;
-    for (std::size_t i = 0; i < controls.size(); ++i)
-        add_pin(controls[i], false, {w * (static_cast<double>(i) + 1) / columns, 0}, Side::top);
-    if (item.names_ports)
-        for (std::size_t i = 0; i < item.element.ports.size(); ++i) add_port_name(item, i);
+    add_pins(item, pins);
 }
 
 } // namespace
 
 std::string last_name(const std::string& path) { return model::split_last(path).second; }
 
-Item port_item(const model::Port& port, bool is_output) {
+Item port_item(const model::Port& port, bool is_output, const model::Placement& drawn) {
     Item item;
     item.element.kind = is_output ? Element::Kind::output : Element::Kind::input;
     item.element.title = port.name + (is_output ? ", output" : ", input");
@@ -158,31 +283,53 @@ Item port_item(const model::Port& port, bool is_output) {
     item.shows_name = false;
     item.box.height = 20;
     item.box.width = std::max(40.0, std::ceil((text_width(port.name, letter) + 20) / 10) * 10);
-    item.element.shapes = outline_shapes(Symbol::Outline::pill, item.box.width, item.box.height, false);
+    item.element.shapes = outline_shapes(Symbol::Outline::pill, item.box.width, item.box.height, Side::right);
     item.element.shapes.push_back(
         {Shape::Kind::text, Style::value, {{item.box.width / 2, 14}}, port.name, letter, Align::middle});
     PortNames ports;
     (is_output ? ports.inputs : ports.outputs).emplace_back();
-    add_pins(item, ports);
+    add_pins(item, Pins(ports, drawn, false));
+    return item;
+}
+
+Item state_item(const std::string& name, bool is_initial, std::size_t inputs, std::size_t outputs,
+                const model::Placement& drawn) {
+    Item item;
+    item.element.kind = Element::Kind::state;
+    item.element.title = name + (is_initial ? ", first state" : ", state");
+    item.shows_name = false;
+    const Pins pins({std::vector<std::string>(inputs), std::vector<std::string>(outputs), {}}, drawn, false);
+    resize(item, drawn,
+           std::max(
+               {60.0, std::ceil((text_width(name, letter) + 30) / 10) * 10, pins.columns() * port_gap + 10}),
+           std::max(30.0, pins.rows() * port_gap + 10));
+    const double w = item.box.width, h = item.box.height;
+    item.element.shapes = outline_shapes(Symbol::Outline::rounded, w, h, Side::right);
+    item.element.shapes.push_back(
+        {Shape::Kind::text, Style::value, {{w / 2, h / 2 + 4}}, name, letter, Align::middle});
+    if (is_initial) { // a dot with an arrow
+        constexpr double x = 15, r = 3, above = 18;
+        item.element.shapes.push_back({Shape::Kind::line, Style::symbol, {{x, -above + r}, {x, 0}}});
+        item.element.shapes.push_back(
+            {Shape::Kind::ellipse, Style::branch, {{x - r, -above}, {x + r, -above + 2 * r}}});
+        item.element.shapes.push_back(
+            {Shape::Kind::polygon, Style::branch, {{x, 0}, {x - 3, -7}, {x + 3, -7}}});
+    }
+    add_pins(item, pins);
+    item.element.ports = {{"to", false, false, {w - 10, 0}, {}}, {"from", true, false, {w - 10, h}, {}}};
     return item;
 }
 
 Item block_item(const model::Block& block, const DiagramNode* node, const PortNames& ports,
-                const std::optional<Point>& size, bool is_flipped) {
+                const model::Placement& drawn) {
     Item item;
-    item.is_flipped = is_flipped;
-    const std::size_t rows = std::max(ports.inputs.size(), ports.outputs.size());
     if (block.is_subsystem()) {
-        item.names_ports = true;
         item.element.kind = Element::Kind::subsystem;
-        subsystem_symbol(item, block, ports, size);
+        subsystem_symbol(item, block, ports, drawn);
     } else {
-        library_symbol(item, block, node, rows, size);
-        // Of a plugin's blocks nobody knows the ports by heart.
-        item.names_ports = block.type.find('/') != std::string::npos && rows > 1;
-        if (item.names_ports && !size) widen(item, ports);
+        if (model::has_chart(block)) item.element.kind = Element::Kind::chart;
+        library_symbol(item, block, node, ports, drawn);
     }
-    add_pins(item, ports);
     item.element.description = sentence(block.doc.empty() && node ? node->doc : block.doc);
     if (node && node->rate >= 0) item.element.rate = node->rate;
     return item;
@@ -192,10 +339,6 @@ Element finished(const Item& item) {
     Element element = item.element;
     const double w = item.box.width, h = item.box.height;
     element.bounds = {item.at.x, item.at.y, w, h};
-    if (item.is_flipped)
-        for (auto& shape : element.shapes)
-            if (shape.style != Style::port) // names of ports stand beside pins, which know their side
-                for (Point& point : shape.points) point.x = w - point.x;
     if (item.shows_name) { // above a circle, where no wire comes in
         const Point at{w / 2, item.is_circle ? -5 : h + name_below};
         element.shapes.push_back({Shape::Kind::text,
@@ -216,6 +359,15 @@ Element noted(const model::Note& note, const Point& at) {
     element.kind = Element::Kind::note;
     element.path = note.name;
     element.title = "note: " + note.text;
+    if (!note.image.empty()) {
+        const Point size = note.size.value_or(Point{160, 120});
+        element.title = "image: " + note.text;
+        element.image = note.image;
+        element.bounds = {at.x, at.y, size.x, size.y};
+        element.shapes = {
+            {Shape::Kind::image, Style::note, {at, {at.x + size.x, at.y + size.y}}, note.image}};
+        return element;
+    }
     constexpr double line_height = 16;
     double width = 0, y = at.y;
     for (std::size_t begin = 0; begin <= note.text.size();) {

@@ -4,7 +4,6 @@
 #include "bf/elaborate/diagram.hpp"
 #include "bf/view/place.hpp"
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,18 +16,24 @@ struct Item {
     Element element;
     Box box;
     Point at;
-    bool is_placed = false, is_flipped = false, shows_name = true, is_circle = false, names_ports = false;
+    bool is_placed = false, shows_name = true, is_circle = false, names_ports = false;
 };
 
 struct PortNames {
     std::vector<std::string> inputs, outputs, controls;
 };
 
-/// `size`: what the document gives, else as large as what it shows needs. `node` is null where elaboration
-/// knows nothing of it.
+// `drawn` is what the document says of its size and the sides of its ports; else it is as large as what it
+// shows needs.
+
+/// `node` is null where elaboration knows nothing of it.
 Item block_item(const model::Block& block, const DiagramNode* node, const PortNames& ports,
-                const std::optional<Point>& size, bool is_flipped);
-Item port_item(const model::Port& port, bool is_output);
+                const model::Placement& drawn);
+/// A state of a chart with pins for the transitions to it and from it, in their order, and ports for new
+/// ones.
+Item state_item(const std::string& name, bool is_initial, std::size_t inputs, std::size_t outputs,
+                const model::Placement& drawn);
+Item port_item(const model::Port& port, bool is_output, const model::Placement& drawn);
 
 /// The element at the item's place, with its name.
 Element finished(const Item& item);

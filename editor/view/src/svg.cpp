@@ -1,6 +1,7 @@
 #include "bf/base/escape.hpp"
 #include "bf/base/numbers.hpp"
 #include "bf/view/draw.hpp"
+#include "bf/view/image.hpp"
 #include "bf/view/theme.hpp"
 
 #include <cmath>
@@ -48,6 +49,11 @@ std::string shape_text(const Shape& shape) {
         return "<ellipse" + kind + " cx=\"" + text_of((a.x + b.x) / 2) + "\" cy=\"" +
                text_of((a.y + b.y) / 2) + "\" rx=\"" + text_of(std::abs(b.x - a.x) / 2) + "\" ry=\"" +
                text_of(std::abs(b.y - a.y) / 2) + "\"/>\n";
+    }
+    case Shape::Kind::image: {
+        const Point a = shape.points.front(), b = shape.points.back();
+        return "<image x=\"" + text_of(a.x) + "\" y=\"" + text_of(a.y) + "\" width=\"" + text_of(b.x - a.x) +
+               "\" height=\"" + text_of(b.y - a.y) + "\" href=\"" + data_address(shape.text) + "\"/>\n";
     }
     case Shape::Kind::text: {
         static const char* const anchors[] = {"start", "middle", "end"};

@@ -25,6 +25,7 @@ struct Look {
     Symbol::Outline outline = Symbol::Outline::rectangle;
     const char* text = nullptr;
     const char* curves = nullptr;
+    bool follows_signals = false;
 };
 
 using enum Symbol::Outline;
@@ -113,7 +114,11 @@ const std::map<std::string_view, Look>& looks() {
         {"DiscreteDerivative", {rectangle, "\fΔu\nT"}},
         {"UnitDelay", {rectangle, "z⁻¹"}},
         {"Memory", {rectangle, "z⁻¹"}},
-        {"Delay", {rectangle, "z⁻ⁿ"}},
+        {"Delay", {rectangle, "z⁻{steps:^}"}},
+        {"TappedDelay", {rectangle, "z⁻¹ … z⁻{steps:^}"}},
+        {"ZeroPole", {rectangle, "\fK Π(s − z)\nΠ(s − p)"}},
+        {"DiscreteZeroPole", {rectangle, "\fK Π(z − z₀)\nΠ(z − p)"}},
+        {"FilteredDerivative", {rectangle, "\fs\nτ s + 1"}},
         {"TransportDelay", {rectangle, "e⁻ˢᵀ"}},
         {"FIRFilter", {rectangle, "FIR"}},
         {"DiscreteFilter", {rectangle, "filter"}},
@@ -134,19 +139,48 @@ const std::map<std::string_view, Look>& looks() {
         {"RateLimitDynamic", {rectangle, nullptr, "0,0.9 0.35,0.9 0.65,0.1 1,0.1"}},
         {"HitCrossing", {rectangle, nullptr, "0,0.5 1,0.5|0,0.95 1,0.05"}},
         {"WrapToZero", {rectangle, nullptr, "0,0.9 0.6,0.2 0.6,0.9 1,0.9"}},
+        // when blocks run
+        {"Iteration", {rectangle, "i"}},
+        {"While", {rectangle, "while"}},
+        {"If", {rectangle, "if"}},
+        {"SwitchCase", {rectangle, "case"}},
+        {"FunctionCallGenerator", {rectangle, "f()"}},
+        {"InitialCondition", {rectangle, "y(0) = {value}"}},
+        {"FirstSample", {rectangle, nullptr, "0,0.15 0.25,0.15 0.25,0.85 1,0.85"}},
+        {"SampleHold", {rectangle, nullptr, "0,0.7 0.35,0.7 0.75,0.3|0.75,0.5 1,0.5"}},
+        {"OnDelay", {rectangle, nullptr, "0,0.45 0.2,0.45 0.2,0.05 1,0.05|0,0.95 0.6,0.95 0.6,0.55 1,0.55"}},
+        {"EdgeDetect", {rectangle, nullptr, "0,0.85 0.5,0.85 0.5,0.15 1,0.15|0.38,0.55 0.5,0.4 0.62,0.55"}},
+        {"Counter",
+         {rectangle, nullptr, "0,0.95 0.25,0.95 0.25,0.65 0.5,0.65 0.5,0.35 0.75,0.35 0.75,0.05 1,0.05"}},
+        {"CounterLimited", {rectangle, "0 … {limit}"}},
+        {"CounterFree", {rectangle, "0 … 2ⁿ − 1"}},
         // logic
+        {"IntervalTest", {rectangle, nullptr, "0,0.85 0.3,0.85 0.3,0.15 0.7,0.15 0.7,0.85 1,0.85"}},
+        {"CombinatorialLogic", {rectangle, "0 1\n1 0"}},
+        {"SRFlipFlop", {rectangle, "S R"}},
+        {"DFlipFlop", {rectangle, "D"}},
+        {"JKFlipFlop", {rectangle, "J K"}},
+        {"Bitwise", {rectangle, "bits\n{operator}"}},
+        {"ShiftBits", {rectangle, "u · 2ᵏ"}},
+        {"Assertion", {rectangle, "u ≠ 0 !"}},
+        {"StateMachine",
+         {rectangle, nullptr,
+          "0,0.1 0.42,0.1 0.42,0.42 0,0.42 0,0.1|0.58,0.58 1,0.58 1,0.9 0.58,0.9 0.58,0.58|0.42,0.26 "
+          "0.79,0.26 0.79,0.58"
+          "|0.7,0.46 0.79,0.58 0.88,0.46|0.58,0.74 0.21,0.74 0.21,0.42|0.12,0.54 0.21,0.42 0.3,0.54"}},
         {"Logic", {rectangle, "{operator}"}},
         {"Relational", {rectangle, "{operator}"}},
         {"CompareToConstant", {rectangle, "{operator} {constant}"}},
         {"CompareToZero", {rectangle, "{operator} 0"}},
         {"Switch",
-         {rectangle, nullptr, "0,0.15 0.4,0.15|0,0.5 0.3,0.5|0,0.85 0.4,0.85|0.4,0.15 0.85,0.5 1,0.5"}},
-        {"MultiportSwitch", {rectangle, nullptr, "0,0.15 0.4,0.15|0,0.85 0.4,0.85|0.4,0.5 0.85,0.5 1,0.5"}},
+         {rectangle, nullptr, "0,0.15 0.4,0.15|0,0.5 0.3,0.5|0,0.85 0.4,0.85|0.4,0.15 0.85,0.5 1,0.5", true}},
+        {"MultiportSwitch",
+         {rectangle, nullptr, "0,0.15 0.4,0.15|0,0.85 0.4,0.85|0.4,0.5 0.85,0.5 1,0.5", true}},
         {"Merge", {rectangle, "Merge"}},
         // signals
         {"Mux", {bar}},
         {"Demux", {bar}},
-        {"Terminator", {rectangle, nullptr, "0,0.5 0.7,0.5|0.7,0.15 0.7,0.85"}},
+        {"Terminator", {rectangle, nullptr, "0,0.5 0.7,0.5|0.7,0.15 0.7,0.85", true}},
         {"Scope",
          {rectangle, nullptr,
           "0.05,0.05 0.95,0.05 0.95,0.95 0.05,0.95 0.05,0.05|0.15,0.7 0.3,0.25 0.5,0.75 0.65,0.35 0.85,0.5"}},
@@ -158,6 +192,46 @@ const std::map<std::string_view, Look>& looks() {
          {rectangle, nullptr, "0,0.33 1,0.33|0,0.67 1,0.67|0.33,0 0.33,1|0.67,0 0.67,1|0,0 1,0 1,1 0,1 0,0"}},
         {"LookupND",
          {rectangle, nullptr, "0,0.33 1,0.33|0,0.67 1,0.67|0.33,0 0.33,1|0.67,0 0.67,1|0,0 1,0 1,1 0,1 0,0"}},
+        {"LookUpRow", {rectangle, "T(u, :)"}},
+        {"DirectLookup", {rectangle, "T(i)"}},
+        {"Prelookup", {rectangle, "u → k, f"}},
+        {"InterpolateAt", {rectangle, "T(k, f)"}},
+        // parts of vectors and matrices
+        {"Selector", {rectangle, "u({indices})"}},
+        {"IndexVector", {rectangle, "u(i)"}},
+        {"Assign", {rectangle, "y(i) = u"}},
+        {"Width", {rectangle, "n"}},
+        {"Reshape", {rectangle, "A(:)"}},
+        {"Submatrix", {rectangle, "A(i, j)"}},
+        {"ConcatenateMatrices", {rectangle, "[A B]"}},
+        {"BlockDiagonal", {rectangle, "diag(A, B)"}},
+        {"DiagonalMatrix", {rectangle, "diag(u)"}},
+        {"DiagonalOf", {rectangle, "diag(A)"}},
+        {"RunningExtreme", {rectangle, "{function} u"}},
+        {"CumulativeSum", {rectangle, "Σ₁ⁿ u"}},
+        {"Sort",
+         {rectangle, nullptr,
+          "0,0.95 0.2,0.95 0.2,0.75|0.2,0.95 0.4,0.95 0.4,0.55|0.4,0.95 0.6,0.95 0.6,0.35|0.6,0.95 0.8,0.95 "
+          "0.8,0.1"}},
+        {"FindFirst", {rectangle, "u ≠ 0 → i"}},
+        {"Display",
+         {rectangle, nullptr,
+          "0,0.2 1,0.2 1,0.8 0,0.8 0,0.2|0.15,0.35 0.3,0.35 0.3,0.65 0.15,0.65 0.15,0.35|0.4,0.62 0.4,0.66"
+          "|0.5,0.35 0.65,0.35 0.65,0.65|0.75,0.35 0.9,0.35 0.75,0.65 0.9,0.65"}},
+        // geometry
+        {"RotationFromRollPitchYaw", {rectangle, "rpy → R"}},
+        {"RollPitchYawFromRotation", {rectangle, "R → rpy"}},
+        {"RotationAboutAxis", {rectangle, "R({axis}, θ)"}},
+        {"QuaternionFromRotation", {rectangle, "R → q"}},
+        {"RotationFromQuaternion", {rectangle, "q → R"}},
+        {"RotationVectorFromRotation", {rectangle, "log R"}},
+        {"RotationFromRotationVector", {rectangle, "exp [θ]×"}},
+        {"RotationError", {rectangle, "R₁ R₂ᵀ → e"}},
+        {"InversePose", {rectangle, "H⁻¹"}},
+        {"ComposePoses", {rectangle, "H₁ H₂"}},
+        {"PosePosition", {rectangle, "H → p"}},
+        {"PoseRotation", {rectangle, "H → R"}},
+        {"PoseFromParts", {rectangle, "R, p → H"}},
         // robots
         {"WholeBodyToolbox/MassMatrix", {rectangle, "M"}},
         {"WholeBodyToolbox/GetBiasForces", {rectangle, "h"}},
@@ -183,7 +257,43 @@ std::string bare(std::string text) {
     return text;
 }
 
-/// Puts settings in the place of {name}, polynomials in that of {name:variable}.
+/// The number as an exponent, or n.
+std::string superscript(const std::string& number) {
+    static const char* const digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    std::string text;
+    for (const char c : number)
+        if (c < '0' || c > '9')
+            return "ⁿ";
+        else
+            text += digits[c - '0'];
+    return text.empty() ? "ⁿ" : text;
+}
+
+/// Operators as they are printed.
+std::string printed(const std::string& text) {
+    static const std::map<std::string_view, const char*> all = {
+        {"<=", "≤"}, {">=", "≥"}, {"==", "="}, {"~=", "≠"}};
+    const auto found = all.find(text);
+    return found == all.end() ? text : found->second;
+}
+
+/// The numbers of a row, one after the other; none where it is anything else.
+std::vector<double> numbers_of(std::string text) {
+    if (text.starts_with('[') && text.ends_with(']')) text = text.substr(1, text.size() - 2);
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
+    std::istringstream words(text);
+    std::vector<double> numbers;
+    for (std::string word; words >> word;) {
+        const auto number = number_of(word);
+        if (!number || !std::isfinite(*number)) return {};
+        numbers.push_back(*number);
+    }
+    return numbers;
+}
+
+/// Puts settings in the place of {name}, polynomials in that of {name:variable}, exponents in that of
+/// {name:^}.
 std::string filled(std::string_view text, const SettingText& setting) {
     std::string result;
     for (std::size_t at = 0; at < text.size();) {
@@ -194,8 +304,10 @@ std::string filled(std::string_view text, const SettingText& setting) {
         }
         const std::string_view inside = text.substr(at + 1, end - at - 1);
         const auto colon = inside.find(':');
-        std::string value = bare(setting(std::string(inside.substr(0, colon))));
-        if (colon != std::string_view::npos) value = polynomial(value, std::string(inside.substr(colon + 1)));
+        std::string value = printed(bare(setting(std::string(inside.substr(0, colon)))));
+        const std::string how(colon == std::string_view::npos ? std::string_view()
+                                                              : inside.substr(colon + 1));
+        if (!how.empty()) value = how == "^" ? superscript(value) : polynomial(value, how);
         std::replace(value.begin(), value.end(), '\n', ' ');
         result += value;
         at = end + 1;
@@ -224,7 +336,8 @@ void add_text(Symbol& symbol, std::string text) {
     symbol.height =
         std::max(symbol.height, std::ceil((static_cast<double>(lines.size()) * line_height + 14) / 10) * 10);
     // A triangle is wide where signals come in.
-    const double x = symbol.outline == triangle ? symbol.width * 0.36 : symbol.width / 2;
+    if (symbol.outline == triangle) symbol.middle.x = -symbol.width * 0.14;
+    const double x = symbol.width / 2 + symbol.middle.x;
     const double first = symbol.height / 2 - static_cast<double>(lines.size()) * line_height / 2;
     for (std::size_t i = 0; i < lines.size(); ++i)
         symbol.shapes.push_back(
@@ -253,6 +366,27 @@ void add_curves(Symbol& symbol, const char* curves) {
     }
 }
 
+/// The points of a function of one variable, as curves of a look; empty where they are no plain numbers.
+std::string table_curve(const SettingText& setting) {
+    const std::vector<double> x = numbers_of(setting("breakpoints")), y = numbers_of(setting("table"));
+    if (x.size() != y.size() || x.size() < 2 || x.size() > 200) return {};
+    const double low = *std::min_element(y.begin(), y.end()), high = *std::max_element(y.begin(), y.end());
+    const double width = x.back() - x.front(), height = high - low;
+    if (!(width > 0) || !std::isfinite(width) || !std::isfinite(height)) return {};
+    const bool is_flat = bare(setting("interpolation")) == "flat";
+    std::string text = "0,0 0,1 1,1|"; // axes
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const auto point = [&](double at, double value) {
+            const double share = height > 0 ? (value - low) / height : 0.5;
+            text += number_text(std::clamp((at - x.front()) / width, 0.0, 1.0)) + "," +
+                    number_text(0.95 - 0.9 * share) + " ";
+        };
+        if (is_flat && i > 0) point(x[i], y[i - 1]);
+        point(x[i], y[i]);
+    }
+    return text;
+}
+
 /// A + or - per input, a * or / per input: of blocks that say so, or the number of inputs.
 std::string operators(const std::string& text, char usual, std::size_t rows) {
     std::string signs;
@@ -261,30 +395,38 @@ std::string operators(const std::string& text, char usual, std::size_t rows) {
     return signs.empty() ? std::string(rows, usual) : signs;
 }
 
-/// Signs beside the inputs.
-void add_signs(Symbol& symbol, const std::string& signs) {
-    const double middle = symbol.height / 2;
-    for (std::size_t i = 0; i < signs.size(); ++i) {
-        const double y =
-            middle + (static_cast<double>(i) - (static_cast<double>(signs.size()) - 1) / 2) * port_gap;
-        const std::string text = signs[i] == '-' ? "−" : signs[i] == '*' ? "×" : signs[i] == '/' ? "÷" : "+";
-        symbol.shapes.push_back(text_shape({9, y + 4}, text, letter));
-    }
+/// Signs as they are read: "+−", "×÷".
+std::vector<std::string> signs_of(const std::string& operations) {
+    std::vector<std::string> signs;
+    for (const char c : operations)
+        signs.emplace_back(c == '-' ? "−" : c == '*' ? "×" : c == '/' ? "÷" : "+");
+    return signs;
+}
+
+/// A rectangle whose corners are quarters of circles: Bézier curves, whose control points stand 4/3 tan(π/8)
+/// of a radius away from the ends of a quarter.
+Shape rounded_shape(double w, double h, double r) {
+    Shape shape{Shape::Kind::curve, Style::body, {{r, 0}}};
+    const double k = r * 4 / 3 * std::tan(std::acos(-1.0) / 8);
+    const auto go = [&](Point a, Point b, Point end) {
+        shape.points.insert(shape.points.end(), {a, b, end});
+    };
+    const auto line = [&](Point end) { go(shape.points.back(), end, end); };
+    line({w - r, 0});
+    go({w - r + k, 0}, {w, r - k}, {w, r});
+    line({w, h - r});
+    go({w, h - r + k}, {w - r + k, h}, {w - r, h});
+    line({r, h});
+    go({r - k, h}, {0, h - r + k}, {0, h - r});
+    line({0, r});
+    go({0, r - k}, {r - k, 0}, {r, 0});
+    return shape;
 }
 
 } // namespace
 
 std::string polynomial(const std::string& coefficients, const std::string& variable) {
-    std::string inside = coefficients;
-    if (inside.starts_with('[') && inside.ends_with(']')) inside = inside.substr(1, inside.size() - 2);
-    std::replace(inside.begin(), inside.end(), ',', ' ');
-    std::istringstream words(inside);
-    std::vector<double> values;
-    for (std::string word; words >> word;) {
-        const auto number = number_of(word);
-        if (!number) return coefficients;
-        values.push_back(*number);
-    }
+    const std::vector<double> values = numbers_of(coefficients);
     static const char* const powers[] = {"", "", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
     if (values.empty() || values.size() > std::size(powers)) return coefficients;
     std::string text;
@@ -305,15 +447,9 @@ Symbol symbol_of(const std::string& type, std::size_t rows, const SettingText& s
     if (type == "Sum" || type == "Product") {
         const std::string signs =
             operators(setting(type == "Sum" ? "signs" : "operations"), type == "Sum" ? '+' : '*', rows);
-        if (type == "Sum" && (signs == "+-" || signs == "-+")) {
-            symbol = {circle, 30, 30};
-            for (const bool is_first : {true, false}) // from the left, and from below
-                symbol.shapes.push_back(text_shape(is_first ? Point{8, 19} : Point{15, 26},
-                                                   is_first == (signs == "-+") ? "−" : "+", small_letter));
-            return symbol;
-        }
+        if (type == "Sum" && (signs == "+-" || signs == "-+")) symbol = {circle, 30, 30};
         if (rows > 1)
-            add_signs(symbol, signs);
+            symbol.signs = signs_of(signs);
         else
             add_text(symbol, type == "Sum" ? "Σ" : "Π");
         return symbol;
@@ -325,6 +461,7 @@ Symbol symbol_of(const std::string& type, std::size_t rows, const SettingText& s
     }
     const Look& look = known->second;
     symbol.outline = look.outline;
+    symbol.follows_signals = look.follows_signals;
     if (look.outline == bar) {
         symbol.width = 6;
         return symbol;
@@ -334,45 +471,27 @@ Symbol symbol_of(const std::string& type, std::size_t rows, const SettingText& s
         while (text.ends_with('\n')) text.pop_back();
         add_text(symbol, std::move(text));
     }
-    if (look.curves) add_curves(symbol, look.curves);
+    const std::string points = type == "Lookup1D" ? table_curve(setting) : "";
+    if (look.curves) add_curves(symbol, points.empty() ? look.curves : points.c_str());
     return symbol;
 }
 
-std::vector<Shape> outline_shapes(Symbol::Outline outline, double width, double height, bool is_flipped) {
+std::vector<Shape> outline_shapes(Symbol::Outline outline, double width, double height, model::Side to) {
     const double w = width, h = height;
     switch (outline) {
     case rectangle: return {{Shape::Kind::polygon, Style::body, {{0, 0}, {w, 0}, {w, h}, {0, h}}}};
     case bar: return {{Shape::Kind::polygon, Style::branch, {{0, 0}, {w, 0}, {w, h}, {0, h}}}};
     case triangle:
-        if (is_flipped) return {{Shape::Kind::polygon, Style::body, {{w, 0}, {w, h}, {0, h / 2}}}};
-        return {{Shape::Kind::polygon, Style::body, {{0, 0}, {w, h / 2}, {0, h}}}};
+        switch (to) {
+        case model::Side::left: return {{Shape::Kind::polygon, Style::body, {{w, 0}, {w, h}, {0, h / 2}}}};
+        case model::Side::right: return {{Shape::Kind::polygon, Style::body, {{0, 0}, {w, h / 2}, {0, h}}}};
+        case model::Side::top: return {{Shape::Kind::polygon, Style::body, {{0, h}, {w / 2, 0}, {w, h}}}};
+        case model::Side::bottom: return {{Shape::Kind::polygon, Style::body, {{0, 0}, {w, 0}, {w / 2, h}}}};
+        }
+        return {};
     case circle: return {{Shape::Kind::ellipse, Style::body, {{0, 0}, {w, h}}}};
-    case pill: {
-        // Half circles by Bézier curves, whose control points stand 4/3 tan(π/8) of a radius away from the
-        // ends of a quarter.
-        const double r = h / 2, k = r * 4 / 3 * std::tan(std::acos(-1.0) / 8);
-        return {{Shape::Kind::curve,
-                 Style::body,
-                 {{r, 0},
-                  {r, 0},
-                  {w - r, 0},
-                  {w - r, 0},
-                  {w - r + k, 0},
-                  {w, r - k},
-                  {w, r},
-                  {w, r + k},
-                  {w - r + k, h},
-                  {w - r, h},
-                  {w - r, h},
-                  {r, h},
-                  {r, h},
-                  {r - k, h},
-                  {0, r + k},
-                  {0, r},
-                  {0, r - k},
-                  {r - k, 0},
-                  {r, 0}}}};
-    }
+    case pill: return {rounded_shape(w, h, h / 2)};
+    case rounded: return {rounded_shape(w, h, std::min(10.0, h / 2))};
     }
     return {};
 }

@@ -5,7 +5,10 @@
 #include "bf/model/edit.hpp"
 #include "bf/model/operation.hpp"
 
+#include <algorithm>
 #include <ctime>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <set>
 
@@ -185,7 +188,8 @@ TEST(Draw, ShowsWhatIsTriedAsIfTheDocumentSaidSo) {
     namespace op = bf::model::operations;
     for (const auto& [path, at] : unplaced(known.model, "", known.examined->diagram))
         bf::model::edit(known.model, op::Move{path, at});
-    bf::model::edit(known.model, op::Annotate{"why", bf::model::Note{"why", "so", "", {5, 6}}});
+    bf::model::edit(known.model,
+                    op::Annotate{"why", bf::model::Note{.name = "why", .text = "so", .at = {5, 6}}});
     DrawOptions tried;
     tried.moved["law"] = {.at = {310, 220}, .size = Point{90, 70}};
     tried.bent["law"] = {{250, 0}, {250, 255}};
@@ -198,7 +202,8 @@ TEST(Draw, ShowsWhatIsTriedAsIfTheDocumentSaidSo) {
     bf::model::edit(known.model, op::Move{"law", {310, 220}});
     bf::model::edit(known.model, op::Resize{"law", Point{90, 70}});
     bf::model::edit(known.model, op::Bend{"law", {{250, 0}, {250, 255}}});
-    bf::model::edit(known.model, op::Annotate{"why", bf::model::Note{"why", "so", "", {50, 60}}});
+    bf::model::edit(known.model,
+                    op::Annotate{"why", bf::model::Note{.name = "why", .text = "so", .at = {50, 60}}});
     EXPECT_EQ(to_svg(seen), to_svg(known.draw()));
 }
 
@@ -262,6 +267,117 @@ TEST(Draw, TakesTimeInProportionToTheModel) {
     };
     const double small = seconds(1000);
     EXPECT_LT(seconds(4000), 12 * small + 0.05);
+}
+
+/// "name side" of each port, by where it stands on its block.
+std::set<std::string> sides(const Element& element) {
+    std::set<std::string> all;
+    const Rectangle& r = element.bounds;
+    for (const auto& port : element.ports)
+        all.insert(port.name + (port.at.x == r.x              ? " left"
+                                : port.at.x == r.x + r.width  ? " right"
+                                : port.at.y == r.y            ? " top"
+                                : port.at.y == r.y + r.height ? " bottom"
+                                                              : " nowhere"));
+    return all;
+}
+
+std::string turned_model(const std::string& look) {
+    return "model: m\nstep: 0.01\nblocks:\n  s: {block: Switch}\n  g: {block: Gain}\n  e: {block: Sum, "
+           "signs: +-}\n"
+           "  sub:\n    inputs: [u, v]\n    outputs: [y]\n    execution: enabled\n    blocks: {}\n"
+           "connections: {s: g, g: [e.u1, sub.u]}\n"
+           "layout:\n  blocks:\n    s: {x: 0, y: 0, " +
+           look + "}\n    g: {x: 200, y: 0, " + look + "}\n    e: {x: 400, y: 0, " + look +
+           "}\n    sub: {x: 600, y: 200, " + look + "}\n";
+}
+
+TEST(Draw, TurnsBlocksWithTheirPorts) {
+    using Sides = std::set<std::string>;
+    const auto drawn = [](const std::string& look) { return Known(turned_model(look)).draw(); };
+    EXPECT_EQ(sides(find(drawn("flipped: true"), "g")), (Sides{"u right", "y left"}));
+    EXPECT_EQ(sides(find(drawn("rotated: 90"), "g")), (Sides{"u top", "y bottom"}));
+    EXPECT_EQ(sides(find(drawn("rotated: 180"), "g")), (Sides{"u right", "y left"}));
+    EXPECT_EQ(sides(find(drawn("rotated: 270"), "g")), (Sides{"u bottom", "y top"}));
+    EXPECT_EQ(sides(find(drawn("flipped: true, rotated: 90"), "g")), (Sides{"u bottom", "y top"}));
+    EXPECT_EQ(sides(find(drawn("rotated: 90"), "e")), (Sides{"u1 top", "u2 left", "y bottom"}));
+    EXPECT_EQ(sides(find(drawn("rotated: 90"), "sub", Kind::subsystem)),
+              (Sides{"u top", "v top", "y bottom", "enable right"}));
+    const Drawing turned = drawn("rotated: 90");
+    const Point tip = find(turned, "g").shapes[0].points[2];
+    const Rectangle& r = find(turned, "g").bounds;
+    EXPECT_EQ(tip, (Point{r.x + r.width / 2, r.y + r.height}))
+        << "the triangle points to where the signal goes";
+}
+
+TEST(Draw, PutsPortsOnChosenSides) {
+    using Sides = std::set<std::string>;
+    const Drawing drawing = Known(turned_model("rotated: 90, sides: {u: left, y: left}")).draw();
+    EXPECT_EQ(sides(find(drawing, "sub", Kind::subsystem)),
+              (Sides{"u left", "v top", "y left", "enable right"}));
+    const Element& wire = find(drawing, "sub.u", Kind::wire);
+    EXPECT_EQ(wire.corners.back(), find(drawing, "sub", Kind::subsystem).ports[0].at);
+    const Point last = wire.corners[wire.corners.size() - 2];
+    EXPECT_LT(last.x, wire.corners.back().x) << "it comes from outside of the block";
+    EXPECT_EQ(last.y, wire.corners.back().y);
+}
+
+TEST(Draw, WiresLeaveAndReachPortsOnEachSideFromOutside) {
+    for (const char* from : {"left", "right", "top", "bottom"})
+        for (const char* to : {"left", "right", "top", "bottom"}) {
+            const Drawing drawing =
+                Known("model: m\nstep: 1\nblocks: {a: {block: Gain}, b: {block: Gain}}\nconnections: {a: b}\n"
+                      "layout: {blocks: {a: {x: 0, y: 0, sides: {y: " +
+                      std::string(from) + "}}, b: {x: 300, y: 200, sides: {u: " + to + "}}}}\n")
+                    .draw();
+            const Element &a = find(drawing, "a"), &b = find(drawing, "b"),
+                          &wire = find(drawing, "b", Kind::wire);
+            ASSERT_GE(wire.corners.size(), 2u);
+            for (std::size_t i = 1; i < wire.corners.size(); ++i) {
+                const Point p = wire.corners[i - 1], q = wire.corners[i];
+                EXPECT_TRUE(p.x == q.x || p.y == q.y) << from << " " << to;
+                for (const Element* block : {&a, &b}) {
+                    const Rectangle& r = block->bounds;
+                    const Point middle{(p.x + q.x) / 2, (p.y + q.y) / 2};
+                    EXPECT_FALSE(middle.x > r.x && middle.x < r.x + r.width && middle.y > r.y &&
+                                 middle.y < r.y + r.height)
+                        << from << " " << to;
+                }
+            }
+        }
+}
+
+TEST(Draw, ASubsystemShowsItsIconOrElseASketch) {
+    const auto drawn = [](const std::string& icon) {
+        return Known("model: m\nstep: 1\nblocks:\n  part:\n    icon: " + icon +
+                     "\n    inputs: [u]\n    blocks: {a: {block: Gain}, b: {block: Terminator}}\n    "
+                     "connections: {u: a, a: b}\n"
+                     "layout: {blocks: {part: {x: 0, y: 0, width: 120, height: 80}}}\n")
+            .draw();
+    };
+    EXPECT_EQ(texts(find(drawn("spring"), "part", Kind::subsystem), Style::value), "spring");
+    const Element sketched = find(drawn("''"), "part", Kind::subsystem);
+    EXPECT_EQ(texts(sketched, Style::value), "");
+    const auto small = std::ranges::count_if(sketched.shapes, [](const Shape& shape) {
+        return shape.kind == Shape::Kind::polygon && shape.style == Style::port;
+    });
+    EXPECT_EQ(small, 3) << "two blocks and an input";
+    EXPECT_EQ(find(drawn("none.svg"), "part", Kind::subsystem).marks.at(0).message,
+              "the image 'none.svg' is not there");
+}
+
+TEST(Draw, EmbedsImagesInItsPicture) {
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "bf_view_images";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "a.svg") << "<svg/>";
+    Known known("model: m\nblocks: {}\nlayout: {notes: {n: {image: a.svg, x: 0, y: 0}}}\n");
+    DrawOptions options;
+    options.folder = folder;
+    known.model.where.file = nullptr;
+    const Drawing drawing = known.draw("", options);
+    EXPECT_NE(to_svg(drawing).find("href=\"data:image/svg+xml;base64,PHN2Zy8+\""), std::string::npos)
+        << to_svg(drawing);
+    std::filesystem::remove_all(folder);
 }
 
 } // namespace

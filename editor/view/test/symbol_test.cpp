@@ -2,6 +2,7 @@
 #include "../src/text.hpp"
 
 #include <gtest/gtest.h>
+#include <map>
 
 namespace {
 
@@ -48,6 +49,38 @@ TEST(Symbol, HoldsTheTextOfAGainBetweenTheSidesOfItsTriangle) {
         // Its letters, about 8 high, fit where the triangle, narrowing to its tip, is that high.
         EXPECT_GE(gain.height * (1 - (x + half) / gain.width), 8) << text;
     }
+}
+
+/// The settings "name=value" of a block.
+SettingText settings(std::map<std::string, std::string> all) {
+    return [all](const std::string& name) { return all.contains(name) ? all.at(name) : std::string(); };
+}
+
+TEST(Symbol, ShowsWhatItsSettingsSay) {
+    const auto text = [](const char* type, std::map<std::string, std::string> all) {
+        return symbol_of(type, 1, settings(std::move(all))).shapes.at(0).text;
+    };
+    EXPECT_EQ(text("Delay", {{"steps", "12"}}), "z⁻¹²");
+    EXPECT_EQ(text("Delay", {{"steps", "n"}}), "z⁻ⁿ");
+    EXPECT_EQ(text("CompareToConstant", {{"operator", "<="}, {"constant", "3"}}), "≤ 3");
+    EXPECT_EQ(text("Relational", {{"operator", "'~='"}}), "≠");
+    EXPECT_EQ(text("Selector", {{"indices", "[1 3]"}}), "u([1 3])");
+    EXPECT_EQ(symbol_of("Product", 2, settings({{"operations", "'*/'"}})).signs,
+              (std::vector<std::string>{"×", "÷"}));
+}
+
+TEST(Symbol, DrawsATableFromItsNumbers) {
+    const auto curve = [](std::map<std::string, std::string> all) {
+        return symbol_of("Lookup1D", 1, settings(std::move(all))).shapes.at(1).points;
+    };
+    const auto rising = curve({{"breakpoints", "[0 1 4]"}, {"table", "[-1, 0, 1]"}});
+    ASSERT_EQ(rising.size(), 3u);
+    EXPECT_NEAR((rising[1].x - rising[0].x) / (rising[2].x - rising[0].x), 0.25, 1e-9);
+    EXPECT_GT(rising[0].y, rising[2].y) << "y grows downwards";
+    EXPECT_EQ(curve({{"breakpoints", "[0 1 4]"}, {"table", "[1 2 3]"}, {"interpolation", "flat"}}).size(),
+              5u);
+    for (const char* table : {"values", "[1 2]", "[1 2 Inf]", "[1 2 x]"}) // else any curve
+        EXPECT_GT(curve({{"breakpoints", "[0 1 4]"}, {"table", table}}).size(), 3u) << table;
 }
 
 } // namespace

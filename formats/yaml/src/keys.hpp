@@ -20,8 +20,8 @@ inline Keys joined(Keys keys, const Keys& more, const Keys& last = {}) {
     return keys;
 }
 
-inline const Keys system = {"execution", "states",       "trigger",   "reset",  "iterations", "inputs",
-                            "outputs",   "enumerations", "variables", "blocks", "connections"};
+inline const Keys system = {"execution", "states",  "trigger",      "reset",     "iterations", "icon",
+                            "inputs",    "outputs", "enumerations", "variables", "blocks",     "connections"};
 inline const Keys model =
     joined({"model", "doc", "plugins", "step", "stop", "solver", "relative_tolerance", "absolute_tolerance",
             "max_step", "algebraic_loops", "rate_transitions", "non_finite"},
@@ -35,8 +35,8 @@ inline const Keys output = {"shape", "type", "unit", "doc", "when_disabled", "in
 inline const Keys variable = {"value",   "minimum", "above",
                               "maximum", "unit",    "doc"}; ///< of one that declares more than its value
 
-inline const Keys placement = {"x", "y", "width", "height", "flipped"};
-inline const Keys note = {"text", "in", "x", "y", "width", "height"};
+inline const Keys placement = {"x", "y", "width", "height", "flipped", "rotated", "sides"};
+inline const Keys note = {"text", "image", "in", "x", "y", "width", "height"};
 inline const Keys layout = {"blocks", "wires", "notes", "displays"};
 inline const Keys display = {"shows", "signals"};
 

@@ -294,6 +294,8 @@ bool Reader::read_system_key(System& system, const Node& key, const Node& value,
         system.reset = static_cast<Edge>(read_choice(key, value, path, keys::resets));
     else if (name == "iterations")
         system.iterations = read_expression(key, value, path);
+    else if (name == "icon")
+        system.icon = read_text(key, value, path);
     else if (name == "inputs")
         system.inputs = read_ports(key, value, path, keys::input);
     else if (name == "outputs")
@@ -436,8 +438,17 @@ Layout Reader::read_layout(const Node& map) {
                     if (read_extent(drawn.at, drawn.size, key, what)) return;
                     if (!is_note && key.text == "flipped")
                         drawn.flipped = read_choice(key, what, "", keys::no_or_yes) == 1;
+                    else if (!is_note && key.text == "rotated")
+                        drawn.rotated = static_cast<Rotation>(read_choice(key, what, "", choices::rotations));
+                    else if (!is_note && key.text == "sides")
+                        read_entries(what, "", "the sides of ports", [&](const Node& port, const Node& side) {
+                            drawn.sides.push_back(
+                                {port.text, static_cast<Side>(read_choice(port, side, "", choices::sides))});
+                        });
                     else if (is_note && key.text == "text")
                         note.text = read_text(key, what, "");
+                    else if (is_note && key.text == "image")
+                        note.image = read_text(key, what, "");
                     else if (is_note && key.text == "in")
                         note.system = read_text(key, what, "");
                     else

@@ -192,6 +192,7 @@ void add_system(MapBuilder& map, const System& system, bool needs_blocks) {
         map.add("trigger", choice(keys::triggers, system.trigger));
     if (system.reset) map.add("reset", choice(keys::resets, *system.reset));
     map.add("iterations", system.iterations);
+    map.add_text("icon", system.icon);
     if (map.wanted("inputs", !system.inputs.empty())) map.add("inputs", ports(system.inputs));
     if (map.wanted("outputs", !system.outputs.empty())) map.add("outputs", ports(system.outputs));
     if (map.wanted("enumerations", !system.enumerations.empty()))
@@ -243,6 +244,15 @@ Content layout(const Layout& layout) {
         MapBuilder map(none);
         add_extent(map, drawn.at, drawn.size);
         if (drawn.flipped) map.add("flipped", Content{.text = "true"});
+        if (drawn.rotated != Rotation::none)
+            map.add("rotated",
+                    Content{.text = choices::rotations.at(static_cast<std::size_t>(drawn.rotated))});
+        if (!drawn.sides.empty()) {
+            MapBuilder sides(none);
+            for (const auto& [port, side] : drawn.sides)
+                sides.add(port, Content{.text = choices::sides.at(static_cast<std::size_t>(side))});
+            map.add("sides", sides.build(true));
+        }
         blocks.items.push_back({key_text(drawn.path), map.build(true), &drawn.comments, &drawn.where});
     }
     for (const Bends& bends : layout.wires) {
@@ -254,7 +264,8 @@ Content layout(const Layout& layout) {
     }
     for (const Note& note : layout.notes) {
         MapBuilder map(none);
-        map.add("text", text_content(note.text));
+        map.add_text("text", note.text);
+        map.add_text("image", note.image);
         map.add_text("in", note.system);
         add_extent(map, note.at, note.size);
         notes.items.push_back({key_text(note.name), map.build(true), &note.comments, &note.where});

@@ -256,7 +256,7 @@ class Monkey {
                 .system = system, .port = {.name = name, .unit = any(texts_)}, .is_output = below(2) == 0};
         case 10: return Move{block, {double(below(1000)), -0.5 * double(below(9))}};
         case 11: return Resize{block, Point{double(1 + below(9)), 2}};
-        case 12: return Flip{block};
+        case 12: return below(2) == 0 ? Operation(Flip{block}) : Operation(Rotate{block});
         case 13: return Bend{block + ".u", {{1, 2}, {3, double(below(9))}}};
         case 14: return Annotate{any(names_), Note{.name = {}, .text = any(texts_), .system = system}};
         case 15: {
@@ -275,7 +275,8 @@ class Monkey {
             return SetVariable{system, name,
                                Variable{.name = {}, .value = {.text = any(texts_)}, .doc = any(texts_)}};
         case 21:
-            if (in.variables.empty()) return Flip{block};
+            if (in.variables.empty())
+                return PlacePort{block, "u", below(3) > 0 ? std::optional(Side(below(4))) : std::nullopt};
             return RenameVariable{system, any(in.variables).name, name};
         case 22: return ports.empty() ? Operation(Flip{block}) : Operation(Remove{any(ports)});
         default: return ports.empty() ? Operation(Flip{block}) : Operation(Rename{any(ports), name});

@@ -36,7 +36,7 @@ export async function opened(browser: Browser, address: string, options: Browser
     if (message.type() === "error" && !message.text().includes("WebSocket connection")) complaints.push(message.text());
   });
   page.on("request", (request) => {
-    if (new URL(request.url()).host !== new URL(address).host) complaints.push(`asks ${request.url()}`);
+    if (new URL(request.url()).origin !== new URL(address).origin) complaints.push(`asks ${request.url()}`);
   });
   await page.goto(address);
   await page.getByRole("status").filter({ hasText: "saved" }).waitFor();

@@ -190,7 +190,8 @@ struct System {
     std::optional<Edge> reset =
         {}; ///< given: an extra input `reset` puts states back to their initial values
     std::optional<Expression> iterations = {}; ///< of `for` (else an extra input) and `for_each`
-    std::vector<Port> inputs;                  ///< without the control ports, which it may have besides
+    std::string icon = {};    ///< a text on its block, or the file of an image, as `Note::image`
+    std::vector<Port> inputs; ///< without the control ports, which it may have besides
     std::vector<Port> outputs;
     std::vector<Variable>
         enumerations; ///< each a struct of whole numbers; a field without a value counts on, from 0
@@ -238,12 +239,26 @@ struct Point {
     bool operator==(const Point&) const = default;
 };
 
-/// Where a block, or a subsystem's own port, is drawn: its upper left corner.
+enum class Side { left, right, top, bottom };
+
+/// The side of its block on which a port is drawn.
+struct PortSide {
+    std::string port;
+    Side side = Side::left;
+};
+
+enum class Rotation { none, quarter, half, three_quarters }; ///< clockwise
+
+/// Where a block, or a subsystem's own port, is drawn: its upper left corner. Ports stand on the sides that
+/// `sides` gives them; others have inputs on the left, outputs on the right and control ports at the top,
+/// mirrored, then rotated.
 struct Placement {
     std::string path; ///< `controller.pd`; `controller.tau` is the port inside of the subsystem
     Point at = {};
     std::optional<Point> size = {}; ///< as the editor likes, if not given
     bool flipped = false;           ///< inputs on the right
+    Rotation rotated = Rotation::none;
+    std::vector<PortSide> sides = {};
     Comments comments = {};
     Location where = {};
 };
@@ -256,10 +271,11 @@ struct Bends {
     Location where = {};
 };
 
-/// A text on the drawing of a subsystem.
+/// A text on the drawing of a subsystem, or an image.
 struct Note {
     std::string name;
     std::string text;
+    std::string image = {};  ///< PNG or SVG file, relative to the model's, which the text describes
     std::string system = {}; ///< path of the subsystem; empty: the model itself
     Point at = {};
     std::optional<Point> size = {};

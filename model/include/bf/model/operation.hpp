@@ -61,9 +61,10 @@ struct Disconnect {
     std::string to;
 };
 
-/// A setting of a library's block, its type as `block`, or what else the document says by that name:
-/// `period`, `doc`, `file` of a block, `execution`, `reset` of a subsystem, `shape`, `unit` of a port,
-/// `step`, `solver` of the model (no path). No value: as if it were not written.
+/// A setting of a library's block, its type as `block`, a parameter of a subsystem (the value of one of its
+/// variables; in a file of its own, what the block gives to it `with`), or what else the document says by
+/// that name: `period`, `doc`, `file` of a block, `execution`, `reset`, `icon` of a subsystem, `shape`,
+/// `unit` of a port, `step`, `solver` of the model (no path). No value: as if it were not written.
 struct Set {
     std::string path, name;
     std::optional<std::string> value = {};
@@ -103,6 +104,17 @@ struct Resize {
 /// Mirrors a drawn block, so that its inputs come from the other side.
 struct Flip {
     std::string path;
+};
+
+/// Turns a drawn block by a quarter clockwise.
+struct Rotate {
+    std::string path;
+};
+
+/// The side of a drawn block on which one of its ports stands; none: as it is by itself.
+struct PlacePort {
+    std::string path, port;
+    std::optional<Side> side = {};
 };
 
 /// The corners of the wire to the input at `path`; none: straight.
@@ -175,9 +187,10 @@ using Operation =
     std::variant<operations::Add, operations::Remove, operations::Rename, operations::Reorder,
                  operations::Connect, operations::Disconnect, operations::Set, operations::AddPort,
                  operations::SetVariable, operations::RenameVariable, operations::Move, operations::Resize,
-                 operations::Flip, operations::Bend, operations::Annotate, operations::Group,
-                 operations::Dissolve, operations::Inline, operations::Extract, operations::Record,
-                 operations::Plot, operations::Watch, operations::Patch, operations::Batch>;
+                 operations::Flip, operations::Rotate, operations::PlacePort, operations::Bend,
+                 operations::Annotate, operations::Group, operations::Dissolve, operations::Inline,
+                 operations::Extract, operations::Record, operations::Plot, operations::Watch,
+                 operations::Patch, operations::Batch>;
 
 namespace operations {
 

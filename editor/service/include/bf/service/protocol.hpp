@@ -90,6 +90,11 @@ struct Inspection {
     std::vector<SettingField> fields = {};
 };
 
+/// All parameters of the model: what each block, subsystem and the model itself (no path) has.
+struct Parameters {
+    std::vector<Inspection> blocks;
+};
+
 struct Evaluate {
     std::string path, name; ///< of a setting, which is not changed
     std::string text;       ///< that it would have
@@ -263,6 +268,19 @@ struct Draw {
     std::vector<Moved> moved = {}, moved_notes = {}; ///< as if they stood there, while they are dragged
     std::vector<Bent> bent = {};
 };
+/// What differs from an earlier model, and a subsystem of both, side by side.
+struct Compare {
+    std::string file;   ///< relative to the opened folder; empty: the model in the last commit of git
+    std::string system; ///< in the opened model, or else in the earlier one
+};
+struct Difference {
+    std::string path, system; ///< as in model::Distinction
+    std::string text;         ///< "~ controller.pd: setting K: 2 -> 3"
+};
+struct ModelComparison {
+    std::vector<Difference> differences;
+    editor::Drawing drawing;
+};
 struct Inspect {
     std::string path; ///< of a block; empty: the model itself
 };
@@ -357,6 +375,7 @@ struct PlotPanel {
 struct Signals {
     std::vector<SignalInfo> signals;
     std::vector<PlotPanel> plots = {};
+    std::vector<std::string> unknown = {}; ///< paths that were asked for, and are no signals of the run
 };
 struct Watch {
     std::vector<std::string> paths; ///< all that this page wants to have samples of
@@ -369,8 +388,9 @@ struct Recorded {
     std::vector<SignalInfo> signals = {};
     std::string defect = {}; ///< what is wrong with the file, which is readable up to there
 };
-struct RecordedFiles {
-    std::vector<std::string> files; ///< relative to the opened folder
+struct FileList {
+    std::vector<std::string>
+        files; ///< recordings relative to the opened folder, images to the file of a subsystem
 };
 /// What a block took of the run since this is asked for.
 struct BlockTime {

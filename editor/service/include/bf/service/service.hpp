@@ -40,8 +40,8 @@ class Service {
     /// A request of JSON-RPC, and its answer. `page` tells pages apart.
     std::string answer(int page, std::string_view request);
     void leave(int page); ///< its wishes are forgotten
-    /// What pages may have by HTTP, "meshes/SCENE/WORLD" and "recordings/NUMBER/INDEX", as far as they were
-    /// told of it; never a file by its name.
+    /// What pages may have by HTTP, "meshes/SCENE/WORLD", "recordings/NUMBER/INDEX" and "images/NUMBER.png",
+    /// as far as they were told of it; never a file by its name.
     std::optional<std::string> data(std::string_view what) const;
     /// A few times a second: looks after files.
     void tick();

@@ -5,6 +5,7 @@
 #include "bf/model/compare.hpp"
 #include "bf/view/drawing.hpp"
 
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -22,14 +23,19 @@ struct DrawOptions {
     std::map<std::string, Place> moved = {};
     std::map<std::string, std::vector<Point>> bent = {};
     std::map<std::string, Point> moved_notes = {};
+    std::filesystem::path folder =
+        {}; ///< in which images of notes and icons may lie; empty: that of the model
 };
 
-/// Draws one subsystem; `system` is its path, empty for the model itself. Where the document has no
-/// positions, blocks are arranged. `diagram` and `diagnostics` are those of this model, as far as known (see
-/// bf::examine); the diagram may be one of an earlier state, of which blocks of the same path and type tell
-/// their ports. Throws model::Errors when there is no such subsystem.
+/// Draws one subsystem, or the chart of a state machine; `system` is its path, empty for the model itself.
+/// Where the document has no positions, blocks are arranged. `diagram` and `diagnostics` are those of this
+/// model, as far as known (see bf::examine); the diagram may be one of an earlier state, of which blocks of
+/// the same path and type tell their ports. Throws model::Errors when there is no such subsystem.
 Drawing draw(const model::Model& model, const std::string& system, const Diagram& diagram,
              const std::vector<model::Diagnostic>& diagnostics, const DrawOptions& options = {});
+
+/// Whether there is a subsystem or a state machine of that path, or the model itself.
+bool may_draw(const model::Model& model, const std::string& system);
 
 /// Draws a line around a block, port or note, or along a wire.
 void outline(Element& element, Style style);
@@ -39,7 +45,7 @@ void outline(Element& element, Style style);
 Drawing beside(Drawing before, Drawing after, const std::vector<model::Distinction>& distinctions,
                const std::string& before_title, const std::string& after_title);
 
-/// As a document of its own, readable on white and on black where `is_dark`.
+/// As a document of its own with all its images, readable on white and on black where `is_dark`.
 std::string to_svg(const Drawing& drawing, bool is_dark = false);
 
 /// A place for each block and port of the subsystem, whatever the document says: path and upper left corner.

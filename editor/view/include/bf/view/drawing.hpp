@@ -42,7 +42,8 @@ struct Shape {
         line,    ///< open, straight from point to point
         curve,   ///< cubic Bézier: a point, then three for each piece
         ellipse, ///< in the rectangle of two corners
-        text     ///< one line at a point: of its base line, by `align` its start, middle or end
+        text,    ///< one line at a point: of its base line, by `align` its start, middle or end
+        image    ///< as large as fits into the rectangle of two corners; its text is the path of the file
     };
     Kind kind = Kind::polygon;
     Style style = Style::body;
@@ -72,13 +73,17 @@ struct Element {
     enum class Kind {
         block,     ///< of a library
         subsystem, ///< or the file it stands in
-        input,     ///< of the drawn subsystem, seen from inside
+        chart,     ///< a state machine, which has states inside
+        state,
+        input, ///< of the drawn subsystem, seen from inside
         output,
-        wire, ///< from one output to one input
+        wire, ///< from one output to one input; in a chart, a transition
         note
     };
     Kind kind = Kind::block;
-    std::string path;      ///< "controller.pd"; of a wire that of the input it leads to: "controller.pd.q"
+    /// "controller.pd"; of a wire that of the input it leads to: "controller.pd.q", of a transition the state
+    /// that it leads to and the number of its row: "machine.lift.4".
+    std::string path;
     std::string from = {}; ///< of a wire, as the document writes its ends: "error", "pd.q"
     std::string to = {};
     std::vector<Point> corners = {}; ///< of a wire: from its output to its input, with both
@@ -87,15 +92,18 @@ struct Element {
     std::vector<Port> ports = {};
     std::string title = {};       ///< what it is, in words: "pd, Gain, K = Gain.Kp"
     std::string description = {}; ///< what the model or the library says of it
+    std::string image = {};       ///< of a note, the file of its image as the document writes it
     std::vector<Mark> marks = {};
-    std::optional<int> rate = {}; ///< its number in `Drawing::rates`
+    std::optional<int> rate = {};  ///< its number in `Drawing::rates`
+    std::optional<int> state = {}; ///< of a state its number, of a transition that of the state it leaves
 };
 
 struct Drawing {
-    std::string system;                  ///< path of the subsystem, empty for the model itself
-    Rectangle bounds;                    ///< of all elements
-    std::vector<Element> elements;       ///< from the back to the front: wires, blocks, notes
+    std::string system;            ///< path of the subsystem or state machine, empty for the model itself
+    Rectangle bounds;              ///< of all elements
+    std::vector<Element> elements; ///< from the back to the front: wires, blocks, notes
     std::vector<std::string> rates = {}; ///< "constant", "continuous", "every 10 ms"
+    std::string active = {};             ///< of a chart: the signal that is the number of the active state
 };
 
 } // namespace bf::editor

@@ -8,7 +8,7 @@
 
 namespace bf::editor {
 
-enum class Side { left, right, top, bottom };
+using model::Side;
 
 /// What is placed: its size, and where wires begin and end, from its upper left corner.
 struct Box {

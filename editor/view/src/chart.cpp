@@ -1,0 +1,98 @@
+#include "chart.hpp"
+
+#include "bf/base/numbers.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bf::editor {
+
+namespace {
+
+const Value* argument(const DiagramNode& node, std::string_view name) {
+    const auto found = std::ranges::find(node.arguments, name, &std::pair<std::string, Value>::first);
+    return found == node.arguments.end() ? nullptr : &found->second;
+}
+
+/// What is wired to a block's input; null: nothing. An end without a port is the only input.
+const model::Endpoint* source_of(const model::System& system, const std::string& block,
+                                 const std::string& input) {
+    for (const auto& connection : system.connections)
+        for (const auto& to : connection.to)
+            if (to.block == block && (to.port == input || to.port.empty())) return &connection.from;
+    return nullptr;
+}
+
+/// How many elements an input has, as far as that is known.
+int count_of(const DiagramNode* node, const Diagram& diagram, const std::string& input) {
+    if (!node) return 1;
+    const int slot = node->block->declaration().find(input, Role::input);
+    if (slot < 0) return 1;
+    const Node::End source = node->sources[static_cast<std::size_t>(slot)];
+    if (source.node < 0 || !diagram.slot(source).size_known) return 1;
+    return diagram.slot(source).size.count();
+}
+
+/// What an element of the input `conditions`, counted from 1, is called.
+std::string condition_name(int element, const model::Block& block, const model::System& system,
+                           const Diagram& diagram, const FindNode& find_node) {
+    const std::string input = "conditions";
+    const auto indexed = [](const model::Endpoint& end, int of, int count) {
+        return end.text() + (count > 1 ? "(" + std::to_string(of) + ")" : "");
+    };
+    const model::Endpoint* const source = source_of(system, block.name, input);
+    if (!source) return {};
+    const model::Block* const mux = source->block.empty() ? nullptr : system.find_block(source->block);
+    if (!mux || mux->type != "Mux")
+        return indexed(*source, element, count_of(find_node(block.name), diagram, input));
+    int before = 0;
+    for (int i = 1; before < element; ++i) {
+        const std::string port = "u" + std::to_string(i);
+        const model::Endpoint* const part = source_of(system, mux->name, port);
+        if (!part) return {};
+        const int count = count_of(find_node(mux->name), diagram, port);
+        if (element <= before + count) return indexed(*part, element - before, count);
+        before += count;
+    }
+    return {};
+}
+
+} // namespace
+
+model::Chart chart_of(const model::Block& block, const DiagramNode* node) {
+    if (auto chart = model::chart_of(block)) return *chart;
+    model::Chart chart;
+    const Value* const states = node ? argument(*node, "states") : nullptr;
+    if (!states) return chart;
+    chart.states = states->texts;
+    const auto place = [&](double number) {
+        return static_cast<std::size_t>(std::clamp(number, 1.0, static_cast<double>(chart.states.size()))) -
+               1;
+    };
+    const Value* const rows = argument(*node, "transitions");
+    for (int i = 0; rows && rows->cols == 4 && i < rows->rows; ++i) {
+        const auto entry = [&](int column) {
+            return rows->data[static_cast<std::size_t>(i + column * rows->rows)];
+        };
+        chart.transitions.push_back(
+            {place(entry(0)), place(entry(1)), number_text(entry(2)), number_text(entry(3))});
+    }
+    return chart;
+}
+
+std::string label_of(const model::Transition& transition, const model::Block& block,
+                     const model::System& system, const Diagram& diagram, const FindNode& find_node) {
+    std::string label;
+    if (transition.condition != "0") {
+        const auto number = number_of(transition.condition);
+        const bool is_element = number && *number >= 1 && *number < 1e6 && std::trunc(*number) == *number;
+        const std::string name =
+            is_element ? condition_name(static_cast<int>(*number), block, system, diagram, find_node) : "";
+        label = "[" + (name.empty() ? "condition " + transition.condition : name) + "]";
+    }
+    if (transition.minimum_time != "0")
+        label += (label.empty() ? "after " : " after ") + transition.minimum_time + " s";
+    return label;
+}
+
+} // namespace bf::editor

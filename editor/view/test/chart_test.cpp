@@ -1,0 +1,123 @@
+#include "bf/formats/yaml.hpp"
+#include "bf/library/load.hpp"
+#include "bf/view/draw.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+namespace {
+
+using namespace bf::editor;
+
+constexpr const char* head = "model: m\nstep: 0.1\nstop: 1\nvariables: {T: 2}\nblocks:\n"
+                             "  go: {block: Constant, value: true}\n"
+                             "  pair: {block: Constant, value: '[1 0]'}\n"
+                             "  gathered: {block: Mux, inputs: 2}\n"
+                             "  inner:\n"
+                             "    inputs: [u]\n"
+                             "    blocks:\n"
+                             "      machine:\n"
+                             "        block: StateMachine\n"
+                             "        states: [idle, move, hold]\n";
+constexpr const char* tail = "    connections: {u: machine}\n"
+                             "connections: {go: gathered.u1, pair: gathered.u2, gathered: inner}\n";
+
+bf::model::Model model_of(const std::string& transitions, const std::string& layout = "") {
+    return bf::formats::read_yaml_text(head + ("        transitions: \"" + transitions + "\"\n") + tail +
+                                       layout);
+}
+Drawing drawn(const bf::model::Model& model, const std::string& system = "inner.machine") {
+    const auto known = bf::examine(model, "m.yaml");
+    return draw(model, system, known.diagram, known.diagnostics);
+}
+const Element& shown(const Drawing& drawing, const std::string& path) {
+    return *std::ranges::find(drawing.elements.rbegin(), drawing.elements.rend(), path,
+                              &Element::path); // blocks before wires
+}
+std::string written(const Element& element) {
+    std::string all;
+    for (const auto& shape : element.shapes) all += shape.kind == Shape::Kind::text ? shape.text : "";
+    return all;
+}
+
+const char* const cycle = "[1 2 1 0; 2 3 0 2*T; 3 1 2 0.5; 3 3 0 1; 2 1 0 0]";
+
+TEST(DrawChart, ShowsEachStateAndTransitionOnce) {
+    const Drawing drawing = drawn(model_of(cycle));
+    std::multiset<std::string> paths;
+    for (const auto& element : drawing.elements) paths.insert(element.path);
+    const std::string m = "inner.machine.";
+    EXPECT_EQ(paths, (std::multiset<std::string>{m + "idle", m + "move", m + "hold", m + "move.1",
+                                                 m + "hold.2", m + "idle.3", m + "hold.4", m + "idle.5"}));
+    EXPECT_EQ(drawing.active, "inner.machine.state");
+    EXPECT_EQ(shown(drawing, m + "hold").state, 3);
+    EXPECT_EQ(shown(drawing, m + "idle.3").state, 3) << "of the state that it leaves";
+    EXPECT_EQ(shown(drawing, m + "idle.3").title, "transition from hold to idle, [u(2)] after 0.5 s");
+    EXPECT_EQ(written(shown(drawing, m + "hold.2")), "after 2*T s");
+    EXPECT_EQ(written(shown(drawing, m + "idle.5")), "");
+    EXPECT_EQ(shown(drawing, m + "idle").title, "idle, first state");
+}
+
+TEST(DrawChart, ArrowsLeadFromStateToState) {
+    const Drawing drawing = drawn(model_of(cycle));
+    const auto is_on = [](const Point& p, const Rectangle& r) {
+        return (p.x == r.x || p.x == r.x + r.width) && p.y > r.y && p.y < r.y + r.height;
+    };
+    for (const auto& element : drawing.elements) {
+        if (element.kind != Element::Kind::wire) continue;
+        const std::string to = element.path.substr(0, element.path.rfind('.'));
+        EXPECT_TRUE(is_on(element.corners.front(), shown(drawing, "inner.machine." + element.from).bounds))
+            << element.path;
+        EXPECT_TRUE(is_on(element.corners.back(), shown(drawing, to).bounds)) << element.path;
+        EXPECT_EQ(element.shapes[1].points[0], element.corners.back()) << "the head of the arrow";
+    }
+}
+
+TEST(DrawChart, CallsConditionsByWhatAMuxGathers) {
+    auto model = model_of(cycle);
+    auto& inner = *model.root.find_block("inner")->system;
+    inner.blocks.push_back({.name = "both",
+                            .type = "Mux",
+                            .settings = {{.name = "inputs", .value = {.text = "2"}, .where = {}}}});
+    inner.blocks.push_back({.name = "pair",
+                            .type = "Constant",
+                            .settings = {{.name = "value", .value = {.text = "[1; 0]"}, .where = {}}}});
+    inner.inputs.push_back({.name = "ready"});
+    inner.connections = {{.from = {.block = {}, .port = "ready"}, .to = {{.block = "both", .port = "u2"}}},
+                         {.from = {.block = "pair"}, .to = {{.block = "both", .port = "u1"}}},
+                         {.from = {.block = "both"}, .to = {{.block = "machine"}}}};
+    model.root.connections.back().to[0].port = "u";
+    const Drawing drawing = drawn(model);
+    EXPECT_EQ(written(shown(drawing, "inner.machine.move.1")), "[pair(1)]");
+    EXPECT_EQ(written(shown(drawing, "inner.machine.idle.3")), "[pair(2)] after 0.5 s");
+    inner.find_block("machine")->settings[1].value.text = "[1 2 3 0]";
+    EXPECT_EQ(written(shown(drawn(model), "inner.machine.move.1")), "[ready]");
+}
+
+TEST(DrawChart, ShowsWhatExpressionsComeTo) {
+    auto model = model_of("rows");
+    model.root.variables.push_back({.name = "rows", .value = {.text = "[1 2 0 T; 2 1 1 0]"}});
+    const Drawing drawing = drawn(model);
+    EXPECT_EQ(written(shown(drawing, "inner.machine.move.1")), "after 2 s");
+}
+
+TEST(DrawChart, StatesStandWhereTheLayoutSays) {
+    const auto model = model_of(cycle, "layout:\n  blocks:\n    inner.machine.move: {x: 400, y: 300}\n"
+                                       "  wires:\n    inner.machine.move.1: [[300, 50], [300, 320]]\n");
+    const Drawing drawing = drawn(model);
+    EXPECT_EQ(shown(drawing, "inner.machine.move").bounds.x, 400);
+    EXPECT_EQ(shown(drawing, "inner.machine.move").bounds.y, 300);
+    const auto& corners = shown(drawing, "inner.machine.move.1").corners;
+    EXPECT_TRUE(std::ranges::any_of(corners, [](const Point& p) { return p.x == 300; }));
+    const auto known = bf::examine(model, "m.yaml");
+    EXPECT_EQ(unplaced(model, "inner.machine", known.diagram).size(), 2u);
+    EXPECT_EQ(arranged(model, "inner.machine", known.diagram).size(), 3u);
+}
+
+TEST(DrawChart, AStateMachineIsEnteredAndItsStatesAreNot) {
+    const auto model = model_of(cycle);
+    EXPECT_EQ(shown(drawn(model, "inner"), "inner.machine").kind, Element::Kind::chart);
+    EXPECT_THROW(drawn(model, "inner.machine.idle"), bf::model::Errors);
+}
+
+} // namespace

@@ -1,0 +1,172 @@
+// Operations on how the model is drawn, recorded and watched.
+#include "bf/model/check.hpp"
+#include "bf/model/suggest.hpp"
+#include "editor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bf::model {
+
+using namespace operations;
+
+namespace {
+
+bool is_finite(const Point& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
+
+} // namespace
+
+Placement& Editor::placement(const std::string& path) {
+    if (const auto [machine, name] = split_chart(model_, path); machine.empty())
+        find_own(path);
+    else
+        static_cast<void>(state_of(chart_at(machine), machine, name));
+    auto& blocks = model_.layout.blocks;
+    const auto found = std::ranges::find(blocks, path, &Placement::path);
+    return found != blocks.end() ? *found : blocks.emplace_back(Placement{.path = path});
+}
+
+void Editor::operator()(const Move& move) {
+    if (!is_finite(move.to)) refuse({}, move.path, "the point is not finite", "give numbers");
+    placement(move.path).at = move.to;
+}
+
+void Editor::operator()(const Resize& resize) {
+    if (resize.size && !(is_finite(*resize.size) && resize.size->x > 0 && resize.size->y > 0))
+        refuse({}, resize.path, "the size is not positive", "give a width and a height");
+    placement(resize.path).size = resize.size;
+}
+
+void Editor::operator()(const Flip& flip) {
+    Placement& drawn = placement(flip.path);
+    drawn.flipped = !drawn.flipped;
+}
+
+void Editor::operator()(const Rotate& rotate) {
+    Placement& drawn = placement(rotate.path);
+    drawn.rotated = static_cast<Rotation>((static_cast<int>(drawn.rotated) + 1) % 4);
+}
+
+void Editor::operator()(const PlacePort& place) {
+    if (place.port.empty())
+        refuse({}, place.path, "'place_port' needs the name of a port", "give its 'port'");
+    auto& sides = placement(place.path).sides;
+    const auto found = std::ranges::find(sides, place.port, &PortSide::port);
+    if (!place.side)
+        std::erase_if(sides, [&](const PortSide& side) { return side.port == place.port; });
+    else if (found != sides.end())
+        found->side = *place.side;
+    else
+        sides.push_back({place.port, *place.side});
+}
+
+void Editor::rename_side(const std::string& path, const std::string& port, const std::string& name) {
+    for (Placement& drawn : model_.layout.blocks) {
+        if (drawn.path != path) continue;
+        for (PortSide& side : drawn.sides)
+            if (side.port == port) side.port = name;
+        std::erase_if(drawn.sides, [](const PortSide& side) { return side.port.empty(); });
+    }
+}
+
+void Editor::operator()(const Bend& bend) {
+    auto& wires = model_.layout.wires;
+    const auto found = std::ranges::find(wires, bend.path, &Bends::path);
+    if (bend.path.empty())
+        refuse({}, "", "'bend' needs the end of a wire", "give its 'path', such as \"controller.pd.q\"");
+    if (!std::ranges::all_of(bend.points, is_finite))
+        refuse({}, bend.path, "a corner is not finite", "give numbers");
+    if (bend.points.empty()) {
+        if (found != wires.end()) wires.erase(found);
+    } else if (found != wires.end()) {
+        found->points = bend.points;
+    } else {
+        wires.push_back({.path = bend.path, .points = bend.points});
+    }
+}
+
+void Editor::operator()(const Annotate& annotate) {
+    auto& notes = model_.layout.notes;
+    const auto found = named(notes, annotate.name);
+    if (!annotate.note) {
+        if (found == notes.end())
+            refuse({}, "", "there is no note '" + annotate.name + "'",
+                   did_you_mean(annotate.name, names_of(notes)));
+        notes.erase(found);
+        return;
+    }
+    Note note = *annotate.note;
+    if (note.name.empty()) note.name = annotate.name;
+    note.text = without_last_breaks(note.text);
+    system_at(note.system);
+    if (!is_finite(note.at) || (note.size && !is_finite(*note.size)))
+        refuse({}, "", "the note '" + note.name + "' has no finite place", "give numbers");
+    if (note.name != annotate.name && named(notes, note.name) != notes.end())
+        refuse({}, "", "there is a note '" + note.name + "' already", "use another name");
+    if (!is_name(note.name)) refuse({}, "", "'" + note.name + "' is no name for a note", "use a word");
+    if (found == notes.end()) {
+        notes.push_back(std::move(note));
+        return;
+    }
+    note.where = found->where;
+    note.comments = found->comments;
+    if (!note.size) note.size = found->size;
+    *found = std::move(note);
+}
+
+void Editor::operator()(const Record& record) {
+    const auto is_it = [&](const Signal& signal) { return signal.path == record.path; };
+    if (record.is_recorded && !model_.record_all && std::ranges::none_of(model_.record, is_it))
+        model_.record.push_back({.path = record.path});
+    if (!record.is_recorded && std::erase_if(model_.record, is_it) == 0)
+        refuse({}, "", "'" + record.path + "' is not recorded", "");
+}
+
+void Editor::operator()(const Plot& plot) {
+    const auto found = std::ranges::find(model_.plots, plot.title, &Panel::title);
+    if (!plot.signals) {
+        if (found == model_.plots.end()) refuse({}, "", "there is no plot '" + plot.title + "'", "");
+        model_.plots.erase(found);
+        return;
+    }
+    if (plot.title.empty()) refuse({}, "", "a plot without title", "give it one");
+    Panel& panel = found != model_.plots.end()
+                       ? *found
+                       : model_.plots.emplace_back(Panel{.title = plot.title, .signals = {}});
+    std::vector<Signal> signals;
+    for (const std::string& path : *plot.signals) {
+        const auto known = std::ranges::find(panel.signals, path, &Signal::path);
+        signals.push_back(known != panel.signals.end() ? *known : Signal{.path = path});
+    }
+    panel.signals = std::move(signals);
+}
+
+void Editor::operator()(const Watch& watch) {
+    auto& displays = model_.layout.displays;
+    const auto found = named(displays, watch.name);
+    if (!watch.display) {
+        if (found == displays.end())
+            refuse({}, "", "there is no display '" + watch.name + "'",
+                   did_you_mean(watch.name, names_of(displays)));
+        displays.erase(found);
+        return;
+    }
+    Display display = *watch.display;
+    if (display.name.empty()) display.name = watch.name;
+    if (display.name.empty()) refuse({}, "", "a display without name", "give it one");
+    if (display.name != watch.name && named(displays, display.name) != displays.end())
+        refuse({}, "", "there is a display '" + display.name + "' already", "use another name");
+    if (found == displays.end()) {
+        displays.push_back(std::move(display));
+        return;
+    }
+    display.where = found->where;
+    display.comments = found->comments;
+    for (Signal& signal : display.signals) {
+        const auto known = std::ranges::find(found->signals, signal.path, &Signal::path);
+        if (known != found->signals.end()) signal = *known;
+    }
+    *found = std::move(display);
+}
+
+} // namespace bf::model

@@ -1,0 +1,138 @@
+#include "bf/model/chart.hpp"
+
+#include "bf/model/builder.hpp"
+#include "bf/model/edit.hpp"
+#include "edits.hpp"
+
+#include <gtest/gtest.h>
+
+namespace bf::model {
+namespace {
+
+using namespace operations;
+
+constexpr const char* rows = "[1 2 1 0;\n 2 3 0 2*T;\n 3 1 2 0.5]";
+
+Model machine(const std::string& transitions = rows, const std::string& states = "[idle, move, hold]") {
+    Builder m("m");
+    m.variable("T", 1);
+    m.add("machine", "StateMachine", {{"states", states}, {"transitions", transitions}});
+    Model model = m.build();
+    model.layout.blocks = {{.path = "machine.move", .at = {1, 2}}};
+    model.layout.wires = {{.path = "machine.move.1", .points = {{5, 6}}},
+                          {.path = "machine.idle.3", .points = {{7, 8}}}};
+    return model;
+}
+
+std::string text(const Model& model, const char* setting) {
+    const Setting* const found = find(model, "machine")->find_setting(setting);
+    return found ? found->value.text : "";
+}
+
+TEST(Chart, IsWhatTheSettingsSay) {
+    const auto chart = chart_of(*find(machine(), "machine"));
+    ASSERT_TRUE(chart);
+    EXPECT_EQ(chart->states, (std::vector<std::string>{"idle", "move", "hold"}));
+    ASSERT_EQ(chart->transitions.size(), 3u);
+    EXPECT_EQ(chart->transitions[1].from, 1u);
+    EXPECT_EQ(chart->transitions[1].to, 2u);
+    EXPECT_EQ(chart->transitions[1].condition, "0");
+    EXPECT_EQ(chart->transitions[1].minimum_time, "2*T");
+    EXPECT_EQ(chart->name_of(2), "idle.3");
+    const auto spaced = chart_of(*find(machine("[1, 2, max(1, 2), [1 2](1); 2 1 0 0;]"), "machine"));
+    ASSERT_TRUE(spaced) << "brackets hold their blanks together";
+    EXPECT_EQ(spaced->transitions[0].condition, "max(1, 2)");
+    EXPECT_TRUE(chart_of(*find(machine(""), "machine"))->transitions.empty());
+}
+
+TEST(Chart, IsNotKnownWhereSettingsHaveToBeEvaluated) {
+    for (const char* transitions :
+         {"rows", "[1 2 0]", "[1 2 0 0; 2 1]", "[1 4 0 0]", "[0 1 0 0]", "[1.5 1 0 0]", "[n 1 0 0]",
+          "[1 2 0 0] % note", "[1 2 0 2 * T]", "[1 2 0 )(]", "[[1 2 0 0]", "]["})
+        EXPECT_FALSE(chart_of(*find(machine(transitions), "machine"))) << transitions;
+    for (const char* states : {"{'a', 'b', 'c'}", "[]", "names(1)"})
+        EXPECT_FALSE(chart_of(*find(machine(rows, states), "machine"))) << states;
+    EXPECT_FALSE(chart_of(Block{.name = "g", .type = "Gain"}));
+}
+
+TEST(Chart, StatesAreAddedRenamedAndRemovedWithTheirTransitions) {
+    Model model = after(machine(), Add{"machine", {.name = "stop"}, {}, Point{10, 20}});
+    EXPECT_EQ(text(model, "states"), "[idle, move, hold, stop]");
+    EXPECT_EQ(model.layout.blocks.back().path, "machine.stop");
+    model = after(machine(), Rename{"machine.move", "go"});
+    EXPECT_EQ(text(model, "states"), "[idle, go, hold]");
+    EXPECT_EQ(model.layout.blocks[0].path, "machine.go");
+    EXPECT_EQ(model.layout.wires[0].path, "machine.go.1");
+    model = after(machine(), Remove{"machine.move"});
+    EXPECT_EQ(text(model, "states"), "[idle, hold]");
+    EXPECT_EQ(text(model, "transitions"), "[2 1 2 0.5]");
+    EXPECT_TRUE(model.layout.blocks.empty());
+    ASSERT_EQ(model.layout.wires.size(), 1u);
+    EXPECT_EQ(model.layout.wires[0].path, "machine.idle.1");
+}
+
+TEST(Chart, TheFirstStateStaysTheFirstOneOrBecomesAnother) {
+    const Model model = after(machine(), Set{"machine.hold", "initial", "true"});
+    EXPECT_EQ(text(model, "initial"), "3");
+    EXPECT_EQ(text(after(model, Remove{"machine.move"}), "initial"), "2");
+    EXPECT_EQ(text(after(model, Remove{"machine.hold"}), "initial"), "");
+    EXPECT_EQ(text(after(model, Set{"machine.idle", "initial", "true"}), "initial"), "");
+}
+
+TEST(Chart, TransitionsAreAddedSetAndRemovedInTheSpellingOfTheOthers) {
+    EXPECT_EQ(text(after(machine(), Connect{"machine", "hold", "move"}), "transitions"),
+              "[1 2 1 0;\n 2 3 0 2*T;\n 3 1 2 0.5;\n 3 2 0 0]");
+    EXPECT_EQ(text(after(machine(""), Connect{"machine", "hold", "hold"}), "transitions"), "[3 3 0 0]");
+    EXPECT_EQ(text(after(machine("[1 2 0 0]"), Connect{"machine", "move", "idle"}), "transitions"),
+              "[1 2 0 0; 2 1 0 0]");
+    EXPECT_EQ(text(after(machine(), Set{"machine.hold.2", "minimum_time", "(3 * T)"}), "transitions"),
+              "[1 2 1 0;\n 2 3 0 (3 * T);\n 3 1 2 0.5]");
+    EXPECT_EQ(text(after(machine(), Set{"machine.idle.3", "condition"}), "transitions"),
+              "[1 2 1 0;\n 2 3 0 2*T;\n 3 1 0 0.5]");
+    const Model model = after(machine(), Disconnect{"machine", "idle", "move.1"});
+    EXPECT_EQ(text(model, "transitions"), "[2 3 0 2*T;\n 3 1 2 0.5]");
+    ASSERT_EQ(model.layout.wires.size(), 1u) << "bends follow the numbers of their rows";
+    EXPECT_EQ(model.layout.wires[0].path, "machine.idle.2");
+    EXPECT_EQ(text(after(machine(), Disconnect{"machine", {}, "idle.3"}), "transitions"),
+              "[1 2 1 0;\n 2 3 0 2*T]");
+    EXPECT_EQ(text(after(machine("[1 2 0 0]"), Disconnect{"machine", {}, "move.1"}), "transitions"), "[]");
+}
+
+/// What is wrong, without place and remedy.
+std::string message(const Operation& operation, const Model& model = machine()) {
+    const std::string text = refusal(operation, model);
+    const auto begin = text.find(": ") + 2;
+    return text.substr(begin, text.find("; ", begin) - begin);
+}
+
+TEST(Chart, RefusesWhatIsNoChartAnyMore) {
+    EXPECT_EQ(message(Add{"machine", {.name = "move"}, {}, {}}), "there is a state 'move' already");
+    EXPECT_EQ(message(Add{"machine", {.name = "a, b"}, {}, {}}), "'a, b' is no name for a state");
+    EXPECT_EQ(message(Add{"machine", {.name = "g", .type = "Gain"}, {}, {}}),
+              "a chart has states, and no blocks");
+    EXPECT_EQ(message(Rename{"machine.move", "hold"}), "there is a state 'hold' already");
+    EXPECT_EQ(message(Remove{"machine.mov"}), "there is no state 'mov'");
+    EXPECT_EQ(message(Remove{"machine.idle"}, machine("", "[idle]")), "a chart has at least one state");
+    EXPECT_EQ(message(Connect{"machine", "idle", "x"}), "there is no state 'x'");
+    EXPECT_EQ(message(Disconnect{"machine", {}, "move.2"}), "there is no transition 'move.2'");
+    EXPECT_EQ(message(Set{"machine.move.1", "condition", "1, 2 3"}),
+              "'1, 2 3' is no single entry of a matrix");
+    EXPECT_EQ(message(Set{"machine.move.1", "condition", "1] ["}), "'1] [' is no single entry of a matrix");
+    EXPECT_EQ(message(Set{"machine.move.1", "K", "1"}), "there is no 'K' to set here");
+    EXPECT_EQ(message(Move{"machine.x", {1, 2}}), "there is no state 'x'");
+    EXPECT_EQ(message(Group{"machine", {"idle"}, "g"}), "the block is no subsystem");
+    EXPECT_EQ(message(Connect{"machine", "idle", "move"}, machine("rows")),
+              "its settings are evaluated before they are states and transitions");
+}
+
+TEST(Chart, TellsWhatCanBeSetOfStatesAndTransitions) {
+    const auto of_row = properties(machine(), "machine.hold.2");
+    ASSERT_EQ(of_row.size(), 2u);
+    EXPECT_EQ(of_row[1].name, "minimum_time");
+    EXPECT_EQ(of_row[1].value, "2*T");
+    EXPECT_EQ(properties(machine(), "machine.idle")[0].value, "true");
+    EXPECT_FALSE(properties(machine(), "machine.move")[0].value);
+}
+
+} // namespace
+} // namespace bf::model

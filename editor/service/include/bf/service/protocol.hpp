@@ -19,6 +19,7 @@
 #pragma once
 
 #include "bf/model/model.hpp"
+#include "bf/service/cockpit.hpp"
 #include "bf/view/drawing.hpp"
 
 #include <cstdint>
@@ -127,56 +128,6 @@ struct RunEdit {
     std::string refusal = {};            ///< why the edited model cannot go on from here
     std::vector<std::string> lost = {};  ///< states that it cannot take over, with the reason
     std::vector<std::string> begun = {}; ///< its states that begin with their initial values
-};
-
-/// Durations in a row of a histogram, from `from_us` on; the outermost rows are open.
-struct TimingRow {
-    double from_us = 0, to_us = 0;
-    std::int64_t count = 0;
-};
-struct TimingSummary {
-    double p50 = 0, p99 = 0, p99_99 = 0, worst = 0; ///< us
-    std::vector<TimingRow> rows = {};
-};
-/// Why steps ended after their deadlines: see docs/how-to/real-time.md.
-struct TimingMisses {
-    std::int64_t computation = 0, interruption = 0, wakeup = 0, backlog = 0;
-};
-/// How a loop against the clock keeps its period, since it began.
-struct Timing {
-    std::string state;    ///< "waiting", "running", "stopping", "emergency stop"
-    double time = 0;      ///< of the model, s
-    double period_us = 0; ///< on the clock
-    std::int64_t steps = 0;
-    TimingSummary wake_up_us;   ///< from the release of a step to its beginning
-    TimingSummary step_us;      ///< from its beginning to its end
-    TimingSummary response_us;  ///< from the release to the end; above the period: the deadline was missed
-    TimingSummary deviation_us; ///< of the time between two beginnings, its size
-    std::vector<TimingRow> deviation_of_the_period = {}; ///< to both sides
-    std::int64_t missed = 0;
-    TimingMisses missed_by_cause;
-    std::int64_t skipped = 0, degraded = 0;
-};
-
-/// What was done to a run, as the program that runs it has noted it.
-struct LiveEntry {
-    std::int64_t number = 0; ///< counts entries; one that comes again replaces the one before
-    double clock = 0;        ///< s since 1970
-    double time = 0;         ///< of the model, s
-    std::string who, what;
-};
-
-/// A run of another program.
-struct LiveProgram {
-    std::string name;         ///< of its model
-    std::string refusal = {}; ///< why it can be watched alone; empty: it can be tuned, started and stopped
-    std::string message = {}; ///< why there is no connection
-};
-
-/// How a run of another program goes, a few times a second.
-struct LiveReport {
-    std::optional<Timing> timing = {};
-    std::vector<LiveEntry> log = {}; ///< the last hundred
 };
 
 struct RunState {

@@ -438,10 +438,12 @@ void Editor::operator()(const SetVariable& set) {
     std::string name = set.name;
     for (auto dot = name.find('.'); dot != std::string::npos; dot = name.find('.')) {
         const std::string outer = name.substr(0, dot);
-        const auto structure = named(*variables, outer);
-        if (structure == variables->end() || structure->fields.empty())
+        auto structure = named(*variables, outer);
+        if (structure == variables->end() && set.variable) // its first field makes it one
+            structure = variables->insert(variables->end(), Variable{.name = outer});
+        else if (structure == variables->end() || structure->fields.empty())
             refuse({}, set.system, "there is no struct '" + outer + "' for '" + set.name + "'",
-                   "declare it with fields first, or use a name without '.'");
+                   "use a name without '.', or another one before it");
         variables = &structure->fields;
         name.erase(0, dot + 1);
     }
@@ -451,6 +453,8 @@ void Editor::operator()(const SetVariable& set) {
             refuse({}, set.system, "there is no variable '" + set.name + "'",
                    did_you_mean(name, names_of(*variables)));
         variables->erase(found);
+        if (const std::string outer = split_last(set.name).first; variables->empty() && !outer.empty())
+            (*this)(SetVariable{set.system, outer, {}}); // a struct without fields is none
         return;
     }
     Variable variable = *set.variable;

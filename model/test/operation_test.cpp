@@ -224,7 +224,26 @@ TEST(SetVariable, ReachesFieldsOfStructs) {
     EXPECT_EQ(gain().fields.size(), 2u);
     EXPECT_EQ(gain().name, "Gain");
     EXPECT_EQ(refusal(SetVariable{"", "k.x", Variable{.name = {}, .value = {.text = "1"}}}),
-              "there is no struct 'k' for 'k.x'; declare it with fields first, or use a name without '.'");
+              "there is no struct 'k' for 'k.x'; use a name without '.', or another one before it");
+}
+
+TEST(SetVariable, DeclaresAStructByItsFirstFieldAndRemovesItWithItsLast) {
+    const Model before = drawn_loop();
+    const Variable one{.name = {}, .value = {.text = "1"}};
+    Model model = after(before, SetVariable{"", "Tank.pump.K", one});
+    const Variable& tank = model.root.variables.back();
+    EXPECT_EQ(tank.name, "Tank");
+    ASSERT_EQ(tank.fields.size(), 1u);
+    EXPECT_EQ(tank.fields[0].name, "pump");
+    EXPECT_EQ(tank.fields[0].fields.at(0).name, "K");
+    model = after(model, SetVariable{"", "Tank.A1", one});
+    model = after(model, SetVariable{"", "Tank.pump.K"});
+    ASSERT_EQ(model.root.variables.back().fields.size(), 1u);
+    EXPECT_EQ(model.root.variables.back().fields[0].name, "A1");
+    model = after(model, SetVariable{"", "Tank.A1"});
+    EXPECT_EQ(model.root.variables.size(), before.root.variables.size());
+    EXPECT_EQ(refusal(SetVariable{"", "Tank.A1"}),
+              "there is no struct 'Tank' for 'Tank.A1'; use a name without '.', or another one before it");
 }
 
 TEST(RenameVariable, KnowsNamesFromWhatLooksLikeThem) {

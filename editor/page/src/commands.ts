@@ -107,6 +107,7 @@ export const commands: Command[] = [
   { title: "Keys", group: "Look", keys: ["Shift+?", "?"], run: (s) => (s.dialog = { kind: "help" }) },
 
   { title: "Run or pause", group: "Run", keys: ["P"], can: is_simulated, run: (s) => s.play_or_pause() },
+  { title: "Sliders of variables and parameters", group: "Run", keys: [], can: (s) => is_simulated(s) && s.run.state === "none", run: (s) => s.command("to", { time: 0 }) },
   { title: "One step", group: "Run", keys: ["S"], can: is_simulated, run: (s) => s.command("step") },
   { title: "Back to the beginning", group: "Run", keys: ["Home"], can: (s) => is_simulated(s) && s.run.state !== "none", run: (s) => s.command("stop") },
   { title: "Start the program", group: "Run", keys: [], can: (s) => s.is_in_control && s.waits, run: (s) => s.command("start") },

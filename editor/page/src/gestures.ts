@@ -51,7 +51,10 @@ export class Gestures {
     else if (wrong) {
       s.select([key_of(wrong)]);
       s.dialog = { kind: "fix" };
-    } else if (found?.port) this.pull(found.element, found.port);
+    } else if (found?.port) {
+      s.select([key_of(found.element)]);
+      this.pull(found.element, found.port);
+    }
     else if (grip) this.gesture = { kind: "resize", from: point, ...grip, tried: null };
     else if (found) {
       const key = key_of(found.element);

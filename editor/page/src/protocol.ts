@@ -369,6 +369,8 @@ export interface Recorded {
   signals: SignalInfo[];
   /** what is wrong with the file, which is readable up to there */
   defect: string;
+  /** of its latest sample, s */
+  end: number;
 }
 
 export interface Rectangle {
@@ -434,6 +436,8 @@ export interface RunState {
   branches: BranchInfo[];
   edit: RunEdit | null;
   live: LiveProgram | null;
+  /** what the run has otherwise than the model as it is now */
+  tuned: Tune[];
 }
 
 /** Of the run, or of the model where nothing runs. */
@@ -518,6 +522,8 @@ export interface SignalInfo {
   unit: string;
   /** its elements come column by column */
   rows: number;
+  /** does it go on between samples, rather than keep its value? */
+  is_continuous: boolean;
   /** that have names */
   values: NamedValue[];
 }
@@ -606,8 +612,8 @@ export interface TimingSummary {
   rows: TimingRow[];
 }
 
+/** A value of a parameter ("controller.pd.K") or of a variable ("Gain.Kp"). */
 export interface Tune {
-  /** a parameter ("controller.pd.K") or a variable ("Gain.Kp") */
   name: string;
   values: number[];
 }
@@ -635,6 +641,7 @@ export interface VariableField {
 }
 
 export interface Variables {
+  /** that expressions of the subsystem see, its own first */
   variables: VariableField[];
 }
 

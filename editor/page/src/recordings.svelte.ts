@@ -1,7 +1,13 @@
 import type { Client } from "./client.ts";
-import { last_of } from "./operations.ts";
+import { last_of, parent_of } from "./operations.ts";
 import type { Recorded } from "./protocol.ts";
 import { Samples, type Track } from "./samples.ts";
+
+/** As the run finds its signals: the one of that path, or the only output of the block or subsystem of that path. */
+function signal_in(recorded: Recorded, path: string) {
+  const under = recorded.signals.filter((other) => parent_of(other.path) === path);
+  return recorded.signals.find((other) => other.path === path) ?? (under.length === 1 ? under[0] : undefined);
+}
 
 /** Recordings that are compared with the run, and as much of them as panels show. */
 export class Recordings {
@@ -42,17 +48,17 @@ export class Recordings {
   }
 
   /** What each recording has of a signal, by its path or that of its block; what is not there yet comes. */
-  tracks_of(path: string): { name: string; track: Track }[] {
+  tracks_of(path: string): { name: string; track: Track | null; until: number }[] {
     void this.loaded;
-    return this.opened.flatMap((recorded) => {
-      const signal = recorded.signals.find((other) => other.path === path) ?? this.only_of(recorded, path);
-      const track = signal && this.track(recorded, signal.index);
-      return track ? [{ name: last_of(recorded.file.replace(/\.mcap$/, "").replace(/\//g, ".")), track }] : [];
+    return this.opened.map((recorded) => {
+      const signal = signal_in(recorded, path);
+      const name = last_of(recorded.file.replace(/\.mcap$/, "").replace(/\//g, "."));
+      return { name, track: signal ? this.track(recorded, signal.index) : null, until: recorded.end };
     });
   }
-  private only_of(recorded: Recorded, block: string) {
-    const under = recorded.signals.filter((other) => other.path.startsWith(`${block}.`));
-    return under.length === 1 ? under[0] : undefined;
+  /** The files that do not have a signal. */
+  without(path: string): string[] {
+    return this.opened.filter((recorded) => !signal_in(recorded, path)).map((recorded) => recorded.file);
   }
   private track(recorded: Recorded, index: number): Track | null {
     const key = `${recorded.number}/${index}`, known = this.tracks.get(key);

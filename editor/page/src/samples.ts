@@ -131,31 +131,41 @@ export class Samples {
   }
 }
 
+/** One element of a signal over time: what is known of it `until` then. */
+export interface Course { track: Track; element: number; until: number; is_continuous: boolean }
+
 /**
  * What a plot of `columns` pixels shows between two times: two points per column, the least and the greatest value in
- * it, for all elements at the same times. Between samples, and after the last one until `known_to`, a signal keeps its
- * value.
+ * it, for all elements at the same times. After its last sample a signal keeps its value; between samples, too, but for
+ * a continuous one, which runs straight from one to the next.
  */
-export function decimated(
-  lines: { track: Track; element: number }[], from: number, to: number, columns: number, known_to: number,
-): (number | null)[][] {
+export function decimated(lines: Course[], from: number, to: number, columns: number): (number | null)[][] {
   const width = (to - from) / columns;
   const times: number[] = [];
   for (let c = 0; c < columns; ++c) times.push(from + c * width, from + (c + 0.5) * width);
   const all: (number | null)[][] = [times];
-  for (const { track, element } of lines) {
+  for (const { track, element, until, is_continuous } of lines) {
     const data = track.values[element]!, line: (number | null)[] = [];
     let i = track.first_from(from);
     let last = i > 0 ? data[i - 1]! : null;
-    const end = Math.max(known_to, track.length > 0 ? track.times[track.length - 1]! : -Infinity);
+    const end = Math.max(until, track.length > 0 ? track.times[track.length - 1]! : -Infinity);
+    /** Between sample k - 1 and sample k. */
+    const between = (k: number, time: number) => {
+      const t = track.times[k - 1]!;
+      return data[k - 1]! + ((data[k]! - data[k - 1]!) * (time - t)) / (track.times[k]! - t);
+    };
     for (let c = 0; c < columns; ++c) {
       let low = Infinity, high = -Infinity, least_at = 0, greatest_at = 0;
+      const first = i;
       for (; i < track.length && track.times[i]! < from + (c + 1) * width; ++i) {
         last = data[i]!;
         if (last < low) [low, least_at] = [last, i];
         if (last > high) [high, greatest_at] = [last, i];
       }
-      if (low <= high) line.push(...(least_at < greatest_at ? [low, high] : [high, low]));
+      if (is_continuous && first > 0 && first < track.length && i - first < 2) { // too few samples for an extent
+        const t = from + c * width, half = t + width / 2;
+        line.push(between(first, t), i > first ? data[first]! : between(first, half));
+      } else if (low <= high) line.push(...(least_at < greatest_at ? [low, high] : [high, low]));
       else line.push(...(from + c * width <= end ? [last, last] : [null, null]));
     }
     all.push(line);
@@ -185,6 +195,12 @@ export function paired(
 export function duration_text(us: number): string {
   const size = Math.abs(us);
   return size < 1000 ? `${number_text(us)} µs` : size < 1e6 ? `${number_text(us / 1000)} ms` : `${number_text(us / 1e6)} s`;
+}
+
+/** Six digits that matter, as a field takes them, in as few letters as possible. */
+export function field_text(value: number): string {
+  const plain = String(Number(value.toPrecision(6))), short = Number(value.toPrecision(6)).toExponential().replace("e+", "e");
+  return short.length < plain.length ? short : plain;
 }
 
 /** Four digits that matter, without noise. */

@@ -33,7 +33,7 @@ type Tried = Omit<Draw, "system" | "show">;
 const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
 const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
-  branch: 0, branches: [], edit: null, live: null };
+  branch: 0, branches: [], edit: null, live: null, tuned: [] };
 /** New blocks and those that are dragged stand on multiples of this. */
 export const grid = 5;
 export const on_grid = (p: Point): Point => ({ x: Math.round(p.x / grid) * grid, y: Math.round(p.y / grid) * grid });
@@ -80,7 +80,10 @@ export class Session {
   unknown = $state.raw<ReadonlySet<string>>(new Set());
   samples = new Samples();
   sampled = $state(0); // grows with what `samples` has
-  tuned = $state.raw<ReadonlyMap<string, number[]>>(new Map());
+  private wished = $state.raw<ReadonlyMap<string, number[]>>(new Map()); // values that are asked for
+  /** What the run has otherwise than the model, and what a slider is being drawn to. */
+  readonly tuned: ReadonlyMap<string, number[]> = $derived(
+    new Map([...this.run.tuned.map(({ name, values }) => [name, values] as const), ...this.wished]));
   /** Branches that are shown besides the one that goes on. */
   compared = $state.raw<ReadonlySet<number>>(new Set());
 
@@ -99,7 +102,6 @@ export class Session {
   private drawing_under_way: Promise<void> | null = null;
   private is_stale = false;
   private clipboard = "";
-  private waiting_tunes = new Map<string, number[]>();
   private is_tuning = false;
   private has_run = false;
 
@@ -545,10 +547,7 @@ export class Session {
   private take_run(state: RunState): void {
     const is_again = state.live !== null && this.run.state === "failed" && state.state === "running"; // another program
     const is_other = is_again || (this.run.state === "none" && state.state !== "none");
-    if (state.state === "none") {
-      this.signals = [];
-      this.tuned = new Map();
-    }
+    if (state.state === "none") this.signals = [];
     const is_other_branch = this.run.branch !== state.branch || this.run.branches.length !== state.branches.length;
     this.run = state;
     if (is_other) {
@@ -621,14 +620,14 @@ export class Session {
 
   /** The newest values of each name win; one request at a time. */
   async tune(name: string, values: number[]): Promise<void> {
-    this.tuned = new Map([...this.tuned, [name, values]]);
-    this.waiting_tunes.set(name, values);
+    this.wished = new Map([...this.wished, [name, values]]);
     if (this.is_tuning) return;
     this.is_tuning = true;
-    while (this.waiting_tunes.size > 0) {
-      const [next, wanted] = this.waiting_tunes.entries().next().value!;
-      this.waiting_tunes.delete(next);
-      await this.ask("tune", { name: next, values: wanted }, "run");
+    while (this.wished.size > 0) {
+      const [next, wanted] = this.wished.entries().next().value!;
+      const state = await this.ask("tune", { name: next, values: wanted }, "run");
+      if (state) this.take_run(state);
+      if (this.wished.get(next) === wanted) this.wished = new Map([...this.wished].filter(([other]) => other !== next));
     }
     this.is_tuning = false;
   }

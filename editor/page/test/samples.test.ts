@@ -1,5 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { decimated, most_samples, number_text, paired, Samples, Track } from "../src/samples.ts";
+import { decimated, field_text, most_samples, number_text, paired, Samples, Track } from "../src/samples.ts";
 import { frame } from "./service.ts";
 
 function track(f: (t: number) => number, n: number): Track {
@@ -61,10 +61,27 @@ describe("a branch", () => {
   });
 });
 
+const course = (track: Track, until: number, is_continuous = false) => ({ track, element: 0, until, is_continuous });
+
 describe("a plot", () => {
+  test("ends each line where that was known last, whatever the others reach", () => {
+    const short = track((t) => t, 10), long = track((t) => t, 10); // the last samples at 0.9
+    const [, a, b] = decimated([course(short, 1), course(long, 3)], 0, 4, 40);
+    const last = (line: (number | null)[]) => line.findLastIndex((value) => value !== null);
+    expect([last(a!), last(b!)].map((i) => Math.round(i / 2))).toEqual([11, 31]);
+  });
+  test("runs straight between samples of a continuous signal, and keeps its extent where they are many", () => {
+    const made = new Track(1);
+    for (let t = 0; t <= 10; ++t) made.push(t, () => 3 * t);
+    const [times, values] = decimated([course(made, 10, true)], 0, 10, 100);
+    times!.forEach((t, i) => { if (t! <= 9.9) expect(values![i]! - 3 * t!).toBeCloseTo(0, 0.5); });
+    for (let i = 1; i < 195; ++i) expect(values![i]! - values![i - 1]!).toBeLessThan(0.31); // no stairs
+    const many = track((t) => (Math.abs(t - 0.5) < 1e-9 ? 100 : Math.sin(40 * t)), 100_000);
+    expect(decimated([course(many, 1, true)], 0, 1, 300)).toEqual(decimated([course(many, 1)], 0, 1, 300));
+  });
   test("shows the least and the greatest value of each column, so that no peak is lost", () => {
     const made = track((t) => (Math.abs(t - 0.5) < 1e-9 ? 100 : Math.sin(40 * t)), 100_000);
-    const [times, values] = decimated([{ track: made, element: 0 }], 0, 1, 300, 1);
+    const [times, values] = decimated([course(made, 1)], 0, 1, 300);
     expect(times).toHaveLength(600);
     expect(Math.max(...(values as number[]))).toBe(100);
     for (let c = 0; c < 300; ++c) {
@@ -76,9 +93,14 @@ describe("a plot", () => {
   test("holds values between samples, from the first one to where the run is", () => {
     const made = new Track(1);
     [[0.25, 1], [0.65, 2]].forEach(([t, v]) => made.push(t!, () => v!));
-    expect(decimated([{ track: made, element: 0 }], 0, 1, 10, 0.85)[1]!.filter((_, i) => i % 2 === 0))
+    expect(decimated([course(made, 0.85)], 0, 1, 10)[1]!.filter((_, i) => i % 2 === 0))
       .toEqual([null, null, 1, 1, 1, 1, 2, 2, 2, null]);
   });
+});
+
+test("fields show small and large numbers by all of their digits in few letters", () => {
+  expect([0, 0.5, 300, 1.78e-5, 3.3e-6, 123456789, -0.02, 1 / 3].map(field_text))
+    .toEqual(["0", "0.5", "300", "1.78e-5", "3.3e-6", "123457000", "-0.02", "0.333333"]);
 });
 
 test("numbers have four digits that matter", () => {

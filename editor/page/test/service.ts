@@ -65,11 +65,13 @@ export class Model {
   revision = 1;
   operations: object[] = [];
   panels: PanelInfo[] = [];
+  refusal = ""; // of edits
+  failure = "";
 
   state(): DocumentState {
     const open = !this.wires.some(([, to]) => to.startsWith("scope"));
     return {
-      file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, failure: "", panels: this.panels,
+      file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, failure: this.failure, panels: this.panels,
       diagnostics: open ? [{ file: "motor.yaml", line: 9, column: 3, path: "scope", message: "input 'u' is not connected", remedy: "connect it", fixes: [
         { title: "Connect 'motor' to 'scope'", operation: '{"do":"connect","system":"","from":"motor","to":"scope"}' }] }] : [],
     };
@@ -129,12 +131,12 @@ export function frame(samples: { index: number; branch?: number; time: number; v
   return view.buffer;
 }
 
-const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "", branch: 0, branches: [], edit: null, live: null };
+const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "", branch: 0, branches: [], edit: null, live: null, tuned: [] };
 const signals: SignalInfo[] = [
-  { index: 3, path: "error.y", elements: 1, names: [], unit: "rad/s", rows: 1, values: [] },
-  { index: 4, path: "motor.x", elements: 2, names: ["i", "omega"], unit: "A", rows: 2, values: [] },
-  { index: 5, path: "law.J", elements: 6, names: [], unit: "", rows: 2, values: [] },
-  { index: 6, path: "phases.state", elements: 1, names: [], unit: "", rows: 1, values: [{ value: 1, name: "rest" }, { value: 2, name: "walk" }] },
+  { index: 3, path: "error.y", elements: 1, names: [], unit: "rad/s", rows: 1, is_continuous: false, values: [] },
+  { index: 4, path: "motor.x", elements: 2, names: ["i", "omega"], unit: "A", rows: 2, is_continuous: false, values: [] },
+  { index: 5, path: "law.J", elements: 6, names: [], unit: "", rows: 2, is_continuous: false, values: [] },
+  { index: 6, path: "phases.state", elements: 1, names: [], unit: "", rows: 1, is_continuous: false, values: [{ value: 1, name: "rest" }, { value: 2, name: "walk" }] },
 ];
 
 class Speaker {
@@ -178,12 +180,15 @@ class Speaker {
       case "evaluate": return params.text.includes("nothing") ? { value: "", error: "unknown variable 'nothing'" } : { value: "0.2", error: "" };
       case "find": return { hits: model.blocks.filter((b) => b.name.includes(params.text)).map((b) => ({ path: b.name, what: "name", text: b.symbol })) };
       case "edit":
+        if (model.refusal) throw new Error(model.refusal);
         model.edit(params.operation);
         this.tell("changed", model.state());
         return model.state();
       case "signals": case "watch": return { signals, plots: [], unknown: [] };
       case "run": return this.act(params.action);
-      case "tune": return this.run;
+      case "tune":
+        if (params.values.some((value: number) => value > 50)) throw new Error(`'${params.name}' is at most 50`);
+        return (this.run = { ...this.run, tuned: [{ name: params.name, values: params.values }] });
       case "times": return { blocks: params.is_wanted ? [{ path: "gain", seconds: 3e-3, calls: 1000 }, { path: "motor.law", seconds: 1e-3, calls: 1000 }] : [] };
       default: throw new Error(`there is no method '${method}'`);
     }

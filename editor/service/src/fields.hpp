@@ -88,12 +88,15 @@ BF_FIELDS(service::LiveEntry, has("number", &T::number), has("clock", &T::clock)
 BF_FIELDS(service::LiveProgram, has("name", &T::name), has("refusal", &T::refusal),
           has("message", &T::message))
 BF_FIELDS(service::LiveReport, has("timing", &T::timing), has("log", &T::log))
+BF_FIELDS(service::Tune, has("name", &T::name), has("values", &T::values))
 BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("time", &T::time),
           has("stop", &T::stop), has("factor", &T::factor), has("reached", &T::reached),
           has("is_current", &T::is_current), has("message", &T::message), has("branch", &T::branch),
-          has("branches", &T::branches), has("edit", &T::edit), has("live", &T::live))
+          has("branches", &T::branches), has("edit", &T::edit), has("live", &T::live),
+          has("tuned", &T::tuned))
 BF_FIELDS(service::SignalInfo, has("index", &T::index), has("path", &T::path), has("elements", &T::elements),
-          has("names", &T::names), has("unit", &T::unit), has("rows", &T::rows), has("values", &T::values))
+          has("names", &T::names), has("unit", &T::unit), has("rows", &T::rows),
+          has("is_continuous", &T::is_continuous), has("values", &T::values))
 
 BF_FIELDS(service::Nothing, std::tuple<>())
 BF_FIELDS(service::Hello, has("protocol", &T::protocol))
@@ -139,12 +142,11 @@ BF_FIELDS(service::SceneWorld, has("path", &T::path), has("bodies", &T::bodies),
           has("feet", &T::feet), has("has_floor", &T::has_floor), has("start", &T::start),
           has("disturbance", &T::disturbance))
 BF_FIELDS(service::Recorded, has("number", &T::number), has("file", &T::file), has("signals", &T::signals),
-          has("defect", &T::defect))
+          has("defect", &T::defect), has("end", &T::end))
 BF_FIELDS(service::FileList, has("files", &T::files))
 BF_FIELDS(service::BlockTime, has("path", &T::path), has("seconds", &T::seconds), has("calls", &T::calls))
 BF_FIELDS(service::Times, has("blocks", &T::blocks))
 BF_FIELDS(service::Look, has("is_wanted", &T::is_wanted))
 BF_FIELDS(service::Scene, has("number", &T::number), has("worlds", &T::worlds), has("failure", &T::failure))
-BF_FIELDS(service::Tune, has("name", &T::name), has("values", &T::values))
 
 } // namespace bf

@@ -1,5 +1,6 @@
 #include "inspect.hpp"
 
+#include "bf/elaborate/solver_method.hpp"
 #include "bf/library/declared.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/model/operation.hpp"
@@ -114,12 +115,15 @@ Inspection inspected(Registry& registry, const model::Model& m, const Diagram& d
         add_parameters(*block->content(), reference, path, diagram, seen);
         seen.doc = block->doc.empty() && reference ? reference->model->doc : block->doc;
     }
-    for (auto& property : model::properties(m, path))
+    for (auto& property : model::properties(m, path)) {
+        if (path.empty() && property.name == "solver")
+            for (const auto& [name, method] : solver_methods) property.choices.emplace_back(name);
         seen.fields.push_back({.name = property.name,
                                .role = FieldRole::property,
                                .text = property.value,
                                .value = value(property.name),
                                .choices = std::move(property.choices)});
+    }
     return seen;
 }
 

@@ -17,8 +17,10 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <future>
+#include <limits>
 #include <list>
 #include <map>
 #include <mutex>
@@ -127,6 +129,7 @@ struct Live::Connection {
             {
                 const std::lock_guard lock(mutex);
                 state.time = state.reached = 0;
+                state.tuned.clear();
                 report = {};
             }
             tell_report();
@@ -254,15 +257,42 @@ struct Live::Connection {
         }
         enter(Running::running, "");
         subscribe();
+        send({{"op", "getParameters"}, {"id", "all"}, {"parameterNames", Json::array()}});
     }
 
+    /// Of all parameters and variables at the beginning, later of those that change.
     void hear_parameters(const Json& json) {
-        if (!json.contains("id") || !waiting) return;
+        std::vector<std::string> heard;
+        {
+            const std::lock_guard lock(mutex);
+            for (const auto& parameter : json.value("parameters", Json::array())) {
+                if (!parameter.is_object() || !parameter.contains("value")) continue;
+                Tune told{parameter.value("name", ""), numbers_in(parameter["value"])};
+                heard.push_back(told.name);
+                const auto known = std::ranges::find(state.tuned, told.name, &Tune::name);
+                (known != state.tuned.end() ? *known : state.tuned.emplace_back()) = std::move(told);
+            }
+        }
+        const std::string id = json.value("id", "");
+        if (id == "all") send({{"op", "subscribeParameterUpdates"}, {"parameterNames", heard}});
+        tell();
+        if (id != "tune" || !waiting) return;
         if (refusal.empty())
             waiting->set_value();
         else
             fail(*waiting, refusal);
         waiting.reset();
+    }
+
+    /// JSON has no infinity: the server tells it by name.
+    static std::vector<double> numbers_in(const Json& value) {
+        std::vector<double> numbers;
+        for (const auto& one : value.is_array() ? value : Json::array({value}))
+            numbers.push_back(one.is_string()    ? std::strtod(one.get<std::string>().c_str(), nullptr)
+                              : one.is_boolean() ? static_cast<double>(one.get<bool>())
+                              : one.is_number()  ? one.get<double>()
+                                                 : std::numeric_limits<double>::quiet_NaN());
+        return numbers;
     }
 
     static void fail(std::promise<void>& done, const std::string& why) {

@@ -10,9 +10,9 @@ namespace bf::service {
 
 namespace {
 
-class Finder {
+class PlaceFinder {
   public:
-    explicit Finder(std::string_view text) {
+    explicit PlaceFinder(std::string_view text) {
         for (std::size_t begin = 0; begin < text.size();) {
             const std::size_t end = std::min(text.find('\n', begin), text.size());
             lines_.push_back(text.substr(begin, end - begin));
@@ -71,7 +71,7 @@ class Finder {
 
 std::vector<TextPlace> places_in(const model::Model& model, const std::string& system) {
     if (!model.source) return {};
-    Finder finder(*model.source);
+    PlaceFinder finder(*model.source);
     finder.look_into(model.root, system);
     return finder.places();
 }

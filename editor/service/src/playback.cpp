@@ -59,6 +59,7 @@ class Playback::Loop final : public Run::Observer {
     void tune(const Tune& tune) {
         worker_.call([&] {
             timeline_.change({{tune.name, tune.values}});
+            tunings_ = {};
             note();
         });
     }
@@ -166,6 +167,14 @@ class Playback::Loop final : public Run::Observer {
         bool is_inside = false;          ///< the step
     };
 
+    /// What the values of the run depend on, besides what was set last.
+    struct Tunings {
+        int branch = -1;
+        std::size_t changes = 0;
+        std::shared_ptr<const LoadedModel> newest = {};
+        bool operator==(const Tunings&) const = default;
+    };
+
     /// Pages know signals of all branches by one number, if they have the same path and size.
     void prepare(Played& played) {
         played.run.add_observer(*this);
@@ -177,7 +186,11 @@ class Playback::Loop final : public Run::Observer {
             const int elements = static_cast<int>(quantity.info.elements());
             const auto [at, is_new] =
                 known.emplace(std::pair(quantity.path, elements), static_cast<int>(infos_.size()));
-            if (is_new) infos_.push_back(described(at->second, quantity.path, quantity.info));
+            if (is_new) {
+                infos_.push_back(described(at->second, quantity.path, quantity.info));
+                infos_.back().is_continuous =
+                    played.model->diagram.rates[static_cast<std::size_t>(quantity.rate)].is_continuous;
+            }
             const auto index = static_cast<std::size_t>(at->second);
             if (played.places.size() <= index) played.places.resize(index + 1, -1);
             played.places[index] = static_cast<int>(i);
@@ -257,7 +270,15 @@ class Playback::Loop final : public Run::Observer {
     /// Of where the run is.
     void note() {
         const Timeline::Branch& shown = timeline_.current();
+        const Tunings now{timeline_.at().info.index, timeline_.changes_so_far().size(), newest_.model};
+        const bool is_other = std::exchange(tunings_, now) != now;
+        const auto unlike =
+            is_other ? timeline_.unlike(newest_.model->diagram) : std::vector<ParameterValue>();
         const std::lock_guard lock(mutex_);
+        if (is_other) {
+            state_.tuned.clear();
+            for (const auto& [name, values] : unlike) state_.tuned.push_back({name, values});
+        }
         state_.time = state_.state == Running::running ? std::max(seen_time_, 0.0) : timeline_.time();
         state_.reached = timeline_.reached();
         state_.branch = shown.info.index;
@@ -570,6 +591,7 @@ class Playback::Loop final : public Run::Observer {
 
     Timeline timeline_;
     Edited newest_; ///< of the document
+    Tunings tunings_;
     std::vector<Watched> watched_;
     std::vector<int> compared_;            ///< branches
     std::set<std::pair<int, int>> filled_; ///< branches and signals of which all is known, or comes

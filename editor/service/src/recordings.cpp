@@ -2,6 +2,8 @@
 
 #include "frame.hpp"
 
+#include <algorithm>
+
 namespace bf::service {
 
 namespace {
@@ -21,8 +23,10 @@ Recorded Recordings::open(const std::filesystem::path& file, const std::string& 
     Opened opened{++number_, recording::load(file)};
     Recorded told{opened.number, name, {}, opened.recording.defect};
     int index = 0;
-    for (const auto& channel : opened.recording.channels)
+    for (const auto& channel : opened.recording.channels) {
         told.signals.push_back(described(index++, channel.name, channel.info));
+        if (channel.samples() > 0) told.end = std::max(told.end, channel.time(channel.samples() - 1));
+    }
     opened_.push_back(std::move(opened));
     if (opened_.size() > most_opened) opened_.erase(opened_.begin());
     return told;

@@ -10,6 +10,7 @@
 #include "checker.hpp"
 #include "clipboard.hpp"
 #include "committed.hpp"
+#include "edit_name.hpp"
 #include "evaluate.hpp"
 #include "find.hpp"
 #include "images.hpp"
@@ -317,29 +318,24 @@ struct Service::State {
     Hits find(int, const Find& asked) { return found_in(project->model(), asked.text); }
 
     Variables variables(int, const InSystem& asked) {
-        const model::Model& m = project->model();
-        const model::System* system = model::find_system(m, asked.system);
-        if (!system) throw Refusal("there is no subsystem '" + asked.system + "'");
-        return variables_of(*system, asked.system, diagram());
+        Variables all;
+        std::set<std::string> hidden; // by those of inner subsystems
+        const auto head = [](const VariableField& field) {
+            return field.name.substr(0, field.name.find('.'));
+        };
+        for (std::string path = asked.system;; path = model::split_last(path).first) {
+            const model::System* system = model::find_system(project->model(), path);
+            if (!system) throw Refusal("there is no subsystem '" + path + "'");
+            for (auto& variable : variables_of(*system, path, diagram()).variables)
+                if (!hidden.contains(head(variable))) all.variables.push_back(std::move(variable));
+            if (path.empty()) return all;
+            for (const auto& variable : all.variables) hidden.insert(head(variable));
+        }
     }
 
-    /// "set load.after = 0.06", "rename load".
-    static std::string name_of(const std::string& operation) {
-        const Json json = Json::parse(operation, nullptr, false);
-        std::string text = json.value("do", "edit");
-        for (const char* key : {"path", "system", "from"})
-            if (const auto at = json.find(key); at != json.end() && at->is_string() && *at != "") {
-                text += " " + at->get<std::string>();
-                break;
-            }
-        if (text.starts_with("set") && json.contains("name") && json["name"].is_string())
-            text += (text.find(' ') == text.npos ? " " : ".") + json["name"].get<std::string>();
-        if (const auto at = json.find("value"); at != json.end() && at->is_string())
-            text += " = " + shortened(at->get<std::string>());
-        return text;
-    }
     DocumentState edit(int, const Edit& asked) {
-        return apply(model::operation_from_json(asked.operation.json), name_of(asked.operation.json));
+        return apply(model::operation_from_json(asked.operation.json),
+                     edit_name(Json::parse(asked.operation.json)));
     }
     DocumentState undo(int, const Nothing&) {
         if (!project->undo()) throw Refusal("there is nothing to undo");

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace bf::service {
 
@@ -17,10 +18,47 @@ NamedValues named(const std::vector<ParameterValue>& values) {
     return all;
 }
 
-std::string text_of(const ParameterValue& value) {
+std::string text_of(const std::vector<double>& values) {
     std::string text;
-    for (const double x : value.values) text += (text.empty() ? "" : " ") + number_text(x);
-    return value.path + " = " + (value.values.size() == 1 ? text : "[" + text + "]");
+    for (const double x : values) text += (text.empty() ? "" : " ") + number_text(x);
+    return values.size() == 1 ? text : "[" + text + "]";
+}
+
+/// "Gain.Kp = 0.2, umax = 12 … 6": what was set, and to what in the end where that went on.
+std::string text_of(const std::vector<Timeline::Change>& changes) {
+    std::vector<std::pair<std::string, std::vector<std::string>>> all; // values by name
+    for (const auto& change : changes)
+        for (const auto& [name, values] : change.asked) {
+            auto found = std::ranges::find(all, name, &decltype(all)::value_type::first);
+            if (found == all.end()) found = all.insert(all.end(), {name, {}});
+            found->second.push_back(text_of(values));
+        }
+    std::string text;
+    for (const auto& [name, values] : all) {
+        text += (text.empty() ? "" : ", ") + name + " = " + values.front();
+        if (values.size() > 1) text += " … " + values.back();
+    }
+    return text;
+}
+
+using Values = std::map<std::string, std::vector<double>>; ///< by path
+
+Values variables_of(const Tuning& tuning) {
+    Values all;
+    for (auto& variable : tuning.variables()) all[variable.path] = std::move(variable.values);
+    return all;
+}
+
+/// What a model gives them.
+Values parameters_of(const Diagram& diagram) {
+    Values all;
+    for (const auto& node : diagram.nodes) {
+        const auto& declared = node.block->declaration().slots;
+        for (std::size_t s = 0; s < declared.size(); ++s)
+            if (declared[s].role == Role::parameter)
+                all[node.path + "." + declared[s].name] = node.block->resolution().slots[s].initial;
+    }
+    return all;
 }
 
 /// What a model gives a variable or a parameter, as text; empty: it has no such.
@@ -179,18 +217,51 @@ Timeline::Cursor Timeline::beginning_of(int index) const {
 
 // ---- what makes branches
 
-/// Since the model at work began.
-std::vector<ParameterValue> Timeline::asked_so_far() const {
-    std::vector<ParameterValue> all;
+std::vector<const Timeline::Change*> Timeline::changes_so_far() const {
+    std::vector<const Change*> all;
     const double now = time();
     const auto add = [&](const auto& self, const Branch& of) -> void {
         const Branch* const parent = branch(of.info.parent);
         if (parent && parent->played == of.played) self(self, *parent);
         for (const auto& change : of.changes)
             if (static_cast<double>(change.step) * run_period() <= now + run_period() / 2)
-                all.insert(all.end(), change.asked.begin(), change.asked.end());
+                all.push_back(&change);
     };
     add(add, at());
+    return all;
+}
+
+std::vector<ParameterValue> Timeline::asked_so_far() const {
+    std::vector<ParameterValue> all;
+    for (const Change* change : changes_so_far())
+        all.insert(all.end(), change->asked.begin(), change->asked.end());
+    return all;
+}
+
+std::vector<ParameterValue> Timeline::unlike(const Diagram& given) const {
+    const Diagram& here = at().played->model->diagram;
+    Tuning tuning(here);
+    Values parameters;
+    for (const Change* change : changes_so_far()) {
+        tuning.accept(named(change->asked));
+        for (const auto& [path, values] : change->values) parameters[path] = values;
+    }
+    Values of_given;
+    if (&here == &given) { // what was not set is the same
+        for (const auto& [path, values] : parameters)
+            of_given[path] = given.slot(given.find_parameter(path)).initial;
+    } else {
+        of_given = parameters_of(given);
+        parameters.merge(parameters_of(here));
+    }
+    std::vector<ParameterValue> all;
+    const auto add = [&](const Values& now, const Values& before) {
+        for (const auto& [path, values] : now)
+            if (const auto known = before.find(path); known != before.end() && known->second != values)
+                all.push_back({path, values});
+    };
+    add(variables_of(tuning), variables_of(Tuning(given)));
+    add(parameters, of_given);
     return all;
 }
 
@@ -215,12 +286,8 @@ void Timeline::change(const std::vector<ParameterValue>& asked) {
     });
     here.changes.push_back({run.steps(), asked, std::move(values)});
     cursor_.changes = here.changes.size();
-    if (here.info.parent >= 0 && here.info.from == now && branch(here.info.parent)->played == here.played) {
-        here.info.cause.clear();
-        for (const auto& made : here.changes)
-            for (const auto& value : made.asked)
-                here.info.cause += (here.info.cause.empty() ? "" : ", ") + text_of(value);
-    }
+    if (here.info.parent >= 0 && branch(here.info.parent)->played == here.played)
+        here.info.cause = text_of(here.changes);
     checkpoint();
 }
 

@@ -93,6 +93,14 @@ class Timeline {
     void peek();
     void choose(int branch); ///< and stay at this time, as far as it was reached. Throws RunError.
 
+    // ---- what was set
+
+    /// Since the model at work began, up to this time.
+    std::vector<const Change*> changes_so_far() const;
+    /// What variables and parameters are here otherwise than that model gives them, which is another state of
+    /// the same document.
+    std::vector<ParameterValue> unlike(const Diagram& given) const;
+
     // ---- what makes branches ----
 
     /// Sets variables and parameters here. Where something was simulated from here on, another branch begins.

@@ -196,16 +196,23 @@ TEST(Live, ShowsTheSignalsOfAnotherProgramAndTunesIt) {
         }
     EXPECT_EQ(attached.samples[index.at("count.y")].begin()->second, (std::vector<double>{1, 3, -2, 4}));
 
+    const auto has_k = [](const Json& run, double value) {
+        return std::ranges::any_of(run["tuned"], [&](const Json& one) {
+            return one["name"] == "k" && one["values"] == Json::array({value});
+        });
+    };
     const Json refused = attached.ask("tune", {{"name", "k"}, {"values", {7}}});
     EXPECT_EQ(refused["error"]["message"], "variable 'k' must be at most 5, but is 7; nothing was changed");
     EXPECT_EQ(attached.ask("run", {{"action", "pause"}})["error"]["message"],
               "the run is another program's: it cannot be moved in time");
+    EXPECT_TRUE(has_k(attached.live(), 0.3)) << "a refused value is not shown";
     attached.ask("tune", {{"name", "k"}, {"values", {2}}});
     EXPECT_TRUE(attached.until([&] { return attached.has_entry("page 1 of ", "k = 2, was 0.3"); }));
     Attached other(file, program.address());
     ASSERT_TRUE(other.until([&] { return other.live()["state"] == "running"; }));
     other.ask("tune", {{"name", "k"}, {"values", {1}}});
     EXPECT_TRUE(attached.until([&] { return attached.has_entry("page 1 of ", "k = 1, was 2"); }));
+    EXPECT_TRUE(attached.until([&] { return has_k(attached.live(), 1); })) << "what another one changed";
     EXPECT_TRUE(other.until([&] { return other.has_entry("page 1 of ", "k = 2, was 0.3"); }))
         << "what was done before it looked";
     ASSERT_TRUE(attached.until([&] { return !attached.report()["timing"].is_null(); }));

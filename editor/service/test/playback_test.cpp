@@ -288,7 +288,7 @@ TEST(Playback, AChangeInThePastKeepsWhatWasThereAsABranch) {
     EXPECT_EQ(state.branch, 1);
     EXPECT_EQ(state.branches[1].parent, 0);
     EXPECT_NEAR(state.branches[1].from, 1, 1e-9);
-    EXPECT_EQ(state.branches[1].cause, "rate = -3");
+    EXPECT_EQ(state.branches[1].cause, "rate = -3 … 1") << "what it began with, and what it came to";
     EXPECT_NEAR(state.branches[0].reached, 5, 1e-9);
 
     playback.watch({x}, {0});
@@ -328,6 +328,39 @@ TEST(Playback, EarlierBranchesAreForgottenOnlyWhenThereAreTooMany) {
     } catch (const std::runtime_error& error) {
         EXPECT_STREQ(error.what(), "there is no branch 1; it was forgotten");
     }
+}
+
+TEST(Playback, TellsTheValuesOfTheShownBranchWhereTheyAreNotThoseOfTheModel) {
+    const auto tuned = [](const RunState& state) {
+        std::map<std::string, std::vector<double>> all;
+        for (const auto& [name, values] : state.tuned) all[name] = values;
+        return all;
+    };
+    using Values = std::map<std::string, std::vector<double>>;
+    Seen seen;
+    Playback playback(loaded(decay), 1, seen.listener());
+    playback.command({.action = Action::to, .time = 2.0});
+    EXPECT_EQ(tuned(rest(playback)), Values());
+    playback.command({.action = Action::to, .time = 1.0});
+    static_cast<void>(rest(playback));
+    playback.tune({"rate", {-2}});
+    EXPECT_EQ(tuned(playback.state()), (Values{{"rate", {-2}}, {"slope.K", {-2}}}));
+    playback.tune({"rate", {-3}});
+    EXPECT_EQ(tuned(playback.state()), (Values{{"rate", {-3}}, {"slope.K", {-3}}}));
+    EXPECT_THROW(playback.tune({"rate", {1, 2}}), std::runtime_error);
+    EXPECT_EQ(tuned(playback.state()), (Values{{"rate", {-3}}, {"slope.K", {-3}}}));
+    playback.command({.action = Action::to, .time = 0.5});
+    EXPECT_EQ(tuned(rest(playback)), Values()) << "before it was changed";
+
+    // The document takes the value over: now the first branch has another one than it.
+    std::string text = decay;
+    text.replace(text.find("rate: -1"), 8, "rate: -3");
+    playback.command({.action = Action::to, .time = 1.0});
+    static_cast<void>(rest(playback));
+    playback.edit(loaded(text.c_str()), 2, "rate = -3");
+    EXPECT_EQ(tuned(rest(playback)), Values());
+    playback.command({.action = Action::branch, .branch = 0});
+    EXPECT_EQ(tuned(rest(playback)), (Values{{"rate", {-1}}, {"slope.K", {-1}}}));
 }
 
 TEST(Playback, AnEditedModelGoesOnFromThereWithItsStates) {

@@ -169,6 +169,17 @@ TEST_F(ServiceTest, FindsNamesTypesAndWhatIsWritten) {
     EXPECT_EQ(found(""), All{});
 }
 
+TEST_F(ServiceTest, OffersTheSolversThatThereAre) {
+    const Json seen = result("inspect", {{"path", ""}});
+    for (const auto& field : seen["fields"])
+        if (field["name"] == "solver") {
+            EXPECT_NE(std::ranges::find(field["choices"], "rk4"), field["choices"].end());
+            EXPECT_NE(std::ranges::find(field["choices"], "euler"), field["choices"].end());
+            return;
+        }
+    FAIL() << "a model has a solver";
+}
+
 TEST_F(ServiceTest, ListsVariablesWithTheirValues) {
     checked();
     const Json variables = result("variables", {{"system", ""}})["variables"];
@@ -177,6 +188,23 @@ TEST_F(ServiceTest, ListsVariablesWithTheirValues) {
     EXPECT_EQ(variables[0]["value"], "1");
     EXPECT_TRUE(variables[0]["minimum"].is_null());
     EXPECT_EQ(refusal("variables", {{"system", "nowhere"}}), "there is no subsystem 'nowhere'");
+
+    const auto set = [&](const char* system, const char* name) {
+        result(
+            "edit",
+            {{"operation",
+              {{"do", "set_variable"}, {"system", system}, {"name", name}, {"variable", {{"value", "5"}}}}}});
+    };
+    set("controller", "Gain.Kp"); // hides all of the outer struct
+    set("controller", "own");
+    const Json inner = result("variables", {{"system", "controller"}})["variables"];
+    std::vector<std::string> seen;
+    for (const auto& variable : inner)
+        seen.push_back(variable["system"].get<std::string>() + "/" + variable["name"].get<std::string>());
+    EXPECT_EQ(std::vector(seen.begin(), seen.begin() + 3),
+              (std::vector<std::string>{"controller/Gain.Kp", "controller/own", "/Motor.R"}));
+    EXPECT_EQ(std::ranges::count(seen, "/Gain.Kp") + std::ranges::count(seen, "/Gain.Ki"), 0);
+    EXPECT_TRUE(inner[2]["value"] == "1");
 }
 
 TEST_F(ServiceTest, CopiesBlocksWithTheirWiresAndPastesThemUnderFreeNames) {
@@ -267,9 +295,31 @@ TEST_F(ServiceTest, AnEditIsToldAtOnceAndGoesOnInTheRunWhenItIsChecked) {
         [](const Json& n) { return n["method"] == "run" && n["params"]["is_current"] == true; })["params"];
     EXPECT_EQ(run["edit"], Json());
     ASSERT_EQ(run["branches"].size(), 2u) << run.dump();
-    EXPECT_EQ(run["branches"][1]["cause"], "set load.after = 0.06");
+    EXPECT_EQ(run["branches"][1]["cause"], "load.after = 0.06");
     EXPECT_EQ(run["branches"][1]["from"], 0.001);
     EXPECT_EQ(run["branch"], 1);
+}
+
+TEST_F(ServiceTest, NamesBranchesByWhatWasEditedAsPeopleSayIt) {
+    checked();
+    result("run", {{"action", "step"}});
+    const auto branch_of = [&](const Json& operation) {
+        told.clear();
+        result("edit", {{"operation", operation}});
+        const Json run = wait_for([](const Json& n) {
+            return n["method"] == "run" && n["params"]["is_current"] == true;
+        })["params"];
+        return run.is_null() ? std::string() : run["branches"].back()["cause"].get<std::string>();
+    };
+    EXPECT_EQ(
+        branch_of(
+            {{"do", "set_variable"}, {"system", ""}, {"name", "Gain.Kp"}, {"variable", {{"value", "0.3"}}}}),
+        "Gain.Kp = 0.3");
+    EXPECT_EQ(branch_of({{"do", "set"}, {"path", ""}, {"name", "stop"}, {"value", "3"}}), "stop = 3");
+    const Json add = {
+        {"do", "add"}, {"system", "controller"}, {"block", {{"name", "one"}, {"type", "Constant"}}}};
+    const Json set = {{"do", "set"}, {"path", "controller.one"}, {"name", "value"}, {"value", "2"}};
+    EXPECT_EQ(branch_of({{"do", "batch"}, {"operations", {add, set}}}), "add controller.one and 1 more");
 }
 
 TEST_F(ServiceTest, AnEditThatLosesStatesOfTheRunWaits) {

@@ -140,7 +140,8 @@ class Drawer {
     }
     const std::vector<Item>& items() const { return items_; }
 
-    /// Those without a place are arranged together, below those that have one.
+    /// Own ports without a place stand beside what has one, level with what they are wired to; all else
+    /// without a place is arranged together, below.
     void put() {
         for (auto& item : items_) {
             const model::Placement* placed = placement(last_name(item.element.path));
@@ -148,13 +149,16 @@ class Drawer {
             item.at = placed->at;
             item.is_placed = true;
         }
-        if (std::ranges::all_of(items_, &Item::is_placed)) return;
+        std::vector<char> stands;
+        for (const auto& item : items_) stands.push_back(item.is_placed);
+        put_ports(stands);
+        if (std::ranges::all_of(stands, [](char does) { return does; })) return;
         const std::vector<Point> corners = arrangement();
         double below = 0, left = 0, top = 0;
         bool has_placed = false, has_other = false;
         for (std::size_t i = 0; i < items_.size(); ++i) {
             const Item& item = items_[i];
-            if (item.is_placed) {
+            if (stands[i]) {
                 below = std::max(has_placed ? below : item.at.y, item.at.y + item.box.height + 60);
                 left = has_placed ? std::min(left, item.at.x) : item.at.x;
                 has_placed = true;
@@ -164,7 +168,7 @@ class Drawer {
             }
         }
         for (std::size_t i = 0; i < items_.size(); ++i)
-            if (!items_[i].is_placed)
+            if (!stands[i])
                 items_[i].at =
                     has_placed ? Point{corners[i].x + left, corners[i].y - top + below} : corners[i];
     }
@@ -200,6 +204,42 @@ class Drawer {
 
   private:
     // ---- blocks and ports ----
+
+    static Rectangle area(const Item& item) {
+        return {item.at.x, item.at.y, item.box.width, item.box.height};
+    }
+
+    /// Inputs on the left of all that has a place, outputs on the right.
+    void put_ports(std::vector<char>& stands) {
+        constexpr double beside = 60, apart = 10;
+        std::optional<Rectangle> placed;
+        for (const auto& item : items_)
+            if (item.is_placed) placed = placed ? together(*placed, area(item)) : area(item);
+        const auto put_port = [&](const PinOf& port, const PinOf& other) {
+            Item& item = items_[port.box];
+            const Item& known = items_[other.box];
+            const bool is_input = item.element.kind == Element::Kind::input;
+            if (stands[port.box] || !known.is_placed ||
+                (!is_input && item.element.kind != Element::Kind::output))
+                return;
+            item.at = {is_input ? placed->x - beside - item.box.width : placed->x + placed->width + beside,
+                       known.at.y + known.box.pins[other.pin].at.y - item.box.pins[port.pin].at.y};
+            const auto is_taken = [&](const Item& before) {
+                return &before != &item && stands[static_cast<std::size_t>(&before - items_.data())] &&
+                       before.at.x < item.at.x + item.box.width &&
+                       item.at.x < before.at.x + before.box.width &&
+                       before.at.y < item.at.y + item.box.height + apart &&
+                       item.at.y < before.at.y + before.box.height + apart;
+            };
+            while (std::ranges::any_of(items_, is_taken)) item.at.y += apart;
+            stands[port.box] = true;
+        };
+        for (const Net& net : nets_)
+            for (const PinOf& to : net.to) {
+                put_port(net.from, to);
+                put_port(to, net.from);
+            }
+    }
 
     /// The place of a block or an own port, where the document has one.
     const model::Placement* placement(const std::string& name) const {

@@ -216,6 +216,24 @@ TEST(Draw, WiresTellAllTheirCorners) {
         EXPECT_TRUE(own.corners[k].x == own.corners[k - 1].x || own.corners[k].y == own.corners[k - 1].y);
 }
 
+TEST(Draw, PortsOfAGroupStandBesideTheirBlocksLevelWithThem) {
+    Known known(std::string(loop) +
+                "layout:\n  blocks:\n    r: {x: 0, y: 40}\n    error: {x: 100, y: 30}\n"
+                "    law: {x: 200, y: 20}\n    plant: {x: 300, y: 200}\n    y: {x: 500, y: 210}\n");
+    bf::model::edit(known.model, bf::model::operations::Group{"", {"law", "plant"}, "inner"});
+    known.check();
+    const Drawing inside = known.draw("inner");
+    const Element &law = find(inside, "inner.law"), &plant = find(inside, "inner.plant");
+    const Element &input = find(inside, "inner.u", Kind::input),
+                  &output = find(inside, "inner.y", Kind::output);
+    EXPECT_EQ(input.ports[0].at.y, law.ports[0].at.y);
+    EXPECT_LT(input.bounds.x + input.bounds.width, law.bounds.x);
+    EXPECT_GT(input.bounds.x + input.bounds.width, law.bounds.x - 100);
+    EXPECT_EQ(output.ports[0].at.y, plant.ports[1].at.y);
+    EXPECT_GT(output.bounds.x, plant.bounds.x + plant.bounds.width);
+    EXPECT_LT(output.bounds.x, plant.bounds.x + plant.bounds.width + 100);
+}
+
 TEST(Draw, MarksWhatIsWrongAndWhatItStandsIn) {
     Known known(bf::formats::read_yaml(motor()));
     bf::model::edit(known.model, bf::model::operations::Set{"controller.proportional", "K", "nothing"});

@@ -187,6 +187,83 @@ describe.skipIf(!is_there)("the page", () => {
     await until(() => operations().length === 1);
     expect(operations()).toEqual([{ do: "set", path: "gain", name: "K", value: "2*Gain.Kp" }]);
   });
+  test("does not ask again by leaving for what was refused, and says that file and page differ", async () => {
+    service.model.refusal = service.model.failure = "another program has written into the file";
+    await page.reload();
+    await page.getByRole("button", { name: "File and page differ" }).waitFor();
+    await page.getByRole("status").filter({ hasText: "not saved" }).waitFor();
+    const gain = await hand.middle("gain");
+    await page.mouse.click(gain.x, gain.y);
+    const field = page.getByRole("textbox", { name: "K [V*s/rad]" });
+    await field.fill("4");
+    await field.press("Enter");
+    await page.getByRole("alert").filter({ hasText: "another program" }).nth(1).waitFor();
+    service.model.refusal = "";
+    const variable = page.getByLabel("supply [V]", { exact: true });
+    await variable.click(); // elsewhere
+    expect(await field.inputValue()).toBe("Gain.Kp");
+    await variable.fill("12");
+    await page.getByRole("combobox").first().focus(); // leaving what was not refused sets it
+    await until(() => operations().length > 0);
+    expect(operations()).toEqual([expect.objectContaining({ do: "set_variable", name: "supply" })]);
+  });
+  test("shows the run's value again where another one is refused, so that it cannot be kept", async () => {
+    await page.keyboard.press("s");
+    const field = page.getByLabel("supply of the run, as a number");
+    await field.fill("30");
+    await field.press("Enter");
+    await page.getByRole("button", { name: "Keep" }).waitFor();
+    await field.fill("100");
+    await field.press("Enter");
+    await page.getByRole("alert").filter({ hasText: "'supply' is at most 50" }).waitFor();
+    await expect.poll(() => field.inputValue()).toBe("30");
+    await page.getByRole("button", { name: "Keep" }).click();
+    await until(() => operations().length > 0);
+    expect(operations()).toMatchObject([{ do: "set_variable", name: "supply", variable: { value: "30" } }]);
+  });
+  test("leads to the sliders of variables before anything runs", async () => {
+    await page.keyboard.press("Control+k");
+    await page.keyboard.type("slider");
+    await page.getByRole("option", { name: /^Sliders of variables/, selected: true }).waitFor();
+    await page.keyboard.press("Escape");
+    await page.getByRole("button", { name: "begin one" }).click();
+    await page.getByLabel("supply of the run", { exact: true }).waitFor();
+    expect(await page.getByRole("button", { name: "begin one" }).count()).toBe(0);
+  });
+  test("chooses the block whose port is pressed", async () => {
+    const gain = await hand.middle("gain"), port = await hand.port("motor", "omega");
+    await page.mouse.click(gain.x, gain.y);
+    await page.mouse.click(port.x, port.y);
+    await page.getByRole("heading", { name: "motor" }).waitFor();
+    await page.keyboard.press("F2");
+    await page.getByRole("textbox", { name: "Name of motor" }).waitFor();
+  });
+  test("takes a tool tip away with what it tells of", async () => {
+    const port = await hand.port("motor", "omega");
+    await page.mouse.move(port.x, port.y);
+    await page.getByRole("tooltip").waitFor();
+    await page.keyboard.press("Control+a");
+    await page.keyboard.press("Delete");
+    await page.getByRole("tooltip").waitFor({ state: "detached" });
+  });
+  test("has the chosen colours whatever those of the system are", async () => {
+    const ground = () => page.evaluate(() => getComputedStyle(document.documentElement).backgroundColor.match(/\d+/g)!.map(Number)[0]!);
+    for (const system of ["light", "dark"] as const) {
+      await page.emulateMedia({ colorScheme: system });
+      for (const [choice, is_dark] of [["light", false], ["dark", true], ["system", system === "dark"]] as const) {
+        await page.getByRole("button", { name: /^Colours:/ }).click();
+        await page.getByRole("button", { name: `Colours: ${choice}` }).waitFor();
+        expect([system, choice, (await ground()) < 128]).toEqual([system, choice, is_dark]);
+      }
+    }
+  });
+  test("shows the dialog of keys from its beginning", async () => {
+    await page.setViewportSize({ width: 1000, height: 420 });
+    await page.keyboard.press("?");
+    const dialog = page.getByRole("dialog", { name: "Keys and pointer" });
+    await dialog.waitFor();
+    expect(await dialog.evaluate((element) => [element.scrollTop, element.scrollHeight > element.clientHeight])).toEqual([0, true]);
+  });
   test("tells what a setting comes to while it is typed, and changes nothing before Enter", async () => {
     const gain = await hand.middle("gain");
     await page.mouse.click(gain.x, gain.y);

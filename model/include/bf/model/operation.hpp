@@ -78,7 +78,8 @@ struct AddPort {
     std::optional<std::size_t> index = {};
 };
 
-/// Declares a variable or a field of a struct, `Gain.Kp` (last, if it is new), or removes it.
+/// Declares a variable or a field of a struct, `Gain.Kp` (last, if it is new), or removes it. The first field
+/// declares the struct, and the last one takes it along.
 struct SetVariable {
     std::string system, name;
     std::optional<Variable> variable = {};

@@ -62,7 +62,6 @@ struct DocumentState {
 struct LibraryPort {
     std::string name, doc;
 };
-
 struct LibraryBlock {
     std::string name, group, doc;
     std::vector<LibraryPort> inputs = {}, outputs = {}; ///< with default arguments
@@ -130,6 +129,12 @@ struct RunEdit {
     std::vector<std::string> begun = {}; ///< its states that begin with their initial values
 };
 
+/// A value of a parameter ("controller.pd.K") or of a variable ("Gain.Kp").
+struct Tune {
+    std::string name;
+    std::vector<double> values;
+};
+
 struct RunState {
     Running state = Running::none;
     double time = 0;                   ///< s; of the samples that are shown: as `bf run --record` has them
@@ -142,6 +147,7 @@ struct RunState {
     std::vector<BranchInfo> branches = {}; ///< in the order in which they began; the oldest are forgotten
     std::optional<RunEdit> edit = {};
     std::optional<LiveProgram> live = {};
+    std::vector<Tune> tuned = {}; ///< what the run has otherwise than the model as it is now
 };
 
 /// What a value of a signal means to people.
@@ -158,6 +164,7 @@ struct SignalInfo {
     std::vector<std::string> names = {}; ///< of its elements, where they have some
     std::string unit = {};
     int rows = 1;                        ///< its elements come column by column
+    bool is_continuous = false;          ///< does it go on between samples, rather than keep its value?
     std::vector<NamedValue> values = {}; ///< that have names
 };
 
@@ -185,7 +192,6 @@ struct SceneWorld {
 // ---- parameters and results of methods ----
 
 struct Nothing {};
-
 struct Hello {
     int protocol = 0;
 };
@@ -260,7 +266,7 @@ struct Hits {
     std::vector<Hit> hits; ///< the first 200
 };
 struct Variables {
-    std::vector<VariableField> variables;
+    std::vector<VariableField> variables; ///< that expressions of the subsystem see, its own first
 };
 struct Copy {
     std::string system;
@@ -338,6 +344,7 @@ struct Recorded {
     std::string file;
     std::vector<SignalInfo> signals = {};
     std::string defect = {}; ///< what is wrong with the file, which is readable up to there
+    double end = 0;          ///< of its latest sample, s
 };
 struct FileList {
     std::vector<std::string>
@@ -361,9 +368,4 @@ struct Scene {
     std::vector<SceneWorld> worlds = {};
     std::string failure = {}; ///< why there are none
 };
-struct Tune {
-    std::string name; ///< a parameter ("controller.pd.K") or a variable ("Gain.Kp")
-    std::vector<double> values;
-};
-
 } // namespace bf::service

@@ -1,0 +1,40 @@
+interface Committed {
+  text: string; // that the document has
+  /** False where it is refused. */
+  set(wanted: string): Promise<boolean> | undefined;
+}
+
+/**
+ * A field of the document: Enter (in several lines with Ctrl) and leaving it set what was typed, Escape takes it back. What
+ * was refused is not asked for again by leaving.
+ */
+export function committed(field: HTMLInputElement | HTMLTextAreaElement, given: Committed) {
+  let now = given, refused: string | null = null;
+  const commit = async () => {
+    const wanted = field.value;
+    if (wanted === now.text) return;
+    refused = wanted; // until it is taken
+    if (await now.set(wanted)) refused = null;
+  };
+  const back = () => {
+    field.value = now.text;
+    field.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  const key = (event: Event) => {
+    const { key, ctrlKey } = event as KeyboardEvent;
+    if (key === "Escape") back();
+    else if (key === "Enter" && (ctrlKey || field instanceof HTMLInputElement)) void commit();
+    else return;
+    event.preventDefault();
+  };
+  const leave = () => (field.value === refused ? back() : void commit());
+  field.addEventListener("keydown", key);
+  field.addEventListener("blur", leave);
+  return {
+    update: (next: Committed) => void (now = next),
+    destroy() {
+      field.removeEventListener("keydown", key);
+      field.removeEventListener("blur", leave);
+    },
+  };
+}

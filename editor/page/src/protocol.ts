@@ -174,6 +174,11 @@ export interface Evaluated {
   error: string;
 }
 
+export interface FileList {
+  /** recordings relative to the opened folder, images to the file of a subsystem */
+  files: string[];
+}
+
 /** The file in which a subsystem stands. */
 export interface FileText {
   file: string;
@@ -182,11 +187,6 @@ export interface FileText {
   places: TextPlace[];
   /** of what another program wrote and is no model */
   diagnostics: Diagnostic[];
-}
-
-export interface FileList {
-  /** recordings relative to the opened folder, images to the file of a subsystem */
-  files: string[];
 }
 
 export interface Find {
@@ -668,7 +668,6 @@ export interface Methods {
   open: { params: Open; result: DocumentState };
   library: { params: Record<string, never>; result: LibraryList };
   draw: { params: Draw; result: Drawing };
-  preview: { params: BlockType; result: Element };
   inspect: { params: Inspect; result: Inspection };
   find: { params: Find; result: Hits };
   evaluate: { params: Evaluate; result: Evaluated };
@@ -681,6 +680,7 @@ export interface Methods {
   paste: { params: Paste; result: DocumentState };
   text: { params: InSystem; result: FileText };
   rewrite: { params: Rewrite; result: Rewritten };
+  preview: { params: BlockType; result: Element };
   run: { params: RunCommand; result: RunState };
   signals: { params: Record<string, never>; result: Signals };
   scene: { params: Look; result: Scene };

@@ -85,6 +85,7 @@ describe.skipIf(!is_there || !command)("what a model looks like", () => {
     await page.getByRole("combobox", { name: "Insert a block, or do something" }).fill("state");
     await page.keyboard.press("Enter");
     await expect.poll(() => text()).toContain("states: [idle, move, state]");
+    await page.getByRole("option", { name: /^state state/, selected: true }).waitFor();
     await page.keyboard.press("F2");
     await page.getByLabel("Name of state").fill("hold");
     await page.keyboard.press("Enter");

@@ -66,7 +66,9 @@ class LookTest : public ::testing::Test {
                 tasks.swap(tasks_);
             }
             for (const auto& task : tasks) task();
-            if (result("hello", {{"protocol", bf::service::protocol_version}})["document"]["is_checked"] == true) return;
+            if (result("hello", {{"protocol", bf::service::protocol_version}})["document"]["is_checked"] ==
+                true)
+                return;
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         }
         ADD_FAILURE() << "the model is not checked";

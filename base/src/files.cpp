@@ -221,4 +221,14 @@ std::string read_text_file(const fs::path& file, std::size_t most) {
     return text;
 }
 
+bool is_inside(const fs::path& file, const fs::path& folder) {
+    std::error_code error;
+    const fs::path real = fs::weakly_canonical(file, error);
+    if (error) return false;
+    const fs::path within = fs::weakly_canonical(folder, error);
+    if (error) return false;
+    const fs::path way = real.lexically_relative(within);
+    return !way.empty() && *way.begin() != "..";
+}
+
 } // namespace bf

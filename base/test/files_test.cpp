@@ -95,6 +95,18 @@ TEST_F(FilesTest, StayTheSameFileWhereTheyHaveSeveralNames) {
         << "nothing stays beside them";
 }
 
+TEST_F(FilesTest, AreInsideOfAFolderByWhereLinksLead) {
+    fs::create_directories(at / "folder/..inner");
+    fs::create_symlink(at, at / "folder/out");
+    fs::create_symlink(at / "folder", at / "in");
+    EXPECT_TRUE(is_inside(at / "folder", at / "folder"));
+    EXPECT_TRUE(is_inside(at / "folder/..inner/not yet", at / "folder"));
+    EXPECT_TRUE(is_inside(at / "in/x", at / "folder"));
+    EXPECT_FALSE(is_inside(at / "folder/out/x", at / "folder"));
+    EXPECT_FALSE(is_inside(at / "folder/../x", at / "folder"));
+    EXPECT_FALSE(is_inside(at / "folder2", at / "folder"));
+}
+
 TEST_F(FilesTest, MakeWhatALinkLeadsTo) {
     fs::create_symlink("not yet", at / "link");
     OutputFile file(at / "link");

@@ -1,4 +1,5 @@
 // bf publish: a folder that shows and runs a model in any browser.
+#include "bf/base/base64.hpp"
 #include "bf/base/files.hpp"
 #include "bf/base/open_file.hpp"
 #include "bf/formats/yaml.hpp"
@@ -9,11 +10,9 @@
 #include "verbs.hpp"
 
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 namespace bf::tools {
 
@@ -25,22 +24,6 @@ struct PublishOptions {
     std::string file, folder;
     std::vector<std::string> recordings;
 };
-
-/// RFC 4648.
-std::string base64(std::string_view bytes) {
-    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const auto byte = [&](std::size_t k) {
-            return k < bytes.size() ? static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[k])) : 0;
-        };
-        const std::uint32_t three = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
-        for (std::size_t k = 0; k < 4; ++k)
-            text += i + k <= bytes.size() ? digits[three >> (18 - 6 * k) & 63] : '=';
-    }
-    return text;
-}
 
 /// A published page has the standard blocks alone.
 void require_standard_blocks(const LoadedModel& loaded) {

@@ -34,13 +34,6 @@ Stamp stamp_of(const fs::path& file) {
     return {status.st_ctim, status.st_ino, status.st_size};
 }
 
-/// Is the file in that folder or below, wherever links lead?
-bool is_inside(const fs::path& file, const fs::path& folder) {
-    const std::string way =
-        fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder)).generic_string();
-    return !way.empty() && way != ".." && !way.starts_with("../");
-}
-
 template <class Visit> void each_reference(model::System& system, const Visit& visit) {
     for (auto& block : system.blocks) {
         if (block.reference) visit(*block.reference);

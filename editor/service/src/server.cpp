@@ -180,19 +180,15 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
     void send_file(const std::string& path, bool is_head) {
         const fs::path file = state.options.page / fs::path(path.substr(1));
         std::error_code error;
-        const fs::path real = fs::canonical(file, error);
-        const fs::path inside = error ? fs::path() : fs::canonical(state.options.page, error);
-        const std::string within = real.lexically_relative(inside).generic_string();
-        if (error || within.empty() || within == "." || within.starts_with("..") ||
-            !fs::is_regular_file(real, error))
+        if (!is_inside(file, state.options.page) || !fs::is_regular_file(file, error))
             return refuse(http::status::not_found, "there is no such file\n");
         auto response = std::make_shared<http::response<http::string_body>>(http::status::ok, 11);
         try {
-            response->body() = read_text_file(real);
+            response->body() = read_text_file(file);
         } catch (const FileError&) {
             return refuse(http::status::not_found, "there is no such file\n");
         }
-        response->set(http::field::content_type, media_type(real));
+        response->set(http::field::content_type, media_type(file));
         response->content_length(response->body().size());
         if (is_head) response->body().clear();
         send(std::move(response));

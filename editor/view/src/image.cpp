@@ -1,5 +1,6 @@
 #include "bf/view/image.hpp"
 
+#include "bf/base/base64.hpp"
 #include "bf/base/files.hpp"
 
 #include <algorithm>
@@ -10,24 +11,6 @@
 namespace bf::editor {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-std::string base64(const std::string& bytes) {
-    static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t left = std::min<std::size_t>(bytes.size() - i, 3);
-        unsigned group = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            group = group << 8 | (k < left ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-        for (std::size_t k = 0; k < 4; ++k) text += k <= left ? letters[group >> (18 - 6 * k) & 63] : '=';
-    }
-    return text;
-}
-
-} // namespace
 
 std::string image_type(const fs::path& file) {
     std::string ending = file.extension().string();
@@ -40,14 +23,12 @@ std::string image_defect(const fs::path& file, const fs::path& folder) {
     std::error_code error;
     const std::string name = "the image '" + file.filename().string() + "' ", type = image_type(file);
     if (type.empty()) return name + "is neither a PNG nor an SVG file";
-    const fs::path real = fs::weakly_canonical(file, error), within = fs::weakly_canonical(folder, error);
-    const std::string inside = real.lexically_relative(within).generic_string();
-    if (inside.empty() || inside.starts_with("..")) return name + "lies outside of the folder of the model";
-    if (!fs::is_regular_file(real, error)) return name + "is not there";
-    if (const auto size = fs::file_size(real, error); error || size > largest_image)
+    if (!is_inside(file, folder)) return name + "lies outside of the folder of the model";
+    if (!fs::is_regular_file(file, error)) return name + "is not there";
+    if (const auto size = fs::file_size(file, error); error || size > largest_image)
         return name + "is larger than 4 MiB";
     std::array<char, 4096> begin{};
-    std::ifstream stream(real, std::ios::binary);
+    std::ifstream stream(file, std::ios::binary);
     stream.read(begin.data(), begin.size());
     const std::string_view bytes(begin.data(), static_cast<std::size_t>(stream.gcount()));
     const bool is_right =

@@ -65,6 +65,10 @@ class OutputFolder {
     std::filesystem::path folder_, target_, temporary_;
 };
 
+/// Is the file in that folder or below, wherever links lead? It need not exist. False where that cannot be
+/// found out.
+bool is_inside(const std::filesystem::path& file, const std::filesystem::path& folder);
+
 /// The whole text of a regular file of at most `most` bytes. Throws FileError with the reason where it cannot
 /// be read.
 std::string read_text_file(const std::filesystem::path& file, std::size_t most = std::size_t{1} << 30);

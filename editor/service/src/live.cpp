@@ -1,5 +1,6 @@
 #include "live.hpp"
 
+#include "bf/base/value_text.hpp"
 #include "bf/realtime/server.hpp"
 #include "bf/recording/message.hpp"
 #include "frame.hpp"
@@ -17,10 +18,8 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <future>
-#include <limits>
 #include <list>
 #include <map>
 #include <mutex>
@@ -287,11 +286,13 @@ struct Live::Connection {
     /// JSON has no infinity: the server tells it by name.
     static std::vector<double> numbers_in(const Json& value) {
         std::vector<double> numbers;
-        for (const auto& one : value.is_array() ? value : Json::array({value}))
-            numbers.push_back(one.is_string()    ? std::strtod(one.get<std::string>().c_str(), nullptr)
-                              : one.is_boolean() ? static_cast<double>(one.get<bool>())
-                              : one.is_number()  ? one.get<double>()
-                                                 : std::numeric_limits<double>::quiet_NaN());
+        for (const auto& element : value.is_array() ? value : Json::array({value})) {
+            double number = 0;
+            if (element.is_number()) numbers.push_back(element.get<double>());
+            if (element.is_boolean()) numbers.push_back(element.get<bool>() ? 1 : 0);
+            if (element.is_string() && read_value(element.get<std::string>(), number).empty())
+                numbers.push_back(number);
+        }
         return numbers;
     }
 

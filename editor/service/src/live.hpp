@@ -10,9 +10,8 @@
 namespace bf::service {
 
 /// A run of another program, watched, tuned, started and stopped over its live server (see
-/// bf/realtime/server.hpp). One
-/// connection for all pages, so that whatever they do the program has one viewer; it is made again when it
-/// breaks.
+/// bf/realtime/server.hpp). One connection for all pages, so that whatever they do the program has one
+/// viewer; it is made again when it breaks.
 class Live {
   public:
     /// All are called in a thread of its own.

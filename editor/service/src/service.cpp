@@ -23,6 +23,7 @@
 #include "recordings.hpp"
 #include "stage.hpp"
 #include "typescript.hpp"
+#include "values.hpp"
 
 #include <cmath>
 #include <map>
@@ -99,6 +100,7 @@ struct Service::State {
                           options.post([this, revision, of, alive, found = std::move(found)] {
                               if (alive.expired() || of != project.get()) return;
                               examined = found;
+                              if (live && found->diagnostics.empty()) note_values(found->diagram);
                               examined_revision = revision;
                               if (revision == project->revision()) checked_revision = revision;
                               tell_changed();
@@ -184,10 +186,7 @@ struct Service::State {
 
     fs::path inside(const std::string& name) const {
         const fs::path file = (folder / name).lexically_normal();
-        std::error_code error;
-        const fs::path real = fs::weakly_canonical(file, error), opened = fs::weakly_canonical(folder, error);
-        const std::string within = real.lexically_relative(opened).generic_string();
-        if (within.empty() || within.starts_with(".."))
+        if (!is_inside(file, folder))
             throw Refusal("the file '" + name +
                           "' is not in the opened folder; start bf edit with that folder");
         return file;
@@ -386,7 +385,7 @@ struct Service::State {
     // ---- the run ----
 
     RunState run_state() const {
-        if (live) return live->state();
+        if (live) return unlike_the_model(live->state());
         if (!playback) return {};
         RunState state = playback->state();
         state.is_current = playback->revision() == project->revision();
@@ -446,7 +445,8 @@ struct Service::State {
         };
         live = std::make_unique<Live>(
             options.attach, Live::Listener{here([this](const RunState& state) {
-                                               options.tell(notification("run", to_json(state)));
+                                               const Json told = to_json(unlike_the_model(state));
+                                               options.tell(notification("run", told));
                                                const auto signals = live ? live->signals().size() : 0;
                                                if (signals != std::exchange(live_signals, signals)) rewatch();
                                            }),
@@ -454,6 +454,18 @@ struct Service::State {
                                                options.tell(notification("live", to_json(report)));
                                            }),
                                            here([this](const std::string& frame) { options.send(frame); })});
+    }
+    void note_values(const Diagram& diagram) {
+        values = values_of_variables(Tuning(diagram));
+        values.merge(values_of_parameters(diagram));
+    }
+    /// An attached program tells all its values; told are those that the model has otherwise.
+    RunState unlike_the_model(RunState state) const {
+        std::erase_if(state.tuned, [&](const Tune& tuned) {
+            const auto known = values.find(tuned.name);
+            return known != values.end() && known->second == tuned.values;
+        });
+        return state;
     }
     /// Throws Refusal where the program lets nobody change anything.
     void require_control() const {
@@ -468,7 +480,7 @@ struct Service::State {
                 throw Refusal("the run is another program's: it cannot be moved in time");
             require_control();
             live->command(asked.action, name_of(page));
-            return live->state();
+            return run_state();
         }
         if (asked.action == Action::emergency_stop)
             throw Refusal("only the run of another program has an emergency stop");
@@ -537,7 +549,7 @@ struct Service::State {
         if (live) {
             require_control();
             live->tune(asked, name_of(page));
-            return live->state();
+            return run_state();
         }
         if (!playback) throw Refusal("nothing runs; start a run, or change the model");
         playback->tune(asked);
@@ -557,6 +569,7 @@ struct Service::State {
     std::unique_ptr<Playback> playback;
     std::unique_ptr<Live> live; ///< where the run is another program's
     std::size_t live_signals = 0;
+    Values values; ///< of the model that was last found to be right
     std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
     Recordings recorded;

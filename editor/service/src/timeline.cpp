@@ -1,12 +1,11 @@
 #include "timeline.hpp"
 
 #include "bf/base/numbers.hpp"
-#include "bf/elaborate/tuning.hpp"
+#include "values.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 namespace bf::service {
 
@@ -39,26 +38,6 @@ std::string text_of(const std::vector<Timeline::Change>& changes) {
         if (values.size() > 1) text += " … " + values.back();
     }
     return text;
-}
-
-using Values = std::map<std::string, std::vector<double>>; ///< by path
-
-Values variables_of(const Tuning& tuning) {
-    Values all;
-    for (auto& variable : tuning.variables()) all[variable.path] = std::move(variable.values);
-    return all;
-}
-
-/// What a model gives them.
-Values parameters_of(const Diagram& diagram) {
-    Values all;
-    for (const auto& node : diagram.nodes) {
-        const auto& declared = node.block->declaration().slots;
-        for (std::size_t s = 0; s < declared.size(); ++s)
-            if (declared[s].role == Role::parameter)
-                all[node.path + "." + declared[s].name] = node.block->resolution().slots[s].initial;
-    }
-    return all;
 }
 
 /// What a model gives a variable or a parameter, as text; empty: it has no such.
@@ -251,8 +230,8 @@ std::vector<ParameterValue> Timeline::unlike(const Diagram& given) const {
         for (const auto& [path, values] : parameters)
             of_given[path] = given.slot(given.find_parameter(path)).initial;
     } else {
-        of_given = parameters_of(given);
-        parameters.merge(parameters_of(here));
+        of_given = values_of_parameters(given);
+        parameters.merge(values_of_parameters(here));
     }
     std::vector<ParameterValue> all;
     const auto add = [&](const Values& now, const Values& before) {
@@ -260,7 +239,7 @@ std::vector<ParameterValue> Timeline::unlike(const Diagram& given) const {
             if (const auto known = before.find(path); known != before.end() && known->second != values)
                 all.push_back({path, values});
     };
-    add(variables_of(tuning), variables_of(Tuning(given)));
+    add(values_of_variables(tuning), values_of_variables(Tuning(given)));
     add(parameters, of_given);
     return all;
 }

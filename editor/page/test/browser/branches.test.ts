@@ -1,14 +1,12 @@
 import { execFileSync } from "node:child_process";
-import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
+import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import type { Browser, Locator, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
-import { Client } from "../../src/client.ts";
 import type { RunCommand } from "../../src/protocol.ts";
-import { Server } from "../../src/server.ts";
 import { found_by_axe } from "./axe.ts";
-import { edited, is_there, opened, start } from "./browser.ts";
+import { is_there, start } from "./browser.ts";
+import { Desk } from "./desk.ts";
 
 const command = process.env.BF_COMMAND;
 /** x follows k; the law has one output, and blocks of its own. */
@@ -40,31 +38,18 @@ layout:
 `;
 
 describe.skipIf(!is_there || !command)("branches", () => {
-  let browser: Browser, page: Page, complaints: string[], folder: string, file: string, bf: Awaited<ReturnType<typeof edited>>, client: Client;
+  let browser: Browser, desk: Desk, page: Page, folder: string, file: string;
 
   beforeAll(async () => void (browser = await start()));
   afterAll(() => browser.close());
   beforeEach(async () => {
-    folder = await mkdtemp(join(tmpdir(), "bf-page-"));
-    file = join(folder, "law.yaml");
-    await writeFile(file, model);
-    bf = await edited(command!, file);
-    await new Promise<void>((ready) => {
-      client = new Client(new Server(bf.address.replace("http:", "ws:").replace("/?", "/socket?")), { opened: ready, lost() {}, told() {}, sampled() {} });
-    });
-    ({ page, complaints } = await opened(browser, bf.address));
+    ({ page, folder, file } = desk = await Desk.open(browser, { "law.yaml": model }));
     await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
   });
-  afterEach(async () => {
-    await page.close();
-    client.close();
-    bf.end();
-    await rm(folder, { recursive: true });
-    expect(complaints).toEqual([]);
-  });
+  afterEach(() => desk.close());
 
   async function run(wanted: Partial<RunCommand>, time: string): Promise<void> {
-    await client.call("run", { action: "start", time: null, factor: null, branch: null, event: "", ...wanted });
+    await desk.client.call("run", { action: "start", time: null, factor: null, branch: null, event: "", ...wanted });
     await page.getByText(`${time} / 4 s`, { exact: true }).waitFor();
   }
   /** Branch 0 to 2 s with k = 1; branch 1 from 1 s to the end with k = 7. */
@@ -92,7 +77,7 @@ describe.skipIf(!is_there || !command)("branches", () => {
     await radio(1).check();
     await expect.poll(() => field("k").inputValue()).toBe("7");
     await page.getByRole("button", { name: "Keep" }).click();
-    await expect.poll(() => readFile(file, "utf8")).toContain("k: {value: 7, maximum: 50}");
+    await expect.poll(() => desk.text()).toContain("k: {value: 7, maximum: 50}");
     await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
     await radio(0).check();
     await expect.poll(() => field("k").inputValue()).toBe("1");

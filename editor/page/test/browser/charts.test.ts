@@ -1,13 +1,8 @@
-import { spawn, type ChildProcess } from "node:child_process";
-import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
-import { Client } from "../../src/client.ts";
-import { Server } from "../../src/server.ts";
 import { found_by_axe } from "./axe.ts";
-import { Hand, is_there, opened, start } from "./browser.ts";
+import { is_there, start, type Hand } from "./browser.ts";
+import { Desk } from "./desk.ts";
 
 const command = process.env.BF_COMMAND;
 const model = `model: m
@@ -36,41 +31,22 @@ connections: {u: gain}
 `;
 
 describe.skipIf(!is_there || !command)("what a model looks like", () => {
-  let browser: Browser, page: Page, complaints: string[], folder: string, bf: ChildProcess, client: Client, hand: Hand, system: string;
-  const text = (name = "m.yaml") => readFile(join(folder, name), "utf8");
-  const at = (place: string) => { system = place; };
+  let browser: Browser, desk: Desk, page: Page, hand: Hand;
+  const text = () => desk.text();
+  const at = (place: string) => { desk.system = place; };
 
   beforeAll(async () => void (browser = await start()));
   afterAll(() => browser.close());
   beforeEach(async () => {
-    folder = await mkdtemp(join(tmpdir(), "bf-page-"));
-    await writeFile(join(folder, "m.yaml"), model);
-    await writeFile(join(folder, "part.yaml"), part);
-    await writeFile(join(folder, "old.yaml"), model.replace("T: 1", "T: 3").replace("  part: {file: part.yaml}\n", "  part: {file: part.yaml}\n  more: {block: Constant}\n"));
-    await writeFile(join(folder, "arm.svg"), `<svg xmlns="http://www.w3.org/2000/svg" width="40" height="30"><rect width="40" height="30" fill="#c00"/></svg>`);
-    bf = spawn(command!, ["edit", "--no-browser", join(folder, "m.yaml")]);
-    const address = await new Promise<string>((resolve) => {
-      let said = "";
-      bf.stdout!.on("data", (data) => {
-        const found = /http:\S+/.exec((said += data));
-        if (found) resolve(found[0]);
-      });
-    });
-    await new Promise<void>((ready) => {
-      client = new Client(new Server(address.replace("http:", "ws:").replace("/?", "/socket?")), { opened: ready, lost() {}, told() {}, sampled() {} });
-    });
-    at("");
-    ({ page, complaints } = await opened(browser, address));
-    hand = new Hand(page, () => client.call("draw", { system, show: [], moved: [], moved_notes: [], bent: [] }));
+    ({ page, hand } = desk = await Desk.open(browser, {
+      "m.yaml": model,
+      "part.yaml": part,
+      "old.yaml": model.replace("T: 1", "T: 3").replace("  part: {file: part.yaml}\n", "  part: {file: part.yaml}\n  more: {block: Constant}\n"),
+      "arm.svg": `<svg xmlns="http://www.w3.org/2000/svg" width="40" height="30"><rect width="40" height="30" fill="#c00"/></svg>`,
+    }));
     await page.getByText("No mistakes").waitFor();
   });
-  afterEach(async () => {
-    await page.close();
-    client.close();
-    bf.kill("SIGINT");
-    await rm(folder, { recursive: true });
-    expect(complaints).toEqual([]);
-  });
+  afterEach(() => desk.close());
   const element = (name: RegExp) => page.getByRole("option", { name });
   async function enter(): Promise<void> {
     const { x, y } = await hand.middle("machine");

@@ -1,12 +1,9 @@
-import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { writeFile } from "node:fs/promises";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
-import { Client } from "../../src/client.ts";
-import { Server } from "../../src/server.ts";
 import { found_by_axe } from "./axe.ts";
-import { edited, Hand, is_there, opened, start } from "./browser.ts";
+import { is_there, start, type Hand } from "./browser.ts";
+import { Desk } from "./desk.ts";
 
 const command = process.env.BF_COMMAND;
 const empty = "# Drawn by hand.\nmodel: motor\nstep: 0.001\nstop: 1\n";
@@ -39,31 +36,14 @@ const settings: [string, string, string][] = [
 ];
 
 describe.skipIf(!is_there || !command)("bf edit", () => {
-  let browser: Browser, page: Page, complaints: string[], folder: string, file: string, bf: Awaited<ReturnType<typeof edited>>, client: Client, hand: Hand;
+  let browser: Browser, desk: Desk, page: Page, file: string, hand: Hand;
 
   beforeAll(async () => void (browser = await start()));
   afterAll(() => browser.close());
-  beforeEach(async () => {
-    folder = await mkdtemp(join(tmpdir(), "bf-page-"));
-    file = join(folder, "motor.yaml");
-    await writeFile(file, empty);
-    bf = await edited(command!, file);
-    // Tells what is drawn where, and nothing else.
-    await new Promise<void>((ready) => {
-      client = new Client(new Server(bf.address.replace("http:", "ws:").replace("/?", "/socket?")), { opened: ready, lost() {}, told() {}, sampled() {} });
-    });
-    ({ page, complaints } = await opened(browser, bf.address));
-    hand = new Hand(page, () => client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [] }));
-  });
-  afterEach(async () => {
-    await page.close();
-    client.close();
-    bf.end();
-    await rm(folder, { recursive: true });
-    expect(complaints).toEqual([]);
-  });
+  beforeEach(async () => void ({ page, file, hand } = desk = await Desk.open(browser, { "motor.yaml": empty })));
+  afterEach(() => desk.close());
 
-  const elements = async () => (await client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [] })).elements;
+  const elements = async () => (await desk.drawing()).elements;
   const wires = async () => (await elements()).filter((e) => e.kind === "wire").map((e) => `${e.from} → ${e.to}`);
   const until_there = (path: string) => page.getByRole("heading", { name: path, exact: true }).waitFor();
   const until_wired = (from: string, to: string) => expect.poll(wires, { timeout: 8000 }).toContain(`${from} → ${to}`);
@@ -75,7 +55,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
     const field = page.getByLabel(new RegExp(`^${name}( \\[.*\\])?$`));
     await field.fill(text);
     await field.press("Enter");
-    await expect.poll(async () => (await readFile(file, "utf8")).includes(text)).toBe(true);
+    await expect.poll(async () => (await desk.text()).includes(text)).toBe(true);
   }
   async function choose(path: string): Promise<void> {
     const p = await hand.middle(path);
@@ -84,7 +64,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
   }
   /** But for where things are drawn, which is as the person pointed. */
   async function expect_the_file_of_a_person(): Promise<void> {
-    const [model, layout] = (await readFile(file, "utf8")).split("layout:\n");
+    const [model, layout] = (await desk.text()).split("layout:\n");
     expect(model).toBe(by_hand);
     expect(layout!.match(/x:/g)).toHaveLength(6);
   }
@@ -98,7 +78,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
       await page.keyboard.press("Control+z");
       await page.waitForTimeout(50);
     }
-    expect(await readFile(file, "utf8")).toBe(empty);
+    expect(await desk.text()).toBe(empty);
   }
 
   test("builds a motor under PI control by the pointer, runs it, and undoes all of it", async () => {
@@ -153,12 +133,12 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
     const field = page.getByLabel("Gain.Kp", { exact: true });
     await field.fill("5");
     await field.press("Enter");
-    await expect.poll(() => readFile(file, "utf8")).toContain("Gain: {Kp: 5, Ki: 2}  # of the law");
+    await expect.poll(() => desk.text()).toContain("Gain: {Kp: 5, Ki: 2}  # of the law");
     await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
     await page.getByRole("button", { name: "One step" }).click();
     await page.getByLabel("Gain.Kp of the run", { exact: true }).fill("7.5");
-    expect(await readFile(file, "utf8")).toContain("Kp: 5");
+    expect(await desk.text()).toContain("Kp: 5");
     await page.getByRole("button", { name: "Keep" }).click();
-    await expect.poll(() => readFile(file, "utf8")).toContain("Kp: 7.5");
+    await expect.poll(() => desk.text()).toContain("Kp: 7.5");
   });
 });

@@ -4,12 +4,12 @@ import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import type { Browser, Locator, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
-import { Client } from "../../src/client.ts";
+import type { Client } from "../../src/client.ts";
 import type { Scene } from "../../src/protocol.ts";
-import { Server } from "../../src/server.ts";
 import { Stage } from "../../src/stage.svelte.ts";
 import { found_by_axe } from "./axe.ts";
 import { edited, is_there, opened, start } from "./browser.ts";
+import { connected } from "./desk.ts";
 
 const command = process.env.BF_COMMAND;
 const has_robots = command !== undefined && existsSync(join(dirname(command), "../lib/blockfactory/WholeBodyToolbox.so"));
@@ -48,11 +48,8 @@ describe.skipIf(!is_there || !has_robots)("the robot", () => {
     await writeFile(file, model(gravity));
     bf = await edited(command!, file);
     // Another page that looks, without a picture.
-    await new Promise<void>((ready) => {
-      client = new Client(new Server(bf.address.replace("http:", "ws:").replace("/?", "/socket?")),
-        { opened: ready, lost() {}, told() {}, sampled: (frame) => seen.take(frame) });
-      seen = new Stage(client);
-    });
+    client = await connected(bf.address, { sampled: (frame) => seen.take(frame) });
+    seen = new Stage(client);
     ({ page, complaints } = await opened(other ?? browser, bf.address));
     view = page.getByRole("application", { name: /^World world with 1 bodies/ });
     if (other) return;

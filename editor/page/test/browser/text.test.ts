@@ -1,10 +1,9 @@
-import { mkdtemp, readFile, rename, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { rename, writeFile } from "node:fs/promises";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
 import { found_by_axe } from "./axe.ts";
-import { edited, is_there, opened, start } from "./browser.ts";
+import { is_there, opened, start } from "./browser.ts";
+import { Desk } from "./desk.ts";
 
 const command = process.env.BF_COMMAND;
 const soon = <T>(what: () => T) => expect.poll(what, { timeout: 8000 });
@@ -28,24 +27,15 @@ connections:
 `;
 
 describe.skipIf(!is_there || !command)("the text of a model", () => {
-  let browser: Browser, page: Page, complaints: string[], folder: string, file: string, bf: Awaited<ReturnType<typeof edited>>;
+  let browser: Browser, desk: Desk, page: Page, file: string;
 
   beforeAll(async () => void (browser = await start()));
   afterAll(() => browser.close());
   beforeEach(async () => {
-    folder = await mkdtemp(join(tmpdir(), "bf-page-"));
-    file = join(folder, "law.yaml");
-    await writeFile(file, text);
-    bf = await edited(command!, file);
-    ({ page, complaints } = await opened(browser, bf.address));
+    ({ page, file } = desk = await Desk.open(browser, { "law.yaml": text }));
     await open(page);
   });
-  afterEach(async () => {
-    await page.close();
-    bf.end();
-    await rm(folder, { recursive: true });
-    expect(complaints).toEqual([]);
-  });
+  afterEach(() => desk.close());
 
   async function open(one: Page): Promise<void> {
     await one.keyboard.press("y");
@@ -53,7 +43,7 @@ describe.skipIf(!is_there || !command)("the text of a model", () => {
     await one.getByText("written", { exact: true }).waitFor();
   }
   const sheet = (one = page) => one.getByRole("textbox", { name: "Text of the model" });
-  const held = () => readFile(file, "utf8");
+  const held = () => desk.text();
   const shown = async (one = page) => (await sheet(one).locator(".cm-line").allInnerTexts()).map((line) => line.replace(/\n$/, "")).join("\n");
   const says = (words: string | RegExp, one = page) => one.locator("section[aria-label='Text of the model'] [role=status]").filter({ hasText: words }).waitFor();
   const line = (words: string, one = page) => sheet(one).locator(".cm-line").filter({ hasText: words });
@@ -130,7 +120,7 @@ describe.skipIf(!is_there || !command)("the text of a model", () => {
   });
 
   test("takes over what others write meanwhile, from another page and from an editor", async () => {
-    const other = await opened(browser, bf.address);
+    const other = await opened(browser, desk.address);
     await open(other.page);
     await type_behind("step: 0.01", ": [", other.page); // unfinished
     await says(/Not written/, other.page);

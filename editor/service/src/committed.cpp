@@ -55,10 +55,11 @@ std::optional<std::string> printed(std::vector<std::string> arguments) {
     return text;
 }
 
-/// The blob as it is: no filter, hook or program that a repository names is run.
+/// The blob as it is: no filter, hook or program that a repository names is run, nor one that would fetch an
+/// object that a partial clone lacks.
 std::optional<std::string> blob(const fs::path& file) {
-    return printed(
-        {"git", "-C", file.parent_path().string(), "cat-file", "blob", "HEAD:./" + file.filename().string()});
+    return printed({"env", "GIT_ALLOW_PROTOCOL=none", "git", "-C", file.parent_path().string(), "cat-file",
+                    "blob", "HEAD:./" + file.filename().string()});
 }
 
 } // namespace

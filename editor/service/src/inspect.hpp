@@ -14,11 +14,11 @@ std::string shortened(std::string text);
 Inspection inspected(Registry& registry, const model::Model& model, const Diagram& diagram,
                      const std::string& path);
 
-/// The variables that the system at `path` declares.
 /// Of each block those that may change in a run, and of each subsystem its variables; nothing of what has
 /// none.
 Parameters parameters_of(Registry& registry, const model::Model& model, const Diagram& diagram);
 
+/// The variables that the system at `path` declares.
 Variables variables_of(const model::System& system, const std::string& path, const Diagram& diagram);
 
 } // namespace bf::service

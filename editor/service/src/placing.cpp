@@ -20,7 +20,7 @@ bool leads_to(const model::Model& model, const std::string& system, const std::s
     });
 }
 
-std::string around(const std::string& path) { return std::string(model::split_last(path).first); }
+std::string around(const std::string& path) { return model::split_last(path).first; }
 
 void note(const model::Model& model, const op::Bend& bend, std::set<std::string>& systems) {
     // "controller.tau" leads to an output inside of the controller, or to one of its inputs outside.

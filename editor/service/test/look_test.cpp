@@ -1,49 +1,24 @@
 // What pages see of charts, masks, images, parameters and earlier versions.
-#include "bf/service/service.hpp"
-
+#include "asking.hpp"
 #include "bf/base/files.hpp"
-#include "folder.hpp"
 
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <gtest/gtest.h>
-#include <mutex>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 namespace {
 
 namespace fs = std::filesystem;
-using bf::service::Service;
 using Json = nlohmann::json;
 
-class LookTest : public ::testing::Test {
+class LookTest : public bf::service::AskingTest {
   protected:
-    void SetUp() override { folder_ = bf::service::test_folder(); }
-    void TearDown() override { service_.reset(); }
-
     void write(const std::string& name, const std::string& text) const {
-        std::ofstream(folder_ / name) << text;
+        std::ofstream(folder / name) << text;
     }
-    std::string read(const std::string& name) const { return bf::read_text_file(folder_ / name); }
-    const fs::path& folder() const { return folder_; }
-    void open(const std::string& name = "m.yaml") {
-        service_ = std::make_unique<Service>(Service::Options{
-            folder_ / name, "1", post(), [](const std::string&) {}, [](const std::string&) {}, {}, {}});
-    }
-    Json ask(const std::string& method, const Json& params = Json::object()) {
-        return Json::parse(service_->answer(
-            1, Json{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}}.dump()));
-    }
-    Json result(const std::string& method, const Json& params = Json::object()) {
-        const Json answer = ask(method, params);
-        EXPECT_TRUE(answer.contains("result")) << answer.dump();
-        return answer.value("result", Json());
-    }
-    std::string refusal(const std::string& method, const Json& params = Json::object()) {
-        return ask(method, params).value("/error/message"_json_pointer, std::string());
-    }
+    std::string read(const std::string& name) const { return bf::read_text_file(folder / name); }
     Json element(const Json& drawing, const std::string& path) {
         for (const auto& e : drawing["elements"])
             if (e["path"] == path) return e;
@@ -56,43 +31,23 @@ class LookTest : public ::testing::Test {
             if (f["name"] == name) return f;
         return {};
     }
-    std::optional<std::string> data(const std::string& what) { return service_->data(what); }
-    /// Until the model is checked.
-    void wait() {
-        for (int i = 0; i < 2000; ++i) {
-            std::vector<std::function<void()>> tasks;
-            {
-                const std::lock_guard lock(mutex_);
-                tasks.swap(tasks_);
-            }
-            for (const auto& task : tasks) task();
-            if (result("hello", {{"protocol", bf::service::protocol_version}})["document"]["is_checked"] ==
-                true)
-                return;
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        }
-        ADD_FAILURE() << "the model is not checked";
+    bool git(const std::string& what) const {
+        return std::system(("cd '" + folder.string() +
+                            "' && git -c user.name=a -c user.email=a@b -c commit.gpgsign=false " + what +
+                            " > /dev/null 2>&1")
+                               .c_str()) == 0;
     }
-
-  private:
-    std::function<void(std::function<void()>)> post() {
-        return [this](std::function<void()> task) {
-            const std::lock_guard lock(mutex_);
-            tasks_.push_back(std::move(task));
-        };
+    void open_checked() {
+        open("m.yaml");
+        ASSERT_FALSE(checked().is_null()) << "the model is not checked";
     }
-    fs::path folder_;
-    std::mutex mutex_;
-    std::vector<std::function<void()>> tasks_;
-    std::unique_ptr<Service> service_;
 };
 
 TEST_F(LookTest, AMovedStateKeepsTheOthersWhereTheyAreSeen) {
     write("m.yaml",
           "model: m\nstep: 0.1\nblocks:\n  machine:\n    block: StateMachine\n    states: [idle, move]\n"
           "    transitions: [1 2 0 1; 2 1 0 1]\n");
-    open();
-    wait();
+    open_checked();
     const Json before = result("draw", {{"system", "machine"}});
     edit({{"do", "move"}, {"path", "machine.move"}, {"to", {{"x", 500}, {"y", 300}}}});
     const Json after = result("draw", {{"system", "machine"}});
@@ -111,8 +66,7 @@ TEST_F(LookTest, ASubsystemShowsItsVariablesAsParametersWithUnitsAndLimits) {
           "model: m\nstep: 0.1\nvariables: {T: 3}\nblocks:\n  spring: {file: part.yaml, with: {k: T}}\n"
           "  own:\n    icon: K\n    variables: {a: 1, b: 2*a}\n    blocks:\n      one: {block: Constant, "
           "value: b}\n");
-    open();
-    wait();
+    open_checked();
     Json k = field(result("inspect", {{"path", "spring"}}), "k");
     EXPECT_EQ(k["role"], "parameter");
     EXPECT_EQ(k["text"], "T");
@@ -139,8 +93,7 @@ TEST_F(LookTest, ListsAllParametersByBlock) {
     write("m.yaml",
           "model: m\nstep: 0.1\nvariables: {K: 3}\nblocks:\n  inner:\n    variables: {a: 1}\n    blocks:\n"
           "      gain: {block: Gain, K: 2*K}\n      end: {block: Terminator}\n");
-    open();
-    wait();
+    open_checked();
     const Json blocks = result("parameters")["blocks"];
     ASSERT_EQ(blocks.size(), 3u) << blocks.dump();
     EXPECT_EQ(blocks[0]["path"], "");
@@ -159,14 +112,14 @@ TEST_F(LookTest, ShowsImagesOfTheFolderAndNoOtherFile) {
     write("arm.png", png_begin);
     write("fake.png", "no image");
     write("secret.txt", "secret");
-    std::ofstream(folder().parent_path() / "outside.svg") << "<svg/>";
-    fs::create_symlink(folder().parent_path() / "outside.svg", folder() / "link.svg");
+    std::ofstream(folder.parent_path() / "outside.svg") << "<svg/>";
+    fs::create_symlink(folder.parent_path() / "outside.svg", folder / "link.svg");
     write("m.yaml", "model: m\nblocks: {a: {block: Constant}}\nlayout:\n  notes:\n"
                     "    right: {text: the arm, image: arm.svg, x: 1, y: 2, width: 30, height: 40}\n"
                     "    fake: {image: fake.png, x: 1, y: 2}\n    text: {image: secret.txt, x: 1, y: 2}\n"
                     "    out: {image: ../outside.svg, x: 1, y: 2}\n    link: {image: link.svg, x: 1, y: 2}\n"
                     "    gone: {image: gone.svg, x: 1, y: 2}\n");
-    open();
+    open("m.yaml");
     const Json drawing = result("draw", {{"system", ""}});
     const Json right = element(drawing, "right");
     EXPECT_EQ(right["shapes"][0]["kind"], "image");
@@ -174,7 +127,7 @@ TEST_F(LookTest, ShowsImagesOfTheFolderAndNoOtherFile) {
     EXPECT_EQ(right["image"], "arm.svg");
     const std::string address = right["shapes"][0]["text"];
     EXPECT_EQ(address, "images/0.svg");
-    EXPECT_EQ(data(address).value_or("").substr(0, 4), "<svg");
+    EXPECT_EQ(service->data(address).value_or("").substr(0, 4), "<svg");
     const std::map<std::string, std::string> defects = {
         {"fake", "the image 'fake.png' holds no PNG"},
         {"text", "the image 'secret.txt' is neither a PNG nor an SVG file"},
@@ -188,19 +141,19 @@ TEST_F(LookTest, ShowsImagesOfTheFolderAndNoOtherFile) {
     }
     for (const char* what :
          {"images/1.svg", "images/0.png", "images/../secret.txt", "images/", "images/arm.svg"})
-        EXPECT_FALSE(data(what)) << what;
+        EXPECT_FALSE(service->data(what)) << what;
     EXPECT_EQ(result("images", {{"system", ""}})["files"],
               Json::array({"arm.png", "fake.png", "arm.svg", "link.svg"}));
-    fs::resize_file(folder() / "arm.svg", (4 << 20) + 1);
+    fs::resize_file(folder / "arm.svg", (4 << 20) + 1);
     EXPECT_EQ(element(result("draw", {{"system", ""}}), "right")["marks"][0]["message"],
               "the image 'arm.svg' is larger than 4 MiB");
-    EXPECT_FALSE(data(address)) << "it has become too large since it was drawn";
+    EXPECT_FALSE(service->data(address)) << "it has become too large since it was drawn";
 }
 
 TEST_F(LookTest, ComparesWithAnotherFileOfTheFolder) {
     write("old.yaml", "model: m\nblocks:\n  a: {block: Constant, value: 1}\n  gone: {block: Constant}\n");
     write("m.yaml", "model: m\nblocks:\n  a: {block: Constant, value: 2}\n  new: {block: Gain}\n");
-    open();
+    open("m.yaml");
     const Json found = result("compare", {{"file", "old.yaml"}, {"system", ""}});
     std::vector<std::string> texts;
     for (const auto& d : found["differences"]) texts.push_back(d["text"]);
@@ -217,17 +170,11 @@ TEST_F(LookTest, ComparesWithAnotherFileOfTheFolder) {
 }
 
 TEST_F(LookTest, ComparesWithTheLastCommitWithTheFilesThatItHad) {
-    const auto git = [&](const std::string& what) {
-        return std::system(("cd '" + folder().string() +
-                            "' && git -c user.name=a -c user.email=a@b -c commit.gpgsign=false " + what +
-                            " > /dev/null 2>&1")
-                               .c_str()) == 0;
-    };
     if (!git("init")) GTEST_SKIP() << "git is missing";
     write("part.yaml", "model: part\nblocks:\n  gain: {block: Gain, K: 1}\n");
     write("m.yaml", "model: m\nblocks:\n  p: {file: part.yaml}\n");
     ASSERT_TRUE(git("add -A") && git("commit -m one"));
-    open();
+    open("m.yaml");
     EXPECT_TRUE(result("compare", {{"file", ""}, {"system", ""}})["differences"].empty());
     edit({{"do", "set"}, {"path", "p.gain"}, {"name", "K"}, {"value", "2"}});
     const Json found = result("compare", {{"file", ""}, {"system", "p"}})["differences"];
@@ -236,10 +183,27 @@ TEST_F(LookTest, ComparesWithTheLastCommitWithTheFilesThatItHad) {
     EXPECT_EQ(found[0]["system"], "p");
 }
 
+TEST_F(LookTest, RunsNoProgramOfTheRepositoryToCompare) {
+    if (!git("init")) GTEST_SKIP() << "git is missing";
+    write("m.yaml", "model: m\nblocks:\n  a: {block: Constant}\n");
+    ASSERT_TRUE(git("add -A") && git("commit -m one"));
+    // An object that is missing in a partial clone would be fetched by a command of the repository's own.
+    ASSERT_TRUE(git("cat-file -e HEAD:m.yaml") && git("config core.repositoryformatversion 1") &&
+                git("config extensions.partialClone origin") && git("config remote.origin.promisor true") &&
+                git("config remote.origin.url ssh://x/y") &&
+                git("config core.sshCommand 'touch \"$PWD/ran\";'"));
+    fs::remove_all(folder / ".git/objects");
+    fs::create_directories(folder / ".git/objects");
+    git("cat-file blob HEAD:m.yaml");
+    ASSERT_TRUE(fs::remove(folder / "ran")) << "the repository does not lead git to run it";
+    open("m.yaml");
+    EXPECT_NE(refusal("compare", {{"file", ""}, {"system", ""}}), "");
+    EXPECT_FALSE(fs::exists(folder / "ran"));
+}
+
 TEST_F(LookTest, SaysWhichWatchedPathsAreNoSignals) {
     write("m.yaml", "model: m\nstep: 0.1\nstop: 1\nblocks:\n  a: {block: Constant}\n");
-    open();
-    wait();
+    open_checked();
     EXPECT_TRUE(result("watch", {{"paths", {"b.y"}}})["unknown"].empty()) << "nothing runs";
     result("run", {{"action", "step"}});
     EXPECT_EQ(result("watch", {{"paths", {"a.y", "b.y"}}})["unknown"], Json::array({"b.y"}));

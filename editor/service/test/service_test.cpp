@@ -1,16 +1,11 @@
-#include "bf/service/service.hpp"
-
+#include "asking.hpp"
 #include "bf/base/files.hpp"
 #include "bf/recording/writer.hpp"
-#include "folder.hpp"
 #include "scenery.hpp"
 
-#include <condition_variable>
 #include <cstring>
-#include <deque>
 #include <fstream>
 #include <gtest/gtest.h>
-#include <mutex>
 #include <nlohmann/json.hpp>
 
 namespace {
@@ -19,75 +14,20 @@ namespace fs = std::filesystem;
 using bf::service::Service;
 using Json = nlohmann::json;
 
-/// A service without a network: its tasks run when the test waits for them.
-class ServiceTest : public ::testing::Test {
+class ServiceTest : public bf::service::AskingTest {
   protected:
     void SetUp() override {
-        folder_ = bf::service::test_folder();
         fs::copy_file(fs::path(BF_SOURCE_DIRECTORY) / "docs" / "start" / "motor.yaml", file());
-        service = std::make_unique<Service>(
-            Service::Options{file(), "1.2.3",
-                             [this](std::function<void()> task) {
-                                 const std::lock_guard lock(mutex_);
-                                 tasks_.push_back(std::move(task));
-                                 wake_.notify_one();
-                             },
-                             [this](const std::string& text) { told.push_back(Json::parse(text)); },
-                             [this](const std::string& frame) { sent_bytes += frame.size(); },
-                             [this](const bf::Diagram& diagram) {
-                                 if (++scenes == broken_scene) throw std::runtime_error("no mesh 'arm.stl'");
-                                 return bf::service::one_body(diagram, "load.y");
-                             }});
+        open("motor.yaml", [this](const bf::Diagram& diagram) {
+            if (++scenes == broken_scene) throw std::runtime_error("no mesh 'arm.stl'");
+            return bf::service::one_body(diagram, "load.y");
+        });
     }
-    void TearDown() override { service.reset(); }
 
-    fs::path file() const { return folder_ / "motor.yaml"; }
+    fs::path file() const { return folder / "motor.yaml"; }
     std::string text() const { return bf::read_text_file(file()); }
 
-    Json ask(const std::string& method, const Json& params = Json::object()) {
-        return Json::parse(service->answer(
-            1, Json{{"jsonrpc", "2.0"}, {"id", 7}, {"method", method}, {"params", params}}.dump()));
-    }
-    Json result(const std::string& method, const Json& params = Json::object()) {
-        const Json answer = ask(method, params);
-        EXPECT_TRUE(answer.contains("result")) << method << ": " << answer.dump();
-        EXPECT_EQ(answer["id"], 7);
-        return answer.value("result", Json());
-    }
-    std::string refusal(const std::string& method, const Json& params = Json::object()) {
-        const Json answer = ask(method, params);
-        return answer.contains("error") ? answer["error"]["message"].get<std::string>() : "";
-    }
-    /// Runs tasks until a notification says what is asked for.
-    Json wait_for(const std::function<bool(const Json&)>& is_it) {
-        for (std::size_t seen = 0;;) {
-            for (; seen < told.size(); ++seen)
-                if (is_it(told[seen])) return told[seen];
-            std::unique_lock lock(mutex_);
-            if (!wake_.wait_for(lock, std::chrono::seconds(20), [&] { return !tasks_.empty(); })) return {};
-            const auto task = std::move(tasks_.front());
-            tasks_.pop_front();
-            lock.unlock();
-            task();
-        }
-    }
-    Json checked() {
-        told.clear();
-        return wait_for([](const Json& n) {
-            return n["method"] == "changed" && n["params"]["is_checked"] == true;
-        })["params"];
-    }
-
-    std::unique_ptr<Service> service;
-    std::vector<Json> told;
-    std::size_t sent_bytes = 0;
     int scenes = 0, broken_scene = 0;
-
-  private:
-    fs::path folder_;
-    std::mutex mutex_;
-    std::condition_variable wake_;
-    std::deque<std::function<void()>> tasks_;
 };
 
 TEST_F(ServiceTest, WelcomesAPageOfItsProtocolAndNoOther) {

@@ -267,9 +267,13 @@ void Server::State::finish_change(const ParameterMailbox::Result& result) {
 // ---- the public functions ----
 
 std::string check_place(const std::string& where) {
-    if (where.starts_with(unix_scheme))
-        return where.size() > unix_scheme.size() ? ""
-                                                 : "unix: needs the path of a socket, e.g. unix:motor.sock";
+    if (where.starts_with(unix_scheme)) {
+        if (where.size() == unix_scheme.size())
+            return "unix: needs the path of a socket, e.g. unix:motor.sock";
+        return where.find('?') == where.npos
+                   ? ""
+                   : "the path of a socket has no '?', behind which the token stands in its address";
+    }
     double port = 0;
     const bool is_number = where.find_first_not_of("0123456789") == where.npos;
     if (is_number && read_option(where, {0, 65535, true}, port).empty()) return "";

@@ -194,6 +194,8 @@ TEST(Server, ListensAtAUnixSocketOfItsOwnerAlone) {
               "directory; give the path of another socket");
     EXPECT_EQ(refused("unix:" + std::string(200, 'x')).substr(227), ": File name too long; give the path of "
                                                                     "another socket");
+    EXPECT_EQ(refused("unix:a?token=5"),
+              "the path of a socket has no '?', behind which the token stands in its address");
     EXPECT_EQ(refused("unix:"), "unix: needs the path of a socket, e.g. unix:motor.sock");
     for (const char* wrong : {"", "70000", "-1", "8765x", "localhost:8765"})
         EXPECT_EQ(refused(wrong),

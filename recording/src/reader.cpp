@@ -213,7 +213,9 @@ class Parser {
         if (!foreign.decoder) return;
         constexpr std::size_t most_channels = 1000; // of one topic
         foreign.decoder->decode(content, [&](const std::string& path, std::span<const double> values) {
-            if (foreign.channels.size() >= most_channels && !foreign.channels.contains(path)) return;
+            if (foreign.channels.size() >= most_channels && !foreign.channels.contains(path))
+                return report("'" + foreign.name + "' has more than " + std::to_string(most_channels) +
+                              " signals; the others are left out");
             const auto [known, is_new] = foreign.channels.try_emplace(path, recording_.channels.size());
             if (is_new) {
                 Channel channel;

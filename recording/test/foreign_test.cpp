@@ -170,6 +170,15 @@ TEST(Foreign, ReadsJson) {
         "'other.mcap': 'robot.odom.b.row' changes its size; what has another one than at first is left out");
 }
 
+TEST(Foreign, SaysWhereAMessageHasMoreSignalsThanAreRead) {
+    std::string json = "{";
+    for (int i = 0; i < 1001; ++i) json += (i > 0 ? ", \"s" : "\"s") + std::to_string(i) + "\": 1";
+    const Recording recording = parsed(file_of("json", "a/B", "jsonschema", "{}", {{1, json + "}"}}));
+    EXPECT_EQ(recording.channels.size(), 1000u);
+    EXPECT_EQ(recording.defect,
+              "'other.mcap': 'robot.odom' has more than 1000 signals; the others are left out");
+}
+
 TEST(Foreign, LeavesOutWhatItDoesNotUnderstandAndSaysSo) {
     const auto defect = [](const std::string& encoding, const std::string& kind, const std::string& schema) {
         const Recording recording = parsed(file_of(encoding, "a/B", kind, schema, {{1, odometry_message()}}));

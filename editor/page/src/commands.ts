@@ -9,6 +9,7 @@ export interface Command {
   group: "Edit" | "Look" | "Run";
   keys: string[];
   is_hidden?: boolean; // from the search: it needs a key
+  is_everywhere?: boolean; // its key acts while somebody writes, and over every dialog
   can?(session: Session): boolean;
   run(session: Session): unknown;
 }
@@ -112,7 +113,7 @@ export const commands: Command[] = [
   { title: "Back to the beginning", group: "Run", keys: ["Home"], can: (s) => is_simulated(s) && s.run.state !== "none", run: (s) => s.command("stop") },
   { title: "Start the program", group: "Run", keys: [], can: (s) => s.is_in_control && s.waits, run: (s) => s.command("start") },
   { title: "Stop the program in order", group: "Run", keys: [], can: (s) => s.is_in_control, run: (s) => s.command("stop") },
-  { title: "Emergency stop", group: "Run", keys: ["Shift+Escape"], can: (s) => s.is_in_control, run: (s) => s.command("emergency_stop") },
+  { title: "Emergency stop", group: "Run", keys: ["Shift+Escape"], is_everywhere: true, can: (s) => s.is_in_control, run: (s) => s.command("emergency_stop") },
   { title: "Watch the value of a wire", group: "Run", keys: ["W"], can: has_signal, run: (s) => {
     const source = s.source_of(only(s)!);
     s.watched.includes(source) ? s.unwatch(source) : s.watch(source);

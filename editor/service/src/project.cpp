@@ -313,10 +313,17 @@ std::vector<std::pair<Project::Document*, model::Model>> Project::followed(
     return all;
 }
 
-/// The file of an undone `extract` goes with it, unless somebody has written something else into it.
+/// The file of an undone `extract` goes with it, unless somebody has written something else into it, or
+/// another file of the folder refers to it by now.
 void Project::take_away(Document& made) {
+    open_referring(made.file);
+    bool is_used = false;
+    for (const auto& other : documents_)
+        each_reference(other->model.root, [&](const model::Reference& reference) {
+            is_used |= (other->file.parent_path() / reference.file).lexically_normal() == made.file;
+        });
     const auto found = std::ranges::find(documents_, &made, &std::unique_ptr<Document>::get);
-    if (found == documents_.end()) return;
+    if (is_used || found == documents_.end()) return;
     std::error_code error;
     if (!made.foreign && made.stamp == stamp_of(made.file)) fs::remove(made.file, error);
     taken_away_.push_back(std::move(*found));

@@ -328,6 +328,19 @@ TEST_F(ProjectTest, UndoingAnExtractTakesItsFileAwayAndRedoingMakesItAgain) {
     EXPECT_EQ(read("part.yaml"), "model: mine\n");
 }
 
+TEST_F(ProjectTest, UndoingAnExtractKeepsAFileThatAnotherModelRefersTo) {
+    write("loop.yaml", "model: loop\nblocks:\n  part: {blocks: {one: {block: Constant}}}\n");
+    Project project(file());
+    project.edit(op::Extract{"part", "part.yaml"});
+    write("other.yaml", "model: other\nblocks:\n  p: {file: part.yaml}\n");
+    const std::string part = read("part.yaml"), after = read("loop.yaml");
+    EXPECT_TRUE(project.undo());
+    EXPECT_EQ(read("part.yaml"), part);
+    EXPECT_TRUE(project.redo());
+    EXPECT_EQ(read("loop.yaml"), after);
+    EXPECT_EQ(read("part.yaml"), part);
+}
+
 TEST_F(ProjectTest, ARenamedVariableIsFollowedByAllWhoGiveItAValue) {
     write("law.yaml", "model: law\nvariables: {k: 2}\nblocks:\n  gain: {block: Gain, K: k}\n");
     write("loop.yaml", "model: loop\nblocks:\n  one: {file: law.yaml, with: {k: 3}}\n"

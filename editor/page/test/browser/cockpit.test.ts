@@ -87,6 +87,23 @@ describe.skipIf(!is_there || command === undefined)("the cockpit", () => {
     await log().getByText("emergency stop", { exact: true }).waitFor();
   });
 
+  test.each([["the text", "y", "Text of the model"], ["a search", "Control+k", "Insert a block, or do something"], ["the keys", "?", ""], ["models", "Control+o", ""]])(
+    "stops at once by a key, while %s is open", async (_, opening, field) => {
+      const program = await open("--control");
+      await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+      await page.keyboard.press(opening);
+      await (field ? page.getByLabel(field).first().focus() : page.getByRole("dialog").waitFor());
+      await page.keyboard.press("Shift+Escape");
+      expect(await ended(program)).toBe(1);
+    });
+  test("stops at once by a button of each dialog", async () => {
+    const program = await open("--control");
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    await page.keyboard.press("Control+o");
+    await page.getByRole("dialog").getByRole("button", { name: "Emergency stop" }).click();
+    expect(await ended(program)).toBe(1);
+  });
+
   test("says why a program that is looked at alone cannot be controlled", async () => {
     await open();
     await page.getByText(/running, \d+ steps of 1 ms/).waitFor();

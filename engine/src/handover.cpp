@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <unordered_map>
 
 namespace bf {
 
@@ -19,27 +21,39 @@ std::size_t outside_bytes(const Simulation& run) {
            context.state_bytes() - run.diagram().rates.size() * sizeof(Clock);
 }
 
-std::vector<const DiagramNode*> nodes_with_objects(const Diagram& diagram) {
-    std::vector<const DiagramNode*> found;
-    for (const auto& node : diagram.nodes)
-        if (!node.block->declaration().objects.empty()) found.push_back(&node);
+std::vector<int> nodes_with_objects(const Diagram& diagram) {
+    std::vector<int> found;
+    for (std::size_t n = 0; n < diagram.nodes.size(); ++n)
+        if (!diagram.nodes[n].block->declaration().objects.empty()) found.push_back(static_cast<int>(n));
     return found;
 }
 
-/// It is saved as a whole, in the order of the document: either all of it has the same place in both, or
-/// none.
-bool have_same_outside(const Simulation& a, const Simulation& b) {
-    const auto is_same = [](const DiagramNode* one, const DiagramNode* other) {
-        return one->path == other->path && one->type == other->type;
-    };
-    return outside_bytes(a) == outside_bytes(b) &&
-           std::ranges::equal(nodes_with_objects(a.diagram()), nodes_with_objects(b.diagram()), is_same);
+std::optional<std::string> path_before(const Origin& origin, const std::string& path) {
+    return origin ? origin(path) : path;
 }
 
-/// The node of the same path and type; -1: there is none.
-int counterpart(const Diagram& diagram, const DiagramNode& node) {
-    const int found = diagram.find_node(node.path);
-    return found >= 0 && diagram.nodes[static_cast<std::size_t>(found)].type == node.type ? found : -1;
+/// By node of `to`, the node of `from` that it was, of the same type; -1: there is none.
+std::vector<int> counterparts(const Diagram& from, const Diagram& to, const Origin& origin) {
+    std::unordered_map<std::string_view, int> by_path;
+    for (std::size_t n = 0; n < from.nodes.size(); ++n)
+        by_path.emplace(from.nodes[n].path, static_cast<int>(n));
+    std::vector<int> all;
+    for (const auto& node : to.nodes) {
+        const std::optional<std::string> path = path_before(origin, node.path);
+        const auto found = path ? by_path.find(*path) : by_path.end();
+        const bool is_it =
+            found != by_path.end() && from.nodes[static_cast<std::size_t>(found->second)].type == node.type;
+        all.push_back(is_it ? found->second : -1);
+    }
+    return all;
+}
+
+/// It is saved as a whole, in the order of the document: either all of it has the same place in both, or
+/// none. `its`: counterparts of b's nodes.
+bool have_same_outside(const Simulation& a, const Simulation& b, const std::vector<int>& its) {
+    const auto is_same = [&](int one, int other) { return its[static_cast<std::size_t>(other)] == one; };
+    return outside_bytes(a) == outside_bytes(b) &&
+           std::ranges::equal(nodes_with_objects(a.diagram()), nodes_with_objects(b.diagram()), is_same);
 }
 
 const std::vector<Slot>& slots_of(const Diagram& diagram, int node) {
@@ -63,37 +77,88 @@ std::string form_of(const Slot& slot) {
 
 } // namespace
 
-Handover handover(const Simulation& before, const Simulation& after) {
+Handover handover(const Simulation& before, const Simulation& after, const Origin& origin) {
     const Diagram &from = before.diagram(), &to = after.diagram();
+    const std::vector<int> its = counterparts(from, to, origin);
+    std::vector<int> others(from.nodes.size(), -1); // by node of `from`, the one that it becomes
+    for (std::size_t n = 0; n < its.size(); ++n)
+        if (its[n] >= 0) others[static_cast<std::size_t>(its[n])] = static_cast<int>(n);
     Handover found;
-    for (const auto& node : from.nodes) {
-        const int other = counterpart(to, node);
+    for (std::size_t n = 0; n < from.nodes.size(); ++n) {
+        const auto& node = from.nodes[n];
+        const int other = others[n];
         for (const auto& slot : node.block->resolution().slots) {
             if (!is_state(slot.role)) continue;
             const std::string state = "'" + node.path + "." + slot.name + "'";
             const int index = other < 0 ? -1 : counterpart(slots_of(to, other), slot);
             if (index < 0)
                 found.lost.push_back(state + " is no longer there");
-            else if (const Slot& its = to.slot({other, index}); !fits(slot, its))
-                found.lost.push_back(state + " is " + form_of(its) + " and was " + form_of(slot));
+            else if (const Slot& next = to.slot({other, index}); !fits(slot, next))
+                found.lost.push_back(state + " is " + form_of(next) + " and was " + form_of(slot));
         }
     }
-    for (const auto& node : to.nodes) {
-        const int other = counterpart(from, node);
-        for (const auto& slot : node.block->resolution().slots)
-            if (is_state(slot.role) && (other < 0 || counterpart(slots_of(from, other), slot) < 0))
-                found.begun.push_back(node.path + "." + slot.name);
-    }
-    if (outside_bytes(before) > 0 && !have_same_outside(before, after))
+    for (std::size_t n = 0; n < to.nodes.size(); ++n)
+        for (const auto& slot : slots_of(to, static_cast<int>(n)))
+            if (is_state(slot.role) && (its[n] < 0 || counterpart(slots_of(from, its[n]), slot) < 0))
+                found.begun.push_back(to.nodes[n].path + "." + slot.name);
+    if (outside_bytes(before) > 0 && !have_same_outside(before, after, its))
         found.lost.push_back("what blocks keep outside of the diagram, such as the state of a physics world");
     return found;
 }
 
-void Simulation::Machine::go_on_from(const Machine& other) {
+/// The time of the last step that hit a node's rate; NaN: there was none, or it has no period.
+double Simulation::Machine::last_hit(int node) const {
+    const Diagram& diagram = simulation_.diagram_;
+    if (!first_hits_.empty())
+        if (const FirstHit& first = first_hits_[static_cast<std::size_t>(node)];
+            first.step >= simulation_.steps_) // its last one was in the diagram before this one
+            return static_cast<double>(first.step) * diagram.step - first.period;
+    const int rate = diagram.nodes[static_cast<std::size_t>(node)].rate;
+    const SampleRate& sampled = diagram.rates[static_cast<std::size_t>(rate)];
+    const Clock& clock = context_.clock(rate);
+    const bool has_period = !sampled.is_constant && !sampled.is_continuous && sampled.trigger == 0;
+    return has_period && clock.step >= 0 ? clock.time : std::numeric_limits<double>::quiet_NaN();
+}
+
+void Simulation::Machine::find_first_hits(const Machine& other, const std::vector<int>& counterparts) {
+    const Diagram& diagram = simulation_.diagram_;
+    std::vector<std::int64_t> next(diagram.rates.size(), -1); // step that hits each rate
+    for (std::size_t i = 0; i < counters_.size(); ++i)
+        if (!diagram.rates[static_cast<std::size_t>(counters_[i].rate)].is_continuous)
+            next[static_cast<std::size_t>(counters_[i].rate)] = simulation_.steps_ + until_hit_[i];
+    first_hits_.assign(diagram.nodes.size(), {});
+    for (std::size_t n = 0; n < diagram.nodes.size(); ++n) {
+        const int rate = diagram.nodes[n].rate;
+        const std::int64_t step = next[static_cast<std::size_t>(rate)];
+        if (counterparts[n] < 0 || step < 0) continue;
+        const double usual = diagram.period(rate);
+        const double period = static_cast<double>(step) * diagram.step - other.last_hit(counterparts[n]);
+        if (!(std::abs(period - usual) > 1e-9 * usual)) continue; // also where it is NaN
+        first_hits_[n] = {step, period};
+        last_first_hit_ = std::max(last_first_hit_, step);
+    }
+}
+
+bool Simulation::Machine::run_with_first_hits(std::size_t begin, std::size_t end) noexcept {
+    for (std::size_t i = begin; i < end; ++i) {
+        const auto node = static_cast<std::size_t>(bound_[i].node);
+        Clock& clock = context_.clock(simulation_.diagram_.nodes[node].rate);
+        const double usual = clock.period;
+        if (first_hits_[node].step == simulation_.steps_) clock.period = first_hits_[node].period;
+        const Status status = tasks_[i]();
+        clock.period = usual;
+        if (!status) return simulation_.fail(status, bound_[i].node);
+    }
+    return true;
+}
+
+void Simulation::Machine::go_on_from(const Machine& other, const std::vector<int>& counterparts,
+                                     const Origin& origin) {
     const auto& mine = simulation_.diagram_;
     const auto& its = other.simulation_.diagram_;
-    const auto path = [](const Diagram& diagram, int condition) -> const std::string& {
-        return diagram.conditions[static_cast<std::size_t>(condition)].path;
+    const auto is_same = [&](int condition, int before) {
+        return path_before(origin, mine.conditions[static_cast<std::size_t>(condition)].path) ==
+               its.conditions[static_cast<std::size_t>(before)].path;
     };
     const auto is_of_condition = [](const program::Flag& flag) {
         return flag.kind == program::Flag::Kind::enabled || flag.kind == program::Flag::Kind::triggered;
@@ -101,13 +166,13 @@ void Simulation::Machine::go_on_from(const Machine& other) {
     for (std::size_t i = 0; i < flags_.size(); ++i)
         for (std::size_t k = 0; k < other.flags_.size(); ++k) {
             const program::Flag &a = program_.flags[i], &b = other.program_.flags[k];
-            if (is_of_condition(a) && a.kind == b.kind && path(mine, a.number) == path(its, b.number))
+            if (is_of_condition(a) && a.kind == b.kind && is_same(a.number, b.number))
                 flags_[i] = other.flags_[k];
         }
     for (std::size_t i = 0; i < memories_.size(); ++i)
         for (std::size_t k = 0; k < other.memories_.size(); ++k) {
             const program::Memory &a = program_.memories[i], &b = other.program_.memories[k];
-            if (a.is_reset == b.is_reset && path(mine, a.condition) == path(its, b.condition) &&
+            if (a.is_reset == b.is_reset && is_same(a.condition, b.condition) &&
                 memories_[i].last.size() == other.memories_[k].last.size())
                 memories_[i].last = other.memories_[k].last;
         }
@@ -121,21 +186,24 @@ void Simulation::Machine::go_on_from(const Machine& other) {
         clock.step = hits - 1;
         if (hits > 0) clock.time = static_cast<double>(rate.offset + (hits - 1) * rate.ticks) * mine.step;
     }
-    for (const auto& condition : mine.conditions)
-        for (const auto& before : its.conditions)
-            if (condition.path == before.path && condition.triggered_rate >= 0 && before.triggered_rate >= 0)
-                context_.clock(condition.triggered_rate) = other.context_.clock(before.triggered_rate);
+    for (std::size_t i = 0; i < mine.conditions.size(); ++i)
+        for (std::size_t k = 0; k < its.conditions.size(); ++k)
+            if (const int rate = mine.conditions[i].triggered_rate, before = its.conditions[k].triggered_rate;
+                rate >= 0 && before >= 0 && is_same(static_cast<int>(i), static_cast<int>(k)))
+                context_.clock(rate) = other.context_.clock(before);
+    find_first_hits(other, counterparts);
 }
 
-void Simulation::go_on_from(const Simulation& other) {
+void Simulation::go_on_from(const Simulation& other, const Origin& origin) {
     const double time = other.time();
     const auto steps = std::llround(time / diagram_.step);
     if (std::abs(static_cast<double>(steps) * diagram_.step - time) > 1e-9 * std::max(1.0, time))
         throw RunError("t = " + number_text(time) + " s lies within a step of " + number_text(diagram_.step) +
                        " s; go on from a multiple of it, or start anew");
     steps_ = steps;
+    const std::vector<int> from = counterparts(other.diagram_, diagram_, origin);
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const int its = counterpart(other.diagram_, diagram_.nodes[n]);
+        const int its = from[n];
         if (its < 0 || diagram_.nodes[n].rate == constant_rate) continue;
         const auto& slots = slots_of(diagram_, static_cast<int>(n));
         for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -150,14 +218,14 @@ void Simulation::go_on_from(const Simulation& other) {
         }
     }
     if (const auto size = static_cast<std::ptrdiff_t>(outside_bytes(*this));
-        size > 0 && have_same_outside(other, *this)) {
+        size > 0 && have_same_outside(other, *this, from)) {
         std::vector<std::byte> own(context_.snapshot_size()), its(other.context_.snapshot_size());
         context_.save(own.data());
         other.context_.save(its.data());
         std::copy(its.end() - size, its.end(), own.end() - size);
         context_.restore(own.data());
     }
-    machine_->go_on_from(*other.machine_);
+    machine_->go_on_from(*other.machine_, from, origin);
     if (!machine_->run(machine_->constants)) throw RunError(failure());
     for (auto& held : held_) std::memcpy(held.last.data(), held.now, held.last.size());
     for (auto& seen : seen_) std::memcpy(seen.last.data(), seen.now, seen.last.size());

@@ -38,6 +38,8 @@ void Simulation::Machine::forget() {
         std::fill(memory.last.begin(), memory.last.end(), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t i = 0; i < counters_.size(); ++i)
         until_hit_[i] = simulation_.diagram_.rates[static_cast<std::size_t>(counters_[i].rate)].offset;
+    first_hits_.clear();
+    last_first_hit_ = -1;
 }
 
 std::vector<std::span<std::byte>> Simulation::Machine::state() {
@@ -294,6 +296,10 @@ bool Simulation::Machine::run(int entry) noexcept {
         switch (i->op) {
         case Op::end: return true;
         case Op::tasks: {
+            if (s.steps_ <= last_first_hit_) [[unlikely]] {
+                if (!run_with_first_hits(a, b)) return false;
+                break;
+            }
             const Task* const end = tasks_.data() + b;
             for (const Task* task = tasks_.data() + a; task != end; ++task)
                 if (const Status status = (*task)(); !status) [[unlikely]]

@@ -22,8 +22,8 @@ class Simulation::Machine {
     /// What it remembers from step to step.
     std::vector<std::span<std::byte>> state();
     /// Remembers what the machine of another diagram does, as far as both have the same conditions and at the
-    /// simulation's step.
-    void go_on_from(const Machine& other);
+    /// simulation's step. `counterparts`: by node, the other diagram's.
+    void go_on_from(const Machine& other, const std::vector<int>& counterparts, const Origin& origin);
     std::uint8_t& flag(int number) { return flags_[static_cast<std::size_t>(number)]; }
     void visit_tasks(const TaskVisitor& visit);
 
@@ -109,6 +109,12 @@ class Simulation::Machine {
         Phase phase;
         int node;
     };
+    /// Of a block that goes on from another diagram: the first step that hits it, and the time since its last
+    /// hit there, where that is not its period.
+    struct FirstHit {
+        std::int64_t step = -1;
+        double period = 0; ///< s
+    };
 
     int compile(const program::Statements& statements, program::Pass pass = program::first);
     void emit(const program::Statements& statements, program::Pass pass);
@@ -125,6 +131,9 @@ class Simulation::Machine {
     bool test(const Instruction& instruction) const noexcept;
     bool fail(int failing) noexcept;
     void rest(int node) noexcept;
+    double last_hit(int node) const;
+    void find_first_hits(const Machine& other, const std::vector<int>& counterparts);
+    bool run_with_first_hits(std::size_t begin, std::size_t end) noexcept;
 
     Simulation& simulation_;
     Context& context_;
@@ -146,6 +155,8 @@ class Simulation::Machine {
     int landed_ = 0;              ///< the last instruction that something jumps to
     std::size_t first_visited_ = 0;
     std::vector<std::uint8_t> flags_;
+    std::vector<FirstHit> first_hits_; ///< by node; empty without another diagram before
+    std::int64_t last_first_hit_ = -1; ///< step of the latest of them
 };
 
 } // namespace bf

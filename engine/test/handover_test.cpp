@@ -3,6 +3,9 @@
 #include "support.hpp"
 
 #include <gtest/gtest.h>
+#include <map>
+#include <memory>
+#include <random>
 
 namespace bf::test {
 namespace {
@@ -81,6 +84,149 @@ TEST(Handover, ATimeWithinAStepOfTheNewDiagramIsRefused) {
     everything(run, 1);
     other.simulation->go_on_from(*run.simulation);
     EXPECT_EQ(other.simulation->steps(), 2);
+}
+
+// ---- blocks that have other paths
+
+const std::string two = R"m(
+model: m
+step: 0.1
+blocks:
+  one: {block: Constant, value: 1}
+  a: {block: DiscreteIntegrator, initial: 5}
+  b: {block: DiscreteIntegrator, initial: 50, gain: 2}
+  s:
+    execution: enabled
+    inputs: [u]
+    outputs: [y]
+    blocks:
+      c: {block: DiscreteIntegrator, initial: 500}
+    connections: {u: c, c: y}
+  on: {block: Pulse, period: 0.4, width: 0.2}
+connections: {one: [a, b, s.u], on: s.enable}
+)m";
+
+/// Letters stand for names.
+std::string renamed(std::string text, const std::map<std::string, std::string>& names) {
+    std::string result;
+    for (std::size_t i = 0; i < text.size();) {
+        std::size_t end = i;
+        while (end < text.size() && std::isalnum(static_cast<unsigned char>(text[end]))) ++end;
+        const std::string word = text.substr(i, std::max<std::size_t>(end - i, 1));
+        const auto found = names.find(word);
+        result += found == names.end() ? word : found->second;
+        i += word.size();
+    }
+    return result;
+}
+
+TEST(Handover, StatesFollowBlocksThatHaveOtherPaths) {
+    const std::map<std::string, std::string> names{{"a", "b"}, {"b", "a"}, {"s", "t"}, {"c", "d"}};
+    Session run(two), alone(two), other(renamed(two, names));
+    run.trace("a", 7);
+    alone.trace("a", 7);
+    const std::map<std::string, std::string> before{{"a", "b"}, {"b", "a"}, {"t", "s"}, {"t.d", "s.c"}};
+    const Origin origin = [&](const std::string& path) -> std::optional<std::string> {
+        const auto found = before.find(path);
+        return found == before.end() ? path : found->second;
+    };
+    EXPECT_TRUE(handover(*run.simulation, *other.simulation, origin).lost.empty());
+    EXPECT_TRUE(handover(*run.simulation, *other.simulation, origin).begun.empty());
+    EXPECT_FALSE(handover(*run.simulation, *other.simulation).lost.empty()) << "by their paths";
+    other.simulation->go_on_from(*run.simulation, origin);
+    for (int k = 0; k < 12; ++k) {
+        alone.trace("a", 1);
+        other.trace("a", 1);
+        EXPECT_EQ(other("b"), alone("a"));
+        EXPECT_EQ(other("a"), alone("b"));
+        EXPECT_EQ(other("t.d"), alone("s.c")) << k;
+    }
+}
+
+TEST(Handover, TwoBlocksThatAreWhatTheOtherOneWasHavePerhapsExchangedTheirNames) {
+    using Pairs = std::vector<std::pair<std::string, std::string>>;
+    const Session run(two), same(two), more(replaced(two, "gain: 2", "gain: 3"));
+    const Session crossed(renamed(two, {{"a", "b"}, {"b", "a"}}));
+    EXPECT_EQ(exchanged(run.diagram, same.diagram), Pairs());
+    EXPECT_EQ(exchanged(run.diagram, more.diagram), Pairs());
+    EXPECT_EQ(exchanged(run.diagram, crossed.diagram), (Pairs{{"a", "b"}}));
+    const std::string chain = R"m(
+model: m
+step: 0.1
+blocks:
+  one: {block: Constant}
+  f: {inputs: [u], outputs: [y], blocks: {x: {block: UnitDelay}}, connections: {u: x, x: y}}
+  g: {inputs: [u], outputs: [y], blocks: {x: {block: UnitDelay}}, connections: {u: x, x: y}}
+connections: {one: f, f: g}
+)m";
+    const Session straight(chain), turned(renamed(chain, {{"f", "g"}, {"g", "f"}}));
+    EXPECT_EQ(exchanged(straight.diagram, turned.diagram), (Pairs{{"f", "g"}})) << "subsystems, in a row";
+}
+
+// ---- periods that change
+
+/// Integrals of 1 by all rules, of which the period changes, beside others that keep theirs.
+std::string integrals(const std::string& period) {
+    return "model: m\nstep: 0.1\nblocks:\n  one: {block: Constant}\n  ramp: {block: Clock, period: 0.1}\n"
+           "  forward: {block: DiscreteIntegrator, period: " +
+           period + "}\n  backward: {block: DiscreteIntegrator, method: backward, period: " + period +
+           "}\n  trapezoidal: {block: DiscreteIntegrator, method: trapezoidal, period: " + period +
+           "}\n  pid: {block: DiscretePID, P: 0, I: 1, D: 0, period: " + period +
+           "}\n  slope: {block: DiscreteDerivative, period: " + period +
+           "}\n  steady: {block: DiscreteIntegrator, period: 0.3}\n"
+           "connections: {one: [forward, backward, trapezoidal, pid, steady], ramp: slope}\n";
+}
+
+TEST(Handover, IntegralsStayRightWheneverAPeriodChanges) {
+    const std::vector<int> ticks{1, 3, 7, 2, 10, 4, 3, 1, 5}; // of 0.1 s
+    std::mt19937 random(3);
+    for (int round = 0; round < 200; ++round) {
+        std::vector<std::unique_ptr<Session>> runs;
+        std::map<std::string, double> ahead; // of the time: backward counts the first period at its beginning
+        for (int edit = 0; edit < 8; ++edit) {
+            const int now = ticks[random() % ticks.size()];
+            const std::string period = "0.1*" + std::to_string(now);
+            runs.push_back(std::make_unique<Session>(integrals("\"" + period + "\"")));
+            Session& run = *runs.back();
+            if (edit > 0) run.simulation->go_on_from(*runs[runs.size() - 2]->simulation);
+            for (int left = static_cast<int>(random() % 15); left > 0; --left) {
+                const auto step = run.simulation->steps();
+                ASSERT_TRUE(run.simulation->step());
+                const double t = static_cast<double>(step) * 0.1;
+                EXPECT_NEAR(run("steady"), 0.3 * static_cast<double>(step / 3), 1e-9);
+                if (step % now != 0) continue;
+                for (const char* integral : {"forward", "backward", "trapezoidal", "pid"}) {
+                    const double y = run(integral);
+                    if (step == 0) ahead[integral] = y - t;
+                    EXPECT_NEAR(y - t, ahead[integral], 1e-9) << integral << " at " << t << ", " << period;
+                }
+                EXPECT_NEAR(run("slope"), step > 0 ? 1 : 0, 1e-9) << "at " << t << ", " << period;
+            }
+        }
+    }
+}
+
+TEST(Handover, APeriodThatChangesTwiceBeforeAHitCountsAll) {
+    Session slow(integrals("1")), between(integrals("\"0.7\"")), fast(integrals("\"0.3\""));
+    slow.trace("forward", 32); // hit at 3 s
+    between.simulation->go_on_from(*slow.simulation);
+    between.trace("forward", 2); // would be hit at 3.5 s
+    fast.simulation->go_on_from(*between.simulation);
+    const Values y = fast.trace("forward", 6);
+    EXPECT_NEAR(y[1], 3, 1e-9);   // 3.5 s
+    EXPECT_NEAR(y[2], 3.6, 1e-9); // 3.6 s
+    EXPECT_NEAR(y[5], 3.9, 1e-9);
+}
+
+TEST(Handover, TheFirstHitIsComputedAgainFromASnapshot) {
+    Session run(integrals("1")), other(integrals("\"0.3\""));
+    run.trace("forward", 14);
+    other.simulation->go_on_from(*run.simulation);
+    const auto snapshot = other.simulation->snapshot();
+    const Values first = other.trace("forward", 9);
+    other.simulation->restore(snapshot);
+    EXPECT_EQ(other.trace("forward", 9), first);
+    EXPECT_NEAR(first[1], 1.5, 1e-9);
 }
 
 } // namespace

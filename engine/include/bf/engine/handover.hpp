@@ -4,12 +4,13 @@
 #include "bf/engine/simulation.hpp"
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bf {
 
-/// States of two runs, compared by the paths and types of their blocks, and by their own names, types and
-/// sizes.
+/// States of two runs, compared by the paths (see Origin) and types of their blocks, and by their own names,
+/// types and sizes.
 struct Handover {
     /// States of the first run that the second one cannot take over, with the reason: "'x.state' is 2x1
     /// double and was 3x1 double".
@@ -18,7 +19,12 @@ struct Handover {
     std::vector<std::string> begun;
 };
 
-/// What `to.go_on_from(from)` would do, of two runs of which neither needs to be started.
-Handover handover(const Simulation& from, const Simulation& to);
+/// What `to.go_on_from(from, origin)` would do, of two runs of which neither needs to be started.
+Handover handover(const Simulation& from, const Simulation& to, const Origin& origin = {});
+
+/// Blocks with states, or subsystems with such, that seem to have exchanged their names: each is in `to`,
+/// with its arguments, values and wires, what the other one was in `from`, and both are of the same paths in
+/// both. Nobody but whoever wrote the model knows whether names were exchanged, or all the rest.
+std::vector<std::pair<std::string, std::string>> exchanged(const Diagram& from, const Diagram& to);
 
 } // namespace bf

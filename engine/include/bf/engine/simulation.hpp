@@ -11,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,6 +21,9 @@ namespace bf {
 /// A number that tells diagrams apart: blocks, sizes, types, rates, wiring, order and the constants of rules
 /// count, values of parameters do not.
 std::uint64_t fingerprint(const Diagram& diagram);
+
+/// The path that the block or subsystem of a path had in another diagram; none: it was not there.
+using Origin = std::function<std::optional<std::string>(const std::string& path)>;
 
 /// Runs a diagram. One base step k, at time t = k step, x⁻ the states before it and x⁺ after it:
 ///
@@ -112,9 +116,10 @@ class Simulation final : public Run {
     std::uint64_t fingerprint() const override { return bf::fingerprint(diagram_); }
     /// Goes on, started and before its first step, at the time of a run of another diagram, between two of
     /// its steps. Time, states and outputs of the other run that are here, too (see `handover`), keep their
-    /// values, subsystems stay enabled, and rates go on with their hits. Parameters are those of this
-    /// diagram. Throws RunError where that time lies within a step of this one.
-    void go_on_from(const Simulation& other);
+    /// values, subsystems stay enabled, and rates go on with their hits. The period that a block sees in its
+    /// first hit is the time since its last one in the other run. Parameters are those of this diagram.
+    /// Without `origin` paths are the same. Throws RunError where that time lies within a step of this one.
+    void go_on_from(const Simulation& other, const Origin& origin = {});
 
     void visit_tasks(const TaskVisitor& visit) override;
 

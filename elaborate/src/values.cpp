@@ -1,6 +1,8 @@
 // From text in the model to values for blocks.
 #include "stages.hpp"
 
+#include "bf/model/listed.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -190,13 +192,7 @@ std::optional<Value> text_setting(Elaboration& e, const Scope& scope, const mode
     }
     if (!is_list) return Value(text);
     std::vector<std::string> items;
-    std::string_view rest = text;
-    if (!rest.empty() && rest.front() == '[' && rest.back() == ']') rest = rest.substr(1, rest.size() - 2);
-    while (!rest.empty()) {
-        const auto comma = rest.find(',');
-        if (const std::string item = trimmed(rest.substr(0, comma)); !item.empty()) items.push_back(item);
-        rest = comma == std::string_view::npos ? std::string_view() : rest.substr(comma + 1);
-    }
+    for (auto& item : model::listed_texts(expression.text)) items.push_back(std::move(item.text));
     return Value(std::move(items));
 }
 

@@ -3,6 +3,7 @@
 #include "bf/base/numbers.hpp"
 #include "bf/model/check.hpp"
 #include "bf/model/edit.hpp"
+#include "bf/model/listed.hpp"
 #include "bf/model/suggest.hpp"
 #include "editor.hpp"
 
@@ -30,35 +31,59 @@ std::string_view trimmed(std::string_view text) {
 
 std::string text_of(const Block& block, const char* setting) {
     const Setting* const found = block.find_setting(setting);
-    return found ? found->value.text : "";
+    return found ? found->value.text : setting == states_setting ? "idle" : "";
 }
 
-/// Items between commas, with or without brackets: how a list of texts is written. None of a cell array.
-std::optional<std::vector<std::string>> states_of(const Block& block) {
-    std::string_view rest =
-        trimmed(block.find_setting(states_setting) ? block.find_setting(states_setting)->value.text
-                                                   : std::string_view("idle"));
-    if (rest.starts_with('[') && rest.ends_with(']')) rest = rest.substr(1, rest.size() - 2);
+Location where(const Block& block, const char* setting) {
+    const Setting* const found = block.find_setting(setting);
+    return found && found->value.where ? found->value.where : block.where;
+}
+
+std::string part(const std::string& text, const Span& span) {
+    return text.substr(span.begin, span.end - span.begin);
+}
+
+/// What keeps a setting from being read as part of a chart, and what to do about it.
+struct Defect {
+    const char* setting;
+    std::string message, remedy;
+};
+
+std::vector<std::string> states_of(const Block& block) {
+    const std::string text = text_of(block, states_setting);
+    const Setting* const setting = block.find_setting(states_setting);
+    const bool is_one =
+        setting && (setting->value.quotes == Quotes::single || setting->value.quotes == Quotes::literal);
+    const std::string as_list = "write a list of names, [idle, move]";
+    if (is_one) throw Defect{states_setting, "`states` is one text", as_list};
     std::vector<std::string> states;
-    while (!rest.empty()) {
-        const std::size_t comma = std::min(rest.find(','), rest.size());
-        if (const auto item = trimmed(rest.substr(0, comma)); !item.empty()) states.emplace_back(item);
-        rest.remove_prefix(std::min(comma + 1, rest.size()));
+    for (const ListedText& item : listed_texts(text)) {
+        const bool is_quoted = part(text, {item.begin, item.end}) != item.text;
+        if (!is_quoted && item.text.find_first_of("{}()[]") != item.text.npos)
+            throw Defect{states_setting,
+                         "the state '" + item.text + "' is an expression, which is evaluated first",
+                         as_list + ", and a name with brackets in single quotes"};
+        if (!is_name(item.text))
+            throw Defect{states_setting, "'" + item.text + "' is no name for a state", name_rule};
+        states.push_back(item.text);
     }
-    const auto is_name = [](const std::string& state) {
-        return state.find_first_of("{}()[]'\"") == state.npos;
-    };
-    if (states.empty() || !std::ranges::all_of(states, is_name)) return {};
+    if (states.empty()) throw Defect{states_setting, "`states` has no names", as_list};
     return states;
 }
 
-/// Where the entries of a matrix of four columns stand; none where it is another expression.
-std::optional<std::vector<Row>> rows_of(const std::string& text) {
+/// Where the entries of a matrix of four columns stand.
+std::vector<Row> rows_of(const std::string& text) {
     std::vector<Row> rows;
     std::vector<Span> row;
     const std::string_view whole = trimmed(text);
     if (whole.empty()) return rows;
-    if (whole.front() != '[' || whole.back() != ']' || whole.find_first_of("%#") != whole.npos) return {};
+    const auto refuse = [&](const std::string& message, const std::string& remedy) {
+        throw Defect{transitions_setting, message, remedy};
+    };
+    const std::string form = "[from to condition minimum_time]";
+    if (whole.front() != '[' || whole.back() != ']' || whole.find_first_of("%#") != whole.npos)
+        refuse("`transitions` is '" + text + "', which is evaluated first",
+               "write rows " + form + " with numbers of states");
     const auto first = static_cast<std::size_t>(whole.data() - text.data()) + 1,
                last = first + whole.size() - 2;
     int depth = 0;
@@ -71,20 +96,20 @@ std::optional<std::vector<Row>> rows_of(const std::string& text) {
             begin.reset();
         } else {
             depth += (c == '(' || c == '[' || c == '{') - (c == ')' || c == ']' || c == '}');
-            if (depth < 0) return {};
             if (!begin) begin = at;
         }
+        if (depth < 0 || (at == last && depth > 0))
+            refuse("row " + std::to_string(rows.size() + 1) + " of `transitions` has a bracket too much",
+                   "remove it, or add the other one");
         if (!is_new_row || row.empty()) continue;
-        if (row.size() != columns) return {};
+        if (row.size() != columns)
+            refuse("row " + std::to_string(rows.size() + 1) + " of `transitions` has " +
+                       std::to_string(row.size()) + (row.size() == 1 ? " entry" : " entries"),
+                   "a row is " + form + "; put an entry with blanks in parentheses");
         std::copy(row.begin(), row.end(), rows.emplace_back().begin());
         row.clear();
     }
-    if (depth != 0) return {};
     return rows;
-}
-
-std::string part(const std::string& text, const Span& span) {
-    return text.substr(span.begin, span.end - span.begin);
 }
 
 /// A number of a list of `count`, from 1, as its place there.
@@ -95,6 +120,58 @@ std::optional<std::size_t> place_of(const std::string& text, std::size_t count) 
     return static_cast<double>(place) == *number ? std::optional(place - 1) : std::nullopt;
 }
 
+std::size_t required_place(const std::string& text, std::size_t count, const char* setting,
+                           const std::string& what) {
+    if (const auto place = place_of(text, count)) return *place;
+    throw Defect{setting, what + " '" + text + "', which is no number of a state",
+                 "states are numbered 1 to " + std::to_string(count)};
+}
+
+Chart read_chart(const Block& block) {
+    Chart chart;
+    chart.states = states_of(block);
+    const std::size_t count = chart.states.size();
+    const std::string text = text_of(block, transitions_setting), initial = text_of(block, initial_setting);
+    for (const Row& row : rows_of(text)) {
+        const std::string number = "row " + std::to_string(chart.transitions.size() + 1);
+        chart.transitions.push_back(
+            {required_place(part(text, row[0]), count, transitions_setting, number + " leads from"),
+             required_place(part(text, row[1]), count, transitions_setting, number + " leads to"),
+             part(text, row[2]), part(text, row[3])});
+    }
+    if (!initial.empty()) chart.initial = required_place(initial, count, initial_setting, "`initial` is");
+    return chart;
+}
+
+/// Whether a text stays one entry of a row.
+bool is_entry(const std::string& text) {
+    try {
+        return rows_of("[0 0 0 " + text + "]").size() == 1;
+    } catch (const Defect&) {
+        return false;
+    }
+}
+
+Span span_of(const Row& row) { return {row.front().begin, row.back().end}; }
+Span span_of(const ListedText& item) { return {item.begin, item.end}; }
+
+/// One more of the items, of which there are some, parted as the last two are.
+template <typename Items>
+std::string with_item(std::string text, const Items& items, const std::string& usual_gap,
+                      const std::string& item) {
+    const Span last = span_of(items.back());
+    const std::string gap =
+        items.size() > 1 ? part(text, {span_of(items[items.size() - 2]).end, last.begin}) : usual_gap;
+    return text.insert(last.end, gap + item);
+}
+
+template <typename Items> std::string without_item(std::string text, const Items& items, std::size_t i) {
+    const bool is_last = i + 1 == items.size();
+    const std::size_t begin = is_last && i > 0 ? span_of(items[i - 1]).end : span_of(items[i]).begin,
+                      end = is_last ? span_of(items[i]).end : span_of(items[i + 1]).begin;
+    return text.erase(begin, end - begin);
+}
+
 } // namespace
 
 std::string Chart::name_of(std::size_t transition) const {
@@ -103,26 +180,14 @@ std::string Chart::name_of(std::size_t transition) const {
 
 bool has_chart(const Block& block) { return block.type == "StateMachine"; }
 
-std::optional<Chart> chart_of(const Block& block) {
+std::optional<Chart> chart_of(const Block& block, Diagnostic* defect) {
     if (!has_chart(block)) return {};
-    Chart chart;
-    const auto states = states_of(block);
-    const std::string text = text_of(block, transitions_setting), initial = text_of(block, initial_setting);
-    const auto rows = rows_of(text);
-    if (!states || !rows) return {};
-    chart.states = *states;
-    for (const Row& row : *rows) {
-        const auto from = place_of(part(text, row[0]), states->size()),
-                   to = place_of(part(text, row[1]), states->size());
-        if (!from || !to) return {};
-        chart.transitions.push_back({*from, *to, part(text, row[2]), part(text, row[3])});
+    try {
+        return read_chart(block);
+    } catch (const Defect& found) {
+        if (defect) *defect = {where(block, found.setting), "", found.message, found.remedy};
+        return {};
     }
-    if (!initial.empty()) {
-        const auto first = place_of(initial, states->size());
-        if (!first) return {};
-        chart.initial = *first;
-    }
-    return chart;
 }
 
 std::pair<std::string, std::string> split_chart(const Model& model, const std::string& path) {
@@ -133,7 +198,8 @@ std::pair<std::string, std::string> split_chart(const Model& model, const std::s
     return {};
 }
 
-ChartEditor::ChartEditor(Block& block) : block_(block), chart_(*chart_of(block)) {}
+Location ChartEditor::where_states() const { return where(block_, states_setting); }
+Location ChartEditor::where_transitions() const { return where(block_, transitions_setting); }
 
 std::optional<std::size_t> ChartEditor::find_state(std::string_view name) const {
     const auto found = std::ranges::find(chart_.states, name);
@@ -147,28 +213,21 @@ std::optional<std::size_t> ChartEditor::find_transition(std::string_view name) c
     return {};
 }
 
-void ChartEditor::write_states(const std::vector<std::string>& states) {
-    std::string text;
-    for (const std::string& state : states) text += (text.empty() ? "" : ", ") + state;
-    set(block_, states_setting, "[" + text + "]");
-    chart_ = *chart_of(block_);
-}
-
-void ChartEditor::write_transitions(std::string text) {
-    set(block_, transitions_setting, std::move(text));
+void ChartEditor::write(const char* setting, std::string text) {
+    set(block_, setting, std::move(text));
     chart_ = *chart_of(block_);
 }
 
 void ChartEditor::add_state(const std::string& name) {
-    auto states = chart_.states;
-    states.push_back(name);
-    write_states(states);
+    const std::string text = text_of(block_, states_setting);
+    const std::string list = with_item(text, listed_texts(text), ", ", listed(name));
+    write(states_setting, list.starts_with('[') ? list : "[" + list + "]");
 }
 
 void ChartEditor::rename_state(std::size_t state, const std::string& name) {
-    auto states = chart_.states;
-    states[state] = name;
-    write_states(states);
+    std::string text = text_of(block_, states_setting);
+    const Span item = span_of(listed_texts(text)[state]);
+    write(states_setting, text.replace(item.begin, item.end - item.begin, listed(name)));
 }
 
 void ChartEditor::remove_state(std::size_t state) {
@@ -181,9 +240,8 @@ void ChartEditor::remove_state(std::size_t state) {
         if (to > state) set_entry(i, 1, std::to_string(to));
     }
     set_initial(initial);
-    auto states = chart_.states;
-    states.erase(states.begin() + static_cast<std::ptrdiff_t>(state));
-    write_states(states);
+    const std::string text = text_of(block_, states_setting);
+    write(states_setting, without_item(text, listed_texts(text), state));
 }
 
 void ChartEditor::set_initial(std::size_t state) {
@@ -194,42 +252,34 @@ void ChartEditor::set_initial(std::size_t state) {
 }
 
 void ChartEditor::add_transition(std::size_t from, std::size_t to) {
-    std::string text = text_of(block_, transitions_setting);
-    const auto rows = *rows_of(text);
-    const std::string row = std::to_string(from + 1) + " " + std::to_string(to + 1) + " 0 0";
-    if (rows.empty()) return write_transitions("[" + row + "]");
-    const std::size_t end = rows.back()[columns - 1].end; // rows are parted as the last two are
-    const std::string gap =
-        rows.size() > 1 ? part(text, {rows[rows.size() - 2][columns - 1].end, rows.back()[0].begin}) : "; ";
-    write_transitions(text.insert(end, gap + row));
+    const std::string text = text_of(block_, transitions_setting);
+    const auto rows = rows_of(text);
+    const std::string gap = rows.empty() ? " " : part(text, {rows.back()[0].end, rows.back()[1].begin});
+    std::string row = std::to_string(from + 1);
+    for (const std::string& entry : {std::to_string(to + 1), std::string("0"), std::string("0")})
+        row += gap + entry;
+    write(transitions_setting, rows.empty() ? "[" + row + "]" : with_item(text, rows, "; ", row));
 }
 
 void ChartEditor::remove_transition(std::size_t transition) {
-    std::string text = text_of(block_, transitions_setting);
-    const auto rows = *rows_of(text);
-    const bool is_last = transition + 1 == rows.size();
-    const std::size_t begin = is_last && transition > 0 ? rows[transition - 1][columns - 1].end
-                                                        : rows[transition][0].begin,
-                      end = is_last ? rows[transition][columns - 1].end : rows[transition + 1][0].begin;
-    write_transitions(text.erase(begin, end - begin));
+    const std::string text = text_of(block_, transitions_setting);
+    write(transitions_setting, without_item(text, rows_of(text), transition));
 }
 
 void ChartEditor::set_entry(std::size_t transition, std::size_t column, const std::string& text) {
     std::string all = text_of(block_, transitions_setting);
-    const Span entry = (*rows_of(all))[transition][column];
-    write_transitions(all.replace(entry.begin, entry.end - entry.begin, text));
+    const Span entry = rows_of(all)[transition][column];
+    write(transitions_setting, all.replace(entry.begin, entry.end - entry.begin, text));
 }
 
 // ---- operations ----
 
 ChartEditor Editor::chart_at(const std::string& path) {
     Block& block = block_at(path);
-    if (!ChartEditor::may_edit(block))
-        refuse(block.where, path, "its settings are evaluated before they are states and transitions",
-               "write `states` as a list of names, and `transitions` as a matrix [from to condition "
-               "minimum_time] "
-               "with numbers of states");
-    return ChartEditor(block);
+    Diagnostic defect;
+    auto chart = chart_of(block, &defect);
+    if (!chart) refuse(defect.where, path, "the chart cannot be edited: " + defect.message, defect.remedy);
+    return {block, std::move(*chart)};
 }
 
 bool Editor::is_chart(const std::string& path) const {
@@ -239,23 +289,36 @@ bool Editor::is_chart(const std::string& path) const {
 
 std::size_t Editor::state_of(const ChartEditor& editor, const std::string& path,
                              const std::string& name) const {
-    const auto state = editor.find_state(name);
-    if (!state)
-        refuse({}, path, "there is no state '" + name + "'", did_you_mean(name, editor.chart().states));
-    return *state;
+    if (const auto state = editor.find_state(name)) return *state;
+    if (name.find('.') != name.npos) refuse_transition(editor, path, name);
+    refuse(editor.where_states(), path, "there is no state '" + name + "'",
+           did_you_mean(name, editor.chart().states));
+}
+
+void Editor::refuse_transition(const ChartEditor& editor, const std::string& path,
+                               const std::string& name) const {
+    std::vector<std::string> known;
+    for (std::size_t i = 0; i < editor.chart().transitions.size(); ++i)
+        known.push_back(editor.chart().name_of(i));
+    const bool is_known = std::ranges::find(known, name) != known.end();
+    refuse(editor.where_transitions(), path,
+           is_known ? "'" + name + "' is a transition, and no state"
+                    : "there is no transition '" + name + "'",
+           is_known ? "name a state" : did_you_mean(name, known));
 }
 
 void Editor::require_free_state(const ChartEditor& editor, const std::string& path,
                                 const std::string& name) const {
-    if (!is_name(name) || name.find_first_of(",'\"{}()[]#:") != name.npos)
-        refuse({}, path, "'" + name + "' is no name for a state", "use a word");
+    if (!is_name(name))
+        refuse(editor.where_states(), path, "'" + name + "' is no name for a state", name_rule);
     if (editor.find_state(name))
-        refuse({}, path, "there is a state '" + name + "' already", "use another name");
+        refuse(editor.where_states(), path, "there is a state '" + name + "' already", "use another name");
 }
 
 void Editor::add_state(const operations::Add& add) {
     if (!add.block.type.empty() || add.block.system || add.block.reference)
-        refuse({}, add.system, "a chart has states, and no blocks", "add a block with a name alone");
+        refuse(block_at(add.system).where, add.system, "a chart has states, and no blocks",
+               "add a block with a name alone");
     ChartEditor editor = chart_at(add.system);
     require_free_state(editor, add.system, add.block.name);
     editor.add_state(add.block.name);
@@ -266,7 +329,7 @@ void Editor::remove_state(const std::string& machine, const std::string& name) {
     ChartEditor editor = chart_at(machine);
     const std::size_t state = state_of(editor, machine, name);
     if (editor.chart().states.size() == 1)
-        refuse({}, machine, "a chart has at least one state", "add another one first");
+        refuse(editor.where_states(), machine, "a chart has at least one state", "add another one first");
     const Chart before = editor.chart();
     std::vector<bool> is_kept;
     for (const Transition& t : before.transitions) is_kept.push_back(t.from != state && t.to != state);
@@ -309,7 +372,7 @@ void Editor::connect_states(const operations::Connect& connect) {
 void Editor::disconnect_states(const operations::Disconnect& disconnect) {
     ChartEditor editor = chart_at(disconnect.system);
     const auto transition = editor.find_transition(disconnect.to);
-    if (!transition) refuse({}, disconnect.system, "there is no transition '" + disconnect.to + "'", "");
+    if (!transition) refuse_transition(editor, disconnect.system, disconnect.to);
     const Chart before = editor.chart();
     std::vector<bool> is_kept(before.transitions.size(), true);
     is_kept[*transition] = false;
@@ -322,17 +385,17 @@ void Editor::set_in_chart(const std::string& machine, const std::string& name, c
     if (const auto transition = editor.find_transition(name)) {
         const std::size_t column = set.name == "condition" ? 2 : 3;
         if (set.name != "condition" && set.name != "minimum_time")
-            refuse({}, set.path, "there is no '" + set.name + "' to set here",
+            refuse(editor.where_transitions(), set.path, "there is no '" + set.name + "' to set here",
                    "set 'condition' or 'minimum_time'");
         const std::string text(trimmed(set.value.value_or("0")));
-        const auto rows = rows_of("[0 0 0 " + text + "]"); // one entry it must stay
-        if (!rows || rows->size() != 1)
-            refuse({}, set.path, "'" + text + "' is no single entry of a matrix", "put it in parentheses");
+        if (!is_entry(text))
+            refuse(editor.where_transitions(), set.path, "'" + text + "' is no single entry of a matrix",
+                   "put it in parentheses");
         return editor.set_entry(*transition, column, text);
     }
     const std::size_t state = state_of(editor, machine, name);
     if (set.name != "initial" || set.value != "true")
-        refuse({}, set.path, "of a state one can set 'initial' to true alone",
+        refuse(editor.where_states(), set.path, "of a state one can set 'initial' to true alone",
                "make another state the first one");
     editor.set_initial(state);
 }
@@ -344,6 +407,9 @@ std::vector<Property> chart_properties(const Block& block, const std::string& na
         if (chart->name_of(i) == name)
             return {{.name = "condition", .value = chart->transitions[i].condition},
                     {.name = "minimum_time", .value = chart->transitions[i].minimum_time}};
+    if (std::ranges::find(chart->states, name) == chart->states.end())
+        throw Errors({{block.where, block.name, "there is no state or transition '" + name + "'",
+                       did_you_mean(name, chart->states)}});
     if (chart->states[chart->initial] == name)
         return {{.name = "initial", .value = "true", .choices = {"true"}}};
     return {{.name = "initial", .choices = {"true"}}};

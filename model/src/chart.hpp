@@ -11,11 +11,12 @@ namespace bf::model {
 /// chart right: no state is named twice, and rows lead from states to states.
 class ChartEditor {
   public:
-    /// False where the settings have to be evaluated before they can be edited.
-    static bool may_edit(const Block& block) { return chart_of(block).has_value(); }
-    explicit ChartEditor(Block& block);
+    ChartEditor(Block& block, Chart chart) : block_(block), chart_(std::move(chart)) {}
 
     const Chart& chart() const { return chart_; }
+    /// Where the document has the states, or the transitions, or else the block.
+    Location where_states() const;
+    Location where_transitions() const;
     std::optional<std::size_t> find_state(std::string_view name) const;
     std::optional<std::size_t> find_transition(std::string_view name) const;
 
@@ -28,8 +29,7 @@ class ChartEditor {
     void set_entry(std::size_t transition, std::size_t column, const std::string& text);
 
   private:
-    void write_states(const std::vector<std::string>& states);
-    void write_transitions(std::string text);
+    void write(const char* setting, std::string text);
 
     Block& block_;
     Chart chart_;

@@ -1,10 +1,12 @@
 #include "bf/model/check.hpp"
 
 #include "bf/base/names.hpp"
+#include "bf/base/numbers.hpp"
 #include "bf/model/suggest.hpp"
 #include "editor.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -32,6 +34,9 @@ class Checker {
     void check_ports(const System& system, const std::string& path);
     void check_connections(const System& system, const std::string& path);
     void check_signal(const Model& model, const Signal& signal);
+    void check_layout(const Layout& layout);
+    void check_extent(const Location& where, const std::string& path, const std::string& what,
+                      const Point& at, const std::optional<Point>& size = {});
 
     template <typename Items>
     void check_unique(const Items& items, const std::string& kind, const std::string& path);
@@ -76,8 +81,7 @@ void Checker::check_unique(const Items& items, const std::string& kind, const st
     std::unordered_map<std::string_view, const Location*> seen;
     for (const auto& item : items) {
         if (!is_name(item.name))
-            report(item.where, path, "'" + item.name + "' is no name for a " + kind,
-                   "a name has 1 to 200 bytes, no '.' or '*', no control character and no blank at its ends");
+            report(item.where, path, "'" + item.name + "' is no name for a " + kind, name_rule);
         const auto [first, is_new] = seen.try_emplace(item.name, &item.where);
         if (is_new) continue;
         const std::string place = first->second->text();
@@ -270,6 +274,27 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
     }
 }
 
+void Checker::check_extent(const Location& where, const std::string& path, const std::string& what,
+                           const Point& at, const std::optional<Point>& size) {
+    if (!is_drawable(at))
+        report(where, path, what + " is drawn at [" + number_text(at.x) + ", " + number_text(at.y) + "]",
+               coordinate_rule());
+    if (size && !(is_drawable(*size) && size->x > 0 && size->y > 0))
+        report(where, path,
+               what + " is drawn " + number_text(size->x) + " wide and " + number_text(size->y) + " high",
+               "sizes are greater than 0 and at most " + std::to_string(max_coordinate));
+}
+
+void Checker::check_layout(const Layout& layout) {
+    for (const Placement& drawn : layout.blocks)
+        check_extent(drawn.where, drawn.path, "it", drawn.at, drawn.size);
+    for (const Bends& bends : layout.wires)
+        for (const Point& corner : bends.points)
+            check_extent(bends.where, bends.path, "a corner of the wire", corner);
+    for (const Note& note : layout.notes)
+        check_extent(note.where, note.system, "the note '" + note.name + "'", note.at, note.size);
+}
+
 void Checker::check_model(const Model& model) {
     check_system(model.root, "", 0);
     check_unique(model.plugins, "plugin", "");
@@ -281,6 +306,7 @@ void Checker::check_model(const Model& model) {
     for (const Signal& signal : model.record) check_signal(model, signal);
     for (const Panel& panel : model.plots)
         for (const Signal& signal : panel.signals) check_signal(model, signal);
+    check_layout(model.layout);
 }
 
 } // namespace
@@ -289,6 +315,15 @@ bool is_name(std::string_view name) {
     const bool plain = std::ranges::none_of(
         name, [](unsigned char c) { return c < 0x20 || c == 0x7f || c == '.' || c == '*'; });
     return plain && !name.empty() && name.size() <= 200 && name.front() != ' ' && name.back() != ' ';
+}
+
+bool is_drawable(const Point& at) {
+    return std::abs(at.x) <= max_coordinate && std::abs(at.y) <= max_coordinate; // no NaN is
+}
+
+std::string coordinate_rule() {
+    const std::string limit = std::to_string(max_coordinate);
+    return "coordinates lie between -" + limit + " and " + limit;
 }
 
 std::vector<Diagnostic> check(const Model& model) {

@@ -1,6 +1,9 @@
 #include "bf/model/edit.hpp"
 
+#include "bf/model/chart.hpp"
 #include "editor.hpp"
+
+#include <algorithm>
 
 namespace bf::model {
 namespace {
@@ -54,6 +57,28 @@ System* find_system(Model& model, std::string_view path) {
     if (path.empty()) return &model.root;
     Block* block = find(model, path);
     return block ? block->system.get() : nullptr;
+}
+
+std::vector<std::string> systems_with_wire(const Model& model, const std::string& path) {
+    std::vector<std::string> systems;
+    const std::string around = split_last(path).first;
+    for (const std::string& system : {around, split_last(around).first}) {
+        const System* const content = find_system(model, system);
+        if (!content || (!systems.empty() && systems.back() == system)) continue;
+        const std::string end = system.empty() ? path : path.substr(system.size() + 1);
+        const bool leads = std::ranges::any_of(content->connections, [&](const Connection& connection) {
+            return std::ranges::find(connection.to, end, &Endpoint::text) != connection.to.end();
+        });
+        if (leads) systems.push_back(system);
+    }
+    if (const auto [machine, name] = split_chart(model, path); !machine.empty()) {
+        const auto chart = chart_of(*find(model, machine));
+        bool leads = !chart; // which transitions there are, its evaluation tells
+        for (std::size_t i = 0; chart && i < chart->transitions.size(); ++i)
+            leads |= chart->name_of(i) == name;
+        if (leads) systems.push_back(machine);
+    }
+    return systems;
 }
 
 void walk(const Model& model, const std::function<void(const std::string&, const Block&)>& visit) {

@@ -9,6 +9,10 @@
 /// How operations change a model, which is a copy that is thrown away when one refuses.
 namespace bf::model {
 
+/// What check() says of what is no name.
+inline constexpr const char* name_rule =
+    "a name has 1 to 200 bytes, no '.' or '*', no control character and no blank at its ends";
+
 template <typename Items> auto named(Items& items, std::string_view name) {
     return std::ranges::find_if(items, [&](const auto& item) { return item.name == name; });
 }
@@ -98,6 +102,9 @@ class Editor {
                        std::vector<Variable>& values, bool is_own);
 
     Placement& placement(const std::string& path);
+    void require_port(const std::string& path, const std::string& port);
+    /// Refuses where no wire or transition leads to `path`.
+    void require_wire(const std::string& path);
     /// The sides of ports follow the name of one of a subsystem's; empty: it is gone.
     void rename_side(const std::string& path, const std::string& port, const std::string& name);
 
@@ -105,6 +112,8 @@ class Editor {
     bool is_chart(const std::string& path) const;
     ChartEditor chart_at(const std::string& path);
     std::size_t state_of(const ChartEditor& editor, const std::string& path, const std::string& name) const;
+    [[noreturn]] void refuse_transition(const ChartEditor& editor, const std::string& path,
+                                        const std::string& name) const;
     void require_free_state(const ChartEditor& editor, const std::string& path,
                             const std::string& name) const;
     void add_state(const operations::Add& add);

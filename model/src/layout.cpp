@@ -4,17 +4,10 @@
 #include "editor.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace bf::model {
 
 using namespace operations;
-
-namespace {
-
-bool is_finite(const Point& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
-
-} // namespace
 
 Placement& Editor::placement(const std::string& path) {
     if (const auto [machine, name] = split_chart(model_, path); machine.empty())
@@ -26,16 +19,9 @@ Placement& Editor::placement(const std::string& path) {
     return found != blocks.end() ? *found : blocks.emplace_back(Placement{.path = path});
 }
 
-void Editor::operator()(const Move& move) {
-    if (!is_finite(move.to)) refuse({}, move.path, "the point is not finite", "give numbers");
-    placement(move.path).at = move.to;
-}
+void Editor::operator()(const Move& move) { placement(move.path).at = move.to; }
 
-void Editor::operator()(const Resize& resize) {
-    if (resize.size && !(is_finite(*resize.size) && resize.size->x > 0 && resize.size->y > 0))
-        refuse({}, resize.path, "the size is not positive", "give a width and a height");
-    placement(resize.path).size = resize.size;
-}
+void Editor::operator()(const Resize& resize) { placement(resize.path).size = resize.size; }
 
 void Editor::operator()(const Flip& flip) {
     Placement& drawn = placement(flip.path);
@@ -52,12 +38,42 @@ void Editor::operator()(const PlacePort& place) {
         refuse({}, place.path, "'place_port' needs the name of a port", "give its 'port'");
     auto& sides = placement(place.path).sides;
     const auto found = std::ranges::find(sides, place.port, &PortSide::port);
+    if (place.side || found == sides.end()) require_port(place.path, place.port);
     if (!place.side)
         std::erase_if(sides, [&](const PortSide& side) { return side.port == place.port; });
     else if (found != sides.end())
         found->side = *place.side;
     else
         sides.push_back({place.port, *place.side});
+}
+
+/// Ports of a block of a library are its declaration's matter.
+void Editor::require_port(const std::string& path, const std::string& port) {
+    if (!split_chart(model_, path).first.empty())
+        refuse({}, path, "a state has no ports", "bend its transitions");
+    const Own own = find_own(path);
+    if (!own.block) refuse({}, path, "this is a port, which has none itself", "name a block");
+    const System* const content = own.block->content();
+    if (!content) return;
+    std::vector<std::string> known;
+    for (const auto* ports : {&content->inputs, &content->outputs})
+        for (std::string& name : names_of(*ports)) known.push_back(std::move(name));
+    for (const std::string_view control : control_ports(*content)) known.emplace_back(control);
+    if (std::ranges::find(known, port) == known.end())
+        refuse(own.block->where, path, "there is no port '" + port + "'", did_you_mean(port, known));
+}
+
+void Editor::require_wire(const std::string& path) {
+    if (!systems_with_wire(model_, path).empty()) return;
+    if (const auto [machine, name] = split_chart(model_, path); !machine.empty())
+        refuse_transition(chart_at(machine), machine, name);
+    std::vector<std::string> known;
+    const std::string around = split_last(path).first;
+    for (const std::string& system : {around, split_last(around).first})
+        if (const System* const content = find_system(std::as_const(model_), system))
+            for (const Connection& connection : content->connections)
+                for (const Endpoint& end : connection.to) known.push_back(joined(system, end.text()));
+    refuse({}, path, "no wire leads there", did_you_mean(path, known));
 }
 
 void Editor::rename_side(const std::string& path, const std::string& port, const std::string& name) {
@@ -74,8 +90,7 @@ void Editor::operator()(const Bend& bend) {
     const auto found = std::ranges::find(wires, bend.path, &Bends::path);
     if (bend.path.empty())
         refuse({}, "", "'bend' needs the end of a wire", "give its 'path', such as \"controller.pd.q\"");
-    if (!std::ranges::all_of(bend.points, is_finite))
-        refuse({}, bend.path, "a corner is not finite", "give numbers");
+    if (!bend.points.empty() || found == wires.end()) require_wire(bend.path);
     if (bend.points.empty()) {
         if (found != wires.end()) wires.erase(found);
     } else if (found != wires.end()) {
@@ -99,8 +114,6 @@ void Editor::operator()(const Annotate& annotate) {
     if (note.name.empty()) note.name = annotate.name;
     note.text = without_last_breaks(note.text);
     system_at(note.system);
-    if (!is_finite(note.at) || (note.size && !is_finite(*note.size)))
-        refuse({}, "", "the note '" + note.name + "' has no finite place", "give numbers");
     if (note.name != annotate.name && named(notes, note.name) != notes.end())
         refuse({}, "", "there is a note '" + note.name + "' already", "use another name");
     if (!is_name(note.name)) refuse({}, "", "'" + note.name + "' is no name for a note", "use a word");

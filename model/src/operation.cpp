@@ -179,9 +179,7 @@ void Editor::require_free(const System& system, const std::string& path, const s
     const Block* block = system.find_block(name);
     const Port* port = system.find_input(name);
     if (!port) port = system.find_output(name);
-    if (!is_name(name))
-        refuse({}, path, "'" + name + "' is no name for a " + kind,
-               "a name has 1 to 200 bytes, no '.' or '*', no control character and no blank at its ends");
+    if (!is_name(name)) refuse({}, path, "'" + name + "' is no name for a " + kind, name_rule);
     if (block || port)
         refuse(block ? block->where : port->where, path, "the name '" + name + "' is taken", "use another");
 }

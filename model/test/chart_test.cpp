@@ -107,7 +107,7 @@ std::string message(const Operation& operation, const Model& model = machine()) 
 
 TEST(Chart, RefusesWhatIsNoChartAnyMore) {
     EXPECT_EQ(message(Add{"machine", {.name = "move"}, {}, {}}), "there is a state 'move' already");
-    EXPECT_EQ(message(Add{"machine", {.name = "a, b"}, {}, {}}), "'a, b' is no name for a state");
+    EXPECT_EQ(message(Add{"machine", {.name = "a.b"}, {}, {}}), "'a.b' is no name for a state");
     EXPECT_EQ(message(Add{"machine", {.name = "g", .type = "Gain"}, {}, {}}),
               "a chart has states, and no blocks");
     EXPECT_EQ(message(Rename{"machine.move", "hold"}), "there is a state 'hold' already");
@@ -121,8 +121,45 @@ TEST(Chart, RefusesWhatIsNoChartAnyMore) {
     EXPECT_EQ(message(Set{"machine.move.1", "K", "1"}), "there is no 'K' to set here");
     EXPECT_EQ(message(Move{"machine.x", {1, 2}}), "there is no state 'x'");
     EXPECT_EQ(message(Group{"machine", {"idle"}, "g"}), "the block is no subsystem");
-    EXPECT_EQ(message(Connect{"machine", "idle", "move"}, machine("rows")),
-              "its settings are evaluated before they are states and transitions");
+    EXPECT_EQ(message(Rename{"machine.move.1", "go"}), "'move.1' is a transition, and no state");
+    EXPECT_EQ(message(Bend{"machine.move.2", {{1, 2}}}), "there is no transition 'move.2'");
+    EXPECT_EQ(message(PlacePort{"machine.move", "to", Side::top}), "a state has no ports");
+}
+
+TEST(Chart, SaysWhatOfItsSettingsIsNoChart) {
+    const auto defect = [](const std::string& transitions, const std::string& states = "[a, b]") {
+        const std::string all = message(Connect{"machine", "a", "b"}, machine(transitions, states)),
+                          begin = "the chart cannot be edited: ";
+        EXPECT_EQ(all.substr(0, begin.size()), begin);
+        return all.substr(std::min(begin.size(), all.size()));
+    };
+    EXPECT_EQ(defect("rows"), "`transitions` is 'rows', which is evaluated first");
+    EXPECT_EQ(defect("[1 2 0 0, 2 1 0]"), "row 1 of `transitions` has 7 entries");
+    EXPECT_EQ(defect("[1 2 0 0; 2]"), "row 2 of `transitions` has 1 entry");
+    EXPECT_EQ(defect("[1 2 0 (0]"), "row 1 of `transitions` has a bracket too much");
+    EXPECT_EQ(defect("[1 2 0 0; n 1 0 0]"), "row 2 leads from 'n', which is no number of a state");
+    EXPECT_EQ(defect("[1 3 0 0]"), "row 1 leads to '3', which is no number of a state");
+    EXPECT_EQ(defect("", "{'a', 'b'}"), "the state '{'a'' is an expression, which is evaluated first");
+    EXPECT_EQ(defect("", "[a, b.c]"), "'b.c' is no name for a state");
+    EXPECT_EQ(defect("", "[]"), "`states` has no names");
+    Model model = machine("rows");
+    find(model, "machine")->settings[1].value.where = {std::make_shared<std::string>("m.yaml"), 7, 5};
+    EXPECT_EQ(refusal(Connect{"machine", "idle", "move"}, model).substr(0, 23), "m.yaml:7:5: machine: th");
+}
+
+TEST(Chart, StatesMayHaveQuotesAndBrackets) {
+    const Model model = machine("[1 2 0 0]", "[don't, 'lift (left)', \"say \\\"go\\\"\"]");
+    EXPECT_EQ(chart_of(*find(model, "machine"))->states,
+              (std::vector<std::string>{"don't", "lift (left)", "say \"go\""}));
+    EXPECT_EQ(text(after(model, Rename{"machine.don't", "it's, now"}), "states"),
+              "['it''s, now', 'lift (left)', \"say \\\"go\\\"\"]");
+    EXPECT_EQ(text(after(model, Remove{"machine.lift (left)"}), "states"), "[don't, \"say \\\"go\\\"\"]");
+    for (const std::string name :
+         {"'", "''", "'a'", "\"", "a, b", "[x]", "it's", "a'b'c", "%", "- x", "\\"}) {
+        const Model renamed = after(model, Rename{"machine.don't", name});
+        EXPECT_EQ(chart_of(*find(renamed, "machine"))->states[0], name) << text(renamed, "states");
+        EXPECT_EQ(text(after(renamed, Rename{"machine." + name, "don't"}), "states"), text(model, "states"));
+    }
 }
 
 TEST(Chart, TellsWhatCanBeSetOfStatesAndTransitions) {

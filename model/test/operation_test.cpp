@@ -328,9 +328,32 @@ TEST(Layout, IsChangedInPlace) {
     EXPECT_EQ(model.layout.wires.size(), 1u);
     EXPECT_TRUE(model.layout.notes.empty());
     EXPECT_EQ(refusal(Move{"plan", {0, 0}}), "there is no block or port 'plan'; did you mean 'plant'?");
-    EXPECT_EQ(refusal(Move{"plant", {0, 1.0 / 0.0}}), "plant: the point is not finite; give numbers");
+    EXPECT_EQ(refusal(Move{"plant", {0, 1.0 / 0.0}}),
+              "plant: it is drawn at [0, inf]; coordinates lie between -1000000 and 1000000");
     EXPECT_EQ(refusal(Resize{"plant", Point{0, 1}}),
-              "plant: the size is not positive; give a width and a height");
+              "plant: it is drawn 0 wide and 1 high; sizes are greater than 0 and at most 1000000");
+    const double far = 1e308;
+    EXPECT_EQ(refusal(Add{.system = "", .block = {.name = "new", .type = "Gain"}, .at = Point{far, 0}}),
+              "new: it is drawn at [1e+308, 0]; coordinates lie between -1000000 and 1000000");
+    EXPECT_EQ(refusal(Bend{"plant.u", {{0, 0}, {0, -far}}}),
+              "plant.u: a corner of the wire is drawn at [0, -1e+308]; coordinates lie between -1000000 and "
+              "1000000");
+    EXPECT_EQ(
+        refusal(Annotate{"n", Note{.text = "t", .system = "controller", .at = {0, 1000001}}}),
+        "controller: the note 'n' is drawn at [0, 1000001]; coordinates lie between -1000000 and 1000000");
+}
+
+TEST(Layout, RefusesPortsAndWiresThatAreNotThere) {
+    EXPECT_EQ(refusal(PlacePort{"controller", "tao", Side::top}),
+              "controller: there is no port 'tao'; did you mean 'tau'?");
+    EXPECT_EQ(refusal(PlacePort{"controller.tau", "u", Side::top}),
+              "controller.tau: this is a port, which has none itself; name a block");
+    EXPECT_EQ(refusal(Bend{"plant.v", {{1, 2}}}), "plant.v: no wire leads there; did you mean 'plant.u'?");
+    EXPECT_EQ(refusal(Bend{"plant.v"}), "plant.v: no wire leads there; did you mean 'plant.u'?");
+    Model model = drawn_loop();
+    model.layout.wires.push_back({.path = "gone.u", .points = {{1, 2}}});
+    EXPECT_EQ(after(model, Bend{"gone.u"}).layout.wires.size(), model.layout.wires.size() - 1)
+        << "what is left of a wire is removed";
 }
 
 TEST(Layout, HoldsDisplaysWhoseSignalsFollowWhatIsRenamed) {

@@ -62,14 +62,23 @@ std::optional<std::string> blob(const fs::path& file) {
                     "blob", "HEAD:./" + file.filename().string()});
 }
 
+/// Why there is no blob of the file, and what to do about it.
+std::string why_not(const fs::path& file) {
+    const std::string other = "compare with another file", name = "'" + file.filename().string() + "'",
+                      folder = file.parent_path().string();
+    if (!printed({"git", "--version"}))
+        return "git is not installed, which knows the last commit of " + name + "; install it, or " + other;
+    if (!printed({"git", "-C", folder, "rev-parse", "--git-dir"}))
+        return "the folder '" + folder + "' of " + name + " is in no git repository; " + other;
+    return "git has no last commit of " + name + "; commit it, or " + other;
+}
+
 } // namespace
 
 model::Model committed(const fs::path& file) {
     const fs::path opened = fs::absolute(file).lexically_normal();
     const auto text = blob(opened);
-    if (!text)
-        throw std::runtime_error("git has no last commit of '" + opened.filename().string() +
-                                 "'; commit it, or compare with another file");
+    if (!text) throw std::runtime_error(why_not(opened));
     formats::Files texts{{opened, *text}};
     std::set<fs::path> asked{opened};
     for (;;) { // what it refers to is known once it is read

@@ -1,7 +1,9 @@
 #include "placing.hpp"
 
-#include "bf/model/chart.hpp"
+#include "bf/base/numbers.hpp"
+#include "bf/model/check.hpp"
 #include "bf/model/edit.hpp"
+#include "bf/model/suggest.hpp"
 
 #include <algorithm>
 
@@ -11,25 +13,7 @@ namespace {
 
 namespace op = model::operations;
 
-bool leads_to(const model::Model& model, const std::string& system, const std::string& path) {
-    const model::System* content = model::find_system(model, system);
-    if (!content) return false;
-    const std::string end = system.empty() ? path : path.substr(system.size() + 1);
-    return std::ranges::any_of(content->connections, [&](const model::Connection& connection) {
-        return std::ranges::find(connection.to, end, &model::Endpoint::text) != connection.to.end();
-    });
-}
-
 std::string around(const std::string& path) { return model::split_last(path).first; }
-
-void note(const model::Model& model, const op::Bend& bend, std::set<std::string>& systems) {
-    // "controller.tau" leads to an output inside of the controller, or to one of its inputs outside.
-    for (const std::string& system : {around(bend.path), around(around(bend.path))})
-        if (leads_to(model, system, bend.path)) systems.insert(system);
-    // "machine.lift.4" is a transition of the state machine.
-    if (const auto machine = model::split_chart(model, bend.path).first; !machine.empty())
-        systems.insert(machine);
-}
 
 void note(const model::Model& model, const model::Operation& operation, std::set<std::string>& systems) {
     if (const auto* add = std::get_if<op::Add>(&operation); add && add->at) systems.insert(add->system);
@@ -38,7 +22,8 @@ void note(const model::Model& model, const model::Operation& operation, std::set
     if (const auto* rotate = std::get_if<op::Rotate>(&operation)) systems.insert(around(rotate->path));
     if (const auto* place = std::get_if<op::PlacePort>(&operation)) systems.insert(around(place->path));
     if (const auto* resize = std::get_if<op::Resize>(&operation)) systems.insert(around(resize->path));
-    if (const auto* bend = std::get_if<op::Bend>(&operation)) note(model, *bend, systems);
+    if (const auto* bend = std::get_if<op::Bend>(&operation))
+        for (const auto& system : model::systems_with_wire(model, bend->path)) systems.insert(system);
     if (const auto* batch = std::get_if<op::Batch>(&operation))
         for (const auto& part : batch->operations) note(model, part, systems);
 }
@@ -49,6 +34,48 @@ std::set<std::string> systems_placed_in(const model::Model& model, const model::
     std::set<std::string> systems;
     note(model, operation, systems);
     return systems;
+}
+
+void require_ports(const model::Model& model, const Diagram& diagram, const model::Operation& operation) {
+    if (const auto* batch = std::get_if<op::Batch>(&operation))
+        for (const auto& part : batch->operations) require_ports(model, diagram, part);
+    const auto* const place = std::get_if<op::PlacePort>(&operation);
+    const model::Block* const block = place ? model::find(model, place->path) : nullptr;
+    if (!block || !place->side) return;
+    const auto drawing = editor::draw(model, around(place->path), diagram, {});
+    const auto element = std::ranges::find_if(drawing.elements, [&](const editor::Element& e) {
+        return e.path == place->path && e.kind != editor::Element::Kind::wire;
+    });
+    std::vector<std::string> known;
+    if (element != drawing.elements.end())
+        for (const auto& port : element->ports) known.push_back(port.name);
+    if (std::ranges::find(known, place->port) == known.end())
+        throw model::Errors({{block->where, place->path, "there is no port '" + place->port + "'",
+                              model::did_you_mean(place->port, known)}});
+}
+
+editor::DrawOptions options_of(const Draw& asked) {
+    const auto checked = [](const std::string& path, const editor::Point& at) {
+        if (model::is_drawable(at)) return at;
+        throw model::Errors({{{},
+                              path,
+                              "it cannot be drawn at [" + number_text(at.x) + ", " + number_text(at.y) + "]",
+                              model::coordinate_rule()}});
+    };
+    editor::DrawOptions show;
+    for (const Show what : asked.show) {
+        show.sizes |= what == Show::sizes;
+        show.types |= what == Show::types;
+        show.rates |= what == Show::rates;
+        show.units |= what == Show::units;
+    }
+    for (const auto& [path, to, size] : asked.moved) show.moved[path] = {checked(path, to), size};
+    for (const auto& note : asked.moved_notes) show.moved_notes[note.path] = checked(note.path, note.to);
+    for (const auto& [path, points] : asked.bent) {
+        show.bent[path] = points;
+        for (const auto& point : points) checked(path, point);
+    }
+    return show;
 }
 
 } // namespace bf::service

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "bf/model/operation.hpp"
+#include "bf/service/protocol.hpp"
+#include "bf/view/draw.hpp"
 
 #include <set>
 #include <string>
@@ -9,5 +11,12 @@ namespace bf::service {
 
 /// The subsystems and state machines in which an operation gives something a place.
 std::set<std::string> systems_placed_in(const model::Model& model, const model::Operation& operation);
+
+/// Throws model::Errors where an operation places a port that a block is drawn without: which ports blocks of
+/// a library have, their declarations tell.
+void require_ports(const model::Model& model, const Diagram& diagram, const model::Operation& operation);
+
+/// How a page wants a subsystem to be drawn. Throws model::Errors for places where nothing can be drawn.
+editor::DrawOptions options_of(const Draw& asked);
 
 } // namespace bf::service

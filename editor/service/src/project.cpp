@@ -215,6 +215,13 @@ model::Operation Project::localised(model::Operation operation, Document*& docum
                                  std::is_same_v<T, model::operations::Watch> ||
                                  std::is_same_v<T, model::operations::Patch>) {
                 concern(*documents_.front(), ""); // signals are named from the opened model on
+            } else if constexpr (std::is_same_v<T, model::operations::Bend>) {
+                // A wire to a block in another file stands in the file around it.
+                const std::vector<std::string> systems = model::systems_with_wire(model(), change.path);
+                std::string system = systems.empty() ? model::split_last(change.path).first : systems.front();
+                const std::string end = system.empty() ? change.path : change.path.substr(system.size() + 1);
+                in_system(system);
+                change.path = model::joined(system, end);
             } else if constexpr (requires { change.system; }) {
                 in_system(change.system);
             } else {
@@ -382,7 +389,8 @@ void Project::edit(const model::Operation& operation) {
     const auto beside = [&](const std::string& file) {
         return (document->file.parent_path() / file).lexically_normal();
     };
-    if (extract) require_inside(beside(extract->file));
+    const bool makes_file = extract && !extract->file.empty(); // without a name it is refused below
+    if (makes_file) require_inside(beside(extract->file));
     std::vector<std::pair<Document*, model::Model>> others;
     const auto follow = [&](const auto* rename) {
         if (!rename) return;
@@ -395,7 +403,7 @@ void Project::edit(const model::Operation& operation) {
     };
     follow(std::get_if<model::operations::Rename>(&local));
     follow(std::get_if<model::operations::RenameVariable>(&local));
-    if (extract && fs::exists(beside(extract->file)))
+    if (makes_file && fs::exists(beside(extract->file)))
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});
     const std::set<std::string> known = texts_of(mistakes_beside(*document));

@@ -7,6 +7,7 @@
 #include "bf/model/compare.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/view/draw.hpp"
+#include "bf/view/image.hpp"
 #include "checker.hpp"
 #include "clipboard.hpp"
 #include "committed.hpp"
@@ -177,7 +178,8 @@ struct Service::State {
             if (at->is_directory(error) &&
                 (at.depth() >= deepest || name.starts_with(".") || name == "build"))
                 at.disable_recursion_pending();
-            if (at->path().extension() == ending && at->is_regular_file(error))
+            if (at->path().extension() == ending && at->is_regular_file(error) &&
+                is_inside(at->path(), folder)) // a link may lead elsewhere
                 found.push_back(relative(at->path()));
         }
         std::sort(found.begin(), found.end());
@@ -218,16 +220,7 @@ struct Service::State {
     }
 
     editor::Drawing draw(int, const Draw& asked) {
-        editor::DrawOptions show;
-        for (const Show what : asked.show) {
-            show.sizes |= what == Show::sizes;
-            show.types |= what == Show::types;
-            show.rates |= what == Show::rates;
-            show.units |= what == Show::units;
-        }
-        for (const auto& [path, to, size] : asked.moved) show.moved[path] = {to, size};
-        for (const auto& note : asked.moved_notes) show.moved_notes[note.path] = note.to;
-        for (const auto& [path, points] : asked.bent) show.bent[path] = points;
+        editor::DrawOptions show = options_of(asked);
         show.folder = folder;
         return images.addressed(editor::draw(project->model(), asked.system, diagram(), diagnostics(), show));
     }
@@ -237,7 +230,8 @@ struct Service::State {
         FileList all;
         for (const char* ending : {".png", ".svg"})
             for (const auto& file : files(ending))
-                all.files.push_back((folder / file).lexically_relative(from).generic_string());
+                if (editor::image_defect(folder / file, folder).empty())
+                    all.files.push_back((folder / file).lexically_relative(from).generic_string());
         return all;
     }
 
@@ -247,6 +241,8 @@ struct Service::State {
         const model::Model& after = project->model();
         const auto distinctions = model::compare(before, after);
         const std::string earlier = model::earlier_path(asked.system, distinctions);
+        if (!editor::may_draw(before, earlier) && !editor::may_draw(after, asked.system))
+            throw Refusal("there is no subsystem '" + asked.system + "' in either model");
         editor::Drawing left, right;
         if (editor::may_draw(before, earlier)) {
             const ExaminedModel known = examine(before, file);
@@ -273,6 +269,7 @@ struct Service::State {
     /// Edits, and as soon as one block of a subsystem gets a place gives the others those at which they are
     /// seen, so that nothing jumps.
     DocumentState apply(model::Operation operation, std::string name) {
+        require_ports(project->model(), diagram(), operation);
         const std::set<std::string> systems = systems_placed_in(project->model(), operation);
         model::operations::Batch batch;
         for (const auto& system : systems)

@@ -142,8 +142,11 @@ TEST_F(LookTest, ShowsImagesOfTheFolderAndNoOtherFile) {
     for (const char* what :
          {"images/1.svg", "images/0.png", "images/../secret.txt", "images/", "images/arm.svg"})
         EXPECT_FALSE(service->data(what)) << what;
-    EXPECT_EQ(result("images", {{"system", ""}})["files"],
-              Json::array({"arm.png", "fake.png", "arm.svg", "link.svg"}));
+    EXPECT_EQ(result("images", {{"system", ""}})["files"], Json::array({"arm.png", "arm.svg"}))
+        << "only those that would be shown";
+    fs::create_symlink(folder.parent_path() / "outside.yaml", folder / "link.yaml");
+    std::ofstream(folder.parent_path() / "outside.yaml") << "model: outside\n";
+    EXPECT_EQ(result("hello", {{"protocol", protocol_version}})["files"], Json::array({"m.yaml"}));
     fs::resize_file(folder / "arm.svg", (4 << 20) + 1);
     EXPECT_EQ(element(result("draw", {{"system", ""}}), "right")["marks"][0]["message"],
               "the image 'arm.svg' is larger than 4 MiB");
@@ -166,21 +169,73 @@ TEST_F(LookTest, ComparesWithAnotherFileOfTheFolder) {
     EXPECT_EQ(count("a"), 2);
     EXPECT_EQ(count("gone"), 1);
     EXPECT_NE(refusal("compare", {{"file", "../m.yaml"}, {"system", ""}}), "");
-    EXPECT_NE(refusal("compare", {{"file", ""}, {"system", ""}}), "") << "there is no commit";
+    EXPECT_EQ(refusal("compare", {{"file", "old.yaml"}, {"system", "b"}}),
+              "there is no subsystem 'b' in either model");
 }
 
 TEST_F(LookTest, ComparesWithTheLastCommitWithTheFilesThatItHad) {
     if (!git("init")) GTEST_SKIP() << "git is missing";
     write("part.yaml", "model: part\nblocks:\n  gain: {block: Gain, K: 1}\n");
     write("m.yaml", "model: m\nblocks:\n  p: {file: part.yaml}\n");
-    ASSERT_TRUE(git("add -A") && git("commit -m one"));
     open("m.yaml");
+    EXPECT_EQ(refusal("compare", {{"file", ""}, {"system", ""}}),
+              "git has no last commit of 'm.yaml'; commit it, or compare with another file");
+    ASSERT_TRUE(git("add -A") && git("commit -m one"));
     EXPECT_TRUE(result("compare", {{"file", ""}, {"system", ""}})["differences"].empty());
     edit({{"do", "set"}, {"path", "p.gain"}, {"name", "K"}, {"value", "2"}});
     const Json found = result("compare", {{"file", ""}, {"system", "p"}})["differences"];
     ASSERT_EQ(found.size(), 1u);
     EXPECT_EQ(found[0]["text"], "~ p.gain: setting K: 1 -> 2");
     EXPECT_EQ(found[0]["system"], "p");
+}
+
+TEST_F(LookTest, SaysThatThereIsNoRepository) {
+    if (!git("--version")) GTEST_SKIP() << "git is missing";
+    const fs::path file = fs::temp_directory_path() / "bf_no_repository" / "m.yaml";
+    fs::create_directories(file.parent_path());
+    std::ofstream(file) << "model: m\nblocks: {}\n";
+    open(file.string());
+    EXPECT_EQ(refusal("compare", {{"file", ""}, {"system", ""}}),
+              "the folder '" + file.parent_path().string() +
+                  "' of 'm.yaml' is in no git repository; compare with another file");
+    fs::remove_all(file.parent_path());
+}
+
+TEST_F(LookTest, RefusesWhatIsNotThereOrTooFarAway) {
+    write("part.yaml", "model: part\ninputs: [u]\noutputs: [y]\nblocks:\n  g: {block: Gain}\n"
+                       "connections: {u: g, g: y}\n");
+    write("m.yaml", "model: m\nblocks:\n  s: {block: Sum, signs: ++-}\n  p: {file: part.yaml}\n"
+                    "connections: {s: p.u}\n");
+    open_checked();
+    const auto refused = [&](const Json& operation) { return refusal("edit", {{"operation", operation}}); };
+    EXPECT_EQ(refused({{"do", "place_port"}, {"path", "s"}, {"port", "u4"}, {"side", "top"}}),
+              (folder / "m.yaml").string() + ":3:3: s: there is no port 'u4'; did you mean 'u1'?");
+    edit({{"do", "place_port"}, {"path", "s"}, {"port", "u3"}, {"side", "top"}});
+    EXPECT_NE(refused({{"do", "place_port"}, {"path", "p"}, {"port", "v"}, {"side", "top"}})
+                  .find("p: there is no port 'v'"),
+              std::string::npos);
+    EXPECT_NE(refused({{"do", "extract"}, {"path", "p"}, {"file", ""}}).find("the block stands in the file"),
+              std::string::npos);
+    EXPECT_EQ(refusal("draw", {{"system", ""},
+                               {"bent", {{{"path", "p.u"}, {"points", {{{"x", 1e308}, {"y", 0}}}}}}}}),
+              "p.u: it cannot be drawn at [1e+308, 0]; coordinates lie between -1000000 and 1000000");
+    EXPECT_EQ(
+        refusal("draw", {{"system", ""}, {"moved", {{{"path", "s"}, {"to", {{"x", 0}, {"y", -2e6}}}}}}}),
+        "s: it cannot be drawn at [0, -2e+06]; coordinates lie between -1000000 and 1000000");
+}
+
+TEST_F(LookTest, BendsAWireInTheFileThatHasIt) {
+    write("part.yaml", "model: part\ninputs: [u]\noutputs: [y]\nblocks:\n  g: {block: Gain}\n"
+                       "connections: {u: g, g: y}\n");
+    write("m.yaml", "model: m\nblocks:\n  s: {block: Constant}\n  p: {file: part.yaml}\n"
+                    "connections: {s: p.u}\n");
+    open_checked();
+    edit({{"do", "bend"}, {"path", "p.u"}, {"points", {{{"x", 1}, {"y", 2}}}}});
+    EXPECT_NE(read("m.yaml").find("p.u: [[1, 2]]"), std::string::npos) << read("m.yaml");
+    edit({{"do", "bend"}, {"path", "p.y"}, {"points", {{{"x", 3}, {"y", 4}}}}});
+    EXPECT_NE(read("part.yaml").find("    y: [[3, 4]]"), std::string::npos) << read("part.yaml");
+    edit({{"do", "bend"}, {"path", "p.g"}, {"points", {{{"x", 5}, {"y", 6}}}}});
+    EXPECT_NE(read("part.yaml").find("    g: [[5, 6]]"), std::string::npos) << read("part.yaml");
 }
 
 TEST_F(LookTest, RunsNoProgramOfTheRepositoryToCompare) {

@@ -13,9 +13,10 @@ struct Item {
         enum class Kind { scalar, literal, list, map };
 
         Kind kind = Kind::scalar;
-        std::string text = {};        ///< of a scalar, ready to print; of a literal, as it is
-        bool may_flow = true;         ///< whether it may stand in braces
-        std::vector<Item> items = {}; ///< of lists (keys empty) and maps
+        std::string text = {};                    ///< of a scalar, ready to print; of a literal, as it is
+        bool may_flow = true;                     ///< whether it may stand in braces
+        std::vector<Item> items = {};             ///< of lists (keys empty) and maps
+        const model::Expression* value = nullptr; ///< that a scalar spells, where it is one
     };
     std::string key;
     Content content;

@@ -120,18 +120,18 @@ std::string join_flow_lines(const std::vector<std::string>& lines) {
     return text;
 }
 
-std::vector<std::string_view> flow_items(std::string_view slice) {
+std::vector<std::string_view> flow_items(std::string_view slice, char separator) {
     std::vector<std::string_view> items;
     FlowScanner scanner(slice, 0);
     std::size_t item = 1;
     while (!scanner.done()) {
         const std::size_t begin = scanner.next();
-        const bool comma = slice[begin] == ',' && scanner.at == begin + 1 && scanner.depth == 1;
-        if (!comma && !scanner.done()) continue;
+        const bool is_end = slice[begin] == separator && scanner.at == begin + 1 && scanner.depth == 1;
+        if (!is_end && !scanner.done()) continue;
         items.push_back(trimmed(slice.substr(item, begin - item)));
         item = scanner.at;
     }
-    if (!items.empty() && items.back().empty()) items.pop_back(); // behind a last comma, or in []
+    if (!items.empty() && items.back().empty()) items.pop_back(); // behind a last one, or in []
     return items;
 }
 

@@ -20,8 +20,8 @@ std::size_t ambiguous_break(const std::vector<std::string>& lines);
 
 std::string join_flow_lines(const std::vector<std::string>& lines);
 
-/// What stands between the commas of a flow collection.
-std::vector<std::string_view> flow_items(std::string_view slice);
+/// What stands between the commas of a flow collection, or between the ';' of a matrix.
+std::vector<std::string_view> flow_items(std::string_view slice, char separator = ',');
 
 /// MATLAB text of a sequence of sequences, which are the rows of a matrix: [[1, 2], [3, 4]] -> [1, 2; 3, 4].
 /// Empty if `slice` is none, or has a ';' somewhere and so is MATLAB text as it stands.

@@ -1,5 +1,6 @@
 #include "printer.hpp"
 
+#include "rows.hpp"
 #include "scalar.hpp"
 
 #include <algorithm>
@@ -151,6 +152,11 @@ void Printer::print_edited(const Item& item, Entry& entry, int indent) {
         text += rest.substr(0, line);
         return add_shifted(rest.substr(line), shift);
     }
+    if (const auto rows = rows_edited(content, entry, entry.head_end)) {
+        const std::size_t line = rows->find('\n') + 1;
+        text += rows->substr(0, line);
+        return add_shifted(std::string_view(*rows).substr(line), shift);
+    }
     if (entry.has_lines() && is_alike(content, value) && !content.items.empty()) {
         text += base.text(entry.head_end, entry.entries[0].begin);
         const int inner = entry.entries[0].indent + shift;
@@ -186,6 +192,14 @@ void Printer::print_edited(const Item& item, Entry& entry, int indent) {
         return print_literal(content.text, indent + 2);
     }
     print_value(item, indent);
+}
+
+std::optional<std::string> Printer::rows_edited(const Content& content, const Entry& entry,
+                                                std::size_t begin) {
+    const model::Expression* const before = entry.old ? entry.old->content.value : nullptr;
+    if (!before || !content.value || !entry.value->is_sequence()) return {};
+    return edited_rows(base_->text(), begin, entry.end, *entry.value, before->matlab(),
+                       content.value->matlab());
 }
 
 std::optional<std::string> Printer::flow_edited(const Content& content, Entry& entry) {
@@ -239,6 +253,8 @@ std::optional<std::string> Printer::flow_item(const Item& item, Entry* entry) {
         if (!inner) return {};
         return head + *inner;
     }
+    if (has_value)
+        if (const auto rows = rows_edited(content, *entry, entry->value->position)) return head + *rows;
     if (content.kind == Content::Kind::literal || !is_one_line(content.text)) return {};
     if (content.kind == Content::Kind::scalar)
         return head + (content.may_flow ? content.text : double_quoted(content.text));

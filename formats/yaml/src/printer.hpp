@@ -26,6 +26,10 @@ class Printer {
     void end_line(const std::string& trailing);
     void add_shifted(std::string_view lines, int shift);
 
+    /// The text of an entry from `begin` on, where its value is a matrix or a list and becomes another one;
+    /// nothing if only a new one can stand there.
+    std::optional<std::string> rows_edited(const Content& content, const Entry& entry, std::size_t begin);
+
     /// The new text of a collection in brackets; nothing if it cannot stand there.
     std::optional<std::string> flow_edited(const Content& content, Entry& entry);
     std::optional<std::string> flow_item(const Item& item, Entry* entry);

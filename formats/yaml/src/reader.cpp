@@ -6,7 +6,6 @@
 #include "bf/model/suggest.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <unordered_map>
 
 namespace bf::formats {
@@ -373,7 +372,7 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
 
 double Reader::read_number(const Node& key, const Node& value) {
     if (value.is_scalar())
-        if (const auto number = number_of(value.text); number && std::isfinite(*number)) return *number;
+        if (const auto number = number_of(value.text)) return *number;
     report(value, "", "'" + key.text + "' of the layout is '" + value.text + "'", "give a number");
     return 0;
 }

@@ -36,7 +36,7 @@ bool is_char_array(std::string_view text) {
     return std::ranges::all_of(text, [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
 }
 
-Content expression(const Expression& value) {
+Content spelled(const Expression& value) {
     if (!value.spelling.empty())
         return {.text = value.spelling, .may_flow = value.spelling.find('\n') == std::string::npos};
     const std::string matlab = value.matlab();
@@ -46,6 +46,12 @@ Content expression(const Expression& value) {
         if (is_char_array(matlab)) return {.text = matlab};
     if (value.quotes == Quotes::none) return is_flow_text(matlab) ? Content{.text = matlab} : scalar(matlab);
     return {.text = double_quoted(matlab)};
+}
+
+Content expression(const Expression& value) {
+    Content content = spelled(value);
+    content.value = &value;
+    return content;
 }
 
 Content choice(const keys::Keys& choices, auto value) {

@@ -3,7 +3,7 @@
 
 #include "bf/model/builder.hpp"
 #include "bf/model/edit.hpp"
-#include "bf/model/operation.hpp"
+#include "changes.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -18,7 +18,6 @@ namespace {
 using namespace model;
 using namespace model::operations;
 using Path = std::filesystem::path;
-using Lines = std::vector<std::string>;
 
 std::string content_of_file(const Path& file) {
     std::ostringstream text;
@@ -38,32 +37,6 @@ std::vector<Path> model_files() {
                 files.push_back(entry.path());
     std::ranges::sort(files);
     return files;
-}
-
-Lines lines_of(const std::string& text) {
-    Lines lines;
-    std::istringstream in(text);
-    for (std::string line; std::getline(in, line);) lines.push_back(line);
-    return lines;
-}
-
-/// "- line" and "+ line" of what differs between the texts (a longest common subsequence stays).
-Lines difference_of(const std::string& before, const std::string& after) {
-    const Lines a = lines_of(before), b = lines_of(after);
-    std::vector<std::vector<int>> common(a.size() + 1, std::vector<int>(b.size() + 1));
-    for (std::size_t i = a.size(); i-- > 0;)
-        for (std::size_t k = b.size(); k-- > 0;)
-            common[i][k] =
-                a[i] == b[k] ? common[i + 1][k + 1] + 1 : std::max(common[i + 1][k], common[i][k + 1]);
-    Lines changed;
-    for (std::size_t i = 0, k = 0; i < a.size() || k < b.size();)
-        if (i < a.size() && k < b.size() && a[i] == b[k])
-            ++i, ++k;
-        else if (i < a.size() && (k == b.size() || common[i + 1][k] >= common[i][k + 1]))
-            changed.push_back("- " + a[i++]);
-        else
-            changed.push_back("+ " + b[k++]);
-    return changed;
 }
 
 const std::string sample = "# A loop, spelt by hand.\n"
@@ -98,16 +71,7 @@ const std::string sample = "# A loop, spelt by hand.\n"
                            "        law.p: {y: 3, x: 4}\n"
                            "# the end\n";
 
-Lines changes(const Operation& operation, const std::string& text = sample) {
-    Model model = read_yaml_text(text);
-    const Patch back = edit(model, operation);
-    const auto edited = edited_yaml(model);
-    EXPECT_TRUE(edited) << "written anew";
-    EXPECT_EQ(edited, write_yaml(model));
-    edit(model, operation_from_json(to_json(back)));
-    EXPECT_EQ(write_yaml(model), text) << "undone";
-    return difference_of(text, edited.value_or(""));
-}
+Lines changes(const Operation& operation) { return formats::changes(operation, sample); }
 
 TEST(Edited, FilesThatDidNotChangeKeepTheirBytes) {
     EXPECT_GT(model_files().size(), 30u);
@@ -257,7 +221,11 @@ class Monkey {
         case 10: return Move{block, {double(below(1000)), -0.5 * double(below(9))}};
         case 11: return Resize{block, Point{double(1 + below(9)), 2}};
         case 12: return below(2) == 0 ? Operation(Flip{block}) : Operation(Rotate{block});
-        case 13: return Bend{block + ".u", {{1, 2}, {3, double(below(9))}}};
+        case 13: {
+            if (in.connections.empty()) return add(system);
+            const Connection connection = any(in.connections);
+            return Bend{joined(system, any(connection.to).text()), {{1, 2}, {3, double(below(9))}}};
+        }
         case 14: return Annotate{any(names_), Note{.name = {}, .text = any(texts_), .system = system}};
         case 15: {
             std::vector<std::string> some;

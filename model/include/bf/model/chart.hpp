@@ -30,8 +30,9 @@ struct Chart {
 /// Whether the block is a `StateMachine`.
 bool has_chart(const Block& block);
 
-/// None where a setting is an expression that has to be evaluated first, or is wrong.
-std::optional<Chart> chart_of(const Block& block);
+/// None where a setting is an expression that has to be evaluated first, or is wrong: `defect` then says
+/// which, where and why, without the block's path.
+std::optional<Chart> chart_of(const Block& block, Diagnostic* defect = nullptr);
 
 /// The state machine that a path leads into, and the name in it: "controller.machine.lift" is "lift" of the
 /// block "controller.machine". An empty path of the block: none.

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace bf::model {
 
@@ -22,6 +23,10 @@ std::string joined(std::string_view system, std::string_view name);
 
 /// The system that a path lies in, and the name there: "a.b.c" -> ("a.b", "c"), "a" -> ("", "a").
 std::pair<std::string, std::string> split_last(std::string_view path);
+
+/// The subsystems in which a wire leads to `path`, as a layout names it (`controller.tau` may be an input of
+/// the controller outside, and an output inside), and the state machines of which it is a transition.
+std::vector<std::string> systems_with_wire(const Model& model, const std::string& path);
 
 /// Calls `visit` with each block and its dotted path, parents first, in document order, through referenced
 /// files.

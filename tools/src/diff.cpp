@@ -60,9 +60,8 @@ void execute(const DiffOptions& options) {
         if (left.elements.empty() && right.elements.empty() && !options.system.empty())
             throw CommandError(options.system +
                                ": there is no subsystem of that path; look at the models' blocks");
-        write_picture(editor::to_svg(editor::beside(left, right, distinctions, options.before, options.after),
-                                     options.is_dark),
-                      options.output);
+        write_picture(editor::beside(left, right, distinctions, options.before, options.after),
+                      options.is_dark, options.output);
     }
     if (!distinctions.empty()) throw CommandError(options.before + " and " + options.after + " differ");
 }

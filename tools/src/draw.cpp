@@ -37,10 +37,8 @@ void execute(const PictureOptions& options) {
                                 : fs::path(options.model.file).replace_extension(".svg").filename().string();
     const auto draw = [&](const std::string& system, const std::string& file) {
         refuse_overwriting({{"-o", file}}, {options.model.file});
-        write_picture(
-            editor::to_svg(editor::draw(model, system, examined.diagram, examined.diagnostics, show),
-                           options.is_dark),
-            file);
+        write_picture(editor::draw(model, system, examined.diagram, examined.diagnostics, show),
+                      options.is_dark, file);
     };
     draw(options.system, output);
     if (options.draws_all)

@@ -1,12 +1,14 @@
 // Pictures as files.
 #pragma once
 
+#include "bf/view/drawing.hpp"
+
 #include <string>
 
 namespace bf::tools {
 
-/// Writes SVG to the file, as PDF or PNG (by librsvg) where its name ends so, and prints the name. Throws
-/// CommandError.
-void write_picture(const std::string& svg, const std::string& file);
+/// Writes the drawing to the file as SVG, PDF or PNG (by librsvg), as its name ends, and prints the name.
+/// Throws CommandError.
+void write_picture(const editor::Drawing& drawing, bool is_dark, const std::string& file);
 
 } // namespace bf::tools

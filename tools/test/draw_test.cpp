@@ -47,6 +47,18 @@ TEST_F(Pictures, RefusesWhatItCannotDraw) {
     EXPECT_EQ(bf("draw m.yaml --show colours").code, 2);
     EXPECT_CONTAINS(bf("draw m.yaml -o a.png", "PATH=/nowhere").err, "rsvg-convert is missing");
     EXPECT_EQ(files(), "m.yaml");
+    const std::string model = read("m.yaml");
+    write("m.yaml", model + "layout:\n  blocks:\n    c: {x: 20000, y: 0}\n    s: {x: 0, y: 0}\n");
+    const std::string wide = bf("draw m.yaml -o a.png").err;
+    EXPECT_CONTAINS(wide, "bf: the picture would be 40");
+    EXPECT_CONTAINS(wide,
+                    " high, and a PNG has at most 32767; move what stands far away closer, or give a name "
+                    "that ends in .svg or .pdf");
+    EXPECT_EQ(bf("draw m.yaml -o a.pdf").code, 0);
+    write("m.yaml", model + "layout:\n  blocks:\n    c: {x: 1e308, y: 0}\n");
+    EXPECT_CONTAINS(bf("draw m.yaml").err,
+                    "m.yaml:12:5: c: it is drawn at [1e+308, 0]; coordinates lie between "
+                    "-1000000 and 1000000");
 }
 
 TEST_F(Pictures, TheEditorNeedsAModel) {

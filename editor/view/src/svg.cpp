@@ -82,15 +82,19 @@ std::string style_sheet(bool is_dark) {
 
 } // namespace
 
-std::string to_svg(const Drawing& drawing, bool is_dark) {
+Rectangle sheet_of(const Drawing& drawing) {
     constexpr double margin = 20;
     const Rectangle& r = drawing.bounds;
-    const std::string box = text_of(r.x - margin) + " " + text_of(r.y - margin) + " " +
-                            text_of(r.width + 2 * margin) + " " + text_of(r.height + 2 * margin);
-    std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"" + box + "\" width=\"" +
-                      text_of(r.width + 2 * margin) + "\" height=\"" + text_of(r.height + 2 * margin) +
-                      "\" role=\"img\">\n<style>\n" + style_sheet(is_dark) + "</style>\n<rect x=\"" +
-                      text_of(r.x - margin) + "\" y=\"" + text_of(r.y - margin) +
+    return {r.x - margin, r.y - margin, r.width + 2 * margin, r.height + 2 * margin};
+}
+
+std::string to_svg(const Drawing& drawing, bool is_dark) {
+    const Rectangle sheet = sheet_of(drawing);
+    const std::string x = text_of(sheet.x), y = text_of(sheet.y), width = text_of(sheet.width),
+                      height = text_of(sheet.height), box = x + " " + y + " " + width + " " + height;
+    std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"" + box + "\" width=\"" + width +
+                      "\" height=\"" + height + "\" role=\"img\">\n<style>\n" + style_sheet(is_dark) +
+                      "</style>\n<rect x=\"" + x + "\" y=\"" + y +
                       "\" width=\"100%\" height=\"100%\" fill=\"" + (is_dark ? dark_paper : light_paper) +
                       "\"/>\n";
     for (const auto& element : drawing.elements) {

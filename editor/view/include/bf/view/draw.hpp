@@ -45,6 +45,9 @@ void outline(Element& element, Style style);
 Drawing beside(Drawing before, Drawing after, const std::vector<model::Distinction>& distinctions,
                const std::string& before_title, const std::string& after_title);
 
+/// What a picture of the drawing shows: its bounds, and a margin around them.
+Rectangle sheet_of(const Drawing& drawing);
+
 /// As a document of its own with all its images, readable on white and on black where `is_dark`.
 std::string to_svg(const Drawing& drawing, bool is_dark = false);
 

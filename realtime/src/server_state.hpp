@@ -1,6 +1,7 @@
 // What the server and its sessions share. All of it is used in one thread, but for what the loop writes.
 #pragma once
 
+#include "bf/realtime/limited_read.hpp"
 #include "bf/realtime/server.hpp"
 #include "log.hpp"
 #include "sample_ring.hpp"
@@ -135,6 +136,7 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
     void reject(const Request& request, const std::string& reason);
     /// Whatever waits for the network ends with an error then.
     void leave();
+    void dismiss();
 
     void shake_hands();
     void refuse(http::status status, const char* text);

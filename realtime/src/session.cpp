@@ -111,7 +111,7 @@ void Server::State::Session::shake_hands() {
     stream.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     stream.set_option(websocket::stream_base::decorator(
         [protocol](websocket::response_type& r) { r.set(http::field::sec_websocket_protocol, protocol); }));
-    stream.read_message_max(state.longest_message);
+    stream.read_message_max(0); // see read_limited
     stream.async_accept(request, [self = shared_from_this()](auto error) {
         if (error) return self->leave();
         self->is_open = true;
@@ -136,10 +136,11 @@ void Server::State::Session::refuse(http::status status, const char* text) {
 void Server::State::Session::read() {
     if (!is_open || is_reading || credit <= 0 || unanswered >= most_unanswered || !answers.empty()) return;
     is_reading = true;
-    stream.async_read(buffer, [self = shared_from_this()](auto error, std::size_t size) {
+    read_limited(stream, buffer, state.longest_message, [self = shared_from_this()](auto error) {
         self->is_reading = false;
+        if (error == websocket::error::message_too_big) return self->dismiss();
         if (error) return self->leave();
-        self->credit -= static_cast<std::ptrdiff_t>(size) + bytes_per_message;
+        self->credit -= static_cast<std::ptrdiff_t>(self->buffer.size()) + bytes_per_message;
         self->handle();
         self->buffer.clear();
         self->read();
@@ -275,6 +276,10 @@ void Server::State::Session::set_parameters(const Json& json) {
                                       "' takes a number or an array of numbers, with \"Inf\" for infinity, "
                                       "not " +
                                       to_text(value));
+                const auto known = state.parameters.find(name);
+                if (element.is_boolean() && known != state.parameters.end() &&
+                    known->second.type != Type::boolean)
+                    throw ClientError("parameter '" + name + "' takes a number, not " + to_text(element));
                 values.push_back(element.is_boolean() ? element.get<bool>() : element.get<double>());
             };
             if (value.is_array())
@@ -371,6 +376,14 @@ void Server::State::Session::write() {
         self->write();
         self->read();
     });
+}
+
+/// Who sends too much gets nothing more but the reason.
+void Server::State::Session::dismiss() {
+    is_open = false;
+    answers.clear();
+    samples.clear();
+    stream.async_close(too_long(state.longest_message), [self = shared_from_this()](auto) { self->leave(); });
 }
 
 void Server::State::Session::leave() {

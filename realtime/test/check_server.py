@@ -146,6 +146,9 @@ async def parameters():
         await refused("with \"Inf\" for infinity, not \"fast\"", gain__K="fast")
         await refused("takes a number or an array of numbers, with \"Inf\" for infinity, not null", gain__K=None)
         await refused("parameter 'gain.K' must be a number, but is NaN", gain__K="NaN")
+        await refused("parameter 'gain.K' takes a number, not true", gain__K=True)
+        await refused("parameter 'k' takes a number, not false", k=False)
+        await refused("parameter 'vector.value' takes a number, not true", vector__value=[1, True])
         assert await viewer.set(vector__value=["Inf", -1]) == {"vector.value": ["Inf", -1]}
         assert await viewer.set(vector__value=["-inf", "1d3"]) == {"vector.value": ["-Inf", 1000]}
         await refused("takes a number or an array of numbers", vector__value=[1, [2]])
@@ -186,8 +189,9 @@ async def nonsense():
             await viewer.socket.send("x" * (2 << 20))
             await viewer.wait("status")
             raise AssertionError("a message of 2 MB was taken")
-        except websockets.ConnectionClosed:
-            pass
+        except websockets.ConnectionClosed as error:
+            assert error.rcvd.code == 1009, error
+            assert error.rcvd.reason.startswith("a message has at most "), error
 
 
 async def strangers():

@@ -76,9 +76,12 @@ class Parser {
             }
         }
         if (ended && (!read(left_) || !is_magic())) report("the file does not end with the MCAP signature");
-        if (ended && message_count_ != counted_)
+        if (ended && defects_.empty() && message_count_ != counted_)
             report("the file does not hold as many messages as it counts");
-        recording_.complete = recording_.defect.empty();
+        recording_.complete = defects_.empty();
+        for (const std::string& defect : defects_)
+            recording_.defect += (recording_.defect.empty() ? "'" + name_ + "': " : "; ") + defect;
+        if (has_more_defects_) recording_.defect += "; and more";
         begin_at_zero();
         give_every_name_its_channel();
         return std::move(recording_);
@@ -110,7 +113,10 @@ class Parser {
     }
 
     void report(std::string defect) {
-        if (recording_.defect.empty()) recording_.defect = "'" + name_ + "': " + std::move(defect);
+        constexpr std::size_t most = 10;
+        if (std::ranges::find(defects_, defect) != defects_.end()) return;
+        has_more_defects_ = defects_.size() == most;
+        if (!has_more_defects_) defects_.push_back(std::move(defect));
     }
 
     /// A CRC of 0 in the file says that there is none; ours have one.
@@ -119,7 +125,9 @@ class Parser {
         return stored != 0 && stored != computed;
     }
     void check(std::uint32_t stored, std::uint32_t computed, const char* what) {
-        if (is_wrong(stored, computed)) report(std::string("the checksum of ") + what + " is wrong");
+        const bool is_known = !defects_.empty(); // what of it is wrong
+        if (is_wrong(stored, computed) && !is_known)
+            report(std::string("the checksum of ") + what + " is wrong");
     }
 
     /// True for the record that ends the file. `crc_before`: of all bytes in front of the record.
@@ -356,6 +364,8 @@ class Parser {
     std::map<std::uint16_t, Schema> schemas_;
     std::map<std::uint16_t, Foreign> foreign_;
     std::set<std::size_t> foreign_channels_; // among the channels of the recording
+    std::vector<std::string> defects_;
+    bool has_more_defects_ = false;
     Recording recording_;
 };
 

@@ -89,6 +89,23 @@ TEST(Reader, LeavesOutAChunkThatFailsItsChecksum) {
     for (std::size_t k = 0; k < x.samples(); ++k) EXPECT_EQ(x.value(k), 1.5 * double(x.time_ns[k]));
 }
 
+TEST(Reader, NamesAllThatIsWrong) {
+    std::string file = small_file();
+    const double value = 1.5 * 2;
+    const std::string media = "text/plain", bytes(reinterpret_cast<const char*>(&value), sizeof value);
+    const auto text = file.find("text", file.find(media) + media.size()), sample = file.find(bytes);
+    ASSERT_NE(text, std::string::npos);
+    ASSERT_NE(sample, std::string::npos);
+    file[text] ^= 1;
+    file[sample] ^= 1;
+    const std::string chunk = "the checksum of a chunk is wrong; its messages are left out",
+                      attachment = "the checksum of the attachment 'a' is wrong; it is left out";
+    EXPECT_EQ(parse(file).defect,
+              "'bytes': " + (text < sample ? attachment + "; " + chunk : chunk + "; " + attachment));
+    EXPECT_EQ(parse(file.substr(0, file.size() - 1)).defect,
+              parse(file).defect + "; the file does not end with the MCAP signature");
+}
+
 /// https://mcap.dev/spec: a CRC of 0 is none.
 std::string without_checksums(std::string file) {
     std::set<int> cleared;

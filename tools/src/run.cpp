@@ -31,7 +31,9 @@ nlohmann::ordered_json RunResult::to_json() const {
     if (!realtime.is_null()) json["realtime"] = realtime;
     auto& list = json["checks"] = nlohmann::ordered_json::object();
     for (const auto& check : checks) {
-        if (check.is_boolean)
+        if (!has_run())
+            list[check.name] = nullptr;
+        else if (check.is_boolean)
             list[check.name] = check.value != 0;
         else
             list[check.name] = check.value; // null when not finite
@@ -134,7 +136,9 @@ void print(const RunResult& result) {
     for (const auto& check : result.checks) width = std::max(width, check.name.size());
     for (const auto& check : result.checks)
         std::printf("  %-*s  %s\n", static_cast<int>(width), check.name.c_str(),
-                    check.is_boolean ? (check.value != 0 ? "yes" : "NO") : number(check.value).c_str());
+                    !result.has_run()  ? "not run"
+                    : check.is_boolean ? (check.value != 0 ? "yes" : "NO")
+                                       : number(check.value).c_str());
     std::fputs(result.report.c_str(), stdout);
 }
 

@@ -21,8 +21,11 @@ struct RunResult {
     std::string report;              ///< of a run in real time, for people
     nlohmann::ordered_json realtime; ///< the same for programs
 
+    /// False where the run was stopped before its first step, so that nothing was checked.
+    bool has_run() const { return steps > 0 || simulated > 0; }
     /// {"model", "outcome": "finished" | "failed" | "interrupted", "simulated_s", "wall_s",
-    /// "real_time_factor", "steps", "realtime", "checks": {name: value}, "failure"}
+    /// "real_time_factor", "steps", "realtime", "checks": {name: value}, "failure"}; a check that was not
+    /// made is null
     nlohmann::ordered_json to_json() const;
 };
 

@@ -161,6 +161,18 @@ assert first["step"] == "-1" and first["who"].startswith("a test at "), first
     EXPECT_CONTAINS(replay.out, "identical: ");
 }
 
+TEST_F(Realtime, WhatIsStoppedWhileItWaitsWasNotRun) {
+    write("checked.yaml", "model: checked\nstep: 0.01\nstop: 1\nblocks:\n  c: {block: Constant, value: 2}\n"
+                          "  high: {block: Check, kind: maximum, at_most: 1}\nconnections: {c: high}\n");
+    const auto run =
+        shell("'" BF_PROGRAM "' run checked.yaml --realtime --priority 0 --serve 0 --control --wait "
+              "--quiet --summary s.json 2>err & one=$!; for i in $(seq 200); do grep -q 'ws://' err "
+              "&& break; sleep 0.05; done; kill -TERM $one; wait $one");
+    EXPECT_CONTAINS(run.out, "  high         not run\n  high.passed  not run\n");
+    EXPECT_TRUE(json("s.json")["checks"]["high.passed"].is_null());
+    EXPECT_CONTAINS(bf("run checked.yaml").out, "  high.passed  NO\n");
+}
+
 TEST_F(Realtime, ATokenFileServesForEachRunAndIsNotPrinted) {
     write("look.py", R"py(
 import sys, websockets.sync.client

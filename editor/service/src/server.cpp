@@ -1,6 +1,7 @@
 #include "bf/service/server.hpp"
 
 #include "bf/base/files.hpp"
+#include "bf/realtime/limited_read.hpp"
 #include "bf/realtime/token.hpp"
 #include "bf/service/service.hpp"
 
@@ -155,7 +156,7 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
             return refuse(http::status::service_unavailable, "too many pages are open; close one\n");
         beast::get_lowest_layer(stream).expires_never();
         stream.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
-        stream.read_message_max(longest_request);
+        stream.read_message_max(0); // see read_limited
         stream.async_accept(request, [self = shared_from_this()](auto error) {
             if (error) return self->leave();
             self->is_open = true;
@@ -216,7 +217,8 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
 
     void read() {
         if (!is_open) return;
-        stream.async_read(buffer, [self = shared_from_this()](auto error, auto) {
+        realtime::read_limited(stream, buffer, longest_request, [self = shared_from_this()](auto error) {
+            if (error == websocket::error::message_too_big) return self->dismiss();
             if (error) return self->leave();
             const std::string request = beast::buffers_to_string(self->buffer.data());
             self->buffer.clear();
@@ -249,6 +251,13 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
             self->queue.pop_front();
             self->write();
         });
+    }
+
+    /// Who asks for too much gets nothing more but the reason.
+    void dismiss() {
+        if (std::exchange(is_open, false)) state.service.leave(number);
+        stream.async_close(realtime::too_long(longest_request),
+                           [self = shared_from_this()](auto) { self->leave(); });
     }
 
     void leave() {

@@ -176,6 +176,21 @@ TEST_F(ServerTest, GarbageHarmsNobody) {
     EXPECT_NE(ask(good, hello).find("\"version\":\"1\""), std::string::npos);
 }
 
+TEST_F(ServerTest, WhoSendsTooMuchIsToldTheLimit) {
+    Socket greedy = page(), good = page();
+    const std::size_t limit = std::size_t{16} << 20;
+    EXPECT_NE(ask(greedy, std::string(limit - 1000, ' ') + hello).find("\"version\":\"1\""),
+              std::string::npos);
+    beast::error_code error;
+    greedy.write(asio::buffer(std::string(limit + 1, ' ')), error);
+    beast::flat_buffer buffer;
+    while (!error) greedy.read(buffer, error);
+    EXPECT_EQ(error, beast::websocket::error::closed);
+    EXPECT_EQ(greedy.reason().code, beast::websocket::close_code::too_big);
+    EXPECT_EQ(greedy.reason().reason, "a message has at most 16777216 bytes");
+    EXPECT_NE(ask(good, hello).find("\"version\":\"1\""), std::string::npos);
+}
+
 TEST_F(ServerTest, APageThatReadsNothingDelaysNoOther) {
     Socket stalled = page(), good = page();
     for (int i = 0; i < 2000; ++i)

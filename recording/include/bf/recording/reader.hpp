@@ -58,7 +58,7 @@ struct Recording {
     std::map<std::string, std::map<std::string, std::string>> metadata;
     std::vector<Attachment> attachments;
     bool complete = false;  ///< false when the file was cut or damaged: then the rest is what could be read
-    std::string defect;     ///< the first thing found wrong, empty if complete
+    std::string defect;     ///< what was found wrong, ten things at most; empty if complete
     bool unchecked = false; ///< a part has no checksum, as ours all have: somebody edited it
 
     /// A signal by its path, or by that of its block or subsystem where this has no other in the recording.

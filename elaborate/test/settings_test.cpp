@@ -140,6 +140,8 @@ TEST(Settings, TextsArePlainQuotedFromVariablesOrLists) {
     EXPECT_EQ(text("many: [a, b c]"), "|a|b c");
     EXPECT_EQ(text("many: \"{'a', 'b'}\""), "|a|b");
     EXPECT_EQ(text("many: Robot.all"), "|a|b");
+    EXPECT_EQ(text("many: ['a, b', it's, 'it''s', \"c\"]"), "|a, b|it's|it's|c");
+    EXPECT_EQ(text("many: \"'a', 'b'\""), "|a|b");
 }
 
 TEST(Settings, WithOverridesVariablesOfASubsystemInAnotherFile) {

@@ -87,16 +87,16 @@ std::vector<Row> rows_of(const std::string& text) {
     const auto first = static_cast<std::size_t>(whole.data() - text.data()) + 1,
                last = first + whole.size() - 2;
     int depth = 0;
-    std::optional<std::size_t> begin;
+    std::size_t begin = text.npos; // of an entry
     for (std::size_t at = first; at <= last; ++at) {
         const char c = at == last ? ';' : text[at];
         const bool is_new_row = depth == 0 && (c == ';' || c == '\n');
         if (is_new_row || (depth == 0 && (c == ',' || c == ' ' || c == '\t' || c == '\r'))) {
-            if (begin) row.push_back({*begin, at});
-            begin.reset();
+            if (begin != text.npos) row.push_back({begin, at});
+            begin = text.npos;
         } else {
             depth += (c == '(' || c == '[' || c == '{') - (c == ')' || c == ']' || c == '}');
-            if (!begin) begin = at;
+            if (begin == text.npos) begin = at;
         }
         if (depth < 0 || (at == last && depth > 0))
             refuse("row " + std::to_string(rows.size() + 1) + " of `transitions` has a bracket too much",

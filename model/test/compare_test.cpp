@@ -115,7 +115,7 @@ TEST(Compare, LooksIntoReferencedFiles) {
 /// included.
 TEST(Compare, EveryOperationOnADrawingIsNoticed) {
     for (const char* json : {R"({"do": "flip", "path": "plant"})",
-                             R"({"do": "bend", "path": "plant.u", "points": [{"x": 1, "y": 2}]})",
+                             R"({"do": "bend", "path": "plant", "points": [{"x": 1, "y": 2}]})",
                              R"({"do": "annotate", "name": "n", "note": {"name": "n", "text": "t"}})",
                              R"({"do": "group", "system": "", "blocks": ["plant"], "name": "s"})",
                              R"({"do": "dissolve", "path": "controller"})"}) {

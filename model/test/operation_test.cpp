@@ -339,7 +339,7 @@ TEST(Layout, IsChangedInPlace) {
               "plant.u: a corner of the wire is drawn at [0, -1e+308]; coordinates lie between -1000000 and "
               "1000000");
     EXPECT_EQ(
-        refusal(Annotate{"n", Note{.text = "t", .system = "controller", .at = {0, 1000001}}}),
+        refusal(Annotate{"n", Note{.name = {}, .text = "t", .system = "controller", .at = {0, 1000001}}}),
         "controller: the note 'n' is drawn at [0, 1000001]; coordinates lie between -1000000 and 1000000");
 }
 

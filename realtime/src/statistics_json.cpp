@@ -6,9 +6,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// By which programs call the causes, in their order.
-constexpr const char* causes[] = {"computation", "interruption", "wakeup", "backlog"};
-
 double us(Nanoseconds t) { return static_cast<double>(t) / 1000; }
 
 Json json_of(const std::vector<HistogramRow>& rows) {
@@ -38,7 +35,7 @@ Json statistics_json(const Statistics& s) {
               {"deviation_of_the_period", json_of(s.periods.rows())},
               {"missed", s.missed()}};
     for (std::size_t i = 0; i < s.misses.size(); ++i)
-        json["missed_by_cause"][causes[i]] = std::int64_t{s.misses[i]};
+        json["missed_by_cause"][name(static_cast<Cause>(i))] = std::int64_t{s.misses[i]};
     json["skipped"] = std::int64_t{s.skipped};
     json["degraded"] = std::int64_t{s.degraded};
     return json;
@@ -48,7 +45,7 @@ Json first_misses_json(const Statistics& s) {
     Json list = Json::array();
     for (const auto& miss : s.first_misses)
         list.push_back({{"step", miss.step},
-                        {"cause", causes[static_cast<int>(miss.cause)]},
+                        {"cause", name(miss.cause)},
                         {"late_us", us(miss.late)},
                         {"wake_up_us", us(miss.latency)},
                         {"step_us", us(miss.computation)}});

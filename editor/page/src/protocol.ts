@@ -663,6 +663,13 @@ export interface Welcome {
   live: LiveReport | null;
 }
 
+export const cause_texts: Record<keyof TimingMisses, string> = {
+  computation: "own computation too long",
+  interruption: "interrupted or waiting inside the step",
+  wakeup: "woken too late",
+  backlog: "behind after an earlier miss",
+};
+
 export interface Methods {
   hello: { params: Hello; result: Welcome };
   open: { params: Open; result: DocumentState };

@@ -664,6 +664,7 @@ std::string Service::typescript() {
         "export const protocol = " +
         std::to_string(protocol_version) + ";\n\n";
     for (const auto& [name, declaration] : types) text += declaration + "\n";
+    text += typescript_causes() + "\n";
     return text + "export interface Methods {\n" + table + "}\nexport type Method = keyof Methods;\n\n" +
            "export interface Notifications {\n" + notifications + "}\n";
 }

@@ -1,5 +1,7 @@
 #include "typescript.hpp"
 
+#include "bf/realtime/statistics.hpp"
+
 #include <algorithm>
 #include <string_view>
 #include <utility>
@@ -168,6 +170,15 @@ std::string protocol_introduction() {
         }
     }
     return text;
+}
+
+std::string typescript_causes() {
+    std::string text = "export const cause_texts: Record<keyof TimingMisses, string> = {\n";
+    for (std::size_t i = 0; i < realtime::Statistics().misses.size(); ++i) {
+        const auto cause = static_cast<realtime::Cause>(i);
+        text += "  " + std::string(name(cause)) + ": \"" + realtime::text(cause) + "\",\n";
+    }
+    return text + "};\n";
 }
 
 } // namespace bf::service

@@ -14,6 +14,9 @@ std::string typescript_comment(const std::string& type, const std::string& membe
 /// What the protocol says before its declarations.
 std::string protocol_introduction();
 
+/// What people call the causes of missed deadlines, by the members of TimingMisses, in TypeScript.
+std::string typescript_causes();
+
 /// How TypeScript calls T; `types` gets the declarations of it and of all it is made of, by their name.
 /// Members that a request may leave out are there all the same: the page says what it means.
 template <class T>

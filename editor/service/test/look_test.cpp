@@ -146,7 +146,8 @@ TEST_F(LookTest, ShowsImagesOfTheFolderAndNoOtherFile) {
         << "only those that would be shown";
     fs::create_symlink(folder.parent_path() / "outside.yaml", folder / "link.yaml");
     std::ofstream(folder.parent_path() / "outside.yaml") << "model: outside\n";
-    EXPECT_EQ(result("hello", {{"protocol", protocol_version}})["files"], Json::array({"m.yaml"}));
+    EXPECT_EQ(result("hello", {{"protocol", bf::service::protocol_version}})["files"],
+              Json::array({"m.yaml"}));
     fs::resize_file(folder / "arm.svg", (4 << 20) + 1);
     EXPECT_EQ(element(result("draw", {{"system", ""}}), "right")["marks"][0]["message"],
               "the image 'arm.svg' is larger than 4 MiB");

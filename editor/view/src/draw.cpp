@@ -369,14 +369,17 @@ class Drawer {
                          {end,
                           {end.x + 8 * dx + 4 * dy, end.y + 8 * dy + 4 * dx},
                           {end.x + 8 * dx - 4 * dy, end.y + 8 * dy - 4 * dx}}}};
-        if (!labels_[n].empty())
-            arrow.shapes.push_back(
-                {Shape::Kind::text,
-                 Style::label,
-                 {{start.x + (next.x < start.x ? -label_room : label_room) * 3 / 4, start.y - 4}},
-                 labels_[n],
-                 small_letter,
-                 next.x < start.x ? Align::end : Align::start});
+        if (!labels_[n].empty()) { // above what begins level, beside what begins upright
+            const bool is_left = next.x < start.x, is_upright = next.x == start.x;
+            const double across = is_upright ? 6 : (is_left ? -label_room : label_room) * 3 / 4,
+                         down = is_upright && next.y > start.y ? small_letter + 4 : -4;
+            arrow.shapes.push_back({Shape::Kind::text,
+                                    Style::label,
+                                    {{start.x + across, start.y + down}},
+                                    labels_[n],
+                                    small_letter,
+                                    is_left ? Align::end : Align::start});
+        }
         drawing.elements.push_back(std::move(arrow));
     }
 

@@ -114,6 +114,32 @@ TEST(DrawChart, StatesStandWhereTheLayoutSays) {
     EXPECT_EQ(arranged(model, "inner.machine", known.diagram).size(), 3u);
 }
 
+TEST(DrawChart, StatesAreFlippedAndTurnedWithTheirTransitions) {
+    for (const char* how : {"rotated: 90", "rotated: 180", "rotated: 270", "flipped: true"}) {
+        const Drawing drawing = drawn(
+            model_of("[1 2 1 0; 2 3 0 2*T]", "layout:\n  blocks:\n    inner.machine.move: {x: 400, y: 300, " +
+                                                 std::string(how) + "}\n"));
+        const Rectangle move = shown(drawing, "inner.machine.move").bounds;
+        const Element &in = shown(drawing, "inner.machine.move.1"),
+                      &out = shown(drawing, "inner.machine.hold.2");
+        const Point arrives = in.corners.back(), leaves = out.corners.front(),
+                    label = out.shapes.back().points[0];
+        if (how == std::string("rotated: 90")) {
+            EXPECT_EQ(arrives.y, move.y);
+            EXPECT_EQ(leaves.y, move.y + move.height);
+        } else if (how == std::string("rotated: 270")) {
+            EXPECT_EQ(arrives.y, move.y + move.height);
+            EXPECT_EQ(leaves.y, move.y);
+        } else {
+            EXPECT_EQ(arrives.x, move.x + move.width);
+            EXPECT_EQ(leaves.x, move.x);
+        }
+        const bool is_on = label.x > move.x && label.x < move.x + move.width && label.y > move.y &&
+                           label.y - out.shapes.back().size < move.y + move.height;
+        EXPECT_FALSE(is_on) << how << ": the state would hide its guard";
+    }
+}
+
 TEST(DrawChart, AStateMachineIsEnteredAndItsStatesAreNot) {
     const auto model = model_of(cycle);
     EXPECT_EQ(shown(drawn(model, "inner"), "inner.machine").kind, Element::Kind::chart);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/mark.h>
@@ -265,6 +266,9 @@ Node parse(const Source& source, Extents& quoted) {
         // The parser finds documents without end where it cannot go on, such as at a ',' outside of brackets.
         for (int document = 0; document < 2 && parser.HandleNextDocument(builder); ++document) {
         }
+    } catch (const YAML::DeepRecursion& error) {
+        builder.refuse(error.mark, "values are nested more than " + std::to_string(error.depth()) + " deep",
+                       "close brackets where they end, and put parts into files of their own");
     } catch (const YAML::Exception& error) {
         const int last = std::max(1, source.line_count());
         const YAML::Mark& mark = error.mark;

@@ -165,9 +165,9 @@ class Rows {
         return at == gap.npos || !is_blank(gap.substr(0, at)) ? gap : gap.substr(at + 1);
     }
 
-    /// As that of another row, without its comments.
+    /// As that of the last row, without its comments.
     std::string new_lead() const {
-        const std::string& lead = rows_.size() > 1 ? rows_[1].lead : rows_[0].lead;
+        const std::string& lead = rows_.back().lead;
         if (const std::size_t line = lead.rfind('\n'); line != lead.npos) return lead.substr(line);
         return rows_.size() > 1 ? lead : " ";
     }

@@ -45,7 +45,7 @@ inline Lines changes(const model::Operation& operation, const std::string& text)
     const auto edited = edited_yaml(model);
     EXPECT_TRUE(edited) << "written anew";
     EXPECT_EQ(edited, write_yaml(model));
-    edit(model, model::operation_from_json(to_json(back)));
+    edit(model, model::operation_from_json(model::to_json(back)));
     EXPECT_EQ(write_yaml(model), text) << "undone";
     return difference_of(text, edited.value_or(""));
 }

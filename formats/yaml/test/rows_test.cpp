@@ -49,8 +49,8 @@ TEST(EditedRows, OfAListKeepTheirLines) {
     EXPECT_EQ(changed(Remove{"m.move"}, block),
               (Lines{"-       # on the way", "-       - move", "-       - [1, 2, 1, 0]   # go",
                      "-       # after a while", "-       - [2, 3, 0,  2*T]",
-                     "-       - [3, 1, max(1, 2), 0.5]  # back", "+       - [2, 1, max(1, 2), 0.5]  # back",
-                     "-     initial: 2"}));
+                     "-       - [3, 1, max(1, 2), 0.5]  # back", "-     initial: 2",
+                     "+       - [2, 1, max(1, 2), 0.5]  # back"}));
 }
 
 const std::string flow = "    states: [idle,  move, # then\n"
@@ -124,7 +124,7 @@ TEST(EditedRows, OfAnyMatrixKeepTheirLines) {
     EXPECT_EQ(changes(Set{"g", "K", "[4, 0]"}, text),
               (Lines{"-     - [1, 0]   # x", "-     - - 0", "-       - 2*k", "+     - [4, 0]   # x"}));
     EXPECT_EQ(changes(Set{"g", "K", "k"}, text),
-              (Lines{"-     K:", "-     - [1, 0]   # x", "-     - - 0", "-       - 2*k", "+     K: k  # x"}))
+              (Lines{"-     K:", "-     - [1, 0]   # x", "-     - - 0", "-       - 2*k", "+     K: k   # x"}))
         << "what is no matrix any more is written anew";
 }
 

@@ -152,6 +152,11 @@ enum class Cause {
     wakeup,       ///< the thread was woken too late
     backlog       ///< an earlier miss left no time (catch-up)
 };
+/// By which programs call it.
+inline const char* name(Cause cause) {
+    static constexpr const char* names[] = {"computation", "interruption", "wakeup", "backlog"};
+    return names[static_cast<int>(cause)];
+}
 inline const char* text(Cause cause) {
     static constexpr const char* texts[] = {"own computation too long",
                                             "interrupted or waiting inside the step", "woken too late",

@@ -165,9 +165,9 @@ TEST(Foreign, ReadsJson) {
     EXPECT_EQ(recording.channel("robot.odom.list[2].x").value(0), 5);
     EXPECT_EQ(recording.channel("robot.odom.b.row").samples(), 1u);
     EXPECT_EQ(recording.channels.size(), 5u);
-    EXPECT_EQ(
-        recording.defect,
-        "'other.mcap': 'robot.odom.b.row' changes its size; what has another one than at first is left out");
+    EXPECT_EQ(recording.defect,
+              "'other.mcap': 'robot.odom.b.row' changes its size; what has another one than at "
+              "first is left out; a message of 'robot.odom' is left out: it is no JSON object");
 }
 
 TEST(Foreign, SaysWhereAMessageHasMoreSignalsThanAreRead) {

@@ -57,7 +57,7 @@ TEST_F(Pictures, RefusesWhatItCannotDraw) {
     EXPECT_EQ(bf("draw m.yaml -o a.pdf").code, 0);
     write("m.yaml", model + "layout:\n  blocks:\n    c: {x: 1e308, y: 0}\n");
     EXPECT_CONTAINS(bf("draw m.yaml").err,
-                    "m.yaml:12:5: c: it is drawn at [1e+308, 0]; coordinates lie between "
+                    "m.yaml:13:5: c: it is drawn at [1e+308, 0]; coordinates lie between "
                     "-1000000 and 1000000");
 }
 

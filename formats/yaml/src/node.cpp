@@ -266,15 +266,18 @@ Node parse(const Source& source, Extents& quoted) {
         // The parser finds documents without end where it cannot go on, such as at a ',' outside of brackets.
         for (int document = 0; document < 2 && parser.HandleNextDocument(builder); ++document) {
         }
-    } catch (const YAML::DeepRecursion& error) {
-        builder.refuse(error.mark, "values are nested more than " + std::to_string(error.depth()) + " deep",
-                       "close brackets where they end, and put parts into files of their own");
     } catch (const YAML::Exception& error) {
         const int last = std::max(1, source.line_count());
         const YAML::Mark& mark = error.mark;
         const bool known = !mark.is_null() && mark.line < last;
-        builder.wrong.push_back({known ? source.at(mark.line + 1, mark.column + 1) : source.at(last, 1), "",
-                                 "the YAML syntax is wrong: " + error.msg, syntax_remedy(error.msg)});
+        const model::Location where = known ? source.at(mark.line + 1, mark.column + 1) : source.at(last, 1);
+        if (const auto* const deep = dynamic_cast<const YAML::DeepRecursion*>(&error))
+            builder.wrong.push_back({where, "",
+                                     "values are nested more than " + std::to_string(deep->depth()) + " deep",
+                                     "close brackets where they end, and put parts into files of their own"});
+        else
+            builder.wrong.push_back(
+                {where, "", "the YAML syntax is wrong: " + error.msg, syntax_remedy(error.msg)});
     }
     std::vector<model::Diagnostic> tabs;
     report_tabs(source, quoted, tabs);

@@ -97,7 +97,8 @@ BF_FIELDS(model::operations::Record, has("path", &T::path), has("is_recorded", &
 BF_FIELDS(model::operations::Plot, has("title", &T::title), has("signals", &T::signals))
 BF_FIELDS(model::operations::Watch, has("name", &T::name), has("display", &T::display))
 BF_FIELDS(model::Change, has("at", &T::at), has("removed", &T::removed), has("value", &T::value))
-BF_FIELDS(model::operations::Patch, has("changes", &T::changes))
+BF_FIELDS(model::Moved, has("from", &T::from), has("to", &T::to))
+BF_FIELDS(model::operations::Patch, has("changes", &T::changes), has("moved", &T::moved))
 BF_FIELDS(model::operations::Batch, has("operations", &T::operations))
 
 } // namespace bf

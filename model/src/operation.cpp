@@ -5,6 +5,7 @@
 #include "editor.hpp"
 #include "identifiers.hpp"
 #include "json.hpp"
+#include "moved.hpp"
 
 #include <algorithm>
 #include <unordered_set>
@@ -552,22 +553,29 @@ std::vector<Property> properties(const Model& model, const std::string& path) {
 
 Patch edit(Model& model, const Operation& operation, const ReadReference& read) {
     Model after = model;
+    const std::vector<std::string> paths = mark_blocks(after);
     std::visit(Editor(after), operation);
+    std::vector<Moved> moved = moved_blocks(after, paths);
+    if (const auto* const patch = std::get_if<Patch>(&operation)) moved = patch->moved;
     if (read) read_references(after.root, read);
     require_no_worse(model, after);
     Patch back = difference(after, model);
+    back.moved = reversed(std::move(moved));
     model = std::move(after);
     return back;
 }
 
 void History::edit(Model& model, const Operation& operation, const ReadReference& read) {
-    done_.push_back(model::edit(model, operation, read));
+    Patch back = model::edit(model, operation, read);
+    moved_ = reversed(back.moved);
+    done_.emplace_back(std::move(back));
     undone_.clear();
 }
 
 void History::replace(Model& model, Model other) {
     done_.emplace_back(std::exchange(model, std::move(other)));
     undone_.clear();
+    moved_.reset();
 }
 
 bool History::step(Model& model, std::vector<Step>& from, std::vector<Step>& to) {
@@ -578,10 +586,15 @@ bool History::step(Model& model, std::vector<Step>& from, std::vector<Step>& to)
         Model after = model;
         Editor editor(after);
         editor(*patch);
-        to.emplace_back(difference(after, model));
+        Patch back = difference(after, model);
+        back.moved = reversed(patch->moved);
+        moved_ = patch->moved;
+        to.emplace_back(std::move(back));
         model = std::move(after);
-    } else
+    } else {
         to.emplace_back(std::exchange(model, std::move(std::get<Model>(from.back()))));
+        moved_.reset();
+    }
     from.pop_back();
     return true;
 }

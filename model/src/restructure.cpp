@@ -1,6 +1,7 @@
 // Operations that move blocks between subsystems and files.
 #include "editor.hpp"
 #include "identifiers.hpp"
+#include "moved.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -332,6 +333,7 @@ void Editor::operator()(const Inline& inlined) {
 void Editor::operator()(const Extract& extract) {
     Block& block = block_at(extract.path);
     System system = system_at(extract.path);
+    take_marks_away(system);
     if (extract.file.empty())
         refuse(block.where, extract.path, "there is no file to extract to", "give `file`");
     const std::filesystem::path folder = std::filesystem::path(extract.file).parent_path();

@@ -593,6 +593,54 @@ TEST(History, UndoesAndRepeats) {
     EXPECT_FALSE(history.redo(model));
 }
 
+/// "from to" of each move.
+std::vector<std::string> texts(const std::optional<std::vector<Moved>>& moved) {
+    std::vector<std::string> all;
+    if (!moved) return {"unknown"};
+    for (const auto& [from, to] : *moved) all.push_back(from + " " + to);
+    return all;
+}
+
+TEST(History, KnowsWhichBlocksAreTheSameOnesUnderOtherPaths) {
+    using Texts = std::vector<std::string>;
+    Model model = drawn_loop();
+    History history;
+    history.edit(model, Set{"controller.pd", "Kp", "3"});
+    EXPECT_EQ(texts(history.moved()), Texts());
+    history.edit(model, Rename{"controller", "law"});
+    EXPECT_EQ(texts(history.moved()), Texts{"controller law"}) << "with what is inside";
+    history.edit(model, Rename{"law.tau", "torque"});
+    EXPECT_EQ(texts(history.moved()), Texts()) << "a port is no block";
+    history.edit(model, Batch{{Rename{"plant", "tmp"}, Rename{"on", "plant"}, Rename{"tmp", "on"}}});
+    EXPECT_EQ(texts(history.moved()), (Texts{"plant on", "on plant"}));
+    history.edit(model, Group{"", {"on", "scope"}, "on"});
+    EXPECT_EQ(texts(history.moved()), (Texts{"on on.on", "scope on.scope"}));
+    EXPECT_EQ(path_before(*history.moved(), "on.on"), "on");
+    EXPECT_EQ(path_before(*history.moved(), "on"), std::nullopt) << "the subsystem is new";
+    EXPECT_EQ(path_before(*history.moved(), "law.pd"), "law.pd");
+    history.edit(model, Add{"on", {.name = "extra", .type = "Gain"}});
+    EXPECT_EQ(texts(history.moved()), Texts());
+    EXPECT_TRUE(history.undo(model) && history.undo(model));
+    EXPECT_EQ(texts(history.moved()), (Texts{"on.on on", "on.scope scope"}));
+    EXPECT_TRUE(history.redo(model) && history.undo(model) && history.undo(model) && history.redo(model));
+    EXPECT_EQ(texts(history.moved()), (Texts{"plant on", "on plant"}));
+    history.replace(model, drawn_loop());
+    EXPECT_EQ(texts(history.moved()), Texts{"unknown"});
+}
+
+TEST(Moved, LeadsFromPathsToPathsAtOnce) {
+    const std::vector<Moved> moves{{"a", "b"}, {"b", "a"}, {"s", "t.s"}, {"s.x", "x"}};
+    EXPECT_EQ(path_before(moves, "b.y"), "a.y");
+    EXPECT_EQ(path_after(moves, "a.y delayed"), "b.y delayed");
+    EXPECT_EQ(path_after(moves, "a(1).x"), "b(1).x");
+    EXPECT_EQ(path_after(moves, "ab"), "ab");
+    EXPECT_EQ(path_after(moves, "s.x.u"), "x.u");
+    EXPECT_EQ(path_after(moves, "s.y"), "t.s.y");
+    EXPECT_EQ(path_before(moves, "t.s"), "s");
+    EXPECT_EQ(path_before(moves, "s.y"), std::nullopt);
+    EXPECT_EQ(path_after(moves, "x"), std::nullopt) << "something else has come there";
+}
+
 TEST(Operation, ThePageOfOperationsHasALineOfEachWithAllMembersAndNoOthers) {
     std::ifstream page(BF_SOURCE_DIRECTORY "/docs/how-to/edit_a_model.md");
     std::set<std::size_t> kinds;

@@ -155,6 +155,7 @@ struct Block {
     Comments comments = {};
     Location where = {};
     Location type_where = {};
+    int mark = 0; ///< finds it again while an operation is under way; no part of the document
 
     bool is_subsystem() const { return !is_library_block(); }
     bool is_library_block() const { return !type.empty(); }

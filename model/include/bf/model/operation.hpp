@@ -24,6 +24,16 @@ struct Change {
     std::string value;
 };
 
+/// A block or subsystem, with all under it, got another path.
+struct Moved {
+    std::string from, to;
+};
+
+/// The path, before all of these moves at once, of what stands at `path` after them, and the other way round;
+/// none: nothing stood there.
+std::optional<std::string> path_before(const std::vector<Moved>& moves, const std::string& path);
+std::optional<std::string> path_after(const std::vector<Moved>& moves, const std::string& path);
+
 namespace operations {
 
 /// A new block, at its place in the order (else last) and in the drawing.
@@ -176,6 +186,8 @@ struct Watch {
 /// The exact inverse of an operation, and its inverse again.
 struct Patch {
     std::vector<Change> changes;
+    std::vector<Moved> moved =
+        {}; ///< blocks that keep what they are, of which the changes tell the values alone
     std::map<std::string, std::shared_ptr<const Model>> files =
         {}; ///< referenced models; not in the text form
 };
@@ -222,7 +234,7 @@ struct Property {
 /// `path`.
 std::vector<Property> properties(const Model& model, const std::string& path);
 
-/// What turns `before` into `after`, every detail included.
+/// What turns `before` into `after`, every detail included, but that blocks of both are the same ones.
 operations::Patch difference(const Model& before, const Model& after);
 
 /// `{"do": "rename", "path": "controller.pd", "name": "law"}`. Members that have their usual value are left
@@ -245,11 +257,16 @@ class History {
     bool can_undo() const { return !done_.empty(); }
     bool can_redo() const { return !undone_.empty(); }
 
+    /// What the last change moved; none: another model took the place, and it is not known which of its
+    /// blocks were there before.
+    const std::optional<std::vector<Moved>>& moved() const { return moved_; }
+
   private:
     using Step = std::variant<operations::Patch, Model>; // the way back from where the model is
-    static bool step(Model& model, std::vector<Step>& from, std::vector<Step>& to);
+    bool step(Model& model, std::vector<Step>& from, std::vector<Step>& to);
 
     std::vector<Step> done_, undone_;
+    std::optional<std::vector<Moved>> moved_;
 };
 
 } // namespace bf::model

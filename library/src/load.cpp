@@ -103,6 +103,14 @@ ExaminedModel examine(const model::Model& model, const fs::path& file,
     return examine(source_of(model, file), file, overrides);
 }
 
+ExaminedModel examine(const model::Model& model, ModelSource source) {
+    ExaminedModel found{{make_registry(), std::move(source), {}}, {}};
+    Examined elaborated = examine(model, *found.registry, {{}, found.source.file.parent_path().string()});
+    found.diagram = std::move(elaborated.diagram);
+    found.diagnostics = std::move(elaborated.diagnostics);
+    return found;
+}
+
 std::vector<Override> read_overrides(const fs::path& file) {
     std::vector<Override> overrides;
     collect(formats::read_yaml_variables(read_text_file(file, std::size_t{64} << 20), file.string()), "",

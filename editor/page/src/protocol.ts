@@ -97,6 +97,8 @@ export interface DocumentState {
   can_redo: boolean;
   /** are `diagnostics` those of this revision? */
   is_checked: boolean;
+  /** is it on the disk? */
+  is_saved: boolean;
   diagnostics: Diagnostic[];
   /** why files and page differ: a file cannot be read, or not be written */
   failure: string;
@@ -414,6 +416,8 @@ export interface RunEdit {
   lost: string[];
   /** its states that begin with their initial values */
   begun: string[];
+  /** whose states these are, and what is taken for true */
+  unclear: string[];
 }
 
 export interface RunState {

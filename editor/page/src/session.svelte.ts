@@ -36,6 +36,7 @@ const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, rea
   branch: 0, branches: [], edit: null, live: null, tuned: [] };
 /** New blocks and those that are dragged stand on multiples of this. */
 export const grid = 5;
+const state_of = (document: DocumentState | null) => `${document?.file} ${document?.revision} ${document?.is_checked}`;
 export const on_grid = (p: Point): Point => ({ x: Math.round(p.x / grid) * grid, y: Math.round(p.y / grid) * grid });
 /** Where something stands so that its input lies on the piece of a wire that is nearest to a point. */
 function onto(wire: Element, p: Point, { bounds }: Element, input: Port): Point {
@@ -47,6 +48,8 @@ function onto(wire: Element, p: Point, { bounds }: Element, input: Port): Point 
 export class Session {
   connection = $state<"connecting" | "open" | "lost">("connecting");
   document = $state.raw<DocumentState | null>(null);
+  /** Changes with the model and with what its check found. */
+  readonly model_state = $derived(state_of(this.document));
   files = $state.raw<string[]>([]);
   library = $state.raw<LibraryBlock[]>([]);
   version = $state("");
@@ -101,6 +104,7 @@ export class Session {
   private tried = nothing_tried;
   private drawing_under_way: Promise<void> | null = null;
   private is_stale = false;
+  private drawn = ""; // what the newest drawing was asked for
   private clipboard = "";
   private is_tuning = false;
   private has_run = false;
@@ -187,6 +191,7 @@ export class Session {
     this.files = welcome.files;
     const before = this.document?.file;
     this.document = welcome.document;
+    this.drawn = ""; // another program may have come
     if (!is_again || before !== welcome.document.file) this.look_at("");
     await this.redraw();
     if (!is_again) this.fit();
@@ -201,8 +206,9 @@ export class Session {
   private hear<N extends keyof Notifications>(name: N, value: Notifications[N]): void {
     if (name === "run") return this.take_run(value as RunState);
     if (name === "live") return void (this.live = value as LiveReport);
-    const state = value as DocumentState, other = state.file !== this.document?.file;
+    const state = value as DocumentState, other = state.file !== this.document?.file, before = this.model_state;
     this.document = state;
+    if (before === this.model_state) return; // files were written
     if (other) {
       this.look_at("");
       void this.redraw().then(() => this.fit());
@@ -223,11 +229,15 @@ export class Session {
   private async draw_while_stale(): Promise<void> {
     while (this.is_stale) {
       this.is_stale = false;
-      const system = this.system;
+      const system = this.system, asked = { system, show: [...this.show], ...this.tried };
+      const wanted = this.model_state + JSON.stringify(asked);
+      if (wanted === this.drawn) continue;
+      this.drawn = wanted;
       try {
-        const drawing = await this.client.call("draw", { system, show: [...this.show], ...this.tried });
+        const drawing = await this.client.call("draw", asked);
         if (system === this.system) this.take_drawing(drawing);
       } catch (error) {
+        this.drawn = "";
         if (!(error instanceof Refusal)) throw error;
         if (this.connection !== "open" || !system) return void (this.message = { text: error.message, part: "model" });
         this.look_at(parent_of(system)); // it was removed or renamed
@@ -251,7 +261,7 @@ export class Session {
   }
   private async settle(state: DocumentState | null): Promise<boolean> {
     if (state) {
-      this.document = state;
+      if (state.revision !== this.document?.revision || state.file !== this.document.file) this.document = state; // else it was heard
       this.message = null;
     }
     await this.redraw(nothing_tried);

@@ -1,10 +1,8 @@
 #pragma once
 
-#include "bf/formats/yaml.hpp"
 #include "bf/library/load.hpp"
 #include "bf/service/worker.hpp"
 
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -17,13 +15,13 @@ class Checker {
   public:
     using Done = std::function<void(std::shared_ptr<const ExaminedModel>)>; ///< called there
 
-    /// `texts` are those of the model's files: mistakes stand at their lines.
-    void check(formats::Files texts, std::filesystem::path file, Done done);
+    /// `source` has the texts that the model was read from: mistakes stand at their lines.
+    void check(std::shared_ptr<const model::Model> model, ModelSource source, Done done);
 
   private:
     struct Job {
-        formats::Files texts;
-        std::filesystem::path file;
+        std::shared_ptr<const model::Model> model;
+        ModelSource source;
         Done done;
     };
     static ExaminedModel examined(Job& job);

@@ -54,7 +54,8 @@ BF_FIELDS(service::PanelInfo, has("name", &T::name), one_of("shows", &T::shows, 
 BF_FIELDS(service::NamedValue, has("value", &T::value), has("name", &T::name))
 BF_FIELDS(service::DocumentState, has("file", &T::file), has("revision", &T::revision),
           has("can_undo", &T::can_undo), has("can_redo", &T::can_redo), has("is_checked", &T::is_checked),
-          has("diagnostics", &T::diagnostics), has("failure", &T::failure), has("panels", &T::panels))
+          has("is_saved", &T::is_saved), has("diagnostics", &T::diagnostics), has("failure", &T::failure),
+          has("panels", &T::panels))
 BF_FIELDS(service::LibraryPort, has("name", &T::name), has("doc", &T::doc))
 BF_FIELDS(service::LibraryBlock, has("name", &T::name), has("group", &T::group), has("doc", &T::doc),
           has("inputs", &T::inputs), has("outputs", &T::outputs))
@@ -71,7 +72,8 @@ BF_FIELDS(service::VariableField, has("system", &T::system), has("name", &T::nam
           has("least", &T::least), has("greatest", &T::greatest))
 BF_FIELDS(service::BranchInfo, has("index", &T::index), has("parent", &T::parent), has("from", &T::from),
           has("reached", &T::reached), has("cause", &T::cause))
-BF_FIELDS(service::RunEdit, has("refusal", &T::refusal), has("lost", &T::lost), has("begun", &T::begun))
+BF_FIELDS(service::RunEdit, has("refusal", &T::refusal), has("lost", &T::lost), has("begun", &T::begun),
+          has("unclear", &T::unclear))
 BF_FIELDS(service::TimingRow, has("from_us", &T::from_us), has("to_us", &T::to_us), has("count", &T::count))
 BF_FIELDS(service::TimingSummary, has("p50", &T::p50), has("p99", &T::p99), has("p99_99", &T::p99_99),
           has("worst", &T::worst), has("rows", &T::rows))

@@ -40,9 +40,9 @@ class Playback::Loop final : public Run::Observer {
   public:
     Loop(std::shared_ptr<const LoadedModel> model, std::int64_t revision, Listener listener)
         : listener_(std::move(listener)),
-          timeline_([this](Played& played) { prepare(played); }, most_bytes, most_branches), newest_{model,
-                                                                                                     revision,
-                                                                                                     {}} {
+          timeline_([this](Played& played) { prepare(played); }, most_bytes, most_branches), newest_{
+                                                                                                 model,
+                                                                                                 revision} {
         timeline_.begin(std::move(model), revision);
         state_.state = Running::paused;
         note();
@@ -63,8 +63,8 @@ class Playback::Loop final : public Run::Observer {
             note();
         });
     }
-    void edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause) {
-        worker_.post([this, edited = Edited{std::move(model), revision, std::move(cause)}]() mutable {
+    void edit(Edited edited) {
+        worker_.post([this, edited = std::move(edited)]() mutable {
             newest_ = std::move(edited);
             consider(true);
         });
@@ -151,11 +151,6 @@ class Playback::Loop final : public Run::Observer {
         Timeline::Cursor cursor;
         std::vector<Watched> signals;
         double until; ///< s
-    };
-    struct Edited {
-        std::shared_ptr<const LoadedModel> model;
-        std::int64_t revision;
-        std::string cause;
     };
     struct Event {
         std::string text;
@@ -459,8 +454,8 @@ class Playback::Loop final : public Run::Observer {
         if (shown.info.reached == 0 && shown.info.parent < 0) return begin();
         const Running now = current();
         if (now == Running::ended || now == Running::failed) return waits({}); // the next run is one of it
-        RunEdit edit = timeline_.compare(newest_.model);
-        const bool is_lossless = edit.refusal.empty() && edit.lost.empty();
+        RunEdit edit = timeline_.compare(newest_);
+        const bool is_lossless = edit.refusal.empty() && edit.lost.empty() && edit.unclear.empty();
         waits(std::move(edit));
         if (may_adopt && is_lossless) adopt();
     }
@@ -468,7 +463,7 @@ class Playback::Loop final : public Run::Observer {
     void adopt() {
         if (!is_other(timeline_.current())) return;
         try {
-            timeline_.edit(newest_.model, newest_.revision, newest_.cause);
+            timeline_.edit(newest_);
             waits({});
             target_ = stop_time();
             if (const Running now = current(); now != Running::running) rest(Running::paused);
@@ -619,8 +614,9 @@ Playback::~Playback() = default;
 
 void Playback::command(const RunCommand& command) { loop_->command(command); }
 void Playback::tune(const Tune& tune) { loop_->tune(tune); }
-void Playback::edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause) {
-    loop_->edit(std::move(model), revision, std::move(cause));
+void Playback::edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause,
+                    Moves moves) {
+    loop_->edit({std::move(model), revision, std::move(cause), std::move(moves)});
 }
 void Playback::watch(std::vector<int> signals, std::vector<int> branches) {
     loop_->watch(std::move(signals), std::move(branches));

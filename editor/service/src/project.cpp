@@ -4,10 +4,10 @@
 #include "bf/formats/yaml.hpp"
 #include "bf/model/check.hpp"
 #include "bf/model/edit.hpp"
+#include "disk.hpp"
 
 #include <algorithm>
 #include <optional>
-#include <sys/stat.h>
 #include <utility>
 
 namespace bf::service {
@@ -16,29 +16,17 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What tells that a file was written, without reading it.
-struct Stamp {
-    timespec changed{};
-    ::ino_t inode = 0;
-    ::off_t size = -1;
-
-    bool operator==(const Stamp& other) const {
-        return changed.tv_sec == other.changed.tv_sec && changed.tv_nsec == other.changed.tv_nsec &&
-               inode == other.inode && size == other.size;
-    }
-};
-
-Stamp stamp_of(const fs::path& file) {
-    struct stat status {};
-    if (::stat(file.c_str(), &status) != 0) return {};
-    return {status.st_ctim, status.st_ino, status.st_size};
-}
-
 template <class Visit> void each_reference(model::System& system, const Visit& visit) {
     for (auto& block : system.blocks) {
         if (block.reference) visit(*block.reference);
         if (block.system) each_reference(*block.system, visit);
     }
+}
+
+bool has_references(const model::System& system) {
+    return std::ranges::any_of(system.blocks, [](const model::Block& block) {
+        return block.reference || (block.system && has_references(*block.system));
+    });
 }
 
 /// Puts the content of files in the places that refer to them, and tells which file stands where.
@@ -83,40 +71,24 @@ struct Project::Document {
     fs::path file;
     model::Model model;
     model::History history;
-    std::string text;    ///< of the model
-    std::string written; ///< text of the file as it is known here
+    formats::Rewriter writer;
+    std::string text;                         ///< of the model
+    std::shared_ptr<const model::Model> read; ///< from the text, without files
+    std::string written;                      ///< text of the file as it is known here
     Stamp stamp;
-    bool is_unwritten = false;
+    bool is_on_the_way = false;         ///< is a text being written?
     std::optional<std::string> foreign; ///< what another program has written into the file and is no model
     std::string failure;
     std::shared_ptr<const model::Model> shared; ///< the model, for those that refer to it
-
-    /// Puts the model into its file, where the file holds another text.
-    void save() {
-        try {
-            text = formats::write_yaml(model);
-            is_unwritten = text != written;
-            if (is_unwritten) {
-                OutputFile output(file);
-                output.write(text);
-                output.commit();
-                written = text;
-                is_unwritten = false;
-            }
-            failure.clear();
-        } catch (const FileError& error) {
-            failure = error.what();
-        }
-        stamp = stamp_of(file);
-    }
 };
 
-Project::Project(const fs::path& file) {
+Project::Project(const fs::path& file, Worker* disk, std::function<void()> written)
+    : disk_(std::make_unique<Disk>(disk, std::move(written))) {
     open(fs::absolute(file).lexically_normal());
     link_all();
 }
 
-Project::~Project() = default;
+Project::~Project() { settle(); }
 
 const fs::path& Project::file() const { return documents_.front()->file; }
 const model::Model& Project::model() const { return documents_.front()->model; }
@@ -134,6 +106,7 @@ Project::Document& Project::open(const fs::path& file) {
     formats::Files texts;
     made->model = formats::read_yaml(file, texts);
     made->text = made->written = texts.at(file);
+    made->read = std::make_shared<const model::Model>(made->model);
     documents_.push_back(std::move(made));
     Document& document = *documents_.back();
     each_reference(document.model.root, [&](model::Reference& reference) {
@@ -142,16 +115,63 @@ Project::Document& Project::open(const fs::path& file) {
     return document;
 }
 
+/// Puts the model into its file.
+void Project::save(Document& document) {
+    formats::Rewriter::Written written = document.writer.write(document.model);
+    document.text = std::move(written.text);
+    document.read = std::move(written.model);
+    put(document);
+}
+
+/// Puts the text into its file, where the file holds another one. What comes while one is on its way follows
+/// it.
+void Project::put(Document& document) {
+    if (document.text == document.written) document.failure.clear();
+    if (document.text == document.written || document.is_on_the_way) return;
+    document.is_on_the_way = true;
+    disk_->write({document.file, document.text, document.stamp});
+    note_written(); // without a worker it is done
+}
+
+void Project::note_written() {
+    for (auto& done : disk_->take()) {
+        Document* const document = find(done.file);
+        if (!document) continue;
+        document->is_on_the_way = false;
+        if (done.is_foreign) continue; // it is read as soon as somebody looks
+        document->stamp = done.stamp;
+        document->failure = done.failure;
+        if (!done.failure.empty()) continue;
+        document->written = std::move(done.text);
+        put(*document);
+    }
+}
+
+void Project::settle() {
+    while (std::ranges::any_of(documents_, [](const auto& d) { return d->is_on_the_way; })) {
+        disk_->wait();
+        note_written();
+    }
+}
+
+bool Project::is_saved() const {
+    return std::ranges::all_of(documents_, [](const auto& d) { return d->text == d->written; });
+}
+
 /// Gives the document's references what the files hold now. Files refer to each other without circles, which
 /// their reader refuses.
 void Project::link(Document& document) {
-    if (document.shared) return;
     each_reference(document.model.root, [&](model::Reference& reference) {
-        Document& other = open((document.file.parent_path() / reference.file).lexically_normal());
-        link(other);
-        reference.model = other.shared;
+        reference.model = shared(open((document.file.parent_path() / reference.file).lexically_normal()));
     });
-    document.shared = std::make_shared<const model::Model>(document.model);
+}
+
+std::shared_ptr<const model::Model> Project::shared(Document& document) {
+    if (!document.shared) {
+        link(document);
+        document.shared = std::make_shared<const model::Model>(document.model);
+    }
+    return document.shared;
 }
 
 void Project::link_all() {
@@ -159,9 +179,37 @@ void Project::link_all() {
     for (std::size_t i = 0; i < documents_.size(); ++i) link(*documents_[i]); // linking may open more
 }
 
-void Project::changed() {
-    link_all();
+/// The paths of all blocks that stand for the document; empty is that of the opened one.
+std::vector<std::string> Project::places_of(const Document& document) const {
+    std::vector<std::string> places;
+    const auto look = [&](const auto& self, const model::System& system, const fs::path& file,
+                          const std::string& path) -> void {
+        if (file == document.file) return places.push_back(path); // it does not refer to itself
+        for (const auto& block : system.blocks) {
+            if (!block.content()) continue;
+            const fs::path inner =
+                block.reference ? (file.parent_path() / block.reference->file).lexically_normal() : file;
+            self(self, *block.content(), inner, model::joined(path, block.name));
+        }
+    };
+    look(look, model().root, this->file(), "");
+    return places;
+}
+
+/// These, and perhaps others of which no block got another path.
+void Project::changed(const std::vector<Document*>& documents) {
     ++revision_;
+    for (const Document* document : documents) {
+        std::optional<std::vector<model::Moved>> moved = document->history.moved();
+        if (moved && !moved->empty()) {
+            const std::vector<model::Moved> own = std::move(*moved);
+            moved->clear();
+            for (const auto& place : places_of(*document))
+                for (const auto& [from, to] : own)
+                    moved->push_back({model::joined(place, from), model::joined(place, to)});
+        }
+        moves_.add(revision_, std::move(moved));
+    }
 }
 
 /// Follows the path through files; afterwards it is the path in the document.
@@ -323,6 +371,7 @@ std::vector<std::pair<Project::Document*, model::Model>> Project::followed(
 /// The file of an undone `extract` goes with it, unless somebody has written something else into it, or
 /// another file of the folder refers to it by now.
 void Project::take_away(Document& made) {
+    settle();
     open_referring(made.file);
     bool is_used = false;
     for (const auto& other : documents_)
@@ -344,9 +393,10 @@ void Project::put_back(Document& made) {
         throw model::Errors(
             {{{}, "", "the file '" + made.file.string() + "' exists", "remove or rename it first"}});
     made.written.clear();
-    made.save();
+    made.stamp = {};
     documents_.push_back(std::move(*found));
     taken_away_.erase(found);
+    save(made);
 }
 
 /// What another program wrote is never written over, also where it is no model.
@@ -407,11 +457,8 @@ void Project::edit(const model::Operation& operation) {
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});
     const std::set<std::string> known = texts_of(mistakes_beside(*document));
-    document->history.edit(document->model, local, [&](const std::string& file) {
-        Document& other = open(beside(file));
-        link(other);
-        return other.shared;
-    });
+    document->history.edit(document->model, local,
+                           [&](const std::string& file) { return shared(open(beside(file))); });
     for (auto& [other, model] : others) other->history.replace(other->model, std::move(model));
     const auto take_back = [&] {
         document->history.undo(document->model);
@@ -423,13 +470,15 @@ void Project::edit(const model::Operation& operation) {
         auto made = std::make_unique<Document>();
         made->file = beside(extract->file);
         made->model = *model::find(std::as_const(document->model), extract->path)->reference->model;
-        made->save();
-        if (made->is_unwritten) {
-            take_back();
-            throw model::Errors({{{}, extract->path, made->failure, "give a place that can be written"}});
-        }
         step.made = made.get();
         documents_.push_back(std::move(made));
+        save(*step.made);
+        settle(); // before the content goes from where it was
+        if (const std::string failure = step.made->failure; !failure.empty()) {
+            documents_.pop_back();
+            take_back();
+            throw model::Errors({{{}, extract->path, failure, "give a place that can be written"}});
+        }
     }
     link_all();
     std::vector<model::Diagnostic> broken = mistakes_beside(*document, known);
@@ -440,8 +489,8 @@ void Project::edit(const model::Operation& operation) {
     for (const auto& [other, model] : others) step.changed.push_back(other);
     done_.push_back(step);
     undone_.clear();
-    changed();
-    for (Document* changed : step.changed) changed->save();
+    changed({document});
+    for (Document* changed : step.changed) save(*changed);
 }
 
 bool Project::step(std::vector<Step>& from, std::vector<Step>& to,
@@ -455,8 +504,9 @@ bool Project::step(std::vector<Step>& from, std::vector<Step>& to,
     to.push_back(step);
     from.pop_back();
     if (step.made && &from == &done_) take_away(*step.made);
-    changed();
-    for (Document* document : step.changed) document->save();
+    link_all();
+    changed(step.changed);
+    for (Document* document : step.changed) save(*document);
     return true;
 }
 
@@ -464,9 +514,11 @@ bool Project::step(std::vector<Step>& from, std::vector<Step>& to,
 void Project::take(Document& document, model::Model model, const std::string& text) {
     document.history.replace(document.model, std::move(model));
     document.text = text;
+    document.read = std::make_shared<const model::Model>(document.model);
     done_.push_back({{&document}});
     undone_.clear();
-    changed();
+    link_all();
+    changed({&document});
 }
 
 bool Project::rewrite(const fs::path& file, const std::string& before, const std::string& text) {
@@ -489,7 +541,7 @@ bool Project::rewrite(const fs::path& file, const std::string& before, const std
     if (!broken.empty()) throw model::Errors(std::move(broken));
     take(document, std::move(model), text);
     if (document.foreign) document.written = *std::exchange(document.foreign, {});
-    document.save();
+    save(document);
     return true;
 }
 
@@ -497,13 +549,15 @@ bool Project::synchronise() {
     bool is_other = false;
     for (std::size_t i = 0; i < documents_.size(); ++i) {
         Document& document = *documents_[i];
+        if (document.is_on_the_way) continue; // whoever writes it looks
         const std::string failure = document.failure;
-        if (document.stamp == stamp_of(document.file)) {
-            if (document.is_unwritten) document.save();
+        const Stamp now = stamp_of(document.file);
+        if (document.stamp == now) {
+            if (!document.foreign && document.text != document.written) put(document); // again
             is_other |= document.failure != failure;
             continue;
         }
-        document.stamp = stamp_of(document.file);
+        document.stamp = now;
         std::string text;
         try {
             text = read_text_file(document.file);
@@ -511,7 +565,6 @@ bool Project::synchronise() {
                 formats::Files texts{{document.file, text}};
                 take(document, formats::read_yaml(document.file, texts), text);
                 document.written = std::move(text);
-                document.is_unwritten = false;
                 is_other = true;
             }
             document.failure.clear();
@@ -525,6 +578,23 @@ bool Project::synchronise() {
         is_other |= document.failure != failure;
     }
     return is_other;
+}
+
+std::shared_ptr<const model::Model> Project::as_read() const {
+    std::map<const Document*, std::shared_ptr<const model::Model>> known;
+    const auto linked = [&](const auto& self,
+                            const Document& document) -> std::shared_ptr<const model::Model> {
+        auto& found = known[&document];
+        if (!found && !has_references(document.read->root)) found = document.read;
+        if (found) return found;
+        model::Model model = *document.read;
+        each_reference(model.root, [&](model::Reference& reference) {
+            const fs::path file = (document.file.parent_path() / reference.file).lexically_normal();
+            if (const Document* const other = find(file)) reference.model = self(self, *other);
+        });
+        return found = std::make_shared<const model::Model>(std::move(model));
+    };
+    return linked(linked, *documents_.front());
 }
 
 std::map<fs::path, std::string> Project::texts() const {

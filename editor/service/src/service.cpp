@@ -18,6 +18,7 @@
 #include "inspect.hpp"
 #include "json.hpp"
 #include "live.hpp"
+#include "messages.hpp"
 #include "palette.hpp"
 #include "places.hpp"
 #include "placing.hpp"
@@ -42,46 +43,12 @@ struct Refusal : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A code of JSON-RPC 2.0.
-enum class Code { parse = -32700, request = -32600, method = -32601, params = -32602, refused = -32000 };
-
-std::string error_text(const Json& id, Code code, const std::string& message) {
-    return Json{
-        {"jsonrpc", "2.0"}, {"id", id}, {"error", {{"code", static_cast<int>(code)}, {"message", message}}}}
-        .dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-std::string notification(const char* method, const Json& params) {
-    return Json{{"jsonrpc", "2.0"}, {"method", method}, {"params", params}}.dump(
-        -1, ' ', false, Json::error_handler_t::replace);
-}
-
-/// How deeply brackets of a JSON text are nested; who reads it goes as deep.
-int depth_of(std::string_view text) {
-    int depth = 0, deepest = 0;
-    bool is_quoted = false;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const char c = text[i];
-        if (is_quoted) {
-            if (c == '\\') ++i;
-            is_quoted = c != '"';
-        } else if (c == '"') {
-            is_quoted = true;
-        } else if (c == '[' || c == '{') {
-            deepest = std::max(deepest, ++depth);
-        } else if (c == ']' || c == '}') {
-            --depth;
-        }
-    }
-    return deepest;
-}
-
 } // namespace
 
 struct Service::State {
     explicit State(Options o)
         : options(std::move(o)), folder(fs::absolute(options.file).lexically_normal().parent_path()),
-          project(std::make_unique<Project>(options.file)), alive(std::make_shared<bool>(true)) {
+          alive(std::make_shared<bool>(true)), project(opened(options.file)) {
         if (!options.attach.empty()) attach();
         check();
     }
@@ -93,9 +60,28 @@ struct Service::State {
 
     // ---- the document ----
 
+    std::unique_ptr<Project> opened(const fs::path& file) {
+        return std::make_unique<Project>(file, &disk, [this, alive = std::weak_ptr<bool>(alive)] {
+            options.post([this, alive] {
+                if (!alive.expired()) note_written();
+            });
+        });
+    }
+
+    /// Tells pages what became of the files; an answer to an edit waits for no disk.
+    void note_written() {
+        project->note_written();
+        tick();
+        tell_changed();
+    }
+
+    void tick() {
+        if (project->synchronise()) static_cast<void>(after_change());
+    }
+
     void check() {
         checked_revision = -1;
-        checker.check(project->texts(), project->file(),
+        checker.check(project->as_read(), {project->file(), project->texts(), {}},
                       [this, revision = project->revision(), of = project.get(),
                        alive = std::weak_ptr<bool>(alive)](std::shared_ptr<const ExaminedModel> found) {
                           options.post([this, revision, of, alive, found = std::move(found)] {
@@ -106,7 +92,7 @@ struct Service::State {
                               if (revision == project->revision()) checked_revision = revision;
                               tell_changed();
                               if (playback && checked_revision == revision && found->diagnostics.empty())
-                                  playback->edit(found, revision, last_edit);
+                                  playback->edit(found, revision, last_edit, project->moves());
                           });
                       });
     }
@@ -116,6 +102,7 @@ struct Service::State {
         state.can_undo = project->can_undo();
         state.can_redo = project->can_redo();
         state.is_checked = checked_revision == project->revision();
+        state.is_saved = project->is_saved();
         state.failure = project->failure();
         state.panels = panels();
         if (examined) state.diagnostics = told(examined->diagnostics);
@@ -207,7 +194,7 @@ struct Service::State {
 
     DocumentState open(int, const Open& asked) {
         const fs::path file = inside(asked.file);
-        auto other = std::make_unique<Project>(file);
+        auto other = opened(file);
         playback.reset();
         examined.reset();
         project = std::move(other);
@@ -555,8 +542,9 @@ struct Service::State {
 
     const Options options;
     const fs::path folder;
-    std::unique_ptr<Project> project;
     std::shared_ptr<bool> alive; ///< asked by tasks that come back from other threads
+    Worker disk;
+    std::unique_ptr<Project> project;
     std::shared_ptr<const ExaminedModel> examined;
     std::int64_t examined_revision = -1, checked_revision = -1;
     std::string last_edit;
@@ -595,9 +583,7 @@ std::optional<std::string> Service::data(std::string_view what) const {
     return {};
 }
 
-void Service::tick() {
-    if (state_->project->synchronise()) static_cast<void>(state_->after_change());
-}
+void Service::tick() { state_->tick(); }
 
 namespace {
 

@@ -52,6 +52,10 @@ std::string given(const Diagram& diagram, const std::string& name) {
     return text;
 }
 
+Origin origin(const Moves& moves, std::int64_t before) {
+    return [&moves, before](const std::string& path) { return moves.path_at(before, path); };
+}
+
 } // namespace
 
 bool is_same_run(const Diagram& a, const Diagram& b) {
@@ -281,29 +285,35 @@ bool Timeline::is_fresh_edit() const {
            current_ == cursor_.branch && !is_left_by(cursor_.branch);
 }
 
-RunEdit Timeline::compare(const std::shared_ptr<const LoadedModel>& model) const {
+RunEdit Timeline::compare(const Edited& edited) const {
     RunEdit edit;
-    const Simulation& here = (is_fresh_edit() ? branch(at().info.parent) : &at())->played->run;
-    const double period = model->diagram.step, now = time();
+    const Played& before = *(is_fresh_edit() ? branch(at().info.parent) : &at())->played;
+    const Diagram& diagram = edited.model->diagram;
+    const double period = diagram.step, now = time();
     if (std::abs(std::round(now / period) * period - now) > 1e-9 * std::max(1.0, now)) {
         edit.refusal = "the time lies within a step of the edited model; go on from a multiple of " +
                        number_text(period) + " s, or start anew";
         return edit;
     }
     try {
-        Simulation other(model->diagram);
-        Handover found = handover(here, other);
+        Simulation other(diagram);
+        Handover found = handover(before.run, other, origin(edited.moves, before.revision));
         edit.lost = std::move(found.lost);
         edit.begun = std::move(found.begun);
+        if (edited.moves.is_by_hand_since(before.revision))
+            for (const auto& [one, two] : exchanged(before.model->diagram, diagram))
+                edit.unclear.push_back(
+                    "'" + one + "' and '" + two +
+                    "' look as if they had exchanged their names in the file: their states stay with the "
+                    "names; rename the blocks in the page, and the states go along");
     } catch (const std::exception& error) {
         edit.refusal = error.what();
     }
     return edit;
 }
 
-void Timeline::edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision,
-                    const std::string& cause) {
-    auto next = started(std::move(model), revision);
+void Timeline::edit(const Edited& edited) {
+    auto next = started(edited.model, edited.revision);
     const double now = time();
     const std::vector<ParameterValue> asked = asked_so_far();
     const auto before = at().played;
@@ -318,17 +328,20 @@ void Timeline::edit(std::shared_ptr<const LoadedModel> model, std::int64_t revis
         make_room();
     }
     try {
-        next->run.go_on_from(run());
+        next->run.go_on_from(run(), origin(edited.moves, at().played->revision));
     } catch (const RunError&) {
         current_ = last;
         go_to(now);
         throw;
     }
-    add(cursor_.branch, now, cause, next);
+    add(cursor_.branch, now, edited.cause, next);
     if (comes_instead) std::erase_if(branches_, [&](const auto& b) { return b->info.index == last; });
-    for (const auto& value : asked) {
-        const std::string text = given(next->model->diagram, value.path);
-        if (text.empty() || text != given(before->model->diagram, value.path)) continue;
+    for (auto value : asked) {
+        const std::string text = given(before->model->diagram, value.path);
+        if (const auto path = edited.moves.path_since(before->revision, value.path);
+            path && !given(next->model->diagram, *path).empty())
+            value.path = *path;
+        if (text.empty() || text != given(next->model->diagram, value.path)) continue;
         try {
             Tuning tuning(next->model->diagram);
             for (const auto& known : at().changes) tuning.accept(named(known.asked));

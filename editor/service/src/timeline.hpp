@@ -2,6 +2,7 @@
 
 #include "bf/engine/handover.hpp"
 #include "bf/library/load.hpp"
+#include "bf/service/moves.hpp"
 #include "bf/service/protocol.hpp"
 
 #include <cstddef>
@@ -22,6 +23,14 @@ struct Played {
     Simulation run;
     const std::vector<Quantity> signals;
     std::vector<int> places = {}; ///< in `signals`, by the index that pages know; -1: not there
+};
+
+/// What a document has become.
+struct Edited {
+    std::shared_ptr<const LoadedModel> model;
+    std::int64_t revision = 0;
+    std::string cause = {}; ///< names the edit
+    Moves moves = {};
 };
 
 /// Do runs of both compute the same? What a model says of its drawing, its documentation and what is recorded
@@ -107,10 +116,10 @@ class Timeline {
     /// Throws RunError, TuningError and changes nothing.
     void change(const std::vector<ParameterValue>& asked);
     /// What would be lost if this model went on from here; `refusal`: why it cannot.
-    RunEdit compare(const std::shared_ptr<const LoadedModel>& model) const;
+    RunEdit compare(const Edited& edited) const;
     /// Another branch, on which this model goes on from here, with what was changed in this run and is not
     /// given by the model now. Throws RunError.
-    void edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, const std::string& cause);
+    void edit(const Edited& edited);
 
     // ---- beside it: to compute something again ----
 

@@ -62,6 +62,11 @@ class AskingTest : public ::testing::Test {
             task();
         }
     }
+    /// Waits until the files are as the model.
+    void settle() {
+        while (!result("hello", {{"protocol", protocol_version}})["document"]["is_saved"].get<bool>())
+            wait_for([&, first = told.size()](const Json&) { return told.size() > first; });
+    }
     /// The state of the document with the next check.
     Json checked() {
         told.clear();

@@ -18,7 +18,10 @@ class LookTest : public bf::service::AskingTest {
     void write(const std::string& name, const std::string& text) const {
         std::ofstream(folder / name) << text;
     }
-    std::string read(const std::string& name) const { return bf::read_text_file(folder / name); }
+    std::string read(const std::string& name) {
+        settle();
+        return bf::read_text_file(folder / name);
+    }
     Json element(const Json& drawing, const std::string& path) {
         for (const auto& e : drawing["elements"])
             if (e["path"] == path) return e;

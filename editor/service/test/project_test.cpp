@@ -4,8 +4,13 @@
 #include "bf/model/edit.hpp"
 #include "folder.hpp"
 
+#include <atomic>
+#include <chrono>
 #include <fstream>
+#include <future>
 #include <gtest/gtest.h>
+#include <thread>
+#include <unistd.h>
 
 namespace {
 
@@ -355,6 +360,110 @@ TEST_F(ProjectTest, ARenamedVariableIsFollowedByAllWhoGiveItAValue) {
     EXPECT_EQ(read("aside.yaml"), "model: aside\nblocks:\n  law: {file: law.yaml, with: {stiffness: 5}}\n");
     EXPECT_TRUE(project.undo());
     EXPECT_NE(read("aside.yaml").find("{k: 5}"), std::string::npos);
+}
+
+/// A disk that writes nothing until it is let go.
+class SlowDisk {
+  public:
+    SlowDisk() { hold(); }
+    void hold() {
+        released_ = std::make_unique<std::promise<void>>();
+        worker.post([wait = released_->get_future().share()] { wait.wait(); });
+    }
+    void let_go() {
+        released_->set_value();
+        worker.call([] {});
+    }
+    bf::service::Worker worker;
+    std::atomic<int> written = 0;
+    std::function<void()> count = [this] { ++written; };
+
+  private:
+    std::unique_ptr<std::promise<void>> released_;
+};
+
+TEST_F(ProjectTest, AnEditWaitsForNoDiskAndSaysWhenItIsThere) {
+    SlowDisk disk;
+    Project project(file(), &disk.worker, disk.count);
+    project.edit(op::Rename{"reference", "wanted"});
+    EXPECT_NE(bf::model::find(project.model(), "wanted"), nullptr);
+    EXPECT_FALSE(project.is_saved());
+    project.edit(op::Rename{"wanted", "again"}); // follows the one that is on its way
+    project.edit(op::Rename{"again", "last"});
+    EXPECT_EQ(read("loop.yaml"), loop);
+    EXPECT_FALSE(project.synchronise()) << "nobody else has written";
+    disk.let_go();
+    project.note_written();
+    disk.worker.call([] {});
+    project.note_written();
+    EXPECT_TRUE(project.is_saved());
+    EXPECT_EQ(disk.written, 2);
+    EXPECT_NE(read("loop.yaml").find("last: law.error"), std::string::npos);
+    EXPECT_FALSE(project.synchronise());
+    while (project.undo()) {
+    }
+    disk.worker.call([] {});
+    project.note_written();
+    disk.worker.call([] {});
+    project.note_written();
+    EXPECT_EQ(read("loop.yaml"), loop);
+}
+
+TEST_F(ProjectTest, WhatAnotherProgramWroteInTheMeantimeIsNotWrittenOver) {
+    SlowDisk disk;
+    Project project(file(), &disk.worker, disk.count);
+    project.edit(op::Rename{"reference", "wanted"});
+    std::string other = loop;
+    other.replace(other.find("value: 1"), 8, "value: 2");
+    write("loop.yaml", other);
+    EXPECT_FALSE(project.synchronise()) << "ours is on its way";
+    disk.let_go();
+    project.note_written();
+    EXPECT_EQ(read("loop.yaml"), other);
+    EXPECT_TRUE(project.synchronise());
+    EXPECT_EQ(bf::model::find(project.model(), "wanted"), nullptr);
+    EXPECT_EQ(bf::model::find(project.model(), "reference")->find_setting("value")->value.text, "2");
+    EXPECT_TRUE(project.is_saved());
+    EXPECT_TRUE(project.undo()) << "ours was an edit";
+    EXPECT_NE(bf::model::find(project.model(), "wanted"), nullptr);
+}
+
+TEST_F(ProjectTest, NothingIsLostThatIsOnItsWayWhenTheProgramEnds) {
+    SlowDisk disk;
+    std::thread later;
+    {
+        Project project(file(), &disk.worker, disk.count);
+        project.edit(op::Rename{"reference", "wanted"});
+        project.edit(op::Set{"law.gain", "K", "7"});
+        later = std::thread([&] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            disk.let_go();
+        });
+    }
+    later.join();
+    EXPECT_NE(read("loop.yaml").find("wanted: law.error"), std::string::npos);
+    EXPECT_NE(read("law.yaml").find("K: 7"), std::string::npos);
+}
+
+TEST_F(ProjectTest, ADiskThatRefusesIsAskedAgain) {
+    SlowDisk disk;
+    Project project(file(), &disk.worker, disk.count);
+    fs::permissions(file(), fs::perms::owner_read);
+    if (::access(file().c_str(), W_OK) == 0) GTEST_SKIP() << "this user may write everything";
+    disk.let_go();
+    project.edit(op::Rename{"reference", "wanted"});
+    disk.worker.call([] {});
+    project.note_written();
+    EXPECT_FALSE(project.is_saved());
+    EXPECT_NE(project.failure().find("cannot write"), std::string::npos);
+    fs::permissions(file(), fs::perms::owner_all);
+    static_cast<void>(project.synchronise());
+    disk.worker.call([] {});
+    project.note_written();
+    static_cast<void>(project.synchronise());
+    disk.worker.call([] {});
+    project.note_written();
+    EXPECT_TRUE(project.is_saved());
 }
 
 } // namespace

@@ -25,7 +25,10 @@ class ServiceTest : public bf::service::AskingTest {
     }
 
     fs::path file() const { return folder / "motor.yaml"; }
-    std::string text() const { return bf::read_text_file(file()); }
+    std::string text() {
+        settle();
+        return bf::read_text_file(file());
+    }
 
     int scenes = 0, broken_scene = 0;
 };
@@ -265,7 +268,11 @@ TEST_F(ServiceTest, NamesBranchesByWhatWasEditedAsPeopleSayIt) {
 TEST_F(ServiceTest, AnEditThatLosesStatesOfTheRunWaits) {
     checked();
     result("run", {{"action", "step"}});
-    result("edit", {{"operation", {{"do", "rename"}, {"path", "controller.integral"}, {"name", "i"}}}});
+    const auto text_before = text();
+    std::string by_hand = text_before; // where it is not known that it is the same block
+    for (auto at = by_hand.find("integral"); at != by_hand.npos; at = by_hand.find("integral", at))
+        by_hand.replace(at, 8, "i");
+    result("rewrite", {{"file", "motor.yaml"}, {"text", by_hand}, {"before", text_before}});
     const Json run = wait_for(
         [](const Json& n) { return n["method"] == "run" && !n["params"]["edit"].is_null(); })["params"];
     EXPECT_EQ(run["is_current"], false);
@@ -275,6 +282,18 @@ TEST_F(ServiceTest, AnEditThatLosesStatesOfTheRunWaits) {
     EXPECT_FALSE(wait_for([](const Json& n) {
                      return n["method"] == "run" && n["params"]["is_current"] == true;
                  }).is_null());
+}
+
+TEST_F(ServiceTest, ABlockThatIsRenamedIsTheSameOneInTheRun) {
+    checked();
+    result("run", {{"action", "step"}});
+    result("edit", {{"operation", {{"do", "rename"}, {"path", "controller.integral"}, {"name", "i"}}}});
+    const Json run = wait_for([](const Json& n) {
+        return n["method"] == "run" && n["params"]["branches"].size() == 2 &&
+               n["params"]["is_current"] == true;
+    })["params"];
+    EXPECT_TRUE(run["edit"].is_null());
+    EXPECT_EQ(run["branches"][1]["cause"], "rename controller.integral");
 }
 
 TEST_F(ServiceTest, AModelWithMistakesDoesNotRun) {
@@ -447,8 +466,8 @@ TEST_F(ServiceTest, TellsPanelsThatThePlotsAndTheLayoutHave) {
                      {{"do", "watch"},
                       {"name", name},
                       {"display", {{"shows", "bars"}, {"signals", Json::array({{{"path", "load.y"}}})}}}}}});
-    EXPECT_NE(text().find("{shows: bars, signals: [load.y]}"), std::string::npos) << text();
     const Json kept = checked()["panels"];
+    EXPECT_NE(text().find("{shows: bars, signals: [load.y]}"), std::string::npos) << text();
     EXPECT_EQ(kept.size(), plots.size());
     EXPECT_EQ(kept[0], Json({{"name", name}, {"shows", "bars"}, {"signals", {"load.y"}}, {"is_kept", true}}));
     EXPECT_EQ(result("undo")["panels"], plots);

@@ -267,47 +267,4 @@ std::optional<std::string> Printer::flow_item(const Item& item, Entry* entry) {
     return head + list + (content.kind == Content::Kind::map ? '}' : ']');
 }
 
-namespace {
-
-/// The text with the line ends, byte order mark and missing last line end of the one before.
-std::string in_form_of(const std::string& raw, std::string text) {
-    if (raw.find("\r\n") != raw.npos) {
-        std::string lines;
-        for (const char c : text) lines += c == '\n' ? "\r\n" : std::string(1, c);
-        text = std::move(lines);
-    }
-    if (!raw.ends_with('\n') && text.ends_with('\n')) text.erase(text.find_last_not_of("\r\n") + 1);
-    return (raw.starts_with("\xef\xbb\xbf") ? "\xef\xbb\xbf" : "") + text;
-}
-
-void forget_references(model::System& system) {
-    for (model::Block& block : system.blocks) {
-        if (block.reference) block.reference->model.reset();
-        if (block.system) forget_references(*block.system);
-    }
-}
-
-} // namespace
-
-std::optional<std::string> edited_yaml(const model::Model& model) {
-    const std::string name = model.where.file ? *model.where.file : "model.yaml";
-    const Source source(*model.source, name);
-    Node root;
-    const std::optional<model::Model> before = read_alone(source, root);
-    if (!before || !root.is_map() || root.flow) return {};
-    model::Model wanted = model;
-    forget_references(wanted.root);
-    if (*before == wanted) return *model.source;
-    const Content old = content_of(*before), now = content_of(model);
-    Base base(source, root, old, now, model.where.file);
-    Printer printer(&base);
-    for (const Item& item : now.items) printer.print(item, 0, &base.root);
-    printer.print_rest(base.root, 0);
-    printer.text += base.text(base.root.end, base.text().size());
-    const Source written(printer.text, name);
-    Node ignored;
-    if (const auto after = read_alone(written, ignored); !after || !(*after == wanted)) return {};
-    return in_form_of(*model.source, std::move(printer.text));
-}
-
 } // namespace bf::formats

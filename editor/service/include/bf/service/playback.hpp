@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bf/library/load.hpp"
+#include "bf/service/moves.hpp"
 #include "bf/service/protocol.hpp"
 #include "bf/service/scenery.hpp"
 
@@ -37,8 +38,9 @@ class Playback {
     void tune(const Tune& tune);
     /// The edited model, which must have no mistakes, goes on from here between two steps, at once where no
     /// state is lost; else RunState tells what would be, and it waits for Action::adopt; a run that
-    /// begins anew is one of it. `cause` names the edit.
-    void edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause);
+    /// begins anew is one of it. `cause` names the edit; `moves` tell which blocks are the same ones.
+    void edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause,
+              Moves moves = {});
     /// The indices of signals of which samples are wanted, all from the beginning, on the current branch and
     /// these others.
     void watch(std::vector<int> signals, std::vector<int> branches = {});

@@ -3,9 +3,12 @@
 #pragma once
 
 #include "bf/model/operation.hpp"
+#include "bf/service/moves.hpp"
+#include "bf/service/worker.hpp"
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -14,19 +17,26 @@
 
 namespace bf::service {
 
+class Disk;
+
 /// One document for each file. What is edited lands in its file at once, and what another program writes into
 /// a file is taken over, as an edit that can be undone.
 class Project {
   public:
-    /// Reads the model and all it refers to. Throws model::Errors, FileError.
-    explicit Project(const std::filesystem::path& file);
-    ~Project();
+    /// Reads the model and all it refers to. A worker writes files beside it, and calls `written` after each;
+    /// without one they are written at once. Throws model::Errors, FileError.
+    explicit Project(const std::filesystem::path& file, Worker* disk = nullptr,
+                     std::function<void()> written = {});
+    ~Project(); ///< waits until all is written
 
     const std::filesystem::path& file() const;
     /// With the content of all files it refers to.
     const model::Model& model() const;
     /// Counts changes of any of the files.
     std::int64_t revision() const { return revision_; }
+
+    /// Which blocks are the same ones as before, under other paths of the whole model.
+    const Moves& moves() const { return moves_; }
 
     /// Paths are those of the whole model: what lies under a block that stands for another file is an edit of
     /// that file. A name that is changed there is followed by all files of the folder that refer to that one,
@@ -43,13 +53,19 @@ class Project {
     bool rewrite(const std::filesystem::path& file, const std::string& before, const std::string& text);
     /// What the file holds: the text of its model, or one that is no model and that another program wrote.
     std::string text_in(const std::filesystem::path& file) const;
+    /// The model again, with the places of all items in the texts, and without comments.
+    std::shared_ptr<const model::Model> as_read() const;
     /// Of all models, by their files.
     std::map<std::filesystem::path, std::string> texts() const;
 
     /// Writes what could not be written before, and reads what others wrote; true when that changed the model
     /// or `failure`.
     bool synchronise();
-    /// Why a file is not as the model, with the remedy; empty when all are.
+    /// Takes note of what was written.
+    void note_written();
+    /// Are all files on the disk as the models?
+    bool is_saved() const;
+    /// Why a file is not as the model, with the remedy; empty when all are, or will be.
     std::string failure() const;
 
     /// The file in which the block or subsystem of that path stands, and its path there.
@@ -75,12 +91,17 @@ class Project {
     std::vector<std::pair<Document*, model::Model>> followed(const Document& document,
                                                              const model::operations::RenameVariable& rename);
     void link(Document& document);
+    std::shared_ptr<const model::Model> shared(Document& document);
     void link_all();
     model::Operation localised(model::Operation operation, Document*& document) const;
     void take(Document& document, model::Model model, const std::string& text);
     bool step(std::vector<Step>& from, std::vector<Step>& to, bool (model::History::*move)(model::Model&));
-    void changed();
+    void changed(const std::vector<Document*>& documents);
+    std::vector<std::string> places_of(const Document& document) const;
 
+    void save(Document& document);
+    void put(Document& document);
+    void settle();
     void take_away(Document& made);
     void put_back(Document& made);
 
@@ -88,6 +109,8 @@ class Project {
     std::vector<std::unique_ptr<Document>> taken_away_; ///< made by edits that are undone
     std::vector<Step> done_, undone_;
     std::int64_t revision_ = 0;
+    Moves moves_;
+    const std::unique_ptr<Disk> disk_;
 };
 
 } // namespace bf::service

@@ -54,6 +54,7 @@ struct DocumentState {
     std::int64_t revision = 0; ///< counts changes, whoever made them
     bool can_undo = false, can_redo = false;
     bool is_checked = false; ///< are `diagnostics` those of this revision?
+    bool is_saved = true;    ///< is it on the disk?
     std::vector<Diagnostic> diagnostics = {};
     std::string failure = {}; ///< why files and page differ: a file cannot be read, or not be written
     std::vector<PanelInfo> panels = {};
@@ -124,9 +125,10 @@ struct BranchInfo {
 
 /// An edit that waits, since what it would lose is said before.
 struct RunEdit {
-    std::string refusal = {};            ///< why the edited model cannot go on from here
-    std::vector<std::string> lost = {};  ///< states that it cannot take over, with the reason
-    std::vector<std::string> begun = {}; ///< its states that begin with their initial values
+    std::string refusal = {};              ///< why the edited model cannot go on from here
+    std::vector<std::string> lost = {};    ///< states that it cannot take over, with the reason
+    std::vector<std::string> begun = {};   ///< its states that begin with their initial values
+    std::vector<std::string> unclear = {}; ///< whose states these are, and what is taken for true
 };
 
 /// A value of a parameter ("controller.pd.K") or of a variable ("Gain.Kp").

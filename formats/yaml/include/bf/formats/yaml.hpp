@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +33,29 @@ std::vector<model::Variable> read_yaml_variables(std::string_view text, const st
 /// comments, order, spelling and line ends; a model that was not changed gives its text back. What is new is
 /// written in the canonical form. Reading it gives an equal model.
 std::string write_yaml(const model::Model& model);
+
+/// Writes a model again and again as it changes, as `write_yaml` does: what it was read from is read once.
+class Rewriter {
+  public:
+    Rewriter();
+    ~Rewriter();
+    Rewriter(const Rewriter&) = delete;
+    Rewriter& operator=(const Rewriter&) = delete;
+
+    struct Written {
+        std::string text;
+        /// As it is read from that text, with the places there; without comments, and without the models of
+        /// files that it refers to.
+        std::shared_ptr<const model::Model> model;
+    };
+    Written write(const model::Model& model);
+
+  private:
+    struct Reading;
+    friend std::optional<std::string> edited_yaml(const model::Model& model);
+    static std::optional<Written> edited(const Reading& reading, const model::Model& model);
+    std::unique_ptr<Reading> reading_;
+};
 
 /// The canonical text: two blanks of indentation, a block on one line where it fits in 110 columns, order and
 /// comments kept. Reading it gives an equal model, and the canonical text of that is the same.

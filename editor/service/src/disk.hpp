@@ -1,0 +1,60 @@
+// Files of the model, written beside the thread of the service.
+#pragma once
+
+#include "bf/service/worker.hpp"
+
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <sys/stat.h>
+#include <vector>
+
+namespace bf::service {
+
+/// What tells that a file was written, without reading it.
+struct Stamp {
+    timespec changed{};
+    ::ino_t inode = 0;
+    ::off_t size = -1;
+
+    bool operator==(const Stamp& other) const {
+        return changed.tv_sec == other.changed.tv_sec && changed.tv_nsec == other.changed.tv_nsec &&
+               inode == other.inode && size == other.size;
+    }
+};
+
+Stamp stamp_of(const std::filesystem::path& file);
+
+/// Puts texts into files, each of which is on the disk before it is said to be written.
+class Disk {
+  public:
+    /// A text for a file, and what became of it.
+    struct Written {
+        std::filesystem::path file;
+        std::string text;
+        Stamp stamp;             ///< of the file before, and then of the one that is there
+        bool is_foreign = false; ///< another program has written the file since: it stays as it is
+        std::string failure = {};
+    };
+
+    /// Without a worker files are written at once. `done` is called by the worker, after each of them.
+    Disk(Worker* worker, std::function<void()> done) : worker_(worker), done_(std::move(done)) {}
+
+    void write(Written wanted);
+    /// What is done since this was asked last.
+    std::vector<Written> take();
+    /// Until all is done.
+    void wait();
+
+  private:
+    void finish(Written wanted);
+
+    Worker* const worker_;
+    const std::function<void()> done_;
+    std::mutex mutex_; ///< of the list
+    std::vector<Written> written_;
+};
+
+} // namespace bf::service

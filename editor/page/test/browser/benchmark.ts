@@ -32,6 +32,7 @@ async function edit(page: Page): Promise<number> {
     for (let i = 0; i < 10; ++i) {
       await until(() => field() !== null);
       for (const text of ["nothing_of_that_name", "0.5"]) {
+        await new Promise((resolve) => setTimeout(resolve, 200)); // as a person does, who reads the field
         field()!.value = text;
         const before = performance.now();
         field()!.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true }));

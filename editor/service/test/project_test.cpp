@@ -421,7 +421,7 @@ TEST_F(ProjectTest, WhatAnotherProgramWroteInTheMeantimeIsNotWrittenOver) {
     project.note_written();
     EXPECT_EQ(read("loop.yaml"), other);
     EXPECT_TRUE(project.synchronise());
-    EXPECT_EQ(bf::model::find(project.model(), "wanted"), nullptr);
+    ASSERT_EQ(bf::model::find(project.model(), "wanted"), nullptr);
     EXPECT_EQ(bf::model::find(project.model(), "reference")->find_setting("value")->value.text, "2");
     EXPECT_TRUE(project.is_saved());
     EXPECT_TRUE(project.undo()) << "ours was an edit";

@@ -24,6 +24,12 @@ model::Fix rewired(const std::string& system, const model::Endpoint& from, const
         op::Batch{{op::Disconnect{system, from.text(), to.text()}, op::Connect{system, new_from, new_to}}});
 }
 
+model::Fix named_anew(const std::string& system, const model::NamedSignal& signal,
+                      const model::Endpoint& source) {
+    return fix("Let '" + signal.name + "' be '" + source.text() + "'",
+               op::NameSignal{system, source.text(), signal.name});
+}
+
 model::Fix renamed_signal(const model::Model& model, const std::string& path, const std::string& name) {
     op::Batch batch;
     if (std::ranges::find(model.record, path, &model::Signal::path) != model.record.end()) {
@@ -45,11 +51,8 @@ std::vector<model::Fix> inserted_transition(const model::Model& model, const std
     const auto [system, name] = model::split_last(path);
     const model::System* const content = model::find_system(model, system);
     if (!content) return {};
-    const auto is_taken = [&](const std::string& wanted) {
-        return content->find_block(wanted) || content->find_input(wanted) || content->find_output(wanted);
-    };
     std::string free = "transition";
-    for (int n = 2; is_taken(free); ++n) free = "transition" + std::to_string(n);
+    for (int n = 2; content->is_taken(free); ++n) free = "transition" + std::to_string(n);
     for (const auto& connection : content->connections)
         for (const auto& to : connection.to)
             if (to.block == name && (to.port.empty() || to.port == input)) {

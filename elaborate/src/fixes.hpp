@@ -17,6 +17,10 @@ model::Fix renamed_setting(const std::string& path, const model::Setting& settin
 model::Fix rewired(const std::string& system, const model::Endpoint& from, const model::Endpoint& to,
                    const std::string& new_from, const std::string& new_to);
 
+/// The name of a signal of `system` for another source.
+model::Fix named_anew(const std::string& system, const model::NamedSignal& signal,
+                      const model::Endpoint& source);
+
 /// A signal that is recorded or plotted, under the name that was meant.
 model::Fix renamed_signal(const model::Model& model, const std::string& path, const std::string& name);
 

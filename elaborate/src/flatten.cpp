@@ -1,6 +1,7 @@
 // Scopes and nodes: evaluates variables and settings, makes the blocks.
 #include "bf/base/run_options.hpp"
 #include "bf/core/hash.hpp"
+#include "bf/model/edit.hpp"
 
 #include "stages.hpp"
 
@@ -147,13 +148,10 @@ class Flattener {
         if (with)
             for (const auto& other : *with) others[other.name] = &other;
         for (const auto& variable : list) {
-            const auto* workspace = &scope.variables;
-            const auto* given = &variable;
-            if (const auto other = others.find(variable.name); other != others.end()) {
-                given = other->second;
-                workspace = &scope.parent->variables;
-            }
-            const auto value = value_of(*workspace, *given, prefix);
+            const auto other = others.find(variable.name);
+            const auto value = other == others.end() ? value_of(scope.variables, variable, prefix)
+                                                     : value_of(scope.variables, variable, prefix,
+                                                                other->second, &scope.parent->variables);
             scope.variables.set(variable.name, value);
             scope.variables.paths[variable.name] = prefix + variable.name;
             note_declaration(variable, prefix + variable.name);
@@ -188,16 +186,19 @@ class Flattener {
                             limit(declared.maximum, "maximum", Limits::infinity)};
         if (!limits.are_given()) return;
         const std::string variable = "variable '" + name + "' must be ";
+        const auto report = [&](const model::Location& at, std::string message, std::string remedy = {}) {
+            e_.report.add({at, "", std::move(message), std::move(remedy), {}, false, name});
+        };
         if (limits.minimum > limits.maximum || limits.above >= limits.maximum)
-            return e_.report.add(declared.where, "", variable + text_of(limits) + ", which no number is",
-                                 "let 'maximum' be the greatest of its limits");
+            return report(declared.where, variable + text_of(limits) + ", which no number is",
+                          "let 'maximum' be the greatest of its limits");
         if (!where) return; // there is no value, which is reported
         const auto numbers = to_value(value);
         if (!numbers || numbers->kind != Value::Kind::number)
-            return e_.report.add(*where, "", variable + "a number, not " + value.describe(),
-                                 "its declaration gives it limits");
+            return report(*where, variable + "a number, not " + value.describe(),
+                          "its declaration gives it limits");
         if (const auto wrong = outside(limits, numbers->data); !wrong.empty())
-            e_.report.add(*where, "", "variable '" + name + "' " + wrong);
+            report(*where, "variable '" + name + "' " + wrong);
         const auto part = e_.part_of(name);
         if (part.variable < 0 || part.rest > 0) return;
         // Structs that are copies share their variables: the limits of all of them hold.
@@ -232,8 +233,11 @@ class Flattener {
         }
     }
 
+    /// `with` is given in its place, in the workspace `outer`; of a struct field by field.
     matlab::Value value_of(const Variables& workspace, const model::Variable& variable,
-                           const std::string& prefix) {
+                           const std::string& prefix, const model::Variable* with = nullptr,
+                           const Variables* outer = nullptr) {
+        if (with && (variable.fields.empty() || with->fields.empty())) return value_of(*outer, *with, prefix);
         const std::string name = prefix + variable.name;
         model::Expression expression = variable.value;
         const bool overridden = override_of(name, expression);
@@ -244,16 +248,24 @@ class Flattener {
         }
         matlab::Value::Fields fields;
         // Fields see the struct as far as it is written: Gain: {Kp: 1, Kd: 2*Gain.Kp}.
-        Variables partial(&workspace);
+        Variables partial(&workspace), outer_partial(outer ? outer : &workspace);
         const std::string top = name.substr(0, name.find('.'));
-        for (const auto& field : variable.fields) {
-            fields.emplace_back(field.name, value_of(partial, field, name + "."));
-            if (top != variable.name) continue;
-            auto so_far = fields.size() == 1 ? matlab::Value::structure() : partial.take(variable.name);
-            so_far.set_field(field.name, fields.back().second);
-            partial.set(variable.name, std::move(so_far));
-            partial.paths[variable.name] = name;
-        }
+        const auto add = [&](const model::Variable& field, const model::Variable* given) {
+            fields.emplace_back(field.name, value_of(partial, field, name + ".", given, &outer_partial));
+            if (top != variable.name) return;
+            for (Variables* seen : {&partial, &outer_partial}) {
+                if (seen == &outer_partial && !with) continue;
+                auto so_far = fields.size() == 1 ? matlab::Value::structure() : seen->take(variable.name);
+                so_far.set_field(field.name, fields.back().second);
+                seen->set(variable.name, std::move(so_far));
+                seen->paths[variable.name] = name;
+            }
+        };
+        for (const auto& field : variable.fields)
+            add(field, with ? model::find_variable(with->fields, field.name) : nullptr);
+        if (with)
+            for (const auto& field : with->fields)
+                if (!model::find_variable(variable.fields, field.name)) add(field, &field);
         return matlab::Value::structure(std::move(fields));
     }
 

@@ -23,8 +23,14 @@ class Report {
   public:
     void add(const model::Location& where, std::string path, std::string message, std::string remedy = {},
              std::vector<model::Fix> fixes = {}) {
-        model::Diagnostic diagnostic{where, std::move(path), std::move(message), std::move(remedy),
-                                     std::move(fixes)};
+        add({where, std::move(path), std::move(message), std::move(remedy), std::move(fixes)});
+    }
+    /// A port has no wire.
+    void add_open(const model::Location& where, std::string path, std::string message,
+                  std::string remedy = "connect a signal to it") {
+        add({where, std::move(path), std::move(message), std::move(remedy), {}, true});
+    }
+    void add(model::Diagnostic diagnostic) {
         if (known_.insert(diagnostic.text()).second) diagnostics_.push_back(std::move(diagnostic));
     }
     bool is_empty() const { return diagnostics_.empty(); }

@@ -105,9 +105,14 @@ std::optional<matlab::Value> Elaboration::evaluate(const model::Expression& expr
         const std::string letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_ ./-";
         const bool may_be_text = is_variable && expression.quotes == model::Quotes::none &&
                                  expression.text.find_first_not_of(letters) == std::string::npos;
-        report.add(at, path, "'" + expression.text + "': " + error.message(),
-                   may_be_text ? "if it is a text, give it quotes of its own: \"'" + expression.text + "'\""
-                               : "");
+        report.add(
+            {at,
+             path,
+             "'" + expression.text + "': " + error.message(),
+             may_be_text ? "if it is a text, give it quotes of its own: \"'" + expression.text + "'\"" : "",
+             {},
+             false,
+             is_variable ? path : ""});
         return std::nullopt;
     }
 }

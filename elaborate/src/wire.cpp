@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
@@ -64,6 +65,7 @@ class Wiring {
         check_assignments(e_, ports_);
         for (int n = 0; n < blocks; ++n) mark_iteration(n);
         for (auto& scope : e_.scopes) name_ports(scope);
+        name_single_outputs();
         check_units();
         const SignalFinder finder(e_.diagram);
         for (auto& signal : e_.model.record) named(finder, signal, e_.diagram.record);
@@ -167,8 +169,9 @@ class Wiring {
         return -1;
     }
 
-    /// The wire that is being joined, with another end in place of `end`.
+    /// The wire that is being joined, or the signal that is being named, with another end in place of `end`.
     model::Fix joined_by(const Scope& scope, const model::Endpoint& end, const model::Endpoint& other) const {
+        if (named_) return named_anew(scope.path, *named_, other);
         const auto text = [&](const model::Endpoint& own) { return (&own == &end ? other : own).text(); };
         return rewired(scope.path, *from_, *to_, text(*from_), text(*to_));
     }
@@ -503,12 +506,11 @@ class Wiring {
     void report_open(const DiagramNode& node, const std::string& input) {
         const auto [scope, port] = open_;
         if (!scope)
-            e_.report.add(node.where, node.path, "input '" + input + "' is not connected",
-                          "connect a signal to it");
+            e_.report.add_open(node.where, node.path, "input '" + input + "' is not connected");
         else if (reported_.insert(&scope->inputs[port]).second)
-            e_.report.add(scope->self->where, scope->path,
-                          "the subsystem's input '" + scope->system->inputs[port].name + "' is not connected",
-                          "connect a signal to it");
+            e_.report.add_open(scope->self->where, scope->path,
+                               "the subsystem's input '" + scope->system->inputs[port].name +
+                                   "' is not connected");
     }
 
     void connect_controls(const Scope& scope) {
@@ -517,9 +519,10 @@ class Wiring {
         for (std::size_t i = 0; scope.self && scope.parts.empty() && i < controls.size(); ++i) {
             const auto end = resolve(scope.parent, &scope.inputs[scope.system->inputs.size() + i]);
             if (end.node == -1)
-                e_.report.add(scope.self->where, scope.path,
-                              "the subsystem's input '" + std::string(controls[i]) + "' is not connected",
-                              "connect a signal to it; " + meaning(controls[i]));
+                e_.report.add_open(scope.self->where, scope.path,
+                                   "the subsystem's input '" + std::string(controls[i]) +
+                                       "' is not connected",
+                                   "connect a signal to it; " + meaning(controls[i]));
             if (controls[i] == model::iterations_port)
                 e_.diagram.plan.loops[static_cast<std::size_t>(scope.loop)].count = end;
             else
@@ -551,7 +554,7 @@ class Wiring {
         return "it says how often the subsystem runs in a step, or give `iterations: N`";
     }
 
-    /// Gives outputs of subsystems their names, and keeps what ports declare for the inference.
+    /// Names outputs of subsystems and signals, and keeps what ports declare for the inference.
     void name_ports(const Scope& scope) {
         const auto declare = [&](const model::Port& port, const Node::End& end) {
             declare_unit(port, inside(scope, port.name), end);
@@ -565,8 +568,9 @@ class Wiring {
         for (std::size_t i = 0; i < scope.outputs.size(); ++i) {
             const auto& port = scope.system->outputs[i];
             if (!scope.outputs[i].from && scope.parts.empty())
-                e_.report.add(port.where, inside(scope, port.name), "the subsystem's output is not connected",
-                              "connect a block's output to it");
+                e_.report.add_open(port.where, inside(scope, port.name),
+                                   "the subsystem's output is not connected",
+                                   "connect a block's output to it");
             const auto end = output_of(scope, i); // -2 for a bus, which has no memory of its own
             declare(port, end);
             if (end.node < 0) continue;
@@ -575,6 +579,23 @@ class Wiring {
         }
         for (const auto& [signal, end] : scope.bus_outlets)
             e_.diagram.aliases.push_back({e_.node(end.node).path, end});
+        for (const auto& signal : scope.system->signals) {
+            if (!scope.parts.empty() || scope.left_out.contains(signal.of.block)) continue;
+            named_ = &signal;
+            const Driver source = driver(scope, signal.of);
+            if (const auto end = resolve(&scope, &source, true); end.node >= 0)
+                e_.diagram.aliases.push_back({inside(scope, signal.name), end});
+        }
+    }
+
+    /// A subsystem's path means its only output, also where its signals have names beside that.
+    void name_single_outputs() {
+        std::set<const Scope*> named;
+        for (auto& scope : e_.scopes)
+            for (const Scope* s = &scope; !scope.system->signals.empty() && s->parent; s = s->parent)
+                if (s->outputs.size() == 1 && named.insert(s).second)
+                    if (const auto end = output_of(*s, 0); end.node >= 0)
+                        e_.diagram.aliases.push_back({s->path, end});
     }
 
     // "1" is also what a source without a unit of its own says.
@@ -652,6 +673,7 @@ class Wiring {
 
     Elaboration& e_;
     const model::Endpoint *from_ = nullptr, *to_ = nullptr; ///< of the wire that is being joined
+    const model::NamedSignal* named_ = nullptr;             ///< whose source is looked for, after all wires
     std::vector<std::vector<Driver>> node_drivers_;         ///< per slot of each block
     std::map<std::tuple<const Scope*, int, int, Role>, NamedPorts> named_ports_; ///< scope, node, bus, side
     std::unordered_set<int>

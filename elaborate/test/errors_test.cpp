@@ -465,6 +465,16 @@ TEST(Elaborate, SeedsWithoutAValueFollowFromThePath) {
     EXPECT_EQ(seed(one, "a"), std::vector<double>{0xaf63dc4cu ^ 0x8601ec8cu});
 }
 
+TEST(Errors, ANamedSignalHasASource) {
+    EXPECT_EQ(wrong("  t: {block: Clock}\nsignals: {time: t.z}\n"),
+              "m.yaml:5:17: t: there is no output 'z'; did you mean 'y'?; outputs: y");
+    EXPECT_EQ(wrong("  t: {block: Clock}\n  e: {block: Terminator}\nconnections: {t: e}\nsignals: {e2: e}\n"),
+              "m.yaml:7:15: e: 'e' has no output; remove the connection");
+    EXPECT_EQ(
+        wrong("  t: {block: Clock}\nsignals: {t: t}\n"),
+        "m.yaml:5:11: 't' names a signal and something else; rename one of them, so that paths are clear");
+}
+
 TEST(Errors, UnknownSignalToRecordIsNamedWithSimilarOnes) {
     EXPECT_EQ(errors_of("model: m\nstep: 0.1\nblocks:\n  clock: {block: Clock}\nrecord: [clock.z, clokc]\n"),
               "m.yaml:5:19: there is no signal 'clokc'; did you mean 'clock'?");

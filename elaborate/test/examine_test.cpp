@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <set>
 
 namespace bf::test {
 namespace {
@@ -54,6 +55,73 @@ connections:
     EXPECT_EQ(model.diagram.find_node("typo"), -1);
     const auto order = model.order();
     EXPECT_LT(std::find(order.begin(), order.end(), "p"), std::find(order.begin(), order.end(), "slow"));
+}
+
+TEST(Examine, NamesSignalsAndStillKnowsASubsystemByItsOnlyOutput) {
+    const Found model = examined(R"(model: m
+step: 0.1
+blocks:
+  t: {block: Clock}
+  outer:
+    inputs: [u]
+    outputs: [y]
+    blocks:
+      inner:
+        inputs: [u]
+        outputs: [y]
+        blocks: {twice: {block: Gain, K: 2}, more: {block: Gain, K: 3}}
+        connections: {u: twice, twice: more, more: y}
+        signals: {doubled: twice, given: u}
+    connections: {u: inner, inner: y}
+connections: {t: outer}
+signals: {time: t.y}
+record: [time, outer.inner.doubled, outer.inner, outer]
+)");
+    ASSERT_TRUE(model.diagnostics.empty()) << model.diagnostics[0].text();
+    const auto end = [&](const std::string& path) {
+        return model.diagram.end_path(model.diagram.find_signal(path));
+    };
+    EXPECT_EQ(end("time"), "t.y");
+    EXPECT_EQ(end("outer.inner.doubled"), "outer.inner.twice.y");
+    EXPECT_EQ(end("outer.inner.given"), "t.y");
+    EXPECT_EQ(end("outer.inner"), "outer.inner.more.y");
+    EXPECT_EQ(end("outer"), "outer.inner.more.y");
+    EXPECT_EQ(model.diagram.record.size(), 4u);
+}
+
+TEST(Examine, TellsOpenPortsAndTheVariableThatIsWrong) {
+    const Found model = examined(R"(model: m
+step: 0.1
+variables:
+  Gain: {Kp: {value: 7, maximum: 5}, Kd: nothing}
+blocks:
+  s: {block: Sum}
+)");
+    for (const auto& d : model.diagnostics) EXPECT_EQ(d.is_open, d.path == "s") << d.text();
+    std::multiset<std::string> variables;
+    for (const auto& d : model.diagnostics) variables.insert(d.variable);
+    EXPECT_EQ(variables, (std::multiset<std::string>{"", "", "Gain.Kd", "Gain.Kp"}));
+}
+
+TEST(Examine, GivesFieldsOfAStructToAFileOneByOne) {
+    auto part = std::make_shared<model::Model>(
+        formats::read_yaml_text("model: part\nvariables:\n  Gain: {Kp: 1, Kd: 2*Gain.Kp}\noutputs: [y]\n"
+                                "blocks: {c: {block: Constant, value: Gain.Kd}}\nconnections: {c: y}\n"));
+    model::Model user = formats::read_yaml_text("model: m\nstep: 0.1\nvariables: {k: 5}\nblocks: {}\n");
+    user.root.blocks.push_back({.name = "b"});
+    user.root.blocks[0].reference.emplace(model::Reference{.file = "part.yaml", .model = part});
+    const auto value = [&](std::vector<model::Variable> fields) {
+        user.root.blocks[0].reference->with = {{.name = "Gain", .fields = std::move(fields)}};
+        Registry registry;
+        registry.add(standard_library());
+        const Examined found = examine(user, registry);
+        EXPECT_TRUE(found.diagnostics.empty()) << found.diagnostics[0].text();
+        for (const auto& definition : found.diagram.definitions)
+            if (definition.path == "b.Gain.Kd") return definition.value.to_text();
+        return std::string();
+    };
+    EXPECT_EQ(value({{.name = "Kd", .value = {.text = "k"}}}), "5");
+    EXPECT_EQ(value({{.name = "Kp", .value = {.text = "1"}}, {.name = "Kd", .value = {.text = "8"}}}), "8");
 }
 
 TEST(Examine, ReportsMistakesOfAllStagesTogether) {

@@ -54,7 +54,7 @@ class Checker {
     /// What a subsystem has under which name. Made once for each, as each of its connections asks.
     struct Content {
         std::unordered_map<std::string_view, const Block*> blocks;
-        std::unordered_set<std::string_view> inputs, outputs; ///< inputs: with the control ports
+        std::unordered_set<std::string_view> inputs, outputs, signals; ///< inputs: with the control ports
     };
     const Content& content_of(const System& system);
 
@@ -73,6 +73,7 @@ const Checker::Content& Checker::content_of(const System& system) {
     for (const Port& port : system.inputs) content.inputs.insert(port.name);
     for (const std::string_view control : control_ports(system)) content.inputs.insert(control);
     for (const Port& port : system.outputs) content.outputs.insert(port.name);
+    for (const NamedSignal& signal : system.signals) content.signals.insert(signal.name);
     return content;
 }
 
@@ -110,11 +111,19 @@ void Checker::check_variables(const std::vector<Variable>& variables, const std:
 void Checker::check_ports(const System& system, const std::string& path) {
     check_unique(system.inputs, "input", path);
     check_unique(system.outputs, "output", path);
+    check_unique(system.signals, "signal", path);
     for (const auto* ports : {&system.inputs, &system.outputs})
         for (const Port& port : *ports)
             if (content_of(system).blocks.contains(port.name))
                 report(port.where, path, "'" + port.name + "' names both a block and a port of the subsystem",
                        "rename one of them, so that connections are clear");
+    for (const NamedSignal& signal : system.signals) {
+        const auto& [blocks, inputs, outputs, signals] = content_of(system);
+        if (blocks.contains(signal.name) || inputs.contains(signal.name) || outputs.contains(signal.name))
+            report(signal.where, path, "'" + signal.name + "' names a signal and something else",
+                   "rename one of them, so that paths are clear");
+        check_end(system, signal.of, true, path);
+    }
     for (const std::string_view control : control_ports(system))
         if (const Port* port = system.find_input(control))
             report(port->where, path, "the subsystem has its input '" + port->name + "' already",
@@ -128,7 +137,7 @@ void Checker::check_ports(const System& system, const std::string& path) {
 bool Checker::check_end(const System& system, const Endpoint& end, bool source, const std::string& path) {
     const std::string name = end.text(), kind = source ? "output" : "input";
     if (end.block.empty()) {
-        const auto& [blocks, inputs, outputs] = content_of(system);
+        const auto& [blocks, inputs, outputs, signals] = content_of(system);
         if ((source ? inputs : outputs).contains(end.port)) return true;
         if ((source ? outputs : inputs).contains(end.port)) {
             report(end.where, path,
@@ -253,7 +262,8 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
         const std::string_view name = rest.substr(0, rest.find('.'));
         const bool is_last = name.size() == rest.size();
         if (name.find('*') != name.npos) return; // what it matches depends on the blocks' declarations
-        const auto& [blocks, inputs, outputs] = content_of(*system);
+        const auto& [blocks, inputs, outputs, signals] = content_of(*system);
+        if (is_last && signals.contains(name)) return;
         if (outputs.contains(name)) return; // with more after it a signal of a bus: its wiring tells
         if (is_last && inputs.contains(name)) return;
         const auto named = blocks.find(name);
@@ -264,6 +274,7 @@ void Checker::check_signal(const Model& model, const Signal& signal) {
             return report(signal.where, "", "there is no signal '" + signal.path + "'", suggestion(name, [&] {
                               std::vector<std::string> known = names_of(system->blocks);
                               for (std::string& port : names_of(system->outputs)) known.push_back(port);
+                              for (std::string& one : names_of(system->signals)) known.push_back(one);
                               return known;
                           }));
         }

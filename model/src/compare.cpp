@@ -40,6 +40,7 @@ const std::string& name_of(const Item& item) { return item.path; }
 template <typename Item> const std::string& name_of(const Item& item) { return item.name; }
 
 std::string said(const Variable& item);
+std::string said(const NamedSignal& item) { return item.of.text(); }
 std::string said(const Setting& item) { return item.value.matlab(); }
 std::string said(const Port& item) { return item.shape ? item.shape->matlab() : ""; }
 std::string said(const Note& item) { return item.text; }
@@ -162,7 +163,7 @@ class Comparison {
             const Item* const before = find_named(a, name_of(item));
             if (!before) {
                 add(Kind::added, path, what, "", said(item));
-            } else if constexpr (std::is_same_v<Item, Setting>) {
+            } else if constexpr (std::is_same_v<Item, Setting> || std::is_same_v<Item, NamedSignal>) {
                 if (!are_equal(*before, item, false))
                     add(Kind::changed, path, what, said(*before), said(item));
             } else {
@@ -220,6 +221,7 @@ class Comparison {
         }
         compare_order(path, "block", a.blocks, b.blocks);
         compare_wires(path, wires_of(a), wires_of(b));
+        compare_items(path, "signal", a.signals, b.signals);
     }
 
     void compare_block(const std::string& path, const Block& a, const Block& b) {

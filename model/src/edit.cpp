@@ -81,6 +81,13 @@ std::vector<std::string> systems_with_wire(const Model& model, const std::string
     return systems;
 }
 
+const Variable* find_variable(const std::vector<Variable>& variables, std::string_view name) {
+    const std::size_t dot = name.find('.');
+    const auto found = std::ranges::find(variables, name.substr(0, dot), &Variable::name);
+    if (found == variables.end()) return nullptr;
+    return dot == name.npos ? &*found : find_variable(found->fields, name.substr(dot + 1));
+}
+
 void walk(const Model& model, const std::function<void(const std::string&, const Block&)>& visit) {
     walk_system(model.root, "", visit);
 }

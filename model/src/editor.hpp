@@ -45,6 +45,7 @@ class Editor {
     void operator()(const operations::Reorder& reorder);
     void operator()(const operations::Connect& connect);
     void operator()(const operations::Disconnect& disconnect);
+    void operator()(const operations::NameSignal& named);
     void operator()(const operations::Set& set);
     void operator()(const operations::AddPort& add);
     void operator()(const operations::SetVariable& set);
@@ -82,7 +83,10 @@ class Editor {
     Own find_own(std::string_view path);
     Block& block_at(std::string_view path);
 
-    /// Refuses a name that is none, or taken by a block or port of the system.
+    /// The path of a named signal of a subsystem: that one, and the subsystem; else null.
+    std::pair<System*, NamedSignal*> named_signal(const std::string& path);
+
+    /// Refuses a name that is none, or taken by a block, port or named signal of the system.
     void require_free(const System& system, const std::string& path, const std::string& name,
                       const char* kind) const;
 
@@ -96,6 +100,13 @@ class Editor {
     void follow(const std::function<std::vector<std::string>(const std::string&)>& change);
     void move_paths(const std::string& from, const std::string& to);
 
+    /// Where the field that a dotted name ends with stands, and its name there. Its first field makes a
+    /// struct.
+    std::pair<std::vector<Variable>*, std::string> place_of(std::vector<Variable>& variables,
+                                                            const std::string& name, const std::string& path,
+                                                            bool is_made) const;
+    /// Takes a variable or a field away; a struct without fields is none.
+    static void remove_variable(std::vector<Variable>& variables, const std::string& name);
     /// A variable that the system declares, or the value that a block gives to one of its file (null: not
     /// read).
     void set_parameter(const operations::Set& set, const Location& where, const System* declaring,

@@ -24,6 +24,7 @@ BF_FIELDS(model::Port, has("name", &T::name), has("shape", &T::shape), has("type
           has("initial", &T::initial), place<T>())
 BF_FIELDS(model::Endpoint, has("block", &T::block), has("port", &T::port), place<T>())
 BF_FIELDS(model::Connection, has("from", &T::from), has("to", &T::to), place<T>())
+BF_FIELDS(model::NamedSignal, has("name", &T::name), has("of", &T::of), place<T>())
 BF_FIELDS(model::Setting, has("name", &T::name), has("value", &T::value), spelt("where", &T::where))
 BF_FIELDS(model::Variable, has("name", &T::name), has("value", &T::value), has("minimum", &T::minimum),
           has("above", &T::above), has("maximum", &T::maximum), has("unit", &T::unit), has("doc", &T::doc),
@@ -39,7 +40,7 @@ BF_FIELDS(model::System, one_of("execution", &T::execution, model::choices::exec
           one_of("reset", &T::reset, model::choices::resets), has("iterations", &T::iterations),
           has("icon", &T::icon), has("inputs", &T::inputs), has("outputs", &T::outputs),
           has("enumerations", &T::enumerations), has("variables", &T::variables), has("blocks", &T::blocks),
-          has("connections", &T::connections))
+          has("connections", &T::connections), has("signals", &T::signals))
 BF_FIELDS(model::Signal, has("path", &T::path), place<T>())
 BF_FIELDS(model::Panel, has("title", &T::title), has("signals", &T::signals), place<T>())
 BF_FIELDS(model::Plugin, has("name", &T::name), place<T>())
@@ -73,6 +74,8 @@ BF_FIELDS(model::operations::Rename, has("path", &T::path), has("name", &T::name
 BF_FIELDS(model::operations::Reorder, has("path", &T::path), has("index", &T::index))
 BF_FIELDS(model::operations::Connect, has("system", &T::system), has("from", &T::from), has("to", &T::to))
 BF_FIELDS(model::operations::Disconnect, has("system", &T::system), has("from", &T::from), has("to", &T::to))
+BF_FIELDS(model::operations::NameSignal, has("system", &T::system), has("from", &T::from),
+          has("name", &T::name))
 BF_FIELDS(model::operations::Set, has("path", &T::path), has("name", &T::name), has("value", &T::value))
 BF_FIELDS(model::operations::AddPort, has("system", &T::system), has("port", &T::port),
           has("is_output", &T::is_output), has("index", &T::index))
@@ -93,7 +96,8 @@ BF_FIELDS(model::operations::Group, has("system", &T::system), has("blocks", &T:
 BF_FIELDS(model::operations::Dissolve, has("path", &T::path))
 BF_FIELDS(model::operations::Inline, has("path", &T::path))
 BF_FIELDS(model::operations::Extract, has("path", &T::path), has("file", &T::file))
-BF_FIELDS(model::operations::Record, has("path", &T::path), has("is_recorded", &T::is_recorded))
+BF_FIELDS(model::operations::Record, has("path", &T::path), has("is_recorded", &T::is_recorded),
+          has("plot", &T::plot))
 BF_FIELDS(model::operations::Plot, has("title", &T::title), has("signals", &T::signals))
 BF_FIELDS(model::operations::Watch, has("name", &T::name), has("display", &T::display))
 BF_FIELDS(model::Change, has("at", &T::at), has("removed", &T::removed), has("value", &T::value))

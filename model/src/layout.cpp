@@ -129,10 +129,24 @@ void Editor::operator()(const Annotate& annotate) {
 
 void Editor::operator()(const Record& record) {
     const auto is_it = [&](const Signal& signal) { return signal.path == record.path; };
-    if (record.is_recorded && !model_.record_all && std::ranges::none_of(model_.record, is_it))
-        model_.record.push_back({.path = record.path});
-    if (!record.is_recorded && std::erase_if(model_.record, is_it) == 0)
-        refuse({}, "", "'" + record.path + "' is not recorded", "");
+    const auto panel = std::ranges::find(model_.plots, record.plot, &Panel::title);
+    const bool is_plot = !record.plot.empty(), is_new = is_plot && panel == model_.plots.end();
+    if (!record.is_recorded) {
+        auto& signals = is_plot && !is_new ? panel->signals : model_.record;
+        if (is_new || std::erase_if(signals, is_it) == 0)
+            refuse({}, "",
+                   "'" + record.path + "' is not " +
+                       (is_plot ? "in the plot '" + record.plot + "'" : std::string("recorded")) +
+                       " by itself",
+                   "change the pattern, or `all`, by which it may be");
+        if (is_plot && signals.empty()) model_.plots.erase(panel);
+        return;
+    }
+    if (!is_plot && model_.record_all) return;
+    auto& signals = !is_plot ? model_.record
+                    : is_new ? model_.plots.emplace_back(Panel{.title = record.plot, .signals = {}}).signals
+                             : panel->signals;
+    if (std::ranges::none_of(signals, is_it)) signals.push_back({.path = record.path});
 }
 
 void Editor::operator()(const Plot& plot) {

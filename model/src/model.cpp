@@ -80,5 +80,9 @@ const Block* System::find_block(std::string_view block) const { return find_name
 Block* System::find_block(std::string_view block) { return find_named(blocks, block); }
 const Port* System::find_input(std::string_view port) const { return find_named(inputs, port); }
 const Port* System::find_output(std::string_view port) const { return find_named(outputs, port); }
+const NamedSignal* System::find_signal(std::string_view signal) const { return find_named(signals, signal); }
+bool System::is_taken(std::string_view name) const {
+    return find_block(name) || find_input(name) || find_output(name) || find_signal(name);
+}
 
 } // namespace bf::model

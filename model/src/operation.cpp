@@ -34,6 +34,8 @@ template <typename Items> void reorder(Items& items, std::size_t from, std::size
 
 /// Renames the ends that `is_it` knows.
 template <typename IsIt, typename Change> void change_ends(System& system, IsIt is_it, Change change) {
+    for (NamedSignal& signal : system.signals)
+        if (is_it(signal.of, true)) change(signal.of);
     for (Connection& connection : system.connections) {
         if (is_it(connection.from, true)) change(connection.from);
         for (Endpoint& end : connection.to)
@@ -41,12 +43,19 @@ template <typename IsIt, typename Change> void change_ends(System& system, IsIt 
     }
 }
 
-template <typename IsIt> void remove_ends(System& system, IsIt is_it) {
+/// Gives the names of signals that are gone with them.
+template <typename IsIt> std::vector<std::string> remove_ends(System& system, IsIt is_it) {
+    std::vector<std::string> gone;
+    std::erase_if(system.signals, [&](const NamedSignal& signal) {
+        if (is_it(signal.of, true)) gone.push_back(signal.name);
+        return is_it(signal.of, true);
+    });
     for (Connection& connection : system.connections)
         std::erase_if(connection.to, [&](const Endpoint& end) { return is_it(end, false); });
     std::erase_if(system.connections, [&](const Connection& connection) {
         return connection.to.empty() || is_it(connection.from, true);
     });
+    return gone;
 }
 
 /// A type of which set_member gives a member another value.
@@ -169,6 +178,13 @@ Editor::Own Editor::find_own(std::string_view path) {
     return {system, parent, name, block, is_output};
 }
 
+std::pair<System*, NamedSignal*> Editor::named_signal(const std::string& path) {
+    const auto [parent, name] = split_last(path);
+    System& system = system_at(parent);
+    const auto found = named(system.signals, name);
+    return {&system, found == system.signals.end() ? nullptr : &*found};
+}
+
 Block& Editor::block_at(std::string_view path) {
     const Own own = find_own(path);
     if (!own.block) refuse({}, std::string(path), "this is a port", "name a block");
@@ -181,8 +197,11 @@ void Editor::require_free(const System& system, const std::string& path, const s
     const Port* port = system.find_input(name);
     if (!port) port = system.find_output(name);
     if (!is_name(name)) refuse({}, path, "'" + name + "' is no name for a " + kind, name_rule);
-    if (block || port)
-        refuse(block ? block->where : port->where, path, "the name '" + name + "' is taken", "use another");
+    if (system.is_taken(name))
+        refuse(block  ? block->where
+               : port ? port->where
+                      : system.find_signal(name)->where,
+               path, "the name '" + name + "' is taken", "use another");
 }
 
 Endpoint Editor::endpoint(const System& system, const std::string& text) {
@@ -249,13 +268,28 @@ void Editor::operator()(const Add& add) {
 void Editor::operator()(const Remove& remove) {
     if (const auto [machine, name] = split_chart(model_, remove.path); !machine.empty())
         return remove_state(machine, name);
+    std::vector<std::string> gone{remove.path};
+    const auto follow_removed = [&] {
+        follow([&](const std::string& path) -> std::vector<std::string> {
+            if (std::ranges::any_of(gone, [&](const auto& one) { return rest_under(path, one).has_value(); }))
+                return {};
+            return {path};
+        });
+    };
+    if (const auto [system, signal] = named_signal(remove.path); signal) {
+        system->signals.erase(system->signals.begin() + (signal - system->signals.data()));
+        return follow_removed();
+    }
+    const auto remove_from = [&](System& system, const std::string& path, const auto& is_it) {
+        for (const std::string& name : remove_ends(system, is_it)) gone.push_back(joined(path, name));
+    };
     const Own own = find_own(remove.path);
     if (own.block) {
-        remove_ends(own.system, [&](const Endpoint& end, bool) { return end.block == own.name; });
+        remove_from(own.system, own.parent, [&](const Endpoint& end, bool) { return end.block == own.name; });
         std::erase_if(own.system.blocks, [&](const Block& block) { return block.name == own.name; });
     } else {
         // Inside, an input is a source; outside, it is a destination.
-        remove_ends(own.system, [&](const Endpoint& end, bool is_source) {
+        remove_from(own.system, own.parent, [&](const Endpoint& end, bool is_source) {
             return end.block.empty() && end.port == own.name && is_source != own.is_output;
         });
         auto& ports = own.is_output ? own.system.outputs : own.system.inputs;
@@ -264,23 +298,28 @@ void Editor::operator()(const Remove& remove) {
         rename_side(own.parent, own.name, "");
         if (!own.parent.empty()) {
             const auto [grandparent, parent] = split_last(own.parent);
-            remove_ends(system_at(grandparent), [&, &parent = parent](const Endpoint& end, bool is_source) {
-                return end.block == parent && is_source == own.is_output &&
-                       (end.port == own.name || (end.port.empty() && is_only));
-            });
+            remove_from(system_at(grandparent), grandparent,
+                        [&, &parent = parent](const Endpoint& end, bool is_source) {
+                            return end.block == parent && is_source == own.is_output &&
+                                   (end.port == own.name || (end.port.empty() && is_only));
+                        });
             if (own.is_output && is_only) // the path of the subsystem meant its only output
                 std::erase_if(model_.record, [&](const Signal& signal) { return signal.path == own.parent; });
         }
     }
-    follow([&](const std::string& path) -> std::vector<std::string> {
-        if (rest_under(path, remove.path)) return {};
-        return {path};
-    });
+    follow_removed();
 }
 
 void Editor::operator()(const Rename& rename) {
     if (const auto [machine, name] = split_chart(model_, rename.path); !machine.empty())
         return rename_state(machine, name, rename.name);
+    if (const auto [system, signal] = named_signal(rename.path); signal) {
+        if (rename.name == signal->name) return;
+        const std::string parent = split_last(rename.path).first;
+        require_free(*system, parent, rename.name, "signal");
+        signal->name = rename.name;
+        return move_paths(rename.path, joined(parent, rename.name));
+    }
     const Own own = find_own(rename.path);
     if (rename.name == own.name) return;
     require_free(own.system, own.parent, rename.name, own.block ? "block" : "port");
@@ -351,24 +390,36 @@ void Editor::operator()(const Disconnect& disconnect) {
     if (!is_fed) std::erase_if(model_.layout.wires, [&](const Bends& bends) { return bends.path == path; });
 }
 
+void Editor::operator()(const NameSignal& name) {
+    System& system = system_at(name.system);
+    const Endpoint of = endpoint(system, name.from);
+    const auto known = named(system.signals, name.name);
+    if (known != system.signals.end()) {
+        known->of = of;
+        return;
+    }
+    require_free(system, name.system, name.name, "signal");
+    system.signals.push_back({name.name, of});
+}
+
 void Editor::set_parameter(const Set& set, const Location& where, const System* declaring,
                            std::vector<Variable>& values, bool is_own) {
     const auto& known = declaring ? declaring->variables : values;
-    const auto declared = named(known, set.name);
+    const Variable* const declared = find_variable(known, set.name);
     // What nobody has read declares whatever is given to it.
-    if (declaring && (declared == known.end() || !declared->fields.empty()))
+    if (declaring && (!declared || !declared->fields.empty()))
         refuse(where, set.path, "there is no '" + set.name + "' to set here",
                known.empty() ? "see the keys of the file's form in formats/yaml"
                              : did_you_mean(set.name, names_of(known)));
     if (!set.value && is_own)
         refuse(where, set.path, "the variable '" + set.name + "' has no value then", "remove the variable");
-    const auto found = named(values, set.name);
-    if (!set.value)
-        std::erase_if(values, [&](const Variable& v) { return v.name == set.name; });
-    else if (found != values.end())
+    if (!set.value) return remove_variable(values, set.name);
+    const auto [list, name] = place_of(values, set.name, set.path, true);
+    const auto found = named(*list, name);
+    if (found != list->end())
         found->value = Expression{.text = *set.value, .where = found->value.where};
     else
-        values.push_back({.name = set.name, .value = {.text = *set.value}});
+        list->push_back({.name = name, .value = {.text = *set.value}});
 }
 
 void Editor::operator()(const Set& set) {
@@ -432,29 +483,42 @@ void Editor::operator()(const AddPort& add) {
     insert(add.is_output ? system.outputs : system.inputs, add.port, add.index);
 }
 
-void Editor::operator()(const SetVariable& set) {
-    std::vector<Variable>* variables = &system_at(set.system).variables;
-    std::string name = set.name;
-    for (auto dot = name.find('.'); dot != std::string::npos; dot = name.find('.')) {
-        const std::string outer = name.substr(0, dot);
-        auto structure = named(*variables, outer);
-        if (structure == variables->end() && set.variable) // its first field makes it one
-            structure = variables->insert(variables->end(), Variable{.name = outer});
-        else if (structure == variables->end() || structure->fields.empty())
-            refuse({}, set.system, "there is no struct '" + outer + "' for '" + set.name + "'",
+std::pair<std::vector<Variable>*, std::string> Editor::place_of(std::vector<Variable>& variables,
+                                                                const std::string& name,
+                                                                const std::string& path, bool is_made) const {
+    std::vector<Variable>* list = &variables;
+    std::string rest = name;
+    for (auto dot = rest.find('.'); dot != std::string::npos; dot = rest.find('.')) {
+        const std::string outer = rest.substr(0, dot);
+        auto structure = named(*list, outer);
+        if (structure == list->end() && is_made)
+            structure = list->insert(list->end(), Variable{.name = outer});
+        else if (structure == list->end() || structure->fields.empty())
+            refuse({}, path, "there is no struct '" + outer + "' for '" + name + "'",
                    "use a name without '.', or another one before it");
-        variables = &structure->fields;
-        name.erase(0, dot + 1);
+        list = &structure->fields;
+        rest.erase(0, dot + 1);
     }
+    return {list, rest};
+}
+
+void Editor::remove_variable(std::vector<Variable>& variables, const std::string& name) {
+    const auto dot = name.find('.');
+    const auto found = named(variables, name.substr(0, dot));
+    if (found == variables.end()) return;
+    if (dot != name.npos) remove_variable(found->fields, name.substr(dot + 1));
+    if (dot == name.npos || found->fields.empty()) variables.erase(found);
+}
+
+void Editor::operator()(const SetVariable& set) {
+    auto& all = system_at(set.system).variables;
+    const auto [variables, name] = place_of(all, set.name, set.system, set.variable.has_value());
     const auto found = named(*variables, name);
     if (!set.variable) {
         if (found == variables->end())
             refuse({}, set.system, "there is no variable '" + set.name + "'",
                    did_you_mean(name, names_of(*variables)));
-        variables->erase(found);
-        if (const std::string outer = split_last(set.name).first; variables->empty() && !outer.empty())
-            (*this)(SetVariable{set.system, outer, {}}); // a struct without fields is none
-        return;
+        return remove_variable(all, set.name);
     }
     Variable variable = *set.variable;
     variable.name = name;

@@ -14,10 +14,6 @@ using namespace operations;
 
 namespace {
 
-bool is_taken(const System& system, const std::string& name) {
-    return system.find_block(name) || system.find_input(name) || system.find_output(name);
-}
-
 /// Moves files of references from the folder of one model file to that of another: `change` gives the new
 /// path.
 void change_files(System& system, const std::function<std::string(const std::string&)>& change) {
@@ -27,20 +23,16 @@ void change_files(System& system, const std::function<std::string(const std::str
     }
 }
 
-/// What overrides a declared variable; limits, unit and doc stay those of the declaration, as far as the
-/// structs agree.
+/// What overrides a declared variable, of a struct field by field; limits, unit and doc stay those of the
+/// declaration.
 void override_variable(Variable& declared, const Variable& with) {
     declared.value = with.value;
-    std::vector<Variable> fields = with.fields;
-    for (Variable& field : fields)
-        for (const Variable& known : declared.fields)
-            if (known.name == field.name) {
-                Variable merged = known;
-                override_variable(merged, field);
-                field = std::move(merged);
-                break;
-            }
-    declared.fields = std::move(fields);
+    if (with.fields.empty()) declared.fields.clear();
+    for (const Variable& field : with.fields)
+        if (const auto known = named(declared.fields, field.name); known != declared.fields.end())
+            override_variable(*known, field);
+        else
+            declared.fields.push_back(field);
 }
 
 } // namespace
@@ -64,11 +56,18 @@ void Editor::operator()(const Group& group) {
     for (Block& block : outer.blocks)
         (names.contains(block.name) ? inner.blocks : rest).push_back(std::move(block));
     outer.blocks = std::move(rest);
+    std::set<std::string> moved = names; // of which paths follow
+    for (const NamedSignal& signal : outer.signals)
+        if (names.contains(signal.of.block)) {
+            inner.signals.push_back(signal);
+            moved.insert(signal.name);
+        }
+    std::erase_if(outer.signals, [&](const NamedSignal& s) { return names.contains(s.of.block); });
 
     // A port for each source, whose wires cross the border.
     const auto new_port = [&](std::vector<Port>& ports, const std::string& wish) {
         std::string name = wish;
-        for (int number = 2; is_taken(inner, name); ++number) name = wish + std::to_string(number);
+        for (int number = 2; inner.is_taken(name); ++number) name = wish + std::to_string(number);
         ports.push_back({.name = name});
         return Endpoint{.block = {}, .port = name};
     };
@@ -115,7 +114,7 @@ void Editor::operator()(const Group& group) {
         if (!group.system.empty() && (!rest_of || rest_of->empty())) return {old};
         const std::string below = group.system.empty() ? old : rest_of->substr(1);
         const std::string name = below.substr(0, below.find('.'));
-        return {names.contains(name) ? joined(path, below) : old};
+        return {moved.contains(name) ? joined(path, below) : old};
     });
     if (at) model_.layout.blocks.push_back({.path = path, .at = *at});
 }
@@ -146,16 +145,20 @@ void Editor::operator()(const Dissolve& dissolve) {
     System inner = std::move(inner_place);
     outer.blocks.erase(outer.blocks.begin() + static_cast<std::ptrdiff_t>(place));
 
-    std::map<std::string, std::string> new_names;
-    for (Block& block : inner.blocks) {
+    std::map<std::string, std::string> new_names, new_signals;
+    const auto choose = [&, &name = name](const std::string& old_name, auto& chosen) {
         const auto taken = [&](const std::string& wish) {
-            return is_taken(outer, wish) || (wish != block.name && inner.find_block(wish)) ||
-                   std::ranges::any_of(new_names, [&](const auto& names) { return names.second == wish; });
+            const auto is_wish = [&](const auto& names) { return names.second == wish; };
+            return outer.is_taken(wish) ||
+                   (wish != old_name && (inner.find_block(wish) || inner.find_signal(wish))) ||
+                   std::ranges::any_of(new_names, is_wish) || std::ranges::any_of(new_signals, is_wish);
         };
-        std::string wish = taken(block.name) ? name + "_" + block.name : block.name;
+        std::string wish = taken(old_name) ? name + "_" + old_name : old_name;
         while (taken(wish)) wish += "_";
-        new_names[block.name] = wish;
-    }
+        chosen[old_name] = wish;
+    };
+    for (const Block& block : inner.blocks) choose(block.name, new_names);
+    for (const NamedSignal& signal : inner.signals) choose(signal.name, new_signals);
     for (Connection& connection : inner.connections) {
         const auto rename = [&](Endpoint& end) {
             if (!end.block.empty()) end.block = new_names.at(end.block);
@@ -163,6 +166,8 @@ void Editor::operator()(const Dissolve& dissolve) {
         rename(connection.from);
         for (Endpoint& end : connection.to) rename(end);
     }
+    for (NamedSignal& signal : inner.signals)
+        if (!signal.of.block.empty()) signal.of.block = new_names.at(signal.of.block);
     for (std::size_t i = 0; i < inner.blocks.size(); ++i) {
         inner.blocks[i].name = new_names[inner.blocks[i].name];
         outer.blocks.insert(outer.blocks.begin() + static_cast<std::ptrdiff_t>(place + i), inner.blocks[i]);
@@ -232,6 +237,26 @@ void Editor::operator()(const Dissolve& dissolve) {
         }
     }
 
+    // Names of signals at a port are those of what drives it, and gone where nothing does.
+    std::erase_if(outer.signals, [&](NamedSignal& signal) {
+        const auto from = source(signal.of, most_hops);
+        if (from) signal.of = *from;
+        return !from;
+    });
+    for (NamedSignal signal : inner.signals) {
+        signal.name = new_signals.at(signal.name);
+        std::optional<Endpoint> from = signal.of;
+        if (signal.of.block.empty()) {
+            from.reset();
+            for (const Connection& wire : old_wires)
+                for (const Endpoint& end : wire.to)
+                    if (port_of(end, inner.inputs) == signal.of.port) from = source(wire.from, most_hops);
+        }
+        if (!from) continue;
+        signal.of = *from;
+        outer.signals.push_back(std::move(signal));
+    }
+
     // What was drawn for the subsystem itself and its ports is drawn no more.
     const auto is_border = [&](const std::string& path) {
         const auto rest = rest_under(path, dissolve.path);
@@ -258,6 +283,9 @@ void Editor::operator()(const Dissolve& dissolve) {
         const std::string below = rest->substr(1), head = below.substr(0, below.find('.'));
         if (const auto block = new_names.find(head); block != new_names.end())
             return {joined(parent, block->second + below.substr(head.size()))};
+        if (const auto signal = new_signals.find(head);
+            signal != new_signals.end() && outer.find_signal(signal->second))
+            return {joined(parent, signal->second)};
         if (inner.find_output(head)) {
             std::vector<std::string> paths = output_path(head);
             for (std::string& each : paths) each += below.substr(head.size()); // an element of a bus

@@ -77,6 +77,7 @@ class Anchors {
             add(connection);
             if (connection.to.size() > 1) add_all(connection.to);
         }
+        add_all(system.signals);
     }
 };
 

@@ -20,8 +20,9 @@ inline Keys joined(Keys keys, const Keys& more, const Keys& last = {}) {
     return keys;
 }
 
-inline const Keys system = {"execution", "states",  "trigger",      "reset",     "iterations", "icon",
-                            "inputs",    "outputs", "enumerations", "variables", "blocks",     "connections"};
+inline const Keys system = {"execution", "states",      "trigger", "reset",        "iterations",
+                            "icon",      "inputs",      "outputs", "enumerations", "variables",
+                            "blocks",    "connections", "signals"};
 inline const Keys model =
     joined({"model", "doc", "plugins", "step", "stop", "solver", "relative_tolerance", "absolute_tolerance",
             "max_step", "algebraic_loops", "rate_transitions", "non_finite"},

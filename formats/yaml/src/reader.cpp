@@ -255,10 +255,16 @@ std::optional<Endpoint> Reader::read_endpoint(const Node& node, const std::strin
     return Endpoint{.block = node.text.substr(0, dot), .port = node.text.substr(dot + 1), .where = at(node)};
 }
 
-void Reader::read_connections(System& system, const Node& map, const std::string& path) {
+void Reader::read_ends(System& system, const Ends& ends, const std::string& path) {
     std::unordered_set<std::string> blocks;
     for (const Block& block : system.blocks) blocks.insert(block.name);
-    read_entries(map, path, "connections", [&](const Node& key, const Node& value) {
+    const auto read_signal = [&](const Node& key, const Node& value) {
+        if (const std::optional<Endpoint> of = read_endpoint(value, path, blocks))
+            system.signals.push_back({.name = key.text, .of = *of, .where = at(key)});
+    };
+    if (ends.signals) read_entries(*ends.signals, path, "signals", read_signal);
+    if (!ends.connections) return;
+    read_entries(*ends.connections, path, "connections", [&](const Node& key, const Node& value) {
         if (value.is_null())
             return report(key, path, "'" + key.text + "' is connected to nothing",
                           "name a destination, or remove the connection");
@@ -280,8 +286,9 @@ void Reader::read_connections(System& system, const Node& map, const std::string
     });
 }
 
-/// Reads what every subsystem has, but for `connections`, which need all blocks; false for another key.
-bool Reader::read_system_key(System& system, const Node& key, const Node& value, const std::string& path) {
+/// Reads what every subsystem has, but for what needs all blocks; false for another key.
+bool Reader::read_system_key(System& system, Ends& ends, const Node& key, const Node& value,
+                             const std::string& path) {
     const std::string& name = key.text;
     if (name == "execution")
         system.execution = static_cast<Execution>(read_choice(key, value, path, keys::executions));
@@ -305,8 +312,12 @@ bool Reader::read_system_key(System& system, const Node& key, const Node& value,
         system.variables = read_variables(value, path, true);
     else if (name == "blocks")
         system.blocks = read_blocks(value, path);
+    else if (name == "connections")
+        ends.connections = &value;
+    else if (name == "signals")
+        ends.signals = &value;
     else
-        return name == "connections";
+        return false;
     return true;
 }
 
@@ -336,7 +347,7 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
     }
     if (is_file) block.reference = Reference{.file = {}, .where = block.where};
     if (is_system) block.system = std::make_unique<System>();
-    const Node* connections = nullptr;
+    Ends ends;
     read_entries(map, path, "a block", [&](const Node& key, const Node& value) {
         block.keys.push_back({.name = key.text, .where = at(key)});
         if (!is_library && !keys::contains(known, key.text))
@@ -357,13 +368,11 @@ Block Reader::read_block(const Node& name, const Node& map, const std::string& p
             block.reference->where = at(value);
         } else if (is_file && key.text == "with")
             block.reference->with = read_variables(value, path);
-        else if (key.text == "connections" && is_system)
-            connections = &value;
-        else if (!is_system || !read_system_key(*block.system, key, value, path))
+        else if (!is_system || !read_system_key(*block.system, ends, key, value, path))
             block.settings.push_back(
                 {.name = key.text, .value = read_expression(key, value, path), .where = at(key)});
     });
-    if (connections) read_connections(*block.system, *connections, path);
+    if (is_system) read_ends(*block.system, ends, path);
     if (is_library && block.type.empty()) block.type = "?";
     if (is_file && !block.reference->file.empty() && load_)
         block.reference->model = load_(block.reference->file, block.reference->where, path);
@@ -472,7 +481,7 @@ Model Reader::read_model(const Node& node) {
             {model.where, "", "the file holds no model", "begin with `model: NAME` and `blocks:`"});
         return model;
     }
-    const Node* connections = nullptr;
+    Ends ends;
     read_entries(node, "", "a model", [&](const Node& key, const Node& value) {
         model.keys.push_back({.name = key.text, .where = at(key)});
         if (key.text == "model")
@@ -507,18 +516,16 @@ Model Reader::read_model(const Node& node) {
             model.record = read_list<Signal>(key, value, &Signal::path);
         else if (key.text == "layout")
             model.layout = read_layout(value);
-        else if (key.text == "connections")
-            connections = &value;
         else if (key.text == "plots")
             read_entries(value, "", "plots", [&](const Node& title, const Node& signals) {
                 model.plots.push_back({.title = title.text,
                                        .signals = read_list<Signal>(title, signals, &Signal::path),
                                        .where = at(title)});
             });
-        else if (!read_system_key(model.root, key, value, ""))
+        else if (!read_system_key(model.root, ends, key, value, ""))
             report_unknown(key, "", "a model", keys::model);
     });
-    if (connections) read_connections(model.root, *connections, "");
+    read_ends(model.root, ends, "");
     const bool named = std::ranges::any_of(model.keys, [](const Key& key) { return key.name == "model"; });
     if (node.is_map() && !named)
         report(node, "", "the model has no name", "begin the file with `model: NAME`");

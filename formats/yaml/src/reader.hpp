@@ -63,8 +63,13 @@ class Reader {
     void read_port(model::Port& port, const Node& map, const std::string& path, const keys::Keys& known);
     std::vector<model::Block> read_blocks(const Node& map, const std::string& path);
     model::Block read_block(const Node& key, const Node& map, const std::string& path);
-    bool read_system_key(model::System& system, const Node& key, const Node& value, const std::string& path);
-    void read_connections(model::System& system, const Node& map, const std::string& path);
+    /// What needs all blocks: `connections` and `signals`; null: there are none.
+    struct Ends {
+        const Node *connections = nullptr, *signals = nullptr;
+    };
+    bool read_system_key(model::System& system, Ends& ends, const Node& key, const Node& value,
+                         const std::string& path);
+    void read_ends(model::System& system, const Ends& ends, const std::string& path);
     std::optional<model::Endpoint> read_endpoint(const Node& node, const std::string& path,
                                                  const std::unordered_set<std::string>& blocks);
     template <typename Item>

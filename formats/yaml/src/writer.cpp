@@ -213,6 +213,13 @@ void add_system(MapBuilder& map, const System& system, bool needs_blocks) {
     }
     if (map.wanted("connections", !system.connections.empty()))
         map.add("connections", connections(system.connections));
+    if (map.wanted("signals", !system.signals.empty())) {
+        Content signals{.kind = Content::Kind::map, .may_flow = false};
+        for (const NamedSignal& signal : system.signals)
+            signals.items.push_back(
+                {key_text(signal.name), name_scalar(signal.of.text()), &signal.comments, &signal.where});
+        map.add("signals", std::move(signals));
+    }
 }
 
 Content block(const Block& block) {

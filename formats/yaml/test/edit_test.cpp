@@ -136,6 +136,21 @@ TEST(Edited, BlocksAndWiresComeAndGoInTheirLines) {
               (Lines{"+     \"sum\" : {block: Sum, signs: +-}", "-     \"sum\" : {block: Sum, signs: +-}"}));
 }
 
+TEST(Edited, NamesAndRecordsOfSignalsComeAndGoInTheirLines) {
+    EXPECT_EQ(changes(NameSignal{"law", "p", "wanted"}), (Lines{"+       signals:", "+         wanted: p"}));
+    EXPECT_EQ(changes(NameSignal{"", "law.u", "it's"}), (Lines{"+ signals:", "+   it's: law.u"}));
+    const std::string named = sample.substr(0, sample.find("record")) +
+                              "signals: # by name\n  wanted: law   # V\n  seen:  plant\nrecord: [wanted]\n";
+    EXPECT_EQ(changes(Rename{"wanted", "u"}, named),
+              (Lines{"-   wanted: law   # V", "- record: [wanted]", "+   u: law   # V", "+ record: [u]"}));
+    EXPECT_EQ(changes(Remove{"seen"}, named), (Lines{"-   seen:  plant"}));
+    EXPECT_EQ(changes(Record{"law.u"}),
+              (Lines{"- record: [plant, law.p, 'sum']", "+ record: [plant, law.p, 'sum', law.u]"}));
+    EXPECT_EQ(changes(Record{"law.p", false}),
+              (Lines{"- record: [plant, law.p, 'sum']", "+ record: [plant, 'sum']"}));
+    EXPECT_EQ(changes(Record{"law.u", true, "Voltage [V]"}), (Lines{"+ plots:", "+   Voltage [V]: [law.u]"}));
+}
+
 TEST(Edited, GroupingShiftsTheLinesOfTheBlocks) {
     EXPECT_EQ(changes(Group{"", {"plant"}, "world"}),
               (Lines{"-     # the plant",
@@ -195,7 +210,7 @@ class Monkey {
                 ports.push_back(system.empty() ? port.name : system + "." + port.name);
         if (blocks.empty()) return add(system);
         const std::string block = any(blocks), name = any(names_) + std::to_string(below(100));
-        switch (below(24)) {
+        switch (below(26)) {
         case 0: return add(system);
         case 1: return Remove{block};
         case 2: return Rename{block, name};
@@ -237,7 +252,12 @@ class Monkey {
         case 17:
             return references.empty() ? Operation(Extract{any(systems), "parts/" + name + ".yaml"})
                                       : Operation(Inline{any(references)});
-        case 18: return Record{block, below(2) == 0};
+        case 18: return Record{block, below(2) == 0, below(2) == 0 ? "" : any(names_)};
+        case 24: return NameSignal{system, split_last(block).second, name};
+        case 25:
+            return in.signals.empty() ? Operation(NameSignal{"", block, name})
+                   : below(2) == 0    ? Operation(Remove{joined(system, any(in.signals).name)})
+                                      : Operation(Rename{joined(system, any(in.signals).name), name});
         case 19: return Plot{any(names_), std::vector<std::string>{block, any(blocks)}};
         case 20:
             return SetVariable{system, name,

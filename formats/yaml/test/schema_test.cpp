@@ -189,7 +189,7 @@ TEST(Schema, EveryListedKeyIsRead) {
         if (key == "non_finite") return "error";
         if (key == "states" || key == "when_disabled") return "reset";
         if (key == "enumerations" || key == "variables" || key == "blocks" || key == "connections" ||
-            key == "plots" || key == "with" || key == "layout")
+            key == "signals" || key == "plots" || key == "with" || key == "layout")
             return "{}";
         if (key == "file") return (valid_folder / "pd.yaml").string();
         return key == "inputs" || key == "outputs" || key == "record" || key == "plugins" ? "[]" : "x";

@@ -167,7 +167,7 @@ struct Diagram {
     std::vector<SignalName> record;
     std::vector<PlotPanel> plots;
     std::vector<EnumeratedSignal> enumerated; ///< of signals whose port names an enumeration as its type
-    std::vector<SignalName> aliases;          ///< outputs of subsystems by their path
+    std::vector<SignalName> aliases;          ///< outputs of subsystems and named signals
     Plan plan;
     std::vector<Definition> definitions; ///< in the order in which they were evaluated
 

@@ -28,6 +28,9 @@ std::pair<std::string, std::string> split_last(std::string_view path);
 /// the controller outside, and an output inside), and the state machines of which it is a transition.
 std::vector<std::string> systems_with_wire(const Model& model, const std::string& path);
 
+/// The variable of that name, or the field of a struct, `Gain.Kp`; null if there is none.
+const Variable* find_variable(const std::vector<Variable>& variables, std::string_view name);
+
 /// Calls `visit` with each block and its dotted path, parents first, in document order, through referenced
 /// files.
 void walk(const Model& model, const std::function<void(const std::string& path, const Block& block)>& visit);

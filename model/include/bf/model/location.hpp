@@ -32,6 +32,8 @@ struct Diagnostic {
     std::string message; ///< what is wrong, with the value and the violated rule
     std::string remedy;  ///< what to do; may be empty
     std::vector<Fix> fixes = {}; ///< where the remedy is mechanical, the likeliest first
+    bool is_open = false;        ///< a port that has no wire yet
+    std::string variable = {};   ///< the variable that has the wrong value, by its path
 
     /// `file:line:column: path: message; remedy`, each shortened where it is longer than anybody reads.
     std::string text() const;

@@ -89,6 +89,14 @@ struct Connection {
     Location where = {};
 };
 
+/// A name of a signal, which stands at its wires: the signal is recorded, plotted and found by it, too.
+struct NamedSignal {
+    std::string name;
+    Endpoint of; ///< where it comes from, as connections write it
+    Comments comments = {};
+    Location where = {};
+};
+
 /// The value of a block's argument or parameter.
 struct Setting {
     std::string name;
@@ -199,11 +207,15 @@ struct System {
     std::vector<Variable> variables; ///< seen by this system and all inside it; each may use those before it
     std::vector<Block> blocks;
     std::vector<Connection> connections;
+    std::vector<NamedSignal> signals;
 
     const Block* find_block(std::string_view block) const;
     Block* find_block(std::string_view block);
     const Port* find_input(std::string_view port) const;
     const Port* find_output(std::string_view port) const;
+    const NamedSignal* find_signal(std::string_view signal) const;
+    /// Whether a block, a port or a signal has this name.
+    bool is_taken(std::string_view name) const;
 };
 
 /// Names of the extra inputs that control when a subsystem runs, after its own inputs.
@@ -211,7 +223,8 @@ inline constexpr std::string_view enable_port = "enable", trigger_port = "trigge
                                   iterations_port = "iterations";
 std::vector<std::string_view> control_ports(const System& system);
 
-/// A path to signals: `plant.y`, `controller.pd.tau`, `plant` (its only output), `controller.*`.
+/// A path to signals: `plant.y`, `controller.pd.tau`, `plant` (its only output), `controller.error` (a named
+/// signal), `controller.*`.
 struct Signal {
     std::string path;
     Comments comments = {};

@@ -44,12 +44,13 @@ struct Add {
     std::optional<Point> at = {};
 };
 
-/// Removes a block or a port, its wires, and the signals under it from records and plots.
+/// Removes a block or a port, its wires, and the signals under it from records and plots; or the name of a
+/// signal.
 struct Remove {
     std::string path;
 };
 
-/// Renames a block or a port of a subsystem. Patterns (`p*.y`) stay as they are.
+/// Renames a block, a port of a subsystem or a named signal. Patterns (`p*.y`) stay as they are.
 struct Rename {
     std::string path, name;
 };
@@ -69,6 +70,12 @@ struct Disconnect {
     std::string system;
     std::string from = {};
     std::string to;
+};
+
+/// Names the signal that comes from there. A name that the subsystem has already is that of this signal from
+/// now on.
+struct NameSignal {
+    std::string system, from, name;
 };
 
 /// A setting of a library's block, its type as `block`, a parameter of a subsystem (the value of one of its
@@ -165,10 +172,12 @@ struct Extract {
     std::string path, file;
 };
 
-/// Records a signal (or a pattern of signals), or no longer.
+/// Records a signal (or a pattern of signals), or no longer; with the title of one, in that panel of the
+/// plot. A panel begins with its first signal and goes with its last one.
 struct Record {
     std::string path;
     bool is_recorded = true;
+    std::string plot = {};
 };
 
 /// A panel of the plot, or none of that title.
@@ -198,12 +207,12 @@ struct Batch;
 
 using Operation =
     std::variant<operations::Add, operations::Remove, operations::Rename, operations::Reorder,
-                 operations::Connect, operations::Disconnect, operations::Set, operations::AddPort,
-                 operations::SetVariable, operations::RenameVariable, operations::Move, operations::Resize,
-                 operations::Flip, operations::Rotate, operations::PlacePort, operations::Bend,
-                 operations::Annotate, operations::Group, operations::Dissolve, operations::Inline,
-                 operations::Extract, operations::Record, operations::Plot, operations::Watch,
-                 operations::Patch, operations::Batch>;
+                 operations::Connect, operations::Disconnect, operations::NameSignal, operations::Set,
+                 operations::AddPort, operations::SetVariable, operations::RenameVariable, operations::Move,
+                 operations::Resize, operations::Flip, operations::Rotate, operations::PlacePort,
+                 operations::Bend, operations::Annotate, operations::Group, operations::Dissolve,
+                 operations::Inline, operations::Extract, operations::Record, operations::Plot,
+                 operations::Watch, operations::Patch, operations::Batch>;
 
 namespace operations {
 

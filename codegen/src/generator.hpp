@@ -66,6 +66,7 @@ class Generator {
     virtual ~Generator() = default;
     virtual Files run();
     MemoryReport memory() const; ///< after run()
+    std::vector<BlockPlace> places_in(const Files& files) const;
 
   protected:
     const Block& block(int node) const { return *diagram_.nodes[static_cast<std::size_t>(node)].block; }

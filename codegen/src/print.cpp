@@ -397,12 +397,12 @@ std::string Generator::readme() const {
            "them (no `-ffast-math`).\n";
 }
 
-std::string Generator::blocks_page(const Files& files) const {
+std::vector<BlockPlace> Generator::places_in(const Files& files) const {
     std::map<std::string, std::size_t> nodes; // by the comment above their statements
     for (std::size_t n = 0; n < diagram_.nodes.size(); ++n)
         nodes["// " + comment(diagram_.nodes[n].path) +
               (is_hosted(static_cast<int>(n)) ? "" : " (" + comment(diagram_.nodes[n].type) + ")")] = n;
-    std::map<std::size_t, std::string> places;
+    std::map<std::size_t, std::vector<BlockPlace>> found;
     for (const auto& [file, text] : files) {
         if (!file.ends_with(".cpp") && !file.ends_with(".c")) continue;
         std::size_t node = diagram_.nodes.size();
@@ -417,23 +417,34 @@ std::string Generator::blocks_page(const Files& files) const {
                                 line == "return true;" ||
                                 (its_indent == indent && line.starts_with("if (") && line.ends_with("{"));
             if (is_end && node < diagram_.nodes.size()) {
-                places[node] += (places[node].empty() ? "" : ", ") + file + ":" + number(first) +
-                                (at - 1 > first ? "-" + number(at - 1) : "");
+                found[node].push_back({node, file, first, at - 1});
                 node = diagram_.nodes.size();
             }
-            if (const auto found = nodes.find(line); found != nodes.end()) {
-                node = found->second;
+            if (const auto head = nodes.find(line); head != nodes.end()) {
+                node = head->second;
                 first = at + 1;
                 indent = its_indent;
             }
         }
+    }
+    std::vector<BlockPlace> all;
+    for (const auto& [node, places] : found) all.insert(all.end(), places.begin(), places.end());
+    return all;
+}
+
+std::string Generator::blocks_page(const Files& files) const {
+    std::map<std::size_t, std::string> lines; // by node
+    for (const auto& [node, file, first, last] : places_in(files)) {
+        std::string& its = lines[node];
+        its +=
+            (its.empty() ? "" : ", ") + file + ":" + number(first) + (last > first ? "-" + number(last) : "");
     }
     const bool has_docs = std::any_of(diagram_.nodes.begin(), diagram_.nodes.end(),
                                       [](const auto& node) { return !node.doc.empty(); });
     std::string text =
         "# " + escape::markdown(diagram_.name) + ": from blocks to lines\n\n| block | type | lines |" +
         (has_docs ? " what it is for |" : "") + "\n| --- | --- | --- |" + (has_docs ? " --- |" : "") + "\n";
-    for (const auto& [n, its] : places)
+    for (const auto& [n, its] : lines)
         text += "| " + escape::markdown_code(diagram_.nodes[n].path) + " | " +
                 escape::markdown(diagram_.nodes[n].type) + " | " + escape::markdown(its) + " |" +
                 (has_docs ? " " + escape::markdown(diagram_.nodes[n].doc) + " |" : "") + "\n";
@@ -625,9 +636,12 @@ MemoryReport memory_report(const Diagram& diagram, const Options& options) {
     return generator.memory();
 }
 
-Files generate(const Diagram& diagram, const Options& options) {
-    return options.language == Language::c ? CGenerator(diagram, options).run()
-                                           : Generator(diagram, options).run();
+Files generate(const Diagram& diagram, const Options& options, std::vector<BlockPlace>* places) {
+    const auto made = options.language == Language::c ? std::make_unique<CGenerator>(diagram, options)
+                                                      : std::make_unique<Generator>(diagram, options);
+    Files files = made->run();
+    if (places) *places = made->places_in(files);
+    return files;
 }
 
 } // namespace bf::codegen

@@ -49,11 +49,19 @@ struct Options {
 /// Texts by file name relative to the project's folder.
 using Files = std::map<std::string, std::string>;
 
+/// Lines of a file that a block became; from 1.
+struct BlockPlace {
+    std::size_t node; ///< its number in the diagram
+    std::string file;
+    int first = 0, last = 0;
+};
+
 /// The project: one class with initialize(), step() and terminate(), its main program, the used kernels and a
 /// CMakeLists.txt. It computes what bf::Simulation computes, bit for bit. A diagram of blocks that are rules
-/// needs a C++17 compiler only. Throws GenerationError naming every block that cannot be generated, with the
-/// reason.
-Files generate(const Diagram& diagram, const Options& options = {});
+/// needs a C++17 compiler only. `places`, if given, gets the lines of all blocks, in the diagram's order.
+/// Throws GenerationError naming every block that cannot be generated, with the reason.
+Files generate(const Diagram& diagram, const Options& options = {},
+               std::vector<BlockPlace>* places = nullptr);
 
 /// Bytes of the structures of the generated class, without the functions and tables in its program memory.
 struct MemoryReport {

@@ -1,16 +1,18 @@
 import { key_of, neighbour, zoomed } from "./geometry.ts";
 import { may_enter } from "./operations.ts";
 import type { Point } from "./protocol.ts";
-import type { Session } from "./session.svelte.ts";
+import type { Session, Target } from "./session.svelte.ts";
 
 /** Whatever a person can ask for: keys, the search and the help come from this list. */
 export interface Command {
   title: string;
   group: "Edit" | "Look" | "Run";
   keys: string[];
+  on?: Target[]; // in whose menus it is
   is_hidden?: boolean; // from the search: it needs a key
   is_everywhere?: boolean; // its key acts while somebody writes, and over every dialog
   can?(session: Session): boolean;
+  is_on?(session: Session): boolean; // of what is switched on and off
   run(session: Session): unknown;
 }
 
@@ -20,8 +22,10 @@ const has_wires = (s: Session) => s.chosen.some((e) => e.kind === "wire");
 const grow = (x: number, y: number) => (s: Session) => s.grow({ x, y });
 const has_blocks = (s: Session) => s.chosen_blocks.length > 0;
 const is_simulated = (s: Session) => s.run.live === null;
-const only = (s: Session) => (s.chosen.length === 1 ? s.chosen[0]! : null);
-const has_signal = (s: Session) => only(s)?.kind === "wire" && !s.is_chart;
+const only = (s: Session) => s.only;
+const has_wire = (s: Session) => only(s)?.kind === "wire" && !s.is_chart;
+const has_signal = (s: Session) => s.signal !== null;
+const a_signal: Target[] = ["wire", "port", "block"];
 
 function go(direction: Point): (s: Session) => void {
   return (s) => {
@@ -43,26 +47,28 @@ const zoom = (factor: number) => (s: Session) =>
 const nudge = (x: number, y: number) => (s: Session) => s.nudge({ x, y });
 
 export const commands: Command[] = [
-  { title: "Search and insert", group: "Edit", keys: ["Ctrl+K"], is_hidden: true, 
-    run: (s) => (s.dialog = has_signal(s) ? { kind: "search", into: only(s)! } : { kind: "search" }) },
-  { title: "Connect", group: "Edit", keys: ["C"], can: (s) => s.drawing !== null, run: (s) => (s.dialog = { kind: "connect" }) },
-  { title: "Rename", group: "Edit", keys: ["F2"], can: (s) => only(s) !== null && only(s)!.kind !== "wire",
-    run: (s) => (s.renamed = key_of(only(s)!)) },
-  { title: "Mend a mistake", group: "Edit", keys: ["Ctrl+."], can: (s) => s.mendable.length > 0, run: (s) => (s.dialog = { kind: "fix" }) },
-  { title: "Remove", group: "Edit", keys: ["Delete", "Backspace"], can: has_choice, run: (s) => s.remove() },
-  { title: "Flip", group: "Edit", keys: ["R"], can: has_blocks, run: (s) => s.flip() },
-  { title: "Rotate by a quarter", group: "Edit", keys: ["Shift+R"], can: has_blocks, run: (s) => s.rotate() },
-  { title: "Group into a subsystem", group: "Edit", keys: ["Ctrl+G"], can: has_blocks, run: (s) => s.group() },
-  { title: "Dissolve the subsystem", group: "Edit", keys: ["Ctrl+Shift+G"], can: (s) => s.chosen.some((e) => e.kind === "subsystem"),
+  { title: "Search and insert", group: "Edit", keys: ["Ctrl+K"], on: ["empty", "wire"], is_hidden: true,
+    run: (s) => (s.dialog = has_wire(s) ? { kind: "search", into: only(s)! } : { kind: "search" }) },
+  { title: "Connect", group: "Edit", keys: ["C"], on: ["block", "port"], can: (s) => s.drawing !== null, run: (s) => (s.dialog = { kind: "connect" }) },
+  { title: "Rename; name the signal of a wire", group: "Edit", keys: ["F2"], on: ["block", "wire", "note"],
+    can: (s) => only(s) !== null && (only(s)!.kind !== "wire" || has_wire(s)), run: (s) => (s.renamed = key_of(only(s)!)) },
+  { title: "Mend a mistake", group: "Edit", keys: ["Ctrl+."], on: ["block", "wire"], can: (s) => s.mendable.length > 0, run: (s) => (s.dialog = { kind: "fix" }) },
+  { title: "Record the signal", group: "Edit", keys: ["L"], on: a_signal, can: has_signal, is_on: (s) => s.kept_in("") !== null, run: (s) => s.keep_signal("") },
+  { title: "Add the signal to a plot of the model", group: "Edit", keys: ["Shift+L"], on: a_signal, can: has_signal, run: (s) => (s.dialog = { kind: "plots" }) },
+  { title: "Remove", group: "Edit", keys: ["Delete", "Backspace"], on: ["block", "wire", "note"], can: has_choice, run: (s) => s.remove() },
+  { title: "Flip", group: "Edit", keys: ["R"], on: ["block"], can: has_blocks, run: (s) => s.flip() },
+  { title: "Rotate by a quarter", group: "Edit", keys: ["Shift+R"], on: ["block"], can: has_blocks, run: (s) => s.rotate() },
+  { title: "Group into a subsystem", group: "Edit", keys: ["Ctrl+G"], on: ["block"], can: has_blocks, run: (s) => s.group() },
+  { title: "Dissolve the subsystem", group: "Edit", keys: ["Ctrl+Shift+G"], on: ["block"], can: (s) => s.chosen.some((e) => e.kind === "subsystem"),
     run: (s) => s.dissolve() },
-  { title: "Arrange all", group: "Edit", keys: ["Ctrl+Shift+A"], run: (s) => s.arrange() },
-  { title: "Undo", group: "Edit", keys: ["Ctrl+Z"], can: (s) => s.document?.can_undo ?? false, run: (s) => s.undo() },
-  { title: "Redo", group: "Edit", keys: ["Ctrl+Y", "Ctrl+Shift+Z"], can: (s) => s.document?.can_redo ?? false, run: (s) => s.redo() },
-  { title: "Cut", group: "Edit", keys: ["Ctrl+X"], can: has_blocks, run: (s) => s.cut() },
-  { title: "Copy", group: "Edit", keys: ["Ctrl+C"], can: has_blocks, run: (s) => s.copy() },
-  { title: "Paste", group: "Edit", keys: ["Ctrl+V"], run: (s) => s.paste() },
-  { title: "Duplicate", group: "Edit", keys: ["Ctrl+D"], can: has_blocks, run: (s) => s.duplicate() },
-  { title: "Select all", group: "Edit", keys: ["Ctrl+A"], run: (s) => s.select(s.drawing?.elements.map(key_of) ?? []) },
+  { title: "Arrange all", group: "Edit", keys: ["Ctrl+Shift+A"], on: ["empty"], run: (s) => s.arrange() },
+  { title: "Undo", group: "Edit", keys: ["Ctrl+Z"], on: ["empty"], can: (s) => s.document?.can_undo ?? false, run: (s) => s.undo() },
+  { title: "Redo", group: "Edit", keys: ["Ctrl+Y", "Ctrl+Shift+Z"], on: ["empty"], can: (s) => s.document?.can_redo ?? false, run: (s) => s.redo() },
+  { title: "Cut", group: "Edit", keys: ["Ctrl+X"], on: ["block"], can: has_blocks, run: (s) => s.cut() },
+  { title: "Copy", group: "Edit", keys: ["Ctrl+C"], on: ["block"], can: has_blocks, run: (s) => s.copy() },
+  { title: "Paste", group: "Edit", keys: ["Ctrl+V"], on: ["empty"], run: (s) => s.paste() },
+  { title: "Duplicate", group: "Edit", keys: ["Ctrl+D"], on: ["block"], can: has_blocks, run: (s) => s.duplicate() },
+  { title: "Select all", group: "Edit", keys: ["Ctrl+A"], on: ["empty"], run: (s) => s.select(s.drawing?.elements.map(key_of) ?? []) },
   { title: "Move left", group: "Edit", keys: ["Shift+ArrowLeft"], is_hidden: true, can: has_choice, run: nudge(-10, 0) },
   { title: "Move right", group: "Edit", keys: ["Shift+ArrowRight"], is_hidden: true, can: has_choice, run: nudge(10, 0) },
   { title: "Move up", group: "Edit", keys: ["Shift+ArrowUp"], is_hidden: true, can: has_choice, run: nudge(0, -10) },
@@ -77,12 +83,12 @@ export const commands: Command[] = [
   { title: "Wider", group: "Edit", keys: ["Alt+Shift+ArrowRight"], is_hidden: true, can: has_blocks, run: grow(10, 0) },
   { title: "Lower", group: "Edit", keys: ["Alt+Shift+ArrowUp"], is_hidden: true, can: has_blocks, run: grow(0, -10) },
   { title: "Taller", group: "Edit", keys: ["Alt+Shift+ArrowDown"], is_hidden: true, can: has_blocks, run: grow(0, 10) },
-  { title: "Let the wire find its way", group: "Edit", keys: ["Alt+W"], can: has_wires, run: (s) => s.straighten() },
+  { title: "Let the wire find its way", group: "Edit", keys: ["Alt+W"], on: ["wire"], can: has_wires, run: (s) => s.straighten() },
 
-  { title: "Fit all", group: "Look", keys: ["F"], run: (s) => s.fit() },
+  { title: "Fit all", group: "Look", keys: ["F"], on: ["empty"], run: (s) => s.fit() },
   { title: "Enlarge", group: "Look", keys: ["+", "Shift++"], run: zoom(1.25) },
   { title: "Reduce", group: "Look", keys: ["-"], run: zoom(0.8) },
-  { title: "Open the subsystem or state machine", group: "Look", keys: ["Enter"], can: (s) => only(s) !== null && may_enter(only(s)!), run: (s) => s.enter(only(s)!.path) },
+  { title: "Open the subsystem or state machine", group: "Look", keys: ["Enter"], on: ["block"], can: (s) => only(s) !== null && may_enter(only(s)!), run: (s) => s.enter(only(s)!.path) },
   { title: "Leave the subsystem, choose nothing", group: "Look", keys: ["Escape"], is_hidden: true,
     run: (s) => (has_choice(s) ? s.select([]) : s.leave()) },
   { title: "Block on the left", group: "Look", keys: ["ArrowLeft"], is_hidden: true, run: go({ x: -1, y: 0 }) },
@@ -91,9 +97,11 @@ export const commands: Command[] = [
   { title: "Block beneath", group: "Look", keys: ["ArrowDown"], is_hidden: true, run: go({ x: 0, y: 1 }) },
   { title: "Next wire or block", group: "Look", keys: ["."], is_hidden: true, run: go_through(1) },
   { title: "Wire or block before", group: "Look", keys: [","], is_hidden: true, run: go_through(-1) },
-  { title: "Find in the model", group: "Look", keys: ["Ctrl+F"], run: (s) => (s.dialog = { kind: "find" }) },
+  { title: "Find in the model", group: "Look", keys: ["Ctrl+F"], on: ["empty"], run: (s) => (s.dialog = { kind: "find" }) },
   { title: "Map of the drawing", group: "Look", keys: ["M"], run: (s) => (s.has_map = !s.has_map) },
-  { title: "Text of the model", group: "Look", keys: ["Y"], run: (s) => (s.has_text = !s.has_text) },
+  { title: "Text of the model", group: "Look", keys: ["Y"], on: ["empty", "block"], is_on: (s) => s.has_text, run: (s) => (s.has_text = !s.has_text) },
+  { title: "Code that is generated of the model", group: "Look", keys: ["G"], on: ["empty", "block"], is_on: (s) => s.has_code, run: (s) => (s.has_code = !s.has_code) },
+  { title: "Menu of what is chosen", group: "Look", keys: ["Shift+F10", "ContextMenu"], is_hidden: true, run: (s) => s.open_menu() },
   { title: "Colours by sample rate", group: "Look", keys: ["Shift+C"], run: (s) => (s.by_rate = !s.by_rate) },
   { title: "Sizes of signals", group: "Look", keys: [], run: (s) => s.toggle_show("sizes") },
   { title: "Types of signals", group: "Look", keys: [], run: (s) => s.toggle_show("types") },
@@ -114,11 +122,9 @@ export const commands: Command[] = [
   { title: "Start the program", group: "Run", keys: [], can: (s) => s.is_in_control && s.waits, run: (s) => s.command("start") },
   { title: "Stop the program in order", group: "Run", keys: [], can: (s) => s.is_in_control, run: (s) => s.command("stop") },
   { title: "Emergency stop", group: "Run", keys: ["Shift+Escape"], is_everywhere: true, can: (s) => s.is_in_control, run: (s) => s.command("emergency_stop") },
-  { title: "Watch the value of a wire", group: "Run", keys: ["W"], can: has_signal, run: (s) => {
-    const source = s.source_of(only(s)!);
-    s.watched.includes(source) ? s.unwatch(source) : s.watch(source);
-  } },
-  { title: "Plot a wire", group: "Run", keys: ["Shift+W"], can: has_signal, run: (s) => s.plot(s.source_of(only(s)!)) },
+  { title: "Watch the value of the signal", group: "Run", keys: ["W"], on: a_signal, can: has_signal, is_on: (s) => s.watched.includes(s.source!),
+    run: (s) => (s.watched.includes(s.source!) ? s.unwatch(s.source!) : s.watch(s.source!)) },
+  { title: "Show the signal in a panel", group: "Run", keys: ["Shift+W"], on: a_signal, can: has_signal, run: (s) => s.plot(s.source!) },
 ];
 
 /** "Ctrl+Shift+G": Ctrl is also the command key of other keyboards. */

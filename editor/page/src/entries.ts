@@ -43,7 +43,17 @@ function states(session: Session, at?: Point, from?: End): Entry[] {
   return [{ key: "state", title: "State", detail: "of this state machine", group: "structure", run: () => session.add_state(at, from) }];
 }
 
-export function entries_for(session: Session, dialog: Dialog): Entry[] {
+/** The plots of the model, each with or without the chosen signal, and a new one of the title that is typed. */
+function plots(session: Session, text: string): Entry[] {
+  const signal = session.signal, titles = session.document?.plots ?? [], title = text.trim() || last_of(signal?.name || signal?.path || "");
+  return [
+    ...titles.map((plot) => ({ key: `plot ${plot}`, title: plot, detail: session.kept_in(plot) ? "take the signal off" : "add the signal", group: "plot",
+      run: () => session.keep_signal(plot) })),
+    ...(titles.includes(title) ? [] : [{ key: "new", title: `New plot: ${title}`, detail: "of the signal", group: "plot", run: () => session.keep_signal(title) }]),
+  ];
+}
+
+export function entries_for(session: Session, dialog: Dialog, text: string): Entry[] {
   switch (dialog.kind) {
     case "help": case "find": case "image": case "compare": return []; // what is found comes from the service
     case "open":
@@ -56,8 +66,9 @@ export function entries_for(session: Session, dialog: Dialog): Entry[] {
     case "fix": return session.mendable.map(({ path, message, fix }, i) => (
       { key: `${i}`, title: fix.title, detail: `${path}: ${message}`, group: "fix", run: () => session.mend(fix) }));
     case "connect": return connections(session);
+    case "plots": return plots(session, text);
     case "insert": return session.is_chart ? states(session, dialog.at, dialog.from) : blocks(session, dialog);
-    case "search": return session.is_chart ? [...states(session, dialog.at), ...possible_commands(session)] : dialog.into ? blocks(session, dialog) : [
+    case "search": return session.is_chart ? [...states(session, dialog.at), ...possible_commands(session)] : dialog.into ? [...blocks(session, dialog), ...possible_commands(session)] : [
       ...blocks(session, dialog),
       { key: "subsystem", title: "Subsystem", detail: "an empty one, to be opened and filled", group: "structure", run: () => session.add_subsystem(dialog.at) },
       { key: "input", title: "Input", detail: "of this subsystem", group: "structure", run: () => session.add_port(false, dialog.at) },

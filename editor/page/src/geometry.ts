@@ -79,6 +79,10 @@ export function text_bounds(shape: Shape): Rectangle {
 export const wire_line = (element: Element): Point[] =>
   element.shapes.find((shape) => shape.kind === "line")?.points ?? []; // also where a mistake colours it
 
+/** Where a person reads what an element is about. */
+export const anchor_of = (element: Element): Point =>
+  element.kind === "wire" ? middle_of(wire_line(element)) : centre(element.bounds);
+
 /** Where the badge of a mistake is. */
 export const badge_of = (element: Element): Point => {
   const line = wire_line(element);

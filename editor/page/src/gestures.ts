@@ -52,7 +52,7 @@ export class Gestures {
       s.select([key_of(wrong)]);
       s.dialog = { kind: "fix" };
     } else if (found?.port) {
-      s.select([key_of(found.element)]);
+      s.choose_port({ element: found.element, port: found.port });
       this.pull(found.element, found.port);
     }
     else if (grip) this.gesture = { kind: "resize", from: point, ...grip, tried: null };
@@ -216,6 +216,16 @@ export class Gestures {
     this.gesture = this.band = this.pulled = null;
     this.repaint();
     return was;
+  }
+
+  /** A menu is about what lies there, with all else that is chosen if that is. */
+  menu(at: Point): void {
+    const s = this.session, found = this.at(at);
+    s.cursor = this.point(at);
+    if (!found) s.select([]);
+    else if (found.port) s.choose_port({ element: found.element, port: found.port });
+    else if (!s.selection.has(key_of(found.element))) s.select([key_of(found.element)]);
+    s.open_menu(at);
   }
 
   twice(at: Point): void {

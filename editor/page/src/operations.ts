@@ -10,6 +10,7 @@ export type Operation =
   | { do: "rename"; path: string; name: string }
   | { do: "connect"; system: string; from: string; to: string }
   | { do: "disconnect"; system: string; from?: string; to: string }
+  | { do: "name_signal"; system: string; from: string; name: string }
   | { do: "set"; path: string; name: string; value?: string | null }
   | { do: "add_port"; system: string; port: { name: string }; is_output: boolean }
   | { do: "set_variable"; system: string; name: string; variable?: Variable | null }
@@ -23,6 +24,7 @@ export type Operation =
   | { do: "annotate"; name: string; note?: { name: string; text: string; image?: string; system: string; at: Point; size?: Point } | null }
   | { do: "group"; system: string; blocks: string[]; name: string }
   | { do: "dissolve"; path: string }
+  | { do: "record"; path: string; is_recorded?: boolean; plot?: string }
   | { do: "watch"; name: string; display?: { name: string; shows: PanelInfo["shows"]; signals: { path: string }[] } | null }
   | { do: "batch"; operations: Operation[] };
 

@@ -1,4 +1,4 @@
-import { badge_of, centre, key_of, longest_piece, meets, middle_of, to_screen, wire_line, type Size, type View } from "./geometry.ts";
+import { badge_of, key_of, longest_piece, meets, middle_of, to_screen, wire_line, type Size, type View } from "./geometry.ts";
 import { handle_at, handles } from "./layout.ts";
 import { is_block, joined } from "./operations.ts";
 import type { Drawing, Element, Point, Port, Rectangle, Shape } from "./protocol.ts";
@@ -15,6 +15,7 @@ export interface Look {
   values: ReadonlyMap<string, string[]>;
   /** Number of the active state. */
   active: number | null;
+  port: Port | null; // that is chosen alone
   image(address: string): HTMLImageElement | null;
   by_rate: boolean;
   colours: Colours;
@@ -100,6 +101,8 @@ function draw_shape(brush: Brush, shape: Shape, element: Element): void {
     context.fillStyle = is_live ? c.accent : own ?? c[shape.style];
     context.fill();
   } else {
+    context.fillStyle = c.canvas;
+    if (shape.style === "open") context.fill();
     context.strokeStyle = shape.style !== "wire" ? c[shape.style] : is_live ? c.accent : own ?? c.wire;
     context.lineWidth = thickness(view, shape.style === "highlight" ? 2 : shape.style === "wire" && is_chosen ? 2.2 : 1.3);
     context.stroke();
@@ -210,6 +213,7 @@ export function paint(context: CanvasRenderingContext2D, drawing: Drawing | null
     if (element.kind !== "wire" && key_of(element) === look.hovered && !look.pulled)
       for (const port of element.ports) draw_port(brush, port, false);
   }
+  if (look.port) draw_port(brush, look.port, true);
   const pointed = visible.find((element) => element.kind === "wire" && key_of(element) === look.hovered);
   const whole = pointed && look.values.get(joined(drawing.system, pointed.from));
   if (whole) draw_value(brush, pointed, whole, true);
@@ -236,8 +240,4 @@ export function paint(context: CanvasRenderingContext2D, drawing: Drawing | null
     context.stroke();
   }
 }
-
-/** Where a person reads what an element is about. */
-export const anchor_of = (element: Element): Point =>
-  element.kind === "wire" ? middle_of(wire_line(element)) : centre(element.bounds);
 

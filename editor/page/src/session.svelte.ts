@@ -1,13 +1,16 @@
 import { Client, Refusal, type Place } from "./client.ts";
-import { fitted, key_of, meets, middle_of, nearest_piece, panned, wire_line, type Size, type View } from "./geometry.ts";
+import { anchor_of, fitted, key_of, meets, middle_of, nearest_piece, panned, to_screen, wire_line, type Size, type View } from "./geometry.ts";
 import { aligned, axis_of, bends, bent, distributed, movable, resized, type Axis, type Edge, type Handle, type Placing } from "./layout.ts";
 import {
   connection, end_of, end_of_new, fresh_name, is_block, joined, last_of, may_enter, name_for, parent_of, removal, splice, through, type Operation, type Side,
 } from "./operations.ts";
 import {
-  protocol, type DocumentState, type Draw, type Drawing, type Element, type Fix, type LibraryBlock, type LiveReport, type Method, type Methods, type Notifications,
+  protocol, type DocumentState, type Draw, type DrawnSignal, type Drawing, type Element, type Fix, type Kept, type LibraryBlock, type LiveReport, type Method, type Methods, type Notifications,
   type Point, type Port, type RunState, type SignalInfo,
 } from "./protocol.ts";
+import { Drafts } from "./drafts.ts";
+import { Images } from "./images.svelte.ts";
+import { keep, kept } from "./kept.ts";
 import { Panels } from "./panels.svelte.ts";
 import { Recordings } from "./recordings.svelte.ts";
 import { Samples, type Track } from "./samples.ts";
@@ -16,20 +19,25 @@ import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
 
 export type Show = "sizes" | "types" | "rates" | "units";
 export interface End { element: Element; port: Port }
+/** What a menu is about. */
+export type Target = "block" | "wire" | "port" | "note" | "empty";
 export type Dialog =
   | { kind: "search"; at?: Point; into?: Element } // all that one can insert or do; what goes into a wire
   | { kind: "insert"; at: Point; from?: End }     // with a wire from there
   | { kind: "connect" }
   | { kind: "find" }                              // something in the whole model
   | { kind: "fix" }                               // what would mend mistakes
+  | { kind: "plots" }                             // of the model, for the chosen signal
   | { kind: "open" }
   | { kind: "image"; at?: Point }
   | { kind: "earlier" }               // what to compare the model with
   | { kind: "compare"; file: string } // empty: the last commit
   | { kind: "help" };
 type Part = "run" | "model";
+/** What the run of a model is compared with. */
+interface Comparison { file: string; branches: number[]; recordings: string[] }
 /** As if the document said so, while something is dragged. */
-type Tried = Omit<Draw, "system" | "show">;
+type Tried = Omit<Draw, "system" | "show" | "marks_open">;
 const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
 const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
@@ -58,10 +66,12 @@ export class Session {
   run = $state.raw<RunState>(no_run);
   live = $state.raw<LiveReport | null>(null); // of the program that is attached
   signals = $state.raw<SignalInfo[]>([]);
-  pace = $state<number | null>(1); // seconds of the model per second, of the next start
+  pace = $state<number | null>((kept<{ pace: number | null }>("localStorage", "pace") ?? { pace: 1 }).pace); // seconds of the model per second, of the next start
 
   selection = $state.raw<ReadonlySet<string>>(new Set());
   focus = $state<string | null>(null); // where arrow keys go on from
+  private port = $state.raw<Port | null>(null); // of the one chosen element, as it was drawn when it was chosen
+  marks_open = $state(false); // ports without a wire: a run was refused, and nothing was edited since
   hovered = $state<string | null>(null);
   view = $state.raw<View>({ x: 0, y: 0, scale: 1 });
   size = $state.raw<Size>({ width: 1, height: 1 });
@@ -70,6 +80,8 @@ export class Session {
   by_rate = $state(false);    // colours of wires and blocks
   has_map = $state(false);
   has_text = $state(false); // the model's file beside the drawing
+  has_code = $state(false); // what is generated of it
+  menu = $state.raw<Point | null>(null); // of what is chosen; a point of the canvas
   theme = $state<Choice>(chosen());
   colours = $state.raw<Colours>(colours());
   dialog = $state.raw<Dialog | null>(null);
@@ -96,6 +108,7 @@ export class Session {
   readonly stage: Stage;
   readonly panels = new Panels(() => this.document, (operation) => this.edit(operation));
   readonly recordings: Recordings;
+  readonly drafts = new Drafts();
   private asked_panels = "";
   private readonly client: Client;
   private readonly where: Place;
@@ -123,7 +136,10 @@ export class Session {
       },
     });
     this.stage = new Stage(this.client);
-    this.recordings = new Recordings(this.client, (path) => where.data(path), () => ++this.sampled);
+    this.recordings = new Recordings(this.client, (path) => where.data(path), () => {
+      ++this.sampled;
+      this.keep_comparison();
+    });
   }
 
   close(): void { this.client.close(); }
@@ -153,24 +169,8 @@ export class Session {
       URL.revokeObjectURL(link.href);
     }
   }
-  /** An image that a drawing names; null: it comes. It is shown as by <img>, which runs nothing that stands in it. */
-  readonly image = (address: string): HTMLImageElement | null => {
-    void this.drawn_images;
-    const known = this.images.get(address);
-    if (known === undefined) {
-      this.images.set(address, null);
-      void this.data(address).then(async (bytes) => {
-        const image = new Image(), url = URL.createObjectURL(new Blob([bytes], { type: address.endsWith(".png") ? "image/png" : "image/svg+xml" }));
-        image.src = url;
-        await image.decode();
-        this.images.set(address, image);
-        ++this.drawn_images;
-      }).catch(() => {}); // it is gone, or holds no image after all: its place stays empty
-    }
-    return known ?? null;
-  };
-  private images = new Map<string, HTMLImageElement | null>();
-  private drawn_images = $state(0);
+  readonly image = new Images((path) => this.data(path)).of;
+  generate = (language: Methods["generate"]["params"]["language"]) => this.client.call("generate", { language });
   parameters = () => this.client.call("parameters", {}).catch(() => null);
   compare_with = (file: string, system: string) => this.ask("compare", { file, system });
   image_files = () => this.client.call("images", { system: this.system }).catch(() => null);
@@ -199,6 +199,11 @@ export class Session {
     if (library) this.library = library.blocks;
     this.take_run(welcome.run);
     this.live = welcome.live;
+    const compared = kept<Comparison>("sessionStorage", "comparison");
+    if (!is_again && compared?.file === welcome.document.file) {
+      if (welcome.run.state !== "none") this.compared = new Set(compared.branches);
+      for (const file of compared.recordings) void this.recordings.open(file);
+    }
     await this.rewatch();
     await this.stage.ask();
   }
@@ -229,7 +234,7 @@ export class Session {
   private async draw_while_stale(): Promise<void> {
     while (this.is_stale) {
       this.is_stale = false;
-      const system = this.system, asked = { system, show: [...this.show], ...this.tried };
+      const system = this.system, asked = { system, show: [...this.show], marks_open: this.marks_open, ...this.tried };
       const wanted = this.model_state + JSON.stringify(asked);
       if (wanted === this.drawn) continue;
       this.drawn = wanted;
@@ -263,6 +268,7 @@ export class Session {
     if (state) {
       if (state.revision !== this.document?.revision || state.file !== this.document.file) this.document = state; // else it was heard
       this.message = null;
+      this.marks_open = false;
     }
     await this.redraw(nothing_tried);
     return state !== null;
@@ -341,6 +347,7 @@ export class Session {
 
   select(keys: Iterable<string>): void {
     this.selection = new Set(keys);
+    this.port = null;
     if (this.selection.size === 1) this.focus = [...this.selection][0]!;
   }
   toggle(key: string): void {
@@ -348,6 +355,38 @@ export class Session {
     if (!keys.delete(key)) keys.add(key);
     this.select(keys);
   }
+  choose_port({ element, port }: End): void {
+    this.select([key_of(element)]);
+    this.port = port;
+  }
+  get only(): Element | null { return this.chosen.length === 1 ? this.chosen[0]! : null; }
+  /** The port that is chosen alone, else the only one that a signal comes from, or goes to. */
+  get chosen_port(): Port | null {
+    const ports = this.only?.ports ?? [], { port } = this, outputs = ports.filter((one) => one.is_output);
+    if (port) return ports.find((one) => one.name === port.name && one.is_output === port.is_output) ?? null;
+    return outputs.length === 1 ? outputs[0]! : ports.length === 1 ? ports[0]! : null;
+  }
+  /** What the one chosen wire, port or block carries. */
+  get signal(): DrawnSignal | null {
+    const number = this.only?.kind === "wire" ? this.only.signal : this.chosen_port?.signal;
+    return (number !== undefined && this.drawing?.signals[number]) || null;
+  }
+  /** The name by which it is watched. */
+  get source(): string | null { return this.only?.kind === "wire" ? this.source_of(this.only) : this.signal?.path ?? null; }
+  /** The entry of a plot of the model by which it is kept, or of its record (no title). */
+  kept_in(plot: string): Kept | null { return this.signal?.kept.find((kept) => kept.plot === plot) ?? null; }
+
+  get target(): Target {
+    if (this.port) return "port";
+    const kind = this.chosen[0]?.kind;
+    return kind === undefined ? "empty" : this.chosen.length > 1 ? "block" : kind === "wire" || kind === "note" ? kind : "block";
+  }
+  /** At a point of the canvas, else at what is chosen. */
+  open_menu(at?: Point): void {
+    const focus = this.find(this.focus) ?? this.chosen[0];
+    this.menu = at ?? (focus ? to_screen(this.view, anchor_of(focus)) : { x: this.size.width / 2, y: this.size.height / 2 });
+  }
+
   find(key: string | null): Element | null { return this.drawing?.elements.find((e) => key_of(e) === key) ?? null; }
   get chosen(): Element[] { return this.drawing?.elements.filter((e) => this.selection.has(key_of(e))) ?? []; }
   /** Those of what is chosen, else all: what is wrong, with what would mend it. */
@@ -435,9 +474,24 @@ export class Session {
     return this.edit({ do: "batch", operations: [off, connection(this.system, a, b)] });
   }
   remove(): Promise<boolean> { return this.edit(removal(this.system, this.chosen)); }
+  /** Into the record of the model or one of its plots, or out of it. */
+  keep_signal(plot: string): Promise<boolean> {
+    const signal = this.signal!, kept = this.kept_in(plot);
+    return this.edit({ do: "record", path: kept?.entry || signal.name || signal.path, ...(kept ? { is_recorded: false } : {}), ...(plot ? { plot } : {}) });
+  }
+  private name_signal(wire: Element, name: string): Promise<boolean> {
+    const old = this.drawing?.signals[wire.signal]?.name ?? "";
+    if (!name) return this.edit({ do: "remove", path: old });
+    return this.edit(old ? { do: "rename", path: old, name } : { do: "name_signal", system: this.system, from: wire.from, name });
+  }
+  /** As it is edited. */
+  name_of(element: Element): string {
+    return last_of(element.kind === "wire" ? this.drawing?.signals[element.signal]?.name ?? "" : element.path);
+  }
   async rename(key: string, name: string): Promise<void> {
     const element = this.find(key);
     this.renamed = null;
+    if (element?.kind === "wire") return void (name !== this.name_of(element) && (await this.name_signal(element, name)));
     if (element?.kind === "note") {
       if (!name && !element.image) await this.edit({ do: "annotate", name: element.path });
       else if (name !== this.text_of(element)) await this.edit(this.note(element, { text: name }));
@@ -575,12 +629,16 @@ export class Session {
   }
   set_pace(pace: number | null): void {
     this.pace = pace;
+    keep("localStorage", "pace", { pace });
     if (this.run.state !== "none") void this.command("pace", { factor: pace });
   }
   async command(action: Methods["run"]["params"]["action"], 
     { time = null, factor = null, branch = null, event = "" }: Partial<Methods["run"]["params"]> = {}): Promise<void> {
     const state = await this.ask("run", { action, time, factor, branch, event }, "run");
-    if (!state) return;
+    if (!state) {
+      this.marks_open = true;
+      return this.redraw();
+    }
     this.message = null;
     this.take_run(state);
   }
@@ -603,7 +661,13 @@ export class Session {
   }
   compare(branch: number, is_compared: boolean): void {
     this.compared = new Set([...this.compared].filter((other) => other !== branch).concat(is_compared ? [branch] : []));
+    this.keep_comparison();
     void this.rewatch();
+  }
+  /** For this page when it is loaded again. */
+  private keep_comparison(): void {
+    const comparison: Comparison = { file: this.document?.file ?? "", branches: [...this.compared], recordings: this.recordings.opened.map((one) => one.file) };
+    keep("sessionStorage", "comparison", comparison);
   }
   /** What is known of a signal on the branch that goes on, or on another one. */
   track_of(signal: SignalInfo, branch = this.run.branch): Track | undefined { return this.samples.along(branch, signal.index); }

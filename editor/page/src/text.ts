@@ -8,6 +8,7 @@ import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
 import { Annotation, ChangeSet, Compartment, EditorState, StateEffect, StateField, type Extension } from "@codemirror/state";
 import { Decoration, EditorView, keymap, lineNumbers, type DecorationSet } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
+import type { Draft, Drafts } from "./drafts.ts";
 import { key_of_place } from "./geometry.ts";
 import type { Diagnostic, FileText, Rewritten, TextPlace } from "./protocol.ts";
 
@@ -23,9 +24,10 @@ export interface Desk {
   /** Of the model in the files. */
   mistakes(): Diagnostic[];
   tell(state: State): void;
+  drafts: Drafts;
 }
 /** What stands in the way of what was typed. */
-export type State = { kind: "written" | "typing" } | { kind: "wrong"; mistakes: Diagnostic[] } | { kind: "clash"; lines: number[] };
+export type State = { kind: "written" | "typing" | "kept" } | { kind: "wrong"; mistakes: Diagnostic[] } | { kind: "clash"; lines: number[] };
 
 const pause = 400; // ms without a key before what was typed is written
 
@@ -43,9 +45,9 @@ export function clashing(a: string, edits: Edit[], others: Edit[]): Edit[] {
 }
 
 const from_elsewhere = Annotation.define<boolean>();
-const mark_lines = StateEffect.define<{ from: number; to: number }[]>();
+export const mark_lines = StateEffect.define<{ from: number; to: number }[]>();
 const chosen_line = Decoration.line({ class: "cm-chosen" });
-const chosen_lines = StateField.define<DecorationSet>({
+export const chosen_lines = StateField.define<DecorationSet>({
   create: () => Decoration.none,
   update(lines, transaction) {
     let now = lines.map(transaction.changes);
@@ -57,7 +59,7 @@ const chosen_lines = StateField.define<DecorationSet>({
   provide: (field) => EditorView.decorations.from(field),
 });
 
-const look: Extension = [
+export const look: Extension = [
   EditorView.theme({
     "&": { height: "100%", color: "var(--text)", backgroundColor: "var(--panel)", fontSize: "12px" },
     "&.cm-focused": { outline: "2px solid var(--accent)", outlineOffset: "-2px" },
@@ -73,7 +75,8 @@ const look: Extension = [
   syntaxHighlighting(HighlightStyle.define([
     { tag: tags.propertyName, color: "var(--accent)" },
     { tag: [tags.comment, tags.punctuation, tags.separator], color: "var(--quiet)" },
-    { tag: [tags.string, tags.special(tags.string)], color: "var(--label)" },
+    { tag: [tags.string, tags.special(tags.string), tags.number], color: "var(--label)" },
+    { tag: [tags.keyword, tags.typeName], color: "var(--accent)" },
   ])),
 ];
 
@@ -88,13 +91,14 @@ export class TextEditor {
   private places: TextPlace[] = [];
   private rejected: Diagnostic[] = [];
   private clash: FileText | null = null;
-  private drafts = new Map<string, { base: string; text: string }>(); // of files that are not shown and hold something else
+  private kept: Draft | null = null; // what an earlier page left; until it is decided nothing is typed
   private wanted: string | null = null; // key of what is chosen
   private is_stale = false;
   private is_due = false;
   private is_at_work = false;
   private timer = 0;
   private readonly undoing = new Compartment();
+  private readonly locking = new Compartment();
   private readonly desk: Desk;
 
   constructor(parent: HTMLElement, desk: Desk) {
@@ -111,7 +115,7 @@ export class TextEditor {
     const forth = () => (redoDepth(this.view.state) > 0 ? redo(this.view) : (this.desk.redo(), true));
     return EditorState.create({ doc: text, extensions: [
       EditorState.lineSeparator.of("\n"), lineNumbers(), lintGutter(), yaml(), indentOnInput(), highlightSelectionMatches(), chosen_lines, look,
-      this.undoing.of(history()),
+      this.undoing.of(history()), this.locking.of(EditorState.readOnly.of(this.kept !== null)),
       EditorView.contentAttributes.of({ "aria-label": "Text of the model", tabindex: "0" }),
       keymap.of([{ key: "Mod-z", run: back }, { key: "Mod-y", mac: "Mod-Shift-z", run: forth }, { key: "Mod-Shift-z", run: forth },
         ...searchKeymap, ...lintKeymap, ...defaultKeymap, { key: "Escape", run: () => (this.desk.leave(), true) }]),
@@ -123,10 +127,12 @@ export class TextEditor {
   }
   private get text(): string { return this.view.state.doc.toString(); }
   private get is_own(): boolean { return this.text !== this.base; }
+  private remember(): void { this.desk.drafts.set(this.file, this.is_own ? { base: this.base, text: this.text } : null); }
 
   // ---- typing, and what others write ----
 
   private typed(): void {
+    this.remember();
     this.desk.tell(this.clash ? this.clash_state : { kind: "typing" });
     clearTimeout(this.timer);
     this.timer = window.setTimeout(() => {
@@ -172,6 +178,7 @@ export class TextEditor {
     } else {
       this.rejected = [];
     }
+    this.remember();
     this.show();
   }
   /** From here on the document's undo takes it back. */
@@ -183,14 +190,13 @@ export class TextEditor {
   }
   private take(found: FileText): void {
     if (found.file !== this.file) {
-      if (this.is_own) this.drafts.set(this.file, { base: this.base, text: this.text });
-      const draft = this.drafts.get(found.file);
-      this.drafts.delete(found.file);
+      const draft = this.desk.drafts.get(found.file), own = draft?.is_own ? draft : null;
+      this.kept = draft && !own && draft.text !== found.text ? draft : null;
       this.file = found.file;
-      this.base = draft?.base ?? found.text;
+      this.base = own?.base ?? found.text;
       this.clash = null;
-      this.view.setState(this.state(draft?.text ?? found.text));
-      this.is_due = draft !== undefined;
+      this.view.setState(this.state(own?.text ?? found.text));
+      this.is_due = own !== null;
     }
     const theirs = edits_between(this.base, found.text), mine = edits_between(this.base, this.text);
     if (this.text !== found.text && clashing(this.base, theirs, mine).length > 0) {
@@ -209,6 +215,19 @@ export class TextEditor {
     this.base = base;
     if (!set.empty) this.view.dispatch({ changes: set, annotations: from_elsewhere.of(true) });
   }
+  /** What an earlier page left is typed again, or thrown away. */
+  take_up(is_wanted: boolean): void {
+    const draft = this.kept;
+    if (!draft) return;
+    this.kept = null;
+    if (is_wanted) {
+      this.base = draft.base;
+      this.view.setState(this.state(draft.text));
+    } else this.view.dispatch({ effects: this.locking.reconfigure(EditorState.readOnly.of(false)) });
+    this.remember();
+    this.view.focus();
+    this.refresh();
+  }
   /** Ends a clash: what others wrote stays elsewhere, and in the lines that both changed on demand. */
   decide(is_mine: boolean): void {
     const found = this.clash;
@@ -222,6 +241,7 @@ export class TextEditor {
       this.base = this.text;
       this.put(edits_between(this.text, found.text), [], found.text);
     }
+    this.remember();
     this.is_due = true;
     void this.work();
   }
@@ -243,7 +263,7 @@ export class TextEditor {
       const at = doc.line(line), from = Math.min(at.from + Math.max(column - 1, 0), at.to);
       return { from, to: at.to, severity: "error", message: `${path ? `${path}: ` : ""}${message}${remedy ? `; ${remedy}` : ""}` };
     })));
-    this.desk.tell(this.clash ? this.clash_state : this.rejected.length > 0 ? { kind: "wrong", mistakes: this.rejected }
+    this.desk.tell(this.kept ? { kind: "kept" } : this.clash ? this.clash_state : this.rejected.length > 0 ? { kind: "wrong", mistakes: this.rejected }
       : { kind: this.is_own ? "typing" : "written" });
     this.choose(this.wanted, false);
   }

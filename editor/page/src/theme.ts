@@ -1,8 +1,9 @@
+import { keep, kept } from "./kept.ts";
 import type { Shape } from "./protocol.ts";
 
 export type Choice = "system" | "light" | "dark";
 const names = [
-  "canvas", "floor", "floor-line", "dots", "accent", "accent-soft", "body", "body-line", "symbol", "value", "name", "port", "wire", "branch", "label", "note",
+  "canvas", "floor", "floor-line", "dots", "accent", "accent-soft", "body", "body-line", "symbol", "value", "name", "port", "open", "wire", "branch", "label", "note",
   "highlight", "added", "removed", "changed", "pill", "pill-text",
 ] as const;
 export type Colours = Record<(typeof names)[number], string>;
@@ -23,17 +24,11 @@ export function colours(): Colours {
 
 export function choose(choice: Choice): void {
   document.documentElement.style.colorScheme = choice === "system" ? "light dark" : choice;
-  try {
-    localStorage.setItem("theme", choice);
-  } catch { /* a browser that stores nothing begins with the system's colours each time */ }
+  keep("localStorage", "theme", choice);
 }
 export function chosen(): Choice {
-  try {
-    const stored = localStorage.getItem("theme");
-    return stored === "light" || stored === "dark" ? stored : "system";
-  } catch {
-    return "system";
-  }
+  const stored = kept<Choice>("localStorage", "theme");
+  return stored === "light" || stored === "dark" ? stored : "system";
 }
 
 /** Of a sample rate, light and dark: the golden angle keeps neighbours apart. */

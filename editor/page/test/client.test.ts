@@ -31,7 +31,7 @@ async function started() {
 describe("the client", () => {
   test("gives each request its own answer", async () => {
     const { client } = await started();
-    const [drawing, library] = await Promise.all([client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [] }), client.call("library", {})]);
+    const [drawing, library] = await Promise.all([client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [], marks_open: false }), client.call("library", {})]);
     expect(drawing.elements.length).toBeGreaterThan(5);
     expect(library.blocks.map((b) => b.name)).toContain("Gain");
   });

@@ -4,7 +4,7 @@ import { readFile } from "node:fs/promises";
 import { createServer, type Server } from "node:http";
 import { extname, join, normalize } from "node:path";
 import { WebSocketServer, type WebSocket } from "ws";
-import type { DocumentState, Drawing, Element, PanelInfo, Port, RunState, Shape, SignalInfo } from "../src/protocol.ts";
+import type { DocumentState, DrawnSignal, Drawing, Element, PanelInfo, Port, RunState, Shape, SignalInfo } from "../src/protocol.ts";
 
 const shape = (kind: Shape["kind"], style: Shape["style"], points: [number, number][], more: Partial<Shape> = {}): Shape =>
   ({ kind, style, points: points.map(([x, y]) => ({ x, y })), text: "", size: 0, align: "start", ...more });
@@ -17,11 +17,11 @@ export function box(path: string, x: number, y: number, inputs: string[], output
   const corners: [number, number][] = symbol === "K" ? [[x, y], [x + width, y + height / 2], [x, y + height]]
     : [[x, y], [x + width, y], [x + width, y + height], [x, y + height]];
   const ports = (names: string[], is_output: boolean): Port[] => names.map((name, i) => ({
-    name, is_output, is_wired: false, about: "scalar double",
+    name, is_output, is_wired: false, about: "scalar double", signal: -1,
     at: { x: is_output ? x + width : x, y: y + ((i + 0.5) * height) / names.length },
   }));
   return {
-    kind, path, from: "", to: "", corners: [], bounds: { x, y, width, height },
+    kind, path, from: "", to: "", corners: [], signal: -1, bounds: { x, y, width, height },
     shapes: [shape("polygon", "body", corners), text("value", x + (symbol === "K" ? 22 : 30), y + height / 2 + 4, symbol),
       text("name", x + 30, y + height + 15, path.slice(path.lastIndexOf(".") + 1), 11)],
     ports: [...ports(inputs, false), ...ports(outputs, true)], title: `${path}, ${symbol}`, description: "", marks: [], rate: null, state: null, image: "",
@@ -36,10 +36,11 @@ const source = (elements: Element[], end: string, is_output: boolean): Port => {
 export function wire(elements: Element[], from: string, to: string): Element {
   const a = source(elements, from, true), b = source(elements, to, false);
   a.is_wired = b.is_wired = true;
+  b.signal = a.signal;
   const middle = (a.at.x + b.at.x) / 2, line: [number, number][] = [[a.at.x, a.at.y], [middle, a.at.y], [middle, b.at.y], [b.at.x, b.at.y]];
   const xs = line.map(([x]) => x), ys = line.map(([, y]) => y);
   return {
-    kind: "wire", path: to.includes(".") ? to : `${to}.${b.name}`, from, to, corners: line.map(([x, y]) => ({ x, y })),
+    kind: "wire", path: to.includes(".") ? to : `${to}.${b.name}`, from, to, corners: line.map(([x, y]) => ({ x, y })), signal: a.signal,
     bounds: { x: Math.min(...xs), y: Math.min(...ys), width: Math.max(...xs) - Math.min(...xs) + 6, height: Math.max(...ys) - Math.min(...ys) },
     shapes: [shape("line", "wire", line), shape("polygon", "wire", [[b.at.x, b.at.y], [b.at.x - 8, b.at.y - 4], [b.at.x - 8, b.at.y + 4]])],
     ports: [], title: `from ${from} to ${to}`, description: "", marks: [], rate: 0, state: null, image: "",
@@ -65,30 +66,40 @@ export class Model {
   revision = 1;
   operations: object[] = [];
   panels: PanelInfo[] = [];
+  names: Record<string, string> = {}; // of signals, by their source
+  record: string[] = [];
+  plots: Record<string, string[]> = {};
   refusal = ""; // of edits
   failure = "";
+  mistake = ""; // of the variable
 
   state(): DocumentState {
     const open = !this.wires.some(([, to]) => to.startsWith("scope"));
     return {
-      file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, is_saved: true, failure: this.failure, panels: this.panels,
-      diagnostics: open ? [{ file: "motor.yaml", line: 9, column: 3, path: "scope", message: "input 'u' is not connected", remedy: "connect it", fixes: [
+      file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, is_saved: true, failure: this.failure, panels: this.panels, plots: Object.keys(this.plots),
+      diagnostics: open ? [{ file: "motor.yaml", line: 9, column: 3, path: "scope", message: "input 'u' is not connected", remedy: "connect it", is_open: false, fixes: [
         { title: "Connect 'motor' to 'scope'", operation: '{"do":"connect","system":"","from":"motor","to":"scope"}' }] }] : [],
     };
   }
   draw(system: string, moved: { path: string; to: { x: number; y: number } }[]): Drawing {
     const bounds = { x: 0, y: 0, width: 640, height: 160 };
-    if (system) return { system, bounds, elements: [box(`${system}.voltage`, 40, 60, [], ["y"], "1", "input")], rates: [], active: "" };
+    if (system) return { system, bounds, elements: [box(`${system}.voltage`, 40, 60, [], ["y"], "1", "input")], signals: [], rates: [], active: "" };
     const solid = this.blocks.map((b) => {
       const to = moved.find((m) => m.path === b.name)?.to ?? b;
       return box(b.name, to.x, to.y, b.inputs, b.outputs, b.symbol, b.kind);
     });
+    const signals: DrawnSignal[] = [];
+    for (const { path, ports } of solid) for (const port of ports.filter((one) => one.is_output)) {
+      const name = this.names[path] ?? "", kept = (plot: string, list: string[]) => list.filter((entry) => [path, name].includes(entry)).map((entry) => ({ plot, entry }));
+      port.signal = signals.length;
+      signals.push({ path, name, kept: [...kept("", this.record), ...Object.entries(this.plots).flatMap(([plot, list]) => kept(plot, list))] });
+    }
     for (const mistake of this.state().diagnostics)
       solid.find((e) => e.path === mistake.path)?.marks.push({ message: mistake.message, remedy: mistake.remedy, fixes: mistake.fixes });
     const notes = this.notes.map(({ name, text: words, at }): Element => ({
-      kind: "note", path: name, from: "", to: "", corners: [], bounds: { ...at, width: 80, height: 16 }, ports: [], title: `note: ${words}`,
+      kind: "note", path: name, from: "", to: "", corners: [], signal: -1, bounds: { ...at, width: 80, height: 16 }, ports: [], title: `note: ${words}`,
       shapes: [text("note", at.x + 40, at.y + 12, words)], description: "", marks: [], rate: null, state: null, image: "" }));
-    return { system, bounds, elements: [...this.wires.map(([from, to]) => wire(solid, from, to)), ...solid, ...notes], rates: ["continuous"], active: "" };
+    return { system, bounds, elements: [...this.wires.map(([from, to]) => wire(solid, from, to)), ...solid, ...notes], signals, rates: ["continuous"], active: "" };
   }
   edit(operation: any): void {
     ++this.revision;
@@ -99,6 +110,12 @@ export class Model {
       this.panels = this.panels.some((p) => p.name === name)
         ? this.panels.flatMap((p) => (p.name !== name ? [p] : panel ? [panel] : [])) : panel ? [...this.panels, panel] : this.panels;
     }
+    if (operation.do === "record") {
+      const list = operation.plot ? (this.plots[operation.plot] ??= []) : this.record;
+      if (operation.is_recorded ?? true) list.push(operation.path);
+      else list.splice(list.indexOf(operation.path), 1);
+    }
+    if (operation.do === "name_signal") this.names[operation.from] = operation.name;
     if (operation.do === "batch") operation.operations.forEach((o: object) => this.edit(o));
     else if (operation.do === "move" && block) Object.assign(block, operation.to);
     else if (operation.do === "annotate") {
@@ -176,7 +193,7 @@ class Speaker {
         return { path: params.path, title: params.path || "motor", type: "Gain", doc: "Multiplies by a constant.", fields: [
         { name: "K", role: "parameter", text: "Gain.Kp", initial: "1", value: "0.1", unit: "V*s/rad", doc: "factor", choices: [], least: null, greatest: null },
         { name: "period", role: "property", text: null, initial: "", value: "", unit: "s", doc: "", choices: [], least: null, greatest: null }] };
-      case "variables": return { variables: [{ system: "", name: "supply", text: "24", value: "24", unit: "V", doc: "", limits: "", minimum: "0", above: null, maximum: null, least: 0, greatest: null }] };
+      case "variables": return { variables: [{ system: "", name: "supply", text: "24", value: "24", unit: "V", doc: "", limits: "", minimum: "0", above: null, maximum: null, least: 0, greatest: null, mistake: model.mistake }] };
       case "evaluate": return params.text.includes("nothing") ? { value: "", error: "unknown variable 'nothing'" } : { value: "0.2", error: "" };
       case "find": return { hits: model.blocks.filter((b) => b.name.includes(params.text)).map((b) => ({ path: b.name, what: "name", text: b.symbol })) };
       case "edit":
@@ -189,6 +206,10 @@ class Speaker {
       case "tune":
         if (params.values.some((value: number) => value > 50)) throw new Error(`'${params.name}' is at most 50`);
         return (this.run = { ...this.run, tuned: [{ name: params.name, values: params.values }] });
+      case "generate":
+        if (params.language === "c") throw new Error("no C code can be generated for 'motor', because these rules are more than arithmetic:\n  motor (Subsystem)");
+        return { files: [{ name: "motor.cpp", text: "void step() {\n    // gain (Gain)\n    gain = 2 * error;\n    // motor.law (Gain)\n    law = 3;\n    more = 4;\n}\n" },
+          { name: "motor.hpp", text: "class Motor;\n" }], places: [{ path: "gain", file: "motor.cpp", first: 3, last: 3 }, { path: "motor.law", file: "motor.cpp", first: 5, last: 6 }] };
       case "times": return { blocks: params.is_wanted ? [{ path: "gain", seconds: 3e-3, calls: 1000 }, { path: "motor.law", seconds: 1e-3, calls: 1000 }] : [] };
       default: throw new Error(`there is no method '${method}'`);
     }

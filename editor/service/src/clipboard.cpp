@@ -56,6 +56,8 @@ std::string copied(const model::Model& model, const std::string& system,
         if (!wire.to.empty() && part.root.find_block(wire.from.block))
             part.root.connections.push_back(std::move(wire));
     }
+    for (const model::NamedSignal& signal : from.signals)
+        if (part.root.find_block(signal.of.block)) part.root.signals.push_back(signal);
     const std::string prefix = system.empty() ? "" : system + ".";
     const auto is_inside = [&](std::string& path) {
         if (!path.starts_with(prefix)) return false;
@@ -77,6 +79,7 @@ model::Operation pasted(const model::Model& model, const std::string& system, co
     for (const auto& block : into.blocks) taken.insert(block.name);
     for (const auto* ports : {&into.inputs, &into.outputs})
         for (const auto& port : *ports) taken.insert(port.name);
+    for (const auto& signal : into.signals) taken.insert(signal.name);
 
     std::optional<model::Point> corner; // upper left one of what was copied
     for (const auto& placement : part.layout.blocks)
@@ -121,6 +124,13 @@ model::Operation pasted(const model::Model& model, const std::string& system, co
             model::Endpoint from{names[wire.from.block], wire.from.port}, to{names[end.block], end.port};
             batch.operations.emplace_back(op::Connect{system, from.text(), to.text()});
         }
+    for (const auto& signal : part.root.signals) {
+        if (!names.contains(signal.of.block)) continue;
+        const std::string name = fresh(signal.name, taken);
+        taken.insert(name);
+        batch.operations.emplace_back(
+            op::NameSignal{system, model::Endpoint{names[signal.of.block], signal.of.port}.text(), name});
+    }
     return batch;
 }
 

@@ -23,6 +23,7 @@ inline const Words role = {"argument", "parameter", "property"};
 inline const Words running = {"none", "paused", "running", "ended", "failed"};
 inline const Words show = {"sizes", "types", "rates", "units"};
 inline const Words shape_kind = {"mesh", "sphere", "box", "cylinder", "capsule", "ellipsoid"};
+inline const Words language = {"cpp", "c"};
 inline const Words action = {"start", "pause", "step",   "stop",  "to",
                              "pace",  "until", "branch", "adopt", "emergency_stop"};
 
@@ -35,27 +36,30 @@ BF_FIELDS(editor::Shape, one_of("kind", &T::kind, words::shape), one_of("style",
           has("points", &T::points), has("text", &T::text), has("size", &T::size),
           one_of("align", &T::align, words::align))
 BF_FIELDS(editor::Port, has("name", &T::name), has("is_output", &T::is_output), has("is_wired", &T::is_wired),
-          has("at", &T::at), has("about", &T::about))
+          has("at", &T::at), has("about", &T::about), has("signal", &T::signal))
+BF_FIELDS(editor::Kept, has("plot", &T::plot), has("entry", &T::entry))
+BF_FIELDS(editor::DrawnSignal, has("path", &T::path), has("name", &T::name), has("kept", &T::kept))
 BF_FIELDS(model::Fix, has("title", &T::title), has("operation", &T::operation))
 BF_FIELDS(editor::Mark, has("message", &T::message), has("remedy", &T::remedy), has("fixes", &T::fixes))
 BF_FIELDS(editor::Element, one_of("kind", &T::kind, words::element), has("path", &T::path),
-          has("from", &T::from), has("to", &T::to), has("corners", &T::corners), has("bounds", &T::bounds),
-          has("shapes", &T::shapes), has("ports", &T::ports), has("title", &T::title),
-          has("description", &T::description), has("image", &T::image), has("marks", &T::marks),
-          has("rate", &T::rate), has("state", &T::state))
+          has("from", &T::from), has("to", &T::to), has("corners", &T::corners), has("signal", &T::signal),
+          has("bounds", &T::bounds), has("shapes", &T::shapes), has("ports", &T::ports),
+          has("title", &T::title), has("description", &T::description), has("image", &T::image),
+          has("marks", &T::marks), has("rate", &T::rate), has("state", &T::state))
 BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds),
-          has("elements", &T::elements), has("rates", &T::rates), has("active", &T::active))
+          has("elements", &T::elements), has("signals", &T::signals), has("rates", &T::rates),
+          has("active", &T::active))
 
 BF_FIELDS(service::Diagnostic, has("file", &T::file), has("line", &T::line), has("column", &T::column),
           has("path", &T::path), has("message", &T::message), has("remedy", &T::remedy),
-          has("fixes", &T::fixes))
+          has("fixes", &T::fixes), has("is_open", &T::is_open))
 BF_FIELDS(service::PanelInfo, has("name", &T::name), one_of("shows", &T::shows, model::choices::shows),
           has("signals", &T::signals), has("is_kept", &T::is_kept))
 BF_FIELDS(service::NamedValue, has("value", &T::value), has("name", &T::name))
 BF_FIELDS(service::DocumentState, has("file", &T::file), has("revision", &T::revision),
           has("can_undo", &T::can_undo), has("can_redo", &T::can_redo), has("is_checked", &T::is_checked),
           has("is_saved", &T::is_saved), has("diagnostics", &T::diagnostics), has("failure", &T::failure),
-          has("panels", &T::panels))
+          has("panels", &T::panels), has("plots", &T::plots))
 BF_FIELDS(service::LibraryPort, has("name", &T::name), has("doc", &T::doc))
 BF_FIELDS(service::LibraryBlock, has("name", &T::name), has("group", &T::group), has("doc", &T::doc),
           has("inputs", &T::inputs), has("outputs", &T::outputs))
@@ -69,7 +73,7 @@ BF_FIELDS(service::Parameters, has("blocks", &T::blocks))
 BF_FIELDS(service::VariableField, has("system", &T::system), has("name", &T::name), has("text", &T::text),
           has("value", &T::value), has("unit", &T::unit), has("doc", &T::doc), has("limits", &T::limits),
           has("minimum", &T::minimum), has("above", &T::above), has("maximum", &T::maximum),
-          has("least", &T::least), has("greatest", &T::greatest))
+          has("least", &T::least), has("greatest", &T::greatest), has("mistake", &T::mistake))
 BF_FIELDS(service::BranchInfo, has("index", &T::index), has("parent", &T::parent), has("from", &T::from),
           has("reached", &T::reached), has("cause", &T::cause))
 BF_FIELDS(service::RunEdit, has("refusal", &T::refusal), has("lost", &T::lost), has("begun", &T::begun),
@@ -109,7 +113,8 @@ BF_FIELDS(service::LibraryList, has("blocks", &T::blocks))
 BF_FIELDS(service::Moved, has("path", &T::path), has("to", &T::to), has("size", &T::size))
 BF_FIELDS(service::Bent, has("path", &T::path), has("points", &T::points))
 BF_FIELDS(service::Draw, has("system", &T::system), one_of("show", &T::show, words::show),
-          has("moved", &T::moved), has("moved_notes", &T::moved_notes), has("bent", &T::bent))
+          has("moved", &T::moved), has("moved_notes", &T::moved_notes), has("bent", &T::bent),
+          has("marks_open", &T::marks_open))
 BF_FIELDS(service::Compare, has("file", &T::file), has("system", &T::system))
 BF_FIELDS(service::Difference, has("path", &T::path), has("system", &T::system), has("text", &T::text))
 BF_FIELDS(service::ModelComparison, has("differences", &T::differences), has("drawing", &T::drawing))
@@ -146,6 +151,11 @@ BF_FIELDS(service::SceneWorld, has("path", &T::path), has("bodies", &T::bodies),
 BF_FIELDS(service::Recorded, has("number", &T::number), has("file", &T::file), has("signals", &T::signals),
           has("defect", &T::defect), has("end", &T::end))
 BF_FIELDS(service::FileList, has("files", &T::files))
+BF_FIELDS(service::Generate, one_of("language", &T::language, words::language))
+BF_FIELDS(service::CodeFile, has("name", &T::name), has("text", &T::text))
+BF_FIELDS(service::CodePlace, has("path", &T::path), has("file", &T::file), has("first", &T::first),
+          has("last", &T::last))
+BF_FIELDS(service::GeneratedCode, has("files", &T::files), has("places", &T::places))
 BF_FIELDS(service::BlockTime, has("path", &T::path), has("seconds", &T::seconds), has("calls", &T::calls))
 BF_FIELDS(service::Times, has("blocks", &T::blocks))
 BF_FIELDS(service::Look, has("is_wanted", &T::is_wanted))

@@ -22,6 +22,10 @@ class Finder {
                 look(names_, port.name, {at, ports == &system.inputs ? "input" : "output", port.doc});
                 look(texts_, port.doc, {at, "doc", port.doc});
             }
+        for (const auto& signal : system.signals) // found where it comes from
+            look(names_, signal.name,
+                 {model::joined(path, signal.of.block.empty() ? signal.of.port : signal.of.block), "signal",
+                  signal.name + " = " + signal.of.text()});
         variables(system.variables, path, "");
     }
 

@@ -41,14 +41,13 @@ template <class Field> void note_limits(const Limits& limits, Field& field) {
 void add_parameters(const model::System& system, const model::Reference* reference, const std::string& path,
                     const Diagram& diagram, Inspection& seen) {
     for (auto& v : variables_of(system, path, diagram).variables) {
-        if (v.name.find('.') != std::string::npos) continue; // Set knows no fields of structs
         SettingField field{v.name, FieldRole::parameter, {}, {}, v.value, v.unit, v.doc};
         if (!v.limits.empty()) field.doc += (field.doc.empty() ? "" : "; ") + v.limits;
         field.least = v.least;
         field.greatest = v.greatest;
         if (reference) {
-            const auto given = std::ranges::find(reference->with, v.name, &model::Variable::name);
-            if (given != reference->with.end()) field.text = given->value.matlab();
+            if (const model::Variable* given = model::find_variable(reference->with, v.name))
+                field.text = given->value.matlab();
             field.initial = v.text;
         } else {
             field.text = v.text;
@@ -127,7 +126,11 @@ Inspection inspected(Registry& registry, const model::Model& m, const Diagram& d
     return seen;
 }
 
-Variables variables_of(const model::System& system, const std::string& path, const Diagram& diagram) {
+Variables variables_of(const model::System& system, const std::string& path, const Diagram& diagram,
+                       const std::vector<model::Diagnostic>& diagnostics) {
+    std::map<std::string, std::string> mistakes;
+    for (const auto& d : diagnostics)
+        if (!d.variable.empty()) mistakes[d.variable] += d.message + "\n";
     std::map<std::string, const Definition*> known;
     for (const auto& definition : diagram.definitions)
         if (definition.kind == Definition::Kind::variable) known[definition.path] = &definition;
@@ -148,7 +151,10 @@ Variables variables_of(const model::System& system, const std::string& path, con
             if (variable.minimum) field.minimum = variable.minimum->matlab();
             if (variable.above) field.above = variable.above->matlab();
             if (variable.maximum) field.maximum = variable.maximum->matlab();
-            const auto definition = known.find((path.empty() ? "" : path + ".") + field.name);
+            const std::string whole = model::joined(path, field.name);
+            if (const auto wrong = mistakes.find(whole); wrong != mistakes.end())
+                field.mistake = wrong->second.substr(0, wrong->second.size() - 1);
+            const auto definition = known.find(whole);
             if (definition != known.end()) {
                 field.value = shortened(definition->second->value.to_text());
                 field.limits = text_of(definition->second->limits);

@@ -18,7 +18,8 @@ Inspection inspected(Registry& registry, const model::Model& model, const Diagra
 /// none.
 Parameters parameters_of(Registry& registry, const model::Model& model, const Diagram& diagram);
 
-/// The variables that the system at `path` declares.
-Variables variables_of(const model::System& system, const std::string& path, const Diagram& diagram);
+/// The variables that the system at `path` declares, with what the diagnostics say of them.
+Variables variables_of(const model::System& system, const std::string& path, const Diagram& diagram,
+                       const std::vector<model::Diagnostic>& diagnostics = {});
 
 } // namespace bf::service

@@ -63,6 +63,7 @@ editor::DrawOptions options_of(const Draw& asked) {
                               model::coordinate_rule()}});
     };
     editor::DrawOptions show;
+    show.marks_open = asked.marks_open;
     for (const Show what : asked.show) {
         show.sizes |= what == Show::sizes;
         show.types |= what == Show::types;

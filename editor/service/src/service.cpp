@@ -10,6 +10,7 @@
 #include "bf/view/image.hpp"
 #include "checker.hpp"
 #include "clipboard.hpp"
+#include "code.hpp"
 #include "committed.hpp"
 #include "edit_name.hpp"
 #include "evaluate.hpp"
@@ -23,6 +24,7 @@
 #include "places.hpp"
 #include "placing.hpp"
 #include "recordings.hpp"
+#include "rpc.hpp"
 #include "stage.hpp"
 #include "typescript.hpp"
 #include "values.hpp"
@@ -105,6 +107,7 @@ struct Service::State {
         state.is_saved = project->is_saved();
         state.failure = project->failure();
         state.panels = panels();
+        for (const auto& plot : project->model().plots) state.plots.push_back(plot.title);
         if (examined) state.diagnostics = told(examined->diagnostics);
         return state;
     }
@@ -309,7 +312,7 @@ struct Service::State {
         for (std::string path = asked.system;; path = model::split_last(path).first) {
             const model::System* system = model::find_system(project->model(), path);
             if (!system) throw Refusal("there is no subsystem '" + path + "'");
-            for (auto& variable : variables_of(*system, path, diagram()).variables)
+            for (auto& variable : variables_of(*system, path, diagram(), diagnostics()).variables)
                 if (!hidden.contains(head(variable))) all.variables.push_back(std::move(variable));
             if (path.empty()) return all;
             for (const auto& variable : all.variables) hidden.insert(head(variable));
@@ -336,9 +339,9 @@ struct Service::State {
 
     std::vector<Diagnostic> told(const std::vector<model::Diagnostic>& all) const {
         std::vector<Diagnostic> list;
-        for (const auto& [where, path, message, remedy, fixes] : all)
+        for (const auto& [where, path, message, remedy, fixes, is_open, variable] : all)
             list.push_back({where.file ? relative(*where.file) : "", where.line, where.column, path, message,
-                            remedy, fixes});
+                            remedy, fixes, is_open});
         return list;
     }
 
@@ -364,6 +367,11 @@ struct Service::State {
             return {document(), false, told(errors.diagnostics())};
         }
         return {after_change("text")};
+    }
+
+    GeneratedCode generate(int, const Generate& asked) {
+        require_runnable();
+        return generated(*examined, asked.language);
     }
 
     // ---- the run ----
@@ -627,7 +635,8 @@ const std::vector<Method>& methods() {
         method("times", &S::times),       method("recordings", &S::recordings),
         method("read", &S::read),         method("watch", &S::watch),
         method("tune", &S::tune),         method("images", &S::image_files),
-        method("compare", &S::compare),   method("parameters", &S::parameters)};
+        method("compare", &S::compare),   method("parameters", &S::parameters),
+        method("generate", &S::generate)};
     return all;
 }
 

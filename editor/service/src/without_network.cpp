@@ -1,4 +1,5 @@
-// Where there is no network and no other program, as in WebAssembly.
+// Where there is no network, no other program and no folder for code, as in WebAssembly.
+#include "code.hpp"
 #include "committed.hpp"
 #include "live.hpp"
 
@@ -21,6 +22,10 @@ std::vector<SignalInfo> Live::signals() const { return {}; }
 
 model::Model committed(const std::filesystem::path&) {
     throw std::runtime_error("there is no git here; compare with another file");
+}
+
+GeneratedCode generated(const LoadedModel&, Language) {
+    throw std::runtime_error("a published page generates no code; bf generate does");
 }
 
 } // namespace bf::service

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 namespace {
 
@@ -45,6 +46,70 @@ class LookTest : public bf::service::AskingTest {
         ASSERT_FALSE(checked().is_null()) << "the model is not checked";
     }
 };
+
+TEST_F(LookTest, VariablesAndFieldsOfStructsTellWhatIsWrongAndAreSetInMasks) {
+    write("part.yaml", "model: part\nvariables:\n  Gain: {Kp: {value: 1, maximum: 5, unit: V}, Kd: 2}\n"
+                       "outputs: [y]\nblocks: {c: {block: Constant, value: Gain.Kp*Gain.Kd}}\n"
+                       "connections: {c: y}\n");
+    write("m.yaml", "model: m\nstep: 0.1\nvariables: {k: {value: 7, maximum: 5}, ok: 1}\n"
+                    "blocks:\n  part: {file: part.yaml}\n  sink: {block: Terminator}\n"
+                    "connections: {part: sink}\n");
+    open_checked();
+    const Json variables = result("variables", {{"system", ""}})["variables"];
+    EXPECT_EQ(variables[0]["mistake"], "variable 'k' must be at most 5, but is 7");
+    EXPECT_EQ(variables[1]["mistake"], "");
+    Json gain = field(result("inspect", {{"path", "part"}}), "Gain.Kp");
+    EXPECT_EQ(gain["initial"], "1");
+    EXPECT_EQ(gain["unit"], "V");
+    EXPECT_TRUE(gain["text"].is_null());
+    edit({{"do", "set"}, {"path", "part"}, {"name", "Gain.Kp"}, {"value", "3"}});
+    EXPECT_NE(read("m.yaml").find("part: {file: part.yaml, with: {Gain: {Kp: 3}}}"), std::string::npos);
+    EXPECT_EQ(field(result("inspect", {{"path", "part"}}), "Gain.Kp")["text"], "3");
+    edit({{"do", "set_variable"}, {"system", ""}, {"name", "k"}, {"variable", {{"value", "4"}}}});
+    ASSERT_TRUE(checked()["diagnostics"].empty());
+    EXPECT_EQ(field(result("inspect", {{"path", "part"}}), "Gain.Kp")["value"], "3");
+    EXPECT_EQ(field(result("inspect", {{"path", "part"}}), "Gain.Kd")["value"], "2") << "of the file";
+}
+
+TEST_F(LookTest, PagesSeeTheCodeThatIsGeneratedAndWhichBlockBecameWhichLines) {
+    write("m.yaml", "model: m\nstep: 0.1\nblocks:\n  law:\n    outputs: [y]\n    blocks:\n"
+                    "      noise: {block: Constant, value: 3}\n      twice: {block: Gain, K: 2}\n"
+                    "    connections: {noise: twice, twice: y}\n  sink: {block: Terminator}\n"
+                    "connections: {law: sink}\n");
+    open_checked();
+    for (const char* language : {"cpp", "c"}) {
+        const Json code = result("generate", {{"language", language}});
+        const std::string name = code["files"][0]["name"], text = code["files"][0]["text"];
+        EXPECT_EQ(name, std::string("m.") + language) << "with most of the blocks";
+        for (const auto& file : code["files"])
+            EXPECT_FALSE(file["name"].get<std::string>().starts_with("include/"));
+        std::istringstream lines(text);
+        std::vector<std::string> all;
+        for (std::string line; std::getline(lines, line);) all.push_back(line);
+        bool is_there = false;
+        for (const auto& place : code["places"])
+            if (place["path"] == "law.twice" && place["file"] == name) {
+                is_there = true;
+                EXPECT_NE(all.at(place["first"].get<std::size_t>() - 1).find("law_twice_y = "),
+                          std::string::npos);
+            }
+        EXPECT_TRUE(is_there) << code["places"];
+    }
+    edit({{"do", "add"}, {"system", ""}, {"block", {{"name", "sort"}, {"type", "Sort"}}}});
+    checked();
+    EXPECT_EQ(refusal("generate").substr(0, 23), "the model has mistakes:");
+    edit({{"do", "add"},
+          {"system", ""},
+          {"block",
+           {{"name", "many"},
+            {"type", "Constant"},
+            {"settings", {{{"name", "value"}, {"value", {{"text", "1:40"}}}}}}}}});
+    edit({{"do", "connect"}, {"system", ""}, {"from", "many"}, {"to", "sort"}});
+    ASSERT_TRUE(checked()["diagnostics"].empty());
+    EXPECT_EQ(refusal("generate", {{"language", "c"}}).substr(0, 35), "no C code can be generated for 'm',");
+    EXPECT_EQ(refusal("generate"), "");
+    EXPECT_EQ(ask("generate", {{"language", "rust"}})["error"]["code"], -32602);
+}
 
 TEST_F(LookTest, AMovedStateKeepsTheOthersWhereTheyAreSeen) {
     write("m.yaml",

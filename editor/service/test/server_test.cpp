@@ -100,7 +100,7 @@ class ServerTest : public ::testing::Test {
     std::thread thread_;
 };
 
-constexpr const char* hello = R"({"jsonrpc": "2.0", "id": 7, "method": "hello", "params": {"protocol": 3}})";
+constexpr const char* hello = R"({"jsonrpc": "2.0", "id": 7, "method": "hello", "params": {"protocol": 4}})";
 
 TEST_F(ServerTest, ServesThePageUnderAStrictPolicy) {
     const auto response = get("/?token=" + server->token());

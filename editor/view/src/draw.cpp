@@ -19,6 +19,7 @@ namespace {
 using model::joined;
 
 constexpr double label_room = 16; ///< beside the guard of a transition
+constexpr double open_radius = 3; ///< of a port without a wire
 
 std::string rate_text(const Diagram& diagram, int rate) {
     if (rate == constant_rate) return "constant";
@@ -124,6 +125,7 @@ class Drawer {
         for (const auto& port : place_.system->inputs) add_port(port, false);
         for (const auto& block : place_.system->blocks) add_block(block);
         for (const auto& port : place_.system->outputs) add_port(port, true);
+        add_signals(model);
         join();
     }
 
@@ -180,11 +182,20 @@ class Drawer {
                 item.at = moved->second.at;
         Drawing drawing;
         drawing.system = path_;
+        drawing.signals = carried_;
         for (std::size_t rate = 0; rate < diagram_.rates.size(); ++rate)
             drawing.rates.push_back(rate_text(diagram_, static_cast<int>(rate)));
         if (place_.machine) drawing.active = joined(path_, "state");
         add_wires(drawing);
-        for (const Item& item : items_) drawing.elements.push_back(finished(item));
+        for (const Item& item : items_) {
+            Element& element = drawing.elements.emplace_back(finished(item));
+            for (const Port& port : element.ports)
+                if (!port.is_wired && element.kind != Element::Kind::state)
+                    element.shapes.push_back({Shape::Kind::ellipse,
+                                              Style::open,
+                                              {{port.at.x - open_radius, port.at.y - open_radius},
+                                               {port.at.x + open_radius, port.at.y + open_radius}}});
+        }
         for (const auto& note : place_.layout->notes)
             if (note.system == place_.path) {
                 const auto moved = options_.moved_notes.find(note.name);
@@ -383,6 +394,48 @@ class Drawer {
         drawing.elements.push_back(std::move(arrow));
     }
 
+    // ---- signals ----
+
+    /// What each output carries, by which name, and where the model keeps it.
+    void add_signals(const model::Model& model) {
+        std::map<std::pair<int, int>, std::vector<Kept>> by_end; // of all that the diagram knows
+        std::map<std::string, std::vector<Kept>> by_path;
+        const auto note = [](std::vector<Kept>& list, const Kept& kept) {
+            if (list.empty() || list.back().plot != kept.plot || list.back().entry != kept.entry)
+                list.push_back(kept);
+        };
+        const auto keep = [&](const std::string& plot, const std::string& entry) {
+            note(by_path[entry], {plot, entry});
+            for (const auto& signal : signals_.match(entry))
+                note(by_end[{signal.end.node, signal.end.slot}], {plot, entry});
+        };
+        for (const auto& signal : model.record) keep("", signal.path);
+        for (const auto& panel : model.plots)
+            for (const auto& signal : panel.signals) keep(panel.title, signal.path);
+        for (Item& item : items_) {
+            auto& ports = item.element.ports;
+            const bool is_only = std::ranges::count_if(ports, &Port::is_output) == 1;
+            for (Port& port : ports) {
+                if (!port.is_output) continue;
+                const std::string& block = item.element.path;
+                const std::string full = port.name.empty() ? block : joined(block, port.name);
+                port.signal = static_cast<int>(carried_.size());
+                DrawnSignal& signal = carried_.emplace_back(DrawnSignal{is_only ? block : full});
+                const Node::End end = signals_.find(full);
+                if (model.record_all) signal.kept.push_back({"", "all"});
+                if (end.node >= 0) {
+                    for (const Kept& kept : by_end[{end.node, end.slot}]) signal.kept.push_back(kept);
+                    continue;
+                }
+                for (const std::string& path : std::set<std::string>{signal.path, full})
+                    for (const Kept& kept : by_path[path]) signal.kept.push_back(kept);
+            }
+        }
+        for (const auto& named : place_.system->signals)
+            if (const auto source = pin(named.of, true))
+                carried_[static_cast<std::size_t>(port(*source).signal)].name = joined(path_, named.name);
+    }
+
     // ---- wires ----
 
     std::optional<PinOf> pin(const model::Endpoint& end, bool is_output) const {
@@ -417,6 +470,7 @@ class Drawer {
                                     input.name.empty() ? element : joined(element, input.name));
                 input.is_wired = port(*from).is_wired = true;
                 input.about = port(*from).about;
+                input.signal = port(*from).signal;
             }
             nets_.push_back(std::move(net));
             ends_.push_back(std::move(ends));
@@ -448,6 +502,7 @@ class Drawer {
                 wire.path = joined(path_, wire.to);
                 wire.title = "wire from " + wire.from + " to " + wire.to;
                 wire.description = port(nets_[n].from).about;
+                wire.signal = port(nets_[n].from).signal;
                 wire.rate = items_[nets_[n].from.box].element.rate;
                 wire.corners = way.points;
                 wire.bounds = around(way.points);
@@ -507,10 +562,10 @@ class Drawer {
     std::string label(const PinOf& from) const {
         const Element& element = items_[from.box].element;
         const std::string& port = element.ports[from.pin].name;
+        std::string text = last_name(carried_[static_cast<std::size_t>(element.ports[from.pin].signal)].name);
         const Node::End end = signals_.find(port.empty() ? element.path : joined(element.path, port));
         const Slot* const s = slot(end);
-        if (!s) return "";
-        std::string text;
+        if (!s) return text;
         const auto add = [&](const std::string& part) {
             text += (text.empty() || part.empty() ? "" : " ") + part;
         };
@@ -548,9 +603,11 @@ class Drawer {
     /// stands. A wire that the document calls by its block alone is meant where its port is.
     void mark(Drawing& drawing, const std::vector<model::Diagnostic>& diagnostics) const {
         std::unordered_map<std::string, std::vector<const model::Diagnostic*>> by_path;
-        for (const auto& d : diagnostics)
+        for (const auto& d : diagnostics) {
+            if (d.is_open && !options_.marks_open) continue;
             for (std::string path = d.path; !path.empty(); path = model::split_last(path).first)
                 by_path[path].push_back(&d);
+        }
         for (auto& element : drawing.elements) {
             const bool is_wire = element.kind == Element::Kind::wire;
             const auto found = by_path.find(is_wire ? inputs_.at(element.path) : element.path);
@@ -576,6 +633,7 @@ class Drawer {
     std::unordered_map<std::string, const DiagramNode*> nodes_;           ///< by path
     std::vector<Item> items_;
     std::unordered_map<std::string, std::size_t> index_; ///< "gain", "input reference", "output tau"
+    std::vector<DrawnSignal> carried_;
     std::vector<Net> nets_;
     std::vector<std::string> labels_; ///< of the nets of a chart, all of which are transitions
     std::vector<Ends> ends_;          ///< as the document writes those of each net

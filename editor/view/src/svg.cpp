@@ -9,9 +9,9 @@
 namespace bf::editor {
 
 const char* name(Style style) {
-    static const char* const names[] = {"body",  "symbol",  "value",  "name", "port",
-                                        "wire",  "branch",  "label",  "note", "highlight",
-                                        "added", "removed", "changed"};
+    static const char* const names[] = {"body",      "symbol", "value",   "name",   "port",
+                                        "open",      "wire",   "branch",  "label",  "note",
+                                        "highlight", "added",  "removed", "changed"};
     return names[static_cast<int>(style)];
 }
 

@@ -105,6 +105,52 @@ TEST(Draw, SaysSizesTypesRatesAndUnitsWhereTheyAreAsked) {
     EXPECT_EQ(drawing.rates.at(static_cast<std::size_t>(*find(drawing, "plant").rate)), "continuous");
 }
 
+TEST(Draw, SaysNamesOfSignalsAtTheirWiresAndWhereTheModelKeepsThem) {
+    Known known(std::string(loop) + "signals: {wanted: law}\n"
+                                    "record: [plant.y, wanted]\nplots: {Law: [wanted, error], All: ['*']}\n");
+    const Drawing drawing = known.draw();
+    const Element& wire = find(drawing, "plant", Kind::wire);
+    EXPECT_EQ(texts(wire, Style::label), "wanted");
+    DrawOptions sizes;
+    sizes.sizes = true;
+    EXPECT_EQ(texts(find(known.draw("", sizes), "plant", Kind::wire), Style::label).substr(0, 7), "wanted ");
+    const auto kept = [&](int number) {
+        std::set<std::string> all;
+        for (const auto& one : drawing.signals.at(static_cast<std::size_t>(number)).kept)
+            all.insert(one.plot + ": " + one.entry);
+        return all;
+    };
+    EXPECT_EQ(drawing.signals.at(static_cast<std::size_t>(wire.signal)).path, "law");
+    EXPECT_EQ(drawing.signals.at(static_cast<std::size_t>(wire.signal)).name, "wanted");
+    EXPECT_EQ(kept(wire.signal), (std::set<std::string>{": wanted", "Law: wanted", "All: "}));
+    EXPECT_EQ(kept(find(drawing, "plant").ports[1].signal), (std::set<std::string>{": plant.y", "All: "}))
+        << "called otherwise than its wires do";
+    EXPECT_EQ(find(drawing, "plant").ports[0].signal, wire.signal) << "an input carries what is wired to it";
+    EXPECT_EQ(find(drawing, "y", Kind::output).ports[0].signal, find(drawing, "error.u2", Kind::wire).signal);
+}
+
+TEST(Draw, ShowsOpenPortsHollowAndMarksThemOnDemand) {
+    const Known known("model: m\nstep: 0.1\nblocks:\n  s: {block: Sum, signs: ++}\n  c: {block: Constant}\n"
+                      "connections: {c: s.u1}\n");
+    DrawOptions quiet;
+    quiet.marks_open = false;
+    const auto hollow = [](const Element& element) {
+        std::vector<Point> middles;
+        for (const auto& shape : element.shapes)
+            if (shape.style == Style::open)
+                middles.push_back({(shape.points[0].x + shape.points[1].x) / 2,
+                                   (shape.points[0].y + shape.points[1].y) / 2});
+        return middles;
+    };
+    const Drawing drawing = known.draw("", quiet);
+    const Element& sum = find(drawing, "s");
+    EXPECT_TRUE(sum.marks.empty());
+    EXPECT_EQ(hollow(sum), (std::vector<Point>{sum.ports[1].at, sum.ports[2].at}));
+    EXPECT_TRUE(hollow(find(drawing, "c")).empty());
+    ASSERT_EQ(find(known.draw(), "s").marks.size(), 1u);
+    EXPECT_EQ(find(known.draw(), "s").marks[0].message, "input 'u2' is not connected");
+}
+
 TEST(Draw, WritesLabelsWholeWhereALevelPieceHasRoom) {
     const Known known(
         "model: m\nstep: 0.01\nblocks:\n  fast: {block: RandomUniform}\n  gain: {block: Gain, period: 0.02}\n"

@@ -62,6 +62,20 @@ describe.skipIf(!is_there || !command)("branches", () => {
     await page.getByText("Branches (2)").click();
   }
   const field = (name: string) => page.getByLabel(`${name} of the run, as a number`);
+  test("are compared, and run at the chosen speed, in a page that is loaded again", async () => {
+    await branch();
+    await page.getByRole("checkbox", { name: "Compare branch 0" }).check();
+    await page.getByLabel("Speed").selectOption("0.25");
+    await page.reload();
+    await page.getByText("Branches (2)").click();
+    await expect.poll(() => page.getByRole("checkbox", { name: "Compare branch 0" }).isChecked()).toBe(true);
+    expect(await page.getByLabel("Speed").inputValue()).toBe("0.25");
+    await page.getByLabel("Speed").selectOption("fast");
+    await page.reload();
+    await expect.poll(() => page.getByLabel("Speed").inputValue()).toBe("");
+    await page.getByRole("button", { name: "Run", exact: true }).waitFor();
+  });
+
   async function set(input: Locator, text: string): Promise<void> {
     await input.fill(text);
     await input.press("Enter");

@@ -46,7 +46,7 @@ export class Desk {
     return new Desk(folder, file, bf, client, page, complaints);
   }
   drawing(): Promise<Drawing> {
-    return this.client.call("draw", { system: this.system, show: [], moved: [], moved_notes: [], bent: [] });
+    return this.client.call("draw", { system: this.system, show: [], moved: [], moved_notes: [], bent: [], marks_open: false });
   }
   text(): Promise<string> { return readFile(this.file, "utf8"); }
   async close(): Promise<void> {

@@ -156,6 +156,54 @@ describe.skipIf(!is_there || !command)("the text of a model", () => {
     await soon(held).toContain("K: 71");
   });
 
+  test("outlives the page where it stands in no file, which asks before it goes", async () => {
+    const asked: string[] = [];
+    page.on("dialog", (dialog) => {
+      asked.push(dialog.type());
+      void dialog.accept();
+    });
+    const again = async () => {
+      await page.reload();
+      await page.getByRole("status").filter({ hasText: "saved" }).waitFor();
+      await page.keyboard.press("y");
+      await sheet().waitFor();
+    };
+    await type_behind("K: 2", "[");
+    await says(/Not written: line/);
+    await again();
+    expect(asked).toEqual(["beforeunload"]);
+    await says("What was typed here before stands in no file.");
+    expect(await shown()).toBe(text);
+    await type_behind("step: 0.01", "7"); // nothing is typed before that is decided
+    expect(await shown()).toBe(text);
+    expect(await found_by_axe(page)).toEqual([]);
+    await write(text.replace("value: 3", "value: 4")); // what others write meanwhile is taken over
+    await soon(() => shown()).toContain("value: 4");
+    await page.getByRole("button", { name: "Take it up" }).click();
+    await soon(() => shown()).toBe(text.replace("K: 2", "K: 2[").replace("value: 3", "value: 4"));
+    await says(/Not written: line/);
+    await type_behind("K: 2[", "");
+    await page.keyboard.press("Backspace");
+    await page.keyboard.type("1");
+    await soon(held).toContain("K: 21");
+    await says("written");
+    await again();
+    expect(asked).toEqual(["beforeunload"]);
+    await says("written");
+    await type_behind("K: 21", "[");
+    await says(/Not written: line/);
+    await page.getByRole("button", { name: "Close the text" }).click(); // it is still there in this page
+    await page.keyboard.press("y");
+    await soon(() => shown()).toContain("K: 21[");
+    await again();
+    await page.getByRole("button", { name: "Discard it" }).click();
+    await says("written");
+    expect(await shown()).toContain("K: 21}");
+    await again();
+    await says("written");
+    expect(asked).toEqual(["beforeunload", "beforeunload"]);
+  });
+
   test("mends a file that another program broke", async () => {
     await write(text.replace("K: 2", "K: [2"));
     await soon(() => shown()).toContain("K: [2");

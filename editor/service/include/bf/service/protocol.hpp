@@ -3,7 +3,7 @@
 //
 // The address is ws://127.0.0.1:PORT/socket?token=TOKEN, with port and token of the address that `bf edit`
 // prints; a browser must come from that address. A request is {"jsonrpc": "2.0", "id": 1, "method": "hello",
-// "params": {"protocol": 3}}, with all or some members of its parameters. The answer has the same id and a
+// "params": {"protocol": 4}}, with all or some members of its parameters. The answer has the same id and a
 // `result`, or an `error` with a `message` for people and a `code`: -32000 the request is refused, -32602 its
 // parameters are wrong, -32601 there is no such method, -32600 and -32700 it is no request. A notification
 // has a method, parameters and no id; it goes to all pages.
@@ -30,7 +30,7 @@
 namespace bf::service {
 
 /// A page of another number is refused.
-inline constexpr int protocol_version = 3;
+inline constexpr int protocol_version = 4;
 
 /// One mistake, with the text of `bf check`.
 struct Diagnostic {
@@ -38,6 +38,7 @@ struct Diagnostic {
     int line = 0, column = 0;
     std::string path, message, remedy;
     std::vector<model::Fix> fixes = {};
+    bool is_open = false; ///< a port that has no wire yet
 };
 
 /// A panel in which runs are watched: a plot of the model's own, or what its layout has.
@@ -58,6 +59,7 @@ struct DocumentState {
     std::vector<Diagnostic> diagnostics = {};
     std::string failure = {}; ///< why files and page differ: a file cannot be read, or not be written
     std::vector<PanelInfo> panels = {};
+    std::vector<std::string> plots = {}; ///< titles of the model's own
 };
 
 struct LibraryPort {
@@ -110,6 +112,7 @@ struct VariableField {
     std::string text, value, unit, doc, limits;
     std::optional<std::string> minimum = {}, above = {}, maximum = {}; ///< as the document has them
     std::optional<double> least = {}, greatest = {};                   ///< what they come to
+    std::string mistake = {};                                          ///< what is wrong with its value
 };
 
 enum class Running { none, paused, running, ended, failed };
@@ -226,6 +229,7 @@ struct Draw {
     std::vector<Show> show = {};
     std::vector<Moved> moved = {}, moved_notes = {}; ///< as if they stood there, while they are dragged
     std::vector<Bent> bent = {};
+    bool marks_open = false; ///< are ports without a wire marked as mistakes?
 };
 /// What differs from an earlier model, and a subsystem of both, side by side.
 struct Compare {
@@ -351,6 +355,23 @@ struct Recorded {
 struct FileList {
     std::vector<std::string>
         files; ///< recordings relative to the opened folder, images to the file of a subsystem
+};
+enum class Language { cpp, c };
+struct Generate {
+    Language language = Language::cpp;
+};
+struct CodeFile {
+    std::string name, text;
+};
+/// Lines that a block became; from 1.
+struct CodePlace {
+    std::string path, file;
+    int first = 0, last = 0;
+};
+/// What `bf generate` writes of the model as it is now, without the headers that all models share.
+struct GeneratedCode {
+    std::vector<CodeFile> files; ///< that with the most blocks first
+    std::vector<CodePlace> places;
 };
 /// What a block took of the run since this is asked for.
 struct BlockTime {

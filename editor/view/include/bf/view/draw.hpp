@@ -23,6 +23,7 @@ struct DrawOptions {
     std::map<std::string, Place> moved = {};
     std::map<std::string, std::vector<Point>> bent = {};
     std::map<std::string, Point> moved_notes = {};
+    bool marks_open = true; ///< are ports marked as mistakes where all that is wrong is that a wire lacks?
     std::filesystem::path folder =
         {}; ///< in which images of notes and icons may lie; empty: that of the model
 };

@@ -23,10 +23,11 @@ enum class Style {
     symbol,    ///< a line inside of a block
     value,     ///< text inside of a block
     name,      ///< a block's name, beneath it
-    port,      ///< an open port, or the name of a port inside of a subsystem's block
+    port,      ///< the name of a port inside of a subsystem's block, or a line of its sketch
+    open,      ///< a port without a wire
     wire,      ///< a line of a connection
     branch,    ///< the dot where a connection divides
-    label,     ///< size, type, rate or unit beside a wire
+    label,     ///< name, size, type, rate or unit beside a wire
     note,      ///< a text of the document's layout
     highlight, ///< what is wrong: around a block, along a wire
     added,     ///< in a comparison, around or along what the earlier model lacks
@@ -60,6 +61,20 @@ struct Port {
     bool is_wired = false;
     Point at;
     std::string about = {}; ///< what is known: "3x1 double, rad, every 10 ms"
+    int signal = -1;        ///< its number in `Drawing::signals`; -1: it has no wire and is no source
+};
+
+/// An entry of `record`, or of a plot, by which a signal is kept.
+struct Kept {
+    std::string plot = {}; ///< its title; empty: `record`
+    std::string entry;     ///< as the document has it: "pd.y", "pd.*", "all"
+};
+
+/// What wires and ports carry.
+struct DrawnSignal {
+    std::string path;      ///< that `record` and `plots` may call it by: "controller.pd"
+    std::string name = {}; ///< that the model gives it, with its path: "controller.error"
+    std::vector<Kept> kept = {};
 };
 
 /// What is wrong, with the text of `bf check`.
@@ -87,6 +102,7 @@ struct Element {
     std::string from = {}; ///< of a wire, as the document writes its ends: "error", "pd.q"
     std::string to = {};
     std::vector<Point> corners = {}; ///< of a wire: from its output to its input, with both
+    int signal = -1;                 ///< of a wire, its number in `Drawing::signals`
     Rectangle bounds;
     std::vector<Shape> shapes; ///< from the back to the front
     std::vector<Port> ports = {};
@@ -102,6 +118,7 @@ struct Drawing {
     std::string system;            ///< path of the subsystem or state machine, empty for the model itself
     Rectangle bounds;              ///< of all elements
     std::vector<Element> elements; ///< from the back to the front: wires, blocks, notes
+    std::vector<DrawnSignal> signals = {};
     std::vector<std::string> rates = {}; ///< "constant", "continuous", "every 10 ms"
     std::string active = {};             ///< of a chart: the signal that is the number of the active state
 };

@@ -22,6 +22,7 @@ inline constexpr Ink theme[] = {{Style::body, "#3a424e", "#97a1b0", "#ffffff", "
                                 {Style::value, "#1d2127", "#e4e7eb"},
                                 {Style::name, "#5c6470", "#a3abb7"},
                                 {Style::port, "#5c6470", "#a3abb7"},
+                                {Style::open, "#5c6470", "#a3abb7", "#ffffff", "#17191d"},
                                 {Style::wire, "#3a424e", "#b4bcc8"},
                                 {Style::branch, "#3a424e", "#b4bcc8", "#3a424e", "#b4bcc8"},
                                 {Style::label, "#6b5b95", "#b8a6e8"},

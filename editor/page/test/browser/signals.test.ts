@@ -1,0 +1,95 @@
+import type { Browser, Page } from "playwright-core";
+import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
+import { is_there, start } from "./browser.ts";
+import { Desk } from "./desk.ts";
+
+const command = process.env.BF_COMMAND;
+const soon = <T>(what: () => T) => expect.poll(what, { timeout: 8000 });
+const model = `model: tank
+step: 0.01
+stop: 4
+blocks:
+  inflow: {block: Constant, value: 0.5}   # m/s
+  level: {block: DiscreteIntegrator}
+  sink: {block: Terminator}
+connections:
+  inflow: level
+  level: sink
+`;
+
+describe.skipIf(!is_there || !command)("signals of a model", () => {
+  let browser: Browser, desk: Desk, page: Page;
+
+  beforeAll(async () => void (browser = await start()));
+  afterAll(() => browser.close());
+  beforeEach(async () => void ({ page } = desk = await Desk.open(browser, { "tank.yaml": model })));
+  afterEach(() => desk.close());
+  async function choose(to: string): Promise<void> {
+    const { corners } = (await desk.drawing()).elements.find((e) => e.kind === "wire" && e.to === to)!;
+    const at = await desk.hand.at({ x: (corners[0]!.x + corners[1]!.x) / 2, y: corners[0]!.y });
+    await page.mouse.click(at.x, at.y);
+    await page.getByRole("button", { name: "Reroute" }).waitFor();
+  }
+
+  test("are named, recorded and plotted in the file by the smallest change, undone byte for byte", async () => {
+    await choose("sink");
+    await page.keyboard.press("F2");
+    await page.getByRole("textbox", { name: "Name of the signal from level" }).fill("h2");
+    await page.keyboard.press("Enter");
+    const named = `${model}signals:\n  h2: level\n`;
+    await soon(() => desk.text()).toBe(named);
+    await page.keyboard.press("l");
+    await soon(() => desk.text()).toBe(`${named}record: [h2]\n`);
+    await page.getByRole("button", { name: "Record", exact: true, pressed: true }).waitFor();
+    await page.keyboard.press("Shift+L");
+    await page.getByRole("combobox", { name: "Plot of the model" }).fill("Level [m]");
+    await page.keyboard.press("Enter");
+    await soon(() => desk.text()).toBe(`${named}record: [h2]\nplots:\n  Level [m]: [h2]\n`);
+    await page.getByText("in the plots Level [m]").waitFor();
+    for (let i = 0; i < 3; ++i) await page.keyboard.press("Control+z");
+    await soon(() => desk.text()).toBe(model);
+  });
+
+  test("are looked for, and waited for, by their names", async () => {
+    await choose("sink");
+    await page.keyboard.press("F2");
+    await page.getByRole("textbox", { name: "Name of the signal from level" }).fill("h2");
+    await page.keyboard.press("Enter");
+    await soon(() => desk.text()).toContain("h2: level");
+    const wire = (await desk.drawing()).elements.find((e) => e.kind === "wire" && e.to === "sink")!;
+    expect(wire.shapes.filter((shape) => shape.kind === "text").map((shape) => shape.text)).toEqual(["h2"]);
+    await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
+    await page.getByLabel("Speed").selectOption("fast");
+    await page.keyboard.press("s");
+    const until = page.getByLabel("Run until");
+    await until.fill("h2 > 0.6");
+    await until.press("Enter");
+    await page.getByText(/^1\.2\d? \/ 4 s$/).waitFor(); // 0.5 m/s from 0
+    await page.keyboard.press("Escape");
+    await page.locator("canvas").first().evaluate(() => (document.activeElement as HTMLElement | null)?.blur());
+    await page.keyboard.press("Control+f");
+    await page.keyboard.type("h2");
+    await page.getByRole("option", { name: /level.*h2 = level/ }).click();
+    await page.getByRole("heading", { name: "level", exact: true }).waitFor();
+  });
+
+  test("that lack at a block which was just placed are open ports, and mistakes once a run was refused", async () => {
+    await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
+    await page.keyboard.press("Control+k");
+    await page.keyboard.type("sum");
+    await page.keyboard.press("Enter");
+    await page.getByRole("button", { name: "2 open ports" }).waitFor();
+    const asked = (marks_open: boolean) => desk.client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [], marks_open });
+    const sum = async (marks_open: boolean) => (await asked(marks_open)).elements.find((e) => e.path === "sum")!;
+    expect((await sum(false)).marks).toEqual([]);
+    expect((await sum(false)).shapes.filter((shape) => shape.style === "open").length).toBe(3);
+    await soon(async () => (await sum(true)).marks.length).toBe(2);
+    const before = await page.locator("canvas").first().screenshot();
+    await page.keyboard.press("p");
+    await page.getByRole("alert").filter({ hasText: "sum: input 'u1' is not connected; connect a signal to it" }).waitFor();
+    await page.getByRole("button", { name: "2 mistakes" }).waitFor();
+    await soon(async () => (await page.locator("canvas").first().screenshot()).equals(before)).toBe(false);
+    await page.keyboard.press("r"); // an edit, which gives another chance
+    await page.getByRole("button", { name: "2 open ports" }).waitFor();
+  });
+});

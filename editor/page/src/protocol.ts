@@ -3,7 +3,7 @@
 //
 // The address is ws://127.0.0.1:PORT/socket?token=TOKEN, with port and token of the address that `bf edit`
 // prints; a browser must come from that address. A request is {"jsonrpc": "2.0", "id": 1, "method": "hello",
-// "params": {"protocol": 3}}, with all or some members of its parameters. The answer has the same id and a
+// "params": {"protocol": 4}}, with all or some members of its parameters. The answer has the same id and a
 // `result`, or an `error` with a `message` for people and a `code`: -32000 the request is refused, -32602 its
 // parameters are wrong, -32601 there is no such method, -32600 and -32700 it is no request. A notification
 // has a method, parameters and no id; it goes to all pages.
@@ -19,7 +19,7 @@
 //
 // Written by scripts/update-reference from editor/service/include/bf/service/protocol.hpp.
 
-export const protocol = 3;
+export const protocol = 4;
 
 export interface Bent {
   /** of the input that the wire leads to */
@@ -52,6 +52,19 @@ export interface BranchInfo {
   cause: string;
 }
 
+export interface CodeFile {
+  name: string;
+  text: string;
+}
+
+/** Lines that a block became; from 1. */
+export interface CodePlace {
+  path: string;
+  file: string;
+  first: number;
+  last: number;
+}
+
 /** What differs from an earlier model, and a subsystem of both, side by side. */
 export interface Compare {
   /** relative to the opened folder; empty: the model in the last commit of git */
@@ -76,6 +89,8 @@ export interface Diagnostic {
   message: string;
   remedy: string;
   fixes: Fix[];
+  /** a port that has no wire yet */
+  is_open: boolean;
 }
 
 export interface Difference {
@@ -103,6 +118,8 @@ export interface DocumentState {
   /** why files and page differ: a file cannot be read, or not be written */
   failure: string;
   panels: PanelInfo[];
+  /** titles of the model's own */
+  plots: string[];
 }
 
 export interface Draw {
@@ -113,6 +130,8 @@ export interface Draw {
   /** as if they stood there, while they are dragged */
   moved_notes: Moved[];
   bent: Bent[];
+  /** are ports without a wire marked as mistakes? */
+  marks_open: boolean;
 }
 
 export interface Drawing {
@@ -122,10 +141,20 @@ export interface Drawing {
   bounds: Rectangle;
   /** from the back to the front: wires, blocks, notes */
   elements: Element[];
+  signals: DrawnSignal[];
   /** "constant", "continuous", "every 10 ms" */
   rates: string[];
   /** of a chart: the signal that is the number of the active state */
   active: string;
+}
+
+/** What wires and ports carry. */
+export interface DrawnSignal {
+  /** that `record` and `plots` may call it by: "controller.pd" */
+  path: string;
+  /** that the model gives it, with its path: "controller.error" */
+  name: string;
+  kept: Kept[];
 }
 
 export interface Edit {
@@ -143,6 +172,8 @@ export interface Element {
   to: string;
   /** of a wire: from its output to its input, with both */
   corners: Point[];
+  /** of a wire, its number in `Drawing::signals` */
+  signal: number;
   bounds: Rectangle;
   /** from the back to the front */
   shapes: Shape[];
@@ -201,6 +232,17 @@ export interface Fix {
   operation: string;
 }
 
+export interface Generate {
+  language: "cpp" | "c";
+}
+
+/** What `bf generate` writes of the model as it is now, without the headers that all models share. */
+export interface GeneratedCode {
+  /** that with the most blocks first */
+  files: CodeFile[];
+  places: CodePlace[];
+}
+
 export interface Hello {
   protocol: number;
 }
@@ -233,6 +275,14 @@ export interface Inspection {
   type: string;
   doc: string;
   fields: SettingField[];
+}
+
+/** An entry of `record`, or of a plot, by which a signal is kept. */
+export interface Kept {
+  /** its title; empty: `record` */
+  plot: string;
+  /** as the document has it: "pd.y", "pd.*", "all" */
+  entry: string;
 }
 
 export interface LibraryBlock {
@@ -361,6 +411,8 @@ export interface Port {
   at: Point;
   /** what is known: "3x1 double, rad, every 10 ms" */
   about: string;
+  /** its number in `Drawing::signals`; -1: it has no wire and is no source */
+  signal: number;
 }
 
 /** A recording of the opened folder. */
@@ -507,8 +559,8 @@ export interface SettingField {
 export interface Shape {
   /** polygon: closed; line: open, straight from point to point; curve: cubic Bézier: a point, then three for each piece; ellipse: in the rectangle of two corners; text: one line at a point: of its base line, by `align` its start, middle or end; image: as large as fits into the rectangle of two corners; its text is the path of the file */
   kind: "polygon" | "line" | "curve" | "ellipse" | "text" | "image";
-  /** body: a block's outline, filled; symbol: a line inside of a block; value: text inside of a block; name: a block's name, beneath it; port: an open port, or the name of a port inside of a subsystem's block; wire: a line of a connection; branch: the dot where a connection divides; label: size, type, rate or unit beside a wire; note: a text of the document's layout; highlight: what is wrong: around a block, along a wire; added: in a comparison, around or along what the earlier model lacks; removed: what the later model lacks */
-  style: "body" | "symbol" | "value" | "name" | "port" | "wire" | "branch" | "label" | "note" | "highlight" | "added" | "removed" | "changed";
+  /** body: a block's outline, filled; symbol: a line inside of a block; value: text inside of a block; name: a block's name, beneath it; port: the name of a port inside of a subsystem's block, or a line of its sketch; open: a port without a wire; wire: a line of a connection; branch: the dot where a connection divides; label: name, size, type, rate or unit beside a wire; note: a text of the document's layout; highlight: what is wrong: around a block, along a wire; added: in a comparison, around or along what the earlier model lacks; removed: what the later model lacks */
+  style: "body" | "symbol" | "value" | "name" | "port" | "open" | "wire" | "branch" | "label" | "note" | "highlight" | "added" | "removed" | "changed";
   points: Point[];
   text: string;
   /** height of letters, of a text */
@@ -642,6 +694,8 @@ export interface VariableField {
   least: number | null;
   /** what they come to */
   greatest: number | null;
+  /** what is wrong with its value */
+  mistake: string;
 }
 
 export interface Variables {
@@ -703,6 +757,7 @@ export interface Methods {
   images: { params: InSystem; result: FileList };
   compare: { params: Compare; result: ModelComparison };
   parameters: { params: Record<string, never>; result: Parameters };
+  generate: { params: Generate; result: GeneratedCode };
 }
 export type Method = keyof Methods;
 

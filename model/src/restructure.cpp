@@ -346,7 +346,8 @@ void Editor::operator()(const Inline& inlined) {
     }
     for (Bends bends : content.layout.wires) {
         bends.path = joined(inlined.path, bends.path);
-        model_.layout.wires.push_back(std::move(bends));
+        if (std::ranges::find(model_.layout.wires, bends.path, &Bends::path) == model_.layout.wires.end())
+            model_.layout.wires.push_back(std::move(bends));
     }
     for (Note note : content.layout.notes) {
         note.system = joined(inlined.path, note.system);

@@ -136,7 +136,7 @@ class Attached {
         }
         return true;
     }
-    Json report() { return ask("hello", {{"protocol", 3}})["result"]["live"]; }
+    Json report() { return ask("hello", {{"protocol", bf::service::protocol_version}})["result"]["live"]; }
     /// Is there an entry of the log that says so, by somebody whose name begins so?
     bool has_entry(const std::string& who, const std::string& what) {
         const Json log = report()["log"];
@@ -144,7 +144,7 @@ class Attached {
             return entry["who"].get<std::string>().starts_with(who) && entry["what"] == what;
         });
     }
-    Json live() { return ask("hello", {{"protocol", 3}})["result"]["run"]; }
+    Json live() { return ask("hello", {{"protocol", bf::service::protocol_version}})["result"]["run"]; }
 
     std::map<int, std::map<double, std::vector<double>>> samples; ///< by signal and time
     Json told;

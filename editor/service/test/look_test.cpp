@@ -143,7 +143,7 @@ TEST_F(LookTest, ASubsystemShowsItsVariablesAsParametersWithUnitsAndLimits) {
     EXPECT_EQ(k["unit"], "N/m");
     EXPECT_EQ(k["least"], 0);
     EXPECT_NE(k["doc"].get<std::string>().find("stiffness"), std::string::npos);
-    EXPECT_TRUE(field(result("inspect", {{"path", "spring"}}), "S.a").is_null());
+    EXPECT_EQ(field(result("inspect", {{"path", "spring"}}), "S.a")["initial"], "1") << "of a struct";
     edit({{"do", "set"}, {"path", "spring"}, {"name", "k"}, {"value", "2*T"}});
     EXPECT_NE(read("m.yaml").find("with: {k: 2*T}"), std::string::npos);
     edit({{"do", "set"}, {"path", "spring"}, {"name", "k"}});

@@ -34,12 +34,13 @@ class ServiceTest : public bf::service::AskingTest {
 };
 
 TEST_F(ServiceTest, WelcomesAPageOfItsProtocolAndNoOther) {
-    const Json welcome = result("hello", {{"protocol", 3}});
+    const Json welcome = result("hello", {{"protocol", bf::service::protocol_version}});
     EXPECT_EQ(welcome["version"], "1.2.3");
     EXPECT_EQ(welcome["files"], Json::array({"motor.yaml"}));
     EXPECT_EQ(welcome["document"]["file"], "motor.yaml");
     EXPECT_EQ(refusal("hello", {{"protocol", 99}}),
-              "this page speaks version 99 of the protocol, and bf 1.2.3 version 3; reload the page");
+              "this page speaks version 99 of the protocol, and bf 1.2.3 version " +
+                  std::to_string(bf::service::protocol_version) + "; reload the page");
 }
 
 TEST_F(ServiceTest, ChecksEachChangeAndSaysWhatBfCheckSays) {
@@ -228,7 +229,7 @@ TEST_F(ServiceTest, AnEditIsToldAtOnceAndGoesOnInTheRunWhenItIsChecked) {
     checked();
     result("run", {{"action", "step"}});
     EXPECT_EQ(result("run", {{"action", "pause"}})["is_current"], true);
-    EXPECT_EQ(result("hello", {{"protocol", 3}})["run"]["state"], "paused")
+    EXPECT_EQ(result("hello", {{"protocol", bf::service::protocol_version}})["run"]["state"], "paused")
         << "a page that comes later sees it";
     told.clear();
     result("edit", {{"operation", {{"do", "set"}, {"path", "load"}, {"name", "after"}, {"value", "0.06"}}}});

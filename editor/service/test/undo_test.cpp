@@ -130,8 +130,13 @@ class Chance {
         case 16: return op::Dissolve{of(subsystems_)};
         case 17: return op::Inline{of(references_)};
         case 18: return op::Extract{of(subsystems_), "made" + std::to_string(made_++) + ".yaml"};
-        case 19: return op::Record{of(paths_), number(2) == 0};
+        case 19: return op::Record{of(paths_), number(2) == 0, number(2) ? "" : "Both"};
         case 20:
+            if (number(3) == 0) {
+                const std::string system = of(systems_);
+                const std::string end = end_in(system);
+                return op::NameSignal{system, end, name()};
+            }
             if (number(2))
                 return op::Watch{number(2) ? "Both" : name(),
                                  bf::model::Display{.name = {}, .signals = {{.path = of(paths_)}}}};
@@ -155,6 +160,7 @@ class Chance {
         for (const auto* ports : {&system.inputs, &system.outputs})
             for (const auto& port : *ports)
                 paths_.push_back(prefix + port.name), ends_[prefix].push_back(port.name);
+        for (const auto& signal : system.signals) paths_.push_back(prefix + signal.name);
         for (const auto& block : system.blocks) {
             const std::string path = prefix + block.name;
             paths_.push_back(path);

@@ -405,9 +405,10 @@ class Drawer {
                 list.push_back(kept);
         };
         const auto keep = [&](const std::string& plot, const std::string& entry) {
-            note(by_path[entry], {plot, entry});
+            const Kept kept{plot, entry.find('*') == std::string::npos ? entry : ""};
+            note(by_path[entry], kept);
             for (const auto& signal : signals_.match(entry))
-                note(by_end[{signal.end.node, signal.end.slot}], {plot, entry});
+                note(by_end[{signal.end.node, signal.end.slot}], kept);
         };
         for (const auto& signal : model.record) keep("", signal.path);
         for (const auto& panel : model.plots)
@@ -422,7 +423,7 @@ class Drawer {
                 port.signal = static_cast<int>(carried_.size());
                 DrawnSignal& signal = carried_.emplace_back(DrawnSignal{is_only ? block : full});
                 const Node::End end = signals_.find(full);
-                if (model.record_all) signal.kept.push_back({"", "all"});
+                if (model.record_all) signal.kept.push_back({});
                 if (end.node >= 0) {
                     for (const Kept& kept : by_end[{end.node, end.slot}]) signal.kept.push_back(kept);
                     continue;

@@ -142,13 +142,13 @@ TEST(Edited, NamesAndRecordsOfSignalsComeAndGoInTheirLines) {
     const std::string named = sample.substr(0, sample.find("record")) +
                               "signals: # by name\n  wanted: law   # V\n  seen:  plant\nrecord: [wanted]\n";
     EXPECT_EQ(changes(Rename{"wanted", "u"}, named),
-              (Lines{"-   wanted: law   # V", "- record: [wanted]", "+   u: law   # V", "+ record: [u]"}));
+              (Lines{"-   wanted: law   # V", "+   u: law   # V", "- record: [wanted]", "+ record: [u]"}));
     EXPECT_EQ(changes(Remove{"seen"}, named), (Lines{"-   seen:  plant"}));
     EXPECT_EQ(changes(Record{"law.u"}),
               (Lines{"- record: [plant, law.p, 'sum']", "+ record: [plant, law.p, 'sum', law.u]"}));
     EXPECT_EQ(changes(Record{"law.p", false}),
               (Lines{"- record: [plant, law.p, 'sum']", "+ record: [plant, 'sum']"}));
-    EXPECT_EQ(changes(Record{"law.u", true, "Voltage [V]"}), (Lines{"+ plots:", "+   Voltage [V]: [law.u]"}));
+    EXPECT_EQ(changes(Record{"law.u", true, "Voltage [V]"}), (Lines{"+ plots:", "+   \"Voltage [V]\": [law.u]"}));
 }
 
 TEST(Edited, GroupingShiftsTheLinesOfTheBlocks) {

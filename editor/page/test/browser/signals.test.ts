@@ -44,23 +44,25 @@ describe.skipIf(!is_there || !command)("signals of a model", () => {
     await page.keyboard.press("Shift+L");
     await page.getByRole("combobox", { name: "Plot of the model" }).fill("Level [m]");
     await page.keyboard.press("Enter");
-    await soon(() => desk.text()).toBe(`${named}record: [h2]\nplots:\n  Level [m]: [h2]\n`);
+    await soon(() => desk.text()).toBe(`${named}record: [h2]\nplots:\n  "Level [m]": [h2]\n`);
     await page.getByText("in the plots Level [m]").waitFor();
     for (let i = 0; i < 3; ++i) await page.keyboard.press("Control+z");
     await soon(() => desk.text()).toBe(model);
   });
 
-  test("are looked for, and waited for, by their names", async () => {
+  test("are looked for, and waited for, by their names, also in a run that was there before", async () => {
+    await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
+    await page.getByLabel("Speed").selectOption("fast");
     await choose("sink");
+    await page.keyboard.press("s");
+    await page.getByText("0.01 / 4 s", { exact: true }).waitFor();
     await page.keyboard.press("F2");
     await page.getByRole("textbox", { name: "Name of the signal from level" }).fill("h2");
     await page.keyboard.press("Enter");
     await soon(() => desk.text()).toContain("h2: level");
     const wire = (await desk.drawing()).elements.find((e) => e.kind === "wire" && e.to === "sink")!;
     expect(wire.shapes.filter((shape) => shape.kind === "text").map((shape) => shape.text)).toEqual(["h2"]);
-    await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
-    await page.getByLabel("Speed").selectOption("fast");
-    await page.keyboard.press("s");
+    await page.getByText("Branches (2)").waitFor();
     const until = page.getByLabel("Run until");
     await until.fill("h2 > 0.6");
     await until.press("Enter");

@@ -67,7 +67,7 @@ struct Port {
 /// An entry of `record`, or of a plot, by which a signal is kept.
 struct Kept {
     std::string plot = {}; ///< its title; empty: `record`
-    std::string entry;     ///< as the document has it: "pd.y", "pd.*", "all"
+    std::string entry; ///< as the document has it, "pd.y"; empty: a pattern or `all` means this signal, too
 };
 
 /// What wires and ports carry.

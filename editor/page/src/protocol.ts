@@ -281,7 +281,7 @@ export interface Inspection {
 export interface Kept {
   /** its title; empty: `record` */
   plot: string;
-  /** as the document has it: "pd.y", "pd.*", "all" */
+  /** as the document has it, "pd.y"; empty: a pattern or `all` means this signal, too */
   entry: string;
 }
 

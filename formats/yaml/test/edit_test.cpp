@@ -71,7 +71,9 @@ const std::string sample = "# A loop, spelt by hand.\n"
                            "        law.p: {y: 3, x: 4}\n"
                            "# the end\n";
 
-Lines changes(const Operation& operation) { return formats::changes(operation, sample); }
+Lines changes(const Operation& operation, const std::string& text = sample) {
+    return formats::changes(operation, text);
+}
 
 TEST(Edited, FilesThatDidNotChangeKeepTheirBytes) {
     EXPECT_GT(model_files().size(), 30u);
@@ -148,7 +150,8 @@ TEST(Edited, NamesAndRecordsOfSignalsComeAndGoInTheirLines) {
               (Lines{"- record: [plant, law.p, 'sum']", "+ record: [plant, law.p, 'sum', law.u]"}));
     EXPECT_EQ(changes(Record{"law.p", false}),
               (Lines{"- record: [plant, law.p, 'sum']", "+ record: [plant, 'sum']"}));
-    EXPECT_EQ(changes(Record{"law.u", true, "Voltage [V]"}), (Lines{"+ plots:", "+   \"Voltage [V]\": [law.u]"}));
+    EXPECT_EQ(changes(Record{"law.u", true, "Voltage [V]"}),
+              (Lines{"+ plots:", "+   \"Voltage [V]\": [law.u]"}));
 }
 
 TEST(Edited, GroupingShiftsTheLinesOfTheBlocks) {

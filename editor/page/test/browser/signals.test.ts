@@ -38,6 +38,7 @@ describe.skipIf(!is_there || !command)("signals of a model", () => {
     await page.keyboard.press("Enter");
     const named = `${model}signals:\n  h2: level\n`;
     await soon(() => desk.text()).toBe(named);
+    await page.getByRole("heading", { name: "h2 → sink" }).waitFor();
     await page.keyboard.press("l");
     await soon(() => desk.text()).toBe(`${named}record: [h2]\n`);
     await page.getByRole("button", { name: "Record", exact: true, pressed: true }).waitFor();

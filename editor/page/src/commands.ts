@@ -1,7 +1,8 @@
 import { key_of, neighbour, zoomed } from "./geometry.ts";
 import { may_enter } from "./operations.ts";
 import type { Point } from "./protocol.ts";
-import type { Session, Target } from "./session.svelte.ts";
+import type { Target } from "./dialog.ts";
+import type { Session } from "./session.svelte.ts";
 
 /** Whatever a person can ask for: keys, the search and the help come from this list. */
 export interface Command {

@@ -1,7 +1,8 @@
 import { commands, is_possible } from "./commands.ts";
 import { end_of_new, fits, is_block, last_of } from "./operations.ts";
 import type { LibraryBlock, Point } from "./protocol.ts";
-import type { Dialog, End, Session } from "./session.svelte.ts";
+import type { Dialog, End } from "./dialog.ts";
+import type { Session } from "./session.svelte.ts";
 
 /** A line of the search. */
 export interface Entry { key: string; title: string; detail: string; group: string; keys?: string; block?: LibraryBlock; run(): unknown }

@@ -2,7 +2,8 @@ import { badge_of, centre, hit, key_of, nearest_piece, panned, rectangle, to_dra
 import { axis_of, handle_at, handles, type Handle } from "./layout.ts";
 import { fits, is_block, joined, last_of, may_enter, through } from "./operations.ts";
 import type { Drawing, Element, Point, Port, Rectangle } from "./protocol.ts";
-import { grid, type End, type Session } from "./session.svelte.ts";
+import type { End } from "./dialog.ts";
+import { grid, type Session } from "./session.svelte.ts";
 
 export interface Press { x: number; y: number; button: number; shift: boolean; is_panning: boolean; is_touch: boolean }
 

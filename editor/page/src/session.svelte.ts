@@ -8,6 +8,7 @@ import {
   protocol, type DocumentState, type Draw, type DrawnSignal, type Drawing, type Element, type Fix, type Kept, type LibraryBlock, type LiveReport, type Method, type Methods, type Notifications,
   type Point, type Port, type RunState, type SignalInfo,
 } from "./protocol.ts";
+import type { Dialog, End, Target } from "./dialog.ts";
 import { Drafts } from "./drafts.ts";
 import { Images } from "./images.svelte.ts";
 import { keep, kept } from "./kept.ts";
@@ -18,21 +19,6 @@ import { Stage } from "./stage.svelte.ts";
 import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
 
 export type Show = "sizes" | "types" | "rates" | "units";
-export interface End { element: Element; port: Port }
-/** What a menu is about. */
-export type Target = "block" | "wire" | "port" | "note" | "empty";
-export type Dialog =
-  | { kind: "search"; at?: Point; into?: Element } // all that one can insert or do; what goes into a wire
-  | { kind: "insert"; at: Point; from?: End }     // with a wire from there
-  | { kind: "connect" }
-  | { kind: "find" }                              // something in the whole model
-  | { kind: "fix" }                               // what would mend mistakes
-  | { kind: "plots" }                             // of the model, for the chosen signal
-  | { kind: "open" }
-  | { kind: "image"; at?: Point }
-  | { kind: "earlier" }               // what to compare the model with
-  | { kind: "compare"; file: string } // empty: the last commit
-  | { kind: "help" };
 type Part = "run" | "model";
 /** What the run of a model is compared with. */
 interface Comparison { file: string; branches: number[]; recordings: string[] }

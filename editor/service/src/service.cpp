@@ -24,7 +24,6 @@
 #include "places.hpp"
 #include "placing.hpp"
 #include "recordings.hpp"
-#include "rpc.hpp"
 #include "stage.hpp"
 #include "typescript.hpp"
 #include "values.hpp"

@@ -65,6 +65,8 @@ std::vector<std::string> states_of(const Block& block) {
                          as_list + ", and a name with brackets in single quotes"};
         if (!is_name(item.text))
             throw Defect{states_setting, "'" + item.text + "' is no name for a state", name_rule};
+        if (std::ranges::find(states, item.text) != states.end())
+            throw Defect{states_setting, "a second state '" + item.text + "'", "rename one of them"};
         states.push_back(item.text);
     }
     if (states.empty()) throw Defect{states_setting, "`states` has no names", as_list};

@@ -49,8 +49,8 @@ void Editor::operator()(const PlacePort& place) {
 
 /// Ports of a block of a library are its declaration's matter.
 void Editor::require_port(const std::string& path, const std::string& port) {
-    if (!split_chart(model_, path).first.empty())
-        refuse({}, path, "a state has no ports", "bend its transitions");
+    if (const std::string machine = split_chart(model_, path).first; !machine.empty())
+        refuse(chart_at(machine).where_states(), path, "a state has no ports", "bend its transitions");
     const Own own = find_own(path);
     if (!own.block) refuse({}, path, "this is a port, which has none itself", "name a block");
     const System* const content = own.block->content();

@@ -142,6 +142,7 @@ TEST(Chart, SaysWhatOfItsSettingsIsNoChart) {
     EXPECT_EQ(defect("", "{'a', 'b'}"), "the state '{'a'' is an expression, which is evaluated first");
     EXPECT_EQ(defect("", "[a, b.c]"), "'b.c' is no name for a state");
     EXPECT_EQ(defect("", "[]"), "`states` has no names");
+    EXPECT_EQ(defect("", "[a, b, 'a']"), "a second state 'a'");
     Model model = machine("rows");
     find(model, "machine")->settings[1].value.where = {std::make_shared<std::string>("m.yaml"), 7, 5};
     EXPECT_EQ(refusal(Connect{"machine", "idle", "move"}, model).substr(0, 23), "m.yaml:7:5: machine: th");

@@ -309,6 +309,13 @@ TEST_F(ProjectTest, ExtractingMakesAFileAndNeverWritesOverOne) {
     EXPECT_THROW(project.edit(op::Extract{"source", "missing/source.yaml"}), bf::model::Errors);
     EXPECT_EQ(read("loop.yaml"), before);
     EXPECT_TRUE(project.model().root.find_block("source")->system);
+    try {
+        project.edit(op::Extract{"source", ""});
+        ADD_FAILURE() << "a file without a name was made";
+    } catch (const bf::model::Errors& error) {
+        EXPECT_EQ(error.diagnostics()[0].message, "there is no file to extract to");
+        EXPECT_EQ(error.diagnostics()[0].remedy, "give `file`");
+    }
     project.edit(op::Extract{"source", "source.yaml"});
     EXPECT_NE(read("source.yaml").find("reference: {block: Constant, value: 1}"), std::string::npos);
     project.edit(op::Set{"source.reference", "value", "4"});

@@ -29,29 +29,33 @@ Texts entries_of(std::string_view row) {
     return entries;
 }
 
-std::size_t difference(const Texts& a, const Texts& b) {
-    if (a.size() != b.size()) return std::max(a.size(), b.size());
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) count += a[i] != b[i];
-    return count;
+/// What it costs that a row comes or goes, and that it becomes another one: of rows that changed by more than
+/// two thirds of their entries that is dearer, unless nothing else is to be had in their place.
+std::size_t cost_of(const Texts& row) { return 2 * row.size(); }
+std::size_t cost_of(const Texts& before, const Texts& after) {
+    const std::size_t most = cost_of(before) + cost_of(after) - 1;
+    if (before.size() != after.size()) return most;
+    std::size_t changed = 0;
+    for (std::size_t i = 0; i < before.size(); ++i) changed += before[i] != after[i];
+    return std::min(6 * changed, most);
 }
 
-/// Which row each of `after` was before: the way in which the fewest entries change, where a row that comes
-/// or goes changes all of its own.
+/// Which row each of `after` was before, in the cheapest way.
 std::vector<std::optional<std::size_t>> origins(const std::vector<Texts>& before,
                                                 const std::vector<Texts>& after) {
     const std::size_t n = before.size(), m = after.size();
     std::vector<std::vector<std::size_t>> cost(n + 1, std::vector<std::size_t>(m + 1));
     const auto changed = [&](std::size_t i, std::size_t j) {
-        return cost[i + 1][j + 1] + difference(before[i], after[j]);
+        return cost[i + 1][j + 1] + cost_of(before[i], after[j]);
     };
-    const auto gone = [&](std::size_t i, std::size_t j) { return cost[i + 1][j] + before[i].size(); };
+    const auto gone = [&](std::size_t i, std::size_t j) { return cost[i + 1][j] + cost_of(before[i]); };
+    const auto come = [&](std::size_t i, std::size_t j) { return cost[i][j + 1] + cost_of(after[j]); };
     for (std::size_t i = n + 1; i-- > 0;)
         for (std::size_t j = m + 1; j-- > 0;) {
             if (i == n && j == m) continue;
-            cost[i][j] = i == n   ? cost[i][j + 1] + after[j].size()
+            cost[i][j] = i == n   ? come(i, j)
                          : j == m ? gone(i, j)
-                                  : std::min({changed(i, j), gone(i, j), cost[i][j + 1] + after[j].size()});
+                                  : std::min({changed(i, j), gone(i, j), come(i, j)});
         }
     std::vector<std::optional<std::size_t>> from(m);
     for (std::size_t i = 0, j = 0; j < m;)

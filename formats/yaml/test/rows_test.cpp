@@ -53,6 +53,16 @@ TEST(EditedRows, OfAListKeepTheirLines) {
                      "+       - [2, 1, max(1, 2), 0.5]  # back"}));
 }
 
+TEST(EditedRows, KeepTheirCommentsOverManyEdits) {
+    const Batch edits{{Set{"m.move.1", "minimum_time", "2"}, Rename{"m.move", "go"},
+                       Add{"m", {.name = "stop"}, {}, {}}, Connect{"m", "idle", "stop"}, Remove{"m.go"}}};
+    EXPECT_EQ(changed(edits, block),
+              (Lines{"-       # on the way", "-       - move", "+       - stop",
+                     "-       - [1, 2, 1, 0]   # go", "-       # after a while", "-       - [2, 3, 0,  2*T]",
+                     "-       - [3, 1, max(1, 2), 0.5]  # back", "-     initial: 2",
+                     "+       - [2, 1, max(1, 2), 0.5]  # back", "+       - [1, 3, 0, 0]"}));
+}
+
 const std::string flow = "    states: [idle,  move, # then\n"
                          "             hold]\n"
                          "    transitions: [[1, 2, 1, 0],    # go\n"

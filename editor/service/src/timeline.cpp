@@ -71,7 +71,10 @@ bool is_same_run(const Diagram& a, const Diagram& b) {
         if (a.nodes[n].arguments != b.nodes[n].arguments || !std::ranges::equal(one, other, is_same))
             return false;
     }
-    if (!std::ranges::equal(a.aliases, b.aliases, {}, &SignalName::path, &SignalName::path))
+    const auto names_the_same = [](const SignalName& x, const SignalName& y) {
+        return x.path == y.path && x.end.node == y.end.node && x.end.slot == y.end.slot;
+    };
+    if (!std::ranges::equal(a.aliases, b.aliases, names_the_same))
         return false; // names of signals, by which these are asked for
     const auto is_same = [](const Definition& x, const Definition& y) {
         return x.path == y.path && x.text == y.text;

@@ -64,9 +64,9 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
   }
   /** But for where things are drawn, which is as the person pointed. */
   async function expect_the_file_of_a_person(): Promise<void> {
-    const [model, layout] = (await desk.text()).split("layout:\n");
-    expect(model).toBe(by_hand);
-    expect(layout!.match(/x:/g)).toHaveLength(6);
+    const parts = async () => (await desk.text()).split("layout:\n"); // a file is written soon after its edit
+    await expect.poll(async () => (await parts())[0]).toBe(by_hand);
+    await expect.poll(async () => (await parts())[1]!.match(/x:/g)).toHaveLength(6);
   }
   async function runs_and_is_undone(): Promise<void> {
     await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
@@ -78,7 +78,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
       await page.keyboard.press("Control+z");
       await page.waitForTimeout(50);
     }
-    expect(await desk.text()).toBe(empty);
+    await expect.poll(() => desk.text()).toBe(empty);
   }
 
   test("builds a motor under PI control by the pointer, runs it, and undoes all of it", async () => {

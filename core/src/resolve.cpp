@@ -66,7 +66,7 @@ void check_types(const Resolution& r) {
             if (!known || call.run[version]) continue;
             for (const auto& operand : call.operands)
                 if (operand.slot >= 0 && r.slots[static_cast<std::size_t>(operand.slot)].type_symbol == 0)
-                    throw ResolutionError(
+                    throw TypeError(
                         label(r.slots[static_cast<std::size_t>(operand.slot)]) + " cannot be of type " +
                         name(*r.types[0]) +
                         ", for which this operation is not defined; insert a Convert block");
@@ -104,13 +104,13 @@ bool offer(Resolution& r, int index, Type type) {
     const Slot& slot = r.slots[static_cast<std::size_t>(index)];
     if (slot.type_symbol < 0) {
         if (slot.type != type)
-            throw ResolutionError(label(slot) + " is of type " + name(slot.type) + ", but is wired to type " +
+            throw TypeError(label(slot) + " is of type " + name(slot.type) + ", but is wired to type " +
                                   name(type) + "; insert a Convert block");
         return false;
     }
     auto& known = r.types[static_cast<std::size_t>(slot.type_symbol)];
     if (known && *known != type)
-        throw ResolutionError(label(slot) + " must be of type " + name(*known) +
+        throw TypeError(label(slot) + " must be of type " + name(*known) +
                               " like the other quantities of its kind, but is wired to type " + name(type) +
                               "; insert a Convert block");
     const bool news = !known;

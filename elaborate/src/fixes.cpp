@@ -46,25 +46,28 @@ model::Fix renamed_signal(const model::Model& model, const std::string& path, co
     return fix("Show '" + name + "' instead", batch);
 }
 
-std::vector<model::Fix> inserted_transition(const model::Model& model, const std::string& path,
-                                            const std::string& input, const std::string& period) {
+std::vector<model::Fix> inserted_before(const model::Model& model, const std::string& path,
+                                        const std::vector<std::string>& inputs, std::string title,
+                                        model::Block block) {
     const auto [system, name] = model::split_last(path);
     const model::System* const content = model::find_system(model, system);
     if (!content) return {};
-    std::string free = "transition";
-    for (int n = 2; content->is_taken(free); ++n) free = "transition" + std::to_string(n);
+    const std::string wanted = block.name;
+    op::Batch batch;
+    int n = 1;
     for (const auto& connection : content->connections)
-        for (const auto& to : connection.to)
-            if (to.block == name && (to.port.empty() || to.port == input)) {
-                const model::Block block{
-                    .name = free, .type = "RateTransition", .period = model::Expression{period}};
-                return {
-                    fix("Insert a RateTransition",
-                        op::Batch{{op::Disconnect{system, connection.from.text(), to.text()},
-                                   op::Add{system, block}, op::Connect{system, connection.from.text(), free},
-                                   op::Connect{system, free, to.text()}}})};
-            }
-    return {};
+        for (const auto& to : connection.to) {
+            const bool is_meant = to.port.empty() || std::ranges::find(inputs, to.port) != inputs.end();
+            if (to.block != name || !is_meant) continue;
+            for (bool is_first = true; is_first || content->is_taken(block.name); is_first = false, ++n)
+                block.name = n == 1 ? wanted : wanted + std::to_string(n);
+            batch.operations.emplace_back(op::Disconnect{system, connection.from.text(), to.text()});
+            batch.operations.emplace_back(op::Add{system, block});
+            batch.operations.emplace_back(op::Connect{system, connection.from.text(), block.name});
+            batch.operations.emplace_back(op::Connect{system, block.name, to.text()});
+        }
+    if (batch.operations.empty()) return {};
+    return {fix(std::move(title), batch)};
 }
 
 } // namespace bf::elaboration

@@ -24,9 +24,10 @@ model::Fix named_anew(const std::string& system, const model::NamedSignal& signa
 /// A signal that is recorded or plotted, under the name that was meant.
 model::Fix renamed_signal(const model::Model& model, const std::string& path, const std::string& name);
 
-/// A RateTransition of that period in the wire into an input of the block at `path`; none where the document
-/// has no such wire.
-std::vector<model::Fix> inserted_transition(const model::Model& model, const std::string& path,
-                                            const std::string& input, const std::string& period);
+/// A block like this, each under a free name, in each wire into those inputs of the block at `path`; none
+/// where the document has no such wire.
+std::vector<model::Fix> inserted_before(const model::Model& model, const std::string& path,
+                                        const std::vector<std::string>& inputs, std::string title,
+                                        model::Block block);
 
 } // namespace bf::elaboration

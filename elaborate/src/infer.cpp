@@ -161,6 +161,8 @@ class Spreading {
             queued_[static_cast<std::size_t>(n)] = false;
             try {
                 if (e_.resolution(n).is_bound()) propagate(*e_.node(n).block);
+            } catch (const TypeError& error) {
+                report(n, error.what(), converted(n, 0));
             } catch (const std::exception& error) { // also what a resource says, e.g. an unknown frame
                 report(n, error.what());
             }
@@ -182,8 +184,11 @@ class Spreading {
             try {
                 if (offer(r, end.slot, news)) push(end.node);
             } catch (const ResolutionError& error) {
-                report(to.node, std::string(error.what()) + " (" + e_.diagram.end_path(from) + " -> " +
-                                    e_.diagram.end_path(to) + ")");
+                const bool is_of_types = dynamic_cast<const TypeError*>(&error) != nullptr;
+                report(to.node,
+                       std::string(error.what()) + " (" + e_.diagram.end_path(from) + " -> " +
+                           e_.diagram.end_path(to) + ")",
+                       is_of_types ? conversions(from, to) : std::vector<model::Fix>());
             }
         };
         if (a.size_known && !(b.size_known && b.size == a.size) && !is_told(to, 0))
@@ -205,12 +210,52 @@ class Spreading {
         return !told_.insert(key).second;
     }
 
-    void report(int node, const std::string& text) {
+    void report(int node, const std::string& text, std::vector<model::Fix> fixes = {}) {
         if (reported_.insert(text + e_.node(node).path).second)
             e_.report.add(e_.node(node).where, e_.node(node).path, text,
                           size_from_.empty() ? ""
                                              : "if the loop has another size than '" + size_from_ +
-                                                   "', give that parameter as many elements as the signal");
+                                                   "', give that parameter as many elements as the signal",
+                          std::move(fixes));
+    }
+
+    // ---- conversions that mend types ----
+
+    std::vector<model::Fix> converted(int node, const std::vector<std::string>& inputs, Type type) const {
+        std::string all;
+        for (const auto& input : inputs) all += (all.empty() ? "" : ", ") + input;
+        model::Block convert{.name = "convert", .type = "Convert"};
+        if (type != Type::float64) // which it makes anyway
+            convert.settings.push_back({.name = "type", .value = {.text = bf::name(type)}, .where = {}});
+        return inserted_before(e_.model, e_.node(node).path, inputs,
+                               std::string("Convert to ") + bf::name(type) + " before " + all,
+                               std::move(convert));
+    }
+    /// Wired inputs of a kind whose sources are of that type, if one is given.
+    std::vector<std::string> inputs_of(int node, int type_symbol, std::optional<Type> type = {}) const {
+        std::vector<std::string> inputs;
+        const auto& sources = e_.node(node).sources;
+        const auto& slots = e_.diagram.nodes[static_cast<std::size_t>(node)].block->resolution().slots;
+        for (std::size_t i = 0; i < sources.size(); ++i)
+            if (sources[i].node >= 0 && slots[i].type_symbol == type_symbol &&
+                (!type || e_.resolution(sources[i].node).type_of(sources[i].slot) == type))
+                inputs.push_back(slots[i].name);
+        return inputs;
+    }
+    /// Numbers of that kind become double, with which everything works.
+    std::vector<model::Fix> converted(int node, int type_symbol) const {
+        return converted(node, inputs_of(node, type_symbol), Type::float64);
+    }
+    /// In that wire, or in those of the other inputs of its kind: first what loses fewer numbers.
+    std::vector<model::Fix> conversions(const Node::End& from, const Node::End& to) const {
+        const Resolution& r = e_.resolution(to.node);
+        const Slot& input = r.slots[static_cast<std::size_t>(to.slot)];
+        const Type sent = *e_.resolution(from.node).type_of(from.slot), wanted = *r.type_of(to.slot);
+        std::vector<model::Fix> fixes = converted(to.node, {input.name}, wanted);
+        if (input.type_symbol < 0) return fixes;
+        const auto others = converted(to.node, inputs_of(to.node, input.type_symbol, wanted), sent);
+        fixes.insert(sent < wanted ? fixes.begin() : fixes.end(), others.begin(), others.end()); // widest first
+        return fixes;
     }
 
     /// Parameters that are below the ones that they must be at least.
@@ -245,7 +290,10 @@ class Spreading {
                     const auto written = e_.written_parameters.find({n, static_cast<int>(i)});
                     const auto& at =
                         written == e_.written_parameters.end() ? e_.node(n).where : written->second;
-                    e_.report.add(at, e_.node(n).path, wrong, outside_remedy(slot));
+                    const std::string remedy = outside_remedy(slot);
+                    e_.report.add(at, e_.node(n).path, wrong, remedy,
+                                  remedy.empty() ? std::vector<model::Fix>()
+                                                 : converted(n, slot.type_symbol));
                 }
             if (slot.role == Role::parameter && slot.initial.size() > 1 &&
                 static_cast<int>(slot.initial.size()) != count)
@@ -269,7 +317,7 @@ class Spreading {
                     e_.report.add(e_.node(n).where, e_.node(n).path,
                                   "the block does not work on signals of type " +
                                       std::string(bf::name(*r.types[0])),
-                                  "insert a Convert block before it");
+                                  "insert a Convert block before it", converted(n, 0));
     }
 
     Elaboration& e_;

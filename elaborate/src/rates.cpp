@@ -368,7 +368,9 @@ class Rates {
 
     std::vector<model::Fix> transition_fixes(const std::string& path, const std::string& input,
                                              const std::string& period) const {
-        std::vector<model::Fix> fixes = inserted_transition(e_.model, path, input, period);
+        std::vector<model::Fix> fixes = inserted_before(
+            e_.model, path, {input}, "Insert a RateTransition",
+            {.name = "transition", .type = "RateTransition", .period = model::Expression{period}});
         fixes.push_back(fix("Insert all rate transitions of the model",
                             model::operations::Set{"", "rate_transitions", "inserted"}));
         return fixes;

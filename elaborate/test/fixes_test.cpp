@@ -58,5 +58,41 @@ TEST(Fixes, InsertATransitionBetweenRates) {
               (Titles{"Insert a RateTransition", "Insert all rate transitions of the model"}));
 }
 
+std::string of_types(const std::string& blocks, const std::string& wires) {
+    return "model: m\nstep: 0.1\nblocks:\n  near: {block: Constant, value: true}\n"
+           "  far: {block: Constant, value: false}\n  level: {block: Clock}\n"
+           "  small: {block: Constant, value: int8(3)}\n" +
+           blocks + "connections:\n" + wires;
+}
+
+TEST(Fixes, ConvertInTheWireWhoseTypeIsNarrower) {
+    EXPECT_EQ(titles(of_types("  all: {block: Mux, inputs: 2}\n", "  level: all.u1\n  near: all.u2\n")),
+              (Titles{"Convert to double before u2", "Convert to boolean before u1"}));
+    EXPECT_EQ(titles(of_types("  all: {block: Mux, inputs: 3}\n",
+                              "  near: all.u1\n  far: all.u3\n  level: all.u2\n")),
+              (Titles{"Convert to double before u1, u3", "Convert to boolean before u2"}));
+    EXPECT_EQ(titles(of_types("  all: {block: Sum}\n  convert: {block: Clock}\n",
+                              "  small: all.u1\n  convert: all.u2\n")),
+              (Titles{"Convert to double before u1", "Convert to int8 before u2"}))
+        << "under a name that is free";
+}
+
+TEST(Fixes, ConvertWhatABlockDoesNotWorkOn) {
+    EXPECT_EQ(titles(of_types("  sine: {block: Trigonometry}\n", "  small: sine\n")),
+              Titles{"Convert to double before u"});
+    EXPECT_EQ(titles(of_types("  k: {block: Gain, K: 0.5}\n", "  small: k\n")),
+              Titles{"Convert to double before u"});
+    EXPECT_EQ(titles(of_types("  part:\n    inputs: [x]\n    blocks: {sine: {block: Trigonometry}}\n"
+                              "    connections: {x: sine}\n",
+                              "  small: part\n")),
+              Titles{"Convert to double before u"})
+        << "in the subsystem where the block stands";
+}
+
+TEST(Fixes, ConvertToTheOneTypeThatAnInputHas) {
+    EXPECT_EQ(titles(of_types("  latch: {block: SRFlipFlop}\n", "  small: latch.s\n  near: latch.r\n")),
+              Titles{"Convert to boolean before s"});
+}
+
 } // namespace
 } // namespace bf::test

@@ -1,21 +1,27 @@
 import { commands, is_possible } from "./commands.ts";
-import { end_of_new, fits, is_block, last_of } from "./operations.ts";
+import { end_of_new, fits, fresh_name, is_block, last_of } from "./operations.ts";
 import type { LibraryBlock, Point } from "./protocol.ts";
 import type { Dialog, End } from "./dialog.ts";
 import type { Session } from "./session.svelte.ts";
 
-/** A line of the search. */
-export interface Entry { key: string; title: string; detail: string; group: string; keys?: string; block?: LibraryBlock; run(): unknown }
+/** A line of the search; `insert` is what can be done under a given name, too. */
+export interface Entry {
+  key: string; title: string; detail: string; group: string; keys?: string; block?: LibraryBlock; run(): unknown; insert?(name?: string): unknown;
+}
+
+const insertion = (title: string, detail: string, insert: (name?: string) => unknown): Entry =>
+  ({ key: title.toLowerCase(), title, detail, group: "structure", run: () => insert(), insert });
 
 function blocks(session: Session, dialog: Extract<Dialog, { kind: "search" | "insert" }>): Entry[] {
   const from = dialog.kind === "insert" ? dialog.from : undefined, into = dialog.kind === "search" ? dialog.into : undefined;
+  const insert = (block: LibraryBlock) => (name?: string) => session.add_block(block, dialog.at, from, into, name);
   return session.library
     // Of what has no ports before it has arguments nobody knows whether it fits.
     .filter((block) => !from || end_of_new(block, "", from.port) !== null || block.inputs.length + block.outputs.length === 0)
     .filter((block) => !into || (block.inputs.length > 0 && block.outputs.length > 0))
     .map((block) => ({
       block, key: block.name, title: last_of(block.name.replace("/", ".")), detail: block.doc, group: block.group,
-      run: () => session.add_block(block, dialog.at, from, into),
+      run: () => insert(block)(), insert: insert(block),
     }));
 }
 
@@ -40,8 +46,24 @@ function possible_commands(session: Session): Entry[] {
     key: `command ${command.title}`, title: command.title, detail: "", keys: command.keys[0], group: command.group, run: () => command.run(session),
   }));
 }
-function states(session: Session, at?: Point, from?: End): Entry[] {
-  return [{ key: "state", title: "State", detail: "of this state machine", group: "structure", run: () => session.add_state(at, from) }];
+const states = (session: Session, at?: Point, from?: End): Entry[] => [insertion("State", "of this state machine", (name) => session.add_state(at, from, name))];
+const structure = (session: Session, at?: Point): Entry[] => [
+  insertion("Subsystem", "an empty one, to be opened and filled", (name) => session.add_subsystem(at, name)),
+  insertion("Input", "of this subsystem", (name) => session.add_port(false, at, name)),
+  insertion("Output", "of this subsystem", (name) => session.add_port(true, at, name)),
+  { key: "note", title: "Note", detail: "a text on the drawing", group: "structure", run: () => session.add_note(at) },
+  { key: "image", title: "Image", detail: "a PNG or SVG file of the folder", group: "structure", run: () => (session.dialog = { kind: "image", at }) },
+];
+
+/** With what has the name that is typed behind its kind, "Gain Kp"; a name alone is that of a state, or of a subsystem where nothing else is meant. */
+function with_named(session: Session, entries: Entry[], text: string): Entry[] {
+  const typed = text.trim(), alone = session.is_chart ? "state" : ranked(entries, text).length === 0 ? "subsystem" : "";
+  const named = entries.flatMap((entry): Entry[] => {
+    const kind = `${entry.title} `.toLowerCase(), name = typed.toLowerCase().startsWith(kind) ? typed.slice(kind.length).trim() : entry.key === alone ? typed : "";
+    if (!entry.insert || !name || fresh_name(session.drawing!, name) !== name) return [];
+    return [{ ...entry, key: `${entry.key} ${name}`, title: `${entry.title} ${name}`, block: undefined, run: () => entry.insert!(name) }];
+  });
+  return [...entries, ...named];
 }
 
 /** The plots of the model, each with or without the chosen signal, and a new one of the title that is typed. */
@@ -68,16 +90,11 @@ export function entries_for(session: Session, dialog: Dialog, text: string): Ent
       { key: `${i}`, title: fix.title, detail: `${path}: ${message}`, group: "fix", run: () => session.mend(fix) }));
     case "connect": return connections(session);
     case "plots": return plots(session, text);
-    case "insert": return session.is_chart ? states(session, dialog.at, dialog.from) : blocks(session, dialog);
-    case "search": return session.is_chart ? [...states(session, dialog.at), ...possible_commands(session)] : dialog.into ? [...blocks(session, dialog), ...possible_commands(session)] : [
-      ...blocks(session, dialog),
-      { key: "subsystem", title: "Subsystem", detail: "an empty one, to be opened and filled", group: "structure", run: () => session.add_subsystem(dialog.at) },
-      { key: "input", title: "Input", detail: "of this subsystem", group: "structure", run: () => session.add_port(false, dialog.at) },
-      { key: "output", title: "Output", detail: "of this subsystem", group: "structure", run: () => session.add_port(true, dialog.at) },
-      { key: "note", title: "Note", detail: "a text on the drawing", group: "structure", run: () => session.add_note(dialog.at) },
-      { key: "image", title: "Image", detail: "a PNG or SVG file of the folder", group: "structure", run: () => (session.dialog = { kind: "image", at: dialog.at }) },
-      ...possible_commands(session),
-    ];
+    case "insert": return with_named(session, session.is_chart ? states(session, dialog.at, dialog.from) : blocks(session, dialog), text);
+    case "search": {
+      const found = session.is_chart ? states(session, dialog.at) : dialog.into ? blocks(session, dialog) : [...blocks(session, dialog), ...structure(session, dialog.at)];
+      return with_named(session, [...found, ...possible_commands(session)], text);
+    }
   }
 }
 

@@ -102,14 +102,28 @@ export const key_of = (element: Element): string =>
 /** The key of what stands at a place of the text. */
 export const key_of_place = ({ path, from }: TextPlace): string => (from ? `${from} → ${path}` : path);
 
-export interface Hit { element: Element; port?: Port; is_name?: boolean }
+/** `border`: the point on the border of a state, from all of which transitions are drawn. */
+export interface Hit { element: Element; port?: Port; is_name?: boolean; border?: Point }
+
+/** The point of the border that is near; from inside that is less near where little is left by which to move it. */
+export function on_border(r: Rectangle, p: Point, tolerance: number): Point | null {
+  if (!contains(r, p, tolerance) || contains(r, p, -Math.min(tolerance, r.width / 4, r.height / 4))) return null;
+  const at = { x: Math.min(Math.max(p.x, r.x), r.x + r.width), y: Math.min(Math.max(p.y, r.y), r.y + r.height) };
+  const sides: Point[] = [{ ...at, x: r.x }, { ...at, x: r.x + r.width }, { ...at, y: r.y }, { ...at, y: r.y + r.height }];
+  const far = (q: Point) => Math.hypot(q.x - p.x, q.y - p.y);
+  return sides.reduce((a, b) => (far(b) < far(a) ? b : a));
+}
 
 /** What lies at a point: a port before its block, a block before wires, what is in front before what is behind. */
 export function hit(drawing: Drawing, p: Point, tolerance: number): Hit | null {
   const solid = drawing.elements.filter((element) => element.kind !== "wire").reverse();
+  const bordered = (element: Element): Hit | null => {
+    const border = element.kind === "state" && on_border(element.bounds, p, tolerance);
+    return border ? { element, border } : null;
+  };
   let best: Hit | null = null, least = tolerance + 3;
   for (const element of solid)
-    for (const port of element.ports) {
+    for (const port of element.kind === "state" ? [] : element.ports) {
       const distance = Math.hypot(port.at.x - p.x, port.at.y - p.y);
       if (distance < least) [best, least] = [{ element, port }, distance];
     }
@@ -117,7 +131,11 @@ export function hit(drawing: Drawing, p: Point, tolerance: number): Hit | null {
   for (const element of solid) {
     const name = element.shapes.find((shape) => shape.kind === "text" && shape.style === "name");
     if (name && contains(text_bounds(name), p)) return { element, is_name: true };
-    if (contains(element.bounds, p)) return { element };
+    if (contains(element.bounds, p)) return bordered(element) ?? { element };
+  }
+  for (const element of solid) {
+    const found = bordered(element); // from outside
+    if (found) return found;
   }
   const wire = wire_at(drawing, p, tolerance);
   return wire && { element: wire };

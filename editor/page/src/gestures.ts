@@ -1,9 +1,9 @@
 import { badge_of, centre, hit, key_of, nearest_piece, panned, rectangle, to_drawing, wire_at, within, zoomed, type Hit } from "./geometry.ts";
-import { axis_of, handle_at, handles, type Handle } from "./layout.ts";
-import { fits, is_block, joined, last_of, may_enter, through } from "./operations.ts";
+import { axis_of, grid, grips, handle_at, type Handle } from "./layout.ts";
+import { fits, joined, last_of, may_enter, through } from "./operations.ts";
 import type { Drawing, Element, Point, Port, Rectangle } from "./protocol.ts";
 import type { End } from "./dialog.ts";
-import { grid, type Session } from "./session.svelte.ts";
+import type { Session } from "./session.svelte.ts";
 
 export interface Press { x: number; y: number; button: number; shift: boolean; is_panning: boolean; is_touch: boolean }
 
@@ -27,6 +27,7 @@ export class Gestures {
   band: Rectangle | null = null;
   cursor = ""; // CSS, by what the pointer would do
   pulled: { from: Point; to: Point; fits: Port[] } | null = null;
+  border: Point | null = null; // of a state, under the pointer
   private gesture: Gesture | null = null;
 
   private readonly session: Session;
@@ -56,6 +57,10 @@ export class Gestures {
       s.choose_port({ element: found.element, port: found.port });
       this.pull(found.element, found.port);
     }
+    else if (found?.border) {
+      s.select([key_of(found.element)]);
+      this.pull(found.element, { ...found.element.ports.find((port) => port.is_output)!, at: found.border });
+    }
     else if (grip) this.gesture = { kind: "resize", from: point, ...grip, tried: null };
     else if (found) {
       const key = key_of(found.element);
@@ -81,17 +86,13 @@ export class Gestures {
   /** A handle of the one chosen block. */
   grip_at(p: Point): { block: Element; handle: Handle } | null {
     const { chosen, view } = this.session, block = chosen.length === 1 ? chosen[0]! : null, at = this.point(p);
-    if (!block || !(is_block(block) || block.kind === "state")) return null;
-    const handle = handles.find((h) => {
-      const place = handle_at(block.bounds, h);
-      return Math.hypot(place.x - at.x, place.y - at.y) * view.scale < reach;
-    });
-    return handle ? { block, handle } : null;
+    const grip = block && grips(block, view.scale).find((one) => Math.hypot(one.at.x - at.x, one.at.y - at.y) * view.scale < reach);
+    return grip ? { block, handle: grip.handle } : null;
   }
 
   private cursor_at(p: Point, found: Hit | null): string {
     if (this.badge_at(p)) return "pointer";
-    if (found?.port) return "crosshair";
+    if (found?.port || found?.border) return "crosshair";
     const grip = this.grip_at(p)?.handle;
     if (grip) return grip.x === 0 ? "ns-resize" : grip.y === 0 ? "ew-resize" : grip.x === grip.y ? "nwse-resize" : "nesw-resize";
     if (found?.element.kind !== "wire" || found.element.corners.length < 2) return "";
@@ -122,8 +123,9 @@ export class Gestures {
     if (!g) {
       const found = this.at(at);
       s.hovered = found ? key_of(found.element) : null;
-      const cursor = this.cursor_at(at, found), is_other = cursor !== this.cursor;
+      const cursor = this.cursor_at(at, found), border = found?.border ?? null, is_other = cursor !== this.cursor || border !== this.border;
       this.cursor = cursor;
+      this.border = border;
       if (is_other) this.repaint();
       return;
     }
@@ -178,7 +180,7 @@ export class Gestures {
 
   async up(at: Point): Promise<void> {
     const s = this.session, g = this.gesture, found = this.at(at), point = this.point(at);
-    this.gesture = this.band = this.pulled = null;
+    this.gesture = this.band = this.pulled = this.border = null;
     this.repaint();
     if (g?.kind === "move") {
       if (g.is_moving && s.dragged.length > 0) await s.drop(g.delta, g.into);
@@ -252,7 +254,8 @@ export class Gestures {
 
 /** What a tool tip says: of a port, else of its element. */
 export function tip_of(found: Hit): string[] {
-  const { element, port } = found;
+  const { element, port, border } = found;
+  if (border) return [element.title, "drag from its border to another state: a transition"];
   if (port) return [`${last_of(element.path)}.${port.name}`, port.about].filter(Boolean);
   return [element.title, element.description, ...element.marks.flatMap((m) => [`⚠ ${m.message}`, m.remedy])].filter(Boolean);
 }

@@ -1,5 +1,7 @@
 // Where blocks and wires go when a person lays them out by hand.
-import type { Element, Point, Rectangle } from "./protocol.ts";
+import { nearest_piece } from "./geometry.ts";
+import { is_block } from "./operations.ts";
+import type { Element, Point, Port, Rectangle } from "./protocol.ts";
 
 export type Edge = "left" | "centre" | "right" | "top" | "middle" | "bottom";
 export type Axis = "x" | "y";
@@ -48,6 +50,14 @@ export function simplified(points: Point[]): Point[] {
 /** The axis along which the piece from point `k` on runs. */
 export const axis_of = (points: Point[], k: number): Axis => (points[k]!.y === points[k + 1]!.y ? "x" : "y");
 const other = { x: "y", y: "x" } as const;
+/** New blocks and those that are dragged stand on multiples of this. */
+export const grid = 5;
+export const on_grid = (p: Point): Point => ({ x: Math.round(p.x / grid) * grid, y: Math.round(p.y / grid) * grid });
+/** Where something stands so that its input lies on the piece of a wire that is nearest to a point. */
+export function onto(wire: Element, p: Point, { bounds }: Element, input: Port): Point {
+  const k = nearest_piece(p, wire.corners), on = on_grid({ x: p.x - bounds.width / 2, y: p.y - bounds.height / 2 });
+  return axis_of(wire.corners, k) === "x" ? { ...on, y: wire.corners[k]!.y - (input.at.y - bounds.y) } : on;
+}
 const stub = 10; // what stays straight at a port
 
 /** The wire with its piece from point `k` on moved aside by `by`; its ends stay at their ports. */
@@ -86,6 +96,14 @@ export function movable(points: Point[], axis: Axis): number | null {
 export interface Handle { x: -1 | 0 | 1; y: -1 | 0 | 1 }
 export const handles: Handle[] = ([-1, 0, 1] as const).flatMap((x) => ([-1, 0, 1] as const).map((y) => ({ x, y }))).filter(({ x, y }) => x !== 0 || y !== 0);
 export const handle_at = (r: Rectangle, { x, y }: Handle): Point => ({ x: r.x + ((1 + x) * r.width) / 2, y: r.y + ((1 + y) * r.height) / 2 });
+
+/** What a person takes to resize an element, on a drawing of that scale; all of a state's border is for transitions. */
+export function grips(element: Element, scale: number): { handle: Handle; at: Point }[] {
+  const { kind, bounds: { x, y, width, height } } = element, is_state = kind === "state", out = is_state ? 8 / scale : 0;
+  if (!is_state && !is_block(element)) return [];
+  const around = { x: x - out, y: y - out, width: width + 2 * out, height: height + 2 * out };
+  return handles.filter((handle) => !is_state || (handle.x !== 0 && handle.y !== 0)).map((handle) => ({ handle, at: handle_at(around, handle) }));
+}
 
 /** The rectangle with the sides of a handle moved; the other sides stay, and it does not get smaller than `least`. */
 export function resized(r: Rectangle, handle: Handle, by: Point, least = 20): Rectangle {

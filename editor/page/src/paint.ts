@@ -1,6 +1,6 @@
 import { badge_of, key_of, longest_piece, meets, middle_of, to_screen, wire_line, type Size, type View } from "./geometry.ts";
-import { handle_at, handles } from "./layout.ts";
-import { is_block, joined } from "./operations.ts";
+import { grips, handle_at, handles } from "./layout.ts";
+import { joined } from "./operations.ts";
 import type { Drawing, Element, Point, Port, Rectangle, Shape } from "./protocol.ts";
 import { font, rate_colour, text_colour, type Colours } from "./theme.ts";
 
@@ -11,6 +11,7 @@ export interface Look {
   band: Rectangle | null;
   /** A wire that is being drawn: from a port to the pointer, and the ports it may end at. */
   pulled: { from: Point; to: Point; fits: Port[] } | null;
+  border: Point | null; // of a state, where a transition would begin
   /** Of each watched source the elements of its value, which stands on its first wire. */
   values: ReadonlyMap<string, string[]>;
   /** Number of the active state. */
@@ -131,8 +132,8 @@ function draw_badge({ context, view, look }: Brush, element: Element): void {
   context.fillText("!", at.x, at.y + 4);
 }
 
-function draw_port({ context, view, look }: Brush, port: Port, is_target: boolean): void {
-  const at = to_screen(view, port.at);
+function draw_port({ context, view, look }: Brush, place: Point, is_target: boolean): void {
+  const at = to_screen(view, place);
   context.beginPath();
   context.arc(at.x, at.y, is_target ? 6 : 4, 0, 2 * Math.PI);
   context.fillStyle = is_target ? look.colours["accent-soft"] : look.colours.canvas;
@@ -142,10 +143,14 @@ function draw_port({ context, view, look }: Brush, port: Port, is_target: boolea
   context.stroke();
 }
 
+/** Where wires begin and end; at a state that is anywhere on its border, which the middles of its sides tell. */
+const places_of_ports = ({ kind, bounds, ports }: Element): Point[] =>
+  (kind === "state" ? handles.filter(({ x, y }) => x === 0 || y === 0).map((handle) => handle_at(bounds, handle)) : ports.map(({ at }) => at));
+
 /** What a person takes to resize a block or to bend a wire. */
 function draw_handles({ context, view, look }: Brush, element: Element): void {
   const points = element.kind === "wire" ? element.corners.slice(1).map((p, i) => middle_of([element.corners[i]!, p]))
-    : is_block(element) || element.kind === "state" ? handles.map((handle) => handle_at(element.bounds, handle)) : [];
+    : grips(element, view.scale).map(({ at }) => at);
   context.fillStyle = look.colours.canvas;
   context.strokeStyle = look.colours.accent;
   context.lineWidth = 1;
@@ -211,16 +216,17 @@ export function paint(context: CanvasRenderingContext2D, drawing: Drawing | null
     if (value !== undefined) labelled.add(source);
     if (element.marks.length > 0) draw_badge(brush, element);
     if (element.kind !== "wire" && key_of(element) === look.hovered && !look.pulled)
-      for (const port of element.ports) draw_port(brush, port, false);
+      for (const place of places_of_ports(element)) draw_port(brush, place, false);
   }
-  if (look.port) draw_port(brush, look.port, true);
+  if (look.port) draw_port(brush, look.port.at, true);
+  if (look.border) draw_port(brush, look.border, true);
   const pointed = visible.find((element) => element.kind === "wire" && key_of(element) === look.hovered);
   const whole = pointed && look.values.get(joined(drawing.system, pointed.from));
   if (whole) draw_value(brush, pointed, whole, true);
   if (look.selection.size === 1)
     for (const element of visible) if (look.selection.has(key_of(element))) draw_handles(brush, element);
   if (look.pulled) {
-    for (const port of look.pulled.fits) draw_port(brush, port, true);
+    for (const port of look.pulled.fits) draw_port(brush, port.at, true);
     context.beginPath();
     trace(brush, [look.pulled.from, look.pulled.to], false);
     context.strokeStyle = c.accent;

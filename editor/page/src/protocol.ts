@@ -550,6 +550,8 @@ export interface SettingField {
   /** with limits */
   doc: string;
   choices: string[];
+  /** of the choices, besides which other values may be given */
+  names: string[];
   /** of each element */
   least: number | null;
   /** of each element */

@@ -1,6 +1,6 @@
 import { Client, Refusal, type Place } from "./client.ts";
-import { anchor_of, fitted, key_of, meets, middle_of, nearest_piece, panned, to_screen, wire_line, type Size, type View } from "./geometry.ts";
-import { aligned, axis_of, bends, bent, distributed, movable, resized, type Axis, type Edge, type Handle, type Placing } from "./layout.ts";
+import { anchor_of, fitted, key_of, meets, middle_of, panned, to_screen, wire_line, type Size, type View } from "./geometry.ts";
+import { aligned, bends, bent, distributed, grid, movable, on_grid, onto, resized, type Axis, type Edge, type Handle, type Placing } from "./layout.ts";
 import {
   connection, end_of, end_of_new, fresh_name, is_block, joined, last_of, may_enter, name_for, parent_of, removal, splice, through, type Operation, type Side,
 } from "./operations.ts";
@@ -28,15 +28,7 @@ const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
 const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
   branch: 0, branches: [], edit: null, live: null, tuned: [] };
-/** New blocks and those that are dragged stand on multiples of this. */
-export const grid = 5;
 const state_of = (document: DocumentState | null) => `${document?.file} ${document?.revision} ${document?.is_checked}`;
-export const on_grid = (p: Point): Point => ({ x: Math.round(p.x / grid) * grid, y: Math.round(p.y / grid) * grid });
-/** Where something stands so that its input lies on the piece of a wire that is nearest to a point. */
-function onto(wire: Element, p: Point, { bounds }: Element, input: Port): Point {
-  const k = nearest_piece(p, wire.corners), on = on_grid({ x: p.x - bounds.width / 2, y: p.y - bounds.height / 2 });
-  return axis_of(wire.corners, k) === "x" ? { ...on, y: wire.corners[k]!.y - (input.at.y - bounds.y) } : on;
-}
 
 /** What one page knows and shows: the document as the service tells it, and what the person looks at. */
 export class Session {
@@ -72,6 +64,7 @@ export class Session {
   colours = $state.raw<Colours>(colours());
   dialog = $state.raw<Dialog | null>(null);
   renamed = $state<string | null>(null); // key of the element whose name, or of the note whose text is being edited
+  asked = $state<string | null>(null); // path of the field that takes the keyboard once it is shown
   carried = $state.raw<LibraryBlock | null>(null); // out of the search, to where the pointer lets it go
   message = $state.raw<{ text: string; part: Part } | null>(null);
 
@@ -407,8 +400,8 @@ export class Session {
   private async insert(operations: Operation[], name: string): Promise<void> {
     if (await this.edit({ do: "batch", operations })) this.select([joined(this.system, name)]);
   }
-  async add_block(block: LibraryBlock, at?: Point, from?: End, into?: Element): Promise<void> {
-    const name = fresh_name(this.drawing!, name_for(block.name)), system = this.system;
+  async add_block(block: LibraryBlock, at?: Point, from?: End, into?: Element, wanted = name_for(block.name)): Promise<void> {
+    const name = fresh_name(this.drawing!, wanted), system = this.system;
     const shape = into ? await this.ask("preview", { type: block.name }) : null, ports = shape && through(shape);
     if (into && shape && ports) {
       const made = { ...shape, path: name };
@@ -424,17 +417,17 @@ export class Session {
     }
     await this.insert(operations, name);
   }
-  async add_subsystem(at?: Point): Promise<void> {
-    const name = fresh_name(this.drawing!, "subsystem");
+  async add_subsystem(at?: Point, wanted = "subsystem"): Promise<void> {
+    const name = fresh_name(this.drawing!, wanted);
     await this.insert([{ do: "add", system: this.system, block: { name, system: {} }, at: this.spot(at) }], name);
   }
-  async add_state(at?: Point, from?: End): Promise<void> {
-    const name = fresh_name(this.drawing!, "state"), system = this.system, other = from && last_of(from.element.path);
+  async add_state(at?: Point, from?: End, wanted = "state"): Promise<void> {
+    const name = fresh_name(this.drawing!, wanted), system = this.system, other = from && last_of(from.element.path);
     const transition: Operation[] = !other ? [] : [{ do: "connect", system, ...(from!.port.is_output ? { from: other, to: name } : { from: name, to: other }) }];
     await this.insert([{ do: "add", system, block: { name }, at: this.spot(at) }, ...transition], name);
   }
-  async add_port(is_output: boolean, at?: Point): Promise<void> {
-    const name = fresh_name(this.drawing!, is_output ? "output" : "input"), path = joined(this.system, name);
+  async add_port(is_output: boolean, at?: Point, wanted = is_output ? "output" : "input"): Promise<void> {
+    const name = fresh_name(this.drawing!, wanted), path = joined(this.system, name);
     await this.insert([{ do: "add_port", system: this.system, port: { name }, is_output }, { do: "move", path, to: this.spot(at) }], name);
   }
   async add_image(file: string, at?: Point): Promise<void> {
@@ -455,7 +448,17 @@ export class Session {
     return { do: "annotate", name: path, note: {
       name: path, text: this.text_of(note), system: this.system, at: { x: bounds.x, y: bounds.y }, ...(image ? { image, size } : {}), ...change } };
   }
-  connect(a: End, b: End): Promise<boolean> { return this.edit(connection(this.system, a, b)); }
+  /** A transition is chosen once it is there, and asked for its condition. */
+  async connect(a: End, b: End): Promise<boolean> {
+    const before = new Set(this.drawing?.elements.map(key_of));
+    if (!(await this.edit(connection(this.system, a, b)))) return false;
+    if (this.is_chart) {
+      const [added] = this.drawing!.elements.filter((e) => !before.has(key_of(e)));
+      if (added) this.select([key_of(added)]);
+      if (added) this.asked = joined(added.path, "condition");
+    }
+    return true;
+  }
   reconnect(off: Operation, a: End, b: End): Promise<boolean> {
     return this.edit({ do: "batch", operations: [off, connection(this.system, a, b)] });
   }

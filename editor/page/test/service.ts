@@ -189,10 +189,10 @@ class Speaker {
         return box("new", 0, 0, inputs, outputs, symbol);
       }
       case "inspect": if (params.path === "phases") return { path: "phases", title: "phases", type: "StateMachine", doc: "", fields: [
-        { name: "transitions", role: "argument", text: "[1 2 0 0.6; 2 1 1 0]", initial: "", value: "", unit: "", doc: "", choices: [], least: null, greatest: null }] };
+        { name: "transitions", role: "argument", text: "[1 2 0 0.6; 2 1 1 0]", initial: "", value: "", unit: "", doc: "", choices: [], names: [], least: null, greatest: null }] };
         return { path: params.path, title: params.path || "motor", type: "Gain", doc: "Multiplies by a constant.", fields: [
-        { name: "K", role: "parameter", text: "Gain.Kp", initial: "1", value: "0.1", unit: "V*s/rad", doc: "factor", choices: [], least: null, greatest: null },
-        { name: "period", role: "property", text: null, initial: "", value: "", unit: "s", doc: "", choices: [], least: null, greatest: null }] };
+        { name: "K", role: "parameter", text: "Gain.Kp", initial: "1", value: "0.1", unit: "V*s/rad", doc: "factor", choices: [], names: [], least: null, greatest: null },
+        { name: "period", role: "property", text: null, initial: "", value: "", unit: "s", doc: "", choices: [], names: [], least: null, greatest: null }] };
       case "variables": return { variables: [{ system: "", name: "supply", text: "24", value: "24", unit: "V", doc: "", limits: "", minimum: "0", above: null, maximum: null, least: 0, greatest: null, mistake: model.mistake }] };
       case "evaluate": return params.text.includes("nothing") ? { value: "", error: "unknown variable 'nothing'" } : { value: "0.2", error: "" };
       case "find": return { hits: model.blocks.filter((b) => b.name.includes(params.text)).map((b) => ({ path: b.name, what: "name", text: b.symbol })) };

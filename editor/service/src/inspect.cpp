@@ -2,8 +2,10 @@
 
 #include "bf/elaborate/solver_method.hpp"
 #include "bf/library/declared.hpp"
+#include "bf/model/chart.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/model/operation.hpp"
+#include "bf/view/draw.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -53,6 +55,16 @@ void add_parameters(const model::System& system, const model::Reference* referen
             field.text = v.text;
         }
         seen.fields.push_back(std::move(field));
+    }
+}
+
+/// Of a transition.
+void name_conditions(const std::vector<std::string>& conditions, SettingField& field) {
+    field.choices = {"0"};
+    field.names = {"none"};
+    for (std::size_t i = 0; i < conditions.size(); ++i) {
+        field.choices.push_back(std::to_string(i + 1));
+        field.names.push_back(conditions[i]);
     }
 }
 
@@ -122,6 +134,9 @@ Inspection inspected(Registry& registry, const model::Model& m, const Diagram& d
                                .text = property.value,
                                .value = value(property.name),
                                .choices = std::move(property.choices)});
+        if (const auto machine = model::split_chart(m, path).first;
+            !machine.empty() && property.name == "condition")
+            name_conditions(editor::conditions_of(m, machine, diagram), seen.fields.back());
     }
     return seen;
 }

@@ -14,12 +14,13 @@ const Value* argument(const DiagramNode& node, std::string_view name) {
     return found == node.arguments.end() ? nullptr : &found->second;
 }
 
-/// What is wired to a block's input; null: nothing. An end without a port is the only input.
+/// What is wired to a block's input; null: nothing. An end without a port is the only input, the first one.
 const model::Endpoint* source_of(const model::System& system, const std::string& block,
-                                 const std::string& input) {
+                                 const std::string& input, bool is_first = true) {
     for (const auto& connection : system.connections)
         for (const auto& to : connection.to)
-            if (to.block == block && (to.port == input || to.port.empty())) return &connection.from;
+            if (to.block == block && (to.port == input || (is_first && to.port.empty())))
+                return &connection.from;
     return nullptr;
 }
 
@@ -31,30 +32,6 @@ int count_of(const DiagramNode* node, const Diagram& diagram, const std::string&
     const Node::End source = node->sources[static_cast<std::size_t>(slot)];
     if (source.node < 0 || !diagram.slot(source).size_known) return 1;
     return diagram.slot(source).size.count();
-}
-
-/// What an element of the input `conditions`, counted from 1, is called.
-std::string condition_name(int element, const model::Block& block, const model::System& system,
-                           const Diagram& diagram, const FindNode& find_node) {
-    const std::string input = "conditions";
-    const auto indexed = [](const model::Endpoint& end, int of, int count) {
-        return end.text() + (count > 1 ? "(" + std::to_string(of) + ")" : "");
-    };
-    const model::Endpoint* const source = source_of(system, block.name, input);
-    if (!source) return {};
-    const model::Block* const mux = source->block.empty() ? nullptr : system.find_block(source->block);
-    if (!mux || mux->type != "Mux")
-        return indexed(*source, element, count_of(find_node(block.name), diagram, input));
-    int before = 0;
-    for (int i = 1; before < element; ++i) {
-        const std::string port = "u" + std::to_string(i);
-        const model::Endpoint* const part = source_of(system, mux->name, port);
-        if (!part) return {};
-        const int count = count_of(find_node(mux->name), diagram, port);
-        if (element <= before + count) return indexed(*part, element - before, count);
-        before += count;
-    }
-    return {};
 }
 
 } // namespace
@@ -80,15 +57,42 @@ model::Chart chart_of(const model::Block& block, const DiagramNode* node) {
     return chart;
 }
 
-std::string label_of(const model::Transition& transition, const model::Block& block,
-                     const model::System& system, const Diagram& diagram, const FindNode& find_node) {
+std::vector<std::string> condition_names(const model::Block& block, const model::System& system,
+                                         const Diagram& diagram, const FindNode& find_node) {
+    constexpr int most = 1000;
+    std::vector<std::string> names;
+    const auto add = [&](const model::Endpoint& source, const std::string& reader, const std::string& input) {
+        const int count =
+            std::min(count_of(find_node(reader), diagram, input), most - static_cast<int>(names.size()));
+        for (int i = 1; i <= count; ++i)
+            names.push_back(source.text() + (count > 1 ? "(" + std::to_string(i) + ")" : ""));
+    };
+    const std::string input = "conditions";
+    const model::Endpoint* const source = source_of(system, block.name, input);
+    if (!source) return names;
+    const model::Block* const mux = source->block.empty() ? nullptr : system.find_block(source->block);
+    if (!mux || mux->type != "Mux") {
+        add(*source, block.name, input);
+        return names;
+    }
+    for (int i = 1;; ++i) {
+        const std::string port = "u" + std::to_string(i);
+        const model::Endpoint* const part = source_of(system, mux->name, port, i == 1);
+        if (!part) return names;
+        add(*part, mux->name, port);
+    }
+}
+
+std::string label_of(const model::Transition& transition, const std::vector<std::string>& conditions) {
     std::string label;
     if (transition.condition != "0") {
         const auto number = number_of(transition.condition);
-        const bool is_element = number && *number >= 1 && *number < 1e6 && std::trunc(*number) == *number;
-        const std::string name =
-            is_element ? condition_name(static_cast<int>(*number), block, system, diagram, find_node) : "";
-        label = "[" + (name.empty() ? "condition " + transition.condition : name) + "]";
+        const bool is_known = number && *number >= 1 && *number <= static_cast<double>(conditions.size()) &&
+                              std::trunc(*number) == *number;
+        label = "[" +
+                (is_known ? conditions[static_cast<std::size_t>(*number) - 1]
+                          : "condition " + transition.condition) +
+                "]";
     }
     if (transition.minimum_time != "0")
         label += (label.empty() ? "after " : " after ") + transition.minimum_time + " s";

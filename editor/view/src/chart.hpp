@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace bf::editor {
 
@@ -15,9 +16,12 @@ using FindNode = std::function<const DiagramNode*(const std::string& block)>;
 /// Of the block's settings, or of their values where these are expressions; empty where neither is known.
 model::Chart chart_of(const model::Block& block, const DiagramNode* node);
 
-/// "[is_touching] after 0.1 s": the condition is called as what drives the element of the input that it
-/// reads, as far as a Mux gathers it, or else by its number; empty where the transition is always taken.
-std::string label_of(const model::Transition& transition, const model::Block& block,
-                     const model::System& system, const Diagram& diagram, const FindNode& find_node);
+/// What drives each element of the input `conditions`, as far as a Mux gathers them: "is_touching", "u(2)".
+std::vector<std::string> condition_names(const model::Block& block, const model::System& system,
+                                         const Diagram& diagram, const FindNode& find_node);
+
+/// "[is_touching] after 0.1 s": the condition by its name, or else by its number; empty where the transition
+/// is always taken.
+std::string label_of(const model::Transition& transition, const std::vector<std::string>& conditions);
 
 } // namespace bf::editor

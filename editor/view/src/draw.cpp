@@ -5,6 +5,7 @@
 #include "bf/view/image.hpp"
 #include "chart.hpp"
 #include "item.hpp"
+#include "labels.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -46,13 +47,6 @@ Rectangle around(const std::vector<Point>& points) {
 Rectangle together(const Rectangle& a, const Rectangle& b) {
     const double x = std::min(a.x, b.x), y = std::min(a.y, b.y);
     return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
-}
-
-/// Where a text stands.
-Rectangle extent(const Shape& text) {
-    const double width = text_width(text.text, text.size);
-    const double before = text.align == Align::start ? 0 : text.align == Align::middle ? width / 2 : width;
-    return {text.points[0].x - before, text.points[0].y - text.size, width, 1.3 * text.size};
 }
 
 /// A wire that leaves another one of its net is drawn from there on.
@@ -335,11 +329,12 @@ class Drawer {
         };
         const model::Block& machine = *place_.machine;
         const model::Chart chart = chart_of(machine, find_node(machine.name));
+        const auto conditions = condition_names(machine, *place_.system, diagram_, find_node);
         std::vector<std::size_t> inputs(chart.states.size()), outputs(chart.states.size());
         for (const auto& transition : chart.transitions) {
             const std::size_t from = outputs[transition.from]++, to = inputs[transition.to]++;
             nets_.push_back({{transition.from, from}, {{transition.to, to}}});
-            labels_.push_back(label_of(transition, machine, *place_.system, diagram_, find_node));
+            labels_.push_back(label_of(transition, conditions));
         }
         for (Net& net : nets_)
             net.from.pin += inputs[net.from.box]; // pins of outputs come after those of inputs
@@ -357,8 +352,20 @@ class Drawer {
         }
     }
 
-    /// An arrow, with its guard where it begins.
-    void add_transition(Drawing& drawing, std::size_t n, const Route& way) const {
+    void add_transitions(Drawing& drawing, const std::vector<std::vector<Route>>& routes) const {
+        std::vector<Labelled> ways;
+        std::vector<Rectangle> states;
+        for (std::size_t n = 0; n < labels_.size(); ++n) ways.push_back({routes[n][0].points, labels_[n]});
+        for (const Item& item : items_) states.push_back(area(item));
+        const std::vector<Shape> guards = place_labels(ways, states);
+        for (std::size_t n = 0; n < labels_.size(); ++n) {
+            drawing.elements.push_back(arrow_of(n, routes[n][0]));
+            if (!labels_[n].empty()) drawing.elements.back().shapes.push_back(guards[n]);
+        }
+    }
+
+    /// Without its guard.
+    Element arrow_of(std::size_t n, const Route& way) const {
         Element arrow;
         arrow.kind = Element::Kind::wire;
         arrow.from = ends_[n].from;
@@ -370,8 +377,7 @@ class Drawer {
         arrow.corners = way.points;
         arrow.bounds = around(way.points);
         arrow.state = static_cast<int>(nets_[n].from.box) + 1;
-        const Point end = way.points.back(), last = way.points[way.points.size() - 2],
-                    start = way.points.front(), next = way.points[1];
+        const Point end = way.points.back(), last = way.points[way.points.size() - 2];
         const double dx = (last.x > end.x) - (last.x < end.x),
                      dy = (last.y > end.y) - (last.y < end.y); // back along it
         arrow.shapes = {{Shape::Kind::line, Style::wire, way.points},
@@ -380,18 +386,7 @@ class Drawer {
                          {end,
                           {end.x + 8 * dx + 4 * dy, end.y + 8 * dy + 4 * dx},
                           {end.x + 8 * dx - 4 * dy, end.y + 8 * dy - 4 * dx}}}};
-        if (!labels_[n].empty()) { // above what begins level, beside what begins upright
-            const bool is_left = next.x < start.x, is_upright = next.x == start.x;
-            const double across = is_upright ? 6 : (is_left ? -label_room : label_room) * 3 / 4,
-                         down = is_upright && next.y > start.y ? small_letter + 4 : -4;
-            arrow.shapes.push_back({Shape::Kind::text,
-                                    Style::label,
-                                    {{start.x + across, start.y + down}},
-                                    labels_[n],
-                                    small_letter,
-                                    is_left ? Align::end : Align::start});
-        }
-        drawing.elements.push_back(std::move(arrow));
+        return arrow;
     }
 
     // ---- signals ----
@@ -491,7 +486,7 @@ class Drawer {
         std::vector<Point> corners;
         for (const auto& item : items_) corners.push_back(item.at);
         const auto routes = route(boxes(), corners, nets_, drawn_);
-        for (std::size_t n = 0; n < labels_.size(); ++n) add_transition(drawing, n, routes[n][0]);
+        add_transitions(drawing, routes);
         for (std::size_t n = labels_.size(); n < nets_.size(); ++n) {
             const std::string text = label(nets_[n].from);
             for (std::size_t t = 0; t < nets_[n].to.size(); ++t) {
@@ -643,6 +638,17 @@ class Drawer {
 };
 
 } // namespace
+
+std::vector<std::string> conditions_of(const model::Model& model, const std::string& machine,
+                                       const Diagram& diagram) {
+    const Place place = find_place(model, machine);
+    if (!place.machine) return {};
+    const auto [system, name] = model::split_last(machine);
+    return condition_names(*place.machine, *place.system, diagram, [&](const std::string& block) {
+        const auto found = std::ranges::find(diagram.nodes, joined(system, block), &DiagramNode::path);
+        return found == diagram.nodes.end() ? nullptr : &*found;
+    });
+}
 
 bool may_draw(const model::Model& model, const std::string& system) {
     const model::Block* const block = system.empty() ? nullptr : model::find(model, system);

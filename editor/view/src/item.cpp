@@ -299,10 +299,8 @@ Item state_item(const std::string& name, bool is_initial, std::size_t inputs, st
     item.element.title = name + (is_initial ? ", first state" : ", state");
     item.shows_name = false;
     const Pins pins({std::vector<std::string>(inputs), std::vector<std::string>(outputs), {}}, drawn, false);
-    resize(item, drawn,
-           std::max(
-               {60.0, std::ceil((text_width(name, letter) + 30) / 10) * 10, pins.columns() * port_gap + 10}),
-           std::max(30.0, pins.rows() * port_gap + 10));
+    // Whatever transitions it has, so that it stays where it is while they are drawn.
+    resize(item, drawn, std::max(60.0, std::ceil((text_width(name, letter) + 30) / 10) * 10), 50);
     const double w = item.box.width, h = item.box.height;
     item.element.shapes = outline_shapes(Symbol::Outline::rounded, w, h, Side::right);
     item.element.shapes.push_back(
@@ -316,7 +314,7 @@ Item state_item(const std::string& name, bool is_initial, std::size_t inputs, st
             {Shape::Kind::polygon, Style::branch, {{x, 0}, {x - 3, -7}, {x + 3, -7}}});
     }
     add_pins(item, pins);
-    item.element.ports = {{"to", false, false, {w - 10, 0}, {}}, {"from", true, false, {w - 10, h}, {}}};
+    item.element.ports = {{"to", false, false, {0, h / 2}, {}}, {"from", true, false, {w, h / 2}, {}}};
     return item;
 }
 

@@ -29,8 +29,8 @@ struct PortNames {
 /// `node` is null where elaboration knows nothing of it.
 Item block_item(const model::Block& block, const DiagramNode* node, const PortNames& ports,
                 const model::Placement& drawn);
-/// A state of a chart with pins for the transitions to it and from it, in their order, and ports for new
-/// ones.
+/// A state of a chart with pins for the transitions to it and from it, in their order, and ports by which new
+/// ones are named: they begin and end anywhere at it.
 Item state_item(const std::string& name, bool is_initial, std::size_t inputs, std::size_t outputs,
                 const model::Placement& drawn);
 Item port_item(const model::Port& port, bool is_output, const model::Placement& drawn);

@@ -3,6 +3,7 @@
 #include "bf/view/draw.hpp"
 
 #include <algorithm>
+#include <array>
 #include <gtest/gtest.h>
 
 namespace {
@@ -144,6 +145,89 @@ TEST(DrawChart, AStateMachineIsEnteredAndItsStatesAreNot) {
     const auto model = model_of(cycle);
     EXPECT_EQ(shown(drawn(model, "inner"), "inner.machine").kind, Element::Kind::chart);
     EXPECT_THROW(drawn(model, "inner.machine.idle"), bf::model::Errors);
+}
+
+TEST(DrawChart, AStateKeepsItsSizeAndItsPlaceWhateverTransitionsItHas) {
+    const std::string layout = "layout:\n  blocks:\n    inner.machine.idle: {x: 40, y: 60}\n"
+                               "    inner.machine.move: {x: 400, y: 300}\n"
+                               "    inner.machine.hold: {x: 700, y: 80}\n";
+    const auto bounds_with = [&](const std::string& transitions) {
+        const Drawing drawing = drawn(model_of(transitions, layout));
+        std::vector<std::array<double, 4>> all;
+        for (const auto& element : drawing.elements)
+            if (element.kind == Element::Kind::state)
+                all.push_back({element.bounds.x, element.bounds.y, element.bounds.width,
+                               element.bounds.height});
+        return all;
+    };
+    const auto alone = bounds_with("[1 2 0 1]");
+    std::string rows = "[1 2 0 1";
+    for (int n = 2; n <= 12; ++n) {
+        rows += n % 2 ? "; 1 2 1 0" : "; 2 1 0 1";
+        EXPECT_EQ(bounds_with(rows + "]"), alone) << n << " transitions";
+    }
+}
+
+/// The letters of a text: none of them reaches further up or down, or is wider on average.
+Rectangle letters(const Shape& text) {
+    const double width = 0.5 * text.size * static_cast<double>(text.text.size()),
+                 left = text.points[0].x - (text.align == Align::end ? width : 0);
+    return {left, text.points[0].y - 0.75 * text.size, width, 0.9 * text.size};
+}
+bool runs_through(const std::vector<Point>& way, const Rectangle& r) {
+    for (std::size_t k = 1; k < way.size(); ++k)
+        for (int i = 0; i <= 400; ++i) { // point by point
+            const double x = way[k - 1].x + (way[k].x - way[k - 1].x) * i / 400,
+                         y = way[k - 1].y + (way[k].y - way[k - 1].y) * i / 400;
+            if (x > r.x && x < r.x + r.width && y > r.y && y < r.y + r.height) return true;
+        }
+    return false;
+}
+
+TEST(DrawChart, GuardsStandOnNoOtherTransitionStateOrGuard) {
+    const std::string placed = "layout:\n  blocks:\n    inner.machine.idle: {x: 40, y: 60}\n"
+                               "    inner.machine.move: {x: 300, y: 60}\n"
+                               "    inner.machine.hold: {x: 300, y: 200}\n";
+    for (const std::string& layout : {std::string(), placed})
+        for (const char* transitions :
+             {cycle, "[1 2 1 0; 1 3 2 0; 2 1 3 0; 2 3 1 0.5; 3 1 2 0; 3 2 3 1]",
+              "[1 2 1 0; 1 2 2 0; 1 2 3 0; 2 1 1 0; 2 1 2 0; 2 1 3 0]", "[1 3 1 0; 2 3 2 0; 3 1 0 4; 3 2 3 2]"}) {
+            const Drawing drawing = drawn(model_of(transitions, layout));
+            for (const auto& one : drawing.elements) {
+                if (one.kind != Element::Kind::wire || one.shapes.back().kind != Shape::Kind::text) continue;
+                const Rectangle guard = letters(one.shapes.back());
+                for (const auto& other : drawing.elements) {
+                    if (&other == &one) continue;
+                    EXPECT_FALSE(other.kind == Element::Kind::wire && runs_through(other.corners, guard))
+                        << transitions << ": " << other.title << " runs through the guard of " << one.title;
+                    const Rectangle& b = other.bounds;
+                    const Rectangle area = other.kind == Element::Kind::state ? b
+                                           : other.shapes.back().kind == Shape::Kind::text
+                                               ? letters(other.shapes.back())
+                                               : Rectangle{};
+                    EXPECT_FALSE(guard.x < area.x + area.width && area.x < guard.x + guard.width &&
+                                 guard.y < area.y + area.height && area.y < guard.y + guard.height)
+                        << transitions << ": the guard of " << one.title << " stands on " << other.title;
+                }
+            }
+        }
+}
+
+TEST(DrawChart, NamesWhatDrivesEachCondition) {
+    const auto model = bf::formats::read_yaml_text(
+        "model: m\nstep: 0.1\nblocks:\n  near: {block: Constant}\n  pair: {block: Constant, value: [1, 0]}\n"
+        "  all: {block: Mux, inputs: 3}\n  one: {block: Mux, inputs: 1}\n"
+        "  a: {block: StateMachine}\n  b: {block: StateMachine}\n  c: {block: StateMachine}\n"
+        "  d: {block: StateMachine}\n"
+        "connections: {near: [all.u1, all.u3, one], pair: [all.u2, b], all: a, one: c}\n");
+    const auto known = bf::examine(model, "m.yaml");
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(conditions_of(model, "a", known.diagram), (Names{"near", "pair(1)", "pair(2)", "near"}));
+    EXPECT_EQ(conditions_of(model, "b", known.diagram), (Names{"pair(1)", "pair(2)"}));
+    EXPECT_EQ(conditions_of(model, "c", known.diagram), Names{"near"});
+    EXPECT_EQ(conditions_of(model, "d", known.diagram), Names()) << "nothing is wired";
+    EXPECT_EQ(conditions_of(model, "a", {}), (Names{"near", "pair", "near"})) << "before it is checked";
+    EXPECT_EQ(conditions_of(model, "", known.diagram), Names());
 }
 
 } // namespace

@@ -11,6 +11,10 @@ namespace bf {
 struct ResolutionError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
+/// Element types that do not fit, which a conversion before the block mends.
+struct TypeError : ResolutionError {
+    using ResolutionError::ResolutionError;
+};
 
 /// The quantity wired to, or given for, slot `index` has this size. Returns whether that was news.
 /// Throws ResolutionError when it contradicts what is known.

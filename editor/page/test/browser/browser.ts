@@ -2,7 +2,7 @@ import { spawn } from "node:child_process";
 import { existsSync } from "node:fs";
 import { createInterface } from "node:readline";
 import { chromium, type Browser, type BrowserContextOptions, type Page } from "playwright-core";
-import { fitted, to_screen } from "../../src/geometry.ts";
+import { fitted, to_screen, zoomed } from "../../src/geometry.ts";
 import type { Drawing, Point } from "../../src/protocol.ts";
 
 const executable = process.env.BF_CHROMIUM ?? "/usr/bin/chromium";
@@ -47,6 +47,7 @@ export async function opened(browser: Browser, address: string, options: Browser
 /** Works on what is drawn as a person does, by the pointer, after "Fit all". */
 export class Hand {
   readonly page: Page;
+  zoom = 0; // how often what is fitted is enlarged, or reduced
   private readonly drawing: () => Promise<Drawing>;
 
   constructor(page: Page, drawing: () => Promise<Drawing>) {
@@ -56,15 +57,22 @@ export class Hand {
   async at(p: Point): Promise<Point> {
     await this.page.locator("canvas").first().evaluate(() => (document.activeElement as HTMLElement | null)?.blur());
     await this.page.keyboard.press("f");
+    for (let i = 0; i < Math.abs(this.zoom); ++i) await this.page.keyboard.press(this.zoom > 0 ? "+" : "-");
     const box = (await this.page.locator("canvas").first().boundingBox())!;
     const { bounds } = await this.drawing();
-    const on = to_screen(fitted(bounds, { width: box.width, height: box.height }), p);
+    const fit = fitted(bounds, { width: box.width, height: box.height }), middle = { x: box.width / 2, y: box.height / 2 };
+    const on = to_screen(zoomed(fit, middle, this.zoom > 0 ? 1.25 ** this.zoom : 0.8 ** -this.zoom), p);
     return { x: box.x + on.x, y: box.y + on.y };
   }
   async element(path: string) { return (await this.drawing()).elements.find((e) => e.kind !== "wire" && e.path === path)!; }
   async middle(path: string): Promise<Point> {
     const { bounds } = await this.element(path);
     return this.at({ x: bounds.x + bounds.width / 2, y: bounds.y + bounds.height / 2 });
+  }
+  /** On the border of an element, as parts of its width and height. */
+  async border(path: string, x: number, y: number): Promise<Point> {
+    const { bounds } = await this.element(path);
+    return this.at({ x: bounds.x + x * bounds.width, y: bounds.y + y * bounds.height });
   }
   async port(path: string, name: string): Promise<Point> {
     return this.at((await this.element(path)).ports.find((port) => port.name === name)!.at);

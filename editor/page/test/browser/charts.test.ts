@@ -1,5 +1,6 @@
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
+import { writeFile } from "node:fs/promises";
 import { found_by_axe } from "./axe.ts";
 import { is_there, start, type Hand } from "./browser.ts";
 import { Desk } from "./desk.ts";
@@ -68,6 +69,7 @@ describe.skipIf(!is_there || !command)("what a model looks like", () => {
     await expect.poll(() => text()).toContain("states: [idle, move, hold]");
     await hand.drag(await hand.port("machine.move", "from"), await hand.middle("machine.hold"));
     await expect.poll(() => text()).toContain(" 2 1 0 2;\n       2 3 0 0]");
+    await page.getByRole("combobox", { name: "condition" }).press("Escape");
     await page.keyboard.press("Control+z");
     await expect.poll(() => text()).not.toContain("2 3 0 0");
     await element(/^transition from idle to move, after T s/).waitFor();
@@ -77,6 +79,97 @@ describe.skipIf(!is_there || !command)("what a model looks like", () => {
     await page.keyboard.press("p");
     await element(/^state move, state, active/).waitFor();
     await page.keyboard.press("p");
+  });
+
+  const sides = [0, 0.25, 0.5, 0.75, 1].flatMap((along) => [[along, 0], [along, 1], [0, along], [1, along]] as [number, number][]);
+  const count = async () => (await desk.drawing()).elements.filter((e) => e.kind === "wire").length;
+  test("a transition begins anywhere on the border of a state, from whose inside the state is moved, at every zoom", async () => {
+    await enter();
+    for (const zoom of [0, 4, -6, -14]) {
+      hand.zoom = zoom;
+      for (const [x, y] of zoom === 0 ? sides : sides.filter((_, i) => i % 5 === 0)) {
+        const before = await count(), { bounds } = await hand.element("machine.idle");
+        await hand.drag(await hand.border("machine.idle", x, y), await hand.middle("machine.move"));
+        await expect.poll(count, { message: `from ${x}, ${y} at zoom ${zoom}` }).toBe(before + 1);
+        expect((await hand.element("machine.idle")).bounds).toEqual(bounds);
+        await page.getByRole("option", { name: /^transition from idle to move/, selected: true }).waitFor();
+        await page.keyboard.press("Escape");
+        await page.keyboard.press("Control+z");
+        await expect.poll(count).toBe(before);
+      }
+      const { bounds } = await hand.element("machine.move"), from = await hand.middle("machine.move");
+      await hand.drag(from, { x: from.x + 30, y: from.y + 24 });
+      await expect.poll(async () => (await hand.element("machine.move")).bounds.x).not.toBe(bounds.x);
+      expect(await count()).toBe(2);
+      await page.keyboard.press("Control+z");
+      await expect.poll(async () => (await hand.element("machine.move")).bounds).toEqual(bounds);
+    }
+  });
+
+  test("states stay where they are while transitions arrive, each of which is asked for its condition", async () => {
+    await writeFile(desk.file, model.replace("connections:\n", "connections:\n  near: all.u1\n  level: all.u2\n  all: machine\n").replace("  part: {",
+      "  near: {block: Constant}\n  level: {block: Constant, value: [1, 0]}\n  all: {block: Mux, inputs: 2}\n  part: {"));
+    await page.getByRole("option", { name: /^block near/ }).waitFor();
+    await enter();
+    const [idle, move] = [(await hand.element("machine.idle")).bounds, (await hand.element("machine.move")).bounds];
+    const draw = async (from: string, to: string) => hand.drag(await hand.border(`machine.${from}`, 0.5, 1), await hand.middle(`machine.${to}`));
+    const condition = page.getByRole("combobox", { name: "condition" });
+    await draw("idle", "move");
+    await expect.poll(() => condition.evaluate((field) => field === document.activeElement)).toBe(true);
+    const offers = page.getByRole("listbox", { name: "Values of condition" });
+    expect(await offers.getByRole("option").allInnerTexts()).toEqual(["none", "near", "level(1)", "level(2)"]);
+    expect(await found_by_axe(page)).toEqual([]);
+    await page.keyboard.type("lev");
+    expect(await offers.getByRole("option").allInnerTexts()).toEqual(["level(1)", "level(2)", "as typed: lev"]);
+    await page.keyboard.press("ArrowDown");
+    await page.keyboard.press("Enter");
+    await expect.poll(() => text()).toContain("\n       1 2 3 0]");
+    await element(/^transition from idle to move, \[level\(2\)\]/).waitFor();
+    await expect.poll(() => condition.inputValue()).toBe("level(2)");
+    await draw("move", "idle");
+    await expect.poll(() => condition.inputValue()).toBe("none");
+    await page.keyboard.type("(T)");
+    await page.keyboard.press("Enter");
+    await expect.poll(() => text()).toContain("\n       2 1 (T) 0]");
+    for (let i = 0; i < 4; ++i) {
+      await draw("idle", "move");
+      await expect.poll(count).toBe(5 + i);
+    }
+    await offers.getByRole("option", { name: "near" }).click();
+    await expect.poll(() => text()).toContain("\n       1 2 1 0]");
+    expect([(await hand.element("machine.idle")).bounds, (await hand.element("machine.move")).bounds]).toEqual([idle, move]);
+  });
+
+  test("what is inserted has the name that is typed", async () => {
+    const insert = async (typed: string, title: string) => {
+      await page.locator("canvas").first().evaluate(() => (document.activeElement as HTMLElement | null)?.blur());
+      await page.keyboard.press("Control+k");
+      await page.keyboard.type(typed);
+      expect(await page.getByRole("option", { selected: true }).locator(".title").innerText()).toBe(title);
+      await page.keyboard.press("Enter");
+      await page.getByRole("dialog").waitFor({ state: "detached" });
+    };
+    await insert("subsystem heater", "Subsystem heater");
+    await expect.poll(() => text()).toContain("  heater:");
+    await insert("gain Kp", "Gain Kp");
+    await expect.poll(() => text()).toContain("  Kp: {block: Gain}");
+    await insert("qqqq", "Subsystem qqqq");
+    await expect.poll(() => text()).toContain("  qqqq:");
+    await enter();
+    await insert("hold", "State hold");
+    await expect.poll(() => text()).toContain("states: [idle, move, hold]");
+    await page.keyboard.press("Control+k");
+    await page.keyboard.type("hold");
+    await page.getByText("Nothing of that name.").waitFor();
+  });
+
+  test("a conversion is inserted where a boolean meets a double", async () => {
+    await writeFile(desk.file, "model: m\nstep: 0.1\nblocks:\n  near: {block: Constant, value: true}\n  level: {block: Clock}\n  all: {block: Mux, inputs: 2}\n" +
+      "connections:\n  level: all.u1\n  near: all.u2\n");
+    await page.getByRole("button", { name: "1 mistake" }).click();
+    await page.getByRole("button", { name: "Convert to double before u2" }).click();
+    await expect.poll(() => text()).toContain("convert: {block: Convert}\nconnections:\n  level: all.u1\n  near: convert\n  convert: all.u2\n");
+    await page.getByText("No mistakes").waitFor();
   });
 
   test("a block turns, and its ports go to other sides", async () => {

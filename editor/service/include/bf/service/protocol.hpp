@@ -85,6 +85,7 @@ struct SettingField {
     std::string value = {};               ///< what the expression comes to, where that is known
     std::string unit = {}, doc = {};      ///< with limits
     std::vector<std::string> choices = {};
+    std::vector<std::string> names = {}; ///< of the choices, besides which other values may be given
     std::optional<double> least = {}, greatest = {}; ///< of each element
 };
 

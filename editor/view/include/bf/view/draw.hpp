@@ -38,6 +38,11 @@ Drawing draw(const model::Model& model, const std::string& system, const Diagram
 /// Whether there is a subsystem or a state machine of that path, or the model itself.
 bool may_draw(const model::Model& model, const std::string& system);
 
+/// What drives each element of the input `conditions` of a state machine, as charts call it: "is_touching",
+/// "u(2)"; empty where nothing does, or as far as nobody knows. Throws as `draw`.
+std::vector<std::string> conditions_of(const model::Model& model, const std::string& machine,
+                                       const Diagram& diagram);
+
 /// Draws a line around a block, port or note, or along a wire.
 void outline(Element& element, Style style);
 

@@ -1,6 +1,7 @@
 #include "placing.hpp"
 
 #include "bf/base/numbers.hpp"
+#include "bf/model/chart.hpp"
 #include "bf/model/check.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/model/suggest.hpp"
@@ -26,6 +27,18 @@ void note(const model::Model& model, const model::Operation& operation, std::set
         for (const auto& system : model::systems_with_wire(model, bend->path)) systems.insert(system);
     if (const auto* batch = std::get_if<op::Batch>(&operation))
         for (const auto& part : batch->operations) note(model, part, systems);
+    // States without a place would make room for each transition that comes, and for what stands at it.
+    const auto note_chart = [&](const std::string& path) {
+        if (const auto machine = model::split_chart(model, path).first; !machine.empty())
+            systems.insert(machine);
+    };
+    if (const auto* connect = std::get_if<op::Connect>(&operation))
+        note_chart(model::joined(connect->system, connect->to));
+    if (const auto* disconnect = std::get_if<op::Disconnect>(&operation))
+        note_chart(model::joined(disconnect->system, disconnect->to));
+    if (const auto* set = std::get_if<op::Set>(&operation)) note_chart(set->path);
+    if (const auto* rename = std::get_if<op::Rename>(&operation)) note_chart(rename->path);
+    if (const auto* remove = std::get_if<op::Remove>(&operation)) note_chart(remove->path);
 }
 
 } // namespace

@@ -101,6 +101,7 @@ describe.skipIf(!is_there || !command)("what a model looks like", () => {
       await hand.drag(from, { x: from.x + 30, y: from.y + 24 });
       await expect.poll(async () => (await hand.element("machine.move")).bounds.x).not.toBe(bounds.x);
       expect(await count()).toBe(2);
+      await expect.poll(() => page.getByRole("button", { name: "Undo" }).isEnabled()).toBe(true);
       await page.keyboard.press("Control+z");
       await expect.poll(async () => (await hand.element("machine.move")).bounds).toEqual(bounds);
     }
@@ -169,7 +170,7 @@ describe.skipIf(!is_there || !command)("what a model looks like", () => {
     await page.getByRole("button", { name: "1 mistake" }).click();
     await page.getByRole("button", { name: "Convert to double before u2" }).click();
     await expect.poll(() => text()).toContain("convert: {block: Convert}\nconnections:\n  level: all.u1\n  near: convert\n  convert: all.u2\n");
-    await page.getByText("No mistakes").waitFor();
+    await page.getByText("No mistakes.").waitFor();
   });
 
   test("a block turns, and its ports go to other sides", async () => {

@@ -66,10 +66,9 @@ void check_types(const Resolution& r) {
             if (!known || call.run[version]) continue;
             for (const auto& operand : call.operands)
                 if (operand.slot >= 0 && r.slots[static_cast<std::size_t>(operand.slot)].type_symbol == 0)
-                    throw TypeError(
-                        label(r.slots[static_cast<std::size_t>(operand.slot)]) + " cannot be of type " +
-                        name(*r.types[0]) +
-                        ", for which this operation is not defined; insert a Convert block");
+                    throw TypeError(label(r.slots[static_cast<std::size_t>(operand.slot)]) +
+                                    " cannot be of type " + name(*r.types[0]) +
+                                    ", for which this operation is not defined; insert a Convert block");
         }
 }
 
@@ -105,14 +104,14 @@ bool offer(Resolution& r, int index, Type type) {
     if (slot.type_symbol < 0) {
         if (slot.type != type)
             throw TypeError(label(slot) + " is of type " + name(slot.type) + ", but is wired to type " +
-                                  name(type) + "; insert a Convert block");
+                            name(type) + "; insert a Convert block");
         return false;
     }
     auto& known = r.types[static_cast<std::size_t>(slot.type_symbol)];
     if (known && *known != type)
         throw TypeError(label(slot) + " must be of type " + name(*known) +
-                              " like the other quantities of its kind, but is wired to type " + name(type) +
-                              "; insert a Convert block");
+                        " like the other quantities of its kind, but is wired to type " + name(type) +
+                        "; insert a Convert block");
     const bool news = !known;
     known = type;
     return news;

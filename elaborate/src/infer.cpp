@@ -254,7 +254,8 @@ class Spreading {
         std::vector<model::Fix> fixes = converted(to.node, {input.name}, wanted);
         if (input.type_symbol < 0) return fixes;
         const auto others = converted(to.node, inputs_of(to.node, input.type_symbol, wanted), sent);
-        fixes.insert(sent < wanted ? fixes.begin() : fixes.end(), others.begin(), others.end()); // widest first
+        fixes.insert(sent < wanted ? fixes.begin() : fixes.end(), others.begin(),
+                     others.end()); // widest first
         return fixes;
     }
 

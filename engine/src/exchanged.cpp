@@ -97,14 +97,15 @@ class Wired {
         return std::tuple(node(n).type, values(n), wires);
     }
 
-    /// Of all that two blocks have in common where their paths have exchanged those parts: equal where that is
-    /// equal, and else hardly ever.
+    /// Of all that two blocks have in common where their paths have exchanged those parts: equal where that
+    /// is equal, and else hardly ever.
     std::uint64_t signature(int n, const Part& part) const {
         const std::string& path = node(n).path;
         const std::string_view own = std::string_view(path).substr(0, part.end);
         std::uint64_t wires = 0; // in any order
         each_wire(n, [&](const std::string& here, const std::string& other, const std::string& there) {
-            const bool is_own = other.starts_with(own) && (other.size() == part.end || other[part.end] == '.');
+            const bool is_own =
+                other.starts_with(own) && (other.size() == part.end || other[part.end] == '.');
             wires += mixed(mixed(hash(here), hash(there)),
                            mixed(is_own, hash(std::string_view(other).substr(is_own ? part.end : 0))));
         });
@@ -182,13 +183,15 @@ std::vector<std::pair<std::string, std::string>> exchanged(const Diagram& from, 
     const auto path = [&](const Pair& one) -> const std::string& { return before.node(one.before).path; };
     std::set<std::pair<std::string, std::string>> found;
     const auto note = [&](Pair& one, Pair& other, const Exchange& exchange) {
-        if (!is_same(one.before, other.after, exchange) || !is_same(other.before, one.after, exchange)) return;
+        if (!is_same(one.before, other.after, exchange) || !is_same(other.before, one.after, exchange))
+            return;
         one.is_found = other.is_found = true;
         found.insert(std::minmax(exchange.one, exchange.other));
     };
 
-    // Blocks that are wired to each other, or stand in subsystems that are, call each other otherwise afterwards;
-    // all others are found by what stays the same. Each of many equal ones is paired with one other.
+    // Blocks that are wired to each other, or stand in subsystems that are, call each other otherwise
+    // afterwards; all others are found by what stays the same. Each of many equal ones is paired with one
+    // other.
     for (std::size_t i = 0; i < changed.size(); ++i)
         before.each_wire(changed[i].before, [&](const auto&, const std::string& neighbour, const auto&) {
             const std::string& own = path(changed[i]);
@@ -200,7 +203,8 @@ std::vector<std::pair<std::string, std::string>> exchanged(const Diagram& from, 
                 const auto other = by_path.find(candidate);
                 if (other == by_path.end() || other->second == i) continue;
                 Pair &one = changed[i], &two = changed[other->second];
-                if (before.wires(one.before) == before.wires(two.before))
+                if (before.wires(one.before) == after.wires(two.after) &&
+                    before.wires(two.before) == after.wires(one.after))
                     note(one, two, exchange_of(own, candidate));
             }
         });

@@ -54,9 +54,7 @@ std::string delay(int i) { return d(i) + ": {block: UnitDelay}"; }
 
 /// Neighbours have exchanged their sources, so every one of the delays is another one than before.
 Searched crossed_pairs(int count) {
-    const Line block = [](int i) {
-        return "s" + std::to_string(i) + ": {block: Constant}\n  " + delay(i);
-    };
+    const Line block = [](int i) { return "s" + std::to_string(i) + ": {block: Constant}\n  " + delay(i); };
     const auto wire = [](int by) -> Line {
         return [by](int i) { return "s" + std::to_string(i) + ": " + d(i ^ by); };
     };

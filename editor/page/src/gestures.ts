@@ -13,7 +13,7 @@ type Gesture =
   | { kind: "move"; from: Point; delta: Point; is_moving: boolean; pressed: Element; shift: boolean; before: Drawing; into: Element | null }
   | { kind: "bend"; from: Point; before: Drawing; wire: Element; piece: number; tried: ReturnType<Session["try_bend"]> }
   | { kind: "resize"; from: Point; block: Element; handle: Handle; tried: ReturnType<Session["try_size"]> | null }
-  | { kind: "pull"; end: End; loose: Element | null; from: Point };
+  | { kind: "pull"; end: End; loose: Element | null; from: Point; has_left: boolean }; // the element where it began
 
 const reach = 6; // pixels around the pointer
 /** How far something goes that starts at `start` and is dragged by `by`. */
@@ -107,7 +107,7 @@ export class Gestures {
       : elements.find((e) => e.kind === "wire" && ends.includes(e.path));
     const source = loose && this.source_of(loose);
     const end = source ?? { element, port };
-    this.gesture = { kind: "pull", end, loose: source ? loose! : null, from: end.port.at };
+    this.gesture = { kind: "pull", end, loose: source ? loose! : null, from: end.port.at, has_left: false };
   }
   private source_of(wire: Element): End | null {
     const [name, port] = wire.from.split(".");
@@ -140,6 +140,7 @@ export class Gestures {
       this.pulled = { from: g.from, to: point, fits: targets };
       const over = this.at(at);
       s.hovered = over ? key_of(over.element) : null;
+      g.has_left ||= !over || over.element.path !== g.end.element.path;
     } else if (g.kind === "bend") {
       const across = axis_of(g.wire.corners, g.piece) === "x" ? "y" : "x", start = g.wire.corners[g.piece]![across];
       g.tried = s.try_bend(g.before, g.wire, g.piece, on(start, point[across] - g.from[across], is_free));
@@ -151,9 +152,10 @@ export class Gestures {
     }
     this.repaint();
   }
-  private may_join(g: { end: End; loose: Element | null }, other: End): boolean {
+  private may_join(g: Extract<Gesture, { kind: "pull" }>, other: End): boolean {
     const is_own = g.loose && [`${other.element.path}.${other.port.name}`, other.element.path].includes(g.loose.path);
-    return other.element !== g.end.element && (fits(g.end.port, other.port) || (is_own === true && !other.port.is_output));
+    const is_other = other.element.path !== g.end.element.path || (g.has_left && other.element.kind === "state"); // a state may lead to itself
+    return is_other && (fits(g.end.port, other.port) || (is_own === true && !other.port.is_output));
   }
   private drag(g: Extract<Gesture, { kind: "move" }>, point: Point, is_free: boolean): void {
     const s = this.session, first = s.dragged[0];

@@ -9,8 +9,8 @@
 
 namespace bf::service {
 
-/// The subsystems and state machines in which an operation gives something a place, or would make what has none
-/// stand elsewhere while a person works on it.
+/// The subsystems and state machines in which an operation gives something a place, or would make what has
+/// none stand elsewhere while a person works on it.
 std::set<std::string> systems_placed_in(const model::Model& model, const model::Operation& operation);
 
 /// Throws model::Errors where an operation places a port that a block is drawn without: which ports blocks of

@@ -293,6 +293,33 @@ TEST_F(LookTest, RefusesWhatIsNotThereOrTooFarAway) {
         "s: it cannot be drawn at [0, -2e+06]; coordinates lie between -1000000 and 1000000");
 }
 
+TEST_F(LookTest, OffersConditionsByWhatDrivesThemAndKeepsStatesInTheirPlaces) {
+    write("m.yaml", "model: m\nstep: 0.1\nblocks:\n  near: {block: Clock}\n  far: {block: Clock}\n"
+                    "  all: {block: Mux, inputs: 2}\n"
+                    "  m: {block: StateMachine, states: [a, b, c], transitions: [[1, 2, 2, 0]]}\n"
+                    "connections: {near: all.u1, far: all.u2, all: m}\n");
+    open_checked();
+    const Json condition = field(result("inspect", {{"path", "m.b.1"}}), "condition");
+    EXPECT_EQ(condition["choices"], Json::array({"0", "1", "2"}));
+    EXPECT_EQ(condition["names"], Json::array({"none", "near", "far"}));
+    EXPECT_EQ(condition["text"], "2");
+    const auto places = [&] {
+        Json all;
+        const Json drawing = result("draw", {{"system", "m"}});
+        for (const auto& e : drawing["elements"])
+            if (e["kind"] == "state") all[e["path"].get<std::string>()] = e["bounds"];
+        return all;
+    };
+    const Json before = places();
+    edit({{"do", "connect"}, {"system", "m"}, {"from", "b"}, {"to", "a"}});
+    edit({{"do", "set"}, {"path", "m.a.2"}, {"name", "minimum_time"}, {"value", "1234567*T"}});
+    edit({{"do", "disconnect"}, {"system", "m"}, {"to", "b.1"}});
+    EXPECT_EQ(places(), before);
+    edit({{"do", "remove"}, {"path", "m.c"}});
+    EXPECT_EQ(places()["m.b"], before["m.b"]);
+    EXPECT_EQ(read("m.yaml").find("m.c"), std::string::npos) << "a place of what is gone";
+}
+
 TEST_F(LookTest, BendsAWireInTheFileThatHasIt) {
     write("part.yaml", "model: part\ninputs: [u]\noutputs: [y]\nblocks:\n  g: {block: Gain}\n"
                        "connections: {u: g, g: y}\n");

@@ -11,10 +11,10 @@ namespace bf::editor {
 
 namespace {
 
-constexpr double beside = 12;  ///< from the beginning of a piece
+constexpr double beside = 12;   ///< from the beginning of a piece
 constexpr double from_line = 4; ///< from a level piece to the text above or beneath it
-constexpr double step = 20;    ///< between places that are tried along a piece
-constexpr int most = 12;       ///< places on one side of a piece
+constexpr double step = 20;     ///< between places that are tried along a piece
+constexpr int most = 12;        ///< places on one side of a piece
 
 bool overlap(const Rectangle& a, const Rectangle& b) {
     return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;

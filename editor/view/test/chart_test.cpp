@@ -156,8 +156,8 @@ TEST(DrawChart, AStateKeepsItsSizeAndItsPlaceWhateverTransitionsItHas) {
         std::vector<std::array<double, 4>> all;
         for (const auto& element : drawing.elements)
             if (element.kind == Element::Kind::state)
-                all.push_back({element.bounds.x, element.bounds.y, element.bounds.width,
-                               element.bounds.height});
+                all.push_back(
+                    {element.bounds.x, element.bounds.y, element.bounds.width, element.bounds.height});
         return all;
     };
     const auto alone = bounds_with("[1 2 0 1]");
@@ -189,9 +189,9 @@ TEST(DrawChart, GuardsStandOnNoOtherTransitionStateOrGuard) {
                                "    inner.machine.move: {x: 300, y: 60}\n"
                                "    inner.machine.hold: {x: 300, y: 200}\n";
     for (const std::string& layout : {std::string(), placed})
-        for (const char* transitions :
-             {cycle, "[1 2 1 0; 1 3 2 0; 2 1 3 0; 2 3 1 0.5; 3 1 2 0; 3 2 3 1]",
-              "[1 2 1 0; 1 2 2 0; 1 2 3 0; 2 1 1 0; 2 1 2 0; 2 1 3 0]", "[1 3 1 0; 2 3 2 0; 3 1 0 4; 3 2 3 2]"}) {
+        for (const char* transitions : {cycle, "[1 2 1 0; 1 3 2 0; 2 1 3 0; 2 3 1 0.5; 3 1 2 0; 3 2 3 1]",
+                                        "[1 2 1 0; 1 2 2 0; 1 2 3 0; 2 1 1 0; 2 1 2 0; 2 1 3 0]",
+                                        "[1 3 1 0; 2 3 2 0; 3 1 0 4; 3 2 3 2]"}) {
             const Drawing drawing = drawn(model_of(transitions, layout));
             for (const auto& one : drawing.elements) {
                 if (one.kind != Element::Kind::wire || one.shapes.back().kind != Shape::Kind::text) continue;

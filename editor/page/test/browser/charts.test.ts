@@ -107,6 +107,19 @@ describe.skipIf(!is_there || !command)("what a model looks like", () => {
     }
   });
 
+  test("a transition leads to where it comes from once it has left it, and nowhere where it has not", async () => {
+    await enter();
+    const [bottom, out, top] = [await hand.border("machine.idle", 0.5, 1), await hand.border("machine.idle", 0.5, 2), await hand.border("machine.idle", 0.5, 0.5)];
+    await hand.drag(bottom, top);
+    await page.mouse.move(bottom.x, bottom.y);
+    await page.mouse.down();
+    await page.mouse.move(out.x, out.y);
+    await page.mouse.move(top.x, top.y);
+    await page.mouse.up();
+    await page.getByRole("option", { name: /^transition from idle to idle/, selected: true }).waitFor();
+    expect(await count()).toBe(3);
+  });
+
   test("states stay where they are while transitions arrive, each of which is asked for its condition", async () => {
     await writeFile(desk.file, model.replace("connections:\n", "connections:\n  near: all.u1\n  level: all.u2\n  all: machine\n").replace("  part: {",
       "  near: {block: Constant}\n  level: {block: Constant, value: [1, 0]}\n  all: {block: Mux, inputs: 2}\n  part: {"));

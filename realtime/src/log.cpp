@@ -37,10 +37,19 @@ std::string log_text(const std::vector<LogEntry>& log) {
     return text;
 }
 
+const LogEntry* stop_in(const std::vector<LogEntry>& log) {
+    for (const char* what : {emergency_entry, stop_service}) {
+        const auto found =
+            std::find_if(log.begin(), log.end(), [&](const auto& entry) { return entry.what == what; });
+        if (found != log.end()) return &*found;
+    }
+    return nullptr;
+}
+
 std::string emergency_in(const std::vector<LogEntry>& log) {
-    const auto found =
-        std::find_if(log.begin(), log.end(), [](const auto& entry) { return entry.what == emergency_entry; });
-    return found == log.end() ? "" : emergency_entry + (" by " + escape::terminal(found->who));
+    const LogEntry* const stop = stop_in(log);
+    if (!stop || stop->what != emergency_entry) return "";
+    return emergency_entry + (" by " + escape::terminal(stop->who));
 }
 
 const Log::Numbered& Log::add(double time, const std::string& who, const std::string& what) {

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
-#include <future>
 #include <netinet/in.h>
 
 namespace bf::realtime {
@@ -120,6 +119,7 @@ std::size_t Server::State::viewers() const {
 }
 
 void Server::State::run_tick() {
+    if (!last_state.empty()) return;
     if (!is_accepting) accept();
     deliver();
     exchange_parameters();
@@ -145,11 +145,44 @@ void Server::State::deliver() {
 void Server::State::tell_timing() {
     const auto wants = [this](const auto& session) { return session->wants(timing_channel()); };
     if (std::none_of(sessions.begin(), sessions.end(), wants)) return;
-    nlohmann::ordered_json json{{"state", text(loop.control.state())}, {"time", time.load()}};
+    nlohmann::ordered_json json{
+        {"state", last_state.empty() ? text(loop.control.state()) : last_state.c_str()},
+        {"end", how_it_ended},
+        {"time", time.load()}};
     json.update(statistics_json(loop.statistics));
-    const std::string content = json.dump();
+    const std::string content = to_text(json);
     for (const auto& session : sessions)
         if (wants(session)) session->send_data(timing_channel(), nanoseconds(time), content);
+}
+
+void Server::State::settle() {
+    deliver();
+    if (!posted.empty())
+        if (const auto result = loop.parameters.take_result()) finish_change(*result);
+    acceptor.close();
+    timer.cancel();
+}
+
+std::vector<LogEntry> Server::State::log_entries() const {
+    std::vector<LogEntry> all;
+    for (const auto& entry : log.entries()) all.push_back(entry.entry);
+    return all;
+}
+
+void Server::State::end(const std::string& failure, bool is_interrupted) {
+    settle();
+    const auto entries = log_entries();
+    const LogEntry* const stop = stop_in(entries);
+    last_state = failure.empty() ? "ended" : "failed";
+    how_it_ended = !failure.empty() ? "the program failed: " + failure
+                   : !stop ? std::string("the program ended in order") + (is_interrupted ? ", interrupted" : "")
+                   : stop->what == emergency_entry
+                       ? "the program was stopped by emergency stop of " + stop->who
+                       : "the program ended in order, stopped by " + stop->who;
+    tell_timing();
+    const auto everyone = sessions;
+    for (const auto& session : everyone) session->say_goodbye();
+    if (everyone.empty()) all_have_left.set_value();
 }
 
 void Server::State::tell_log(const Log::Numbered& entry, Session& session) const {
@@ -349,13 +382,15 @@ Server::Server(Run& run, const std::vector<Quantity>& signals, LoopAccess loop, 
     ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
+void Server::end(const std::string& failure, bool is_interrupted) {
+    constexpr auto patience = std::chrono::milliseconds(300);
+    asio::post(state_->io, [&s = *state_, failure, is_interrupted] { s.end(failure, is_interrupted); });
+    state_->all_have_left.get_future().wait_for(patience);
+}
+
 Server::~Server() {
     asio::post(state_->io, [&s = *state_] {
-        s.deliver();
-        if (!s.posted.empty())
-            if (const auto result = s.loop.parameters.take_result()) s.finish_change(*result);
-        s.acceptor.close();
-        s.timer.cancel();
+        s.settle();
         const auto everyone = s.sessions;
         for (const auto& session : everyone) session->leave();
         s.io.stop();
@@ -389,11 +424,7 @@ Server::Counts Server::counts() const {
 
 std::vector<LogEntry> Server::log() const {
     std::promise<std::vector<LogEntry>> told;
-    asio::post(state_->io, [&] {
-        std::vector<LogEntry> all;
-        for (const auto& entry : state_->log.entries()) all.push_back(entry.entry);
-        told.set_value(std::move(all));
-    });
+    asio::post(state_->io, [&] { told.set_value(state_->log_entries()); });
     return told.get_future().get();
 }
 

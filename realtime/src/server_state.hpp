@@ -13,6 +13,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <deque>
+#include <future>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -33,8 +34,8 @@ using Json = nlohmann::json;
 constexpr std::ptrdiff_t bytes_at_once = 1 << 16, bytes_per_tick = 1 << 12, bytes_per_message = 1 << 6;
 constexpr int most_unanswered = 100; // changes of parameters
 
-inline std::string to_text(const Json& json) {
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+template <class AnyJson> std::string to_text(const AnyJson& json) {
+    return json.dump(-1, ' ', false, AnyJson::error_handler_t::replace);
 }
 
 /// What a client says that makes no sense; goes back to it as a status message.
@@ -73,6 +74,10 @@ struct Server::State {
     void run_tick();
     void deliver();
     void tell_timing();
+    /// What the loop has left is taken, and nothing more.
+    void settle();
+    void end(const std::string& failure, bool is_interrupted);
+    std::vector<LogEntry> log_entries() const;
     void tell_log(const Log::Numbered& entry);
     void tell_log(const Log::Numbered& entry, Session& session) const;
     void exchange_parameters();
@@ -103,6 +108,8 @@ struct Server::State {
     std::atomic<double> time{0}; ///< of the last step, s
 
     asio::io_context io;
+    const asio::executor_work_guard<asio::io_context::executor_type> stays{
+        io.get_executor()}; ///< the log is asked for after the end, too
     asio::basic_socket_acceptor<Protocol> acceptor{io};
     std::string address, path; ///< of a Unix socket
     asio::steady_timer timer{io};
@@ -117,6 +124,8 @@ struct Server::State {
     Log log;
     int ticks = 0;
     Control::State told = Control::State::running; ///< to those who look at the timing
+    std::string last_state, how_it_ended;          ///< "ended" or "failed", and a sentence; empty before
+    std::promise<void> all_have_left;              ///< after the end
     std::thread thread;
 };
 
@@ -134,9 +143,12 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
     Json values_message(const std::vector<std::string>& names, const Json& id) const;
     /// Says why, and what the parameters are.
     void reject(const Request& request, const std::string& reason);
+    /// Reads nothing more, writes what waits and closes.
+    void say_goodbye();
     /// Whatever waits for the network ends with an error then.
     void leave();
     void dismiss();
+    void close(const websocket::close_reason& reason);
 
     void shake_hands();
     void refuse(http::status status, const char* text);
@@ -161,7 +173,7 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
     websocket::stream<beast::basic_stream<Protocol>> stream;
     beast::flat_buffer buffer;
     http::request<http::string_body> request;
-    bool is_open = false, is_reading = false, is_writing = false;
+    bool is_open = false, is_reading = false, is_writing = false, is_leaving = false;
     std::map<std::uint32_t, std::uint32_t> subscriptions; ///< the client's number -> channel
     std::vector<std::int64_t> numbers;                    ///< channel -> the client's number, or -1
     std::set<std::string> watched;                        ///< parameters

@@ -138,6 +138,7 @@ void Server::State::Session::read() {
     is_reading = true;
     read_limited(stream, buffer, state.longest_message, [self = shared_from_this()](auto error) {
         self->is_reading = false;
+        if (self->is_leaving) return; // what is being written ends it
         if (error == websocket::error::message_too_big) return self->dismiss();
         if (error) return self->leave();
         self->credit -= static_cast<std::ptrdiff_t>(self->buffer.size()) + bytes_per_message;
@@ -360,9 +361,11 @@ void Server::State::Session::write() {
     const bool is_answer = !answers.empty();
     auto& queue = is_answer ? answers : samples;
     if (queue.empty()) {
-        if (lost > 0)
+        if (lost > 0 && !is_leaving)
             status(1, std::to_string(std::exchange(lost, 0)) +
                           " messages were lost: this viewer reads too slowly");
+        else if (is_leaving)
+            close(websocket::close_code::going_away);
         return;
     }
     written = std::move(queue.front());
@@ -383,7 +386,19 @@ void Server::State::Session::dismiss() {
     is_open = false;
     answers.clear();
     samples.clear();
-    stream.async_close(too_long(state.longest_message), [self = shared_from_this()](auto) { self->leave(); });
+    close(too_long(state.longest_message));
+}
+
+void Server::State::Session::say_goodbye() {
+    if (!is_open) return leave();
+    is_open = false;
+    is_leaving = true;
+    write();
+}
+
+void Server::State::Session::close(const websocket::close_reason& reason) {
+    is_writing = true; // nothing follows
+    stream.async_close(reason, [self = shared_from_this()](auto) { self->leave(); });
 }
 
 void Server::State::Session::leave() {
@@ -391,7 +406,8 @@ void Server::State::Session::leave() {
     while (!subscriptions.empty()) unsubscribe(subscriptions.begin()->first);
     beast::error_code ignored;
     beast::get_lowest_layer(stream).socket().close(ignored);
-    std::erase(state.sessions, shared_from_this());
+    const bool has_left = std::erase(state.sessions, shared_from_this()) > 0;
+    if (has_left && state.sessions.empty() && !state.last_state.empty()) state.all_have_left.set_value();
 }
 
 } // namespace bf::realtime

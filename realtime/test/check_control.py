@@ -1,6 +1,6 @@
 """Viewers that look, start and stop, with a WebSocket library that is not ours.
 
-Run as: check_control.py HOW ADDRESS, where HOW is look, control, emergency or socket, against the loops of
+Run as: check_control.py HOW ADDRESS, where HOW is look, control, emergency, failure or socket, against the loops of
 server_test.cpp. Exits 0 when all answers are as they must be.
 """
 import asyncio
@@ -68,6 +68,18 @@ class Viewer:
             return answer["message"]
         assert answer["success"] is True and answer["service"] == self.services[name], answer
         return None
+
+    async def goodbye(self, timing, state, end):
+        """All that comes until the server closes; the last of the timing says how the program ended."""
+        heard = []
+        try:
+            await self.until(heard.append)
+        except websockets.ConnectionClosed as closed:
+            assert closed.rcvd.code == 1001, closed
+        told = [message for message in heard if message.get("channel") == timing]
+        assert (told[-1]["state"], told[-1]["end"]) == (state, end), told[-1]
+        assert all(message["end"] == "" for message in told[:-1])
+        return heard
 
     async def set(self, who=None, **values):
         """None, or why it is refused."""
@@ -145,7 +157,8 @@ async def control():
         await viewer.socket.send(struct.pack("<BIII", 2, 1, 9, 0xffffffff) + b"json")
         assert (await viewer.until(lambda m: m.get("callId") == 9))["op"] == "serviceCallFailure"
         assert await viewer.call("stop") is None
-        await other.until(lambda m: m.get("channel") == log and m["message"] == "stop")
+        heard = await other.goodbye(timing, "ended", f"the program ended in order, stopped by {peer}")
+        assert [m["message"] for m in heard if m.get("channel") == log][-1] == "stop"
 
 
 async def emergency():
@@ -154,6 +167,13 @@ async def emergency():
         assert await viewer.call("emergency_stop", payload={"who": "page 3"}) is None
         assert await viewer.call("emergency_stop") == "the emergency stop is under way already"
         assert await viewer.call("stop") == "the program ends already"
+
+
+async def failure():
+    async with Viewer() as viewer:
+        timing = await viewer.subscribe("/live.timing")
+        assert await viewer.call("stop") is None
+        await viewer.goodbye(timing, "failed", "the program failed: gain: the output is not finite")
 
 
 async def socket():
@@ -171,4 +191,5 @@ async def socket():
             assert error.response.status_code == 403
 
 
-asyncio.run(asyncio.wait_for({"look": look, "control": control, "emergency": emergency, "socket": socket}[HOW](), 60))
+hows = {"look": look, "control": control, "emergency": emergency, "failure": failure, "socket": socket}
+asyncio.run(asyncio.wait_for(hows[HOW](), 60))

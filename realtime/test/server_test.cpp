@@ -86,7 +86,8 @@ connections: {clock: gain}
 
 /// Runs a loop that is served, with a viewer of check_control.py; the exit code of that.
 int controlled(const std::string& how, RunnerOptions options, ServerOptions served,
-               const std::function<void(const Runner&, const Server&, const Simulation&)>& look = {}) {
+               const std::function<void(const Runner&, const Server&, const Simulation&)>& look = {},
+               const std::string& failure = "") {
     Loaded loaded(R"m(
 model: controlled
 step: 0.001
@@ -110,6 +111,7 @@ connections: {clock: gain, gain: last}
                                .c_str());
     });
     runner.run(1e9, [&](const auto&) { return code < 0; });
+    if (how != "emergency") server.end(failure, false); // that one goes on asking after the stop
     viewer.join();
     if (look) look(runner, server, simulation);
     return code;
@@ -147,6 +149,13 @@ TEST(Server, ViewersStartTuneAndStopALoopAndTheLogSaysWho) {
     EXPECT_GT(changes[1].first, 0);
     ASSERT_EQ(controls.size(), 2u);
     EXPECT_EQ(controls[0].substr(0, 27), "start by page 1 of ada@desk");
+}
+
+TEST(Server, AProgramThatFailsSaysSoAndWhy) {
+    EXPECT_EQ(controlled("failure", {}, {.where = "0", .is_controlled = true}, {},
+                         "gain: the output is not finite"),
+              0)
+        << "see the text above";
 }
 
 TEST(Server, AnEmergencyStopFollowsAStopAndStaysSo) {
@@ -242,6 +251,7 @@ TEST(Server, EndsAtOnceWhateverViewersAskFor) {
                 std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/realtime/test/flood.py " + address).c_str());
         });
         runner.run(1, [&](const auto&) { return true; }); // the viewer floods until it is sent away
+        server.end("", false);
     }
     viewer.join();
     EXPECT_EQ(runner.statistics().steps, 1000);

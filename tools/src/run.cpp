@@ -23,7 +23,11 @@ namespace bf::tools {
 nlohmann::ordered_json RunResult::to_json() const {
     nlohmann::ordered_json json;
     json["model"] = model;
-    json["outcome"] = is_interrupted ? "interrupted" : failure.empty() ? "finished" : "failed";
+    json["outcome"] = is_interrupted         ? "interrupted"
+                      : !failure.empty()     ? "failed"
+                      : !stopped_by.empty()  ? "stopped"
+                                             : "finished";
+    if (!stopped_by.empty()) json["stopped_by"] = stopped_by;
     json["simulated_s"] = simulated - from;
     json["wall_s"] = wall;
     json["real_time_factor"] = wall > 0 ? (simulated - from) / wall : 0;

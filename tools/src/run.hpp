@@ -17,15 +17,16 @@ struct RunResult {
     std::int64_t steps = 0;
     std::vector<CheckResult> checks; ///< of the model's own check blocks
     std::string failure;             ///< why the run ended early; empty when it went to its end
+    std::string stopped_by;          ///< a viewer of a run in real time; empty where none did
     bool is_interrupted = false;
     std::string report;              ///< of a run in real time, for people
     nlohmann::ordered_json realtime; ///< the same for programs
 
     /// False where the run was stopped before its first step, so that nothing was checked.
     bool has_run() const { return steps > 0 || simulated > 0; }
-    /// {"model", "outcome": "finished" | "failed" | "interrupted", "simulated_s", "wall_s",
-    /// "real_time_factor", "steps", "realtime", "checks": {name: value}, "failure"}; a check that was not
-    /// made is null
+    /// {"model", "outcome": "finished" | "stopped" | "failed" | "interrupted", "stopped_by", "simulated_s",
+    /// "wall_s", "real_time_factor", "steps", "realtime", "checks": {name: value}, "failure"}; a check that was
+    /// not made is null, and what does not apply is left out
     nlohmann::ordered_json to_json() const;
 };
 

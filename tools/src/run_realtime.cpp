@@ -1,5 +1,6 @@
 #include "run_realtime.hpp"
 
+#include "bf/realtime/interrupt.hpp"
 #include "bf/realtime/server.hpp"
 #include "bf/realtime/statistics_json.hpp"
 #include "bf/realtime/token.hpp"
@@ -83,6 +84,7 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
     const auto begin = std::chrono::steady_clock::now();
     const Nanoseconds patience = emergency_limit(realtime::nanoseconds(period / options.factor));
     const Control* control = nullptr;
+    Server* serving = nullptr;
     how.on_stall = [&](std::int64_t step, const std::string& block) {
         RunResult stalled;
         stalled.model = name;
@@ -98,6 +100,7 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
         const auto is_told = told.get_future();
         std::thread([&] {
             try {
+                if (serving) serving->end(stalled.failure, false);
                 on_stall(stalled);
             } catch (const std::exception& error) {
                 std::fprintf(stderr, "bf: %s\n", error.what());
@@ -130,6 +133,7 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
         }
         server.emplace(run, run.signals(), runner.access(), served);
         runner.add_observer(*server);
+        serving = &*server;
         std::fprintf(stderr, "  live at %s%s\n", server->address().c_str(),
                      options.token.empty() ? server->token().c_str()
                                            : ("..., the line in " + options.token).c_str());
@@ -140,13 +144,18 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
         std::fprintf(stderr, "bf: warning: the period is not guaranteed on this machine (see bf doctor)\n");
         for (const auto& refusal : runner.refused()) std::fprintf(stderr, "  %s\n", refusal.c_str());
     };
-    runner.run(run.stop_time(), [&](const Runner::Progress& progress) {
-        if (progress.steps > 0) warn();
-        if (control->state() == Control::State::waiting) return go_on("  waits to be started");
-        return go_on("  t = " + number(static_cast<double>(progress.steps) * period) + " s, " +
-                     std::to_string(progress.steps) + " steps, " + std::to_string(progress.missed) +
-                     " deadlines missed");
-    });
+    try {
+        runner.run(run.stop_time(), [&](const Runner::Progress& progress) {
+            if (progress.steps > 0) warn();
+            if (control->state() == Control::State::waiting) return go_on("  waits to be started");
+            return go_on("  t = " + number(static_cast<double>(progress.steps) * period) + " s, " +
+                         std::to_string(progress.steps) + " steps, " + std::to_string(progress.missed) +
+                         " deadlines missed");
+        });
+    } catch (const std::exception& error) {
+        if (server) server->end(error.what(), false);
+        throw;
+    }
     warn();
 
     RunResult result;
@@ -155,6 +164,9 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
     result.simulated = run.time();
     result.steps = run.steps();
     result.failure = runner.failure();
+    if (server)
+        server->end(result.failure.empty() && recorder ? recorder->status() : result.failure,
+                    InterruptGuard::signal() != 0);
     result.checks = run.checks();
     result.report = report(runner.statistics());
     result.realtime = statistics_json(runner.statistics());
@@ -176,6 +188,7 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
         auto& list = result.realtime["log"] = nlohmann::ordered_json::array();
         for (const auto& entry : log) list.push_back(json_of(entry));
         result.report += log_text(log);
+        if (const LogEntry* const stop = stop_in(log)) result.stopped_by = stop->who;
         if (result.failure.empty()) result.failure = emergency_in(log);
     }
     return result;

@@ -190,27 +190,3 @@ export function paired(
   if (length > 0 && (length - 1) % stride !== 0) take(length - 1);
   return [xs, ys];
 }
-
-/** A duration in us as people say it. */
-export function duration_text(us: number): string {
-  const size = Math.abs(us);
-  return size < 1000 ? `${number_text(us)} µs` : size < 1e6 ? `${number_text(us / 1000)} ms` : `${number_text(us / 1e6)} s`;
-}
-
-/** Six digits that matter, as a field takes them, in as few letters as possible. */
-export function field_text(value: number): string {
-  const plain = String(Number(value.toPrecision(6))), short = Number(value.toPrecision(6)).toExponential().replace("e+", "e");
-  return short.length < plain.length ? short : plain;
-}
-
-/** Four digits that matter, without noise. */
-export const number_text = (value: number): string => text_of(value, 4);
-/** Where there is little room. */
-export const short_text = (value: number): string => text_of(value, 3);
-function text_of(value: number, digits: number): string {
-  if (!Number.isFinite(value)) return Number.isNaN(value) ? "NaN" : value > 0 ? "∞" : "−∞";
-  if (value === 0) return "0";
-  const size = Math.abs(value);
-  if (size >= 1e5 || size < 1e-3) return value.toExponential(2).replace("e+", "e").replace(/-/g, "−");
-  return String(Number(value.toPrecision(digits))).replace("-", "−");
-}

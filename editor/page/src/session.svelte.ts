@@ -26,7 +26,7 @@ interface Comparison { file: string; branches: number[]; recordings: string[] }
 type Tried = Omit<Draw, "system" | "show" | "marks_open">;
 const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
-const no_run: RunState = { state: "none", time: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
+const no_run: RunState = { state: "none", time: 0, step: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
   branch: 0, branches: [], edit: null, live: null, tuned: [] };
 const state_of = (document: DocumentState | null) => `${document?.file} ${document?.revision} ${document?.is_checked}`;
 
@@ -43,6 +43,8 @@ export class Session {
   drawing = $state.raw<Drawing | null>(null);
   run = $state.raw<RunState>(no_run);
   live = $state.raw<LiveReport | null>(null); // of the program that is attached
+  page = $state(0); // the number of this one in the program's log
+  private readonly pages = new Set<number>(); // that it had, a new one for each connection
   signals = $state.raw<SignalInfo[]>([]);
   pace = $state<number | null>((kept<{ pace: number | null }>("localStorage", "pace") ?? { pace: 1 }).pace); // seconds of the model per second, of the next start
 
@@ -167,6 +169,8 @@ export class Session {
     const is_again = this.connection === "lost";
     this.connection = "open";
     this.version = welcome.version;
+    this.page = welcome.page;
+    this.pages.add(welcome.page);
     this.files = welcome.files;
     const before = this.document?.file;
     this.document = welcome.document;
@@ -598,7 +602,7 @@ export class Session {
   // ---- the run ----
 
   private take_run(state: RunState): void {
-    const is_again = state.live !== null && this.run.state === "failed" && state.state === "running"; // another program
+    const is_again = state.live !== null && ["failed", "ended"].includes(this.run.state) && state.state === "running"; // another program
     const is_other = is_again || (this.run.state === "none" && state.state !== "none");
     if (state.state === "none") this.signals = [];
     const is_other_branch = this.run.branch !== state.branch || this.run.branches.length !== state.branches.length;
@@ -612,6 +616,12 @@ export class Session {
   }
   /** Can the attached program be started and stopped, and has the loop begun? */
   get is_in_control(): boolean { return this.run.live !== null && !this.run.live.refusal && this.run.state === "running"; }
+  /** Why values of the run cannot be changed; empty: they can. */
+  get locked(): string {
+    const { state, live } = this.run;
+    return live === null ? "" : live.refusal || (state === "running" ? "" : live.message);
+  }
+  is_own(entry: LiveReport["log"][number]): boolean { return entry.page !== null && this.pages.has(entry.page); }
   get waits(): boolean { return this.live?.timing?.state === "waiting"; }
   play_or_pause(): Promise<void> {
     return this.run.state === "running" ? this.command("pause") : this.command("start", { factor: this.pace });

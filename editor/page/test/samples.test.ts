@@ -1,5 +1,5 @@
 import { describe, expect, test } from "vitest";
-import { decimated, field_text, most_samples, number_text, paired, Samples, Track } from "../src/samples.ts";
+import { decimated, most_samples, paired, Samples, Track } from "../src/samples.ts";
 import { frame } from "./service.ts";
 
 function track(f: (t: number) => number, n: number): Track {
@@ -96,16 +96,6 @@ describe("a plot", () => {
     expect(decimated([course(made, 0.85)], 0, 1, 10)[1]!.filter((_, i) => i % 2 === 0))
       .toEqual([null, null, 1, 1, 1, 1, 2, 2, 2, null]);
   });
-});
-
-test("fields show small and large numbers by all of their digits in few letters", () => {
-  expect([0, 0.5, 300, 1.78e-5, 3.3e-6, 123456789, -0.02, 1 / 3].map(field_text))
-    .toEqual(["0", "0.5", "300", "1.78e-5", "3.3e-6", "123457000", "-0.02", "0.333333"]);
-});
-
-test("numbers have four digits that matter", () => {
-  expect([0, 1 / 3, -1234.56, 1e7, 1.5e-6, Infinity, NaN, 100].map(number_text))
-    .toEqual(["0", "0.3333", "−1235", "1.00e7", "1.50e−6", "∞", "NaN", "100"]);
 });
 
 test("pairs what one signal is with what the other was last", () => {

@@ -83,20 +83,20 @@ BF_FIELDS(service::TimingSummary, has("p50", &T::p50), has("p99", &T::p99), has(
           has("worst", &T::worst), has("rows", &T::rows))
 BF_FIELDS(service::TimingMisses, has("computation", &T::computation), has("interruption", &T::interruption),
           has("wakeup", &T::wakeup), has("backlog", &T::backlog))
-BF_FIELDS(service::Timing, has("state", &T::state), has("time", &T::time), has("period_us", &T::period_us),
-          has("steps", &T::steps), has("wake_up_us", &T::wake_up_us), has("step_us", &T::step_us),
-          has("response_us", &T::response_us), has("deviation_us", &T::deviation_us),
+BF_FIELDS(service::Timing, has("state", &T::state), has("end", &T::end), has("time", &T::time),
+          has("period_us", &T::period_us), has("steps", &T::steps), has("wake_up_us", &T::wake_up_us),
+          has("step_us", &T::step_us), has("response_us", &T::response_us), has("deviation_us", &T::deviation_us),
           has("deviation_of_the_period", &T::deviation_of_the_period), has("missed", &T::missed),
           has("missed_by_cause", &T::missed_by_cause), has("skipped", &T::skipped),
           has("degraded", &T::degraded))
 BF_FIELDS(service::LiveEntry, has("number", &T::number), has("clock", &T::clock), has("time", &T::time),
-          has("who", &T::who), has("what", &T::what))
+          has("who", &T::who), has("what", &T::what), has("page", &T::page))
 BF_FIELDS(service::LiveProgram, has("name", &T::name), has("refusal", &T::refusal),
           has("message", &T::message))
 BF_FIELDS(service::LiveReport, has("timing", &T::timing), has("log", &T::log))
 BF_FIELDS(service::Tune, has("name", &T::name), has("values", &T::values))
 BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("time", &T::time),
-          has("stop", &T::stop), has("factor", &T::factor), has("reached", &T::reached),
+          has("step", &T::step), has("stop", &T::stop), has("factor", &T::factor), has("reached", &T::reached),
           has("is_current", &T::is_current), has("message", &T::message), has("branch", &T::branch),
           has("branches", &T::branches), has("edit", &T::edit), has("live", &T::live),
           has("tuned", &T::tuned))
@@ -107,7 +107,7 @@ BF_FIELDS(service::SignalInfo, has("index", &T::index), has("path", &T::path), h
 BF_FIELDS(service::Nothing, std::tuple<>())
 BF_FIELDS(service::Hello, has("protocol", &T::protocol))
 BF_FIELDS(service::Welcome, has("version", &T::version), has("files", &T::files),
-          has("document", &T::document), has("run", &T::run), has("live", &T::live))
+          has("page", &T::page), has("document", &T::document), has("run", &T::run), has("live", &T::live))
 BF_FIELDS(service::Open, has("file", &T::file))
 BF_FIELDS(service::LibraryList, has("blocks", &T::blocks))
 BF_FIELDS(service::Moved, has("path", &T::path), has("to", &T::to), has("size", &T::size))

@@ -16,6 +16,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -70,12 +71,30 @@ Address parsed(const std::string& text) {
             text.substr(slash)};
 }
 
-/// Who uses this program, "ada@desk".
-std::string user_and_host() {
+/// What logs call a page of this process, "page 3 of ada@desk (4711)", in two parts around its number.
+constexpr std::string_view before_page = "page ";
+std::string name_after_page() {
     const passwd* const user = ::getpwuid(::getuid());
     char host[256] = "";
     ::gethostname(host, sizeof host - 1);
-    return std::string(user ? user->pw_name : "somebody") + "@" + host;
+    return " of " + std::string(user ? user->pw_name : "somebody") + "@" + host + " (" +
+           std::to_string(::getpid()) + ")";
+}
+
+/// Why a connection that was taken leads to no program.
+std::string refusal_of(const std::string& place, beast::error_code error,
+                       const websocket::response_type& response) {
+    if (error == websocket::error::upgrade_declined && response.result() == beast::http::status::forbidden)
+        return "the program at " + place +
+               " does not let this page in; give the whole address that it printed, with the token";
+    if (error == websocket::error::upgrade_declined)
+        return "what answers at " + place + " refuses the connection: " + std::to_string(response.result_int()) +
+               " " + response.body();
+    const bool is_http = error.category() == beast::error_code(beast::http::error::bad_version).category();
+    if (is_http && error != beast::http::error::end_of_stream && error != beast::http::error::partial_message)
+        return "what answers at " + place + " is no program of BlockFactory: " + error.message();
+    return "nothing answers behind " + place + " (" + error.message() +
+           "): the program may have ended while a tunnel still listens there";
 }
 
 } // namespace
@@ -112,15 +131,15 @@ struct Live::Connection {
         }
         socket = std::make_unique<Socket>(std::move(connected));
         socket->read_message_max(most_bytes);
+        socket->set_option(
+            websocket::stream_base::timeout{patience, websocket::stream_base::none(), false});
         socket->set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
             request.set(beast::http::field::sec_websocket_protocol, "foxglove.websocket.v1");
         }));
         if (error) return lose("the program at " + address.place() + " is not there: " + error.message());
         const std::string host = address.path.empty() ? address.place() : "localhost";
-        socket->async_handshake(host, address.target, [this](auto failed) {
-            if (failed)
-                return lose("the program does not let this page in: " + failed.message() +
-                            "; give the whole address that it printed, with the token");
+        socket->async_handshake(response, host, address.target, [this](auto failed) {
+            if (failed) return lose(refusal_of(address.place(), failed, response));
             queue.clear();
             is_writing = false;
             subscribed.clear();
@@ -137,9 +156,13 @@ struct Live::Connection {
         });
     }
 
-    void lose(const std::string& why) {
+    /// Whoever has told how it ended is looked for as well, since it may be started again.
+    void lose(std::string why) {
         timer.cancel();
-        enter(Running::failed, why);
+        const auto& timing = report.timing; // only this thread writes it
+        const bool has_ended = timing && !timing->end.empty();
+        if (has_ended) why = timing->end;
+        enter(has_ended && timing->state == "ended" ? Running::ended : Running::failed, why);
         if (waiting) fail(*waiting, why);
         waiting.reset();
         for (const auto& [number, done] : calls) fail(*done, why);
@@ -226,6 +249,7 @@ struct Live::Connection {
         } else if (op == "advertiseServices") {
             for (const auto& service : json.value("services", Json::array()))
                 services[service.value("name", "")] = service.value("id", std::uint32_t{0});
+            enter(Running::running, ""); // this comes last
         } else if (op == "serviceCallFailure") {
             if (const auto done = calls.extract(json.value("callId", std::uint32_t{0})))
                 fail(*done.mapped(), json.value("message", ""));
@@ -254,7 +278,6 @@ struct Live::Connection {
                 infos.push_back(described(index, recording::signal_of(topic), *info));
             }
         }
-        enter(Running::running, "");
         subscribe();
         send({{"op", "getParameters"}, {"id", "all"}, {"parameterNames", Json::array()}});
     }
@@ -315,7 +338,8 @@ struct Live::Connection {
         const Json clock = json.value("timestamp", Json::object());
         LiveEntry entry{json.value("number", std::int64_t{0}),
                         clock.value("sec", 0.0) + clock.value("nsec", 0.0) / 1e9, json.value("time", 0.0),
-                        json.value("name", ""), json.value("message", "")};
+                        json.value("name", ""), json.value("message", ""), {}};
+        entry.page = page_in(entry.who);
         {
             const std::lock_guard lock(mutex);
             auto& log = report.log;
@@ -373,9 +397,19 @@ struct Live::Connection {
 
     using Done = std::shared_ptr<std::promise<void>>;
 
-    std::string full_name(const std::string& who) const { return who + " of " + user; }
+    std::string name_of(int page) const {
+        return std::string(before_page) + std::to_string(page) + after_page;
+    }
+    std::optional<int> page_in(const std::string& who) const {
+        int page = 0;
+        const char* const end = who.data() + who.size();
+        if (!who.starts_with(before_page)) return {};
+        const auto [behind, error] = std::from_chars(who.data() + before_page.size(), end, page);
+        if (error != std::errc() || !std::string_view(behind, end).starts_with(after_page + " at ")) return {};
+        return page;
+    }
 
-    void call(Action action, const std::string& who, Done done) {
+    void call(Action action, int page, Done done) {
         const std::string service = action == Action::start  ? realtime::start_service
                                     : action == Action::stop ? realtime::stop_service
                                                              : realtime::emergency_service;
@@ -390,13 +424,13 @@ struct Live::Connection {
         for (const std::uint32_t part : {found->second, number, static_cast<std::uint32_t>(encoding.size())})
             bytes.append(reinterpret_cast<const char*>(&part), sizeof part);
         bytes += encoding;
-        bytes += Json{{"who", full_name(who)}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+        bytes += Json{{"who", name_of(page)}}.dump(-1, ' ', false, Json::error_handler_t::replace);
         // Before all that waits, behind what is being written.
         queue.insert(std::next(queue.begin(), is_writing ? 1 : 0), {true, std::move(bytes)});
         write();
     }
 
-    void ask(const Tune& tune, const std::string& who, Done done) {
+    void ask(const Tune& tune, int page, Done done) {
         if (copy().state != Running::running || waiting)
             return fail(*done, waiting ? "another change is under way; try again" : copy().message);
         refusal.clear();
@@ -407,7 +441,7 @@ struct Live::Connection {
         if (value.size() == 1) value = Json(value[0]);
         send({{"op", "setParameters"},
               {"id", "tune"},
-              {"who", full_name(who)},
+              {"who", name_of(page)},
               {"parameters", Json::array({{{"name", tune.name}, {"value", value}}})}});
     }
 
@@ -417,6 +451,7 @@ struct Live::Connection {
     asio::steady_timer timer{io}, again{io};
     using Socket = websocket::stream<Protocol::socket>;
     std::unique_ptr<Socket> socket;
+    websocket::response_type response; ///< to the handshake
     beast::flat_buffer buffer;
     struct Message {
         bool is_binary;
@@ -434,7 +469,7 @@ struct Live::Connection {
     std::map<std::uint32_t, Done> calls; ///< of services, not yet answered
     std::uint32_t last_call = 0;
     std::optional<std::uint32_t> timing_channel, log_channel;
-    const std::string user = user_and_host();
+    const std::string after_page = name_after_page();
 
     mutable std::mutex mutex; ///< of these three
     RunState state;
@@ -448,9 +483,9 @@ Live::Live(const std::string& address, Listener listener)
     : connection_(std::make_unique<Connection>(address, std::move(listener))) {}
 Live::~Live() = default;
 
-void Live::tune(const Tune& tune, const std::string& who) {
+void Live::tune(const Tune& tune, int page) {
     const auto done = std::make_shared<std::promise<void>>();
-    asio::post(connection_->io, [c = connection_.get(), tune, who, done] { c->ask(tune, who, done); });
+    asio::post(connection_->io, [c = connection_.get(), tune, page, done] { c->ask(tune, page, done); });
     auto answer = done->get_future();
     if (answer.wait_for(patience) != std::future_status::ready) {
         asio::post(connection_->io, [c = connection_.get(), done] {
@@ -462,9 +497,9 @@ void Live::tune(const Tune& tune, const std::string& who) {
     answer.get();
 }
 
-void Live::command(Action action, const std::string& who) {
+void Live::command(Action action, int page) {
     const auto done = std::make_shared<std::promise<void>>();
-    asio::post(connection_->io, [c = connection_.get(), action, who, done] { c->call(action, who, done); });
+    asio::post(connection_->io, [c = connection_.get(), action, page, done] { c->call(action, page, done); });
     auto answer = done->get_future();
     if (answer.wait_for(patience) != std::future_status::ready)
         throw std::runtime_error("the program does not answer; whether it obeys is not known");

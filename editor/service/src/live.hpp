@@ -28,11 +28,11 @@ class Live {
     Live(const Live&) = delete;
     Live& operator=(const Live&) = delete;
 
-    /// These wait for the program's answer. `who` is what its log calls the one who asks. Throw
-    /// std::runtime_error with the program's reason.
-    void tune(const Tune& tune, const std::string& who);
-    void command(Action action, const std::string& who); ///< start, stop or emergency stop
-    void watch(std::vector<int> signals);                ///< by index
+    /// These wait for the program's answer. `page` asks, as its log tells. Throw std::runtime_error with the
+    /// program's reason.
+    void tune(const Tune& tune, int page);
+    void command(Action action, int page); ///< start, stop or emergency stop
+    void watch(std::vector<int> signals);  ///< by index
 
     RunState state() const;
     LiveReport report() const;

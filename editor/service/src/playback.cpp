@@ -275,6 +275,7 @@ class Playback::Loop final : public Run::Observer {
             for (const auto& [name, values] : unlike) state_.tuned.push_back({name, values});
         }
         state_.time = state_.state == Running::running ? std::max(seen_time_, 0.0) : timeline_.time();
+        state_.step = 2 * half_step();
         state_.reached = timeline_.reached();
         state_.branch = shown.info.index;
         state_.branches.clear();

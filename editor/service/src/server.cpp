@@ -100,12 +100,12 @@ struct Server::State {
     asio::steady_timer timer{io};
     std::uint16_t port = 0;
     std::vector<std::shared_ptr<Page>> pages;
-    int next_page = 0;
+    int last_page = 0;
     Service service; ///< after what its callbacks use
 };
 
 struct Server::State::Page : std::enable_shared_from_this<Page> {
-    Page(State& s, tcp::socket socket, int n) : state(s), stream(std::move(socket)), number(n) {}
+    Page(State& s, tcp::socket socket) : state(s), stream(std::move(socket)) {}
 
     void start() {
         beast::get_lowest_layer(stream).expires_after(std::chrono::seconds(30));
@@ -160,6 +160,7 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
         stream.async_accept(request, [self = shared_from_this()](auto error) {
             if (error) return self->leave();
             self->is_open = true;
+            self->number = ++self->state.last_page;
             self->buffer.clear();
             self->read();
         });
@@ -273,7 +274,7 @@ struct Server::State::Page : std::enable_shared_from_this<Page> {
     websocket::stream<beast::tcp_stream> stream;
     beast::flat_buffer buffer;
     std::optional<http::request_parser<http::string_body>> parser;
-    const int number;
+    int number = 0; ///< of one that is open
     bool is_open = false, is_writing = false, has_left = false;
     std::deque<std::pair<std::string, bool>> queue; ///< not yet written; is it binary
     std::size_t waiting = 0;                        ///< bytes in it
@@ -294,7 +295,7 @@ void Server::State::accept() {
                 (*std::find_if(pages.begin(), pages.end(), [](const auto& p) {
                     return !p->is_open;
                 }))->leave();
-            pages.push_back(std::make_shared<Page>(*this, std::move(socket), next_page++));
+            pages.push_back(std::make_shared<Page>(*this, std::move(socket)));
             pages.back()->start();
         }
         if (acceptor.is_open()) accept();

@@ -147,12 +147,12 @@ struct Service::State {
 
     // ---- methods ----
 
-    Welcome hello(int, const Hello& asked) {
+    Welcome hello(int page, const Hello& asked) {
         if (asked.protocol != protocol_version)
             throw Refusal("this page speaks version " + std::to_string(asked.protocol) +
                           " of the protocol, and bf " + options.version + " version " +
                           std::to_string(protocol_version) + "; reload the page");
-        return {options.version, files(), document(), run_state(),
+        return {options.version, files(), page, document(), run_state(),
                 live ? std::optional(live->report()) : std::nullopt};
     }
 
@@ -462,7 +462,6 @@ struct Service::State {
     void require_control() const {
         if (const std::string why = live->state().live->refusal; !why.empty()) throw Refusal(why);
     }
-    static std::string name_of(int page) { return "page " + std::to_string(page); }
 
     RunState run(int page, const RunCommand& asked) {
         if (live) {
@@ -470,7 +469,7 @@ struct Service::State {
                 asked.action != Action::emergency_stop)
                 throw Refusal("the run is another program's: it cannot be moved in time");
             require_control();
-            live->command(asked.action, name_of(page));
+            live->command(asked.action, page);
             return run_state();
         }
         if (asked.action == Action::emergency_stop)
@@ -539,7 +538,7 @@ struct Service::State {
     RunState tune(int page, const Tune& asked) {
         if (live) {
             require_control();
-            live->tune(asked, name_of(page));
+            live->tune(asked, page);
             return run_state();
         }
         if (!playback) throw Refusal("nothing runs; start a run, or change the model");

@@ -13,8 +13,8 @@ Live::Live(const std::string&, Listener) {
     throw std::runtime_error("a run of another program can be watched over a network alone");
 }
 Live::~Live() = default;
-void Live::tune(const Tune&, const std::string&) {}
-void Live::command(Action, const std::string&) {}
+void Live::tune(const Tune&, int) {}
+void Live::command(Action, int) {}
 void Live::watch(std::vector<int>) {}
 RunState Live::state() const { return {}; }
 LiveReport Live::report() const { return {}; }

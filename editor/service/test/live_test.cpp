@@ -46,10 +46,12 @@ constexpr const char* text =
 /// Runs the model against the clock and serves it, until it is destroyed or has made its steps.
 class Program {
   public:
-    explicit Program(const fs::path& file, std::int64_t steps, bool is_controlled = true, bool waits = false)
+    explicit Program(const fs::path& file, std::int64_t steps, bool is_controlled = true, bool waits = false,
+                     const std::string& where = "0", const std::string& token = {})
         : model_(bf::load(file)), run_(model_.diagram), runner_(run_, options(waits)),
-          server_(std::in_place, run_, run_.signals(), runner_.access(),
-                  bf::realtime::ServerOptions{.where = "0", .is_controlled = is_controlled}),
+          server_(
+              std::in_place, run_, run_.signals(), runner_.access(),
+              bf::realtime::ServerOptions{.where = where, .token = token, .is_controlled = is_controlled}),
           control_(bf::find(run_.signals(), "control")) {
         outputs.reserve(static_cast<std::size_t>(steps));
         runner_.add_observer(*server_);
@@ -64,6 +66,11 @@ class Program {
 
     void wait() {
         if (thread_.joinable()) thread_.join();
+    }
+    /// As programs end that are not killed.
+    void say_goodbye(const std::string& failure, bool is_interrupted) {
+        wait();
+        server_->end(failure, is_interrupted);
     }
     void end() {
         ends_ = true;
@@ -225,6 +232,136 @@ TEST(Live, ShowsTheSignalsOfAnotherProgramAndTunesIt) {
     program.end();
     ASSERT_TRUE(attached.until([&] { return attached.live()["state"] == "failed"; }));
     EXPECT_NE(attached.live()["live"]["message"].get<std::string>().find("the program"), std::string::npos);
+}
+
+TEST(Live, KnowsWhoOfTheLogIsAPageOfIts) {
+    const fs::path file = written();
+    Program program(file, 1'000'000);
+    Attached attached(file, program.address());
+    ASSERT_TRUE(attached.until([&] { return attached.live()["state"] == "running"; }));
+    EXPECT_EQ(attached.ask("hello", {{"protocol", bf::service::protocol_version}})["result"]["page"], 1);
+    attached.ask("tune", {{"name", "k"}, {"values", {2}}});
+    ASSERT_TRUE(attached.until([&] { return attached.has_entry("page 1 of ", "k = 2, was 0.3"); }));
+    EXPECT_EQ(attached.report()["log"][0]["page"], 1);
+    const std::string who = attached.report()["log"][0]["who"];
+    EXPECT_NE(who.find(" (" + std::to_string(::getpid()) + ") at 127.0.0.1:"), std::string::npos) << who;
+    // A page of the same number, of another process.
+    asio::io_context io;
+    asio::ip::tcp::socket socket(io);
+    const auto address = program.address();
+    const auto colon = address.rfind(':'), slash = address.rfind('/');
+    const auto port = static_cast<std::uint16_t>(std::stoi(address.substr(colon + 1, slash - colon - 1)));
+    socket.connect({asio::ip::address_v4::loopback(), port});
+    Socket other(std::move(socket));
+    other.set_option(boost::beast::websocket::stream_base::decorator([](auto& request) {
+        request.set(boost::beast::http::field::sec_websocket_protocol, "foxglove.websocket.v1");
+    }));
+    other.handshake("127.0.0.1", address.substr(slash));
+    const std::string name = who.substr(0, who.find('('));
+    other.write(asio::buffer(Json{{"op", "setParameters"},
+                                  {"who", name + "(1)"},
+                                  {"parameters", Json::array({{{"name", "k"}, {"value", 4}}})}}
+                                 .dump()));
+    ASSERT_TRUE(attached.until([&] { return attached.has_entry("page 1 of ", "k = 4, was 2"); }));
+    EXPECT_EQ(attached.report()["log"][1]["page"], nullptr);
+}
+
+TEST(Live, TellsHowAProgramEndedUntilThereIsAnotherOne) {
+    const fs::path file = written();
+    std::optional<Program> program(std::in_place, file, 1'000'000, true, false, "0", "secret");
+    const std::string address = program->address();
+    Attached attached(file, address);
+    ASSERT_TRUE(attached.until([&] { return attached.live()["state"] == "running"; }));
+    const auto message = [&] { return attached.live()["live"]["message"].get<std::string>(); };
+    attached.ask("run", {{"action", "stop"}});
+    program->say_goodbye("", false);
+    ASSERT_TRUE(attached.until([&] { return attached.live()["state"] == "ended"; }));
+    EXPECT_EQ(message().substr(0, 49), "the program ended in order, stopped by page 1 of ");
+    EXPECT_EQ(attached.report()["timing"]["state"], "ended");
+    EXPECT_EQ(attached.report()["timing"]["steps"], std::int64_t{program->statistics().steps});
+    EXPECT_EQ(attached.ask("tune", {{"name", "k"}, {"values", {2}}})["error"]["message"], message());
+    program.reset(); // nothing is there, which is looked for again
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    EXPECT_EQ(attached.live()["state"], "ended");
+    EXPECT_EQ(message().substr(0, 38), "the program ended in order, stopped by");
+
+    const auto colon = address.rfind(':');
+    const std::string port = address.substr(colon + 1, address.rfind('/') - colon - 1);
+    const auto next = [&](const std::string& failure, bool is_interrupted) {
+        program.emplace(file, 20, true, true, port, "secret");
+        EXPECT_TRUE(attached.until([&] { return attached.live()["state"] == "running"; }));
+        EXPECT_TRUE(attached.until([&] { return !attached.report()["timing"].is_null(); }));
+        attached.ask("run", {{"action", "start"}});
+        program->say_goodbye(failure, is_interrupted);
+        EXPECT_TRUE(attached.until([&] { return attached.live()["state"] != "running"; }));
+        program.reset();
+        return attached.live()["state"].get<std::string>() + ": " + message();
+    };
+    EXPECT_EQ(next("", false), "ended: the program ended in order");
+    EXPECT_EQ(next("", true), "ended: the program ended in order, interrupted");
+    EXPECT_EQ(next("gain: the output is not finite", false),
+              "failed: the program failed: gain: the output is not finite");
+
+    program.emplace(file, 1'000'000, true, false, port, "secret");
+    ASSERT_TRUE(attached.until([&] { return attached.live()["state"] == "running"; }));
+    attached.ask("run", {{"action", "emergency_stop"}});
+    program->say_goodbye("", false);
+    ASSERT_TRUE(attached.until([&] { return attached.live()["state"] == "ended"; }));
+    EXPECT_EQ(message().substr(0, 52), "the program was stopped by emergency stop of page 1 ");
+}
+
+/// Takes connections, answers whatever is asked with this, and ends them.
+class Answering {
+  public:
+    explicit Answering(std::string answer)
+        : acceptor_(io_, {asio::ip::address_v4::loopback(), 0}), thread_([this, answer = std::move(answer)] {
+              while (true) {
+                  asio::ip::tcp::socket socket(io_);
+                  boost::beast::error_code error;
+                  acceptor_.accept(socket, error);
+                  if (error || ends_) return;
+                  char request[4096];
+                  socket.read_some(asio::buffer(request), error);
+                  asio::write(socket, asio::buffer(answer), error);
+              }
+          }) {}
+    ~Answering() {
+        ends_ = true;
+        asio::ip::tcp::socket last(io_);
+        last.connect(acceptor_.local_endpoint());
+        thread_.join();
+    }
+    std::string place() const { return "127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()); }
+
+  private:
+    asio::io_context io_;
+    asio::ip::tcp::acceptor acceptor_;
+    std::atomic<bool> ends_{false};
+    std::thread thread_;
+};
+
+TEST(Live, ATunnelBehindWhichNothingIsIsNoWrongToken) {
+    const fs::path file = written();
+    const auto refusal = [&](const std::string& place, const std::string& token) {
+        Attached attached(file, "ws://" + place + "/?token=" + token);
+        EXPECT_TRUE(attached.until([&] { return attached.live()["state"] == "failed"; }));
+        return attached.live()["live"]["message"].get<std::string>();
+    };
+    const Answering nothing(""), other("SSH-2.0-OpenSSH_9.2\r\n"),
+        full("HTTP/1.1 503 Service Unavailable\r\nContent-Length: 30\r\n\r\ntoo many viewers are connected");
+    EXPECT_EQ(refusal(nothing.place(), "x"),
+              "nothing answers behind " + nothing.place() +
+                  " (end of stream): the program may have ended while a tunnel still listens there");
+    EXPECT_EQ(refusal(other.place(), "x"),
+              "what answers at " + other.place() + " is no program of BlockFactory: bad version");
+    EXPECT_EQ(refusal(full.place(), "x"), "what answers at " + full.place() +
+                                              " refuses the connection: 503 too many viewers are connected");
+    Program program(file, 1'000'000);
+    const std::string address = program.address();
+    const std::string place = address.substr(5, address.rfind('/') - 5);
+    EXPECT_EQ(refusal(place, "wrong"),
+              "the program at " + place +
+                  " does not let this page in; give the whole address that it printed, with the token");
 }
 
 TEST(Live, AnAddressThatIsNoneIsRefused) {

@@ -60,6 +60,8 @@ class Live {
     void observe() noexcept { server_->observe(run_); }
     void observe_event() noexcept { run_.show_event(*server_); }
 
+    /// Tells viewers; see bf::realtime::Server.
+    void end(const std::string& failure, bool is_interrupted) { server_->end(failure, is_interrupted); }
     std::string log() const { return realtime::log_text(server_->log()); }
     std::string emergency() const { return realtime::emergency_in(server_->log()); }
 
@@ -85,6 +87,7 @@ class Live {
     void apply(std::int64_t) noexcept {}
     void observe() noexcept {}
     void observe_event() noexcept {}
+    void end(const std::string&, bool) {}
     const std::string& log() const { return none_; }
     const std::string& emergency() const { return none_; }
 

@@ -283,9 +283,12 @@ template <class Model> int run(int argc, char** argv) {
                              control, [&, limit, emergency] {
                                  const std::int64_t step = done.load();
                                  const double at = static_cast<double>(step) * Model::period;
-                                 complain(control.state() == realtime::Control::State::emergency
-                                              ? realtime::emergency_text(step, at, emergency, "")
-                                              : realtime::stall_text(step, at, limit, ""));
+                                 const std::string failure =
+                                     control.state() == realtime::Control::State::emergency
+                                         ? realtime::emergency_text(step, at, emergency, "")
+                                         : realtime::stall_text(step, at, limit, "");
+                                 complain(failure);
+                                 if (live) live->end(failure, false);
                                  std::_Exit(1);
                              });
     }
@@ -344,19 +347,24 @@ template <class Model> int run(int argc, char** argv) {
     std::fflush(stdout);
     char at[60];
     std::snprintf(at, sizeof at, "stopped at t = %g s: ", model->time());
+    std::string failure; // a line for each
+    const auto fails = [&](const std::string& text) {
+        if (!text.empty()) failure += (failure.empty() ? "" : "\n") + text;
+    };
     if (!good) {
         const std::string block = model->failed_block();
-        complain(at + block + (block.empty() ? "" : ": ") + model->failure());
+        fails(block + (block.empty() ? "" : ": ") + model->failure());
     }
-    if (csv.error()) complain(at + ("cannot write " + options.csv) + ": " + write_error(csv.error()));
-    const std::string late = good && options.overrun == realtime::Overrun::stop && pacer
-                                 ? realtime::missed_deadline(pacer->statistics())
-                                 : "";
-    if (!late.empty()) complain(at + late);
-    const std::string emergency = live ? live->emergency() : "";
-    if (!emergency.empty()) complain(at + emergency);
-    if (!good || csv.error() || !late.empty() || !emergency.empty()) return 1;
+    if (csv.error()) fails("cannot write " + options.csv + ": " + write_error(csv.error()));
+    if (good && options.overrun == realtime::Overrun::stop && pacer)
+        fails(realtime::missed_deadline(pacer->statistics()));
     const int signal = realtime::InterruptGuard::signal();
+    if (live) live->end(failure, signal != 0);
+    if (live) fails(live->emergency());
+    if (!failure.empty()) {
+        complain(at + failure);
+        return 1;
+    }
     if (signal) complain(std::string(at) + "interrupted");
     return signal ? 128 + signal : 0;
 }

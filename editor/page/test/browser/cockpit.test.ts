@@ -70,13 +70,48 @@ describe.skipIf(!is_there || command === undefined)("the cockpit", () => {
     await page.getByLabel("k of the run, as a number").fill("2");
     await page.getByLabel("k of the run, as a number").press("Tab");
     await log().getByText("k = 2, was 0.3").waitFor();
-    expect(await log().textContent()).toMatch(/page \d+ of \S+@\S* at 127\.0\.0\.1:\d+/);
+    await page.getByText("This is page 1.").waitFor();
+    expect(await log().textContent()).toMatch(/k = 2, was 0\.3\s*this page/);
+    expect(await log().getByText("this page").first().getAttribute("title")).toMatch(/^page 1 of \S+@\S* \(\d+\) at 127\.0\.0\.1:\d+$/);
     expect(await found_by_axe(page)).toEqual([]);
     if (process.env.BF_PICTURES) await page.screenshot({ path: join(process.env.BF_PICTURES, "cockpit.png") });
     await button("Stop").click();
     expect(await ended(program)).toBe(0);
-    await page.getByText("not connected").waitFor();
+    const end = page.getByRole("status").filter({ hasText: /^the program ended in order, stopped by page 1 of / });
+    await end.waitFor();
+    await page.getByRole("group", { name: "Live" }).getByText("ended").waitFor();
+    await page.getByText(/ended, \d+ steps of 1 ms/).waitFor();
     await log().getByText("stop", { exact: true }).waitFor();
+    expect(await page.getByRole("alert").count()).toBe(0);
+    for (const name of ["k of the run", "k of the run, as a number"]) {
+      expect(await page.getByLabel(name, { exact: true }).isDisabled()).toBe(true);
+      expect(await page.getByLabel(name, { exact: true }).getAttribute("title")).toMatch(/^the program ended in order/);
+    }
+    for (const name of ["Start", "Stop", "Emergency stop"]) expect(await button(name).isDisabled()).toBe(true);
+    expect(await found_by_axe(page)).toEqual([]);
+    if (process.env.BF_PICTURES) await page.screenshot({ path: join(process.env.BF_PICTURES, "cockpit_ended.png") });
+  });
+
+  test("says who did what: this page, or another one by its number", async () => {
+    await open("--control");
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    const other = await browser.newPage();
+    await other.goto(page.url());
+    await other.getByText("This is page 2.").waitFor();
+    await other.getByLabel("k of the run, as a number").fill("4");
+    await other.getByLabel("k of the run, as a number").press("Tab");
+    await expect.poll(() => log().textContent()).toMatch(/k = 4, was 0\.3\s*page 2 of /);
+    await expect.poll(() => other.getByRole("list", { name: "Log" }).textContent()).toMatch(/k = 4, was 0\.3\s*this page/);
+    await other.close();
+  });
+
+  test("says that a program that was killed is gone, and why nothing can be set", async () => {
+    const program = await open("--control");
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    program.kill("SIGKILL");
+    await page.getByRole("alert").filter({ hasText: "the program" }).waitFor();
+    await page.getByText(/not connected, \d+ steps of 1 ms/).waitFor();
+    expect(await page.getByLabel("k of the run", { exact: true }).isDisabled()).toBe(true);
   });
 
   test("stops at once by a key", async () => {
@@ -85,6 +120,8 @@ describe.skipIf(!is_there || command === undefined)("the cockpit", () => {
     await page.keyboard.press("Shift+Escape");
     expect(await ended(program)).toBe(1);
     await log().getByText("emergency stop", { exact: true }).waitFor();
+    await page.getByRole("status").filter({ hasText: /^the program was stopped by emergency stop of page 1 of / }).waitFor();
+    expect(await page.getByRole("alert").count()).toBe(0);
   });
 
   test.each([["the text", "y", "Text of the model"], ["a search", "Control+k", "Insert a block, or do something"], ["the keys", "?", ""], ["models", "Control+o", ""]])(

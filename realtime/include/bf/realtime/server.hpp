@@ -23,6 +23,8 @@ struct LogEntry {
 
 /// The last twenty entries, a line each, for a terminal.
 std::string log_text(const std::vector<LogEntry>& log);
+/// Whoever ended the run: the entry of the emergency stop, else of the stop; null where the log has neither.
+const LogEntry* stop_in(const std::vector<LogEntry>& log);
 /// "emergency stop by WHO", where there was one; else empty.
 std::string emergency_in(const std::vector<LogEntry>& log);
 
@@ -45,7 +47,8 @@ std::string check_place(const std::string& where);
 
 // ---- what the server adds to the Foxglove WebSocket protocol, in that protocol's own terms ----
 
-/// A channel of JSON objects: {"state", "time"} and all of `statistics_json`, a few times a second.
+/// A channel of JSON objects: {"state", "end", "time"} and all of `statistics_json`, a few times a second. The
+/// states are those of Control, and in the last message "ended" or "failed"; `end` says there how it ended.
 inline constexpr const char* timing_topic = "/live.timing";
 /// A channel of JSON objects of the schema foxglove.Log, with "number" and "time" [s of the model] added:
 /// what has been done to the run; `name` is who did it. Who subscribes gets the last thousand. An entry comes
@@ -80,11 +83,15 @@ class Server final : public Run::Observer {
     /// a token cannot be had.
     Server(Run& run, const std::vector<Quantity>& signals, LoopAccess loop,
            const ServerOptions& options = {});
-    ~Server(); ///< closes all connections
+    ~Server(); ///< closes connections that are still there
     Server(const Server&) = delete;
     Server& operator=(const Server&) = delete;
 
     void observe(const Run& run) noexcept override;
+    /// The run has ended: viewers get what waits for them, and the last message of the timing. In order, with
+    /// who stopped it, or else for this reason, which is no stop of a viewer. Their connections are
+    /// closed (1001, going away), for which it waits 0.3 s at most. Any thread may call it, once.
+    void end(const std::string& failure, bool is_interrupted);
 
     /// For viewers, up to the token: "ws://127.0.0.1:8765/?token=", "unix:/run/motor.sock?token=".
     std::string address() const;

@@ -23,7 +23,8 @@ struct TimingMisses {
 };
 /// How a loop against the clock keeps its period, since it began.
 struct Timing {
-    std::string state;    ///< "waiting", "running", "stopping", "emergency stop"
+    std::string state;    ///< "waiting", "running", "stopping", "emergency stop"; "ended" or "failed" at last
+    std::string end;      ///< how it ended, a sentence; empty before
     double time = 0;      ///< of the model, s
     double period_us = 0; ///< on the clock
     std::int64_t steps = 0;
@@ -43,13 +44,14 @@ struct LiveEntry {
     double clock = 0;        ///< s since 1970
     double time = 0;         ///< of the model, s
     std::string who, what;
+    std::optional<int> page = {}; ///< of this service that did it; none: somebody else
 };
 
 /// A run of another program.
 struct LiveProgram {
     std::string name;         ///< of its model
     std::string refusal = {}; ///< why it can be watched alone; empty: it can be tuned, started and stopped
-    std::string message = {}; ///< why there is no connection
+    std::string message = {}; ///< why there is no connection: how the program ended, where that is known
 };
 
 /// How a run of another program goes, a few times a second.

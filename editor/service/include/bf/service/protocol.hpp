@@ -144,11 +144,12 @@ struct Tune {
 struct RunState {
     Running state = Running::none;
     double time = 0;                   ///< s; of the samples that are shown: as `bf run --record` has them
+    double step = 0;                   ///< s, between instants; 0: nothing runs, or another program's run
     std::optional<double> stop = {};   ///< s; none: the model names none
     std::optional<double> factor = {}; ///< seconds of the model per second; none: as fast as possible
     double reached = 0;                ///< latest time that was simulated on this branch, s
     bool is_current = true;            ///< is it a run of the model as it is now?
-    std::string message = {};          ///< why it failed
+    std::string message = {};          ///< why it failed, or how the run of another program ended
     int branch = 0;                    ///< the one that is shown and goes on
     std::vector<BranchInfo> branches = {}; ///< in the order in which they began; the oldest are forgotten
     std::optional<RunEdit> edit = {};
@@ -204,6 +205,7 @@ struct Hello {
 struct Welcome {
     std::string version;            ///< of BlockFactory
     std::vector<std::string> files; ///< models of the opened folder, relative to it
+    int page = 0;                   ///< number of this page
     DocumentState document;
     RunState run = {}; ///< that another page may have started
     std::optional<LiveReport> live = {};

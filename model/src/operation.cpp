@@ -579,11 +579,34 @@ void Editor::operator()(const Batch& batch) {
     for (const Operation& operation : batch.operations) std::visit(*this, operation);
 }
 
+namespace {
+
+/// Those of a system that act as it is executed, and those that the document gives; `is_block`: it is, or may
+/// be, a subsystem of a model, which alone is executed in other ways.
+void add_properties_of(const System& system, bool is_block, std::vector<Property>& to) {
+    const Execution e = system.execution;
+    const bool is_triggered = e == Execution::triggered || e == Execution::enabled_and_triggered;
+    const bool is_counted = e == Execution::for_loop || e == Execution::for_each;
+    std::vector<Property> all;
+    add_properties(system, all);
+    std::erase_if(all, [&](const Property& p) {
+        const bool acts = p.name == "states"       ? e != Execution::plain && e != Execution::atomic
+                          : p.name == "trigger"    ? is_triggered
+                          : p.name == "iterations" ? is_counted
+                          : p.name == "reset"      ? e != Execution::for_each
+                                                   : true;
+        return !p.value && !(is_block && acts);
+    });
+    to.insert(to.end(), all.begin(), all.end());
+}
+
+} // namespace
+
 std::vector<Property> properties(const Model& model, const std::string& path) {
     std::vector<Property> all;
     if (path.empty()) {
         add_properties(model, all);
-        add_properties(model.root, all);
+        add_properties_of(model.root, !model.root.inputs.empty() || !model.root.outputs.empty(), all);
         return all;
     }
     if (const auto [machine, name] = split_chart(model, path); !machine.empty())
@@ -601,7 +624,7 @@ std::vector<Property> properties(const Model& model, const std::string& path) {
         if (block->reference)
             all.push_back({"file", block->reference->file});
         else if (block->system)
-            add_properties(*block->system, all);
+            add_properties_of(*block->system, true, all);
         return all;
     }
     const Port* const output = system ? system->find_output(name) : nullptr;

@@ -75,6 +75,39 @@ TEST(Rename, RefusesWhatWouldBreakTheModel) {
     EXPECT_EQ(refusal(Rename{"controller.pd", "q"}), "controller: the name 'q' is taken; use another");
 }
 
+std::vector<std::string> offered(const Model& model, const std::string& path) {
+    std::vector<std::string> names;
+    for (const auto& property : properties(model, path)) names.push_back(property.name);
+    return names;
+}
+
+TEST(Properties, AreThoseThatActAsASystemIsExecuted) {
+    Model model{.name = "m"};
+    model.root.blocks.push_back({.name = "part", .system = std::make_unique<System>()});
+    const auto of_root = offered(model, "");
+    for (const char* idle : {"execution", "states", "trigger", "reset", "iterations", "icon"})
+        EXPECT_EQ(std::ranges::count(of_root, idle), 0) << idle << " is of a subsystem";
+    EXPECT_EQ(std::ranges::count(of_root, "solver"), 1);
+    model.root.execution = Execution::enabled;
+    EXPECT_EQ(std::ranges::count(offered(model, ""), "execution"), 1) << "what is given can be taken back";
+    model.root.execution = Execution::plain;
+    model.root.outputs.push_back({.name = "y"});
+    EXPECT_EQ(std::ranges::count(offered(model, ""), "execution"), 1) << "other models may refer to it";
+
+    using Names = std::vector<std::string>;
+    const Names always = {"doc", "when", "period", "offset"};
+    const auto of_part = [&](Execution execution) {
+        model.root.blocks[0].system->execution = execution;
+        Names names = offered(model, "part");
+        std::erase_if(names, [&](const auto& name) { return std::ranges::count(always, name) > 0; });
+        return names;
+    };
+    EXPECT_EQ(of_part(Execution::plain), (Names{"execution", "reset", "icon"}));
+    EXPECT_EQ(of_part(Execution::enabled), (Names{"execution", "states", "reset", "icon"}));
+    EXPECT_EQ(of_part(Execution::triggered), (Names{"execution", "states", "trigger", "reset", "icon"}));
+    EXPECT_EQ(of_part(Execution::for_each), (Names{"execution", "states", "iterations", "icon"}));
+}
+
 TEST(Add, PutsABlockInItsPlace) {
     Block gain{.name = "gain", .type = "Gain"};
     set(gain, "K", "2*k");

@@ -174,11 +174,11 @@ void Server::State::end(const std::string& failure, bool is_interrupted) {
     const auto entries = log_entries();
     const LogEntry* const stop = stop_in(entries);
     last_state = failure.empty() ? "ended" : "failed";
-    how_it_ended = !failure.empty() ? "the program failed: " + failure
-                   : !stop ? std::string("the program ended in order") + (is_interrupted ? ", interrupted" : "")
-                   : stop->what == emergency_entry
-                       ? "the program was stopped by emergency stop of " + stop->who
-                       : "the program ended in order, stopped by " + stop->who;
+    how_it_ended =
+        !failure.empty() ? "the program failed: " + failure
+        : !stop          ? std::string("the program ended in order") + (is_interrupted ? ", interrupted" : "")
+        : stop->what == emergency_entry ? "the program was stopped by emergency stop of " + stop->who
+                                        : "the program ended in order, stopped by " + stop->who;
     tell_timing();
     const auto everyone = sessions;
     for (const auto& session : everyone) session->say_goodbye();

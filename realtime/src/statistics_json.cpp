@@ -11,7 +11,10 @@ double us(Nanoseconds t) { return static_cast<double>(t) / 1000; }
 Json json_of(const std::vector<HistogramRow>& rows) {
     Json list = Json::array();
     for (const auto& row : rows)
-        list.push_back({{"from_us", us(row.from)}, {"to_us", us(row.to)}, {"count", row.count}});
+        list.push_back({{"from_us", us(row.from)},
+                        {"to_us", us(row.to)},
+                        {"count", row.count},
+                        {"per_us", row.density()}});
     return list;
 }
 

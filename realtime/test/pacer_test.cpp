@@ -206,6 +206,28 @@ TEST(PeriodHistogram, PutsEachDeviationInItsRow) {
     EXPECT_TRUE(PeriodHistogram().rows().empty());
 }
 
+TEST(PeriodHistogram, ShowsOneHumpAsOneByItsDensity) {
+    PeriodHistogram histogram; // a triangle from -60 to 60 us
+    constexpr int n = 1200;
+    for (int i = 0; i < n; ++i)
+        for (int k = 0; k < n; ++k) histogram.add(50 * (i + k - n) + 75);
+    const auto rows = histogram.rows();
+    ASSERT_EQ(rows.front().from, -100'000);
+    ASSERT_EQ(rows.back().to, 100'000);
+    bool has_dip = false; // of counts, since rows near 0 are narrow
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+        const bool rises = rows[i].to <= 0;
+        if (rises) {
+            EXPECT_LT(rows[i - 1].density(), rows[i].density()) << rows[i].from;
+        } else if (rows[i].from > 0) {
+            EXPECT_GT(rows[i - 1].density(), rows[i].density()) << rows[i].from;
+        }
+        has_dip |= rises && rows[i].count < rows[i - 1].count;
+    }
+    EXPECT_TRUE(has_dip);
+    EXPECT_DOUBLE_EQ((HistogramRow{-5000, -2000, 12}).density(), 4);
+}
+
 TEST(PreparedThread, NamesTheRemedyForWhatIsRefused) {
     std::vector<std::string> refused;
     std::thread([&] { refused = prepare_thread({0, 100'000, false, 0}); }).join();

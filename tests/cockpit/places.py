@@ -4,6 +4,7 @@ a tunnel, as ssh -L makes it.
 Run as: places.py BF GENERATED, a generated program of the model served.yaml with the live server.
 """
 import contextlib
+import json
 import os
 import pathlib
 import re
@@ -34,7 +35,12 @@ def tunnel(listener, connect):
     def accept():
         with contextlib.suppress(OSError):
             while True:
-                near, far = listener.accept()[0], connect()
+                near = listener.accept()[0]
+                try:
+                    far = connect()
+                except OSError:  # nobody is there any more
+                    near.close()
+                    continue
                 for pair in ((near, far), (far, near)):
                     threading.Thread(target=carry, args=pair, daemon=True).start()
 
@@ -70,7 +76,17 @@ def expect_cockpit(model, address, who):
         log = cockpit.until(lambda m: m.get("method") == "live" and len(m["params"]["log"]) == 2)["params"]["log"]
         assert [entry["what"] for entry in log] == ["start", "k = 0.5, was 0.3"], log
         assert all(re.match(r"page \d+ of \S+@", entry["who"]) and who in entry["who"] for entry in log), log
+        assert all(entry["page"] == 1 for entry in log), log
         cockpit.ask("run", action="stop")
+        expect_end(cockpit, "ended", r"the program ended in order, stopped by page 1 of \S+@.*" + who)
+
+
+def expect_end(cockpit, state, message):
+    """What its page says once it is over, and goes on saying while nothing is there."""
+    run = cockpit.until(lambda m: m.get("method") == "run" and m["params"]["state"] in ("ended", "failed"))["params"]
+    assert run["state"] == state and re.match(message, run["live"]["message"]), run
+    again = cockpit.until(lambda m: m.get("method") == "run")["params"]
+    assert again["live"]["message"] == run["live"]["message"], again
 
 
 def end_of(program, code):
@@ -84,11 +100,16 @@ with tempfile.TemporaryDirectory() as folder:
     model, path, near = folder / "served.yaml", str(folder / "far.sock"), str(folder / "near.sock")
     model.write_text(MODEL)
     options = ["--realtime", "--priority", "0", "--stop", "Inf", "--control", "--wait"]
-    interpreted = [BF, "run", model, "--quiet", *options]
+    summary = folder / "summary.json"
+    interpreted = [BF, "run", model, "--quiet", "--summary", summary, *options]
     for command in (interpreted, [GENERATED, *options]):
         with served([*command, "--serve", "0"]) as (program, address):
             expect_cockpit(model, address, " at 127.0.0.1:")
             assert "k = 0.5, was 0.3" in end_of(program, 0), "the report tells what was done"
+        if command is interpreted:
+            told = json.loads(summary.read_text())
+            assert told["outcome"] == "stopped" and told["stopped_by"] == told["realtime"]["log"][-1]["who"], told
+            assert re.match(r"page 1 of \S+@", told["stopped_by"]) and "failure" not in told, told
         with served([*command, "--serve", "unix:" + path]) as (program, address):
             assert stat.S_IMODE(os.stat(path).st_mode) == 0o600
             expect_cockpit(model, address, " at process ")
@@ -100,8 +121,11 @@ with tempfile.TemporaryDirectory() as folder:
         listener = socket.create_server(("127.0.0.1", 0))
         token = address.split("?")[1]
         with tunnel(listener, lambda: unix(path, True)):
-            expect_cockpit(model, f"ws://127.0.0.1:{listener.getsockname()[1]}/?{token}", " at process ")
-        end_of(program, 0)
+            far = f"ws://127.0.0.1:{listener.getsockname()[1]}/?{token}"
+            expect_cockpit(model, far, " at process ")
+            end_of(program, 0)
+            with attached(BF, model, far) as (_, page):  # the tunnel goes on listening
+                expect_end(Page(page), "failed", "nothing answers behind 127")
     with served([*interpreted, "--serve", "unix:" + path]) as (program, address), \
             tunnel(unix(near, False), lambda: unix(path, True)):
         expect_cockpit(model, f"unix:{near}?{address.split('?')[1]}", " at process ")
@@ -116,6 +140,7 @@ with tempfile.TemporaryDirectory() as folder:
             cockpit.ask("run", action="start")
             cockpit.until(lambda m: timing(m).get("steps", 0) > 50)
             cockpit.ask("run", action="emergency_stop")
+            expect_end(cockpit, "ended", r"the program was stopped by emergency stop of page 1 of ")
             assert re.search(r"emergency stop by page \d+ of ", end_of(program, 1))
         alone = [part for part in command if part not in ("--control", "--wait")]
         with served([*alone, "--serve", "0"]) as (program, address), attached(BF, model, address) as (_, page):

@@ -23,10 +23,10 @@ namespace bf::tools {
 nlohmann::ordered_json RunResult::to_json() const {
     nlohmann::ordered_json json;
     json["model"] = model;
-    json["outcome"] = is_interrupted         ? "interrupted"
-                      : !failure.empty()     ? "failed"
-                      : !stopped_by.empty()  ? "stopped"
-                                             : "finished";
+    json["outcome"] = is_interrupted        ? "interrupted"
+                      : !failure.empty()    ? "failed"
+                      : !stopped_by.empty() ? "stopped"
+                                            : "finished";
     if (!stopped_by.empty()) json["stopped_by"] = stopped_by;
     json["simulated_s"] = simulated - from;
     json["wall_s"] = wall;

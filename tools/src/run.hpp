@@ -25,8 +25,8 @@ struct RunResult {
     /// False where the run was stopped before its first step, so that nothing was checked.
     bool has_run() const { return steps > 0 || simulated > 0; }
     /// {"model", "outcome": "finished" | "stopped" | "failed" | "interrupted", "stopped_by", "simulated_s",
-    /// "wall_s", "real_time_factor", "steps", "realtime", "checks": {name: value}, "failure"}; a check that was
-    /// not made is null, and what does not apply is left out
+    /// "wall_s", "real_time_factor", "steps", "realtime", "checks": {name: value}, "failure"}; a check that
+    /// was not made is null, and what does not apply is left out
     nlohmann::ordered_json to_json() const;
 };
 

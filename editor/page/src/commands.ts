@@ -26,6 +26,8 @@ const is_simulated = (s: Session) => s.run.live === null;
 const only = (s: Session) => s.only;
 const has_wire = (s: Session) => only(s)?.kind === "wire" && !s.is_chart;
 const has_signal = (s: Session) => s.signal !== null;
+const has_sources = (s: Session) => s.sources.length > 0;
+const is_watched = (s: Session) => s.sources.every((source) => s.watched.includes(source));
 const a_signal: Target[] = ["wire", "port", "block"];
 
 function go(direction: Point): (s: Session) => void {
@@ -120,12 +122,11 @@ export const commands: Command[] = [
   { title: "Sliders of variables and parameters", group: "Run", keys: [], can: (s) => is_simulated(s) && s.run.state === "none", run: (s) => s.command("to", { time: 0 }) },
   { title: "One step", group: "Run", keys: ["S"], can: is_simulated, run: (s) => s.command("step") },
   { title: "Back to the beginning", group: "Run", keys: ["Home"], can: (s) => is_simulated(s) && s.run.state !== "none", run: (s) => s.command("stop") },
-  { title: "Start the program", group: "Run", keys: [], can: (s) => s.is_in_control && s.waits, run: (s) => s.command("start") },
-  { title: "Stop the program in order", group: "Run", keys: [], can: (s) => s.is_in_control, run: (s) => s.command("stop") },
-  { title: "Emergency stop", group: "Run", keys: ["Shift+Escape"], is_everywhere: true, can: (s) => s.is_in_control, run: (s) => s.command("emergency_stop") },
-  { title: "Watch the value of the signal", group: "Run", keys: ["W"], on: a_signal, can: has_signal, is_on: (s) => s.watched.includes(s.source!),
-    run: (s) => (s.watched.includes(s.source!) ? s.unwatch(s.source!) : s.watch(s.source!)) },
-  { title: "Show the signal in a panel", group: "Run", keys: ["Shift+W"], on: a_signal, can: has_signal, run: (s) => s.plot(s.source!) },
+  { title: "Start the program", group: "Run", keys: [], can: (s) => s.attached.is_in_control && s.attached.waits, run: (s) => s.command("start") },
+  { title: "Stop the program in order", group: "Run", keys: [], can: (s) => s.attached.is_in_control, run: (s) => s.command("stop") },
+  { title: "Emergency stop", group: "Run", keys: ["Shift+Escape"], is_everywhere: true, can: (s) => s.attached.is_in_control, run: (s) => s.command("emergency_stop") },
+  { title: "Watch the value of the signal", group: "Run", keys: ["W"], on: a_signal, can: has_sources, is_on: is_watched, run: (s) => (is_watched(s) ? s.unwatch(...s.sources) : s.watch(...s.sources)) },
+  { title: "Show the signal in a panel of its own", group: "Run", keys: ["Shift+W"], on: a_signal, can: has_sources, run: (s) => s.plot(s.sources) },
 ];
 
 /** "Ctrl+Shift+G": Ctrl is also the command key of other keyboards. */

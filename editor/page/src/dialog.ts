@@ -13,6 +13,7 @@ export type Dialog =
   | { kind: "plots" }                             // of the model, for the chosen signal
   | { kind: "open" }
   | { kind: "image"; at?: Point }
+  | { kind: "recording" }             // to draw beside the run
   | { kind: "earlier" }               // what to compare the model with
   | { kind: "compare"; file: string } // empty: the last commit
   | { kind: "help" };

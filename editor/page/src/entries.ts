@@ -81,6 +81,8 @@ export function entries_for(session: Session, dialog: Dialog, text: string): Ent
     case "help": case "find": case "image": case "compare": return []; // what is found comes from the service
     case "open":
       return session.files.map((file) => ({ key: file, title: file, detail: "", group: "model", run: () => session.open(file) }));
+    case "recording":
+      return session.recordings.files.map((file) => ({ key: file, title: file, detail: "", group: "recording", run: () => session.recordings.open(file) }));
     case "earlier": return [
       { key: "", title: "Last commit", detail: "of git", group: "version", run: () => (session.dialog = { kind: "compare", file: "" }) },
       ...session.files.filter((file) => file !== session.document?.file).map((file) => (

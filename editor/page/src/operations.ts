@@ -1,4 +1,4 @@
-import type { Drawing, Element, LibraryBlock, PanelInfo, Point, Port, VariableField } from "./protocol.ts";
+import type { DrawnSignal, Drawing, Element, LibraryBlock, PanelInfo, Point, Port, VariableField } from "./protocol.ts";
 
 export type Side = "left" | "right" | "top" | "bottom";
 /** What is not given is not declared. */
@@ -118,4 +118,9 @@ export function numbers_of(text: string): number[] {
   const rows = inner.trim().split(/[;\n]/).map((row) => row.trim().split(/[\s,]+/).map((word) => (word === "" ? NaN : Number(word))));
   if (rows.some((row) => row.length !== rows[0]!.length || !row.every(Number.isFinite))) return [];
   return rows[0]!.flatMap((_, column) => rows.map((row) => row[column]!));
+}
+/** What comes out of an element that has one output. */
+export function only_output(element: Element, drawing: Drawing): DrawnSignal | undefined {
+  const outputs = element.ports.filter((port) => port.is_output);
+  return outputs.length === 1 ? drawing.signals[outputs[0]!.signal] : undefined;
 }

@@ -24,10 +24,10 @@ export class Panels {
   get list(): PanelInfo[] { return this.document()?.panels ?? []; }
   get signals(): string[] { return [...new Set(this.list.flatMap((panel) => panel.signals))]; }
 
-  private keep(name: string, panel: { name?: string; shows: Shows; signals: string[] }): Promise<boolean> {
-    return this.edit({ do: "watch", name, display: {
-      name: panel.name ?? name, shows: panel.shows, signals: panel.signals.map((path) => ({ path })) } });
+  private kept(name: string, panel: { name?: string; shows: Shows; signals: string[] }): Operation {
+    return { do: "watch", name, display: { name: panel.name ?? name, shows: panel.shows, signals: panel.signals.map((path) => ({ path })) } };
   }
+  private keep(...panel: Parameters<Panels["kept"]>): Promise<boolean> { return this.edit(this.kept(...panel)); }
   add(name: string, signal: string): Promise<boolean> | undefined {
     const panel = this.list.find((other) => other.name === name);
     if (panel && !panel.signals.includes(signal)) return this.keep(name, { ...panel, signals: [...panel.signals, signal] });
@@ -37,11 +37,14 @@ export class Panels {
   }
   show(panel: PanelInfo, shows: Shows): Promise<boolean> { return this.keep(panel.name, { ...panel, shows }); }
   rename(panel: PanelInfo, name: string): Promise<boolean> { return this.keep(panel.name, { ...panel, name }); }
-  async create(signals: string[] = [], shows: Shows = "lines"): Promise<void> {
+  /** One for each list of signals. */
+  create(...lists: string[][]): Promise<boolean> {
     const taken = new Set(this.list.map((panel) => panel.name));
-    let n = 1;
-    while (taken.has(`panel ${n}`)) ++n;
-    await this.keep(`panel ${n}`, { shows, signals });
+    let n = 0;
+    return this.edit({ do: "batch", operations: lists.map((signals) => {
+      do ++n; while (taken.has(`panel ${n}`));
+      return this.kept(`panel ${n}`, { shows: "lines", signals });
+    }) });
   }
   remove(panel: PanelInfo): Promise<boolean> { return this.edit({ do: "watch", name: panel.name }); }
 

@@ -208,7 +208,7 @@ export interface Evaluated {
 }
 
 export interface FileList {
-  /** recordings relative to the opened folder, images to the file of a subsystem */
+  /** models and recordings relative to the opened folder, images to the file of a subsystem */
   files: string[];
 }
 
@@ -314,6 +314,8 @@ export interface LiveEntry {
   time: number;
   who: string;
   what: string;
+  /** of this service that did it; none: somebody else */
+  page: number | null;
 }
 
 /** A run of another program. */
@@ -322,7 +324,7 @@ export interface LiveProgram {
   name: string;
   /** why it can be watched alone; empty: it can be tuned, started and stopped */
   refusal: string;
-  /** why there is no connection */
+  /** why there is no connection: how the program ended, where that is known */
   message: string;
 }
 
@@ -476,6 +478,8 @@ export interface RunState {
   state: "none" | "paused" | "running" | "ended" | "failed";
   /** s; of the samples that are shown: as `bf run --record` has them */
   time: number;
+  /** s, between instants; 0: nothing runs, or another program's run */
+  step: number;
   /** s; none: the model names none */
   stop: number | null;
   /** seconds of the model per second; none: as fast as possible */
@@ -484,7 +488,7 @@ export interface RunState {
   reached: number;
   /** is it a run of the model as it is now? */
   is_current: boolean;
-  /** why it failed */
+  /** why it failed, or how the run of another program ended */
   message: string;
   /** the one that is shown and goes on */
   branch: number;
@@ -620,8 +624,10 @@ export interface Times {
 
 /** How a loop against the clock keeps its period, since it began. */
 export interface Timing {
-  /** "waiting", "running", "stopping", "emergency stop" */
+  /** "waiting", "running", "stopping", "emergency stop"; "ended" or "failed" at last */
   state: string;
+  /** how it ended, a sentence; empty before */
+  end: string;
   /** of the model, s */
   time: number;
   /** on the clock */
@@ -656,6 +662,8 @@ export interface TimingRow {
   from_us: number;
   to_us: number;
   count: number;
+  /** count per us of width */
+  per_us: number;
 }
 
 export interface TimingSummary {
@@ -698,6 +706,8 @@ export interface VariableField {
   greatest: number | null;
   /** what is wrong with its value */
   mistake: string;
+  /** what names it: paths of blocks, subsystems and variables */
+  used_by: string[];
 }
 
 export interface Variables {
@@ -717,6 +727,8 @@ export interface Welcome {
   version: string;
   /** models of the opened folder, relative to it */
   files: string[];
+  /** number of this page */
+  page: number;
   document: DocumentState;
   /** that another page may have started */
   run: RunState;
@@ -760,6 +772,7 @@ export interface Methods {
   compare: { params: Compare; result: ModelComparison };
   parameters: { params: Record<string, never>; result: Parameters };
   generate: { params: Generate; result: GeneratedCode };
+  models: { params: Record<string, never>; result: FileList };
 }
 export type Method = keyof Methods;
 

@@ -1,8 +1,9 @@
+import { Attached } from "./attached.svelte.ts";
 import { Client, Refusal, type Place } from "./client.ts";
 import { anchor_of, fitted, key_of, meets, middle_of, panned, to_screen, wire_line, type Size, type View } from "./geometry.ts";
 import { aligned, bends, bent, distributed, grid, movable, on_grid, onto, resized, type Axis, type Edge, type Handle, type Placing } from "./layout.ts";
 import {
-  connection, end_of, end_of_new, fresh_name, is_block, joined, last_of, may_enter, name_for, parent_of, removal, splice, through, type Operation, type Side,
+  connection, end_of, end_of_new, fresh_name, is_block, joined, last_of, may_enter, name_for, only_output, parent_of, removal, splice, through, type Operation, type Side,
 } from "./operations.ts";
 import {
   protocol, type DocumentState, type Draw, type DrawnSignal, type Drawing, type Element, type Fix, type Kept, type LibraryBlock, type LiveReport, type Method, type Methods, type Notifications,
@@ -42,9 +43,7 @@ export class Session {
   system = $state("");
   drawing = $state.raw<Drawing | null>(null);
   run = $state.raw<RunState>(no_run);
-  live = $state.raw<LiveReport | null>(null); // of the program that is attached
-  page = $state(0); // the number of this one in the program's log
-  private readonly pages = new Set<number>(); // that it had, a new one for each connection
+  readonly attached = new Attached(() => this.run);
   signals = $state.raw<SignalInfo[]>([]);
   pace = $state<number | null>((kept<{ pace: number | null }>("localStorage", "pace") ?? { pace: 1 }).pace); // seconds of the model per second, of the next start
 
@@ -68,7 +67,7 @@ export class Session {
   renamed = $state<string | null>(null); // key of the element whose name, or of the note whose text is being edited
   asked = $state<string | null>(null); // path of the field that takes the keyboard once it is shown
   carried = $state.raw<LibraryBlock | null>(null); // out of the search, to where the pointer lets it go
-  message = $state.raw<{ text: string; part: Part } | null>(null);
+  message = $state.raw<{ text: string; part: Part; can_undo?: boolean } | null>(null);
 
   /** Sources of wires, "controller.error", whose values stand on the drawing. */
   watched = $state.raw<string[]>([]);
@@ -156,6 +155,8 @@ export class Session {
   compare_with = (file: string, system: string) => this.ask("compare", { file, system });
   image_files = () => this.client.call("images", { system: this.system }).catch(() => null);
   evaluate = (path: string, name: string, text: string) => this.client.call("evaluate", { path, name, text }).catch(() => null);
+  /** As the folder has them now. */
+  async look_for_models(): Promise<void> { this.files = (await this.client.call("models", {}).catch(() => null))?.files ?? this.files; }
   look_for = (text: string) => this.client.call("find", { text }).catch(() => null);
   inspect = (path: string) => this.client.call("inspect", { path }).catch(() => null);
   times = (is_wanted: boolean) => this.client.call("times", { is_wanted }).catch(() => null);
@@ -168,20 +169,16 @@ export class Session {
     if (!welcome) return;
     const is_again = this.connection === "lost";
     this.connection = "open";
-    this.version = welcome.version;
-    this.page = welcome.page;
-    this.pages.add(welcome.page);
-    this.files = welcome.files;
+    [this.version, this.files] = [welcome.version, welcome.files];
     const before = this.document?.file;
     this.document = welcome.document;
     this.drawn = ""; // another program may have come
     if (!is_again || before !== welcome.document.file) this.look_at("");
     await this.redraw();
     if (!is_again) this.fit();
-    const library = await this.ask("library", {});
-    if (library) this.library = library.blocks;
+    this.library = (await this.ask("library", {}))?.blocks ?? this.library;
     this.take_run(welcome.run);
-    this.live = welcome.live;
+    this.attached.greet(welcome.page, welcome.live);
     const compared = kept<Comparison>("sessionStorage", "comparison");
     if (!is_again && compared?.file === welcome.document.file) {
       if (welcome.run.state !== "none") this.compared = new Set(compared.branches);
@@ -193,7 +190,7 @@ export class Session {
 
   private hear<N extends keyof Notifications>(name: N, value: Notifications[N]): void {
     if (name === "run") return this.take_run(value as RunState);
-    if (name === "live") return void (this.live = value as LiveReport);
+    if (name === "live") return void (this.attached.report = value as LiveReport);
     const state = value as DocumentState, other = state.file !== this.document?.file, before = this.model_state;
     this.document = state;
     if (before === this.model_state) return; // files were written
@@ -356,6 +353,11 @@ export class Session {
   }
   /** The name by which it is watched. */
   get source(): string | null { return this.only?.kind === "wire" ? this.source_of(this.only) : this.signal?.path ?? null; }
+  /** Of all that is chosen. */
+  get sources(): string[] {
+    if (this.source !== null) return [this.source];
+    return [...new Set(this.chosen.flatMap((e) => (e.kind === "wire" ? this.source_of(e) : only_output(e, this.drawing!)?.path) ?? []))];
+  }
   /** The entry of a plot of the model by which it is kept, or of its record (no title). */
   kept_in(plot: string): Kept | null { return this.signal?.kept.find((kept) => kept.plot === plot) ?? null; }
 
@@ -602,7 +604,7 @@ export class Session {
   // ---- the run ----
 
   private take_run(state: RunState): void {
-    const is_again = state.live !== null && ["failed", "ended"].includes(this.run.state) && state.state === "running"; // another program
+    const is_again = state.live !== null && this.run.state !== "running" && state.state === "running"; // another program
     const is_other = is_again || (this.run.state === "none" && state.state !== "none");
     if (state.state === "none") this.signals = [];
     const is_other_branch = this.run.branch !== state.branch || this.run.branches.length !== state.branches.length;
@@ -614,15 +616,6 @@ export class Session {
     this.samples.keep(state.branches);
     if (is_other || (state.state !== "none" && is_other_branch)) void this.rewatch();
   }
-  /** Can the attached program be started and stopped, and has the loop begun? */
-  get is_in_control(): boolean { return this.run.live !== null && !this.run.live.refusal && this.run.state === "running"; }
-  /** Why values of the run cannot be changed; empty: they can. */
-  get locked(): string {
-    const { state, live } = this.run;
-    return live === null ? "" : live.refusal || (state === "running" ? "" : live.message);
-  }
-  is_own(entry: LiveReport["log"][number]): boolean { return entry.page !== null && this.pages.has(entry.page); }
-  get waits(): boolean { return this.live?.timing?.state === "waiting"; }
   play_or_pause(): Promise<void> {
     return this.run.state === "running" ? this.command("pause") : this.command("start", { factor: this.pace });
   }
@@ -675,19 +668,19 @@ export class Session {
     const exact = this.by_path.get(source), under = this.by_parent.get(source);
     return exact ?? (under?.length === 1 ? under[0]! : null);
   }
-  watch(source: string): void {
-    if (!this.watched.includes(source)) this.watched = [...this.watched, source];
+  watch(...sources: string[]): void {
+    this.watched = [...new Set([...this.watched, ...sources])];
     void this.rewatch();
   }
-  unwatch(source: string): void {
-    this.watched = this.watched.filter((other) => other !== source);
+  unwatch(...sources: string[]): void {
+    this.watched = this.watched.filter((other) => !sources.includes(other));
     void this.rewatch();
   }
-  /** In the last panel over time, or a new one. */
-  async plot(source: string): Promise<void> {
-    const signal = this.signal_of(source)?.path ?? source, last = this.panels.list.findLast((panel) => panel.shows === "lines" && panel.is_kept);
-    await (last ? this.panels.add(last.name, signal) : this.panels.create([signal]));
-    this.watch(source);
+  /** Each in a panel of its own, unless there is one: what people draw over each other they drag together. */
+  async plot(sources: string[]): Promise<void> {
+    const shown = this.panels.signals, signals = sources.map((source) => this.signal_of(source)?.path ?? source);
+    await this.panels.create(...signals.filter((signal) => !shown.includes(signal)).map((signal) => [signal]));
+    this.watch(...sources);
   }
   source_of(wire: Element): string { return joined(this.system, wire.from); }
 

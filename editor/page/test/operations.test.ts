@@ -53,7 +53,7 @@ test("what is removed takes its wires along, and they are removed once", () => {
 });
 
 test("another value leaves the rest of a variable's declaration", () => {
-  const field = { system: "", name: "Gain.Kp", text: "1", value: "1", unit: "V", doc: "", limits: "at least 0", minimum: "0", above: null, maximum: null, least: 0, greatest: null, mistake: "" };
+  const field = { system: "", name: "Gain.Kp", text: "1", value: "1", unit: "V", doc: "", limits: "at least 0", minimum: "0", above: null, maximum: null, least: 0, greatest: null, mistake: "", used_by: [] };
   expect(redeclared(field, { value: "2" })).toEqual({ do: "set_variable", system: "", name: "Gain.Kp", variable: { value: "2", unit: "V", minimum: "0" } });
 });
 

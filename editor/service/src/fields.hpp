@@ -73,21 +73,23 @@ BF_FIELDS(service::Parameters, has("blocks", &T::blocks))
 BF_FIELDS(service::VariableField, has("system", &T::system), has("name", &T::name), has("text", &T::text),
           has("value", &T::value), has("unit", &T::unit), has("doc", &T::doc), has("limits", &T::limits),
           has("minimum", &T::minimum), has("above", &T::above), has("maximum", &T::maximum),
-          has("least", &T::least), has("greatest", &T::greatest), has("mistake", &T::mistake))
+          has("least", &T::least), has("greatest", &T::greatest), has("mistake", &T::mistake),
+          has("used_by", &T::used_by))
 BF_FIELDS(service::BranchInfo, has("index", &T::index), has("parent", &T::parent), has("from", &T::from),
           has("reached", &T::reached), has("cause", &T::cause))
 BF_FIELDS(service::RunEdit, has("refusal", &T::refusal), has("lost", &T::lost), has("begun", &T::begun),
           has("unclear", &T::unclear))
-BF_FIELDS(service::TimingRow, has("from_us", &T::from_us), has("to_us", &T::to_us), has("count", &T::count))
+BF_FIELDS(service::TimingRow, has("from_us", &T::from_us), has("to_us", &T::to_us), has("count", &T::count),
+          has("per_us", &T::per_us))
 BF_FIELDS(service::TimingSummary, has("p50", &T::p50), has("p99", &T::p99), has("p99_99", &T::p99_99),
           has("worst", &T::worst), has("rows", &T::rows))
 BF_FIELDS(service::TimingMisses, has("computation", &T::computation), has("interruption", &T::interruption),
           has("wakeup", &T::wakeup), has("backlog", &T::backlog))
 BF_FIELDS(service::Timing, has("state", &T::state), has("end", &T::end), has("time", &T::time),
           has("period_us", &T::period_us), has("steps", &T::steps), has("wake_up_us", &T::wake_up_us),
-          has("step_us", &T::step_us), has("response_us", &T::response_us), has("deviation_us", &T::deviation_us),
-          has("deviation_of_the_period", &T::deviation_of_the_period), has("missed", &T::missed),
-          has("missed_by_cause", &T::missed_by_cause), has("skipped", &T::skipped),
+          has("step_us", &T::step_us), has("response_us", &T::response_us),
+          has("deviation_us", &T::deviation_us), has("deviation_of_the_period", &T::deviation_of_the_period),
+          has("missed", &T::missed), has("missed_by_cause", &T::missed_by_cause), has("skipped", &T::skipped),
           has("degraded", &T::degraded))
 BF_FIELDS(service::LiveEntry, has("number", &T::number), has("clock", &T::clock), has("time", &T::time),
           has("who", &T::who), has("what", &T::what), has("page", &T::page))
@@ -96,18 +98,18 @@ BF_FIELDS(service::LiveProgram, has("name", &T::name), has("refusal", &T::refusa
 BF_FIELDS(service::LiveReport, has("timing", &T::timing), has("log", &T::log))
 BF_FIELDS(service::Tune, has("name", &T::name), has("values", &T::values))
 BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("time", &T::time),
-          has("step", &T::step), has("stop", &T::stop), has("factor", &T::factor), has("reached", &T::reached),
-          has("is_current", &T::is_current), has("message", &T::message), has("branch", &T::branch),
-          has("branches", &T::branches), has("edit", &T::edit), has("live", &T::live),
-          has("tuned", &T::tuned))
+          has("step", &T::step), has("stop", &T::stop), has("factor", &T::factor),
+          has("reached", &T::reached), has("is_current", &T::is_current), has("message", &T::message),
+          has("branch", &T::branch), has("branches", &T::branches), has("edit", &T::edit),
+          has("live", &T::live), has("tuned", &T::tuned))
 BF_FIELDS(service::SignalInfo, has("index", &T::index), has("path", &T::path), has("elements", &T::elements),
           has("names", &T::names), has("unit", &T::unit), has("rows", &T::rows),
           has("is_continuous", &T::is_continuous), has("values", &T::values))
 
 BF_FIELDS(service::Nothing, std::tuple<>())
 BF_FIELDS(service::Hello, has("protocol", &T::protocol))
-BF_FIELDS(service::Welcome, has("version", &T::version), has("files", &T::files),
-          has("page", &T::page), has("document", &T::document), has("run", &T::run), has("live", &T::live))
+BF_FIELDS(service::Welcome, has("version", &T::version), has("files", &T::files), has("page", &T::page),
+          has("document", &T::document), has("run", &T::run), has("live", &T::live))
 BF_FIELDS(service::Open, has("file", &T::file))
 BF_FIELDS(service::LibraryList, has("blocks", &T::blocks))
 BF_FIELDS(service::Moved, has("path", &T::path), has("to", &T::to), has("size", &T::size))

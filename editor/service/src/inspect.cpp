@@ -141,6 +141,23 @@ Inspection inspected(Registry& registry, const model::Model& m, const Diagram& d
     return seen;
 }
 
+namespace {
+
+/// What names each variable, by the number of its definition.
+std::map<int, std::vector<std::string>> users_in(const Diagram& diagram) {
+    std::map<int, std::vector<std::string>> users;
+    for (const auto& definition : diagram.definitions)
+        for (const auto& [name, variable] : definition.uses) {
+            const bool is_variable = definition.kind == Definition::Kind::variable;
+            const std::string user = is_variable ? definition.path : model::split_last(definition.path).first;
+            auto& known = users[variable];
+            if (std::ranges::find(known, user) == known.end()) known.push_back(user);
+        }
+    return users;
+}
+
+} // namespace
+
 Variables variables_of(const model::System& system, const std::string& path, const Diagram& diagram,
                        const std::vector<model::Diagnostic>& diagnostics) {
     std::map<std::string, std::string> mistakes;
@@ -149,6 +166,7 @@ Variables variables_of(const model::System& system, const std::string& path, con
     std::map<std::string, const Definition*> known;
     for (const auto& definition : diagram.definitions)
         if (definition.kind == Definition::Kind::variable) known[definition.path] = &definition;
+    const auto users = users_in(diagram);
     Variables found;
     const auto add = [&](const auto& self, const std::vector<model::Variable>& list,
                          const std::string& prefix) -> void {
@@ -174,6 +192,8 @@ Variables variables_of(const model::System& system, const std::string& path, con
                 field.value = shortened(definition->second->value.to_text());
                 field.limits = text_of(definition->second->limits);
                 note_limits(definition->second->limits, field);
+                const auto number = static_cast<int>(definition->second - diagram.definitions.data());
+                if (const auto used = users.find(number); used != users.end()) field.used_by = used->second;
             }
             found.variables.push_back(std::move(field));
         }

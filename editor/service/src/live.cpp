@@ -88,8 +88,8 @@ std::string refusal_of(const std::string& place, beast::error_code error,
         return "the program at " + place +
                " does not let this page in; give the whole address that it printed, with the token";
     if (error == websocket::error::upgrade_declined)
-        return "what answers at " + place + " refuses the connection: " + std::to_string(response.result_int()) +
-               " " + response.body();
+        return "what answers at " + place +
+               " refuses the connection: " + std::to_string(response.result_int()) + " " + response.body();
     const bool is_http = error.category() == beast::error_code(beast::http::error::bad_version).category();
     if (is_http && error != beast::http::error::end_of_stream && error != beast::http::error::partial_message)
         return "what answers at " + place + " is no program of BlockFactory: " + error.message();
@@ -131,8 +131,7 @@ struct Live::Connection {
         }
         socket = std::make_unique<Socket>(std::move(connected));
         socket->read_message_max(most_bytes);
-        socket->set_option(
-            websocket::stream_base::timeout{patience, websocket::stream_base::none(), false});
+        socket->set_option(websocket::stream_base::timeout{patience, websocket::stream_base::none(), false});
         socket->set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
             request.set(beast::http::field::sec_websocket_protocol, "foxglove.websocket.v1");
         }));
@@ -337,8 +336,11 @@ struct Live::Connection {
         const Json json = Json::parse(text);
         const Json clock = json.value("timestamp", Json::object());
         LiveEntry entry{json.value("number", std::int64_t{0}),
-                        clock.value("sec", 0.0) + clock.value("nsec", 0.0) / 1e9, json.value("time", 0.0),
-                        json.value("name", ""), json.value("message", ""), {}};
+                        clock.value("sec", 0.0) + clock.value("nsec", 0.0) / 1e9,
+                        json.value("time", 0.0),
+                        json.value("name", ""),
+                        json.value("message", ""),
+                        {}};
         entry.page = page_in(entry.who);
         {
             const std::lock_guard lock(mutex);
@@ -405,7 +407,8 @@ struct Live::Connection {
         const char* const end = who.data() + who.size();
         if (!who.starts_with(before_page)) return {};
         const auto [behind, error] = std::from_chars(who.data() + before_page.size(), end, page);
-        if (error != std::errc() || !std::string_view(behind, end).starts_with(after_page + " at ")) return {};
+        if (error != std::errc() || !std::string_view(behind, end).starts_with(after_page + " at "))
+            return {};
         return page;
     }
 

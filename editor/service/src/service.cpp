@@ -152,8 +152,8 @@ struct Service::State {
             throw Refusal("this page speaks version " + std::to_string(asked.protocol) +
                           " of the protocol, and bf " + options.version + " version " +
                           std::to_string(protocol_version) + "; reload the page");
-        return {options.version, files(), page, document(), run_state(),
-                live ? std::optional(live->report()) : std::nullopt};
+        return {options.version, files(),     page,
+                document(),      run_state(), live ? std::optional(live->report()) : std::nullopt};
     }
 
     std::vector<std::string> files(const char* ending = ".yaml") const {
@@ -191,6 +191,7 @@ struct Service::State {
         return playback ? playback->times(!timers.empty()) : Times();
     }
 
+    FileList models(int, const Nothing&) { return {files()}; }
     FileList recordings(int, const Nothing&) { return {files(".mcap")}; }
     Recorded read(int, const Open& asked) { return recorded.open(inside(asked.file), asked.file); }
 
@@ -634,7 +635,7 @@ const std::vector<Method>& methods() {
         method("read", &S::read),         method("watch", &S::watch),
         method("tune", &S::tune),         method("images", &S::image_files),
         method("compare", &S::compare),   method("parameters", &S::parameters),
-        method("generate", &S::generate)};
+        method("generate", &S::generate), method("models", &S::models)};
     return all;
 }
 

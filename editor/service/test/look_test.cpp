@@ -71,6 +71,22 @@ TEST_F(LookTest, VariablesAndFieldsOfStructsTellWhatIsWrongAndAreSetInMasks) {
     EXPECT_EQ(field(result("inspect", {{"path", "part"}}), "Gain.Kd")["value"], "2") << "of the file";
 }
 
+TEST_F(LookTest, AVariableTellsWhatUsesIt) {
+    write("m.yaml",
+          "model: m\nstep: 0.1\nvariables: {k: 7, twice: 2*k, Gain: {Kp: 3}, T: 0.2, idle: 1}\nblocks:\n"
+          "  one: {block: Constant, value: k + k}\n"
+          "  inner:\n    period: T\n    blocks: {two: {block: Constant, value: \"[k Gain.Kp]\"}}\n");
+    open_checked();
+    std::map<std::string, Json> users;
+    for (const auto& variable : result("variables", {{"system", ""}})["variables"])
+        users[variable["name"]] = variable["used_by"];
+    EXPECT_EQ(users.at("k"), (Json{"twice", "one", "inner.two"}));
+    EXPECT_EQ(users.at("Gain.Kp"), Json::array({"inner.two"}));
+    EXPECT_EQ(users.at("T"), Json::array({"inner"}));
+    EXPECT_EQ(users.at("idle"), Json::array());
+    EXPECT_EQ(users.at("twice"), Json::array());
+}
+
 TEST_F(LookTest, PagesSeeTheCodeThatIsGeneratedAndWhichBlockBecameWhichLines) {
     write("m.yaml", "model: m\nstep: 0.1\nblocks:\n  law:\n    outputs: [y]\n    blocks:\n"
                     "      noise: {block: Constant, value: 3}\n      twice: {block: Gain, K: 2}\n"

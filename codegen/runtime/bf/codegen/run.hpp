@@ -278,19 +278,18 @@ template <class Model> int run(int argc, char** argv) {
             std::fprintf(stderr, "live at %s\n", live->place().c_str());
         }
         if (limit > 0 || live || realtime::ServiceManager().is_there())
-            watchdog.emplace(limit, emergency,
-                             options.thread.priority > 0 ? std::min(options.thread.priority + 1, 99) : 0,
-                             control, [&, limit, emergency] {
-                                 const std::int64_t step = done.load();
-                                 const double at = static_cast<double>(step) * Model::period;
-                                 const std::string failure =
-                                     control.state() == realtime::Control::State::emergency
-                                         ? realtime::emergency_text(step, at, emergency, "")
-                                         : realtime::stall_text(step, at, limit, "");
-                                 complain(failure);
-                                 if (live) live->end(failure, false);
-                                 std::_Exit(1);
-                             });
+            watchdog.emplace(
+                limit, emergency, options.thread.priority > 0 ? std::min(options.thread.priority + 1, 99) : 0,
+                control, [&, limit, emergency] {
+                    const std::int64_t step = done.load();
+                    const double at = static_cast<double>(step) * Model::period;
+                    const std::string failure = control.state() == realtime::Control::State::emergency
+                                                    ? realtime::emergency_text(step, at, emergency, "")
+                                                    : realtime::stall_text(step, at, limit, "");
+                    complain(failure);
+                    if (live) live->end(failure, false);
+                    std::_Exit(1);
+                });
     }
     while (control.state() == realtime::Control::State::waiting) {
         live->apply(-1);

@@ -16,6 +16,15 @@ export function connected(address: string, listener: Partial<Listener> = {}): Pr
   });
 }
 
+/** The shown instant of a run, s. */
+export const instant = async (page: Page): Promise<number> => Number(await page.getByLabel("Instant in s").inputValue());
+export async function go_to(page: Page, time: number): Promise<void> {
+  await page.getByLabel("Instant in s").fill(String(time));
+  await page.getByLabel("Instant in s").press("Enter");
+  await expect.poll(() => instant(page), { timeout: 8000 }).toBe(time);
+  await page.getByLabel("Instant in s").blur();
+}
+
 /** A model that is worked on: files in a folder of their own, the first of them open in a bf edit with one page. */
 export class Desk {
   readonly folder: string;

@@ -3,7 +3,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
 import { found_by_axe } from "./axe.ts";
 import { is_there, start, type Hand } from "./browser.ts";
-import { Desk } from "./desk.ts";
+import { Desk, instant } from "./desk.ts";
 
 const command = process.env.BF_COMMAND;
 const empty = "# Drawn by hand.\nmodel: motor\nstep: 0.001\nstop: 1\n";
@@ -72,7 +72,7 @@ describe.skipIf(!is_there || !command)("bf edit", () => {
     await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
     await page.getByLabel("Speed").selectOption("fast");
     await page.getByRole("button", { name: "Run", exact: true }).click();
-    await page.getByText("1 / 1 s").waitFor();
+    await expect.poll(() => instant(page), { timeout: 8000 }).toBe(1);
     await page.getByRole("button", { name: "Undo" }).focus();
     while (await page.getByRole("button", { name: "Undo" }).isEnabled()) {
       await page.keyboard.press("Control+z");

@@ -4,6 +4,7 @@ import type { PanelInfo } from "../../src/protocol.ts";
 import { Model, serve } from "../service.ts";
 import { found_by_axe } from "./axe.ts";
 import { Hand, is_there, opened, start } from "./browser.ts";
+import { instant } from "./desk.ts";
 
 const panel = (name: string, shows: PanelInfo["shows"], signals: string[]): PanelInfo => ({ name, shows, signals, is_kept: true });
 
@@ -22,7 +23,7 @@ describe.skipIf(!is_there)("panels", () => {
     hand = new Hand(page, async () => service.model.draw("", []));
     await page.keyboard.press("p");
   }
-  const ended = () => page.getByText("1.2 / 1.2 s").waitFor();
+  const ended = () => expect.poll(() => instant(page), { timeout: 8000 }).toBe(1.2);
   afterEach(async () => {
     await page.close();
     service.drop();

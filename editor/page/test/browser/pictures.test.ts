@@ -8,6 +8,7 @@ import type { Browser, BrowserContextOptions, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, describe, expect, test } from "vitest";
 import { found_by_axe } from "./axe.ts";
 import { edited, is_there, opened, start } from "./browser.ts";
+import { go_to } from "./desk.ts";
 
 const command = process.env.BF_COMMAND, store = process.env.BF_STORE_PICTURES, source = process.env.BF_SOURCE!;
 const has_robots = command !== undefined && existsSync(join(dirname(command), "../lib/blockfactory/WholeBodyToolbox.so"));
@@ -53,10 +54,9 @@ describe.skipIf(!is_there || !command || !source)("the page looks as it did:", (
     await page.getByRole("button", { name: /No mistakes|mistake/ }).waitFor({ timeout: 20_000 });
   }
   /** A run to an instant: the same numbers each time. */
-  async function run_to(time: string, stop: RegExp): Promise<void> {
+  async function run_to(time: number): Promise<void> {
     await page.getByRole("button", { name: "One step" }).click();
-    await page.getByLabel("Time", { exact: true }).fill(time);
-    await page.getByText(stop).waitFor();
+    await go_to(page, time);
     await page.waitForTimeout(500);
   }
   /** How many of all pixels of two pictures differ so that a person would see it. */
@@ -115,12 +115,12 @@ describe.skipIf(!is_there || !command || !source)("the page looks as it did:", (
   });
   test("panels of a run", async () => {
     await open("docs/start/motor.yaml");
-    await run_to("0.9", /0\.9 \/ 1\.2 s/);
+    await run_to(0.9);
     await looks_like("panels");
   });
   test("a state machine", async () => {
     await open(phases);
-    await run_to("1.3", /1\.3 \/ 4 s/);
+    await run_to(1.3);
     await looks_like("states");
   });
   test("mistakes", async () => {

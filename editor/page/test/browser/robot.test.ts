@@ -9,7 +9,7 @@ import type { Scene } from "../../src/protocol.ts";
 import { Stage } from "../../src/stage.svelte.ts";
 import { found_by_axe } from "./axe.ts";
 import { edited, is_there, opened, start } from "./browser.ts";
-import { connected } from "./desk.ts";
+import { connected, go_to, instant } from "./desk.ts";
 
 const command = process.env.BF_COMMAND;
 const has_robots = command !== undefined && existsSync(join(dirname(command), "../lib/blockfactory/WholeBodyToolbox.so"));
@@ -57,10 +57,8 @@ describe.skipIf(!is_there || !has_robots)("the robot", () => {
     await page.getByText("Loading the robot").waitFor({ state: "detached" });
   }
   const picture = async () => (await view.screenshot()).toString("base64");
-  const time = async () => Number((await page.getByRole("group", { name: "Run", exact: true }).locator("output").textContent())!.trim().split(" ")[0]);
-  async function to(instant: number): Promise<void> {
-    await page.getByLabel("Time", { exact: true }).fill(String(instant));
-    await expect.poll(time).toBeCloseTo(instant, 1);
+  async function to(time: number): Promise<void> {
+    await go_to(page, time);
     await page.waitForTimeout(300);
   }
   const height = () => seen.places.get(0)![2]!;
@@ -92,7 +90,7 @@ describe.skipIf(!is_there || !has_robots)("the robot", () => {
     await open("[0 0 0]");
     await client.call("scene", { is_wanted: true });
     await page.getByRole("button", { name: "Run", exact: true }).click();
-    await expect.poll(time).toBeGreaterThan(0.1);
+    await expect.poll(() => instant(page)).toBeGreaterThan(0.1);
     const box = (await view.boundingBox())!, middle = { x: box.x + box.width / 2, y: box.y + box.height / 2 };
     await page.mouse.move(middle.x, middle.y);
     await page.mouse.down();
@@ -102,9 +100,9 @@ describe.skipIf(!is_there || !has_robots)("the robot", () => {
     await page.mouse.up();
     await page.getByText(/^\d+ N$/).waitFor({ state: "detached" });
     const velocity = async () => {
-      const [z, t] = [height(), await time()];
+      const [z, t] = [height(), await instant(page)];
       await page.waitForTimeout(400);
-      return (height() - z) / (await time() - t);
+      return (height() - z) / (await instant(page) - t);
     };
     await page.waitForTimeout(200);
     const first = await velocity();

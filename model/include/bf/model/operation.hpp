@@ -239,8 +239,9 @@ struct Property {
     std::vector<std::string> choices = {};
 };
 
-/// Of a block, a subsystem's own port, or, without a path, the model. Throws Errors where nothing stands at
-/// `path`.
+/// Of a block, a subsystem's own port, or, without a path, the model: what acts there as it is executed, and
+/// what the document gives. A model without ports of its own is no subsystem of another one. Throws Errors
+/// where nothing stands at `path`.
 std::vector<Property> properties(const Model& model, const std::string& path);
 
 /// What turns `before` into `after`, every detail included, but that blocks of both are the same ones.

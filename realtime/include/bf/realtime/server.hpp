@@ -47,8 +47,9 @@ std::string check_place(const std::string& where);
 
 // ---- what the server adds to the Foxglove WebSocket protocol, in that protocol's own terms ----
 
-/// A channel of JSON objects: {"state", "end", "time"} and all of `statistics_json`, a few times a second. The
-/// states are those of Control, and in the last message "ended" or "failed"; `end` says there how it ended.
+/// A channel of JSON objects: {"state", "end", "time"} and all of `statistics_json`, a few times a second.
+/// The states are those of Control, and in the last message "ended" or "failed"; `end` says there how it
+/// ended.
 inline constexpr const char* timing_topic = "/live.timing";
 /// A channel of JSON objects of the schema foxglove.Log, with "number" and "time" [s of the model] added:
 /// what has been done to the run; `name` is who did it. Who subscribes gets the last thousand. An entry comes

@@ -38,6 +38,11 @@ class Counter {
 struct HistogramRow {
     Nanoseconds from, to;
     std::int64_t count;
+
+    /// Count per us of width: rows of unequal widths show one hump as one.
+    double density() const noexcept {
+        return 1000 * static_cast<double>(count) / static_cast<double>(to - from);
+    }
 };
 
 /// The rows of histograms for people end at 1, 2, 5, 10 ... us.
@@ -206,12 +211,12 @@ inline std::string report(const Statistics& s) {
     row("step", s.computation);
     row("both", s.response);
     row("period's deviation", s.jitter);
-    std::int64_t most = 1;
+    double most = 0;
     const auto rows = s.periods.rows();
-    for (const auto& r : rows) most = std::max(most, r.count);
-    if (!rows.empty()) text += "  deviation of the period, us\n";
+    for (const auto& r : rows) most = std::max(most, r.density());
+    if (!rows.empty()) text += "  deviation of the period, us; bars: steps per us\n";
     for (const auto& r : rows) {
-        const std::string bar(static_cast<std::size_t>(40 * r.count / most), '#');
+        const std::string bar(static_cast<std::size_t>(40 * r.density() / most), '#');
         add("  %+10g to %+8g %12lld %s\n", us(r.from), us(r.to), static_cast<long long>(r.count),
             bar.c_str());
     }

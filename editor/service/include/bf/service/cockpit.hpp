@@ -12,6 +12,7 @@ namespace bf::service {
 struct TimingRow {
     double from_us = 0, to_us = 0;
     std::int64_t count = 0;
+    double per_us = 0; ///< count per us of width
 };
 struct TimingSummary {
     double p50 = 0, p99 = 0, p99_99 = 0, worst = 0; ///< us

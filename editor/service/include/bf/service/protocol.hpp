@@ -114,6 +114,7 @@ struct VariableField {
     std::optional<std::string> minimum = {}, above = {}, maximum = {}; ///< as the document has them
     std::optional<double> least = {}, greatest = {};                   ///< what they come to
     std::string mistake = {};                                          ///< what is wrong with its value
+    std::vector<std::string> used_by = {}; ///< what names it: paths of blocks, subsystems and variables
 };
 
 enum class Running { none, paused, running, ended, failed };
@@ -357,7 +358,7 @@ struct Recorded {
 };
 struct FileList {
     std::vector<std::string>
-        files; ///< recordings relative to the opened folder, images to the file of a subsystem
+        files; ///< models and recordings relative to the opened folder, images to the file of a subsystem
 };
 enum class Language { cpp, c };
 struct Generate {

@@ -97,6 +97,7 @@ class Page:
 
     def read(self):
         """The next message: JSON, or bytes."""
+        kind, message = 0, b""
         while True:
             first, length = self._take(2)
             if length == 126:
@@ -104,10 +105,11 @@ class Page:
             elif length == 127:
                 length, = struct.unpack(">Q", self._take(8))
             content = self._take(length)
-            if first & 0xf == 1:
-                return json.loads(content)
-            if first & 0xf == 2:
-                return content
+            if first & 0xf > 2:
+                continue  # of the connection
+            kind, message = first & 0xf or kind, message + content
+            if first & 0x80:  # the last part
+                return json.loads(message) if kind == 1 else message
 
     def until(self, is_it):
         end = time.monotonic() + 30

@@ -78,8 +78,8 @@ TEST_F(LookTest, AVariableTellsWhatUsesIt) {
           "  inner:\n    period: T\n    blocks: {two: {block: Constant, value: \"[k Gain.Kp]\"}}\n");
     open_checked();
     std::map<std::string, Json> users;
-    for (const auto& variable : result("variables", {{"system", ""}})["variables"])
-        users[variable["name"]] = variable["used_by"];
+    const Json variables = result("variables", {{"system", ""}})["variables"];
+    for (const auto& variable : variables) users[variable["name"]] = variable["used_by"];
     EXPECT_EQ(users.at("k"), (Json{"twice", "one", "inner.two"}));
     EXPECT_EQ(users.at("Gain.Kp"), Json::array({"inner.two"}));
     EXPECT_EQ(users.at("T"), Json::array({"inner"}));

@@ -62,7 +62,7 @@ export class Desk {
     await this.page.close();
     this.client.close();
     this.end();
-    await rm(this.folder, { recursive: true });
+    await rm(this.folder, { recursive: true, maxRetries: 5 }); // a last file may come in between
     expect(this.complaints).toEqual([]);
   }
 }

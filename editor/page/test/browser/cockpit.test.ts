@@ -67,6 +67,9 @@ describe.skipIf(!is_there || command === undefined)("the cockpit", () => {
     const bars = page.getByRole("img", { name: /^From release to the end of a step: .*µs: \d+/ }).locator("rect");
     await expect.poll(() => bars.count()).toBeGreaterThan(0);
     await page.getByText(/\d+ deadlines? missed/).first().waitFor();
+    const ticks = await page.locator("figure", { hasText: "Deviation of the period" }).locator(".axis span").allInnerTexts();
+    expect(ticks).toContain("0");
+    for (const tick of ticks) expect(tick).toMatch(/^0$|^−?\d+ (µs|ms|s)$/);
     await page.getByLabel("k of the run, as a number").fill("2");
     await page.getByLabel("k of the run, as a number").press("Tab");
     await log().getByText("k = 2, was 0.3").waitFor();

@@ -93,8 +93,8 @@ std::string refusal_of(const std::string& place, beast::error_code error,
     const bool is_http = error.category() == beast::error_code(beast::http::error::bad_version).category();
     if (is_http && error != beast::http::error::end_of_stream && error != beast::http::error::partial_message)
         return "what answers at " + place + " is no program of BlockFactory: " + error.message();
-    return "nothing answers behind " + place + " (" + error.message() +
-           "): the program may have ended while a tunnel still listens there";
+    return "nothing answers behind " + place +
+           ": the program may have ended while a tunnel still listens there";
 }
 
 } // namespace

@@ -351,7 +351,7 @@ TEST(Live, ATunnelBehindWhichNothingIsIsNoWrongToken) {
         full("HTTP/1.1 503 Service Unavailable\r\nContent-Length: 30\r\n\r\ntoo many viewers are connected");
     EXPECT_EQ(refusal(nothing.place(), "x"),
               "nothing answers behind " + nothing.place() +
-                  " (end of stream): the program may have ended while a tunnel still listens there");
+                  ": the program may have ended while a tunnel still listens there");
     EXPECT_EQ(refusal(other.place(), "x"),
               "what answers at " + other.place() + " is no program of BlockFactory: bad version");
     EXPECT_EQ(refusal(full.place(), "x"), "what answers at " + full.place() +

@@ -99,7 +99,7 @@ with tempfile.TemporaryDirectory() as folder:
     folder = pathlib.Path(folder)
     model, path, near = folder / "served.yaml", str(folder / "far.sock"), str(folder / "near.sock")
     model.write_text(MODEL)
-    options = ["--realtime", "--priority", "0", "--stop", "Inf", "--control", "--wait"]
+    options = ["--realtime", "--priority", "0", "--watchdog", "20", "--stop", "Inf", "--control", "--wait"]
     summary = folder / "summary.json"
     interpreted = [BF, "run", model, "--quiet", "--summary", summary, *options]
     for command in (interpreted, [GENERATED, *options]):

@@ -112,12 +112,12 @@ class Page:
                 return json.loads(message) if kind == 1 else message
 
     def until(self, is_it):
-        end = time.monotonic() + 30
+        end, message = time.monotonic() + 30, None
         while time.monotonic() < end:
             message = self.read()
             if isinstance(message, dict) and is_it(message):
                 return message
-        raise AssertionError("it did not come")
+        raise AssertionError(f"it did not come, but at last {message}")
 
     def ask(self, method, **params):
         """The result, or the message of the error."""

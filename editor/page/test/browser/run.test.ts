@@ -48,6 +48,8 @@ describe.skipIf(!is_there || !command)("a run", () => {
   });
 
   test("says that a text is no instant, and covers no field with that", async () => {
+    await page.getByRole("button", { name: "Parameters" }).click();
+    await page.getByRole("region", { name: "Parameters of the model" }).getByLabel("rate").waitFor();
     await page.getByLabel("Instant in s").fill("soon");
     await page.getByLabel("Instant in s").press("Enter");
     await message().getByText("'soon' is no instant; give a number of seconds").waitFor();

@@ -4,6 +4,7 @@
 #include "bf/model/edit.hpp"
 #include "bf/view/image.hpp"
 #include "chart.hpp"
+#include "inside.hpp"
 #include "item.hpp"
 #include "labels.hpp"
 #include "text.hpp"
@@ -65,47 +66,11 @@ std::vector<Point> own_part(const Route& way) {
     return way.points;
 }
 
-/// Where the content of a subsystem or a state machine stands: the file, which has the positions, and the
-/// path there.
-struct Place {
-    const model::System* system; ///< of a state machine the one around it
-    const model::Layout* layout;
-    std::string path;
-    std::shared_ptr<const std::string> file; ///< null: it was never read from one
-    const model::Block* machine = nullptr;
-};
-
-Place find_place(const model::Model& model, const std::string& path) {
-    Place place{&model.root, &model.layout, "", model.where.file};
-    std::string rest = path, here;
-    while (!rest.empty()) {
-        const std::string name = rest.substr(0, rest.find('.'));
-        rest.erase(0, name.size() + 1);
-        here = joined(here, name);
-        const model::Block* block = place.machine ? nullptr : place.system->find_block(name);
-        const model::System* content = block ? block->content() : nullptr;
-        if (block && model::has_chart(*block))
-            place.machine = block;
-        else if (content)
-            place.system = content;
-        else
-            throw model::Errors(
-                {{{}, here, "there is no subsystem of that path", "look at the model's blocks"}});
-        place.path = joined(place.path, name);
-        if (block->reference && block->reference->model) {
-            place.layout = &block->reference->model->layout;
-            place.path = "";
-            place.file = block->reference->model->where.file;
-        }
-    }
-    return place;
-}
-
 class Drawer {
   public:
     Drawer(const model::Model& model, const std::string& system, const Diagram& diagram,
            const DrawOptions& options = {})
-        : place_(find_place(model, system)), path_(system), diagram_(diagram), options_(options),
+        : place_(inside(model, system)), path_(system), diagram_(diagram), options_(options),
           folder_(model.where.file ? std::filesystem::path(*model.where.file).parent_path() : "."),
           signals_(diagram) {
         for (const auto& placed : place_.layout->blocks) placements_.emplace(placed.path, &placed);
@@ -136,8 +101,8 @@ class Drawer {
     }
     const std::vector<Item>& items() const { return items_; }
 
-    /// Own ports without a place stand beside what has one, level with what they are wired to; all else
-    /// without a place is arranged together, below.
+    /// Own ports without a place stand beside what has one, level with what they are wired to, and what was
+    /// put into a wire between its ends; all else without a place is arranged together, below.
     void put() {
         for (auto& item : items_) {
             const model::Placement* placed = placement(last_name(item.element.path));
@@ -148,6 +113,7 @@ class Drawer {
         std::vector<char> stands;
         for (const auto& item : items_) stands.push_back(item.is_placed);
         put_ports(stands);
+        put_between(stands);
         if (std::ranges::all_of(stands, [](char does) { return does; })) return;
         const std::vector<Point> corners = arrangement();
         double below = 0, left = 0, top = 0;
@@ -214,6 +180,42 @@ class Drawer {
         return {item.at.x, item.at.y, item.box.width, item.box.height};
     }
 
+    /// Whether something that stands would be nearer to it than that.
+    bool is_taken(const Item& item, const std::vector<char>& stands, const Point& apart) const {
+        return std::ranges::any_of(items_, [&](const Item& other) {
+            return &other != &item && stands[static_cast<std::size_t>(&other - items_.data())] &&
+                   other.at.x < item.at.x + item.box.width + apart.x &&
+                   item.at.x < other.at.x + other.box.width + apart.x &&
+                   other.at.y < item.at.y + item.box.height + apart.y &&
+                   item.at.y < other.at.y + other.box.height + apart.y;
+        });
+    }
+
+    /// A block of one wire in and one out, level with where that leads to, where there is room.
+    void put_between(std::vector<char>& stands) {
+        constexpr Point apart{15, 10};
+        std::vector<std::vector<std::pair<PinOf, PinOf>>> in(items_.size()), out(items_.size());
+        for (const Net& net : nets_)
+            for (const PinOf& to : net.to) {
+                out[net.from.box].emplace_back(net.from, to);
+                in[to.box].emplace_back(net.from, to);
+            }
+        const auto at = [&](const PinOf& pin) {
+            const Item& item = items_[pin.box];
+            const Point& within = item.box.pins[pin.pin].at;
+            return Point{item.at.x + within.x, item.at.y + within.y};
+        };
+        for (std::size_t i = 0; i < items_.size(); ++i) {
+            if (stands[i] || in[i].size() != 1 || out[i].size() != 1) continue;
+            const PinOf from = in[i][0].first, to = out[i][0].second;
+            if (!stands[from.box] || !stands[to.box]) continue;
+            Item& item = items_[i];
+            item.at = {std::round((at(from).x + at(to).x - item.box.width) / 2),
+                       at(to).y - item.box.pins[out[i][0].first.pin].at.y};
+            stands[i] = !is_taken(item, stands, apart);
+        }
+    }
+
     /// Inputs on the left of all that has a place, outputs on the right.
     void put_ports(std::vector<char>& stands) {
         constexpr double beside = 60, apart = 10;
@@ -229,14 +231,7 @@ class Drawer {
                 return;
             item.at = {is_input ? placed->x - beside - item.box.width : placed->x + placed->width + beside,
                        known.at.y + known.box.pins[other.pin].at.y - item.box.pins[port.pin].at.y};
-            const auto is_taken = [&](const Item& before) {
-                return &before != &item && stands[static_cast<std::size_t>(&before - items_.data())] &&
-                       before.at.x < item.at.x + item.box.width &&
-                       item.at.x < before.at.x + before.box.width &&
-                       before.at.y < item.at.y + item.box.height + apart &&
-                       item.at.y < before.at.y + before.box.height + apart;
-            };
-            while (std::ranges::any_of(items_, is_taken)) item.at.y += apart;
+            while (is_taken(item, stands, {0, apart})) item.at.y += apart;
             stands[port.box] = true;
         };
         for (const Net& net : nets_)
@@ -618,7 +613,7 @@ class Drawer {
         std::vector<std::string> to;
     };
 
-    const Place place_;
+    const Inside place_;
     const std::string path_;
     const Diagram& diagram_;
     const DrawOptions options_;
@@ -638,22 +633,6 @@ class Drawer {
 };
 
 } // namespace
-
-std::vector<std::string> conditions_of(const model::Model& model, const std::string& machine,
-                                       const Diagram& diagram) {
-    const Place place = find_place(model, machine);
-    if (!place.machine) return {};
-    const auto [system, name] = model::split_last(machine);
-    return condition_names(*place.machine, *place.system, diagram, [&](const std::string& block) {
-        const auto found = std::ranges::find(diagram.nodes, joined(system, block), &DiagramNode::path);
-        return found == diagram.nodes.end() ? nullptr : &*found;
-    });
-}
-
-bool may_draw(const model::Model& model, const std::string& system) {
-    const model::Block* const block = system.empty() ? nullptr : model::find(model, system);
-    return system.empty() || (block && (block->content() || model::has_chart(*block)));
-}
 
 Drawing draw(const model::Model& model, const std::string& system, const Diagram& diagram,
              const std::vector<model::Diagnostic>& diagnostics, const DrawOptions& options) {

@@ -356,6 +356,33 @@ std::string turned_model(const std::string& look) {
            "}\n    sub: {x: 600, y: 200, " + look + "}\n";
 }
 
+TEST(Draw, ABlockThatWasPutIntoAWireStandsBetweenItsEndsWhereThereIsRoom) {
+    const auto convert = [](const std::string& x, const std::string& more = "") {
+        const Known known(
+            "model: m\nblocks:\n  a: {block: Constant}\n  all: {block: Mux, inputs: 2}\n"
+            "  new: {block: Convert}\n  other: {block: Constant}\n"
+            "connections: {a: new, new: all.u2, other: all.u1}\n"
+            "layout:\n  blocks:\n    a: {x: 0, y: 200}\n    other: {x: 0, y: 0}\n    all: {x: " +
+            x + ", y: 0}\n" + more);
+        const Drawing drawing = known.draw();
+        const auto by_name = [](const std::string& name) {
+            return [name](const Port& p) { return p.name == name; };
+        };
+        const Element &new_ = find(drawing, "new"), &all = find(drawing, "all");
+        const bool is_level = std::ranges::find_if(new_.ports, by_name("y"))->at.y ==
+                              std::ranges::find_if(all.ports, by_name("u2"))->at.y;
+        for (const auto& element : drawing.elements)
+            EXPECT_FALSE(element.kind == Kind::block && element.path != "new" &&
+                         overlap(element.bounds, new_.bounds))
+                << element.path;
+        const bool is_between = new_.bounds.x > find(drawing, "a").bounds.width &&
+                                new_.bounds.x + new_.bounds.width < all.bounds.x;
+        return is_level && is_between;
+    };
+    EXPECT_TRUE(convert("300"));
+    EXPECT_FALSE(convert("90")) << "there is no room";
+}
+
 TEST(Draw, TurnsBlocksWithTheirPorts) {
     using Sides = std::set<std::string>;
     const auto drawn = [](const std::string& look) { return Known(turned_model(look)).draw(); };

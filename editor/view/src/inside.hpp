@@ -1,0 +1,24 @@
+// What a path leads into.
+#pragma once
+
+#include "bf/model/model.hpp"
+
+#include <memory>
+#include <string>
+
+namespace bf::editor {
+
+/// Where the content of a subsystem or a state machine stands: the file, which has the positions, and the
+/// path there.
+struct Inside {
+    const model::System* system; ///< of a state machine the one around it
+    const model::Layout* layout;
+    std::string path;
+    std::shared_ptr<const std::string> file; ///< null: it was never read from one
+    const model::Block* machine = nullptr;
+};
+
+/// Throws model::Errors where there is neither.
+Inside inside(const model::Model& model, const std::string& path);
+
+} // namespace bf::editor

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -28,6 +29,17 @@ fs::path hidden_name(const fs::path& target, const std::string& ending) {
     std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(number));
     return target.parent_path() / ("." + std::string(digits) + ".part" + ending);
 }
+
+/// Whether it is such a name, of a file of that ending.
+bool is_hidden_name(const std::string& name, const std::string& ending) {
+    const std::string_view tail = ".part", digits = "0123456789abcdef";
+    return name.size() == 17 + tail.size() + ending.size() && name[0] == '.' &&
+           name.find_first_not_of(digits, 1) == 17 && name.compare(17, tail.size(), tail) == 0 &&
+           name.ends_with(ending);
+}
+
+/// Says to everybody that somebody works on the file, until it is closed or the program ends.
+bool lock(int descriptor) { return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0; }
 
 /// What the links lead to, whether it exists or not.
 fs::path place_behind(fs::path file) {
@@ -72,6 +84,21 @@ bool copy_into(int from, const fs::path& to, ::off_t old_size) {
 
 } // namespace
 
+void remove_abandoned(const fs::path& file) {
+    const fs::path target = place_behind(file),
+                   folder = target.has_parent_path() ? target.parent_path() : ".";
+    std::error_code error;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+        if (!is_hidden_name(at->path().filename().string(), file.extension().string())) continue;
+        const int left = ::open(at->path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+        if (left < 0) continue;
+        struct stat status {};
+        const bool is_file = ::fstat(left, &status) == 0 && S_ISREG(status.st_mode);
+        if (is_file && lock(left)) ::unlink(at->path().c_str()); // nobody works on it
+        ::close(left);
+    }
+}
+
 OutputFile::OutputFile(fs::path file) : file_(std::move(file)), target_(place_behind(file_)) {
     struct stat status {};
     const bool exists = ::stat(file_.c_str(), &status) == 0; // what a link of /proc leads to has no name
@@ -88,6 +115,7 @@ OutputFile::OutputFile(fs::path file) : file_(std::move(file)), target_(place_be
     const fs::path folder = target_.has_parent_path() ? target_.parent_path() : ".";
     if (::access("/proc/self/fd", X_OK) == 0)
         descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+    if (descriptor_ >= 0) lock(descriptor_);
     if (descriptor_ < 0) make_named();
     if (exists) ::fchmod(descriptor_, status.st_mode & 07777);
 }
@@ -114,7 +142,10 @@ void OutputFile::make_named() {
             made = descriptor_ =
                 ::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     } while (made < 0 && errno == EEXIST);
-    if (made >= 0) return;
+    if (made >= 0) {
+        lock(descriptor_);
+        return;
+    }
     temporary_.clear();
     fail(errno);
 }

@@ -154,6 +154,38 @@ TEST_F(FilesTest, LeaveNothingBehindWhereTheProgramIsKilled) {
     EXPECT_EQ(count(), 0u);
 }
 
+TEST_F(FilesTest, RemoveWhatKilledProgramsLeftAndNothingElse) {
+    put("model.yaml", "model: m\n");
+    const pid_t child = ::fork();
+    if (child == 0) { // killed between the name and the place
+        OutputFile file(at / "model.yaml");
+        file.write("x");
+        static_cast<void>(file.path());
+        ::raise(SIGKILL);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(count(), 2u);
+    OutputFile written(at / "other.yaml"), film(at / "film.mp4");
+    written.write("y");
+    const fs::path under_way = written.path(), of_another_kind = film.path();
+    for (const char* name :
+         {".0123456789abcdef.part.yml", ".0123456789abcde.part.yaml", ".x123456789abcdef.part.yaml",
+          "0123456789abcdef0.part.yaml", ".0123456789abcdef.copy.yaml"})
+        put(name, "a person's");
+    fs::create_directory(at / ".0123456789abcdef.part.yaml");
+    fs::create_symlink("model.yaml", at / ".0123456789abcdee.part.yaml");
+    const std::size_t before = count();
+    remove_abandoned(at / "model.yaml");
+    EXPECT_EQ(count(), before - 1);
+    EXPECT_TRUE(fs::exists(under_way)) << "this program writes it";
+    EXPECT_TRUE(fs::exists(of_another_kind));
+    written.commit();
+    EXPECT_EQ(text_of("other.yaml"), "y");
+    EXPECT_EQ(text_of("model.yaml"), "model: m\n");
+    EXPECT_NO_THROW(remove_abandoned(at / "missing" / "model.yaml"));
+}
+
 TEST_F(FilesTest, SayThatLinksLeadInARing) {
     fs::create_symlink("b", at / "a");
     fs::create_symlink("a", at / "b");

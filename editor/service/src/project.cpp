@@ -85,6 +85,7 @@ struct Project::Document {
 Project::Project(const fs::path& file, Worker* disk, std::function<void()> written)
     : disk_(std::make_unique<Disk>(disk, std::move(written))) {
     open(fs::absolute(file).lexically_normal());
+    for (const auto& document : documents_) remove_abandoned(document->file);
     link_all();
 }
 

@@ -44,6 +44,10 @@ class OutputFile {
     bool is_special_ = false;
 };
 
+/// Removes what programs that were killed have left beside the file, or others of its ending, while they
+/// wrote.
+void remove_abandoned(const std::filesystem::path& file);
+
 /// A folder made beside its place, as OutputFile is, for a place that is empty or does not exist.
 class OutputFolder {
   public:

@@ -24,7 +24,8 @@ class Disk;
 class Project {
   public:
     /// Reads the model and all it refers to. A worker writes files beside it, and calls `written` after each;
-    /// without one they are written at once. Throws model::Errors, FileError.
+    /// without one they are written at once. What programs that were killed left in the folders goes. Throws
+    /// model::Errors, FileError.
     explicit Project(const std::filesystem::path& file, Worker* disk = nullptr,
                      std::function<void()> written = {});
     ~Project(); ///< waits until all is written

@@ -393,7 +393,7 @@ TEST(StateMachine, RefusesStatesAndConditionsThatDoNotExist) {
     EXPECT_EQ(refusal([&] {
                   make("StateMachine", {{"transitions", to_2}});
               }),
-              "argument 'transitions', row 1: states are numbered 1 to 1");
+              "argument 'transitions', row 1: to is 2, but states are numbered 1 to 1");
     EXPECT_EQ(
         refusal([&] {
             make("StateMachine", {{"transitions", Matrix(3, 0)}}).wire("conditions", scalar_size()).start();
@@ -402,7 +402,7 @@ TEST(StateMachine, RefusesStatesAndConditionsThatDoNotExist) {
     EXPECT_EQ(refusal([&] {
                   make("StateMachine", {{"transitions", to_1}}).wire("conditions", vector_size(2)).start();
               }),
-              "input 'conditions' of size [2] is too short: 'transitions' names condition 3");
+              "input 'conditions' of size [2] is too short: 'transitions', row 1, names condition 3");
 }
 
 std::pair<double, bool> check(const char* kind, const Values& u, const Values& limits = {-1e9, 1e9},

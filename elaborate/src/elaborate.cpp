@@ -3,12 +3,27 @@
 #include "stages.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
 #include <tuple>
 
 namespace bf {
 
 namespace elaboration {
+
+model::Location place_of_row(const model::Block& block, const std::string& message) {
+    for (const auto& [name, value, where] : block.settings) {
+        const std::string words = "'" + name + "', row ";
+        const std::size_t found = message.find(words);
+        if (found == message.npos) continue;
+        std::size_t row = 0;
+        const char* const number = message.data() + found + words.size();
+        std::from_chars(number, message.data() + message.size(), row);
+        if (row >= 1 && row <= value.rows.size() && value.rows[row - 1]) return value.rows[row - 1];
+        if (value.where) return value.where;
+    }
+    return block.where;
+}
 
 void Report::throw_if_any() {
     if (!diagnostics_.empty()) throw model::Errors(take());

@@ -475,7 +475,7 @@ class Flattener {
             node.doc = at->self->doc;
         node.where = block.where;
         const auto& d = node.block->declaration();
-        for (const auto& problem : d.problems) e_.report.add(block.where, path, problem);
+        for (const auto& problem : d.problems) e_.report.add(place_of_row(block, problem), path, problem);
         if (!d.problems.empty() && d.slots.empty()) return; // what it declares is not known
         give_parameters(scope, path, node.block->resolution(), parameters, block.where);
         node.sources.resize(d.slots.size());

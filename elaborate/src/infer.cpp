@@ -1,4 +1,5 @@
 // Sizes and types spread along the wires, forwards and backwards, until nothing new is learned.
+#include "bf/model/edit.hpp"
 #include "stages.hpp"
 
 #include <algorithm>
@@ -211,12 +212,13 @@ class Spreading {
     }
 
     void report(int node, const std::string& text, std::vector<model::Fix> fixes = {}) {
-        if (reported_.insert(text + e_.node(node).path).second)
-            e_.report.add(e_.node(node).where, e_.node(node).path, text,
-                          size_from_.empty() ? ""
-                                             : "if the loop has another size than '" + size_from_ +
-                                                   "', give that parameter as many elements as the signal",
-                          std::move(fixes));
+        if (!reported_.insert(text + e_.node(node).path).second) return;
+        const model::Block* const block = model::find(e_.model, e_.node(node).path);
+        e_.report.add(block ? place_of_row(*block, text) : e_.node(node).where, e_.node(node).path, text,
+                      size_from_.empty() ? ""
+                                         : "if the loop has another size than '" + size_from_ +
+                                               "', give that parameter as many elements as the signal",
+                      std::move(fixes));
     }
 
     // ---- conversions that mend types ----

@@ -60,6 +60,10 @@ class Report {
     Suggestions suggestions_;
 };
 
+/// Where a message of a block is about that names a row of a setting, as "'transitions', row 2" does: where
+/// the document has that row, or else the block.
+model::Location place_of_row(const model::Block& block, const std::string& message);
+
 /// The variables of one scope, with the paths by which definitions know them.
 struct Variables : matlab::Workspace {
     explicit Variables(const Variables* enclosing = nullptr) : Workspace(enclosing), around(enclosing) {}

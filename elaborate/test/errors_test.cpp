@@ -413,6 +413,27 @@ TEST(Errors, ValuesOutsideOfTheirLimitsAreRefusedTogether) {
               "m.yaml:5:28: p: parameter 'cycle' must be greater than 0, but is -2");
 }
 
+TEST(Errors, OfATableOfTransitionsNameTheLineOfTheirRow) {
+    const auto at = [](const std::string& transitions) {
+        const std::string text = errors_of("model: m\nstep: 0.1\nblocks:\n  c: {block: Constant}\n  m:\n"
+                                           "    block: StateMachine\n    states: [a, b]\n    transitions:" +
+                                           transitions + "connections: {c: m}\n");
+        return text.substr(0, text.find(", but"));
+    };
+    const std::string to = ": m: argument 'transitions', row 2: to is 3";
+    EXPECT_EQ(at("\n      - [1, 2, 0, 0]\n      # back\n      - [2, 3, 0, 0]\n"), "m.yaml:11:9" + to);
+    EXPECT_EQ(at(" [[1, 2, 0, 0],\n      [2, 3, 0, 0]]\n"), "m.yaml:9:7" + to);
+    EXPECT_EQ(at(" [1 2 0 0;\n      2 3 0 0]\n"), "m.yaml:9:7" + to);
+    EXPECT_EQ(at(" |\n      [1 2 0 0;\n       2 3 0 0]\n"), "m.yaml:10:8" + to);
+    EXPECT_EQ(at(" \"[1 2 0 0; 2 3 0 0]\"\n"), "m.yaml:8:29" + to);
+    EXPECT_EQ(at(" [1 2 0 0;\n      2 1 0 -1]\n"),
+              "m.yaml:9:7: m: argument 'transitions', row 2: minimum_time is -1");
+    EXPECT_EQ(at(" [1 2 0 0;\n      2 1 2 0]\n"),
+              "m.yaml:9:7: m: input 'conditions' of size scalar is too short: 'transitions', row 2, names "
+              "condition 2");
+    EXPECT_EQ(at(" \"1*[1 2 0 0; 2 3 0 0]\"\n"), "m.yaml:8:18" + to) << "which is evaluated";
+}
+
 TEST(Errors, ParametersThatAnIntegerTypeDoesNotHoldAreRefused) {
     const auto model = [](const std::string& blocks) {
         return "model: m\nstep: 0.1\nvariables: {k: 1}\nblocks:\n  a: {block: Constant, value: \"uint8([1 2 "

@@ -34,8 +34,11 @@ std::string text_of(const Block& block, const char* setting) {
     return found ? found->value.text : setting == states_setting ? "idle" : "";
 }
 
-Location where(const Block& block, const char* setting) {
+/// Of a row or an item, where that is known.
+Location where(const Block& block, const char* setting, std::optional<std::size_t> row = {}) {
     const Setting* const found = block.find_setting(setting);
+    if (found && row && *row < found->value.rows.size() && found->value.rows[*row])
+        return found->value.rows[*row];
     return found && found->value.where ? found->value.where : block.where;
 }
 
@@ -47,6 +50,7 @@ std::string part(const std::string& text, const Span& span) {
 struct Defect {
     const char* setting;
     std::string message, remedy;
+    std::optional<std::size_t> row = {}; ///< or item of a list, from 0
 };
 
 std::vector<std::string> states_of(const Block& block) {
@@ -62,11 +66,13 @@ std::vector<std::string> states_of(const Block& block) {
         if (!is_quoted && item.text.find_first_of("{}()[]") != item.text.npos)
             throw Defect{states_setting,
                          "the state '" + item.text + "' is an expression, which is evaluated first",
-                         as_list + ", and a name with brackets in single quotes"};
+                         as_list + ", and a name with brackets in single quotes", states.size()};
         if (!is_name(item.text))
-            throw Defect{states_setting, "'" + item.text + "' is no name for a state", name_rule};
+            throw Defect{states_setting, "'" + item.text + "' is no name for a state", name_rule,
+                         states.size()};
         if (std::ranges::find(states, item.text) != states.end())
-            throw Defect{states_setting, "a second state '" + item.text + "'", "rename one of them"};
+            throw Defect{states_setting, "a second state '" + item.text + "'", "rename one of them",
+                         states.size()};
         states.push_back(item.text);
     }
     if (states.empty()) throw Defect{states_setting, "`states` has no names", as_list};
@@ -80,7 +86,7 @@ std::vector<Row> rows_of(const std::string& text) {
     const std::string_view whole = trimmed(text);
     if (whole.empty()) return rows;
     const auto refuse = [&](const std::string& message, const std::string& remedy) {
-        throw Defect{transitions_setting, message, remedy};
+        throw Defect{transitions_setting, message, remedy, rows.size()};
     };
     const std::string form = "[from to condition minimum_time]";
     if (whole.front() != '[' || whole.back() != ']' || whole.find_first_of("%#") != whole.npos)
@@ -106,7 +112,8 @@ std::vector<Row> rows_of(const std::string& text) {
         if (!is_new_row || row.empty()) continue;
         if (row.size() != columns)
             refuse("row " + std::to_string(rows.size() + 1) + " of `transitions` has " +
-                       std::to_string(row.size()) + (row.size() == 1 ? " entry" : " entries"),
+                       std::to_string(row.size()) + (row.size() == 1 ? " entry" : " entries") + ", '" +
+                       text.substr(row.front().begin, row.back().end - row.front().begin) + "'",
                    "a row is " + form + "; put an entry with blanks in parentheses");
         std::copy(row.begin(), row.end(), rows.emplace_back().begin());
         row.clear();
@@ -123,10 +130,10 @@ std::optional<std::size_t> place_of(const std::string& text, std::size_t count) 
 }
 
 std::size_t required_place(const std::string& text, std::size_t count, const char* setting,
-                           const std::string& what) {
+                           const std::string& what, std::optional<std::size_t> row = {}) {
     if (const auto place = place_of(text, count)) return *place;
     throw Defect{setting, what + " '" + text + "', which is no number of a state",
-                 "states are numbered 1 to " + std::to_string(count)};
+                 "states are numbered 1 to " + std::to_string(count), row};
 }
 
 Chart read_chart(const Block& block) {
@@ -135,11 +142,14 @@ Chart read_chart(const Block& block) {
     const std::size_t count = chart.states.size();
     const std::string text = text_of(block, transitions_setting), initial = text_of(block, initial_setting);
     for (const Row& row : rows_of(text)) {
-        const std::string number = "row " + std::to_string(chart.transitions.size() + 1);
-        chart.transitions.push_back(
-            {required_place(part(text, row[0]), count, transitions_setting, number + " leads from"),
-             required_place(part(text, row[1]), count, transitions_setting, number + " leads to"),
-             part(text, row[2]), part(text, row[3])});
+        const std::size_t number = chart.transitions.size();
+        const auto state = [&](int column, const char* leads) {
+            return required_place(part(text, row[static_cast<std::size_t>(column)]), count,
+                                  transitions_setting,
+                                  "row " + std::to_string(number + 1) + " leads " + leads, number);
+        };
+        const std::size_t from = state(0, "from"), to = state(1, "to");
+        chart.transitions.push_back({from, to, part(text, row[2]), part(text, row[3])});
     }
     if (!initial.empty()) chart.initial = required_place(initial, count, initial_setting, "`initial` is");
     return chart;
@@ -187,7 +197,7 @@ std::optional<Chart> chart_of(const Block& block, Diagnostic* defect) {
     try {
         return read_chart(block);
     } catch (const Defect& found) {
-        if (defect) *defect = {where(block, found.setting), "", found.message, found.remedy};
+        if (defect) *defect = {where(block, found.setting, found.row), "", found.message, found.remedy};
         return {};
     }
 }
@@ -215,15 +225,23 @@ std::optional<std::size_t> ChartEditor::find_transition(std::string_view name) c
     return {};
 }
 
-void ChartEditor::write(const char* setting, std::string text) {
+void ChartEditor::write(const char* setting, std::string text, RowChange change) {
+    const auto find = [&] { return std::ranges::find(block_.settings, setting, &Setting::name); };
+    const auto known = find();
+    std::vector<Location> rows =
+        known == block_.settings.end() ? std::vector<Location>() : std::move(known->value.rows);
+    if (change.removed && *change.removed < rows.size())
+        rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(*change.removed));
+    if (change.is_added && !rows.empty()) rows.emplace_back();
     set(block_, setting, std::move(text));
+    find()->value.rows = std::move(rows);
     chart_ = *chart_of(block_);
 }
 
 void ChartEditor::add_state(const std::string& name) {
     const std::string text = text_of(block_, states_setting);
     const std::string list = with_item(text, listed_texts(text), ", ", listed(name));
-    write(states_setting, list.starts_with('[') ? list : "[" + list + "]");
+    write(states_setting, list.starts_with('[') ? list : "[" + list + "]", {.is_added = true});
 }
 
 void ChartEditor::rename_state(std::size_t state, const std::string& name) {
@@ -243,7 +261,7 @@ void ChartEditor::remove_state(std::size_t state) {
     }
     set_initial(initial);
     const std::string text = text_of(block_, states_setting);
-    write(states_setting, without_item(text, listed_texts(text), state));
+    write(states_setting, without_item(text, listed_texts(text), state), {.removed = state});
 }
 
 void ChartEditor::set_initial(std::size_t state) {
@@ -260,12 +278,13 @@ void ChartEditor::add_transition(std::size_t from, std::size_t to) {
     std::string row = std::to_string(from + 1);
     for (const std::string& entry : {std::to_string(to + 1), std::string("0"), std::string("0")})
         row += gap + entry;
-    write(transitions_setting, rows.empty() ? "[" + row + "]" : with_item(text, rows, "; ", row));
+    write(transitions_setting, rows.empty() ? "[" + row + "]" : with_item(text, rows, "; ", row),
+          {.is_added = true});
 }
 
 void ChartEditor::remove_transition(std::size_t transition) {
     const std::string text = text_of(block_, transitions_setting);
-    write(transitions_setting, without_item(text, rows_of(text), transition));
+    write(transitions_setting, without_item(text, rows_of(text), transition), {.removed = transition});
 }
 
 void ChartEditor::set_entry(std::size_t transition, std::size_t column, const std::string& text) {

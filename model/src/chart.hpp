@@ -7,6 +7,12 @@
 
 namespace bf::model {
 
+/// What becomes of the rows of a matrix, or the items of a list.
+struct RowChange {
+    std::optional<std::size_t> removed = {};
+    bool is_added = false; ///< one more at the end
+};
+
 /// Edits the settings of a state machine; what else they say stays as it is written. Each edit keeps the
 /// chart right: no state is named twice, and rows lead from states to states.
 class ChartEditor {
@@ -29,7 +35,7 @@ class ChartEditor {
     void set_entry(std::size_t transition, std::size_t column, const std::string& text);
 
   private:
-    void write(const char* setting, std::string text);
+    void write(const char* setting, std::string text, RowChange change = {});
 
     Block& block_;
     Chart chart_;

@@ -16,7 +16,7 @@ template <typename Owner> constexpr auto place() {
 BF_FIELDS(model::Comments, has("before", &T::before), has("trailing", &T::trailing))
 BF_FIELDS(model::Location, has("line", &T::line), has("column", &T::column))
 BF_FIELDS(model::Expression, has("text", &T::text), one_of("quotes", &T::quotes, model::choices::quotes),
-          spelt("spelling", &T::spelling), spelt("where", &T::where))
+          spelt("spelling", &T::spelling), spelt("where", &T::where), spelt("rows", &T::rows))
 BF_FIELDS(model::Key, has("name", &T::name), place<T>())
 BF_FIELDS(model::Port, has("name", &T::name), has("shape", &T::shape), has("type", &T::type),
           has("unit", &T::unit), has("doc", &T::doc),

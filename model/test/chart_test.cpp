@@ -134,8 +134,8 @@ TEST(Chart, SaysWhatOfItsSettingsIsNoChart) {
         return all.substr(std::min(begin.size(), all.size()));
     };
     EXPECT_EQ(defect("rows"), "`transitions` is 'rows', which is evaluated first");
-    EXPECT_EQ(defect("[1 2 0 0, 2 1 0]"), "row 1 of `transitions` has 7 entries");
-    EXPECT_EQ(defect("[1 2 0 0; 2]"), "row 2 of `transitions` has 1 entry");
+    EXPECT_EQ(defect("[1 2 0 0, 2 1 0]"), "row 1 of `transitions` has 7 entries, '1 2 0 0, 2 1 0'");
+    EXPECT_EQ(defect("[1 2 0 0; 2]"), "row 2 of `transitions` has 1 entry, '2'");
     EXPECT_EQ(defect("[1 2 0 (0]"), "row 1 of `transitions` has a bracket too much");
     EXPECT_EQ(defect("[1 2 0 0; n 1 0 0]"), "row 2 leads from 'n', which is no number of a state");
     EXPECT_EQ(defect("[1 3 0 0]"), "row 1 leads to '3', which is no number of a state");

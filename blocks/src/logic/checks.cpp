@@ -1,4 +1,5 @@
 // State machines, assertions and what a run reports about itself.
+#include "bf/base/numbers.hpp"
 #include "bf/kernels/standard.hpp"
 
 #include "../groups.hpp"
@@ -59,12 +60,12 @@ class StateMachine final : public Block {
 
     void infer(Inference& inference) const override {
         const Size* s = inference.size(conditions);
-        const int needed = transitions->size() > 0 && transitions->cols() == 4
-                               ? static_cast<int>(transitions->col(2).maxCoeff())
-                               : 0;
-        if (s && s->count() < needed)
-            inference.refuse(label(resolution(), conditions.index()) +
-                             " is too short: 'transitions' names condition " + std::to_string(needed));
+        if (!s || transitions->size() == 0 || transitions->cols() != 4) return;
+        Eigen::Index row = 0;
+        const int needed = static_cast<int>(transitions->col(2).maxCoeff(&row));
+        if (s->count() < needed)
+            inference.refuse(label(resolution(), conditions.index()) + " is too short: 'transitions', row " +
+                             std::to_string(row + 1) + ", names condition " + std::to_string(needed));
     }
 
   private:
@@ -81,12 +82,16 @@ class StateMachine final : public Block {
         for (Eigen::Index i = 0; i < transitions->rows(); ++i) {
             const auto row = transitions->row(i);
             const auto is_state = [&](double s) { return s >= 1 && s <= count && s == std::floor(s); };
-            if (!is_state(row(0)) || !is_state(row(1)))
-                problem("argument 'transitions', row " + std::to_string(i + 1) +
-                        ": states are numbered 1 to " + std::to_string(states->size()));
-            if (row(2) < 0 || row(2) != std::floor(row(2)) || !(row(3) >= 0))
-                problem("argument 'transitions', row " + std::to_string(i + 1) +
-                        ": condition must be a whole number and minimum_time must not be negative");
+            const auto refuse = [&](const char* entry, double given, const std::string& rule) {
+                problem("argument 'transitions', row " + std::to_string(i + 1) + ": " + entry + " is " +
+                        number_text(given) + ", but " + rule);
+            };
+            const std::string numbers = "states are numbered 1 to " + std::to_string(states->size());
+            if (!is_state(row(0))) refuse("from", row(0), numbers);
+            if (!is_state(row(1))) refuse("to", row(1), numbers);
+            if (row(2) < 0 || row(2) != std::floor(row(2)))
+                refuse("condition", row(2), "conditions are numbered from 1, 0: none");
+            if (!(row(3) >= 0)) refuse("minimum_time", row(3), "it must not be negative");
         }
     }
 };

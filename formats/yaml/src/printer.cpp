@@ -198,8 +198,7 @@ std::optional<std::string> Printer::rows_edited(const Content& content, const En
                                                 std::size_t begin) {
     const model::Expression* const before = entry.old ? entry.old->content.value : nullptr;
     if (!before || !content.value || !entry.value->is_sequence()) return {};
-    return edited_rows(base_->text(), begin, entry.end, *entry.value, before->matlab(),
-                       content.value->matlab());
+    return edited_rows(base_->text(), begin, entry.end, *entry.value, *before, *content.value);
 }
 
 std::optional<std::string> Printer::flow_edited(const Content& content, Entry& entry) {

@@ -99,7 +99,47 @@ Expression Reader::read_flow(const Node& value, const std::string& path) {
     if (!matrix.empty() && std::ranges::any_of(rows, [](auto row) { return !matrix_of_rows(row).empty(); }))
         report(value, path, "sequences nested more than twice", "a matrix is a sequence of rows");
     if (spelling != expression.text) expression.spelling = spelling;
+    const std::vector<std::string_view> ended = flow_items(slice, ';');
+    if (matrix.empty() && ended.size() > 1)
+        expression.rows = at(ended);
+    else if (value.is_sequence())
+        expression.rows = at(value.items);
     return expression;
+}
+
+constexpr std::size_t most_rows = 1000; // of longer lists, which programs write, no places are kept
+
+std::vector<Location> Reader::at(const std::vector<Node>& items) const {
+    std::vector<Location> places;
+    if (items.size() > most_rows) return places;
+    for (const Node& item : items) places.push_back(at(item));
+    return places;
+}
+
+std::vector<Location> Reader::at(const std::vector<std::string_view>& parts) const {
+    std::vector<Location> places;
+    if (parts.size() > most_rows) return places;
+    for (const std::string_view part : parts)
+        places.push_back(source_.at(static_cast<std::size_t>(part.data() - source_.text.data())));
+    return places;
+}
+
+/// Rows of a matrix in double quotes or on lines after '|'.
+std::vector<Location> Reader::rows_of_text(const Node& value) const {
+    const std::string_view written =
+        std::string_view(source_.text).substr(value.position, value.end - value.position);
+    const std::size_t open = written.find('[');
+    if (!value.text.starts_with('[') || open == written.npos || written.find('\\') != written.npos) return {};
+    std::vector<std::string_view> rows = flow_items(written.substr(open), ';');
+    if (rows.size() > 1 || value.quotes != Quotes::literal) return at(rows);
+    rows.clear(); // which end with their lines
+    for (std::size_t begin = open + 1; begin < written.size();) {
+        const std::size_t end = std::min(written.find('\n', begin), written.size());
+        const std::size_t first = written.find_first_not_of(" \t];", begin);
+        if (first < end) rows.push_back(written.substr(first, end - first));
+        begin = end + 1;
+    }
+    return at(rows);
 }
 
 /// A block sequence: a row, or the rows of a matrix.
@@ -112,13 +152,16 @@ Expression Reader::read_rows(const Node& key, const Node& value, const std::stri
         text += row ? element.substr(1, element.size() - 2) : element;
     }
     values.push_back({key.line, value.items.empty() ? key.line : value.items.back().line});
-    return {.text = "[" + text + "]", .where = at(value)};
+    return {.text = "[" + text + "]", .where = at(value), .rows = at(value.items)};
 }
 
 Expression Reader::read_expression(const Node& key, const Node& value, const std::string& path) {
     if (value.is_scalar()) {
         if (!value.text.empty() || value.quoted())
-            return {.text = value.text, .where = at(value), .quotes = value.quotes};
+            return {.text = value.text,
+                    .where = at(value),
+                    .quotes = value.quotes,
+                    .rows = value.quoted() ? rows_of_text(value) : std::vector<Location>()};
     } else if (value.is_sequence()) {
         return value.flow ? read_flow(value, path) : read_rows(key, value, path);
     } else if (value.is_map()) {

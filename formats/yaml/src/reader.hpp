@@ -40,6 +40,9 @@ class Reader {
     using OnEntry = std::function<void(const Node& key, const Node& value)>;
 
     model::Location at(const Node& node) const { return source_.at(node.line, node.column); }
+    std::vector<model::Location> at(const std::vector<Node>& items) const;
+    std::vector<model::Location> at(const std::vector<std::string_view>& parts) const;
+    std::vector<model::Location> rows_of_text(const Node& value) const;
     void report(const Node& node, const std::string& path, std::string message, std::string remedy) {
         wrong.push_back({at(node), path, std::move(message), std::move(remedy)});
     }

@@ -68,6 +68,27 @@ std::vector<std::optional<std::size_t>> origins(const std::vector<Texts>& before
     return from;
 }
 
+/// The same by where they were read; nothing where that is not known of all of them, or their order changed.
+std::optional<std::vector<std::optional<std::size_t>>> known_origins(
+    const std::vector<model::Location>& before, const std::vector<model::Location>& after, std::size_t n,
+    std::size_t m) {
+    if (before.size() != n || after.size() != m) return {};
+    std::vector<std::optional<std::size_t>> from(m);
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < m; ++k) {
+        if (!after[k]) continue;
+        const auto is_it = [&](const model::Location& place) {
+            return place.line == after[k].line && place.column == after[k].column;
+        };
+        const auto found =
+            std::find_if(before.begin() + static_cast<std::ptrdiff_t>(next), before.end(), is_it);
+        if (found == before.end()) return {};
+        from[k] = static_cast<std::size_t>(found - before.begin());
+        next = *from[k] + 1;
+    }
+    return from;
+}
+
 /// A row where it stands: what leads to it from the end of the line before, or from the row before on the
 /// same line, and what follows it on its line.
 struct Row {
@@ -138,25 +159,31 @@ class Rows {
         return true;
     }
 
-    std::string written(const Texts& before, const Texts& after) const {
+    std::string written(const Texts& before, const Texts& after,
+                        const std::optional<std::vector<std::optional<std::size_t>>>& known) const {
         std::vector<Texts> old_entries, new_entries;
         for (const auto row : before) old_entries.push_back(is_list() ? Texts{row} : entries_of(row));
         for (const auto row : after) new_entries.push_back(is_list() ? Texts{row} : entries_of(row));
-        const auto from = origins(old_entries, new_entries);
+        const auto from = known ? *known : origins(old_entries, new_entries);
         std::string result = head_;
+        bool is_behind_comment = false;
         for (std::size_t k = 0; k < after.size(); ++k) {
             const Row* const old = from[k] ? &rows_[*from[k]] : nullptr;
             const std::string own = old ? old->lead : new_lead();
             const bool is_first = k == 0, is_last = k + 1 == after.size();
+            std::string lead = own;
             if (is_first)
-                result += is_blank(rows_[0].lead) && is_blank(own) ? rows_[0].lead : own;
-            else
-                result += old == &rows_[0] && is_flow_ && is_blank(own) ? new_lead() : own;
+                lead = is_blank(rows_[0].lead) && is_blank(own) ? rows_[0].lead : own;
+            else if (old == &rows_[0] && is_flow_ && is_blank(own))
+                lead = new_lead();
+            if (is_behind_comment && lead.find('\n') == lead.npos) lead = "\n" + std::string(column(), ' ');
+            result += lead;
             result += old ? changed(*old, before[*from[k]], after[k], old_entries[*from[k]], new_entries[k])
                           : in_form(after[k]);
             const std::string trail = old ? old->trail : "";
             result += is_last ? close_ : separator_;
             result += trail;
+            is_behind_comment = trail.find('#') != trail.npos;
         }
         return result + tail_;
     }
@@ -167,6 +194,12 @@ class Rows {
     std::string_view without_separator(std::string_view gap) const {
         const std::size_t at = gap.find(separator_);
         return at == gap.npos || !is_blank(gap.substr(0, at)) ? gap : gap.substr(at + 1);
+    }
+
+    /// Of the first row.
+    std::size_t column() const {
+        const std::size_t begin = extents_[0].first, line_end = text_.rfind('\n', begin);
+        return begin - (line_end == text_.npos ? 0 : line_end + 1);
     }
 
     /// As that of the last row, without its comments.
@@ -217,8 +250,9 @@ std::string read_again(const std::string& lines) {
 } // namespace
 
 std::optional<std::string> edited_rows(std::string_view text, std::size_t begin, std::size_t end,
-                                       const Node& value, const std::string& before,
-                                       const std::string& after) {
+                                       const Node& value, const model::Expression& old,
+                                       const model::Expression& wanted) {
+    const std::string before = old.matlab(), after = wanted.matlab();
     constexpr std::size_t most_pairs = 1000000; // each of which is compared
     if (!before.starts_with('[') || !after.starts_with('[')) return {};
     const bool are_rows = !value.items.empty() &&
@@ -230,7 +264,8 @@ std::optional<std::string> edited_rows(std::string_view text, std::size_t begin,
     const std::string_view slice = text.substr(value.position, value.end - value.position);
     Rows rows = has_ends ? Rows(text, flow_items(slice, separator)) : Rows(text, value, are_rows);
     if (!rows.cut(begin, end, value.end, old_rows.size())) return {};
-    std::string edited = rows.written(old_rows, new_rows);
+    std::string edited = rows.written(old_rows, new_rows,
+                                      known_origins(old.rows, wanted.rows, old_rows.size(), new_rows.size()));
     return read_again(edited) == after ? std::optional(std::move(edited)) : std::nullopt;
 }
 

@@ -2,6 +2,8 @@
 #include "bf/model/edit.hpp"
 #include "changes.hpp"
 
+#include <random>
+
 namespace bf::formats {
 namespace {
 
@@ -136,6 +138,132 @@ TEST(EditedRows, OfAnyMatrixKeepTheirLines) {
     EXPECT_EQ(changes(Set{"g", "K", "k"}, text),
               (Lines{"-     K:", "-     - [1, 0]   # x", "-     - - 0", "-       - 2*k", "+     K: k   # x"}))
         << "what is no matrix any more is written anew";
+}
+
+// What a state machine says, with the comment of each state and row, kept apart from the document.
+struct Kept {
+    struct Row {
+        std::string from, to, minimum_time, comment;
+    };
+    std::vector<std::pair<std::string, std::string>> states; ///< name, comment
+    std::vector<Row> rows;
+};
+
+std::string text_of(const Kept& kept, bool is_flow) {
+    std::string text = "    states:";
+    const auto number = [&](const std::string& name) {
+        return std::to_string(std::ranges::find(kept.states, name, [](const auto& s) { return s.first; }) -
+                              kept.states.begin() + 1);
+    };
+    const auto line = [&](std::size_t i, std::size_t count, const std::string& item,
+                          const std::string& comment) {
+        text += is_flow ? (i == 0 ? " [" : "\n      ") + item + (i + 1 < count ? ",  # " : "]  # ") + comment
+                        : "\n      - " + item + "  # " + comment;
+    };
+    for (std::size_t i = 0; i < kept.states.size(); ++i)
+        line(i, kept.states.size(), kept.states[i].first, kept.states[i].second);
+    text += "\n    transitions:";
+    for (std::size_t i = 0; i < kept.rows.size(); ++i) {
+        const auto& row = kept.rows[i];
+        line(i, kept.rows.size(),
+             "[" + number(row.from) + ", " + number(row.to) + ", 0, " + row.minimum_time + "]", row.comment);
+    }
+    return text + "\n";
+}
+
+/// Comments behind items, in their order; an item without one has an empty text.
+std::vector<std::string> comments_of(const std::string& text) {
+    std::vector<std::string> comments;
+    for (const std::string& line : lines_of(text)) {
+        const bool has_item = line.starts_with("      ") || line.find(": [") != line.npos;
+        const std::size_t begin = line.find("# ");
+        if (has_item) comments.push_back(begin == line.npos ? "" : line.substr(begin + 2));
+    }
+    return comments;
+}
+
+TEST(EditedRows, HaveTheCommentsThatTheyHadBeforeManyStatesCameAndWent) {
+    std::mt19937 random(7);
+    const auto any = [&](std::size_t count) { return random() % count; };
+    for (const bool is_flow : {false, true})
+        for (int round = 0; round < 60; ++round) {
+            Kept kept;
+            int fresh = 0;
+            for (int i = 0; i < 5; ++i)
+                kept.states.push_back({"s" + std::to_string(i), "S" + std::to_string(i)});
+            for (int i = 0; i < 8; ++i)
+                kept.rows.push_back({"s" + std::to_string(any(5)), "s" + std::to_string(any(5)), "1",
+                                     "R" + std::to_string(i)}); // many say the same
+            Model model = read_yaml_text(before + text_of(kept, is_flow) + after);
+            for (int i = 0; i < 14; ++i) {
+                const std::size_t state = any(kept.states.size());
+                const std::string name = kept.states[state].first, other = "n" + std::to_string(fresh++);
+                const std::size_t row = kept.rows.empty() ? 0 : any(kept.rows.size());
+                const auto path = [&] { return kept.rows[row].to + "." + std::to_string(row + 1); };
+                switch (any(6)) {
+                case 0:
+                    edit(model, Add{"m", {.name = other}, {}, {}});
+                    kept.states.push_back({other, ""});
+                    break;
+                case 1: {
+                    edit(model, Rename{"m." + name, other});
+                    kept.states[state].first = other;
+                    for (auto& r : kept.rows) {
+                        if (r.from == name) r.from = other;
+                        if (r.to == name) r.to = other;
+                    }
+                    break;
+                }
+                case 2:
+                    if (kept.states.size() < 3) break;
+                    edit(model, Remove{"m." + name});
+                    kept.states.erase(kept.states.begin() + static_cast<std::ptrdiff_t>(state));
+                    std::erase_if(kept.rows, [&](const auto& r) { return r.from == name || r.to == name; });
+                    break;
+                case 3:
+                    edit(model, Connect{"m", name, kept.states[0].first});
+                    kept.rows.push_back({name, kept.states[0].first, "0", ""});
+                    break;
+                case 4:
+                    if (kept.rows.size() < 2) break;
+                    edit(model, Disconnect{"m", {}, path()});
+                    kept.rows.erase(kept.rows.begin() + static_cast<std::ptrdiff_t>(row));
+                    break;
+                default:
+                    if (kept.rows.empty()) break;
+                    edit(model, Set{"m." + path(), "minimum_time", "2"});
+                    kept.rows[row].minimum_time = "2";
+                }
+                if (kept.rows.empty()) break;
+                std::vector<std::string> wanted;
+                for (const auto& [known, comment] : kept.states) wanted.push_back(comment);
+                for (const auto& r : kept.rows) wanted.push_back(r.comment);
+                const auto written = edited_yaml(model);
+                ASSERT_TRUE(written);
+                ASSERT_EQ(comments_of(written->substr(0, written->rfind("    initial"))), wanted) << *written;
+                if (any(4) == 0) { // another program looks at the file meanwhile
+                    model = read_yaml_text(*written);
+                }
+            }
+        }
+}
+
+TEST(EditedRows, KnowTheirLines) {
+    const auto lines = [](const std::string& settings) {
+        const Model model = read_yaml_text(before + settings + after);
+        std::vector<int> all;
+        for (const auto& where : model.root.blocks[0].find_setting("transitions")->value.rows)
+            all.push_back(where.line);
+        return all;
+    };
+    EXPECT_EQ(lines(block), (std::vector<int>{11, 13, 15}));
+    EXPECT_EQ(lines(flow), (std::vector<int>{7, 9, 10}));
+    EXPECT_EQ(lines("    transitions: [1 2 1 0;\n      2 1 0 2;\n      1 1 0 0]\n"),
+              (std::vector<int>{5, 6, 7}));
+    EXPECT_EQ(lines("    transitions: |\n      [1 2 1 0;\n\n       2 1 0 2]\n"), (std::vector<int>{6, 8}));
+    EXPECT_EQ(lines("    transitions: |\n      [\n      1 2 1 0\n      2 1 0 2\n      ]\n"),
+              (std::vector<int>{7, 8}));
+    EXPECT_EQ(lines("    transitions: \"[1 2 1 0; 2 1 0 2]\"\n"), (std::vector<int>{5, 5}));
 }
 
 } // namespace

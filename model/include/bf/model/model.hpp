@@ -39,6 +39,9 @@ struct Expression {
     Quotes quotes = Quotes::none;
     std::string spelling =
         {}; ///< how the document spells it, where that is not `text` (nested or broken sequences)
+    /// Where each row of a matrix, or each item of a list, was read from; no place: it came later. Empty
+    /// where nobody knows.
+    std::vector<Location> rows = {};
 
     bool quoted() const { return quotes != Quotes::none; }
 

@@ -195,7 +195,8 @@ std::vector<std::pair<std::string, std::string>> exchanged(const Diagram& from, 
     for (std::size_t i = 0; i < changed.size(); ++i)
         before.each_wire(changed[i].before, [&](const auto&, const std::string& neighbour, const auto&) {
             const std::string& own = path(changed[i]);
-            const auto differs = std::ranges::mismatch(own, neighbour).in1 - own.begin();
+            const auto differs =
+                std::mismatch(own.begin(), own.end(), neighbour.begin(), neighbour.end()).first - own.begin();
             const std::size_t begin = own.substr(0, static_cast<std::size_t>(differs)).rfind('.') + 1;
             const std::size_t end = std::min(own.find('.', begin), own.size());
             const std::string beside = neighbour.substr(0, neighbour.find('.', begin)) + own.substr(end);

@@ -50,9 +50,12 @@ template <class R, class F, class P = identity> constexpr bool all_of(R&& r, F i
 template <class R, class F, class P = identity> constexpr bool none_of(R&& r, F is, P by = {}) {
     return std::none_of(std::begin(r), std::end(r), projected(is, by));
 }
-template <class A, class B, class F = equal_to> constexpr bool equal(A&& a, B&& b, F is_same = {}) {
+template <class A, class B, class F = equal_to, class P = identity, class Q = identity>
+constexpr bool equal(A&& a, B&& b, F is_same = {}, P of_a = {}, Q of_b = {}) {
     return std::equal(std::begin(a), std::end(a), std::begin(b), std::end(b),
-                      [&](auto&& x, auto&& y) -> bool { return std::invoke(is_same, x, y); });
+                      [&](auto&& x, auto&& y) -> bool {
+                          return std::invoke(is_same, std::invoke(of_a, x), std::invoke(of_b, y));
+                      });
 }
 template <class R, class C = less, class P = identity> constexpr void sort(R&& r, C compare = {}, P by = {}) {
     std::sort(std::begin(r), std::end(r), compared(compare, by));

@@ -40,7 +40,7 @@ std::vector<std::string> conditions_of(const model::Model& model, const std::str
                                        const Diagram& diagram) {
     const Inside place = inside(model, machine);
     if (!place.machine) return {};
-    const auto [system, name] = model::split_last(machine);
+    const std::string system = model::split_last(machine).first;
     return condition_names(*place.machine, *place.system, diagram, [&](const std::string& block) {
         const auto found = std::ranges::find(diagram.nodes, joined(system, block), &DiagramNode::path);
         return found == diagram.nodes.end() ? nullptr : &*found;

@@ -98,6 +98,8 @@ void Registry::add(const Library& library) {
 void Registry::load_plugin(const std::string& name) {
     const auto loaded = [&](const auto& p) { return p.name == name || p.file == name; };
     if (std::any_of(plugins_.begin(), plugins_.end(), loaded)) return;
+    // Something else may stand for the plugin.
+    if (std::ranges::any_of(classes_, [&](const auto& known) { return known->library == name; })) return;
 
     fs::path file;
     if (name.find('/') != std::string::npos)

@@ -3,9 +3,11 @@
 #include "bf/base/files.hpp"
 #include "bf/blocks/standard.hpp"
 #include "bf/formats/yaml.hpp"
+#include "bf/library/stand_ins.hpp"
 
 #include <dlfcn.h>
 #include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -64,6 +66,21 @@ LoadedModel load(ModelSource source, const fs::path& shown, const std::vector<Ov
     return found;
 }
 
+/// For plugins that are not there, as far as the search path has their declarations.
+void add_stand_ins(Registry& registry) {
+    std::set<std::string> known;
+    for (const auto& name : registry.available_plugins()) known.insert(name);
+    for (const auto& folder : registry.search_path()) {
+        std::error_code unreadable;
+        for (const auto& entry : fs::directory_iterator(folder, unreadable)) {
+            std::string name = entry.path().filename();
+            if (!name.ends_with(declarations_ending)) continue;
+            name.resize(name.size() - std::string_view(declarations_ending).size());
+            if (known.insert(name).second) registry.add(stand_ins(read_text_file(entry.path())));
+        }
+    }
+}
+
 } // namespace
 
 std::unique_ptr<Registry> make_registry() {
@@ -74,6 +91,7 @@ std::unique_ptr<Registry> make_registry() {
     Dl_info core{};
     if (::dladdr(reinterpret_cast<const void*>(&did_you_mean), &core) != 0)
         registry->add_search_path(fs::path(core.dli_fname).parent_path() / "blockfactory");
+    add_stand_ins(*registry);
     return registry;
 }
 

@@ -19,13 +19,13 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A folder of its own, which goes with it.
-class Library : public testing::Test {
+class InAFolder : public testing::Test {
   protected:
-    Library() {
+    InAFolder() {
         std::string name = (fs::temp_directory_path() / "bf_library_XXXXXX").string();
         folder_ = ::mkdtemp(name.data());
     }
-    ~Library() override { fs::remove_all(folder_); }
+    ~InAFolder() override { fs::remove_all(folder_); }
 
     fs::path write(const std::string& name, const std::string& text) const {
         std::ofstream(folder_ / name) << text;
@@ -64,7 +64,7 @@ std::string errors_of(const std::function<void()>& action) {
     return "";
 }
 
-using Load = Library;
+using Load = InAFolder;
 
 TEST_F(Load, TheLastChangeOfANameCounts) {
     const fs::path file = write("m.yaml", decay);
@@ -163,7 +163,7 @@ TEST(PointsOfSweeps, LieBetweenTheirBoundsHoweverFarApart) {
     EXPECT_TRUE(is_below && is_above);
 }
 
-using Sweeps = Library;
+using Sweeps = InAFolder;
 
 TEST_F(Sweeps, GiveWhatSingleRunsGive) {
     const fs::path file = write("m.yaml", decay);

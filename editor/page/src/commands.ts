@@ -22,7 +22,7 @@ const several = (count: number) => (s: Session) => s.placed.length >= count;
 const has_wires = (s: Session) => s.chosen.some((e) => e.kind === "wire");
 const grow = (x: number, y: number) => (s: Session) => s.grow({ x, y });
 const has_blocks = (s: Session) => s.chosen_blocks.length > 0;
-const is_simulated = (s: Session) => s.run.live === null;
+const is_simulated = (s: Session) => s.run.live === null && !s.run.recorded;
 const only = (s: Session) => s.only;
 const has_wire = (s: Session) => only(s)?.kind === "wire" && !s.is_chart;
 const has_signal = (s: Session) => s.signal !== null;

@@ -3,7 +3,8 @@ import { Refusal, type Place, type Socket } from "./client.ts";
 /** What bf publish writes beside the page: the service in WebAssembly, and the files of the model. */
 export interface Published {
   engine: { script: string; wasm: string }; // of a worker; gzip in base64
-  model: { file: string; files: Record<string, string> }; // base64
+  /** Files as gzip in base64; of a model that does not run here also one of these files, which was recorded, and what its plugins declare. */
+  model: { file: string; files: Record<string, string>; recording?: string; plugins?: Record<string, string> };
 }
 type Told = string | ArrayBuffer | { is_open: true } | { wrong: string } | { id: number; value: unknown };
 
@@ -34,8 +35,10 @@ export class Engine implements Place {
         this.socket.onopen?.(new Event("open"));
       }
     };
-    const files = Object.entries(model.files).map(([name, base64]) => [name, bytes_of(base64)]);
-    unpacked(bytes_of(engine.wasm)).then((wasm) => worker.postMessage({ wasm, file: model.file, files }, [wasm]),
+    const unpack = (files: Record<string, string> = {}) => Promise.all(Object.entries(files).map(async ([name, gzip]) => [name, new Uint8Array(await unpacked(bytes_of(gzip)))]));
+    const { file, recording } = model;
+    Promise.all([unpacked(bytes_of(engine.wasm)), unpack(model.files), unpack(model.plugins)]).then(
+      ([wasm, files, plugins]) => worker.postMessage({ wasm, file, files, recording, plugins }, [wasm]),
       (error: Error) => failed(error.message));
   }
 

@@ -498,6 +498,8 @@ export interface RunState {
   live: LiveProgram | null;
   /** what the run has otherwise than the model as it is now */
   tuned: Tune[];
+  /** why this is what was recorded, and nothing runs; empty: it is a run */
+  recorded: string;
 }
 
 /** Of the run, or of the model where nothing runs. */

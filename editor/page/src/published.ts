@@ -12,7 +12,7 @@ declare global {
 }
 
 choose(chosen());
-const { file, files } = blockfactory.model, folder = file.slice(0, file.lastIndexOf("/") + 1);
-const recordings = Object.keys(files).filter((name) => name.startsWith(folder) && name.endsWith(".mcap")).map((name) => name.slice(folder.length));
+const { file, files, recording } = blockfactory.model, folder = file.slice(0, file.lastIndexOf("/") + 1);
+const recordings = Object.keys(files).filter((name) => name.startsWith(folder) && name.endsWith(".mcap") && name !== recording).map((name) => name.slice(folder.length));
 const session: Session = new Session(new Engine(blockfactory, (text) => (session.message = { text, part: "model" })), recordings);
 mount(App, { target: document.getElementById("page")!, props: { session } });

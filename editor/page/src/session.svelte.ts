@@ -28,7 +28,7 @@ type Tried = Omit<Draw, "system" | "show" | "marks_open">;
 const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
 const no_run: RunState = { state: "none", time: 0, step: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
-  branch: 0, branches: [], edit: null, live: null, tuned: [] };
+  branch: 0, branches: [], edit: null, live: null, tuned: [], recorded: "" };
 const state_of = (document: DocumentState | null) => `${document?.file} ${document?.revision} ${document?.is_checked}`;
 
 /** What one page knows and shows: the document as the service tells it, and what the person looks at. */
@@ -172,13 +172,13 @@ export class Session {
     [this.version, this.files] = [welcome.version, welcome.files];
     const before = this.document?.file;
     this.document = welcome.document;
+    this.take_run(welcome.run); // at once, as newer states may be on their way
+    this.attached.greet(welcome.page, welcome.live);
     this.drawn = ""; // another program may have come
     if (!is_again || before !== welcome.document.file) this.look_at("");
     await this.redraw();
     if (!is_again) this.fit();
     this.library = (await this.ask("library", {}))?.blocks ?? this.library;
-    this.take_run(welcome.run);
-    this.attached.greet(welcome.page, welcome.live);
     const compared = kept<Comparison>("sessionStorage", "comparison");
     if (!is_again && compared?.file === welcome.document.file) {
       if (welcome.run.state !== "none") this.compared = new Set(compared.branches);

@@ -148,7 +148,7 @@ export function frame(samples: { index: number; branch?: number; time: number; v
   return view.buffer;
 }
 
-const no_run: RunState = { state: "none", time: 0, step: 0, stop: null, factor: null, reached: 0, is_current: true, message: "", branch: 0, branches: [], edit: null, live: null, tuned: [] };
+const no_run: RunState = { state: "none", time: 0, step: 0, stop: null, factor: null, reached: 0, is_current: true, message: "", branch: 0, branches: [], edit: null, live: null, tuned: [], recorded: "" };
 const signals: SignalInfo[] = [
   { index: 3, path: "error.y", elements: 1, names: [], unit: "rad/s", rows: 1, is_continuous: false, values: [] },
   { index: 4, path: "motor.x", elements: 2, names: ["i", "omega"], unit: "A", rows: 2, is_continuous: false, values: [] },

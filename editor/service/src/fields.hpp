@@ -101,7 +101,7 @@ BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("ti
           has("step", &T::step), has("stop", &T::stop), has("factor", &T::factor),
           has("reached", &T::reached), has("is_current", &T::is_current), has("message", &T::message),
           has("branch", &T::branch), has("branches", &T::branches), has("edit", &T::edit),
-          has("live", &T::live), has("tuned", &T::tuned))
+          has("live", &T::live), has("tuned", &T::tuned), has("recorded", &T::recorded))
 BF_FIELDS(service::SignalInfo, has("index", &T::index), has("path", &T::path), has("elements", &T::elements),
           has("names", &T::names), has("unit", &T::unit), has("rows", &T::rows),
           has("is_continuous", &T::is_continuous), has("values", &T::values))

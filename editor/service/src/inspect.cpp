@@ -11,6 +11,8 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
+#include <stdexcept>
 
 namespace bf::service {
 
@@ -200,6 +202,21 @@ Variables variables_of(const model::System& system, const std::string& path, con
     };
     add(add, system.variables, "");
     return found;
+}
+
+Variables variables_seen_in(const std::string& path, const model::Model& model, const Diagram& diagram,
+                            const std::vector<model::Diagnostic>& diagnostics) {
+    Variables all;
+    std::set<std::string> hidden; // by those of inner subsystems
+    const auto head = [](const VariableField& field) { return field.name.substr(0, field.name.find('.')); };
+    for (std::string at = path;; at = model::split_last(at).first) {
+        const model::System* system = model::find_system(model, at);
+        if (!system) throw std::runtime_error("there is no subsystem '" + at + "'");
+        for (auto& variable : variables_of(*system, at, diagram, diagnostics).variables)
+            if (!hidden.contains(head(variable))) all.variables.push_back(std::move(variable));
+        if (at.empty()) return all;
+        for (const auto& variable : all.variables) hidden.insert(head(variable));
+    }
 }
 
 } // namespace bf::service

@@ -21,5 +21,9 @@ Parameters parameters_of(Registry& registry, const model::Model& model, const Di
 /// The variables that the system at `path` declares, with what the diagnostics say of them.
 Variables variables_of(const model::System& system, const std::string& path, const Diagram& diagram,
                        const std::vector<model::Diagnostic>& diagnostics = {});
+/// The variables that expressions of the subsystem see, its own first. Throws std::runtime_error where there
+/// is none of that path.
+Variables variables_seen_in(const std::string& path, const model::Model& model, const Diagram& diagram,
+                            const std::vector<model::Diagnostic>& diagnostics);
 
 } // namespace bf::service

@@ -19,6 +19,15 @@ SignalInfo described(int index, const std::string& path, const recording::Channe
     return signal;
 }
 
+void append_samples(std::string& frame, int index, const recording::Channel& channel) {
+    const auto n = static_cast<std::uint32_t>(channel.info.elements());
+    frame.reserve(frame.size() + channel.samples() * (20 + 8 * std::size_t{n}));
+    for (std::size_t k = 0; k < channel.samples(); ++k) {
+        append_piece(frame, static_cast<std::uint32_t>(index), 0, n, channel.time(k));
+        for (std::size_t element = 0; element < n; ++element) append(frame, channel.value(k, element));
+    }
+}
+
 Recorded Recordings::open(const std::filesystem::path& file, const std::string& name) {
     Opened opened{++number_, recording::load(file)};
     Recorded told{opened.number, name, {}, opened.recording.defect};
@@ -38,15 +47,8 @@ std::optional<std::string> Recordings::samples(std::string_view what) const {
         if (!what.starts_with(prefix)) continue;
         for (std::size_t i = 0; i < recording.channels.size(); ++i) {
             if (what.substr(prefix.size()) != std::to_string(i)) continue;
-            const auto& channel = recording.channels[i];
-            const auto n = static_cast<std::uint32_t>(channel.info.elements());
             std::string bytes;
-            bytes.reserve(channel.samples() * (20 + 8 * std::size_t{n}));
-            for (std::size_t k = 0; k < channel.samples(); ++k) {
-                append_piece(bytes, static_cast<std::uint32_t>(i), 0, n, channel.time(k));
-                for (std::size_t element = 0; element < n; ++element)
-                    append(bytes, channel.value(k, element));
-            }
+            append_samples(bytes, static_cast<int>(i), recording.channels[i]);
             return bytes;
         }
     }

@@ -30,6 +30,9 @@ class Recordings {
     int number_ = 0;
 };
 
+/// All samples of a signal of that index, as pieces of a binary frame.
+void append_samples(std::string& frame, int index, const recording::Channel& channel);
+
 /// How the protocol calls a signal.
 SignalInfo described(int index, const std::string& path, const recording::ChannelInfo& info);
 

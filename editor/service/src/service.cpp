@@ -23,6 +23,7 @@
 #include "palette.hpp"
 #include "places.hpp"
 #include "placing.hpp"
+#include "recorded_run.hpp"
 #include "recordings.hpp"
 #include "stage.hpp"
 #include "typescript.hpp"
@@ -51,6 +52,7 @@ struct Service::State {
         : options(std::move(o)), folder(fs::absolute(options.file).lexically_normal().parent_path()),
           alive(std::make_shared<bool>(true)), project(opened(options.file)) {
         if (!options.attach.empty()) attach();
+        if (!options.recording.empty()) shown = std::make_unique<RecordedRun>(options.recording);
         check();
     }
 
@@ -89,6 +91,10 @@ struct Service::State {
                               if (alive.expired() || of != project.get()) return;
                               examined = found;
                               if (live && found->diagnostics.empty()) note_values(found->diagram);
+                              if (shown && found->diagnostics.empty()) {
+                                  shown->name_signals(found->diagram);
+                                  options.tell(notification("run", to_json(shown->state())));
+                              }
                               examined_revision = revision;
                               if (revision == project->revision()) checked_revision = revision;
                               tell_changed();
@@ -304,19 +310,7 @@ struct Service::State {
     Hits find(int, const Find& asked) { return found_in(project->model(), asked.text); }
 
     Variables variables(int, const InSystem& asked) {
-        Variables all;
-        std::set<std::string> hidden; // by those of inner subsystems
-        const auto head = [](const VariableField& field) {
-            return field.name.substr(0, field.name.find('.'));
-        };
-        for (std::string path = asked.system;; path = model::split_last(path).first) {
-            const model::System* system = model::find_system(project->model(), path);
-            if (!system) throw Refusal("there is no subsystem '" + path + "'");
-            for (auto& variable : variables_of(*system, path, diagram(), diagnostics()).variables)
-                if (!hidden.contains(head(variable))) all.variables.push_back(std::move(variable));
-            if (path.empty()) return all;
-            for (const auto& variable : all.variables) hidden.insert(head(variable));
-        }
+        return variables_seen_in(asked.system, project->model(), diagram(), diagnostics());
     }
 
     DocumentState edit(int, const Edit& asked) {
@@ -378,6 +372,7 @@ struct Service::State {
 
     RunState run_state() const {
         if (live) return unlike_the_model(live->state());
+        if (shown) return shown->state();
         if (!playback) return {};
         RunState state = playback->state();
         state.is_current = playback->revision() == project->revision();
@@ -477,6 +472,11 @@ struct Service::State {
             throw Refusal("only the run of another program has an emergency stop");
         if (asked.factor && !(*asked.factor > 0)) throw Refusal("'factor' takes a number greater than 0");
         if (asked.time && !(*asked.time >= 0)) throw Refusal("'time' takes a number that is not negative");
+        if (shown) {
+            if (asked.action != Action::to || !asked.time) throw Refusal(shown->state().recorded);
+            shown->look_at(*asked.time);
+            return run_state();
+        }
         if (!playback) {
             if (asked.action == Action::stop || asked.action == Action::pause) {
                 options.tell(notification("run", to_json(RunState())));
@@ -505,7 +505,7 @@ struct Service::State {
     Signals watch(int page, const Watch& asked) {
         wishes[page] = asked;
         Signals found{rewatch(page), {}};
-        if (live || playback)
+        if (live || shown || playback)
             for (const auto& path : asked.paths)
                 if (std::ranges::find(found.signals, path, &SignalInfo::path) == found.signals.end())
                     found.unknown.push_back(path);
@@ -513,7 +513,10 @@ struct Service::State {
     }
 
     std::vector<SignalInfo> run_signals() const {
-        return live ? live->signals() : playback ? playback->signals() : std::vector<SignalInfo>();
+        return live       ? live->signals()
+               : shown    ? shown->signals()
+               : playback ? playback->signals()
+                          : std::vector<SignalInfo>();
     }
 
     /// What pages wish, of this run. Returns what `page` gets.
@@ -532,6 +535,7 @@ struct Service::State {
                 }
         }
         if (live) live->watch({all.begin(), all.end()});
+        if (shown) options.send(shown->watch(all));
         if (playback) playback->watch({all.begin(), all.end()}, {branches.begin(), branches.end()});
         return own;
     }
@@ -542,6 +546,7 @@ struct Service::State {
             live->tune(asked, page);
             return run_state();
         }
+        if (shown) throw Refusal(shown->state().recorded);
         if (!playback) throw Refusal("nothing runs; start a run, or change the model");
         playback->tune(asked);
         return run_state();
@@ -561,7 +566,8 @@ struct Service::State {
     std::unique_ptr<Playback> playback;
     std::unique_ptr<Live> live; ///< where the run is another program's
     std::size_t live_signals = 0;
-    Values values; ///< of the model that was last found to be right
+    std::unique_ptr<RecordedRun> shown; ///< where there is a recording in place of a run
+    Values values;                      ///< of the model that was last found to be right
     std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
     Recordings recorded;

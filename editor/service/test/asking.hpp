@@ -23,16 +23,18 @@ class AskingTest : public ::testing::Test {
     AskingTest() : folder(test_folder()) {}
     void TearDown() override { service.reset(); }
 
-    void open(const std::string& name, MakeSceneries sceneries = {}) {
-        service = std::make_unique<Service>(Service::Options{
-            folder / name, "1.2.3",
-            [this](std::function<void()> task) {
-                const std::lock_guard lock(mutex_);
-                tasks_.push_back(std::move(task));
-                wake_.notify_one();
-            },
-            [this](const std::string& text) { told.push_back(Json::parse(text)); },
-            [this](const std::string& frame) { sent_bytes += frame.size(); }, std::move(sceneries)});
+    void open(const std::string& name, MakeSceneries sceneries = {},
+              const std::filesystem::path& recording = {}) {
+        service = std::make_unique<Service>(
+            Service::Options{folder / name, "1.2.3",
+                             [this](std::function<void()> task) {
+                                 const std::lock_guard lock(mutex_);
+                                 tasks_.push_back(std::move(task));
+                                 wake_.notify_one();
+                             },
+                             [this](const std::string& text) { told.push_back(Json::parse(text)); },
+                             [this](const std::string& frame) { sent_bytes += frame.size(); },
+                             std::move(sceneries), "", recording});
     }
 
     Json ask(const std::string& method, const Json& params = Json::object()) {

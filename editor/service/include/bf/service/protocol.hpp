@@ -156,6 +156,7 @@ struct RunState {
     std::optional<RunEdit> edit = {};
     std::optional<LiveProgram> live = {};
     std::vector<Tune> tuned = {}; ///< what the run has otherwise than the model as it is now
+    std::string recorded = {};    ///< why this is what was recorded, and nothing runs; empty: it is a run
 };
 
 /// What a value of a signal means to people.

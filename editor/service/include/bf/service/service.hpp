@@ -29,6 +29,7 @@ class Service {
         /// ws://HOST:PORT/?token=TOKEN or unix:PATH?token=TOKEN of a program that runs the model and is
         /// served live: its run is that of the pages. Empty: they have one of their own.
         std::string attach = {};
+        std::filesystem::path recording = {}; ///< of the model, which is looked at in place of a run
     };
 
     /// Throws model::Errors, FileError when the model cannot be read.

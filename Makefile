@@ -2,7 +2,7 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test check-all wasm mutate fuzz bench peers robots lint format build aarch64 configure deps lock clean
+.PHONY: demo test check-all wasm docs mutate fuzz bench peers robots lint format build aarch64 configure deps lock clean
 
 # What a build says while it goes on: how much is done, and since when.
 export NINJA_STATUS = [%p, %es] 
@@ -17,7 +17,7 @@ test: build
 	ctest --test-dir $(BUILD) --output-on-failure -j2
 
 # The whole tree and its tests once more, with Debian's clang, a build without robots and SUNDIALS, one for aarch64, and
-# published pages.
+# published pages with the site of the documentation.
 check-all: build
 	scripts/deps test
 	@test -f $(BUILD)/clang/build.ninja || CC=clang-14 CXX=clang++-14 cmake -S . -B $(BUILD)/clang -G Ninja -DBF_EVERY_COMPILER=ON $(CMAKE_FLAGS)
@@ -28,7 +28,7 @@ check-all: build
 	ninja -C $(BUILD)/reduced
 	ctest --test-dir $(BUILD)/reduced --output-on-failure -j2
 	tests/install/package_for_aarch64.sh $(abspath $(BUILD))/bin/bf $(CURDIR) $(abspath $(BUILD))
-	$(MAKE) wasm
+	$(MAKE) docs
 	ctest --test-dir $(BUILD) --output-on-failure -R '^editor.(publish|page)'
 
 # The parts of `bf publish`, which emscripten compiles; from then on $(BUILD) keeps them up to date.
@@ -36,6 +36,10 @@ wasm: configure
 	scripts/deps-wasm
 	cmake -S . -B $(BUILD) -DBF_WASM=ON --log-level=WARNING
 	ninja -C $(BUILD) bf bf_published
+
+# The documentation as a site in $(BUILD)/docs, whose examples run in the browser.
+docs: wasm
+	ninja -C $(BUILD) bf_docs
 
 # Small faults in the sources, and whether the tests of their folders notice; takes hours.
 mutate: deps

@@ -18,12 +18,12 @@ class Publish : public Command {
     }
     /// The files of the page's model, decoded by another program.
     nlohmann::json published(const std::string& page) const {
-        const auto decoded =
-            shell("python3 -c 'import base64, json, sys; model = "
-                  "json.loads(sys.stdin.read()[len(\"blockfactory.model = \"):-2]); "
-                  "print(json.dumps({**model, \"files\": {k: base64.b64decode(v).hex() for k, v in "
-                  "model[\"files\"].items()}}))' < " +
-                  page + "/model.js");
+        const auto decoded = shell("python3 -c 'import base64, gzip, json, sys; model = "
+                                   "json.loads(sys.stdin.read()[len(\"blockfactory.model = \"):-2]); "
+                                   "print(json.dumps({**model, \"files\": {k: "
+                                   "gzip.decompress(base64.b64decode(v)).hex() for k, v in "
+                                   "model[\"files\"].items()}}))' < " +
+                                   page + "/model.js");
         return nlohmann::json::parse(decoded.out);
     }
     std::string hex(const std::string& file) const {
@@ -87,6 +87,84 @@ TEST_F(Publish, CarriesAllFilesOfTheModelByNamesThatSayNothingOfThisComputer) {
     EXPECT_EQ(read("page/model.js").find(folder.string()), std::string::npos);
     for (const char* name : {"index.html", "page.js", "page.css", "engine.js"})
         EXPECT_TRUE(exists(std::string("page/") + name)) << name;
+}
+
+TEST_F(Publish, SeveralModelsHaveAPageEachAndShareTheirParts) {
+    if (!has_parts()) GTEST_SKIP() << "this build has no parts of published pages";
+    shell("mkdir a 'b b'");
+    write("a/m.yaml", "model: first\ndoc: a < b\nstep: 0.1\nstop: 1\nblocks:\n  c: {block: Constant}\n");
+    write("b b/m.yaml", "model: second\nstep: 0.1\nstop: 1\nblocks:\n  c: {block: Constant, value: 7}\n");
+    ASSERT_EQ(bf("run 'b b/m.yaml' --quiet --record r.mcap").code, 0);
+    const auto done = bf("publish a/m.yaml 'b b/m.yaml' -o page --recording r.mcap");
+    ASSERT_EQ(done.code, 0) << done.err;
+    EXPECT_EQ(shell("cd page && find . -name '*.js' -o -name '*.html' -o -name '*.svg' | sort").out,
+              "./a/m/index.html\n./a/m/model.js\n./a/m/model.svg\n./b b/m/index.html\n./b b/m/model.js\n./b "
+              "b/m/model.svg\n"
+              "./engine.js\n./icon.svg\n./index.html\n./page.js\n");
+    EXPECT_EQ(published("page/a/m")["files"].size(), 1u);
+    EXPECT_EQ(published("'page/b b/m'")["files"].size(), 2u);
+    const std::string list = read("page/index.html"), page = read("page/b b/m/index.html");
+    EXPECT_CONTAINS(
+        list, "<a href=\"b%20b/m/index.html\"><img src=\"b%20b/m/model.svg\" alt=\"\" /><b>second</b></a>");
+    EXPECT_CONTAINS(list, "<b>first</b></a> a &lt; b</li>");
+    EXPECT_EQ(list.find("{models}"), std::string::npos);
+    EXPECT_CONTAINS(page, "src=\"../../engine.js\"");
+    EXPECT_CONTAINS(page, "src=\"model.js\"");
+    EXPECT_EQ(page.find("{above}"), std::string::npos);
+}
+
+TEST_F(Publish, SeveralModelsAreEachGivenOnceAndARecordingIsOfOneOfThem) {
+    write("other.yaml", "model: other\nstep: 0.1\nstop: 1\nblocks:\n  c: {block: Constant}\n");
+    write("third.yaml", "model: third\nstep: 0.1\nstop: 1\nblocks:\n  c: {block: Constant}\n");
+    EXPECT_CONTAINS(bf("publish sine.yaml other.yaml ./sine.yaml -o page").err,
+                    "two models would have the page 'sine'; give each once, or rename one");
+    ASSERT_EQ(bf("run third.yaml --quiet --record r.mcap").code, 0);
+    EXPECT_CONTAINS(bf("publish sine.yaml other.yaml -o page --recording r.mcap").err,
+                    "r.mcap is a recording of " + (folder / "third.yaml").string() +
+                        ", which is not published");
+    EXPECT_FALSE(exists("page"));
+}
+
+TEST_F(Publish, CarriesOfARecordingItsSignalsAlone) {
+    if (!has_parts()) GTEST_SKIP() << "this build has no parts of published pages";
+    ASSERT_EQ(bf("run sine.yaml --quiet --record r.mcap --checkpoint-every 0.2").code, 0);
+    ASSERT_EQ(bf("publish sine.yaml -o page --recording r.mcap").code, 0);
+    ASSERT_NE(read("r.mcap").find(folder.string()), std::string::npos); // where the model is
+    shell("python3 -c 'import base64, json; model = "
+          "json.loads(open(\"page/model.js\").read()[len(\"blockfactory.model = "
+          "\"):-2]); open(\"copy.mcap\", "
+          "\"wb\").write(gzip.decompress(base64.b64decode(model[\"files\"][\"r.mcap\"])))'");
+    EXPECT_EQ(read("copy.mcap").find(folder.string()), std::string::npos);
+    EXPECT_EQ(read("copy.mcap").find("checkpoint"), std::string::npos);
+    ASSERT_EQ(bf("export r.mcap -o r.csv").code, 0);
+    ASSERT_EQ(bf("export copy.mcap -o copy.csv").code, 0);
+    EXPECT_EQ(read("copy.csv"), read("r.csv"));
+}
+
+TEST_F(Publish, CarriesTheImagesOfItsDrawingsAsFarAsTheyMayBeShown) {
+    if (!has_parts()) GTEST_SKIP() << "this build has no parts of published pages";
+    shell("mkdir m m/part && ln -s ../outside.svg m/link.svg && head -c 5000000 /dev/zero > m/large.svg");
+    const std::string picture = "<svg xmlns='http://www.w3.org/2000/svg'/>";
+    for (const char* name : {"outside.svg", "m/arm.svg", "m/unused.svg", "m/part/leg.svg", "m/icon.svg"})
+        write(name, picture);
+    write("m/fake.png", "no picture");
+    write("m/secret.txt", "secret");
+    write("m/part/inner.yaml",
+          "model: inner\nstep: 0.1\noutputs: [y]\nblocks:\n  c: {block: Constant}\nconnections: {c: y}\n"
+          "layout: {notes: {n: {image: leg.svg, x: 0, y: 0}}}\n");
+    write(
+        "m/m.yaml",
+        "model: m\nstep: 0.1\nblocks:\n  a: {file: part/inner.yaml}\n  b:\n    icon: icon.svg\n    blocks: "
+        "{}\n"
+        "layout:\n  notes:\n    arm: {image: arm.svg, x: 0, y: 0}\n    fake: {image: fake.png, x: 0, y: 0}\n"
+        "    text: {image: secret.txt, x: 0, y: 0}\n    out: {image: ../outside.svg, x: 0, y: 0}\n"
+        "    link: {image: link.svg, x: 0, y: 0}\n    large: {image: large.svg, x: 0, y: 0}\n");
+    const auto done = bf("publish m/m.yaml -o page");
+    ASSERT_EQ(done.code, 0) << done.err;
+    std::string names;
+    const auto model = published("page"); // items() of a temporary would not live
+    for (const auto& [name, text] : model["files"].items()) names += name + " ";
+    EXPECT_EQ(names, "arm.svg icon.svg m.yaml part/inner.yaml part/leg.svg ");
 }
 
 TEST_F(Publish, WritesIntoNoFolderThatHoldsSomething) {

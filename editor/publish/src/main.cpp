@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <emscripten.h>
 #include <memory>
 #include <string>
@@ -22,12 +23,13 @@ void say_text(const std::string& text) { page_say(text.data(), static_cast<int>(
 void send_bytes(const std::string& bytes) { page_send(bytes.data(), static_cast<int>(bytes.size())); }
 
 struct Published {
-    explicit Published(const char* file)
+    Published(const char* file, const char* recording)
         : service({.file = file,
                    .version = BF_VERSION,
                    .post = [this](std::function<void()> task) { later.post(std::move(task)); },
                    .tell = say_text,
-                   .send = send_bytes}) {}
+                   .send = send_bytes,
+                   .recording = recording}) {}
 
     Worker later;
     Service service;
@@ -39,11 +41,13 @@ std::unique_ptr<Published> published;
 
 extern "C" {
 
-/// Opens the model of a file that is there. Gives why not; empty: it is open.
-EMSCRIPTEN_KEEPALIVE const char* bf_open(const char* file) {
+/// Opens the model of a file that is there, for a run or, where there is a recording, for that in place of a
+/// run. Gives why not; empty: it is open.
+EMSCRIPTEN_KEEPALIVE const char* bf_open(const char* file, const char* recording) {
     static std::string wrong;
+    ::setenv("BLOCKFACTORY_PLUGIN_PATH", "/plugins", 1); // where worker.js puts declarations
     try {
-        published = std::make_unique<Published>(file);
+        published = std::make_unique<Published>(file, recording);
         wrong.clear();
     } catch (const std::exception& error) {
         wrong = error.what();

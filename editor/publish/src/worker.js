@@ -14,16 +14,17 @@
   }
   soon.port1.onmessage = work;
 
-  async function open({ wasm, file, files }) {
+  async function open({ wasm, file, files, recording, plugins }) {
     module = await make({ wasmBinary: wasm, say: (text) => postMessage(text), send: (bytes) => postMessage(bytes, [bytes]) });
-    for (const [name, bytes] of files) {
-      const path = `/model/${name}`;
+    const write = (path, bytes) => {
       module.FS.mkdirTree(path.slice(0, path.lastIndexOf("/")));
       module.FS.writeFile(path, bytes);
-      if (name.endsWith(".yaml")) originals.set(path, module.FS.readFile(path, { encoding: "utf8" }));
-    }
+      if (path.endsWith(".yaml")) originals.set(path, module.FS.readFile(path, { encoding: "utf8" }));
+    };
+    for (const [name, bytes] of files) write(`/model/${name}`, bytes);
+    for (const [name, bytes] of plugins) write(`/plugins/${name}`, bytes);
     opened = `/model/${file}`;
-    const wrong = module.ccall("bf_open", "string", ["string"], [opened]);
+    const wrong = module.ccall("bf_open", "string", ["string", "string"], [opened, recording ? `/model/${recording}` : ""]);
     if (wrong) throw new Error(wrong);
     postMessage({ is_open: true });
   }

@@ -45,7 +45,7 @@ TEST_F(Publish, RefusesBlocksOfPluginsByTheirPaths) {
     EXPECT_CONTAINS(refused.err,
                     "a published page runs the standard blocks alone, and these come from plugins:\n"
                     "  law.filter (WholeBodyToolbox/DiscreteFilter)\n"
-                    "put standard blocks in their place, or show the model as a picture");
+                    "put standard blocks in their place, or give what was recorded of the model");
     EXPECT_EQ(files(), "robot.yaml sine.yaml");
 }
 

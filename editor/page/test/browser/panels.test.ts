@@ -84,7 +84,9 @@ describe.skipIf(!is_there)("panels", () => {
   test("zoom together by pointer and keys, and measure between a mark and the pointer", async () => {
     await open(panel("a", "lines", ["motor.x"]), panel("b", "lines", ["error.y"]));
     await ended();
-    const plot = page.getByRole("application", { name: /^Plot a of/ }), over = plot.locator(".u-over"), box = (await over.boundingBox())!;
+    const plot = page.getByRole("application", { name: /^Plot a of/ }), over = plot.locator(".u-over");
+    await over.waitFor();
+    const box = (await over.boundingBox())!;
     const ticks = async (name: string) => (await shown(name).screenshot()).toString("base64");
     const whole = await ticks("b");
     await hand.drag({ x: box.x + box.width * 0.25, y: box.y + 20 }, { x: box.x + box.width * 0.5, y: box.y + 20 });

@@ -23,6 +23,11 @@ struct JsonContext {
 Json variant_to_json(const Operation& operation, JsonContext& context);
 Operation variant_from_json(const Json& json, JsonContext& context);
 
+/// In the file to which places refer?
+inline bool is_here(const Location& where, const JsonContext& context) {
+    return where && where.file == context.file;
+}
+
 template <typename T>
 Json value_to_json(const T& value, JsonContext& context, const choices::Words* words = nullptr) {
     if constexpr (is_optional<T>) {
@@ -40,11 +45,13 @@ Json value_to_json(const T& value, JsonContext& context, const choices::Words* w
     } else if constexpr (Listed<T>) {
         static const T usual{};
         Json object = Json::object();
+        if constexpr (std::is_same_v<T, Location>)
+            if (!is_here(value, context)) return object;
         for_each_field<T>([&](const auto& field) {
             const auto& member = value.*field.member;
             using Member = std::remove_cvref_t<decltype(member)>;
             if constexpr (std::is_same_v<Member, Location>)
-                if (!member || member.file != context.file) return;
+                if (!is_here(member, context)) return;
             if (!are_equal(member, usual.*field.member, true))
                 object[field.name] = value_to_json(member, context, field.words);
         });

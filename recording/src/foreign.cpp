@@ -1,5 +1,6 @@
-// Messages of other programs: JSON, and CDR (OMG, DDSI-RTPS 2.5, clause 10: PLAIN_CDR of version 1) with the
-// message definitions of ROS 2 (https://design.ros2.org/articles/legacy_interface_definition.html).
+// Messages of other programs: JSON, CDR (OMG, DDSI-RTPS 2.5, clause 10: PLAIN_CDR of version 1) with the
+// message definitions of ROS 2 (https://design.ros2.org/articles/legacy_interface_definition.html), and those
+// of ROS 1 (http://wiki.ros.org/msg), whose fields follow one another without gaps.
 #include "foreign.hpp"
 
 #include "bf/base/numbers.hpp"
@@ -14,10 +15,6 @@
 
 namespace bf::recording {
 namespace {
-
-constexpr int deepest = 20;                    ///< of messages in messages
-constexpr std::size_t most_elements = 1 << 20; ///< of an array
-constexpr std::size_t most_parts = 64;         ///< of an array of messages
 
 std::string joined(const std::string& path, const std::string& name) {
     return path.empty() ? name : path + "." + name;
@@ -58,7 +55,9 @@ class JsonDecoder final : public Decoder {
     }
 };
 
-// ---- CDR of ROS 2 ----
+// ---- ROS ----
+
+enum class Ros { one, two };
 
 enum class Primitive {
     boolean,
@@ -77,7 +76,8 @@ enum class Primitive {
 
 constexpr std::size_t sizes[] = {1, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1}; ///< in the order of Primitive
 
-std::optional<Primitive> primitive_of(std::string_view name) {
+std::optional<Primitive> primitive_of(std::string_view name, Ros ros) {
+    if (ros == Ros::one && name == "byte") return Primitive::int8;
     static constexpr std::pair<std::string_view, Primitive> all[] = {
         {"bool", Primitive::boolean},    {"byte", Primitive::uint8},    {"char", Primitive::uint8},
         {"uint8", Primitive::uint8},     {"int8", Primitive::int8},     {"uint16", Primitive::uint16},
@@ -110,9 +110,10 @@ std::string short_name(std::string_view name) {
 }
 
 /// Reads a message by its types.
-class CdrReader {
+class RosReader {
   public:
-    explicit CdrReader(Bytes message) : message_(message) {
+    RosReader(Bytes message, Ros ros) : message_(message), is_aligned_(ros == Ros::two) {
+        if (ros == Ros::one) return;
         if (message.size() < 4) throw Malformed("has no CDR header");
         const auto kind = std::to_integer<int>(message[0]) << 8 | std::to_integer<int>(message[1]);
         if (kind != 0 && kind != 1) throw Malformed("is in another CDR than the plain one of version 1");
@@ -152,7 +153,7 @@ class CdrReader {
 
   private:
     template <class T> T get() {
-        at_ += (sizeof(T) - (at_ - 4) % sizeof(T)) % sizeof(T); // aligned, from behind the header on
+        if (is_aligned_) at_ += (sizeof(T) - (at_ - 4) % sizeof(T)) % sizeof(T); // from behind the header on
         if (at_ + sizeof(T) > message_.size()) throw Malformed("ends before its last field");
         std::array<std::byte, sizeof(T)> bytes;
         std::copy_n(message_.begin() + static_cast<std::ptrdiff_t>(at_), sizeof(T), bytes.begin());
@@ -170,19 +171,26 @@ class CdrReader {
     Bytes message_;
     std::size_t at_ = 0, entered_ = 0;
     bool is_swapped_ = false;
+    const bool is_aligned_;
 };
 
 class RosDecoder final : public Decoder {
   public:
-    RosDecoder(std::string_view name, std::string_view schema) {
+    RosDecoder(std::string_view name, std::string_view schema, Ros ros) : ros_(ros) {
         // Definitions of other types follow, each behind a line of '=' and one with its name.
         types_.push_back({short_name(name), {}});
-        types_.push_back({"builtin_interfaces/Time", {}});
-        types_.push_back({"builtin_interfaces/Duration", {}});
-        for (const int i : {1, 2})
-            types_[static_cast<std::size_t>(i)].fields = {
-                {"sec", Primitive::int32, -1, Field::Kind::one, 1},
-                {"nanosec", Primitive::uint32, -1, Field::Kind::one, 1}};
+        const auto add_time = [&](const char* type, Primitive sec, const char* nanoseconds, Primitive nsec) {
+            types_.push_back(
+                {type,
+                 {{"sec", sec, -1, Field::Kind::one, 1}, {nanoseconds, nsec, -1, Field::Kind::one, 1}}});
+        };
+        if (ros == Ros::two) {
+            add_time("builtin_interfaces/Time", Primitive::int32, "nanosec", Primitive::uint32);
+            add_time("builtin_interfaces/Duration", Primitive::int32, "nanosec", Primitive::uint32);
+        } else {
+            add_time("time", Primitive::uint32, "nsec", Primitive::uint32);
+            add_time("duration", Primitive::int32, "nsec", Primitive::int32);
+        }
         std::vector<std::pair<std::size_t, std::vector<std::string>>> texts{{0, {}}};
         std::istringstream lines{std::string(schema)};
         for (std::string line; std::getline(lines, line);) {
@@ -205,7 +213,7 @@ class RosDecoder final : public Decoder {
     }
 
     void decode(Bytes message, const Visit& visit) const override {
-        CdrReader reader(message);
+        RosReader reader(message, ros_);
         read(reader, 0, "", visit);
     }
 
@@ -242,7 +250,7 @@ class RosDecoder final : public Decoder {
             }
         }
         if (const auto bound = base.find("<="); bound != base.npos) base.resize(bound); // string<=10
-        field.primitive = primitive_of(base);
+        field.primitive = primitive_of(base, ros_);
         if (!field.primitive) field.type = find_type(types_[type].name, base);
         types_[type].fields.push_back(std::move(field));
     }
@@ -250,8 +258,8 @@ class RosDecoder final : public Decoder {
     int find_type(const std::string& from, const std::string& name) const {
         const std::string package = from.substr(0, from.find('/'));
         const std::string whole = name.find('/') == name.npos ? package + "/" + name : short_name(name);
-        for (const std::string& known :
-             {whole, "builtin_interfaces/" + name, name == "Header" ? "std_msgs/Header" : whole})
+        for (const std::string& known : {whole, (ros_ == Ros::two ? "builtin_interfaces/" : "") + name,
+                                         name == "Header" ? "std_msgs/Header" : whole})
             if (const auto found = std::ranges::find(types_, known, &Type::name); found != types_.end())
                 return static_cast<int>(found - types_.begin());
         throw Malformed("the schema does not say what '" + name + "' is");
@@ -266,7 +274,7 @@ class RosDecoder final : public Decoder {
         is_known[type] = true;
     }
 
-    void read(CdrReader& reader, std::size_t type, const std::string& path, const Visit& visit) const {
+    void read(RosReader& reader, std::size_t type, const std::string& path, const Visit& visit) const {
         reader.enter();
         for (const Field& field : types_[type].fields) {
             const std::string name = joined(path, field.name);
@@ -286,6 +294,7 @@ class RosDecoder final : public Decoder {
         }
     }
 
+    const Ros ros_;
     std::vector<Type> types_; ///< the message's own first
 };
 
@@ -295,9 +304,15 @@ std::unique_ptr<Decoder> make_decoder(std::string_view message_encoding, std::st
                                       std::string_view schema_name, std::string_view schema) {
     if (message_encoding == "json") return std::make_unique<JsonDecoder>();
     if (message_encoding == "cdr" && schema_encoding == "ros2msg")
-        return std::make_unique<RosDecoder>(schema_name, schema);
-    throw Malformed("messages in '" + std::string(message_encoding) + "' with a schema in '" +
-                    std::string(schema_encoding) + "' are not read; 'json', and 'cdr' with 'ros2msg', are");
+        return std::make_unique<RosDecoder>(schema_name, schema, Ros::two);
+    if (message_encoding == "ros1" && schema_encoding == "ros1msg")
+        return std::make_unique<RosDecoder>(schema_name, schema, Ros::one);
+    if (message_encoding == "protobuf" && schema_encoding == "protobuf")
+        return make_protobuf_decoder(schema_name, schema);
+    throw Malformed(
+        "messages in '" + std::string(message_encoding) + "' with a schema in '" +
+        std::string(schema_encoding) +
+        "' are not read; 'json', 'cdr' with 'ros2msg', 'ros1' with 'ros1msg', and 'protobuf' are");
 }
 
 } // namespace bf::recording

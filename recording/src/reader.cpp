@@ -4,6 +4,7 @@
 #include "bf/base/numbers.hpp"
 #include "bf/base/open_file.hpp"
 #include "bf/recording/message.hpp"
+#include "compression.hpp"
 #include "foreign.hpp"
 #include "format.hpp"
 
@@ -66,7 +67,7 @@ class Parser {
                 if (!cut)
                     ended = record(opcode, buffer_, crc_before);
                 else if (opcode == Opcode::Chunk && left_ > chunk_header_bytes && read(left_))
-                    messages(Bytes(buffer_).subspan(chunk_header_bytes)); // not compressed, but unchecked
+                    cut_chunk(Cursor(buffer_));
             } catch (const Malformed& error) {
                 report(error.what());
             }
@@ -290,15 +291,29 @@ class Parser {
 
     void chunk(Cursor cursor) {
         cursor.take(16); // start and end time
-        cursor.get<std::uint64_t>();
+        const auto size = cursor.get<std::uint64_t>();
         const auto crc = cursor.get<std::uint32_t>();
         const std::string compression = cursor.text();
-        const Bytes records = cursor.take(cursor.get<std::uint64_t>());
-        if (!compression.empty())
-            return report("a chunk is compressed with '" + compression + "' and is left out");
+        Bytes records = cursor.take(cursor.get<std::uint64_t>());
+        std::vector<std::byte> whole;
+        if (!compression.empty()) {
+            constexpr std::uint64_t most = std::uint64_t{4} << 30;
+            if ((expanded_ += std::min(size, most)) > most)
+                throw Malformed(
+                    "its chunks have more than 4 GiB when they are decompressed; what follows is left out");
+            records = whole = decompressed(compression, records, size);
+        }
         if (is_wrong(crc, crc32(records)))
             return report("the checksum of a chunk is wrong; its messages are left out");
         if (!messages(records)) report("a chunk ends within a message");
+    }
+
+    /// The whole messages of a chunk that is cut, unchecked; of one that is compressed there are none.
+    void cut_chunk(Cursor cursor) {
+        cursor.take(28); // times, size and checksum
+        if (!cursor.text().empty()) return;
+        cursor.get<std::uint64_t>();
+        messages(cursor.rest());
     }
 
     /// False when the last record is not whole.
@@ -360,6 +375,7 @@ class Parser {
     std::uint32_t crc_ = 0, previous_crc_ = 0; // of all bytes read, with and without the last
     bool in_summary_ = false;
     std::uint64_t message_count_ = 0, counted_ = 0; // by the statistics, by us
+    std::uint64_t expanded_ = 0;                    // bytes of chunks that were compressed
     std::unordered_map<std::uint16_t, std::size_t> positions_;
     std::map<std::uint16_t, Schema> schemas_;
     std::map<std::uint16_t, Foreign> foreign_;

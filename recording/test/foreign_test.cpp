@@ -186,9 +186,16 @@ TEST(Foreign, LeavesOutWhatItDoesNotUnderstandAndSaysSo) {
         EXPECT_FALSE(recording.complete);
         return recording.defect;
     };
+    EXPECT_EQ(
+        defect("flatbuffer", "flatbuffer", ""),
+        "'other.mcap': the channel '/robot/odom' is left out: messages in 'flatbuffer' with a schema in "
+        "'flatbuffer' are not read; 'json', 'cdr' with 'ros2msg', 'ros1' with 'ros1msg', and 'protobuf' are");
     EXPECT_EQ(defect("protobuf", "protobuf", ""),
-              "'other.mcap': the channel '/robot/odom' is left out: messages in 'protobuf' with a "
-              "schema in 'protobuf' are not read; 'json', and 'cdr' with 'ros2msg', are");
+              "'other.mcap': the channel '/robot/odom' is left out: the schema does not say what 'a/B' is");
+    EXPECT_EQ(
+        defect("protobuf", "protobuf", "\x0a\xff"),
+        "'other.mcap': the channel '/robot/odom' is left out: the schema is no FileDescriptorSet: end of "
+        "buffer exception");
     EXPECT_EQ(
         defect("cdr", "ros2msg", "Unknown x"),
         "'other.mcap': the channel '/robot/odom' is left out: the schema does not say what 'Unknown' is");
@@ -221,23 +228,83 @@ TEST(Foreign, SurvivesHostileBytes) {
     }
 }
 
-TEST(Foreign, ReadsWhatThePythonWritersOfMcapWrite) {
-    const std::string folder = BF_BINARY_DIRECTORY "/foreign_test";
-    std::system(("mkdir -p '" + folder + "'").c_str());
-    const std::string command = "'" BF_PYTHON "' '" BF_SOURCE_DIRECTORY
+/// As a Python program writes it with other libraries.
+std::string written_file(const std::string& compression) {
+    const std::string folder = BF_BINARY_DIRECTORY "/foreign_test",
+                      file = folder + "/" + compression + ".mcap";
+    const std::string command = "mkdir -p '" + folder +
+                                "' && '" BF_PYTHON "' '" BF_SOURCE_DIRECTORY
                                 "/recording/test/write_foreign.py' '" +
-                                folder + "/other.mcap'";
-    ASSERT_EQ(std::system(command.c_str()), 0);
-    const Recording recording = load(folder + "/other.mcap");
-    EXPECT_EQ(recording.defect, "");
-    EXPECT_EQ(recording.channel("joint_states.position").info.elements(), 3u);
-    for (std::size_t k = 0; k < 50; ++k) {
-        const double t = static_cast<double>(k) / 10;
-        EXPECT_NEAR(recording.channel("joint_states.position").time(k), t, 1e-9);
-        EXPECT_EQ(recording.channel("joint_states.position").value(k, 1), std::sin(t));
-        EXPECT_EQ(recording.channel("imu.orientation.w").value(k), 1 - t);
-        EXPECT_EQ(recording.channel("imu.angular_velocity_covariance").value(k, 8), 0.5);
-        EXPECT_EQ(recording.channel("battery.cell.volts").value(k), 12 - t);
+                                file + "' " + compression;
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    return file;
+}
+
+TEST(Foreign, ReadsWhatThePythonWritersOfMcapWrite) {
+    for (const std::string compression : {"NONE", "LZ4", "ZSTD"}) {
+        SCOPED_TRACE(compression);
+        const Recording recording = load(written_file(compression));
+        EXPECT_EQ(recording.defect, "");
+        EXPECT_EQ(recording.channel("joint_states.position").info.elements(), 3u);
+        for (std::size_t k = 0; k < 50; ++k) {
+            const double t = static_cast<double>(k) / 10, n = static_cast<double>(k);
+            const auto value = [&](const std::string& name, std::size_t i = 0) {
+                return recording.channel(name).value(k, i);
+            };
+            EXPECT_NEAR(recording.channel("joint_states.position").time(k), t, 1e-9);
+            EXPECT_EQ(value("joint_states.position", 1), std::sin(t));
+            EXPECT_EQ(value("imu.orientation.w"), 1 - t);
+            EXPECT_EQ(value("imu.angular_velocity_covariance", 8), 0.5);
+            EXPECT_EQ(value("battery.cell.volts"), 12 - t);
+            EXPECT_EQ(value("old.header.seq"), n);
+            EXPECT_EQ(value("old.code"), -3);
+            EXPECT_EQ(value("old.lasting.sec"), -1);
+            EXPECT_EQ(value("old.effort", 1), -n);
+            EXPECT_EQ(value("old.counts", 2), n);
+            EXPECT_EQ(value("old.parts[2].id"), -std::ldexp(1, 40) - n);
+            for (const std::string arm : {"proto2", "proto3"}) {
+                const std::vector<std::pair<const char*, double>> ones{{"double", n / 8},
+                                                                       {"float", -0.5},
+                                                                       {"int64", -std::ldexp(1, 50)},
+                                                                       {"uint64", std::ldexp(1, 50)},
+                                                                       {"int32", -n},
+                                                                       {"fixed64", 3},
+                                                                       {"fixed32", 4},
+                                                                       {"bool", k % 2},
+                                                                       {"uint32", std::ldexp(1, 31)},
+                                                                       {"sfixed32", -5},
+                                                                       {"sfixed64", -6},
+                                                                       {"sint32", -7},
+                                                                       {"sint64", -8}};
+                for (const auto& [kind, expected] : ones) {
+                    EXPECT_EQ(value(arm + ".one_" + kind), expected) << kind;
+                    const std::string_view name = kind;
+                    const double last = name == "bool" ? 1 : name == "double" || name == "float" ? 1e6 : 300;
+                    EXPECT_EQ(value(arm + ".row_" + kind, 2), last) << kind;
+                }
+                EXPECT_EQ(value(arm + ".row_sint64", 0), -1);
+                EXPECT_EQ(value(arm + ".mode"), 5);
+                EXPECT_EQ(value(arm + ".joint.inner.inner.angle"), n);
+                EXPECT_EQ(value(arm + ".joints[2].angle"), 2 * n) << "also where it is 0 and left out";
+            }
+        }
+    }
+}
+
+TEST(Foreign, SurvivesHostileBytesOfCompressedFilesAndProtocolBuffers) {
+    for (const std::string compression : {"NONE", "LZ4", "ZSTD"}) {
+        std::ifstream stream(written_file(compression), std::ios::binary);
+        const std::string good(std::istreambuf_iterator<char>(stream), {});
+        std::mt19937 random(5);
+        for (int i = 0; i < 300; ++i) {
+            std::string file = good;
+            for (unsigned k = 1 + random() % 4; k > 0; --k)
+                file[8 + random() % (file.size() - 8)] = static_cast<char>(random());
+            if (random() % 5 == 0) file.resize(8 + random() % (file.size() - 8));
+            const Recording recording = parsed(file);
+            for (const auto& channel : recording.channels)
+                EXPECT_EQ(channel.data.size(), channel.samples() * channel.info.bytes());
+        }
     }
 }
 

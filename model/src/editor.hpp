@@ -56,6 +56,7 @@ class Editor {
     void operator()(const operations::Rotate& rotate);
     void operator()(const operations::PlacePort& place);
     void operator()(const operations::Bend& bend);
+    void operator()(const operations::Label& label);
     void operator()(const operations::Annotate& annotate);
     void operator()(const operations::Group& group);
     void operator()(const operations::Dissolve& dissolve);
@@ -116,6 +117,8 @@ class Editor {
     void require_port(const std::string& path, const std::string& port);
     /// Refuses where no wire or transition leads to `path`.
     void require_wire(const std::string& path);
+    /// Corners of a wire, or labels, as `operation` asks for; neither: it finds its way.
+    void draw_wire(Bends drawn, const char* operation);
     /// The sides of ports follow the name of one of a subsystem's; empty: it is gone.
     void rename_side(const std::string& path, const std::string& port, const std::string& name);
 

@@ -49,7 +49,8 @@ BF_FIELDS(model::PortSide, has("port", &T::port), one_of("side", &T::side, model
 BF_FIELDS(model::Placement, has("path", &T::path), has("at", &T::at), has("size", &T::size),
           has("flipped", &T::flipped), one_of("rotated", &T::rotated, model::choices::rotations),
           has("sides", &T::sides), place<T>())
-BF_FIELDS(model::Bends, has("path", &T::path), has("points", &T::points), place<T>())
+BF_FIELDS(model::Bends, has("path", &T::path), has("points", &T::points), has("as_labels", &T::as_labels),
+          place<T>())
 BF_FIELDS(model::Note, has("name", &T::name), has("text", &T::text), has("image", &T::image),
           has("system", &T::system), has("at", &T::at), has("size", &T::size), place<T>())
 BF_FIELDS(model::Display, has("name", &T::name), one_of("shows", &T::shows, model::choices::shows),
@@ -90,6 +91,7 @@ BF_FIELDS(model::operations::Rotate, has("path", &T::path))
 BF_FIELDS(model::operations::PlacePort, has("path", &T::path), has("port", &T::port),
           one_of("side", &T::side, model::choices::sides))
 BF_FIELDS(model::operations::Bend, has("path", &T::path), has("points", &T::points))
+BF_FIELDS(model::operations::Label, has("path", &T::path), has("is_there", &T::is_there))
 BF_FIELDS(model::operations::Annotate, has("name", &T::name), has("note", &T::note))
 BF_FIELDS(model::operations::Group, has("system", &T::system), has("blocks", &T::blocks),
           has("name", &T::name))

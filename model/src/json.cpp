@@ -10,11 +10,13 @@ namespace {
 using namespace operations;
 
 /// The operations by their names in JSON, in the order of the variant.
-const std::vector<std::string> verbs = {
-    "add",     "remove",     "rename",       "reorder",         "connect", "disconnect", "name_signal",
-    "set",     "add_port",   "set_variable", "rename_variable", "move",    "resize",     "flip",
-    "rotate",  "place_port", "bend",         "annotate",        "group",   "dissolve",   "inline",
-    "extract", "record",     "plot",         "watch",           "patch",   "batch"};
+const std::vector<std::string> verbs = {"add",      "remove",       "rename",          "reorder",
+                                        "connect",  "disconnect",   "name_signal",     "set",
+                                        "add_port", "set_variable", "rename_variable", "move",
+                                        "resize",   "flip",         "rotate",          "place_port",
+                                        "bend",     "label",        "annotate",        "group",
+                                        "dissolve", "inline",       "extract",         "record",
+                                        "plot",     "watch",        "patch",           "batch"};
 
 template <std::size_t Index = 0> Operation make(std::size_t index) {
     if constexpr (Index < std::variant_size_v<Operation>)

@@ -85,19 +85,28 @@ void Editor::rename_side(const std::string& path, const std::string& port, const
     }
 }
 
-void Editor::operator()(const Bend& bend) {
+void Editor::draw_wire(Bends drawn, const char* operation) {
     auto& wires = model_.layout.wires;
-    const auto found = std::ranges::find(wires, bend.path, &Bends::path);
-    if (bend.path.empty())
-        refuse({}, "", "'bend' needs the end of a wire", "give its 'path', such as \"controller.pd.q\"");
-    if (!bend.points.empty() || found == wires.end()) require_wire(bend.path);
-    if (bend.points.empty()) {
+    const auto found = std::ranges::find(wires, drawn.path, &Bends::path);
+    if (drawn.path.empty())
+        refuse({}, "", "'" + std::string(operation) + "' needs the end of a wire",
+               "give its 'path', such as \"controller.pd.q\"");
+    const bool is_usual = drawn.points.empty() && !drawn.as_labels;
+    if (!is_usual || found == wires.end()) require_wire(drawn.path);
+    if (is_usual) {
         if (found != wires.end()) wires.erase(found);
     } else if (found != wires.end()) {
-        found->points = bend.points;
+        found->points = std::move(drawn.points);
+        found->as_labels = drawn.as_labels;
     } else {
-        wires.push_back({.path = bend.path, .points = bend.points});
+        wires.push_back(std::move(drawn));
     }
+}
+
+void Editor::operator()(const Bend& bend) { draw_wire({.path = bend.path, .points = bend.points}, "bend"); }
+
+void Editor::operator()(const Label& label) {
+    draw_wire({.path = label.path, .as_labels = label.is_there}, "label");
 }
 
 void Editor::operator()(const Annotate& annotate) {

@@ -331,6 +331,16 @@ TEST(Layout, IsChangedInPlace) {
         "controller: the note 'n' is drawn at [0, 1000001]; coordinates lie between -1000000 and 1000000");
 }
 
+TEST(Layout, GivesAWireLabelsOrCorners) {
+    Model model = after(drawn_loop(), Label{"plant.u", true});
+    EXPECT_TRUE(model.layout.wires[0].as_labels);
+    EXPECT_TRUE(model.layout.wires[0].points.empty());
+    EXPECT_EQ(after(model, Rename{"plant", "motor"}).layout.wires[0].path, "motor.u");
+    EXPECT_FALSE(after(model, Bend{"plant.u", {{1, 1}}}).layout.wires[0].as_labels);
+    EXPECT_EQ(after(model, Label{"plant.u"}).layout.wires.size(), model.layout.wires.size() - 1);
+    EXPECT_EQ(refusal(Label{"plant.v", true}), "plant.v: no wire leads there; did you mean 'plant.u'?");
+}
+
 TEST(Layout, RefusesPortsAndWiresThatAreNotThere) {
     EXPECT_EQ(refusal(PlacePort{"controller", "tao", Side::top}),
               "controller: there is no port 'tao'; did you mean 'tau'?");

@@ -25,8 +25,8 @@ CLI::Validator between(double low, double high);
 /// Which model, with which values changed.
 struct ModelOptions {
     std::string file;
-    std::vector<std::string> sets;   ///< NAME=EXPRESSION
-    std::vector<std::string> params; ///< YAML files of names and expressions
+    std::vector<std::string> sets = {};   ///< NAME=EXPRESSION
+    std::vector<std::string> params = {}; ///< YAML files of names and expressions
 
     void add_to(CLI::App& app);
     /// What they change: --params files first, then --set. Throws model::Errors.

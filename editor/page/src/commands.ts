@@ -1,6 +1,7 @@
 import { key_of, neighbour, zoomed } from "./geometry.ts";
-import { may_enter } from "./operations.ts";
+import { have_labels, may_enter, with_labels } from "./operations.ts";
 import type { Point } from "./protocol.ts";
+import { print, save_picture } from "./save.ts";
 import type { Target } from "./dialog.ts";
 import type { Session } from "./session.svelte.ts";
 
@@ -86,6 +87,7 @@ export const commands: Command[] = [
   { title: "Wider", group: "Edit", keys: ["Alt+Shift+ArrowRight"], is_hidden: true, can: has_blocks, run: grow(10, 0) },
   { title: "Lower", group: "Edit", keys: ["Alt+Shift+ArrowUp"], is_hidden: true, can: has_blocks, run: grow(0, -10) },
   { title: "Taller", group: "Edit", keys: ["Alt+Shift+ArrowDown"], is_hidden: true, can: has_blocks, run: grow(0, 10) },
+  { title: "Labels instead of the wire", group: "Edit", keys: ["Alt+L"], on: ["wire"], can: (s) => has_wires(s) && !s.is_chart, is_on: (s) => have_labels(s.chosen), run: (s) => s.edit(with_labels(s.chosen)) },
   { title: "Let the wire find its way", group: "Edit", keys: ["Alt+W"], on: ["wire"], can: has_wires, run: (s) => s.straighten() },
 
   { title: "Fit all", group: "Look", keys: ["F"], on: ["empty"], run: (s) => s.fit() },
@@ -114,6 +116,8 @@ export const commands: Command[] = [
     run: (s) => s.stage.open(!s.stage.is_shown) },
   { title: "Time of blocks", group: "Look", keys: ["T"], run: (s) => (s.shows_times = !s.shows_times) },
   { title: "Light or dark", group: "Look", keys: [], run: (s) => s.next_theme() },
+  { title: "Print the drawing", group: "Look", keys: ["Ctrl+P"], on: ["empty"], can: (s) => s.drawing !== null, run: print },
+  { title: "Save the drawing as SVG", group: "Look", keys: ["Ctrl+Shift+S"], on: ["empty"], can: (s) => s.drawing !== null, run: save_picture },
   { title: "Open another model", group: "Look", keys: ["Ctrl+O"], run: (s) => (s.dialog = { kind: "open" }) },
   { title: "Compare with an earlier version", group: "Look", keys: ["Shift+D"], run: (s) => (s.dialog = { kind: "earlier" }) },
   { title: "Keys", group: "Look", keys: ["Shift+?", "?"], run: (s) => (s.dialog = { kind: "help" }) },

@@ -76,8 +76,9 @@ export function text_bounds(shape: Shape): Rectangle {
   return { x, y: at.y - shape.size, width, height: 1.3 * shape.size };
 }
 
-export const wire_line = (element: Element): Point[] =>
-  element.shapes.find((shape) => shape.kind === "line")?.points ?? []; // also where a mistake colours it
+const lines_of = (element: Element): Point[][] =>
+  element.shapes.filter((shape) => shape.kind === "line").map(({ points }) => points); // also where a mistake colours it
+export const wire_line = (element: Element): Point[] => lines_of(element)[0] ?? [];
 
 /** Where a person reads what an element is about. */
 export const anchor_of = (element: Element): Point =>
@@ -150,7 +151,8 @@ export function nearest_piece(p: Point, points: Point[]): number {
 /** The wire that runs through a point, or nearly. */
 export function wire_at(drawing: Drawing, p: Point, tolerance: number): Element | null {
   const wires = drawing.elements.filter((e) => e.kind === "wire" && contains(e.bounds, p, tolerance));
-  const [best] = wires.map((wire) => ({ wire, distance: distance_to_line(p, wire_line(wire)) })).sort((a, b) => a.distance - b.distance);
+  const [best] = wires.map((wire) => ({ wire, distance: Math.min(...lines_of(wire).map((line) => distance_to_line(p, line))) }))
+    .sort((a, b) => a.distance - b.distance);
   return best && best.distance < tolerance ? best.wire : null;
 }
 

@@ -161,7 +161,7 @@ export class Gestures {
     const s = this.session, first = s.dragged[0];
     if (!g.is_moving && Math.hypot(point.x - g.from.x, point.y - g.from.y) * s.view.scale < 4) return;
     g.is_moving = true;
-    if (!first && g.pressed.kind === "wire" && !g.shift) {
+    if (!first && g.pressed.kind === "wire" && !g.pressed.as_labels && !g.shift) {
       const piece = nearest_piece(g.from, g.pressed.corners);
       this.gesture = { kind: "bend", from: g.from, before: g.before, wire: g.pressed, piece, tried: [] };
     }
@@ -172,7 +172,7 @@ export class Gestures {
     g.into = ports && this.wire_under(g.before, over);
     if (g.into && ports) { // its input comes to lie on the wire
       const piece = nearest_piece(over, g.into.corners);
-      if (axis_of(g.into.corners, piece) === "x") g.delta.y = g.into.corners[piece]!.y - ports.input.at.y;
+      if (!g.into.as_labels && axis_of(g.into.corners, piece) === "x") g.delta.y = g.into.corners[piece]!.y - ports.input.at.y;
     }
     s.hovered = key_of(g.into ?? g.pressed);
     void s.redraw(s.moves(g.delta));

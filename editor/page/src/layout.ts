@@ -56,7 +56,7 @@ export const on_grid = (p: Point): Point => ({ x: Math.round(p.x / grid) * grid,
 /** Where something stands so that its input lies on the piece of a wire that is nearest to a point. */
 export function onto(wire: Element, p: Point, { bounds }: Element, input: Port): Point {
   const k = nearest_piece(p, wire.corners), on = on_grid({ x: p.x - bounds.width / 2, y: p.y - bounds.height / 2 });
-  return axis_of(wire.corners, k) === "x" ? { ...on, y: wire.corners[k]!.y - (input.at.y - bounds.y) } : on;
+  return !wire.as_labels && axis_of(wire.corners, k) === "x" ? { ...on, y: wire.corners[k]!.y - (input.at.y - bounds.y) } : on;
 }
 const stub = 10; // what stays straight at a port
 

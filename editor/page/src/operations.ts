@@ -21,12 +21,20 @@ export type Operation =
   | { do: "rotate"; path: string }
   | { do: "place_port"; path: string; port: string; side?: Side | null }
   | { do: "bend"; path: string; points?: Point[] }
+  | { do: "label"; path: string; is_there?: boolean }
   | { do: "annotate"; name: string; note?: { name: string; text: string; image?: string; system: string; at: Point; size?: Point } | null }
   | { do: "group"; system: string; blocks: string[]; name: string }
   | { do: "dissolve"; path: string }
   | { do: "record"; path: string; is_recorded?: boolean; plot?: string }
   | { do: "watch"; name: string; display?: { name: string; shows: PanelInfo["shows"]; signals: { path: string }[] } | null }
   | { do: "batch"; operations: Operation[] };
+
+export const have_labels = (elements: Element[]): boolean => elements.some((e) => e.as_labels);
+/** Labels at both ends instead of the wires among these, or wires again. */
+export const with_labels = (elements: Element[]): Operation => ({
+  do: "batch",
+  operations: elements.filter((e) => e.kind === "wire").map(({ path }): Operation => ({ do: "label", path, is_there: !have_labels(elements) })),
+});
 
 /** What stands on the drawing, is resized and entered, and has ports by name. */
 export const is_block = ({ kind }: Element): boolean => kind === "block" || kind === "subsystem" || kind === "chart";

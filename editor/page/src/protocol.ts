@@ -170,8 +170,10 @@ export interface Element {
   /** of a wire, as the document writes its ends: "error", "pd.q" */
   from: string;
   to: string;
-  /** of a wire: from its output to its input, with both */
+  /** of a wire: from its output to its input, with both; none of labels */
   corners: Point[];
+  /** of a wire: a label at each end stands for it */
+  as_labels: boolean;
   /** of a wire, its number in `Drawing::signals` */
   signal: number;
   bounds: Rectangle;
@@ -391,6 +393,11 @@ export interface Paste {
   text: string;
   /** of their upper left corner */
   at: Point;
+}
+
+/** A drawing as `bf draw` writes it, in light colours. */
+export interface Picture {
+  svg: string;
 }
 
 /** What the model plots: a title and paths of signals. */
@@ -775,6 +782,7 @@ export interface Methods {
   parameters: { params: Record<string, never>; result: Parameters };
   generate: { params: Generate; result: GeneratedCode };
   models: { params: Record<string, never>; result: FileList };
+  picture: { params: Draw; result: Picture };
 }
 export type Method = keyof Methods;
 

@@ -11,6 +11,7 @@ import {
 } from "./protocol.ts";
 import type { Dialog, End, Target } from "./dialog.ts";
 import { Drafts } from "./drafts.ts";
+import { save } from "./save.ts";
 import { Images } from "./images.svelte.ts";
 import { keep, kept } from "./kept.ts";
 import { Panels } from "./panels.svelte.ts";
@@ -141,15 +142,10 @@ export class Session {
   get is_published(): boolean { return this.where.edited !== undefined; }
   /** The model with its edits, for the person to keep. */
   async download(): Promise<void> {
-    for (const { name, text } of (await this.where.edited?.()) ?? []) {
-      const link = document.createElement("a");
-      link.href = URL.createObjectURL(new Blob([text], { type: "application/yaml" }));
-      link.download = name;
-      link.click();
-      URL.revokeObjectURL(link.href);
-    }
+    for (const { name, text } of (await this.where.edited?.()) ?? []) save(name, text, "application/yaml");
   }
   readonly image = new Images((path) => this.data(path)).of;
+  picture = () => this.client.call("picture", { system: this.system, show: [...this.show], marks_open: false, ...nothing_tried });
   generate = (language: Methods["generate"]["params"]["language"]) => this.client.call("generate", { language });
   parameters = () => this.client.call("parameters", {}).catch(() => null);
   compare_with = (file: string, system: string) => this.ask("compare", { file, system });

@@ -42,10 +42,11 @@ BF_FIELDS(editor::DrawnSignal, has("path", &T::path), has("name", &T::name), has
 BF_FIELDS(model::Fix, has("title", &T::title), has("operation", &T::operation))
 BF_FIELDS(editor::Mark, has("message", &T::message), has("remedy", &T::remedy), has("fixes", &T::fixes))
 BF_FIELDS(editor::Element, one_of("kind", &T::kind, words::element), has("path", &T::path),
-          has("from", &T::from), has("to", &T::to), has("corners", &T::corners), has("signal", &T::signal),
-          has("bounds", &T::bounds), has("shapes", &T::shapes), has("ports", &T::ports),
-          has("title", &T::title), has("description", &T::description), has("image", &T::image),
-          has("marks", &T::marks), has("rate", &T::rate), has("state", &T::state))
+          has("from", &T::from), has("to", &T::to), has("corners", &T::corners),
+          has("as_labels", &T::as_labels), has("signal", &T::signal), has("bounds", &T::bounds),
+          has("shapes", &T::shapes), has("ports", &T::ports), has("title", &T::title),
+          has("description", &T::description), has("image", &T::image), has("marks", &T::marks),
+          has("rate", &T::rate), has("state", &T::state))
 BF_FIELDS(editor::Drawing, has("system", &T::system), has("bounds", &T::bounds),
           has("elements", &T::elements), has("signals", &T::signals), has("rates", &T::rates),
           has("active", &T::active))
@@ -117,6 +118,7 @@ BF_FIELDS(service::Bent, has("path", &T::path), has("points", &T::points))
 BF_FIELDS(service::Draw, has("system", &T::system), one_of("show", &T::show, words::show),
           has("moved", &T::moved), has("moved_notes", &T::moved_notes), has("bent", &T::bent),
           has("marks_open", &T::marks_open))
+BF_FIELDS(service::Picture, has("svg", &T::svg))
 BF_FIELDS(service::Compare, has("file", &T::file), has("system", &T::system))
 BF_FIELDS(service::Difference, has("path", &T::path), has("system", &T::system), has("text", &T::text))
 BF_FIELDS(service::ModelComparison, has("differences", &T::differences), has("drawing", &T::drawing))

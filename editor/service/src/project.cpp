@@ -264,7 +264,8 @@ model::Operation Project::localised(model::Operation operation, Document*& docum
                                  std::is_same_v<T, model::operations::Watch> ||
                                  std::is_same_v<T, model::operations::Patch>) {
                 concern(*documents_.front(), ""); // signals are named from the opened model on
-            } else if constexpr (std::is_same_v<T, model::operations::Bend>) {
+            } else if constexpr (std::is_same_v<T, model::operations::Bend> ||
+                                 std::is_same_v<T, model::operations::Label>) {
                 // A wire to a block in another file stands in the file around it.
                 const std::vector<std::string> systems = model::systems_with_wire(model(), change.path);
                 std::string system = systems.empty() ? model::split_last(change.path).first : systems.front();

@@ -221,6 +221,8 @@ struct Service::State {
         return images.addressed(editor::draw(project->model(), asked.system, diagram(), diagnostics(), show));
     }
 
+    Picture picture(int page, const Draw& asked) { return {editor::to_svg(draw(page, asked), false)}; }
+
     FileList image_files(int, const InSystem& asked) {
         const fs::path from = project->place_of(model::joined(asked.system, "x")).first.parent_path();
         FileList all;
@@ -641,7 +643,8 @@ const std::vector<Method>& methods() {
         method("read", &S::read),         method("watch", &S::watch),
         method("tune", &S::tune),         method("images", &S::image_files),
         method("compare", &S::compare),   method("parameters", &S::parameters),
-        method("generate", &S::generate), method("models", &S::models)};
+        method("generate", &S::generate), method("models", &S::models),
+        method("picture", &S::picture)};
     return all;
 }
 

@@ -7,12 +7,14 @@
 #include "inside.hpp"
 #include "item.hpp"
 #include "labels.hpp"
+#include "tag.hpp"
 #include "text.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <unordered_map>
+#include <utility>
 
 namespace bf::editor {
 
@@ -39,31 +41,9 @@ std::string short_rate_text(const Diagram& diagram, int rate) {
     return text.starts_with(every) ? text.substr(every.size()) : text;
 }
 
-Rectangle around(const std::vector<Point>& points) {
-    const auto [left, right] = std::ranges::minmax(points, {}, &Point::x);
-    const auto [top, bottom] = std::ranges::minmax(points, {}, &Point::y);
-    return {left.x, top.y, right.x - left.x, bottom.y - top.y};
-}
-
 Rectangle together(const Rectangle& a, const Rectangle& b) {
     const double x = std::min(a.x, b.x), y = std::min(a.y, b.y);
     return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
-}
-
-/// A wire that leaves another one of its net is drawn from there on.
-std::vector<Point> own_part(const Route& way) {
-    if (way.branches.empty()) return way.points;
-    const Point leaves = way.branches.back();
-    for (std::size_t i = way.points.size(); i-- > 1;) {
-        const Rectangle piece = around({way.points[i - 1], way.points[i]});
-        const bool is_on = leaves.x >= piece.x - 0.1 && leaves.x <= piece.x + piece.width + 0.1 &&
-                           leaves.y >= piece.y - 0.1 && leaves.y <= piece.y + piece.height + 0.1;
-        if (!is_on) continue;
-        std::vector<Point> points{leaves};
-        points.insert(points.end(), way.points.begin() + static_cast<std::ptrdiff_t>(i), way.points.end());
-        return points;
-    }
-    return way.points;
 }
 
 class Drawer {
@@ -74,7 +54,7 @@ class Drawer {
           folder_(model.where.file ? std::filesystem::path(*model.where.file).parent_path() : "."),
           signals_(diagram) {
         for (const auto& placed : place_.layout->blocks) placements_.emplace(placed.path, &placed);
-        for (const auto& wire : place_.layout->wires) bends_.emplace(wire.path, &wire.points);
+        for (const auto& wire : place_.layout->wires) wires_.emplace(wire.path, &wire);
         for (std::size_t i = 0; i < diagram.nodes.size(); ++i)
             nodes_[diagram.nodes[i].path] = &diagram.nodes[i];
         if (place_.machine) {
@@ -97,7 +77,23 @@ class Drawer {
                 items_[nets_[n].from.box].box.width + text_width(labels_[n], small_letter) + label_room;
             box.width = std::max(box.width, std::ceil(width / 10) * 10);
         }
-        return arrange(wide, nets_);
+        std::vector<double> left(wide.size()); // room for labels of wires
+        const auto make_room = [&](const PinOf& pin, const std::string& text) {
+            const Side side = items_[pin.box].box.pins[pin.pin].side;
+            Box& box = wide[pin.box];
+            const Rectangle area = tag_area({}, side, text);
+            const double room = std::max(area.x + area.width, -area.x);
+            if (side == Side::right)
+                box.width = std::max(box.width, left[pin.box] + items_[pin.box].box.width + room);
+            if (side != Side::left || room <= left[pin.box]) return;
+            const double more = room - std::exchange(left[pin.box], room);
+            box.width += more;
+            for (Box::Pin& other : box.pins) other.at.x += more;
+        };
+        for (const Tag& tag : tags()) make_room(tag.pin, tag_text(tag.net));
+        std::vector<Point> corners = arrange(wide, nets_);
+        for (std::size_t i = 0; i < corners.size(); ++i) corners[i].x += left[i];
+        return corners;
     }
     const std::vector<Item>& items() const { return items_; }
 
@@ -259,8 +255,13 @@ class Drawer {
     std::vector<Point> corners_of(const std::string& to) const {
         const auto tried = options_.bent.find(joined(path_, to));
         if (tried != options_.bent.end()) return tried->second;
-        const auto found = bends_.find(joined(place_.path, to));
-        return found != bends_.end() ? *found->second : std::vector<Point>();
+        const auto found = wires_.find(joined(place_.path, to));
+        return found != wires_.end() ? found->second->points : std::vector<Point>();
+    }
+    /// Do labels stand for the wire to an input?
+    bool has_labels(const std::string& to) const {
+        const auto found = wires_.find(joined(place_.path, to));
+        return found != wires_.end() && found->second->as_labels;
     }
 
     void add_port(const model::Port& port, bool is_output) {
@@ -480,12 +481,29 @@ class Drawer {
     void add_wires(Drawing& drawing) {
         std::vector<Point> corners;
         for (const auto& item : items_) corners.push_back(item.at);
-        const auto routes = route(boxes(), corners, nets_, drawn_);
+        std::vector<Box> around_wires = boxes();
+        const std::vector<Tag> tags_drawn = tags();
+        for (const Tag& tag : tags_drawn) {
+            const Rectangle r = together(area(tag), around({port_of(tag)}));
+            around_wires.push_back({r.width, r.height, {}});
+            corners.push_back({r.x, r.y});
+        }
+        std::vector<Net> lines = nets_; // without those for which labels stand
+        std::vector<std::vector<std::vector<Point>>> drawn = drawn_;
+        for (std::size_t n = labels_.size(); n < nets_.size(); ++n)
+            for (std::size_t t = nets_[n].to.size(); t-- > 0;)
+                if (has_labels(ends_[n].to[t])) {
+                    lines[n].to.erase(lines[n].to.begin() + static_cast<std::ptrdiff_t>(t));
+                    drawn[n].erase(drawn[n].begin() + static_cast<std::ptrdiff_t>(t));
+                }
+        const auto routes = route(around_wires, corners, lines, drawn);
         add_transitions(drawing, routes);
         for (std::size_t n = labels_.size(); n < nets_.size(); ++n) {
-            const std::string text = label(nets_[n].from);
+            const bool has_tag =
+                std::ranges::any_of(tags_drawn, [&](const Tag& tag) { return tag.net == n; });
+            const std::string text = has_tag ? tag_text(n) : label(nets_[n].from);
+            std::size_t line = 0;
             for (std::size_t t = 0; t < nets_[n].to.size(); ++t) {
-                const Route& way = routes[n][t];
                 Element wire;
                 wire.kind = Element::Kind::wire;
                 wire.from = ends_[n].from;
@@ -495,38 +513,58 @@ class Drawer {
                 wire.description = port(nets_[n].from).about;
                 wire.signal = port(nets_[n].from).signal;
                 wire.rate = items_[nets_[n].from.box].element.rate;
-                wire.corners = way.points;
-                wire.bounds = around(way.points);
-                wire.shapes.push_back({Shape::Kind::line, Style::wire, own_part(way)});
-                for (const Point& b : way.branches)
-                    wire.shapes.push_back(
-                        {Shape::Kind::ellipse, Style::branch, {{b.x - 3, b.y - 3}, {b.x + 3, b.y + 3}}});
-                if (t == 0 && !text.empty()) wire.shapes.push_back(label_shape(way.points, text));
+                if (has_labels(wire.to)) {
+                    wire.as_labels = true;
+                    for (const Tag& tag : tags_drawn)
+                        if (tag.net == n && tag.to == t)
+                            add_tag(wire, port_of(tag), side_of(tag), tag.is_source, text);
+                    std::vector<Point> all;
+                    for (const Shape& shape : wire.shapes)
+                        all.insert(all.end(), shape.points.begin(), shape.points.end());
+                    wire.bounds = around(all);
+                } else {
+                    const Route& way = routes[n][line++];
+                    wire.corners = way.points;
+                    wire.bounds = around(way.points);
+                    wire.shapes.push_back({Shape::Kind::line, Style::wire, own_part(way)});
+                    for (const Point& b : way.branches)
+                        wire.shapes.push_back(
+                            {Shape::Kind::ellipse, Style::branch, {{b.x - 3, b.y - 3}, {b.x + 3, b.y + 3}}});
+                    if (line == 1 && !text.empty()) wire.shapes.push_back(label_along(way.points, text));
+                }
                 drawing.elements.push_back(std::move(wire));
             }
         }
     }
 
-    /// Above the first level piece that has room for it, else above the longest one; beneath what runs back,
-    /// since names of blocks stand above that.
-    static Shape label_shape(const std::vector<Point>& way, const std::string& text) {
-        constexpr double beside = 4, least_room = 40;
-        const double width = text_width(text, small_letter);
-        Rectangle best = around({way.front()});
-        double down = -beside; // from the line to the base line
-        for (std::size_t k = 1; k < way.size() && best.width < width + 2 * beside; ++k) {
-            const Rectangle piece = around({way[k - 1], way[k]});
-            if (piece.height > 0 || piece.width <= best.width) continue;
-            best = piece;
-            down = way[k].x < way[k - 1].x ? small_letter + 1 : -beside;
+    /// A label of a wire, which is number `to` of its net: at its end, or at its source.
+    struct Tag {
+        std::size_t net, to;
+        PinOf pin;
+        bool is_source;
+    };
+    /// Each end has one; a source has one for all wires from there, unless it stands along a line.
+    std::vector<Tag> tags() const {
+        std::vector<Tag> all;
+        for (std::size_t n = labels_.size(); n < nets_.size(); ++n) {
+            const std::size_t first = all.size();
+            for (std::size_t t = 0; t < nets_[n].to.size(); ++t)
+                if (has_labels(ends_[n].to[t])) all.push_back({n, t, nets_[n].to[t], false});
+            const std::size_t count = all.size() - first;
+            if (count > 0 && count == nets_[n].to.size()) all.push_back({n, 0, nets_[n].from, true});
         }
-        return {Shape::Kind::text,
-                Style::label,
-                {{best.x + beside, best.y + down}},
-                fitted(text, small_letter, std::max(least_room, best.width - 2 * beside)),
-                small_letter,
-                Align::start};
+        return all;
     }
+    std::string tag_text(std::size_t net) const {
+        const std::string text = label(nets_[net].from);
+        return text.empty() ? ends_[net].from : text;
+    }
+    Point port_of(const Tag& tag) const {
+        const Item& item = items_[tag.pin.box];
+        return {item.at.x + item.box.pins[tag.pin.pin].at.x, item.at.y + item.box.pins[tag.pin.pin].at.y};
+    }
+    Side side_of(const Tag& tag) const { return items_[tag.pin.box].box.pins[tag.pin.pin].side; }
+    Rectangle area(const Tag& tag) const { return tag_area(port_of(tag), side_of(tag), tag_text(tag.net)); }
 
     // ---- what elaboration knows ----
 
@@ -620,7 +658,7 @@ class Drawer {
     const std::filesystem::path folder_; ///< of the model's file
     const SignalFinder signals_;
     std::unordered_map<std::string, const model::Placement*> placements_; ///< of the file, by path there
-    std::unordered_map<std::string, const std::vector<Point>*> bends_;    ///< by path there
+    std::unordered_map<std::string, const model::Bends*> wires_;          ///< by path there
     std::unordered_map<std::string, const DiagramNode*> nodes_;           ///< by path
     std::vector<Item> items_;
     std::unordered_map<std::string, std::size_t> index_; ///< "gain", "input reference", "output tau"

@@ -105,4 +105,44 @@ std::vector<Shape> place_labels(const std::vector<Labelled>& ways, const std::ve
     return labels;
 }
 
+Rectangle around(const std::vector<Point>& points) {
+    const auto [left, right] = std::ranges::minmax(points, {}, &Point::x);
+    const auto [top, bottom] = std::ranges::minmax(points, {}, &Point::y);
+    return {left.x, top.y, right.x - left.x, bottom.y - top.y};
+}
+
+std::vector<Point> own_part(const Route& way) {
+    if (way.branches.empty()) return way.points;
+    const Point leaves = way.branches.back();
+    for (std::size_t i = way.points.size(); i-- > 1;) {
+        const Rectangle piece = around({way.points[i - 1], way.points[i]});
+        const bool is_on = leaves.x >= piece.x - 0.1 && leaves.x <= piece.x + piece.width + 0.1 &&
+                           leaves.y >= piece.y - 0.1 && leaves.y <= piece.y + piece.height + 0.1;
+        if (!is_on) continue;
+        std::vector<Point> points{leaves};
+        points.insert(points.end(), way.points.begin() + static_cast<std::ptrdiff_t>(i), way.points.end());
+        return points;
+    }
+    return way.points;
+}
+
+Shape label_along(const std::vector<Point>& way, const std::string& text) {
+    constexpr double beside = 4, least_room = 40;
+    const double width = text_width(text, small_letter);
+    Rectangle best = around({way.front()});
+    double down = -beside; // from the line to the base line
+    for (std::size_t k = 1; k < way.size() && best.width < width + 2 * beside; ++k) {
+        const Rectangle piece = around({way[k - 1], way[k]});
+        if (piece.height > 0 || piece.width <= best.width) continue;
+        best = piece;
+        down = way[k].x < way[k - 1].x ? small_letter + 1 : -beside;
+    }
+    return {Shape::Kind::text,
+            Style::label,
+            {{best.x + beside, best.y + down}},
+            fitted(text, small_letter, std::max(least_room, best.width - 2 * beside)),
+            small_letter,
+            Align::start};
+}
+
 } // namespace bf::editor

@@ -13,7 +13,7 @@ namespace bf::editor {
 
 namespace {
 
-constexpr double letter = 12, small_letter = 11;
+constexpr double letter = 12;
 constexpr double widest = 170; ///< of a text in a block
 constexpr double port_gap = 20;
 

@@ -47,6 +47,16 @@ bool overlap(const Rectangle& a, const Rectangle& b) {
     return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
 }
 
+Rectangle around(const Shape& shape) {
+    const auto [left, right] = std::ranges::minmax(shape.points, {}, &Point::x);
+    const auto [top, bottom] = std::ranges::minmax(shape.points, {}, &Point::y);
+    return {left.x, top.y, right.x - left.x, bottom.y - top.y};
+}
+
+bool inside(const Point& p, const Rectangle& r) {
+    return p.x > r.x && p.x < r.x + r.width && p.y > r.y && p.y < r.y + r.height;
+}
+
 std::string motor() { return BF_SOURCE_DIRECTORY "/docs/start/motor.yaml"; }
 
 constexpr const char* loop = "model: loop\n"
@@ -251,6 +261,54 @@ TEST(Draw, ShowsWhatIsTriedAsIfTheDocumentSaidSo) {
     bf::model::edit(known.model,
                     op::Annotate{"why", bf::model::Note{.name = "why", .text = "so", .at = {50, 60}}});
     EXPECT_EQ(to_svg(seen), to_svg(known.draw()));
+}
+
+TEST(Draw, LabelsStandForAWire) {
+    Known known(std::string(loop) +
+                "signals: {speed: plant}\nlayout: {wires: {error.u2: labels, y: labels}}\n");
+    const Drawing drawing = known.draw();
+    const Element& back = find(drawing, "error.u2", Kind::wire);
+    EXPECT_TRUE(back.as_labels);
+    EXPECT_TRUE(back.corners.empty());
+    EXPECT_EQ(texts(back, Style::label), "speed|speed") << "at its end, and at the source";
+    EXPECT_EQ(texts(find(drawing, "y", Kind::wire), Style::label), "speed") << "the source has one for all";
+    const auto ends_at = [&](const Point& port) {
+        return std::ranges::count_if(back.shapes, [&](const Shape& shape) {
+            return shape.kind == Shape::Kind::line && shape.points.back() == port;
+        });
+    };
+    EXPECT_EQ(ends_at(find(drawing, "error").ports[1].at), 1);
+    EXPECT_EQ(ends_at(find(drawing, "plant").ports[1].at), 1);
+    for (const char* to : {"error.u2", "y"})
+        for (const Shape& shape : find(drawing, to, Kind::wire).shapes)
+            for (const Element& element : drawing.elements)
+                EXPECT_FALSE(shape.kind == Shape::Kind::polygon && element.kind != Kind::wire &&
+                             overlap(around(shape), element.bounds))
+                    << to << " has no room beside " << element.path;
+    const Element& other = find(drawing, "law", Kind::wire);
+    EXPECT_FALSE(other.as_labels);
+    EXPECT_GE(other.corners.size(), 2u);
+}
+
+TEST(Draw, LabelsNeedNoneAtASourceWithALine) {
+    Known known(std::string(loop) + "layout: {wires: {error.u2: labels}}\n");
+    const Drawing drawing = known.draw();
+    EXPECT_EQ(texts(find(drawing, "error.u2", Kind::wire), Style::label), "plant");
+    EXPECT_EQ(texts(find(drawing, "y", Kind::wire), Style::label), "plant") << "stands along the line";
+}
+
+TEST(Draw, LabelsStandOutsideOfPortsOnEachSide) {
+    for (const std::string side : {"left", "right", "top", "bottom"}) {
+        Known known(std::string(loop) + "layout:\n  blocks: {plant: {x: 300, y: 200, sides: {y: " + side +
+                    "}}, law: {x: 100, y: 200}, error: {x: 0, y: 200}}\n"
+                    "  wires: {y: labels, error.u2: labels}\n");
+        const Drawing drawing = known.draw();
+        const Rectangle block = find(drawing, "plant").bounds;
+        for (const char* to : {"error.u2", "y"})
+            for (const Shape& shape : find(drawing, to, Kind::wire).shapes)
+                for (const Point& p : shape.points) EXPECT_FALSE(inside(p, block)) << side;
+        EXPECT_EQ(texts(find(drawing, "error.u2", Kind::wire), Style::label), "plant|plant") << side;
+    }
 }
 
 TEST(Draw, WiresTellAllTheirCorners) {

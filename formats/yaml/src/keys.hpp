@@ -41,6 +41,8 @@ inline const Keys note = {"text", "image", "in", "x", "y", "width", "height"};
 inline const Keys layout = {"blocks", "wires", "notes", "displays"};
 inline const Keys display = {"shows", "signals"};
 
+inline constexpr std::string_view labels = "labels"; ///< of a wire, instead of corners
+
 inline const Keys no_or_yes = {"false", "true"};
 
 inline bool contains(const Keys& keys, std::string_view key) {

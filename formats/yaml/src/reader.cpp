@@ -446,7 +446,7 @@ bool Reader::read_extent(Point& at, std::optional<Point>& size, const Node& key,
 std::vector<Point> Reader::read_points(const Node& key, const Node& value) {
     std::vector<Point> points;
     if (!value.is_sequence())
-        report(value, "", "the bends of '" + key.text + "' are no list", "write [[x, y], ...]");
+        report(value, "", "the bends of '" + key.text + "' are no list", "write [[x, y], ...], or labels");
     for (const Node& item : value.items)
         if (item.is_sequence() && item.items.size() == 2)
             points.push_back({read_number(key, item.items[0]), read_number(key, item.items[1])});
@@ -463,8 +463,9 @@ Layout Reader::read_layout(const Node& map) {
             return report_unknown(part, "", "a layout", keys::layout);
         read_entries(entries, "", part.text + " of the layout", [&](const Node& name, const Node& value) {
             if (part.text == "wires") {
-                layout.wires.push_back(
-                    {.path = name.text, .points = read_points(name, value), .where = at(name)});
+                Bends& wire = layout.wires.emplace_back(Bends{.path = name.text, .where = at(name)});
+                wire.as_labels = value.is_scalar() && value.text == keys::labels;
+                if (!wire.as_labels) wire.points = read_points(name, value);
                 return;
             }
             if (part.text == "displays") {

@@ -269,11 +269,12 @@ Content layout(const Layout& layout) {
         blocks.items.push_back({key_text(drawn.path), map.build(true), &drawn.comments, &drawn.where});
     }
     for (const Bends& bends : layout.wires) {
-        Content points{.kind = Content::Kind::list};
+        Content drawn{.kind = Content::Kind::list};
         for (const Point& point : bends.points)
-            points.items.push_back(
+            drawn.items.push_back(
                 {"", {.text = "[" + coordinate(point.x) + ", " + coordinate(point.y) + "]"}});
-        wires.items.push_back({key_text(bends.path), std::move(points), &bends.comments, &bends.where});
+        if (bends.as_labels) drawn = {.text = std::string(keys::labels)};
+        wires.items.push_back({key_text(bends.path), std::move(drawn), &bends.comments, &bends.where});
     }
     for (const Note& note : layout.notes) {
         MapBuilder map(none);

@@ -242,7 +242,9 @@ class Monkey {
         case 13: {
             if (in.connections.empty()) return add(system);
             const Connection connection = any(in.connections);
-            return Bend{joined(system, any(connection.to).text()), {{1, 2}, {3, double(below(9))}}};
+            const std::string wire = joined(system, any(connection.to).text());
+            if (below(3) == 0) return Label{wire, below(2) == 0};
+            return Bend{wire, {{1, 2}, {3, double(below(9))}}};
         }
         case 14: return Annotate{any(names_), Note{.name = {}, .text = any(texts_), .system = system}};
         case 15: {

@@ -111,6 +111,8 @@ TEST(Schema, AgreesWithTheReaderOnSmallModels) {
         {"model: m\nlayout: {blocks: {a.b: {x: 1, y: -2.5, width: 3, height: 4, flipped: true}}}", true},
         {"model: m\nlayout: {blocks: {a: {x: 1, y: 2, rotated: 270, sides: {u: top, y 1: left}}}}", true},
         {"model: m\nlayout: {blocks: {a: {x: 1, y: 2, rotated: 45}}}", false},
+        {"model: m\nlayout: {wires: {a.u: labels, a.v: [[1, 2]]}}", true},
+        {"model: m\nlayout: {wires: {a.u: label}}", false},
         {"model: m\nlayout: {blocks: {a: {x: 1, y: 2, sides: {u: middle}}}}", false},
         {"model: m\nlayout: {wires: {a.u: [[1, 2], [3, 4]]}, notes: {n: {text: t, in: a, x: 0, y: 0}}}",
          true},

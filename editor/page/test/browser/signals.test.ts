@@ -1,3 +1,5 @@
+import { execFileSync } from "node:child_process";
+import { readFile } from "node:fs/promises";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
 import { is_there, start } from "./browser.ts";
@@ -94,5 +96,47 @@ describe.skipIf(!is_there || !command)("signals of a model", () => {
     await soon(async () => (await page.locator("canvas").first().screenshot()).equals(before)).toBe(false);
     await page.keyboard.press("r"); // an edit, which gives another chance
     await page.getByRole("button", { name: "2 open ports" }).waitFor();
+  });
+
+  test("have labels instead of a wire, which are taken, given a name and made a wire again", async () => {
+    await choose("sink");
+    await page.keyboard.press("Alt+l");
+    const labelled = `${model}layout:\n  wires:\n    sink: labels\n`;
+    await soon(() => desk.text()).toBe(labelled);
+    const wire = async () => (await desk.drawing()).elements.find((e) => e.kind === "wire" && e.to === "sink")!;
+    const texts = async () => (await wire()).shapes.filter((shape) => shape.kind === "text").map((shape) => shape.text);
+    expect(await texts()).toEqual(["level", "level"]);
+    await page.keyboard.press("Escape");
+    const end = (await wire()).shapes.filter((shape) => shape.kind === "text")[1]!.points[0]!; // the label at the source
+    const at = await desk.hand.at(end);
+    await page.mouse.click(at.x, at.y);
+    await page.getByRole("button", { name: "Labels", pressed: true }).waitFor();
+    await page.keyboard.press("F2");
+    await page.getByRole("textbox", { name: "Name of the signal from level" }).fill("h");
+    await page.keyboard.press("Enter");
+    await soon(texts).toEqual(["h", "h"]);
+    await page.mouse.move(at.x, at.y);
+    await page.mouse.down();
+    await page.mouse.move(at.x + 30, at.y + 40, { steps: 4 }); // labels are not bent
+    await page.mouse.up();
+    await page.keyboard.press("Alt+l");
+    await soon(() => desk.text()).toBe(`${model}signals:\n  h: level\n`);
+    expect((await wire()).corners.length).toBeGreaterThan(1);
+    for (let i = 0; i < 3; ++i) await page.keyboard.press("Control+z");
+    await soon(() => desk.text()).toBe(model);
+  });
+
+  test("are on paper and in a file as bf draw has them", async () => {
+    const waiting = page.waitForEvent("download");
+    await page.keyboard.press("Control+Shift+s");
+    const download = await waiting, svg = await readFile(await download.path(), "utf8");
+    expect(download.suggestedFilename()).toBe("tank.svg");
+    execFileSync(command!, ["draw", desk.file, "-o", `${desk.file}.svg`]);
+    expect(svg).toBe(await readFile(`${desk.file}.svg`, "utf8"));
+    await page.evaluate(() => { window.print = () => { document.body.dataset.printed = document.title + (document.querySelector(".printed") as HTMLImageElement).naturalWidth; }; });
+    await page.keyboard.press("Control+p");
+    await soon(() => page.evaluate(() => document.body.dataset.printed ?? "")).toMatch(/^tank[1-9]\d+$/);
+    expect(await page.title()).toContain("BlockFactory");
+    expect(await page.locator(".printed").count()).toBe(0);
   });
 });

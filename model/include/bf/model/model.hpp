@@ -280,18 +280,19 @@ struct Placement {
     Location where = {};
 };
 
-/// The corners of a wire, in order.
+/// The corners of a wire, in order, or labels instead of the wire.
 struct Bends {
     std::string path; ///< of the end that the wire leads to: `controller.pd.q`
-    std::vector<Point> points;
+    std::vector<Point> points = {};
+    bool as_labels = false; ///< its source and its end have a label each; it has no corners
     Comments comments = {};
     Location where = {};
 };
 
 /// A text on the drawing of a subsystem, or an image.
 struct Note {
-    std::string name;
-    std::string text;
+    std::string name = {};
+    std::string text = {};
     std::string image = {};  ///< PNG or SVG file, relative to the model's, which the text describes
     std::string system = {}; ///< path of the subsystem; empty: the model itself
     Point at = {};

@@ -135,10 +135,17 @@ struct PlacePort {
     std::optional<Side> side = {};
 };
 
-/// The corners of the wire to the input at `path`; none: straight.
+/// The corners of the wire to the input at `path`; none: it finds its way.
 struct Bend {
     std::string path;
     std::vector<Point> points = {};
+};
+
+/// Labels at the source and at the end of the wire to the input at `path`, instead of the wire; or the wire,
+/// which then finds its way.
+struct Label {
+    std::string path;
+    bool is_there = false;
 };
 
 /// Writes or removes a note. Its own name, if any, is the new one; without a size it keeps the one it has.
@@ -210,9 +217,9 @@ using Operation =
                  operations::Connect, operations::Disconnect, operations::NameSignal, operations::Set,
                  operations::AddPort, operations::SetVariable, operations::RenameVariable, operations::Move,
                  operations::Resize, operations::Flip, operations::Rotate, operations::PlacePort,
-                 operations::Bend, operations::Annotate, operations::Group, operations::Dissolve,
-                 operations::Inline, operations::Extract, operations::Record, operations::Plot,
-                 operations::Watch, operations::Patch, operations::Batch>;
+                 operations::Bend, operations::Label, operations::Annotate, operations::Group,
+                 operations::Dissolve, operations::Inline, operations::Extract, operations::Record,
+                 operations::Plot, operations::Watch, operations::Patch, operations::Batch>;
 
 namespace operations {
 

@@ -236,6 +236,10 @@ struct Draw {
     std::vector<Bent> bent = {};
     bool marks_open = false; ///< are ports without a wire marked as mistakes?
 };
+/// A drawing as `bf draw` writes it, in light colours.
+struct Picture {
+    std::string svg;
+};
 /// What differs from an earlier model, and a subsystem of both, side by side.
 struct Compare {
     std::string file;   ///< relative to the opened folder; empty: the model in the last commit of git

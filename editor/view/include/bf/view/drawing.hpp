@@ -101,7 +101,8 @@ struct Element {
     std::string path;
     std::string from = {}; ///< of a wire, as the document writes its ends: "error", "pd.q"
     std::string to = {};
-    std::vector<Point> corners = {}; ///< of a wire: from its output to its input, with both
+    std::vector<Point> corners = {}; ///< of a wire: from its output to its input, with both; none of labels
+    bool as_labels = false;          ///< of a wire: a label at each end stands for it
     int signal = -1;                 ///< of a wire, its number in `Drawing::signals`
     Rectangle bounds;
     std::vector<Shape> shapes; ///< from the back to the front

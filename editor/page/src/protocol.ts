@@ -52,7 +52,7 @@ export interface BranchInfo {
   cause: string;
 }
 
-export interface CodeFile {
+export interface TextFile {
   name: string;
   text: string;
 }
@@ -241,7 +241,7 @@ export interface Generate {
 /** What `bf generate` writes of the model as it is now, without the headers that all models share. */
 export interface GeneratedCode {
   /** that with the most blocks first */
-  files: CodeFile[];
+  files: TextFile[];
   places: CodePlace[];
 }
 

@@ -9,21 +9,20 @@ export function save(name: string, text: string, type: string): void {
   URL.revokeObjectURL(link.href);
 }
 
-const name_of = (session: Session): string => (session.system || session.document!.file).replace(/.*\//, "").replace(/\.ya?ml$/, "");
-
 export async function save_picture(session: Session): Promise<void> {
-  save(`${name_of(session)}.svg`, (await session.picture()).svg, "image/svg+xml");
+  const { name, text } = await session.picture();
+  save(name, text, "image/svg+xml");
 }
 
 /** The drawing alone, instead of the page; browsers offer a PDF there, too. */
 export async function print(session: Session): Promise<void> {
-  const image = new Image(), title = document.title, name = name_of(session);
+  const image = new Image(), title = document.title, { name, text } = await session.picture();
   image.className = "printed";
-  image.alt = name;
-  image.src = URL.createObjectURL(new Blob([(await session.picture()).svg], { type: "image/svg+xml" }));
+  image.alt = name.replace(/\.svg$/, "");
+  image.src = URL.createObjectURL(new Blob([text], { type: "image/svg+xml" }));
   await image.decode();
   document.body.append(image);
-  document.title = name; // which becomes the name of the PDF
+  document.title = image.alt; // which becomes the name of the PDF
   window.print();
   document.title = title;
   image.remove();

@@ -31,7 +31,7 @@ GeneratedCode generated(const LoadedModel& model, Language language) {
         ++count[file];
     }
     std::ranges::stable_sort(code.files, std::greater(),
-                             [&](const CodeFile& file) { return count[file.name]; });
+                             [&](const TextFile& file) { return count[file.name]; });
     return code;
 }
 

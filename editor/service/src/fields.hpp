@@ -118,7 +118,6 @@ BF_FIELDS(service::Bent, has("path", &T::path), has("points", &T::points))
 BF_FIELDS(service::Draw, has("system", &T::system), one_of("show", &T::show, words::show),
           has("moved", &T::moved), has("moved_notes", &T::moved_notes), has("bent", &T::bent),
           has("marks_open", &T::marks_open))
-BF_FIELDS(service::Picture, has("svg", &T::svg))
 BF_FIELDS(service::Compare, has("file", &T::file), has("system", &T::system))
 BF_FIELDS(service::Difference, has("path", &T::path), has("system", &T::system), has("text", &T::text))
 BF_FIELDS(service::ModelComparison, has("differences", &T::differences), has("drawing", &T::drawing))
@@ -156,7 +155,7 @@ BF_FIELDS(service::Recorded, has("number", &T::number), has("file", &T::file), h
           has("defect", &T::defect), has("end", &T::end))
 BF_FIELDS(service::FileList, has("files", &T::files))
 BF_FIELDS(service::Generate, one_of("language", &T::language, words::language))
-BF_FIELDS(service::CodeFile, has("name", &T::name), has("text", &T::text))
+BF_FIELDS(service::TextFile, has("name", &T::name), has("text", &T::text))
 BF_FIELDS(service::CodePlace, has("path", &T::path), has("file", &T::file), has("first", &T::first),
           has("last", &T::last))
 BF_FIELDS(service::GeneratedCode, has("files", &T::files), has("places", &T::places))

@@ -221,7 +221,10 @@ struct Service::State {
         return images.addressed(editor::draw(project->model(), asked.system, diagram(), diagnostics(), show));
     }
 
-    Picture picture(int page, const Draw& asked) { return {editor::to_svg(draw(page, asked), false)}; }
+    TextFile picture(int page, const Draw& asked) {
+        const std::string name = asked.system.empty() ? project->file().stem().string() : asked.system;
+        return {name + ".svg", editor::to_svg(draw(page, asked), false)};
+    }
 
     FileList image_files(int, const InSystem& asked) {
         const fs::path from = project->place_of(model::joined(asked.system, "x")).first.parent_path();
@@ -652,24 +655,12 @@ const std::vector<Method>& methods() {
 
 std::string Service::typescript() {
     std::map<std::string, std::string> types;
-    std::string table, notifications;
+    std::string table;
     for (const auto& method : methods()) {
         types.insert(method.types.begin(), method.types.end());
         table += "  " + method.name + ": { params: " + method.params + "; result: " + method.result + " };\n";
     }
-    notifications +=
-        "  changed: " + typescript_of<DocumentState>(types) + "; // by a page, or by another program\n";
-    notifications += "  run: " + typescript_of<RunState>(types) + ";\n";
-    notifications += "  live: " + typescript_of<LiveReport>(types) + "; // of the program that is attached\n";
-    std::string text =
-        protocol_introduction() +
-        "//\n// Written by scripts/update-reference from editor/service/include/bf/service/protocol.hpp.\n\n"
-        "export const protocol = " +
-        std::to_string(protocol_version) + ";\n\n";
-    for (const auto& [name, declaration] : types) text += declaration + "\n";
-    text += typescript_causes() + "\n";
-    return text + "export interface Methods {\n" + table + "}\nexport type Method = keyof Methods;\n\n" +
-           "export interface Notifications {\n" + notifications + "}\n";
+    return typescript_protocol(std::move(types), table);
 }
 
 std::string Service::answer(int page, std::string_view request) {

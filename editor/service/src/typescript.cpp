@@ -150,15 +150,7 @@ const Comments& comments() {
     return found;
 }
 
-} // namespace
-
-std::string typescript_comment(const std::string& type, const std::string& member,
-                               const std::string& indent) {
-    const auto found = comments().all.find(member.empty() ? type : type + "." + member);
-    if (found == comments().all.end() || found->second.empty()) return "";
-    return indent + "/** " + found->second + " */\n";
-}
-
+/// What the protocol says before its declarations.
 std::string protocol_introduction() {
     std::string text;
     for (const auto& [name, content] : headers) {
@@ -172,6 +164,7 @@ std::string protocol_introduction() {
     return text;
 }
 
+/// What people call the causes of missed deadlines, by the members of TimingMisses.
 std::string typescript_causes() {
     std::string text = "export const cause_texts: Record<keyof TimingMisses, string> = {\n";
     for (std::size_t i = 0; i < realtime::Statistics().misses.size(); ++i) {
@@ -179,6 +172,31 @@ std::string typescript_causes() {
         text += "  " + std::string(name(cause)) + ": \"" + realtime::text(cause) + "\",\n";
     }
     return text + "};\n";
+}
+
+} // namespace
+
+std::string typescript_comment(const std::string& type, const std::string& member,
+                               const std::string& indent) {
+    const auto found = comments().all.find(member.empty() ? type : type + "." + member);
+    if (found == comments().all.end() || found->second.empty()) return "";
+    return indent + "/** " + found->second + " */\n";
+}
+
+std::string typescript_protocol(std::map<std::string, std::string> types, const std::string& methods) {
+    const std::string notifications =
+        "  changed: " + typescript_of<DocumentState>(types) + "; // by a page, or by another program\n" +
+        "  run: " + typescript_of<RunState>(types) + ";\n" + "  live: " + typescript_of<LiveReport>(types) +
+        "; // of the program that is attached\n";
+    std::string text =
+        protocol_introduction() +
+        "//\n// Written by scripts/update-reference from editor/service/include/bf/service/protocol.hpp.\n\n"
+        "export const protocol = " +
+        std::to_string(protocol_version) + ";\n\n";
+    for (const auto& [name, declaration] : types) text += declaration + "\n";
+    text += typescript_causes() + "\n";
+    return text + "export interface Methods {\n" + methods + "}\nexport type Method = keyof Methods;\n\n" +
+           "export interface Notifications {\n" + notifications + "}\n";
 }
 
 } // namespace bf::service

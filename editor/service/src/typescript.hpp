@@ -11,12 +11,6 @@ namespace bf::service {
 /// What the declaration of a type or of its member says, as a comment of TypeScript; empty: nothing.
 std::string typescript_comment(const std::string& type, const std::string& member = {},
                                const std::string& indent = {});
-/// What the protocol says before its declarations.
-std::string protocol_introduction();
-
-/// What people call the causes of missed deadlines, by the members of TimingMisses, in TypeScript.
-std::string typescript_causes();
-
 /// How TypeScript calls T; `types` gets the declarations of it and of all it is made of, by their name.
 /// Members that a request may leave out are there all the same: the page says what it means.
 template <class T>
@@ -56,5 +50,8 @@ std::string typescript_of(std::map<std::string, std::string>& types, const Words
         return "number";
     }
 }
+
+/// The whole protocol: declarations by the names of their types, and a line for each method.
+std::string typescript_protocol(std::map<std::string, std::string> types, const std::string& methods);
 
 } // namespace bf::service

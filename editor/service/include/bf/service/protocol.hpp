@@ -236,10 +236,6 @@ struct Draw {
     std::vector<Bent> bent = {};
     bool marks_open = false; ///< are ports without a wire marked as mistakes?
 };
-/// A drawing as `bf draw` writes it, in light colours.
-struct Picture {
-    std::string svg;
-};
 /// What differs from an earlier model, and a subsystem of both, side by side.
 struct Compare {
     std::string file;   ///< relative to the opened folder; empty: the model in the last commit of git
@@ -369,7 +365,7 @@ enum class Language { cpp, c };
 struct Generate {
     Language language = Language::cpp;
 };
-struct CodeFile {
+struct TextFile {
     std::string name, text;
 };
 /// Lines that a block became; from 1.
@@ -379,7 +375,7 @@ struct CodePlace {
 };
 /// What `bf generate` writes of the model as it is now, without the headers that all models share.
 struct GeneratedCode {
-    std::vector<CodeFile> files; ///< that with the most blocks first
+    std::vector<TextFile> files; ///< that with the most blocks first
     std::vector<CodePlace> places;
 };
 /// What a block took of the run since this is asked for.

@@ -52,11 +52,6 @@ export interface BranchInfo {
   cause: string;
 }
 
-export interface TextFile {
-  name: string;
-  text: string;
-}
-
 /** Lines that a block became; from 1. */
 export interface CodePlace {
   path: string;
@@ -395,11 +390,6 @@ export interface Paste {
   at: Point;
 }
 
-/** A drawing as `bf draw` writes it, in light colours. */
-export interface Picture {
-  svg: string;
-}
-
 /** What the model plots: a title and paths of signals. */
 export interface PlotPanel {
   title: string;
@@ -610,6 +600,11 @@ export interface Text {
   text: string;
 }
 
+export interface TextFile {
+  name: string;
+  text: string;
+}
+
 /** The lines in which a block, an own port or a wire stands. */
 export interface TextPlace {
   /** as in drawings */
@@ -782,7 +777,7 @@ export interface Methods {
   parameters: { params: Record<string, never>; result: Parameters };
   generate: { params: Generate; result: GeneratedCode };
   models: { params: Record<string, never>; result: FileList };
-  picture: { params: Draw; result: Picture };
+  picture: { params: Draw; result: TextFile };
 }
 export type Method = keyof Methods;
 

@@ -72,7 +72,8 @@ class Chance {
     explicit Chance(unsigned seed) : random_(seed) {}
 
     Operation operator()(const bf::model::Model& model) {
-        paths_ = {}, systems_ = {""}, ends_ = {}, references_ = {}, subsystems_ = {}, charts_ = {};
+        paths_ = {}, systems_ = {""}, ends_ = {}, references_ = {}, subsystems_ = {}, wires_ = {},
+        charts_ = {};
         collect(model.root, "");
         switch (number(25)) {
         case 0: {
@@ -117,7 +118,9 @@ class Chance {
             if (number(2) == 0) return op::Rotate{of(paths_)};
             return op::PlacePort{of(paths_), "u",
                                  number(3) ? std::optional(bf::model::Side(number(4))) : std::nullopt};
-        case 13: return op::Bend{of(paths_), {point(), point()}};
+        case 13:
+            if (number(2)) return op::Label{of(wires_), number(4) > 0};
+            return op::Bend{of(wires_), {point(), point()}};
         case 14: {
             bf::model::Note note{.name = name(), .text = "a note\n: of two lines", .system = of(systems_)};
             return op::Annotate{note.name, note};
@@ -160,6 +163,8 @@ class Chance {
         for (const auto* ports : {&system.inputs, &system.outputs})
             for (const auto& port : *ports)
                 paths_.push_back(prefix + port.name), ends_[prefix].push_back(port.name);
+        for (const auto& connection : system.connections)
+            for (const auto& to : connection.to) wires_.push_back(prefix + to.text());
         for (const auto& signal : system.signals) paths_.push_back(prefix + signal.name);
         for (const auto& block : system.blocks) {
             const std::string path = prefix + block.name;
@@ -195,7 +200,7 @@ class Chance {
 
     std::mt19937 random_;
     int made_ = 0;
-    std::vector<std::string> paths_, systems_, references_, subsystems_;
+    std::vector<std::string> paths_, systems_, references_, subsystems_, wires_;
     std::map<std::string, std::vector<std::string>> ends_;
     std::set<std::string> charts_;
 };

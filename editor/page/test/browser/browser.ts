@@ -1,7 +1,8 @@
 import { spawn } from "node:child_process";
 import { existsSync } from "node:fs";
 import { createInterface } from "node:readline";
-import { chromium, type Browser, type BrowserContextOptions, type Page } from "playwright-core";
+import { chromium, type Browser, type BrowserContextOptions, type Locator, type Page } from "playwright-core";
+import { expect } from "vitest";
 import { fitted, to_screen, zoomed } from "../../src/geometry.ts";
 import type { Drawing, Point } from "../../src/protocol.ts";
 
@@ -83,4 +84,11 @@ export class Hand {
     for (let i = 1; i <= 5; ++i) await this.page.mouse.move(from.x + ((to.x - from.x) * i) / 5, from.y + ((to.y - from.y) * i) / 5);
     await this.page.mouse.up();
   }
+}
+
+/** Where something stands that may just be drawn anew. */
+export async function place_of(what: Locator): Promise<{ x: number; y: number; width: number; height: number }> {
+  let box: Awaited<ReturnType<Locator["boundingBox"]>> = null;
+  await expect.poll(async () => (box = await what.boundingBox())).not.toBeNull();
+  return box!;
 }

@@ -3,7 +3,7 @@ import { afterAll, afterEach, beforeAll, describe, expect, test } from "vitest";
 import type { PanelInfo } from "../../src/protocol.ts";
 import { Model, serve } from "../service.ts";
 import { found_by_axe } from "./axe.ts";
-import { Hand, is_there, opened, start } from "./browser.ts";
+import { Hand, is_there, opened, place_of, start } from "./browser.ts";
 import { instant } from "./desk.ts";
 
 const panel = (name: string, shows: PanelInfo["shows"], signals: string[]): PanelInfo => ({ name, shows, signals, is_kept: true });
@@ -85,8 +85,7 @@ describe.skipIf(!is_there)("panels", () => {
     await open(panel("a", "lines", ["motor.x"]), panel("b", "lines", ["error.y"]));
     await ended();
     const plot = page.getByRole("application", { name: /^Plot a of/ }), over = plot.locator(".u-over");
-    await over.waitFor();
-    const box = (await over.boundingBox())!;
+    const box = await place_of(over);
     const ticks = async (name: string) => (await shown(name).screenshot()).toString("base64");
     const whole = await ticks("b");
     await hand.drag({ x: box.x + box.width * 0.25, y: box.y + 20 }, { x: box.x + box.width * 0.5, y: box.y + 20 });

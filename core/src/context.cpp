@@ -151,13 +151,14 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
         auto** now = const_cast<void**>(frames_[n].now);
         for (std::size_t i = 0; i < nodes_[n].sources.size(); ++i)
             if (const auto& from = nodes_[n].sources[i]; from.node >= 0) now[i] = data(from.node, from.slot);
-        for (std::size_t i = 0; i < d.objects.size(); ++i) {
+        for_each_own_object(nodes_[n], [&](std::size_t i) {
             const auto& [make, requirement, provision] = d.objects[i];
             const auto r = static_cast<std::size_t>(requirement), p = static_cast<std::size_t>(provision);
             const auto& [borrowed, shared] = std::tie(nodes_[n].borrowed, nodes_[n].shared);
             Object made;
-            if (requirement >= 0) {
-                if (r >= borrowed.size() || !borrowed[r]) continue; // it comes from another node
+            if (nodes_[n].awaits_objects) {
+                // It comes by an exchange.
+            } else if (requirement >= 0) {
                 made.pointer = borrowed[r]().pointer;
             } else if (provision >= 0) {
                 made = p < shared.size() && shared[p] ? shared[p]() : d.provisions[p].open(provided[p].get());
@@ -167,7 +168,7 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
             const_cast<void**>(frames_[n].objects)[i] = made.pointer.get();
             objects_.push_back(std::move(made));
             object_nodes_.push_back(static_cast<int>(n));
-        }
+        });
     }
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
         const auto& d = nodes_[n].block->declaration();
@@ -185,6 +186,55 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
 }
 
 Context::~Context() = default;
+
+template <class F> void Context::for_each_own_object(const Node& node, F&& f) {
+    const auto& objects = node.block->declaration().objects;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const int r = objects[i].requirement;
+        const bool is_borrowed = r >= 0 && static_cast<std::size_t>(r) < node.borrowed.size() &&
+                                 node.borrowed[static_cast<std::size_t>(r)];
+        if (r < 0 || is_borrowed) f(i);
+    }
+}
+
+Object* Context::objects_of(int node) {
+    const auto first = std::lower_bound(object_nodes_.begin(), object_nodes_.end(), node);
+    return objects_.data() + (first - object_nodes_.begin());
+}
+
+Context::Exchange Context::exchange(Context& other, std::span<const std::pair<int, int>> nodes) {
+    Exchange found;
+    const auto pointer = [&](std::size_t node, std::size_t i) {
+        return const_cast<void**>(frames_[node].objects) + i;
+    };
+    for (const auto& [mine, its] : nodes) {
+        const Node& node = nodes_[static_cast<std::size_t>(mine)];
+        const auto& objects = node.block->declaration().objects;
+        Object *own = objects_of(mine), *others = other.objects_of(its);
+        for_each_own_object(node, [&](std::size_t i) {
+            found.pairs.push_back({own, others});
+            found.users.push_back({pointer(static_cast<std::size_t>(mine), i), own});
+            for (std::size_t n = 0; n < nodes_.size(); ++n) {
+                const auto& used = nodes_[n].block->declaration().objects;
+                for (std::size_t k = 0; k < used.size(); ++k) {
+                    const auto r = static_cast<std::size_t>(used[k].requirement);
+                    if (used[k].requirement < 0 || r >= nodes_[n].providers.size()) continue;
+                    const Node::End& from = nodes_[n].providers[r];
+                    if (from.node == mine && objects[i].provision == from.slot)
+                        found.users.push_back({pointer(n, k), own});
+                }
+            }
+            ++own;
+            ++others;
+        });
+    }
+    return found;
+}
+
+void Context::Exchange::make() noexcept {
+    for (const auto& [own, other] : pairs) std::swap(*own, *other);
+    for (const auto& [pointer, object] : users) *pointer = object->pointer.get();
+}
 
 void Context::use_memory(int node, int slot, const Memory& memory) {
     const Frame& frame = frames_[static_cast<std::size_t>(node)];
@@ -414,6 +464,14 @@ std::vector<int> Context::devices() const {
             }))
             nodes.push_back(static_cast<int>(n));
     }
+    return nodes;
+}
+
+std::vector<int> Context::outside() const {
+    std::vector<int> nodes;
+    for (std::size_t i = 0; i < objects_.size(); ++i)
+        if (objects_[i].is_outside && (nodes.empty() || nodes.back() != object_nodes_[i]))
+            nodes.push_back(object_nodes_[i]);
     return nodes;
 }
 

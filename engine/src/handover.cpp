@@ -3,6 +3,7 @@
 
 #include "bf/base/numbers.hpp"
 #include "machine.hpp"
+#include "succession.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,25 @@
 #include <unordered_map>
 
 namespace bf {
+
+std::optional<std::string> path_before(const Origin& origin, const std::string& path) {
+    return origin ? origin(path) : path;
+}
+
+std::vector<int> counterparts(const Diagram& from, const Diagram& to, const Origin& origin) {
+    std::unordered_map<std::string_view, int> by_path;
+    for (std::size_t n = 0; n < from.nodes.size(); ++n)
+        by_path.emplace(from.nodes[n].path, static_cast<int>(n));
+    std::vector<int> all;
+    for (const auto& node : to.nodes) {
+        const std::optional<std::string> path = path_before(origin, node.path);
+        const auto found = path ? by_path.find(*path) : by_path.end();
+        const bool is_it =
+            found != by_path.end() && from.nodes[static_cast<std::size_t>(found->second)].type == node.type;
+        all.push_back(is_it ? found->second : -1);
+    }
+    return all;
+}
 
 namespace {
 
@@ -26,26 +46,6 @@ std::vector<int> nodes_with_objects(const Diagram& diagram) {
     for (std::size_t n = 0; n < diagram.nodes.size(); ++n)
         if (!diagram.nodes[n].block->declaration().objects.empty()) found.push_back(static_cast<int>(n));
     return found;
-}
-
-std::optional<std::string> path_before(const Origin& origin, const std::string& path) {
-    return origin ? origin(path) : path;
-}
-
-/// By node of `to`, the node of `from` that it was, of the same type; -1: there is none.
-std::vector<int> counterparts(const Diagram& from, const Diagram& to, const Origin& origin) {
-    std::unordered_map<std::string_view, int> by_path;
-    for (std::size_t n = 0; n < from.nodes.size(); ++n)
-        by_path.emplace(from.nodes[n].path, static_cast<int>(n));
-    std::vector<int> all;
-    for (const auto& node : to.nodes) {
-        const std::optional<std::string> path = path_before(origin, node.path);
-        const auto found = path ? by_path.find(*path) : by_path.end();
-        const bool is_it =
-            found != by_path.end() && from.nodes[static_cast<std::size_t>(found->second)].type == node.type;
-        all.push_back(is_it ? found->second : -1);
-    }
-    return all;
 }
 
 /// It is saved as a whole, in the order of the document: either all of it has the same place in both, or
@@ -101,13 +101,147 @@ Handover handover(const Simulation& before, const Simulation& after, const Origi
         for (const auto& slot : slots_of(to, static_cast<int>(n)))
             if (is_state(slot.role) && (its[n] < 0 || counterpart(slots_of(from, its[n]), slot) < 0))
                 found.begun.push_back(to.nodes[n].path + "." + slot.name);
-    if (outside_bytes(before) > 0 && !have_same_outside(before, after, its))
+    if (after.takes_a_place()) {
+        for (const int node : before.context().outside())
+            if (const int other = others[static_cast<std::size_t>(node)]; other < 0 || !after.keeps(other))
+                found.lost.push_back("what '" + from.nodes[static_cast<std::size_t>(node)].path +
+                                     "' keeps outside of the diagram");
+    } else if (outside_bytes(before) > 0 && !have_same_outside(before, after, its))
         found.lost.push_back("what blocks keep outside of the diagram, such as the state of a physics world");
     return found;
 }
 
+// ---- what is found before
+
+Simulation::Succession::Succession(Simulation* before, const Diagram& to, const Origin& origin)
+    : Succession(*before, to, origin) {
+    replaced = before;
+    const Diagram& was = from.diagram_;
+    std::vector<char> goes_on(was.nodes.size()); // by node of the other one
+    is_kept.resize(to.nodes.size());
+    for (std::size_t n = 0; n < to.nodes.size(); ++n) {
+        const auto& node = to.nodes[n];
+        const bool opens = std::ranges::any_of(node.block->declaration().objects,
+                                               [](const auto& object) { return object.requirement < 0; });
+        is_kept[n] = (opens || node.methods.start) && is_unchanged(to, static_cast<int>(n));
+        if (is_kept[n]) goes_on[static_cast<std::size_t>(its[n])] = 1;
+    }
+    std::string refused;
+    const std::vector<int> owners = from.context_.outside(), devices = from.context_.devices();
+    const auto is_open = [&](int node) {
+        return was.nodes[static_cast<std::size_t>(node)].methods.start ||
+               (std::ranges::count(owners, node) > 0 && std::ranges::count(devices, node) > 0);
+    };
+    for (std::size_t n = 0; n < was.nodes.size(); ++n)
+        if (is_open(static_cast<int>(n)) && !goes_on[n])
+            refused += "\n  " + was.nodes[n].path +
+                       ": it keeps something open, such as a device, and would be removed or changed";
+    is_absent = is_kept;
+    for (std::size_t n = 0; n < to.nodes.size(); ++n) {
+        const auto& node = to.nodes[n];
+        for (const auto& provider : node.providers) {
+            if (provider.node < 0 || !is_kept[static_cast<std::size_t>(provider.node)]) continue;
+            is_absent[n] = 1;
+            if ((node.methods.reset || node.methods.start) && !is_unchanged(to, static_cast<int>(n)))
+                refused += "\n  " + node.path + ": it begins with what '" +
+                           to.nodes[static_cast<std::size_t>(provider.node)].path +
+                           "' has open, which the run before uses until then";
+        }
+    }
+    if (!refused.empty())
+        throw RunError("these blocks cannot come or go while the program runs; start it anew:" + refused);
+}
+
+/// It has the arguments, ports and states that it had, and uses what it used.
+bool Simulation::Succession::is_unchanged(const Diagram& to, int n) const {
+    const int before = its[static_cast<std::size_t>(n)];
+    if (before < 0) return false;
+    const auto &is = to.nodes[static_cast<std::size_t>(n)],
+               &was = from.diagram_.nodes[static_cast<std::size_t>(before)];
+    const auto is_same = [](const Slot& a, const Slot& b) {
+        return a.name == b.name && a.role == b.role && fits(a, b);
+    };
+    const auto was_used = [&](const Node::End& now, const Node::End& then) {
+        return now.slot == then.slot &&
+               (now.node < 0 ? -1 : its[static_cast<std::size_t>(now.node)]) == then.node;
+    };
+    return is.arguments == was.arguments &&
+           std::ranges::equal(is.block->resolution().slots, was.block->resolution().slots, is_same) &&
+           std::ranges::equal(is.providers, was.providers, was_used);
+}
+
+std::vector<Node> Simulation::Succession::context_nodes(const Diagram& to) const {
+    std::vector<Node> nodes = to.context_nodes();
+    for (std::size_t n = 0; n < is_kept.size(); ++n) nodes[n].awaits_objects = is_kept[n] != 0;
+    return nodes;
+}
+
+void Simulation::Succession::find_copies(Simulation& to, const Origin& origin) {
+    for (std::size_t n = 0; n < its.size(); ++n) {
+        if (its[n] < 0 || to.diagram_.nodes[n].rate == constant_rate) continue;
+        const auto& slots = slots_of(to.diagram_, static_cast<int>(n));
+        for (std::size_t i = 0; i < slots.size(); ++i) {
+            if (!is_state(slots[i].role) && slots[i].role != Role::output) continue;
+            const int k = counterpart(slots_of(from.diagram_, its[n]), slots[i]);
+            if (k < 0 || !fits(slots[i], from.diagram_.slot({its[n], k}))) continue;
+            const auto size = static_cast<std::size_t>(slots[i].size.count() * bytes(slots[i].type));
+            const int node = static_cast<int>(n), slot = static_cast<int>(i);
+            const void* const source = from.context_.data(its[n], k);
+            copies.push_back({to.context_.data(node, slot), source, size});
+            if (slots[i].role == Role::discrete_state)
+                copies.push_back({to.context_.next_data(node, slot), source, size});
+        }
+    }
+    to.machine_->find_copies(*from.machine_, origin, *this);
+    if (!replaced) return;
+    std::vector<std::pair<int, int>> kept;
+    for (std::size_t n = 0; n < is_kept.size(); ++n)
+        if (is_kept[n]) kept.emplace_back(static_cast<int>(n), its[n]);
+    objects = to.context_.exchange(replaced->context_, kept);
+}
+
+void Simulation::Machine::find_copies(const Machine& other, const Origin& origin, Succession& succession) {
+    const auto &mine = simulation_.diagram_, &its = other.simulation_.diagram_;
+    const auto is_same = [&](int condition, int before) {
+        return path_before(origin, mine.conditions[static_cast<std::size_t>(condition)].path) ==
+               its.conditions[static_cast<std::size_t>(before)].path;
+    };
+    const auto is_of_condition = [](const program::Flag& flag) {
+        return flag.kind == program::Flag::Kind::enabled || flag.kind == program::Flag::Kind::triggered;
+    };
+    const auto add = [&](auto& to, const auto& from) {
+        succession.copies.push_back({&to, &from, sizeof to});
+    };
+    for (std::size_t i = 0; i < flags_.size(); ++i)
+        for (std::size_t k = 0; k < other.flags_.size(); ++k) {
+            const program::Flag &a = program_.flags[i], &b = other.program_.flags[k];
+            if (is_of_condition(a) && a.kind == b.kind && is_same(a.number, b.number))
+                add(flags_[i], other.flags_[k]);
+        }
+    for (std::size_t i = 0; i < memories_.size(); ++i)
+        for (std::size_t k = 0; k < other.memories_.size(); ++k) {
+            const program::Memory &a = program_.memories[i], &b = other.program_.memories[k];
+            std::vector<double>&to = memories_[i].last, &from = const_cast<Machine&>(other).memories_[k].last;
+            if (a.is_reset == b.is_reset && is_same(a.condition, b.condition) && to.size() == from.size())
+                succession.copies.push_back({to.data(), from.data(), to.size() * sizeof(double)});
+        }
+    for (std::size_t i = 0; i < mine.conditions.size(); ++i)
+        for (std::size_t k = 0; k < its.conditions.size(); ++k)
+            if (const int rate = mine.conditions[i].triggered_rate, before = its.conditions[k].triggered_rate;
+                rate >= 0 && before >= 0 && is_same(static_cast<int>(i), static_cast<int>(k)))
+                add(context_.clock(rate), other.context_.clock(before));
+    first_hits_.resize(mine.nodes.size());
+}
+
+// ---- going on
+
+bool Simulation::Machine::is_absent(int node) const noexcept {
+    const auto& succession = simulation_.succession_;
+    return succession && succession->replaced && succession->is_absent[static_cast<std::size_t>(node)];
+}
+
 /// The time of the last step that hit a node's rate; NaN: there was none, or it has no period.
-double Simulation::Machine::last_hit(int node) const {
+double Simulation::Machine::last_hit(int node) const noexcept {
     const Diagram& diagram = simulation_.diagram_;
     if (!first_hits_.empty())
         if (const FirstHit& first = first_hits_[static_cast<std::size_t>(node)];
@@ -120,16 +254,20 @@ double Simulation::Machine::last_hit(int node) const {
     return has_period && clock.step >= 0 ? clock.time : std::numeric_limits<double>::quiet_NaN();
 }
 
-void Simulation::Machine::find_first_hits(const Machine& other, const std::vector<int>& counterparts) {
+void Simulation::Machine::find_first_hits(const Machine& other,
+                                          const std::vector<int>& counterparts) noexcept {
     const Diagram& diagram = simulation_.diagram_;
-    std::vector<std::int64_t> next(diagram.rates.size(), -1); // step that hits each rate
-    for (std::size_t i = 0; i < counters_.size(); ++i)
-        if (!diagram.rates[static_cast<std::size_t>(counters_[i].rate)].is_continuous)
-            next[static_cast<std::size_t>(counters_[i].rate)] = simulation_.steps_ + until_hit_[i];
-    first_hits_.assign(diagram.nodes.size(), {});
+    const auto next_hit = [&](int rate) -> std::int64_t { // -1: there is none
+        for (std::size_t i = 0; i < counters_.size(); ++i)
+            if (counters_[i].rate == rate && !diagram.rates[static_cast<std::size_t>(rate)].is_continuous)
+                return simulation_.steps_ + until_hit_[i];
+        return -1;
+    };
+    last_first_hit_ = -1;
     for (std::size_t n = 0; n < diagram.nodes.size(); ++n) {
+        first_hits_[n] = {};
         const int rate = diagram.nodes[n].rate;
-        const std::int64_t step = next[static_cast<std::size_t>(rate)];
+        const std::int64_t step = next_hit(rate);
         if (counterparts[n] < 0 || step < 0) continue;
         const double usual = diagram.period(rate);
         const double period = static_cast<double>(step) * diagram.step - other.last_hit(counterparts[n]);
@@ -152,30 +290,8 @@ bool Simulation::Machine::run_with_first_hits(std::size_t begin, std::size_t end
     return true;
 }
 
-void Simulation::Machine::go_on_from(const Machine& other, const std::vector<int>& counterparts,
-                                     const Origin& origin) {
+void Simulation::Machine::go_on_from(const Machine& other, const std::vector<int>& counterparts) noexcept {
     const auto& mine = simulation_.diagram_;
-    const auto& its = other.simulation_.diagram_;
-    const auto is_same = [&](int condition, int before) {
-        return path_before(origin, mine.conditions[static_cast<std::size_t>(condition)].path) ==
-               its.conditions[static_cast<std::size_t>(before)].path;
-    };
-    const auto is_of_condition = [](const program::Flag& flag) {
-        return flag.kind == program::Flag::Kind::enabled || flag.kind == program::Flag::Kind::triggered;
-    };
-    for (std::size_t i = 0; i < flags_.size(); ++i)
-        for (std::size_t k = 0; k < other.flags_.size(); ++k) {
-            const program::Flag &a = program_.flags[i], &b = other.program_.flags[k];
-            if (is_of_condition(a) && a.kind == b.kind && is_same(a.number, b.number))
-                flags_[i] = other.flags_[k];
-        }
-    for (std::size_t i = 0; i < memories_.size(); ++i)
-        for (std::size_t k = 0; k < other.memories_.size(); ++k) {
-            const program::Memory &a = program_.memories[i], &b = other.program_.memories[k];
-            if (a.is_reset == b.is_reset && is_same(a.condition, b.condition) &&
-                memories_[i].last.size() == other.memories_[k].last.size())
-                memories_[i].last = other.memories_[k].last;
-        }
     const std::int64_t steps = simulation_.steps_;
     for (std::size_t i = 0; i < counters_.size(); ++i) {
         const SampleRate& rate = mine.rates[static_cast<std::size_t>(counters_[i].rate)];
@@ -186,12 +302,36 @@ void Simulation::Machine::go_on_from(const Machine& other, const std::vector<int
         clock.step = hits - 1;
         if (hits > 0) clock.time = static_cast<double>(rate.offset + (hits - 1) * rate.ticks) * mine.step;
     }
-    for (std::size_t i = 0; i < mine.conditions.size(); ++i)
-        for (std::size_t k = 0; k < its.conditions.size(); ++k)
-            if (const int rate = mine.conditions[i].triggered_rate, before = its.conditions[k].triggered_rate;
-                rate >= 0 && before >= 0 && is_same(static_cast<int>(i), static_cast<int>(k)))
-                context_.clock(rate) = other.context_.clock(before);
     find_first_hits(other, counterparts);
+}
+
+Simulation::Simulation(const Diagram& diagram, Simulation& before, const Origin& origin)
+    : Simulation(diagram, std::make_unique<Succession>(&before, diagram, origin), origin) {}
+
+bool Simulation::keeps(int node) const {
+    return succession_ && succession_->is_kept[static_cast<std::size_t>(node)];
+}
+
+void Simulation::take_over(Succession& succession) noexcept {
+    const Simulation& other = succession.from;
+    steps_ = std::llround(other.time() / diagram_.step);
+    machine_->go_on_from(*other.machine_, succession.its);
+    for (const auto& [to, from, bytes] : succession.copies) std::memcpy(to, from, bytes);
+    for (auto& held : held_) std::memcpy(held.last.data(), held.now, held.last.size());
+    for (auto& seen : seen_) std::memcpy(seen.last.data(), seen.now, seen.last.size());
+    std::fill(guard_before_.begin(), guard_before_.end(), std::numeric_limits<double>::quiet_NaN());
+    if (solver_) solver_->set_history(time(), {});
+    must_restart_ = true;
+}
+
+void Simulation::take_over() noexcept {
+    Succession& succession = *succession_;
+    take_over(succession);
+    succession.objects.make();
+    for (std::size_t n = 0; n < is_elsewhere_.size(); ++n)
+        if (std::exchange(is_elsewhere_[n], char{0}))
+            succession.replaced->is_elsewhere_[static_cast<std::size_t>(succession.its[n])] = 1;
+    succession.replaced = nullptr;
 }
 
 void Simulation::go_on_from(const Simulation& other, const Origin& origin) {
@@ -200,38 +340,16 @@ void Simulation::go_on_from(const Simulation& other, const Origin& origin) {
     if (std::abs(static_cast<double>(steps) * diagram_.step - time) > 1e-9 * std::max(1.0, time))
         throw RunError("t = " + number_text(time) + " s lies within a step of " + number_text(diagram_.step) +
                        " s; go on from a multiple of it, or start anew");
-    steps_ = steps;
-    const std::vector<int> from = counterparts(other.diagram_, diagram_, origin);
-    for (std::size_t n = 0; n < diagram_.nodes.size(); ++n) {
-        const int its = from[n];
-        if (its < 0 || diagram_.nodes[n].rate == constant_rate) continue;
-        const auto& slots = slots_of(diagram_, static_cast<int>(n));
-        for (std::size_t i = 0; i < slots.size(); ++i) {
-            if (!is_state(slots[i].role) && slots[i].role != Role::output) continue;
-            const int k = counterpart(slots_of(other.diagram_, its), slots[i]);
-            if (k < 0 || !fits(slots[i], other.diagram_.slot({its, k}))) continue;
-            const auto size = static_cast<std::size_t>(slots[i].size.count() * bytes(slots[i].type));
-            const int node = static_cast<int>(n), slot = static_cast<int>(i);
-            std::memcpy(context_.data(node, slot), other.context_.data(its, k), size);
-            if (slots[i].role == Role::discrete_state)
-                std::memcpy(context_.next_data(node, slot), other.context_.data(its, k), size);
-        }
-    }
-    if (const auto size = static_cast<std::ptrdiff_t>(outside_bytes(*this));
-        size > 0 && have_same_outside(other, *this, from)) {
-        std::vector<std::byte> own(context_.snapshot_size()), its(other.context_.snapshot_size());
-        context_.save(own.data());
-        other.context_.save(its.data());
-        std::copy(its.end() - size, its.end(), own.end() - size);
-        context_.restore(own.data());
-    }
-    machine_->go_on_from(*other.machine_, from, origin);
-    if (!machine_->run(machine_->constants)) throw RunError(failure());
-    for (auto& held : held_) std::memcpy(held.last.data(), held.now, held.last.size());
-    for (auto& seen : seen_) std::memcpy(seen.last.data(), seen.now, seen.last.size());
-    std::fill(guard_before_.begin(), guard_before_.end(), std::numeric_limits<double>::quiet_NaN());
-    if (solver_) solver_->set_history(time, {});
-    must_restart_ = true;
+    Succession succession(other, diagram_, origin);
+    succession.find_copies(*this, origin);
+    take_over(succession);
+    const auto size = static_cast<std::ptrdiff_t>(outside_bytes(*this));
+    if (size == 0 || !have_same_outside(other, *this, succession.its)) return;
+    std::vector<std::byte> own(context_.snapshot_size()), its(other.context_.snapshot_size());
+    context_.save(own.data());
+    other.context_.save(its.data());
+    std::copy(its.end() - size, its.end(), own.end() - size);
+    context_.restore(own.data());
 }
 
 } // namespace bf

@@ -1,4 +1,5 @@
 #include "machine.hpp"
+#include "succession.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +39,7 @@ void Simulation::Machine::forget() {
         std::fill(memory.last.begin(), memory.last.end(), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t i = 0; i < counters_.size(); ++i)
         until_hit_[i] = simulation_.diagram_.rates[static_cast<std::size_t>(counters_[i].rate)].offset;
-    first_hits_.clear();
+    first_hits_.assign(first_hits_.size(), {});
     last_first_hit_ = -1;
 }
 
@@ -334,6 +335,7 @@ bool Simulation::Machine::run(int entry) noexcept {
         case Op::edge: flags_[a] = memories_[b].has_edge(); break;
         case Op::fire: program::fire(context_.clock(i->a), s.time()); break;
         case Op::reset:
+            if (is_absent(i->a)) break;
             if (const Status status = context_.reset(i->a); !status) return s.fail(status, i->a);
             break;
         case Op::rest: rest(i->a); break;

@@ -21,9 +21,11 @@ class Simulation::Machine {
     void forget();
     /// What it remembers from step to step.
     std::vector<std::span<std::byte>> state();
-    /// Remembers what the machine of another diagram does, as far as both have the same conditions and at the
-    /// simulation's step. `counterparts`: by node, the other diagram's.
-    void go_on_from(const Machine& other, const std::vector<int>& counterparts, const Origin& origin);
+    /// Adds what this machine is to remember of that of another diagram, as far as both have the same
+    /// conditions.
+    void find_copies(const Machine& other, const Origin& origin, Succession& succession);
+    /// Goes on at the simulation's step. `counterparts`: by node, the other diagram's.
+    void go_on_from(const Machine& other, const std::vector<int>& counterparts) noexcept;
     std::uint8_t& flag(int number) { return flags_[static_cast<std::size_t>(number)]; }
     void visit_tasks(const TaskVisitor& visit);
 
@@ -131,8 +133,9 @@ class Simulation::Machine {
     bool test(const Instruction& instruction) const noexcept;
     bool fail(int failing) noexcept;
     void rest(int node) noexcept;
-    double last_hit(int node) const;
-    void find_first_hits(const Machine& other, const std::vector<int>& counterparts);
+    bool is_absent(int node) const noexcept;
+    double last_hit(int node) const noexcept;
+    void find_first_hits(const Machine& other, const std::vector<int>& counterparts) noexcept;
     bool run_with_first_hits(std::size_t begin, std::size_t end) noexcept;
 
     Simulation& simulation_;

@@ -1,4 +1,5 @@
 #include "machine.hpp"
+#include "succession.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -6,9 +7,13 @@
 
 namespace bf {
 
-Simulation::Simulation(const Diagram& diagram)
-    : diagram_(diagram), context_(diagram.context_nodes(), static_cast<int>(diagram.rates.size())),
-      program_(program::lower(diagram)) {
+Simulation::Simulation(const Diagram& diagram) : Simulation(diagram, nullptr, {}) {}
+
+Simulation::Simulation(const Diagram& diagram, std::unique_ptr<Succession> succession, const Origin& origin)
+    : diagram_(diagram), succession_(std::move(succession)),
+      context_(succession_ ? succession_->context_nodes(diagram) : diagram.context_nodes(),
+               static_cast<int>(diagram.rates.size())),
+      program_(program::lower(diagram)), is_elsewhere_(diagram.nodes.size()) {
     bind_guards();
     if (!context_.continuous_state().empty()) {
         find_held(diagram_.needed_inside_a_step());
@@ -16,6 +21,9 @@ Simulation::Simulation(const Diagram& diagram)
         solver_ = make_solver(diagram_.solver, diagram_.step, continuous_system());
     }
     machine_ = std::make_unique<Machine>(*this);
+    if (!succession_) return;
+    is_elsewhere_ = succession_->is_kept;
+    succession_->find_copies(*this, origin);
 }
 
 Simulation::~Simulation() { stop(); }
@@ -82,7 +90,7 @@ void Simulation::start() {
 bool Simulation::start_blocks() noexcept {
     const int nodes = static_cast<int>(diagram_.nodes.size());
     for (; started_ < nodes; ++started_) try {
-            context_.start(started_);
+            if (!is_elsewhere_[static_cast<std::size_t>(started_)]) context_.start(started_);
         } catch (const std::exception& error) {
             start_failure_ = diagram_.nodes[static_cast<std::size_t>(started_)].path + ": " + error.what();
             return false;
@@ -114,7 +122,8 @@ bool Simulation::fail(Status status, int node) noexcept {
 }
 
 void Simulation::stop() noexcept {
-    for (; started_ > 0; --started_) context_.stop(started_ - 1);
+    for (; started_ > 0; --started_)
+        if (!is_elsewhere_[static_cast<std::size_t>(started_ - 1)]) context_.stop(started_ - 1);
 }
 
 std::string Simulation::failure() const {

@@ -65,6 +65,19 @@ record: all
     recorder.close();
 }
 
+TEST(Heap, IsNotUsedWhenARunTakesThePlaceOfAnother) {
+    Session run(multirate), other(multirate);
+    run.simulation->run_until(0.7);
+    Simulation next(other.diagram, *run.simulation);
+    next.start();
+    run.simulation->run_until(1.1);
+    const long before = calls;
+    next.take_over();
+    for (int k = 0; k < 10; ++k) ASSERT_TRUE(next.step());
+    EXPECT_EQ(calls - before, 0);
+    EXPECT_EQ(next.steps(), 21);
+}
+
 } // namespace
 } // namespace bf::test
 #endif

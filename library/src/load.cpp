@@ -123,7 +123,10 @@ ExaminedModel examine(const model::Model& model, const fs::path& file,
 
 ExaminedModel examine(const model::Model& model, ModelSource source) {
     ExaminedModel found{{make_registry(), std::move(source), {}}, {}};
-    Examined elaborated = examine(model, *found.registry, {{}, found.source.file.parent_path().string()});
+    std::vector<Override> overrides;
+    for (const auto& [name, text] : found.source.overrides) overrides.push_back({name, text, {}});
+    Examined elaborated =
+        examine(model, *found.registry, {overrides, found.source.file.parent_path().string()});
     found.diagram = std::move(elaborated.diagram);
     found.diagnostics = std::move(elaborated.diagnostics);
     return found;

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <deque>
 #include <exception>
+#include <mutex>
 
 namespace bf::realtime {
 
@@ -33,7 +34,14 @@ void ParameterMailbox::apply(Run& run, std::int64_t step) noexcept {
 /// Notes which task is at work, for the watchdog, while it lives.
 class Runner::Running {
   public:
-    explicit Running(Run& stepped) : run_(stepped) {
+    struct Entry {
+        Running* running;
+        Task task;
+        std::string block;
+    };
+    using AtWork = std::atomic<const Entry*>;
+
+    Running(Run& stepped, AtWork& at_work) : run_(stepped), at_work_(at_work) {
         run_.visit_tasks([&](Task& task, Phase, const std::string& block, int) {
             entries_.push_back({this, task, block});
             task = {run, &entries_.back(), 0};
@@ -47,26 +55,15 @@ class Runner::Running {
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;
 
-    /// The block whose task was begun last. Any thread may ask.
-    std::string block() const {
-        const Entry* entry = at_work_.load(std::memory_order_relaxed);
-        return entry ? entry->block : "";
-    }
-
   private:
-    struct Entry {
-        Running* running;
-        Task task;
-        std::string block;
-    };
     static Status run(const void* p, int) {
         const auto& entry = *static_cast<const Entry*>(p);
         entry.running->at_work_.store(&entry, std::memory_order_relaxed);
         return entry.task();
     }
     Run& run_;
+    AtWork& at_work_;
     std::deque<Entry> entries_;
-    std::atomic<const Entry*> at_work_{nullptr};
 };
 
 /// Lets observers see a step, unless it is degraded.
@@ -80,20 +77,86 @@ class Runner::Gate final : public Run::Observer {
     std::vector<Observer*> observers;
 };
 
+/// A run with what belongs to it alone.
+struct Runner::Stepped {
+    explicit Stepped(Run& r) : run(r) { run.add_observer(gate); }
+    Stepped(const Stepped&) = delete;
+    Stepped& operator=(const Stepped&) = delete;
+
+    Run& run;
+    Gate gate;
+    std::optional<Running> running; ///< where a watchdog looks
+};
+
+/// The run that is stepped, and the one that comes or came before.
+class Runner::Relay final : public Succession {
+  public:
+    Relay(Run& run, bool is_watched) : is_watched_(is_watched), now_(std::make_unique<Stepped>(run)) {}
+
+    Stepped& now() { return *now_; }
+    void watch(Stepped& stepped) {
+        if (is_watched_) stepped.running.emplace(stepped.run, at_work_);
+    }
+
+    void post(Successor& successor, const std::vector<Run::Observer*>& observers) override {
+        other_ = std::make_unique<Stepped>(successor.run());
+        other_->gate.observers = observers;
+        watch(*other_);
+        successor_ = &successor;
+        state_.store(State::posted, std::memory_order_release);
+    }
+    std::optional<std::int64_t> taken() override {
+        if (state_.load(std::memory_order_acquire) != State::taken) return {};
+        const std::lock_guard lock(reading_);
+        other_.reset();
+        state_.store(State::empty, std::memory_order_release);
+        return step_;
+    }
+    void withdraw() override {
+        if (state_.exchange(State::empty) == State::posted) other_.reset();
+    }
+    /// The loop, before a step.
+    void exchange() noexcept {
+        if (state_.load(std::memory_order_acquire) != State::posted) return;
+        step_ = now_->run.steps();
+        successor_->take_over();
+        at_work_.store(nullptr, std::memory_order_relaxed);
+        now_.swap(other_);
+        state_.store(State::taken, std::memory_order_release);
+    }
+
+    /// The block whose task was begun last. Any thread may ask.
+    std::string block() {
+        const std::lock_guard lock(reading_);
+        const auto* entry = at_work_.load(std::memory_order_relaxed);
+        return entry ? entry->block : "";
+    }
+
+  private:
+    enum class State { empty, posted, taken };
+    const bool is_watched_;
+    Running::AtWork at_work_{nullptr};
+    std::mutex reading_; ///< of what `at_work_` points to; the loop never takes it
+    std::unique_ptr<Stepped> now_, other_;
+    Successor* successor_ = nullptr;
+    std::int64_t step_ = 0;
+    std::atomic<State> state_{State::empty};
+};
+
 Runner::Runner(Run& run, RunnerOptions options)
-    : run_(run), options_(std::move(options)),
+    : options_(std::move(options)),
       pacer_(std::max<Nanoseconds>(nanoseconds(run.period() / options_.factor), 1), options_.overrun),
-      control_(options_.waits), gate_(std::make_unique<Gate>()) {
-    run_.add_observer(*gate_);
-}
+      control_(options_.waits), relay_(std::make_unique<Relay>(run, options_.watchdog > 0)) {}
 
 Runner::~Runner() = default;
 
-void Runner::add_observer(Run::Observer& observer) { gate_->observers.push_back(&observer); }
+void Runner::add_observer(Run::Observer& observer) { relay_->now().gate.observers.push_back(&observer); }
+LoopAccess Runner::access() { return {parameters_, control_, pacer_.statistics(), relay_.get()}; }
+Run& Runner::stepped() { return relay_->now().run; }
 
 void Runner::run(double stop, const std::function<bool(const Progress&)>& monitor) {
-    const std::int64_t steps = run_.steps_before(stop);
-    if (const std::string reasons = run_.not_for_real_time(); !reasons.empty()) throw RunError(reasons);
+    const std::int64_t steps = stepped().steps_before(stop);
+    if (const std::string reasons = stepped().not_for_real_time(); !reasons.empty()) throw RunError(reasons);
     std::exception_ptr error;
     // Signals are for the thread that watches.
     sigset_t all, before;
@@ -124,34 +187,34 @@ void Runner::run(double stop, const std::function<bool(const Progress&)>& monito
 }
 
 void Runner::loop(std::int64_t steps) {
-    std::optional<Running> running;
     std::optional<Watchdog> watchdog;
     if (options_.on_stall || ServiceManager().is_there()) {
         const int priority = options_.thread.priority > 0 ? std::min(options_.thread.priority + 1, 99) : 0;
         watchdog.emplace(options_.watchdog, emergency_limit(pacer_.statistics().period), priority, control_,
                          [&] {
                              if (options_.on_stall)
-                                 options_.on_stall(steps_.load(), running ? running->block() : "");
+                                 options_.on_stall(steps_.load(), relay_->block());
                          });
     }
     while (control_.state() == Control::State::waiting) {
-        parameters_.apply(run_, -1);
+        parameters_.apply(stepped(), -1);
         if (watchdog) watchdog->kick();
         sleep_until(now() + 20'000'000);
     }
     if (!control_.goes_on()) return;
     if (watchdog) watchdog->rest();
-    run_.start(); // before the preparation: threads that devices start are ordinary ones
+    stepped().start(); // before the preparation: threads that devices start are ordinary ones
     struct AtEnd {
-        Run& run;
+        Runner& runner;
         std::optional<Watchdog>& watchdog;
         ~AtEnd() {
             if (watchdog) watchdog->end();
-            run.stop();
+            runner.relay_->now().running.reset();
+            runner.stepped().stop();
             ::munlockall();
         }
-    } const at_end{run_, watchdog};
-    if (options_.watchdog > 0) running.emplace(run_);
+    } const at_end{*this, watchdog};
+    relay_->watch(relay_->now());
     refused_ = prepare_thread(options_.thread);
     if (options_.is_strict && !refused_.empty()) {
         std::string text = "this machine refuses real time";
@@ -165,22 +228,25 @@ void Runner::loop(std::int64_t steps) {
     const auto is_due = [&] { // a loop that is behind looks at the clock, not at its releases
         return static_cast<double>(std::max(pacer_.release(), pacer_.end())) < last;
     };
-    while (run_.steps() < steps && is_due() && control_.goes_on() && pacer_.wait() && control_.goes_on()) {
-        parameters_.apply(run_, run_.steps());
+    while (stepped().steps() < steps && is_due() && control_.goes_on() && pacer_.wait() &&
+           control_.goes_on()) {
+        relay_->exchange();
+        auto& [run, gate, running] = relay_->now();
+        parameters_.apply(run, run.steps());
         if (options_.before_step) options_.before_step();
-        gate_->is_open = !pacer_.is_degraded();
-        const Status status = run_.step();
+        gate.is_open = !pacer_.is_degraded();
+        const Status status = run.step();
         pacer_.end_step();
         if (watchdog) watchdog->kick();
         missed_.store(pacer_.statistics().missed(), std::memory_order_relaxed);
-        steps_.store(run_.steps(), std::memory_order_release);
+        steps_.store(run.steps(), std::memory_order_release);
         if (!status) break;
     }
     if (pacer_.statistics().steps > 0) wall_ = static_cast<double>(pacer_.end() - begin) / 1e9;
 }
 
 std::string Runner::failure() const {
-    if (auto failure = run_.failure(); !failure.empty()) return failure;
+    if (auto failure = relay_->now().run.failure(); !failure.empty()) return failure;
     return options_.overrun == Overrun::stop ? missed_deadline(pacer_.statistics()) : "";
 }
 

@@ -53,7 +53,8 @@ Json Server::State::parameters_json(const std::vector<std::string>& wanted) cons
 }
 
 Server::State::State(Run& r, LoopAccess l, const ServerOptions& o)
-    : run(r), loop(l), options(o), tuned(r.parameters()), ring(o.buffer_bytes), told(l.control.state()) {
+    : run(&r), loop(l), options(o), ring(o.buffer_bytes), told(l.control.state()),
+      edits(std::make_unique<Edits>(*this)) {
     if (options.token.empty()) options.token = random_token();
     if (options.token.empty()) throw std::runtime_error("the system gives no random token");
     if (const std::string wrong = check_place(options.where); !wrong.empty()) throw std::runtime_error(wrong);
@@ -123,6 +124,7 @@ void Server::State::run_tick() {
     if (!is_accepting) accept();
     deliver();
     exchange_parameters();
+    edits->tick();
     const auto state = loop.control.state();
     if (++ticks % ticks_per_report == 0 || state != std::exchange(told, state)) tell_timing();
     for (const auto& session : sessions) {
@@ -143,22 +145,24 @@ void Server::State::deliver() {
 }
 
 void Server::State::tell_timing() {
-    const auto wants = [this](const auto& session) { return session->wants(timing_channel()); };
+    const auto wants = [this](const auto& session) { return session->wants(timing_channel); };
     if (std::none_of(sessions.begin(), sessions.end(), wants)) return;
     nlohmann::ordered_json json{
         {"state", last_state.empty() ? text(loop.control.state()) : last_state.c_str()},
         {"end", how_it_ended},
-        {"time", time.load()}};
+        {"time", time.load()},
+        {"edits", edits->count()}};
     json.update(statistics_json(loop.statistics));
     const std::string content = to_text(json);
     for (const auto& session : sessions)
-        if (wants(session)) session->send_data(timing_channel(), nanoseconds(time), content);
+        if (wants(session)) session->send_data(timing_channel, nanoseconds(time), content);
 }
 
 void Server::State::settle() {
     deliver();
     if (!posted.empty())
         if (const auto result = loop.parameters.take_result()) finish_change(*result);
+    edits->end();
     acceptor.close();
     timer.cancel();
 }
@@ -186,7 +190,7 @@ void Server::State::end(const std::string& failure, bool is_interrupted) {
 }
 
 void Server::State::tell_log(const Log::Numbered& entry, Session& session) const {
-    if (!session.wants(log_channel())) return;
+    if (!session.wants(log_channel)) return;
     constexpr int information = 2;
     const std::int64_t ns = std::llround(entry.entry.clock * 1e9);
     const Json json{{"timestamp", {{"sec", ns / 1'000'000'000}, {"nsec", ns % 1'000'000'000}}},
@@ -197,11 +201,88 @@ void Server::State::tell_log(const Log::Numbered& entry, Session& session) const
                     {"line", 0},
                     {"number", entry.number},
                     {"time", entry.entry.time}};
-    session.send_data(log_channel(), nanoseconds(entry.entry.time), to_text(json));
+    session.send_data(log_channel, nanoseconds(entry.entry.time), to_text(json));
 }
 
 void Server::State::tell_log(const Log::Numbered& entry) {
     for (const auto& session : sessions) tell_log(entry, *session);
+}
+
+std::uint32_t Server::State::channel_of(const std::string& topic, const Quantity& signal) {
+    const auto& info = signal.info;
+    Json told{{"topic", topic},
+              {"encoding", "cdr"},
+              {"schemaName", recording::message_type(info)},
+              {"schemaEncoding", "ros2msg"},
+              {"schema", recording::message_definition(info)}};
+    const auto id = static_cast<std::uint32_t>(channels.size());
+    const auto known = by_topic.find(topic);
+    if (known != by_topic.end()) {
+        told["id"] = known->second;
+        if (channels[known->second].advertised == told) return known->second;
+    }
+    told["id"] = id;
+    channels.emplace_back(std::move(told));
+    by_topic[topic] = id;
+    return id;
+}
+
+Json Server::State::advertisement() const {
+    Json all = Json::array();
+    for (const auto& channel : channels)
+        if (channel.is_there) all.push_back(channel.advertised);
+    return {{"op", "advertise"}, {"channels", std::move(all)}};
+}
+
+Server::State::Table::Table(State& state, const std::vector<Quantity>& signals) : state_(state) {
+    std::set<std::string> topics;
+    for (const auto& signal : signals) {
+        const auto topic = recording::topic_of(signal.path);
+        if (!topics.insert(topic).second) continue;
+        const std::uint32_t number = state.channel_of(topic, signal);
+        rows_.push_back({&state.channels[number], number, static_cast<std::uint32_t>(signal.info.bytes()),
+                         signal.rate, signal.data});
+    }
+}
+
+void Server::State::Table::observe(const Run& run) noexcept {
+    const auto time = static_cast<std::int64_t>(std::llround(run.time() * 1e9));
+    state_.time.store(run.time(), std::memory_order_relaxed);
+    for (const auto& [channel, number, bytes, rate, data] : rows_) {
+        if (!channel->is_wanted.load(std::memory_order_relaxed)) continue;
+        // A constant is sent once, to those who come late too.
+        if (rate == 0)
+            channel->is_wanted.store(false, std::memory_order_relaxed);
+        else if (!run.is_hit(rate))
+            continue;
+        state_.ring.push(number, time, data, bytes);
+    }
+}
+
+void Server::State::Table::tell_constants() {
+    for (const auto& row : rows_)
+        if (row.rate == 0 && row.channel->subscribers > 0) row.channel->is_wanted.store(true);
+}
+
+void Server::State::know_parameters() {
+    tuned = run->parameters();
+    names.clear();
+    parameters.clear();
+    for (auto& [name, values] : present_values()) {
+        names.push_back(name);
+        parameters.emplace(name, Parameter{Type::float64, values.size() == 1, std::move(values)});
+    }
+    for (const auto& parameter : tuned) parameters.at(parameter.path).type = parameter.type;
+    // A client may name every channel, and give every parameter, in one message.
+    longest_message = bytes_at_once + 64 * channels.size();
+    for (const auto& [name, parameter] : parameters)
+        longest_message += 64 + name.size() + 32 * parameter.values.size();
+    if (why_not_edited().empty()) longest_message = std::max(longest_message, most_edit_bytes);
+}
+
+std::string Server::State::why_not_edited() const {
+    if (!options.editing || !loop.succession) return options.why_not_edited;
+    return options.is_controlled ? "" : read_only;
 }
 
 void Server::State::require_control() const {
@@ -227,12 +308,12 @@ void Server::State::exchange_parameters() {
         if (!result) return;
         finish_change(*result);
     }
-    if (!waiting.empty()) post_change();
+    if (!waiting.empty() && !edits->is_busy()) post_change();
 }
 
 /// Of variables and parameters, in document order.
 std::vector<ParameterValue> Server::State::present_values() const {
-    std::vector<ParameterValue> all = run.variables();
+    std::vector<ParameterValue> all = run->variables();
     for (const auto& parameter : tuned) all.push_back({parameter.path, parameter.values()});
     return all;
 }
@@ -241,8 +322,8 @@ void Server::State::post_change() {
     posted = std::exchange(waiting, {});
     posted_values = std::exchange(waiting_values, {});
     try {
-        posted_parameters = run.follow(posted_values);
-        loop.parameters.post(run.prepare(posted_parameters));
+        posted_parameters = run->follow(posted_values);
+        loop.parameters.post(run->prepare(posted_parameters));
     } catch (const std::runtime_error& error) {
         reject(std::exchange(posted, {}), error.what());
     }
@@ -267,7 +348,11 @@ void Server::State::finish_change(const ParameterMailbox::Result& result) {
         if (all.find(request.who) == all.npos) all += (all.empty() ? "" : ", ") + request.who;
     }
     if (options.on_change) options.on_change(result.step, posted_parameters, all);
-    run.accept(posted_values);
+    run->accept(posted_values);
+    for (const auto& value : posted_values) {
+        std::erase_if(asked, [&](const auto& before) { return before.path == value.path; });
+        asked.push_back(value);
+    }
     std::vector<std::string> changed;
     for (const auto& [name, values] : posted_parameters) changed.push_back(name);
     for (auto& [name, values] : present_values()) {
@@ -277,8 +362,7 @@ void Server::State::finish_change(const ParameterMailbox::Result& result) {
         known = std::move(values);
         if (std::find(changed.begin(), changed.end(), name) == changed.end()) changed.push_back(name);
     }
-    for (auto& channel : channels) // constants may follow from parameters
-        if (channel.signal.rate == 0 && channel.subscribers > 0) channel.is_wanted.store(true);
+    edits->table().tell_constants(); // they may follow from parameters
     std::map<std::shared_ptr<Session>, std::set<std::string>> answered;
     for (const auto& request : requests) {
         const auto session = request.session.lock();
@@ -316,37 +400,26 @@ std::string check_place(const std::string& where) {
 Server::Server(Run& run, const std::vector<Quantity>& signals, LoopAccess loop, const ServerOptions& options)
     : state_(std::make_unique<State>(run, loop, options)) {
     State& s = *state_;
-    std::set<std::string> topics;
-    Json channels = Json::array();
+    const auto add_json = [&](const char* topic, const char* schema) {
+        s.channels.emplace_back(Json{{"id", s.channels.size()},
+                                     {"topic", topic},
+                                     {"encoding", "json"},
+                                     {"schemaName", schema},
+                                     {"schemaEncoding", "jsonschema"},
+                                     {"schema", R"({"type": "object"})"}});
+    };
+    add_json(timing_topic, "bf.Timing");
+    add_json(log_topic, "foxglove.Log");
+    s.first = std::make_unique<State::Table>(s, signals);
+    for (auto& channel : s.channels) channel.is_there = true;
     Json metadata = Json::object(); // of texts
     for (const auto& signal : signals) {
-        const auto topic = recording::topic_of(signal.path);
-        if (!topics.insert(topic).second) continue;
-        const auto& info = signal.info;
-        channels.push_back({{"id", s.channels.size()},
-                            {"topic", topic},
-                            {"encoding", "cdr"},
-                            {"schemaName", recording::message_type(info)},
-                            {"schemaEncoding", "ros2msg"},
-                            {"schema", recording::message_definition(info)}});
         std::string elements; // a line each
-        for (const auto& name : info.element_names) elements += name + "\n";
-        if (!elements.empty()) metadata["elements of " + topic] = elements;
-        s.channels.emplace_back(topic, signal);
+        for (const auto& name : signal.info.element_names) elements += name + "\n";
+        if (!elements.empty()) metadata["elements of " + recording::topic_of(signal.path)] = elements;
     }
-    const auto add_json = [&](std::uint32_t id, const char* topic, const char* schema) {
-        channels.push_back({{"id", id},
-                            {"topic", topic},
-                            {"encoding", "json"},
-                            {"schemaName", schema},
-                            {"schemaEncoding", "jsonschema"},
-                            {"schema", R"({"type": "object"})"}});
-    };
-    add_json(s.timing_channel(), timing_topic, "bf.Timing");
-    add_json(s.log_channel(), log_topic, "foxglove.Log");
-    s.advertisement = {{"op", "advertise"}, {"channels", std::move(channels)}};
     s.services = {{"op", "advertiseServices"}, {"services", Json::array()}};
-    for (const char* name : {start_service, stop_service, emergency_service}) {
+    for (const char* name : {start_service, stop_service, emergency_service, edit_service}) {
         const Json message{{"encoding", "json"},
                            {"schemaName", name},
                            {"schemaEncoding", "jsonschema"},
@@ -358,21 +431,14 @@ Server::Server(Run& run, const std::vector<Quantity>& signals, LoopAccess loop, 
                                           {"response", message}});
     }
     if (!options.is_controlled) metadata[refusal_key] = read_only;
+    if (const std::string why = s.why_not_edited(); !why.empty()) metadata[edit_refusal_key] = why;
     s.server_info = {{"op", "serverInfo"},
                      {"name", run.name()},
                      {"capabilities", {"parameters", "parametersSubscribe", "services"}},
                      {"supportedEncodings", {"json"}},
                      {"metadata", std::move(metadata)},
                      {"sessionId", std::to_string(now(CLOCK_REALTIME))}};
-    for (auto& [name, values] : s.present_values()) {
-        s.names.push_back(name);
-        s.parameters.emplace(name, State::Parameter{Type::float64, values.size() == 1, std::move(values)});
-    }
-    for (const auto& parameter : s.tuned) s.parameters.at(parameter.path).type = parameter.type;
-    // A client may name every channel, and give every parameter, in one message.
-    s.longest_message = bytes_at_once + 64 * s.channels.size();
-    for (const auto& [name, parameter] : s.parameters)
-        s.longest_message += 64 + name.size() + 32 * parameter.values.size();
+    s.know_parameters();
     s.listen();
     // Signals are for the threads of the application.
     sigset_t all, before;
@@ -398,28 +464,14 @@ Server::~Server() {
     state_->thread.join();
 }
 
-void Server::observe(const Run& run) noexcept {
-    State& s = *state_;
-    const auto time = static_cast<std::int64_t>(std::llround(run.time() * 1e9));
-    s.time.store(run.time(), std::memory_order_relaxed);
-    std::uint32_t number = 0;
-    for (auto& channel : s.channels) {
-        const std::uint32_t id = number++;
-        if (!channel.is_wanted.load(std::memory_order_relaxed)) continue;
-        // A constant is sent once, to those who come late too.
-        if (channel.signal.rate == 0)
-            channel.is_wanted.store(false, std::memory_order_relaxed);
-        else if (!run.is_hit(channel.signal.rate))
-            continue;
-        s.ring.push(id, time, channel.signal.data, static_cast<std::uint32_t>(channel.signal.info.bytes()));
-    }
-}
+void Server::observe(const Run& run) noexcept { state_->first->observe(run); }
 
 std::string Server::address() const { return state_->address + "?token="; }
 const std::string& Server::token() const { return state_->options.token; }
 
 Server::Counts Server::counts() const {
-    return {state_->ring.lost(), state_->lost_messages.load(), state_->changes.load()};
+    return {state_->ring.lost(), state_->lost_messages.load(), state_->changes.load(),
+            static_cast<std::uint64_t>(state_->edits->count())};
 }
 
 std::vector<LogEntry> Server::log() const {

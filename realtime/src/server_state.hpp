@@ -33,6 +33,7 @@ using Json = nlohmann::json;
 // and answers at once, and in the long run so many per tick. Those who ask for more are read from later.
 constexpr std::ptrdiff_t bytes_at_once = 1 << 16, bytes_per_tick = 1 << 12, bytes_per_message = 1 << 6;
 constexpr int most_unanswered = 100; // changes of parameters
+constexpr std::size_t most_edit_bytes = std::size_t{4} << 20;
 
 template <class AnyJson> std::string to_text(const AnyJson& json) {
     return json.dump(-1, ' ', false, AnyJson::error_handler_t::replace);
@@ -43,14 +44,47 @@ struct ClientError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+template <class T> T field(const Json& json, const char* name) {
+    const auto at = json.find(name);
+    if (at == json.end()) throw ClientError("the field '" + std::string(name) + "' is missing");
+    try {
+        return at->get<T>();
+    } catch (const Json::exception&) {
+        throw ClientError("the field '" + std::string(name) + "' is of the wrong type: " +
+                          to_text(*at).substr(0, 200));
+    }
+}
+
+/// What somebody calls himself or what he does, for a log: short, on one line.
+std::string log_name(std::string text);
+
 struct Server::State {
     struct Channel {
-        Channel(std::string t, Quantity s) : topic(std::move(t)), signal(std::move(s)) {}
+        explicit Channel(Json told) : advertised(std::move(told)) {}
 
-        std::string topic;
-        Quantity signal;
+        Json advertised;
         std::atomic<bool> is_wanted{false};
         int subscribers = 0;
+        bool is_there = false; ///< in the run of now
+    };
+    /// Where a run has the signals of channels: what the loop looks at.
+    class Table final : public Run::Observer {
+      public:
+        Table(State& state, const std::vector<Quantity>& signals);
+        void observe(const Run& run) noexcept override;
+        void tell_constants(); ///< again
+
+        struct Row {
+            Channel* channel;
+            std::uint32_t number, bytes;
+            int rate;
+            const std::byte* data;
+        };
+        const std::vector<Row>& rows() const { return rows_; }
+
+      private:
+        State& state_;
+        std::vector<Row> rows_;
     };
     struct Parameter {
         Type type;
@@ -58,6 +92,7 @@ struct Server::State {
         std::vector<double> values;
     };
     struct Session;
+    class Edits;
     /// A viewer's wish to change parameters.
     struct Request {
         std::weak_ptr<Session> session;
@@ -91,16 +126,22 @@ struct Server::State {
     void command(const std::string& service, const std::string& who);
     void require_control() const;
 
-    // The numbers of what is no signal follow those of the signals.
-    std::uint32_t timing_channel() const { return static_cast<std::uint32_t>(channels.size()); }
-    std::uint32_t log_channel() const { return timing_channel() + 1; }
-    std::uint32_t channel_count() const { return timing_channel() + 2; }
+    /// The channel of a signal, which may have been there before.
+    std::uint32_t channel_of(const std::string& topic, const Quantity& signal);
+    Json advertisement() const;
+    /// Names, parameters and their values are those of the run.
+    void know_parameters();
+    /// Empty, or why the model cannot be edited.
+    std::string why_not_edited() const;
 
-    Run& run;
+    static constexpr std::uint32_t timing_channel = 0, log_channel = 1; ///< the first two are no signals
+
+    Run* run;
     const LoopAccess loop;
     ServerOptions options;
-    const std::vector<Quantity> tuned; ///< parameters
-    std::deque<Channel> channels;      // holds atomics: does not move them
+    std::vector<Quantity> tuned;  ///< parameters
+    std::deque<Channel> channels; // holds atomics: does not move them
+    std::map<std::string, std::uint32_t> by_topic; ///< numbers of channels
     std::vector<std::string> names;    ///< of variables and parameters, in document order
     std::map<std::string, Parameter> parameters;
     SampleRing ring;
@@ -120,13 +161,59 @@ struct Server::State {
     std::vector<ParameterValue> waiting_values, posted_values;
     std::vector<ParameterValue> posted_parameters; ///< which follow from those values
     std::size_t longest_message = 0;               ///< bytes
-    Json advertisement, services, server_info;
+    Json services, server_info;
+    std::vector<ParameterValue> asked; ///< by viewers, so far
     Log log;
     int ticks = 0;
     Control::State told = Control::State::running; ///< to those who look at the timing
     std::string last_state, how_it_ended;          ///< "ended" or "failed", and a sentence; empty before
     std::promise<void> all_have_left;              ///< after the end
+    std::unique_ptr<Edits> edits;
+    std::unique_ptr<Table> first; ///< of the run that the server began with
     std::thread thread;
+};
+
+/// Edits of the model of the run, one at a time. All is used in the server's thread; what takes time is done in
+/// another one.
+class Server::State::Edits {
+  public:
+    explicit Edits(State& state) : state_(state) {}
+    ~Edits() { end(); }
+    Edits(const Edits&) = delete;
+    Edits& operator=(const Edits&) = delete;
+
+    struct Asked {
+        std::weak_ptr<Session> session;
+        std::uint32_t service, call;
+        std::string head; ///< of the answer
+        std::string who, what;
+        Edit edit;
+    };
+    /// Throws ClientError with the reason where there can be no edit.
+    void ask(const Json& request, Asked asked);
+    void tick();
+    /// The loop has ended: what it took is made, and nothing more.
+    void end();
+    bool is_busy() const { return phase_ != Phase::none; } ///< and no parameter may change
+    Table& table() { return table_ ? *table_ : *state_.first; }
+    std::int64_t count() const { return count_.load(); }
+
+  private:
+    enum class Phase { none, asked, preparing, posted, finishing };
+    void work(std::function<void()> task);
+    bool has_worked();
+    void post();
+    void take(std::int64_t step);
+    void answer(bool is_made);
+
+    State& state_;
+    Phase phase_ = Phase::none;
+    Asked asked_;
+    Edited edited_;
+    std::unique_ptr<Table> table_, next_table_; ///< of the run, where it comes from an edit
+    std::atomic<std::int64_t> count_{0};
+    std::atomic<bool> is_done_{false}; ///< the task
+    std::thread worker_;
 };
 
 /// One viewer.
@@ -155,6 +242,7 @@ struct Server::State::Session : std::enable_shared_from_this<Session> {
     void handle();
     void handle_text(const std::string& text);
     void call_service(const std::string& bytes);
+    void fail_call(std::uint32_t service, std::uint32_t call, const std::string& why);
     std::vector<std::string> names_or_all(const Json& json) const;
     void subscribe(std::uint32_t id, std::uint32_t channel);
     void unsubscribe(std::uint32_t id);

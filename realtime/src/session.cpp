@@ -26,16 +26,6 @@ std::string_view token_in(std::string_view address) {
     return {};
 }
 
-template <class T> T field(const Json& json, const char* name) {
-    const auto at = json.find(name);
-    if (at == json.end()) throw ClientError("the field '" + std::string(name) + "' is missing");
-    try {
-        return at->get<T>();
-    } catch (const Json::exception&) {
-        throw ClientError("the field '" + std::string(name) + "' is of the wrong type: " + to_text(*at));
-    }
-}
-
 /// The numbers by which clients call channels and subscriptions.
 std::uint32_t number_field(const Json& json, const char* name) {
     const auto number = field<Json>(json, name);
@@ -81,6 +71,14 @@ std::string peer_of(Protocol::socket& socket) {
 
 } // namespace
 
+std::string log_name(std::string text) {
+    constexpr std::size_t most_bytes = 80;
+    if (text.size() > most_bytes) text.resize(most_bytes);
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c); }, ' ');
+    return text;
+}
+
 Server::State::Session::Session(State& s, Protocol::socket socket)
     : state(s), peer(peer_of(socket)), stream(std::move(socket)) {}
 
@@ -116,10 +114,10 @@ void Server::State::Session::shake_hands() {
         if (error) return self->leave();
         self->is_open = true;
         self->buffer.clear();
-        self->numbers.resize(self->state.channel_count(), -1);
-        for (const auto* message :
-             {&self->state.server_info, &self->state.advertisement, &self->state.services})
-            self->send(*message);
+        self->numbers.resize(self->state.channels.size(), -1);
+        for (const auto& message :
+             {self->state.server_info, self->state.advertisement(), self->state.services})
+            self->send(message);
         self->credit = bytes_at_once;
         self->read();
     });
@@ -195,27 +193,30 @@ void Server::State::Session::call_service(const std::string& bytes) {
         if (length > bytes.size() - header || bytes.compare(header, length, "json") != 0)
             throw ClientError("services take JSON, and name that encoding");
         const std::string payload = bytes.substr(header + length);
-        const std::string who = name_of(payload.empty() ? Json::object() : parsed(payload));
-        state.command(state.services["services"][service]["name"], who);
+        const Json request = payload.empty() ? Json::object() : parsed(payload);
+        const std::string who = name_of(request), name = state.services["services"][service]["name"];
+        std::string response = bytes.substr(0, header + length);
+        response[0] = 3;
+        if (name == edit_service) {
+            state.edits->ask(request, {weak_from_this(), service, call, std::move(response), who, {}, {}});
+            // A stop need not wait until a long model is paid for.
+            credit += std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(bytes.size()) - bytes_at_once, 0);
+            return;
+        }
+        state.command(name, who);
+        answer({false, response + R"({"success": true, "message": ""})"});
     } catch (const ClientError& error) {
-        return send({{"op", "serviceCallFailure"},
-                     {"serviceId", service},
-                     {"callId", call},
-                     {"message", error.what()}});
+        fail_call(service, call, error.what());
     }
-    std::string response = bytes.substr(0, header + length) + R"({"success": true, "message": ""})";
-    response[0] = 3;
-    answer({false, std::move(response)});
+}
+
+void Server::State::Session::fail_call(std::uint32_t service, std::uint32_t call, const std::string& why) {
+    send({{"op", "serviceCallFailure"}, {"serviceId", service}, {"callId", call}, {"message", why}});
 }
 
 /// What the log calls this viewer. It is his own word, so it stands beside where he is connected from.
 std::string Server::State::Session::name_of(const Json& message) const {
-    constexpr std::size_t most_bytes = 80;
-    if (!message.contains("who")) return peer;
-    std::string name = field<std::string>(message, "who").substr(0, most_bytes);
-    std::replace_if(
-        name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c); }, ' ');
-    return name + " at " + peer;
+    return message.contains("who") ? log_name(field<std::string>(message, "who")) + " at " + peer : peer;
 }
 
 std::vector<std::string> Server::State::Session::names_or_all(const Json& json) const {
@@ -225,15 +226,15 @@ std::vector<std::string> Server::State::Session::names_or_all(const Json& json) 
 
 /// The protocol allows a client one subscription per channel.
 void Server::State::Session::subscribe(std::uint32_t id, std::uint32_t channel) {
-    if (channel >= state.channel_count()) throw ClientError("there is no channel " + std::to_string(channel));
+    if (channel >= state.channels.size() || !state.channels[channel].is_there)
+        throw ClientError("there is no channel " + std::to_string(channel));
     if (subscriptions.count(id)) throw ClientError("subscription " + std::to_string(id) + " exists already");
     if (numbers[channel] >= 0)
         throw ClientError("channel " + std::to_string(channel) + " is subscribed already");
     subscriptions[id] = channel;
     numbers[channel] = id;
-    if (channel == state.log_channel())
+    if (channel == log_channel)
         for (const auto& entry : state.log.entries()) state.tell_log(entry, *this);
-    if (channel >= state.channels.size()) return;
     ++state.channels[channel].subscribers;
     state.channels[channel].is_wanted.store(true, std::memory_order_relaxed);
 }
@@ -244,7 +245,6 @@ void Server::State::Session::unsubscribe(std::uint32_t id) {
     const std::uint32_t number = at->second;
     numbers[number] = -1;
     subscriptions.erase(at);
-    if (number >= state.channels.size()) return;
     Channel& channel = state.channels[number];
     if (--channel.subscribers == 0) channel.is_wanted.store(false, std::memory_order_relaxed);
 }
@@ -294,7 +294,7 @@ void Server::State::Session::set_parameters(const Json& json) {
             else
                 same->values = std::move(values);
         }
-        static_cast<void>(state.run.prepare(state.run.follow(candidate))); // refuses what is wrong
+        static_cast<void>(state.run->prepare(state.run->follow(candidate))); // refuses what is wrong
         state.waiting_values = std::move(candidate);
         state.waiting.push_back(std::move(request));
         ++unanswered;

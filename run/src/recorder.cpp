@@ -54,27 +54,35 @@ Recorder::Recorder(const Run& run, const std::vector<Quantity>& signals, const s
 
     for (auto& [signal, others] : named) {
         signal.info.other_names = std::move(others);
-        samples_[signal.rate].push_back({writer_.add_channel(signal.path, signal.info), signal.data});
+        const auto id = writer_.add_channel(signal.path, signal.info);
+        channels_.push_back({signal.path, signal.type, signal.info.rows, signal.info.cols, id});
+        samples_[signal.rate].push_back({id, signal.data});
     }
     writer_.add_metadata("plots", panels(run));
     if (!source.texts.empty()) {
         writer_.add_metadata("run", {{"file", source.file.string()}});
         writer_.add_metadata("overrides", numbered(source.overrides));
     }
-    for (const auto& [path, text] : source.texts)
-        writer_.add_attachment(path == source.file
-                                   ? "model"
-                                   : "model/" +
-                                         path.lexically_relative(source.file.parent_path()).generic_string(),
-                               "application/yaml", text);
+    attach("", source);
     writer_.begin();
 }
 
-void Recorder::observe(const Run& run) noexcept {
+void Recorder::attach(const std::string& prefix, const ModelSource& source) {
+    for (const auto& [path, text] : source.texts)
+        writer_.add_attachment(prefix + (path == source.file
+                                             ? "model"
+                                             : "model/" + path.lexically_relative(source.file.parent_path())
+                                                              .generic_string()),
+                               "application/yaml", text);
+}
+
+void Recorder::observe(const Run& run) noexcept { append(run, samples_); }
+
+void Recorder::append(const Run& run, const Samples& all) noexcept {
     const double ns = run.time() * 1e9;
     const std::int64_t time = ns < 0x1p63 ? std::llround(ns) : -1; // which the writer refuses
     const bool are_constants_due = are_constants_due_.exchange(false);
-    for (const auto& [rate, samples] : samples_)
+    for (const auto& [rate, samples] : all)
         if (rate == 0 ? are_constants_due : run.is_hit(rate)) writer_.append(samples, time);
 }
 
@@ -97,6 +105,37 @@ void Recorder::controlled(double time, double clock, const std::string& who, con
     writer_.add_metadata(
         "control " + std::to_string(controls_++),
         {{"time", number_text(time)}, {"clock", number_text(clock)}, {"who", who}, {"what", what}});
+}
+
+class Recorder::Continued final : public Run::Observer {
+  public:
+    Continued(Recorder& recorder, Samples samples) : recorder_(recorder), samples_(std::move(samples)) {}
+    void observe(const Run& run) noexcept override { recorder_.append(run, samples_); }
+
+  private:
+    Recorder& recorder_;
+    const Samples samples_;
+};
+
+std::unique_ptr<Run::Observer> Recorder::continued(const Run& run) {
+    std::map<std::string, Quantity> there;
+    for (auto& signal : run.signals()) there.emplace(signal.path, signal);
+    for (auto& signal : run.outside()) there.emplace(signal.path, signal);
+    Samples samples;
+    for (const auto& channel : channels_)
+        if (const auto found = there.find(channel.path);
+            found != there.end() && found->second.type == channel.type &&
+            found->second.info.rows == channel.rows && found->second.info.cols == channel.cols)
+            samples[found->second.rate].push_back({channel.id, found->second.data});
+    return std::make_unique<Continued>(*this, std::move(samples));
+}
+
+void Recorder::edited(std::int64_t step, const std::string& who, const std::string& what,
+                      const ModelSource& source) {
+    const std::string name = "edit " + std::to_string(edits_++);
+    writer_.add_metadata(name, {{"step", std::to_string(step)}, {"who", who}, {"what", what}});
+    attach(name + "/", source);
+    are_constants_due_ = true;
 }
 
 } // namespace bf

@@ -14,7 +14,7 @@ namespace bf {
 namespace {
 
 constexpr std::string_view checkpoint_prefix = "checkpoint/", file_prefix = "model/",
-                           change_prefix = "parameter change ";
+                           change_prefix = "parameter change ", edit_prefix = "edit ";
 
 template <class T> T number(std::string_view text, const std::string& where) {
     const auto value = number_of<T>(text);
@@ -74,6 +74,7 @@ Replay::Replay(Run& run, const recording::Recording& recording) : run_(run), rec
     if (end_ns_ < 0) throw RunError("the recording holds no samples, so there is nothing to compare");
     check_times();
     read_changes();
+    find_edit();
     run.add_observer(*this);
 }
 
@@ -118,6 +119,18 @@ void Replay::read_changes() {
     std::sort(changes_.begin(), changes_.end(), [](const Change& a, const Change& b) {
         return std::tie(a.step, a.number) < std::tie(b.step, b.number);
     });
+}
+
+void Replay::find_edit() {
+    for (const auto& [name, edit] : recording_.metadata) {
+        if (!name.starts_with(edit_prefix)) continue;
+        const double time = static_cast<double>(number<std::int64_t>(text_of(edit, "step"), name)) * run_.period();
+        edited_ = std::min(edited_.value_or(time), time);
+    }
+    if (!edited_) return;
+    const double last = std::round((*edited_ - run_.period()) * 1e9); // of the step before
+    if (!(last >= 0)) throw RunError("the model was edited before the first step, so nothing can be compared");
+    if (last < static_cast<double>(end_ns_)) end_ns_ = static_cast<std::int64_t>(last);
 }
 
 void Replay::start(double from) {
@@ -187,7 +200,7 @@ bool Replay::step() {
                           " s the replay fails, and the recording goes on: " + run_.failure();
         return false;
     }
-    if (time_ns() > end_ns_)
+    if (time_ns() > end_ns_ && !edited_) // what follows an edit is another model's
         for (const auto& track : compared_)
             if (difference_.empty() && track.next < track.channel->samples()) report_missing(track);
     return difference_.empty();

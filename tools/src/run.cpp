@@ -287,8 +287,13 @@ void execute(const RunOptions& options) {
     const auto goes_on = [&] { return !InterruptGuard::signal() && !(recorder && recorder->failed()); };
     if (options.realtime.is_asked) {
         std::string last;
+        std::optional<SimulationEditing> editing;
+        if (options.realtime.is_editable)
+            editing.emplace(loaded, simulation, [&](Run& next) -> std::unique_ptr<Run::Observer> {
+                return recorder ? recorder->continued(next) : nullptr;
+            });
         result = run_realtime(
-            simulation, options.realtime, recorder ? &*recorder : nullptr,
+            simulation, options.realtime, editing ? &*editing : nullptr, recorder ? &*recorder : nullptr,
             inputs ? [&] { inputs->write(); } : std::function<void()>(),
             [&](const std::string& progress) {
                 last = progress;
@@ -388,6 +393,8 @@ void add_run(CLI::App& app) {
         ->type_name("FILE");
     options->realtime.add_to(*command);
     auto* realtime = command->get_option("--realtime");
+    auto* editable = command->get_option("--editable"); // what these look at is replaced by an edit
+    command->get_option("--inputs")->excludes(editable);
     auto* snapshot = command
                          ->add_option("--snapshot", options->snapshot,
                                       "write the state of the run at its end to this file")
@@ -419,7 +426,8 @@ void add_run(CLI::App& app) {
                          "print the time per block and rate; also write this JSON file of trace events for "
                          "ui.perfetto.dev")
             ->type_name("[FILE]")
-            ->expected(0, 1);
+            ->expected(0, 1)
+            ->excludes(editable);
     command->add_flag("--json", options->as_json, "print the summary as JSON");
     command->add_flag("--quiet,--headless", options->is_quiet, "show nothing while it runs");
     command->footer(

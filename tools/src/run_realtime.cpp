@@ -63,11 +63,16 @@ void RealtimeOptions::add_to(CLI::App& app) {
                                  "let viewers change parameters, start and stop the run; without it they "
                                  "look alone")
                         ->needs("--serve");
+    app.add_flag("--editable", is_editable,
+                 "let edits of the model act in the run, between two steps; without it they change the "
+                 "file alone")
+        ->needs(control);
     app.add_flag("--wait", waits, "open no device and make no step until a viewer starts the run")
         ->needs(control);
 }
 
-RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recorder,
+RunResult run_realtime(Run& run, const RealtimeOptions& options, SimulationEditing* editing,
+                       Recorder* recorder,
                        std::function<void()> before_step,
                        const std::function<bool(const std::string& progress)>& go_on,
                        const std::function<void(const RunResult&)>& on_stall) {
@@ -118,6 +123,7 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
     std::optional<Server> server;
     if (options.serve) {
         ServerOptions served{.where = *options.serve, .is_controlled = options.is_controlled};
+        served.editing = editing;
         if (!options.token.empty())
             if (const auto wrong = read_token(options.token, served.token); !wrong.empty())
                 throw CommandError(wrong);
@@ -129,6 +135,9 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
             };
             served.on_control = [&](const LogEntry& entry) {
                 recorder->controlled(entry.time, entry.clock, entry.who, entry.what);
+            };
+            served.on_edit = [&](std::int64_t step, const LogEntry& entry) {
+                recorder->edited(step, entry.who, entry.what, editing->prepared());
             };
         }
         server.emplace(run, run.signals(), runner.access(), served);
@@ -161,13 +170,13 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
     RunResult result;
     result.model = name;
     result.wall = runner.wall();
-    result.simulated = run.time();
-    result.steps = run.steps();
+    result.simulated = runner.stepped().time();
+    result.steps = runner.stepped().steps();
     result.failure = runner.failure();
     if (server)
         server->end(result.failure.empty() && recorder ? recorder->status() : result.failure,
                     InterruptGuard::signal() != 0);
-    result.checks = run.checks();
+    result.checks = runner.stepped().checks();
     result.report = report(runner.statistics());
     result.realtime = statistics_json(runner.statistics());
     result.realtime["first_misses"] = first_misses_json(runner.statistics());
@@ -184,6 +193,7 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, Recorder* recor
         lost("lost_samples_served", counts.lost_samples, "samples not served: the server was too slow");
         lost("lost_messages_served", counts.lost_messages, "messages not served: a viewer was too slow");
         lost("parameter_changes", counts.changes, "changes of parameters");
+        lost("edits", counts.edits, "edits of the model");
         const auto log = server->log();
         auto& list = result.realtime["log"] = nlohmann::ordered_json::array();
         for (const auto& entry : log) list.push_back(json_of(entry));

@@ -95,7 +95,7 @@ BF_FIELDS(service::Timing, has("state", &T::state), has("end", &T::end), has("ti
 BF_FIELDS(service::LiveEntry, has("number", &T::number), has("clock", &T::clock), has("time", &T::time),
           has("who", &T::who), has("what", &T::what), has("page", &T::page))
 BF_FIELDS(service::LiveProgram, has("name", &T::name), has("refusal", &T::refusal),
-          has("message", &T::message))
+          has("edit_refusal", &T::edit_refusal), has("message", &T::message))
 BF_FIELDS(service::LiveReport, has("timing", &T::timing), has("log", &T::log))
 BF_FIELDS(service::Tune, has("name", &T::name), has("values", &T::values))
 BF_FIELDS(service::RunState, one_of("state", &T::state, words::running), has("time", &T::time),

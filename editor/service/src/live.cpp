@@ -143,8 +143,12 @@ struct Live::Connection {
             is_writing = false;
             subscribed.clear();
             services.clear();
+            channels.clear();
+            timing_channel = log_channel = {};
+            edits = 0;
             {
                 const std::lock_guard lock(mutex);
+                infos.clear();
                 state.time = state.reached = 0;
                 state.tuned.clear();
                 report = {};
@@ -166,6 +170,7 @@ struct Live::Connection {
         waiting.reset();
         for (const auto& [number, done] : calls) fail(*done, why);
         calls.clear();
+        for (const auto& [number, then] : std::exchange(edit_calls, {})) then(RunEdit{why});
         again.expires_after(before_again);
         again.async_wait([this](auto error) {
             if (!error) connect();
@@ -242,16 +247,27 @@ struct Live::Connection {
         if (op == "serverInfo") {
             const std::lock_guard lock(mutex);
             state.live->name = json.value("name", "");
-            state.live->refusal = json.value("metadata", Json::object()).value(realtime::refusal_key, "");
+            const Json metadata = json.value("metadata", Json::object());
+            state.live->refusal = metadata.value(realtime::refusal_key, "");
+            state.live->edit_refusal = metadata.value(realtime::edit_refusal_key, "");
         } else if (op == "advertise") {
             advertise(json);
+        } else if (op == "unadvertise") {
+            const std::lock_guard lock(mutex);
+            for (const auto& number : json.value("channelIds", std::vector<std::uint32_t>())) {
+                subscribed.erase(number);
+                if (const auto gone = channels.extract(number))
+                    std::erase_if(infos, [&](const auto& info) { return info.index == gone.mapped().second; });
+            }
         } else if (op == "advertiseServices") {
             for (const auto& service : json.value("services", Json::array()))
                 services[service.value("name", "")] = service.value("id", std::uint32_t{0});
             enter(Running::running, ""); // this comes last
         } else if (op == "serviceCallFailure") {
-            if (const auto done = calls.extract(json.value("callId", std::uint32_t{0})))
-                fail(*done.mapped(), json.value("message", ""));
+            const auto number = json.value("callId", std::uint32_t{0});
+            const std::string why = json.value("message", "");
+            if (const auto done = calls.extract(number)) fail(*done.mapped(), why);
+            if (const auto then = edit_calls.extract(number)) then.mapped()(RunEdit{why});
         } else if (op == "status" && json.value("level", 0) == 2) {
             refusal = json.value("message", "");
         } else if (op == "parameterValues") {
@@ -259,20 +275,19 @@ struct Live::Connection {
         }
     }
 
+    /// What is there at the beginning, and what an edit brings.
     void advertise(const Json& json) {
         {
             const std::lock_guard lock(mutex);
-            infos.clear();
-            channels.clear();
-            timing_channel = log_channel = {};
+            ++advertised;
             for (const auto& channel : json.value("channels", Json::array())) {
                 const std::string topic = channel.value("topic", "");
                 const auto number = channel.value("id", std::uint32_t{0});
                 if (topic == realtime::timing_topic) timing_channel = number;
                 if (topic == realtime::log_topic) log_channel = number;
                 const auto info = recording::channel_of(channel.value("schemaName", ""));
-                const int index = static_cast<int>(infos.size());
                 if (!info || info->elements() > most_bytes / sizeof(double)) continue;
+                const int index = next_index++;
                 channels[number] = {*info, index};
                 infos.push_back(described(index, recording::signal_of(topic), *info));
             }
@@ -284,8 +299,10 @@ struct Live::Connection {
     /// Of all parameters and variables at the beginning, later of those that change.
     void hear_parameters(const Json& json) {
         std::vector<std::string> heard;
+        const std::string id = json.value("id", "");
         {
             const std::lock_guard lock(mutex);
+            if (id == "all") state.tuned.clear();
             for (const auto& parameter : json.value("parameters", Json::array())) {
                 if (!parameter.is_object() || !parameter.contains("value")) continue;
                 Tune told{parameter.value("name", ""), numbers_in(parameter["value"])};
@@ -294,7 +311,6 @@ struct Live::Connection {
                 (known != state.tuned.end() ? *known : state.tuned.emplace_back()) = std::move(told);
             }
         }
-        const std::string id = json.value("id", "");
         if (id == "all") send({{"op", "subscribeParameterUpdates"}, {"parameterNames", heard}});
         tell();
         if (id != "tune" || !waiting) return;
@@ -324,7 +340,9 @@ struct Live::Connection {
 
     void hear_timing(const std::string& text) {
         Timing timing;
-        from_json(Json::parse(text), timing);
+        const Json json = Json::parse(text);
+        from_json(json, timing);
+        edits = json.value("edits", edits);
         {
             const std::lock_guard lock(mutex);
             report.timing = std::move(timing);
@@ -352,6 +370,19 @@ struct Live::Connection {
         tell_report();
     }
 
+    using Then = std::function<void(std::optional<RunEdit>)>;
+
+    void hear_edit(const std::string& message, const Then& then) {
+        const Json json = Json::parse(message.substr(std::min(message.find('{'), message.size())), nullptr, false);
+        if (!json.is_object()) return then(RunEdit{"the program does not say what became of the edit"});
+        const std::vector<std::string> none;
+        edits = json.value("edits", edits);
+        RunEdit edit{json.value("refusal", ""), json.value("lost", none), json.value("begun", none),
+                     json.value("unclear", none)};
+        const bool is_held = !edit.refusal.empty() || !edit.lost.empty() || !edit.unclear.empty();
+        then(json.value("is_made", false) || !is_held ? std::nullopt : std::optional(std::move(edit)));
+    }
+
     /// Message data: opcode 1, the number of the subscription, which is that of the channel, the time in ns,
     /// CDR with the values behind its prefix.
     void take(const std::string& message) {
@@ -363,6 +394,7 @@ struct Live::Connection {
         std::memcpy(&time, &message[5], 8);
         if (message[0] == 3) { // of a service: its number and that of the call
             std::memcpy(&number, &message[5], 4);
+            if (const auto then = edit_calls.extract(number)) return hear_edit(message, then.mapped());
             if (const auto done = calls.extract(number)) done.mapped()->set_value();
             return;
         }
@@ -400,7 +432,7 @@ struct Live::Connection {
     using Done = std::shared_ptr<std::promise<void>>;
 
     std::string name_of(int page) const {
-        return std::string(before_page) + std::to_string(page) + after_page;
+        return (page > 0 ? std::string(before_page) + std::to_string(page) : "the file") + after_page;
     }
     std::optional<int> page_in(const std::string& who) const {
         int page = 0;
@@ -422,14 +454,38 @@ struct Live::Connection {
                                                        : copy().message);
         const std::uint32_t number = ++last_call;
         calls[number] = std::move(done);
+        // Before all that waits, behind what is being written.
+        queue.insert(std::next(queue.begin(), is_writing ? 1 : 0),
+                     {true, request(found->second, number, {{"who", name_of(page)}})});
+        write();
+    }
+
+    /// Opcode 2, the numbers of the service and of the call, the length of the encoding's name, that name, JSON.
+    static std::string request(std::uint32_t service, std::uint32_t call, const Json& json) {
         constexpr std::string_view encoding = "json";
         std::string bytes(1, '\2');
-        for (const std::uint32_t part : {found->second, number, static_cast<std::uint32_t>(encoding.size())})
+        for (const std::uint32_t part : {service, call, static_cast<std::uint32_t>(encoding.size())})
             bytes.append(reinterpret_cast<const char*>(&part), sizeof part);
         bytes += encoding;
-        bytes += Json{{"who", name_of(page)}}.dump(-1, ' ', false, Json::error_handler_t::replace);
-        // Before all that waits, behind what is being written.
-        queue.insert(std::next(queue.begin(), is_writing ? 1 : 0), {true, std::move(bytes)});
+        return bytes + json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    }
+
+    void send_edit(const realtime::Edit& edit, const std::string& what, int page, Then then) {
+        const auto found = services.find(realtime::edit_service);
+        if (copy().state != Running::running || found == services.end())
+            return then(RunEdit{found == services.end() ? "the program takes no edits" : copy().message});
+        Json origins = Json::object();
+        for (const auto& [path, before] : edit.origins) origins[path] = before ? Json(*before) : Json();
+        edit_calls[++last_call] = std::move(then);
+        queue.push_back({true, request(found->second, last_call,
+                                       {{"who", name_of(page)},
+                                        {"what", what},
+                                        {"after", edits},
+                                        {"model", edit.text},
+                                        {"files", edit.files},
+                                        {"origins", std::move(origins)},
+                                        {"is_by_hand", edit.is_by_hand},
+                                        {"accepts_loss", edit.accepts_loss}})});
         write();
     }
 
@@ -470,14 +526,17 @@ struct Live::Connection {
     Done waiting; ///< for the answer to a change
     std::map<std::string, std::uint32_t> services;
     std::map<std::uint32_t, Done> calls; ///< of services, not yet answered
+    std::map<std::uint32_t, Then> edit_calls;
+    std::int64_t edits = 0; ///< that the program has made, as far as it is known
     std::uint32_t last_call = 0;
     std::optional<std::uint32_t> timing_channel, log_channel;
     const std::string after_page = name_after_page();
 
-    mutable std::mutex mutex; ///< of these three
+    mutable std::mutex mutex; ///< of these
     RunState state;
     LiveReport report;
     std::vector<SignalInfo> infos;
+    int next_index = 0, advertised = 0;
 
     std::thread thread;
 };
@@ -516,6 +575,13 @@ void Live::watch(std::vector<int> signals) {
     });
 }
 
+void Live::edit(const realtime::Edit& edit, const std::string& what, int page,
+                std::function<void(std::optional<RunEdit>)> then) {
+    asio::post(connection_->io, [c = connection_.get(), edit, what, page, then = std::move(then)] {
+        c->send_edit(edit, what, page, then);
+    });
+}
+
 RunState Live::state() const { return connection_->copy(); }
 LiveReport Live::report() const {
     const std::lock_guard lock(connection_->mutex);
@@ -524,6 +590,11 @@ LiveReport Live::report() const {
 std::vector<SignalInfo> Live::signals() const {
     const std::lock_guard lock(connection_->mutex);
     return connection_->infos;
+}
+
+int Live::advertised() const {
+    const std::lock_guard lock(connection_->mutex);
+    return connection_->advertised;
 }
 
 } // namespace bf::service

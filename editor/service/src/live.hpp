@@ -1,9 +1,11 @@
 #pragma once
 
+#include "bf/realtime/server.hpp"
 #include "bf/service/protocol.hpp"
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,10 +35,15 @@ class Live {
     void tune(const Tune& tune, int page);
     void command(Action action, int page); ///< start, stop or emergency stop
     void watch(std::vector<int> signals);  ///< by index
+    /// Sends an edit, which `what` names. `then` is called in a thread of its own with what would be lost or why
+    /// it cannot be; nothing: the program runs that model.
+    void edit(const realtime::Edit& edit, const std::string& what, int page,
+              std::function<void(std::optional<RunEdit>)> then);
 
     RunState state() const;
     LiveReport report() const;
-    std::vector<SignalInfo> signals() const;
+    std::vector<SignalInfo> signals() const; ///< that are there
+    int advertised() const;                  ///< how often the program has told of its signals
 
   private:
     struct Connection;

@@ -18,7 +18,7 @@
 #include "images.hpp"
 #include "inspect.hpp"
 #include "json.hpp"
-#include "live.hpp"
+#include "live_model.hpp"
 #include "messages.hpp"
 #include "palette.hpp"
 #include "places.hpp"
@@ -27,7 +27,6 @@
 #include "recordings.hpp"
 #include "stage.hpp"
 #include "typescript.hpp"
-#include "values.hpp"
 
 #include <cmath>
 #include <map>
@@ -79,6 +78,7 @@ struct Service::State {
     }
 
     void tick() {
+        asking = 0;
         if (project->synchronise()) static_cast<void>(after_change());
     }
 
@@ -90,7 +90,6 @@ struct Service::State {
                           options.post([this, revision, of, alive, found = std::move(found)] {
                               if (alive.expired() || of != project.get()) return;
                               examined = found;
-                              if (live && found->diagnostics.empty()) note_values(found->diagram);
                               if (shown && found->diagnostics.empty()) {
                                   shown->name_signals(found->diagram);
                                   options.tell(notification("run", to_json(shown->state())));
@@ -98,6 +97,9 @@ struct Service::State {
                               examined_revision = revision;
                               if (revision == project->revision()) checked_revision = revision;
                               tell_changed();
+                              if (live_model && checked_revision == revision && found->diagnostics.empty())
+                                  live_model->consider(
+                                      {found, revision, last_edit, last_page, project->moves()});
                               if (playback && checked_revision == revision && found->diagnostics.empty())
                                   playback->edit(found, revision, last_edit, project->moves());
                           });
@@ -137,6 +139,7 @@ struct Service::State {
     /// `edit` names it, where it goes on in a run.
     DocumentState after_change(std::string edit = "edit") {
         last_edit = std::move(edit);
+        last_page = asking;
         check();
         tell_changed();
         if (playback) tell_run(playback->state(), playback->revision());
@@ -376,7 +379,7 @@ struct Service::State {
     // ---- the run ----
 
     RunState run_state() const {
-        if (live) return unlike_the_model(live->state());
+        if (live) return live_model->seen(live->state(), project->revision());
         if (shown) return shown->state();
         if (!playback) return {};
         RunState state = playback->state();
@@ -437,27 +440,26 @@ struct Service::State {
         };
         live = std::make_unique<Live>(
             options.attach, Live::Listener{here([this](const RunState& state) {
-                                               const Json told = to_json(unlike_the_model(state));
-                                               options.tell(notification("run", told));
-                                               const auto signals = live ? live->signals().size() : 0;
-                                               if (signals != std::exchange(live_signals, signals)) rewatch();
+                                               if (!live_model) return;
+                                               tell_live(state);
+                                               const int told = live->advertised();
+                                               if (told != std::exchange(live_signals, told)) rewatch();
                                            }),
                                            here([this](const LiveReport& report) {
                                                options.tell(notification("live", to_json(report)));
                                            }),
                                            here([this](const std::string& frame) { options.send(frame); })});
+        live_model.emplace(
+            *live, project->revision(),
+            [this, life = std::weak_ptr<bool>(alive)](auto task) {
+                options.post([life, task = std::move(task)] {
+                    if (!life.expired()) task();
+                });
+            },
+            [this] { tell_live(live->state()); });
     }
-    void note_values(const Diagram& diagram) {
-        values = values_of_variables(Tuning(diagram));
-        values.merge(values_of_parameters(diagram));
-    }
-    /// An attached program tells all its values; told are those that the model has otherwise.
-    RunState unlike_the_model(RunState state) const {
-        std::erase_if(state.tuned, [&](const Tune& tuned) {
-            const auto known = values.find(tuned.name);
-            return known != values.end() && known->second == tuned.values;
-        });
-        return state;
+    void tell_live(const RunState& state) {
+        options.tell(notification("run", to_json(live_model->seen(state, project->revision()))));
     }
     /// Throws Refusal where the program lets nobody change anything.
     void require_control() const {
@@ -467,10 +469,13 @@ struct Service::State {
     RunState run(int page, const RunCommand& asked) {
         if (live) {
             if (asked.action != Action::start && asked.action != Action::stop &&
-                asked.action != Action::emergency_stop)
+                asked.action != Action::emergency_stop && asked.action != Action::adopt)
                 throw Refusal("the run is another program's: it cannot be moved in time");
             require_control();
-            live->command(asked.action, page);
+            if (asked.action == Action::adopt)
+                live_model->adopt(page);
+            else
+                live->command(asked.action, page);
             return run_state();
         }
         if (asked.action == Action::emergency_stop)
@@ -565,14 +570,15 @@ struct Service::State {
     std::shared_ptr<const ExaminedModel> examined;
     std::int64_t examined_revision = -1, checked_revision = -1;
     std::string last_edit;
+    int last_page = 0, asking = 0; ///< who made it; the page whose request is answered; 0: none
     const std::unique_ptr<Registry> registry = make_registry();
     std::vector<LibraryBlock> known_blocks;
     std::map<int, Watch> wishes; ///< by page
     std::unique_ptr<Playback> playback;
     std::unique_ptr<Live> live; ///< where the run is another program's
-    std::size_t live_signals = 0;
+    std::optional<LiveModel> live_model;
+    int live_signals = 0;
     std::unique_ptr<RecordedRun> shown; ///< where there is a recording in place of a run
-    Values values;                      ///< of the model that was last found to be right
     std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
     Recordings recorded;
@@ -676,6 +682,7 @@ std::string Service::answer(int page, std::string_view request) {
     const auto name = json["method"].get<std::string>();
     const auto found = std::ranges::find(methods(), name, &Method::name);
     if (found == methods().end()) return error_text(id, Code::method, "there is no method '" + name + "'");
+    state_->asking = page;
     try {
         const Json result =
             found->call(*state_, page, json.contains("params") ? json["params"] : Json::object());

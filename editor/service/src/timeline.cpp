@@ -40,47 +40,11 @@ std::string text_of(const std::vector<Timeline::Change>& changes) {
     return text;
 }
 
-/// What a model gives a variable or a parameter, as text; empty: it has no such.
-std::string given(const Diagram& diagram, const std::string& name) {
-    for (const auto& definition : diagram.definitions)
-        if (definition.kind == Definition::Kind::variable && definition.path == name)
-            return definition.value.to_text();
-    const Node::End parameter = diagram.find_parameter(name);
-    if (parameter.node < 0) return "";
-    std::string text = "given";
-    for (const double x : diagram.slot(parameter).initial) text += " " + number_text(x);
-    return text;
-}
-
 Origin origin(const Moves& moves, std::int64_t before) {
     return [&moves, before](const std::string& path) { return moves.path_at(before, path); };
 }
 
 } // namespace
-
-bool is_same_run(const Diagram& a, const Diagram& b) {
-    if (fingerprint(a) != fingerprint(b) || a.stop != b.stop ||
-        a.refuses_non_finite != b.refuses_non_finite ||
-        a.solver.relative_tolerance != b.solver.relative_tolerance ||
-        a.solver.absolute_tolerance != b.solver.absolute_tolerance || a.solver.max_step != b.solver.max_step)
-        return false;
-    // Of the same fingerprint they have the same nodes and slots.
-    for (std::size_t n = 0; n < a.nodes.size(); ++n) {
-        const auto &one = a.nodes[n].block->resolution().slots, &other = b.nodes[n].block->resolution().slots;
-        const auto is_same = [](const Slot& x, const Slot& y) { return x.initial == y.initial; };
-        if (a.nodes[n].arguments != b.nodes[n].arguments || !std::ranges::equal(one, other, is_same))
-            return false;
-    }
-    const auto names_the_same = [](const SignalName& x, const SignalName& y) {
-        return x.path == y.path && x.end.node == y.end.node && x.end.slot == y.end.slot;
-    };
-    if (!std::ranges::equal(a.aliases, b.aliases, names_the_same))
-        return false; // names of signals, by which these are asked for
-    const auto is_same = [](const Definition& x, const Definition& y) {
-        return x.path == y.path && x.text == y.text;
-    };
-    return std::ranges::equal(a.definitions, b.definitions, is_same); // a change follows them
-}
 
 Timeline::~Timeline() {
     for (const auto& branch : branches_) branch->played->run.stop();
@@ -306,11 +270,7 @@ RunEdit Timeline::compare(const Edited& edited) const {
         edit.lost = std::move(found.lost);
         edit.begun = std::move(found.begun);
         if (edited.moves.is_by_hand_since(before.revision))
-            for (const auto& [one, two] : exchanged(before.model->diagram, diagram))
-                edit.unclear.push_back(
-                    "'" + one + "' and '" + two +
-                    "' look as if they had exchanged their names in the file: their states stay with the "
-                    "names; rename the blocks in the page, and the states go along");
+            edit.unclear = unclear(before.model->diagram, diagram);
     } catch (const std::exception& error) {
         edit.refusal = error.what();
     }
@@ -341,12 +301,10 @@ void Timeline::edit(const Edited& edited) {
     }
     add(cursor_.branch, now, edited.cause, next);
     if (comes_instead) std::erase_if(branches_, [&](const auto& b) { return b->info.index == last; });
-    for (auto value : asked) {
-        const std::string text = given(before->model->diagram, value.path);
-        if (const auto path = edited.moves.path_since(before->revision, value.path);
-            path && !given(next->model->diagram, *path).empty())
-            value.path = *path;
-        if (text.empty() || text != given(next->model->diagram, value.path)) continue;
+    const auto path_since = [&](const std::string& path) {
+        return edited.moves.path_since(before->revision, path);
+    };
+    for (const auto& value : still_asked(before->model->diagram, next->model->diagram, asked, path_since))
         try {
             Tuning tuning(next->model->diagram);
             for (const auto& known : at().changes) tuning.accept(named(known.asked));
@@ -357,7 +315,6 @@ void Timeline::edit(const Edited& edited) {
             if (next->run.apply(change)) here().changes.push_back(std::move(again));
         } catch (const std::exception&) { // the edited model does not take it any more
         }
-    }
     cursor_.changes = at().changes.size();
     checkpoint();
 }

@@ -33,10 +33,6 @@ struct Edited {
     Moves moves = {};
 };
 
-/// Do runs of both compute the same? What a model says of its drawing, its documentation and what is recorded
-/// does not count.
-bool is_same_run(const Diagram& a, const Diagram& b);
-
 /// What was simulated of a model that is changed and edited meanwhile: branches, each of which leaves an
 /// earlier one where something was changed, and checkpoints that lead back to any instant of them. From
 /// there everything is computed again, bit for bit. One thread.

@@ -24,7 +24,7 @@ class AskingTest : public ::testing::Test {
     void TearDown() override { service.reset(); }
 
     void open(const std::string& name, MakeSceneries sceneries = {},
-              const std::filesystem::path& recording = {}) {
+              const std::filesystem::path& recording = {}, const std::string& attach = {}) {
         service = std::make_unique<Service>(
             Service::Options{folder / name, "1.2.3",
                              [this](std::function<void()> task) {
@@ -34,7 +34,7 @@ class AskingTest : public ::testing::Test {
                              },
                              [this](const std::string& text) { told.push_back(Json::parse(text)); },
                              [this](const std::string& frame) { sent_bytes += frame.size(); },
-                             std::move(sceneries), "", recording});
+                             std::move(sceneries), attach, recording});
     }
 
     Json ask(const std::string& method, const Json& params = Json::object()) {

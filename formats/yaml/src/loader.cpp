@@ -19,7 +19,7 @@ using std::filesystem::path;
 /// Reads the files of a model, each once, and collects what is wrong in them.
 class Loader {
   public:
-    explicit Loader(Files* files = nullptr) : files_(files) {}
+    explicit Loader(Files* files = nullptr, bool reads = true) : files_(files), reads_(reads) {}
 
     std::vector<Diagnostic> wrong;
 
@@ -31,6 +31,7 @@ class Loader {
 
   private:
     Files* files_;           // null: nobody asks for the texts
+    bool reads_;             // files of the disk, where their texts are not given
     std::vector<path> open_; // from the first file to the one that is being read
     std::map<path, std::shared_ptr<Model>> done_;
 };
@@ -87,6 +88,8 @@ std::shared_ptr<Model> Loader::load(const path& file, const Location& where, con
     const path key = std::filesystem::absolute(file, error_of_folder).lexically_normal();
     if (error_of_folder) return refuse("the current folder is not there any more", "change to another one");
     const bool is_given = files_ && files_->contains(key);
+    if (!is_given && !reads_)
+        return refuse("the text of '" + file.string() + "' is not given with the model", "");
     if (!is_given && error != std::errc::too_many_symbolic_link_levels &&
         !std::filesystem::exists(file, error))
         return refuse("there is no file '" + file.string() + "'",
@@ -124,6 +127,9 @@ Model read_file(Loader loader, const path& file) {
 
 model::Model read_yaml(const path& file) { return read_file(Loader(), file); }
 model::Model read_yaml(const path& file, Files& files) { return read_file(Loader(&files), file); }
+model::Model read_yaml_given(const path& file, Files files) {
+    return read_file(Loader(&files, false), file);
+}
 
 model::Model read_yaml_text(std::string_view text, const std::string& name) {
     Loader loader;

@@ -78,6 +78,7 @@ class Block {
     /// Which of the methods above this class overrides; the engine calls no other. Filled by the registry.
     struct Methods {
         bool reset = false, output = false, update = false, derivative = false, guards = false, event = false;
+        bool start = false; ///< or stop
     };
 
     /// Does the block change its states where its guards cross zero?
@@ -122,7 +123,9 @@ template <class B> constexpr Block::Methods methods_of() {
             .update = !std::same_as<decltype(&B::update), decltype(&Block::update)>,
             .derivative = !std::same_as<decltype(&B::derivative), decltype(&Block::derivative)>,
             .guards = !std::same_as<decltype(&B::guards), decltype(&Block::guards)>,
-            .event = !std::same_as<decltype(&B::event), decltype(&Block::event)>};
+            .event = !std::same_as<decltype(&B::event), decltype(&Block::event)>,
+            .start = !std::same_as<decltype(&B::start), decltype(&Block::start)> ||
+                     !std::same_as<decltype(&B::stop), decltype(&Block::stop)>};
 }
 
 /// Default, limits, documentation and allowed texts of an argument.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bf {
@@ -26,6 +27,7 @@ struct Node {
     /// Who opens the live objects of requirements and of provisions, where they are shared with somebody
     /// outside the context; one each, or none at all. What is borrowed for a requirement its owner saves.
     std::vector<std::function<Object()>> borrowed = {}, shared = {};
+    bool awaits_objects = false; ///< has none before an exchange brings another context's
 };
 
 /// One bound call: a rule or a method of a block, ready to run.
@@ -97,9 +99,34 @@ class Context {
     /// the diagram.
     std::vector<int> devices() const;
 
+    /// The nodes that own such a state, saved or not.
+    std::vector<int> outside() const;
+
     std::size_t signal_bytes() const, parameter_bytes() const, state_bytes() const;
 
+    /// Objects that change their contexts, found before.
+    struct Exchange {
+        struct Pair {
+            Object *own, *other;
+        };
+        struct User {
+            void** pointer;
+            const Object* object;
+        };
+        std::vector<Pair> pairs;
+        std::vector<User> users; ///< of this context
+        /// Afterwards nothing of those nodes is to be called in the other context, which keeps alive what
+        /// their objects were made from. Allocates nothing.
+        void make() noexcept;
+    };
+    /// Of nodes that await objects, and what each of them was in another context: of the same type and
+    /// arguments. Both contexts outlive it.
+    Exchange exchange(Context& other, std::span<const std::pair<int, int>> nodes);
+
   private:
+    /// f(number in the declaration) of those objects of a node that do not come from another node.
+    template <class F> static void for_each_own_object(const Node& node, F&& f);
+    Object* objects_of(int node);
     template <class F> Status write_states(int node, F&& write);
     struct Arena;
     struct NodeTables;

@@ -22,9 +22,26 @@ struct Handover {
 /// What `to.go_on_from(from, origin)` would do, of two runs of which neither needs to be started.
 Handover handover(const Simulation& from, const Simulation& to, const Origin& origin = {});
 
+/// Do runs of both compute the same? What a model says of its drawing, its documentation and what is recorded
+/// does not count.
+bool is_same_run(const Diagram& a, const Diagram& b);
+
+/// Values that were set in a run of the first diagram and hold in one of the second, too, under the names that
+/// they have there: of variables and parameters of which both models say the same. `path_since`: the path in
+/// the second diagram of what has this one in the first; none: it is gone.
+std::vector<ParameterValue>
+still_asked(const Diagram& from, const Diagram& to, const std::vector<ParameterValue>& asked,
+            const std::function<std::optional<std::string>(const std::string&)>& path_since);
+
+/// Sets such values in a run between two steps, one after the other, as far as it takes them, and returns
+/// those.
+std::vector<ParameterValue> set_again(Run& run, const std::vector<ParameterValue>& asked);
+
 /// Blocks with states, or subsystems with such, that seem to have exchanged their names: each is in `to`,
 /// with its arguments, values and wires, what the other one was in `from`, and both are of the same paths in
 /// both. Nobody but whoever wrote the model knows whether names were exchanged, or all the rest.
 std::vector<std::pair<std::string, std::string>> exchanged(const Diagram& from, const Diagram& to);
+/// The same in words: a sentence for each pair.
+std::vector<std::string> unclear(const Diagram& from, const Diagram& to);
 
 } // namespace bf

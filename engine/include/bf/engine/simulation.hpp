@@ -60,6 +60,12 @@ class Simulation final : public Run {
   public:
     /// Allocates everything a run needs. The diagram must outlive the simulation.
     explicit Simulation(const Diagram& diagram);
+    /// One that is to take the place of another one, of the same step, which goes on stepping in its thread
+    /// meanwhile: it is made and started beside it. Blocks that are the same in both (their paths, see Origin,
+    /// types and arguments) are neither started anew nor open anything again: when the place is taken they go
+    /// on with the live objects of the other one, whose diagram must live as long. No parameter of the other
+    /// one may change before. Throws RunError with all blocks that keep something open and are not the same.
+    Simulation(const Diagram& diagram, Simulation& before, const Origin& origin = {});
     ~Simulation() override;
 
     std::string name() const override { return diagram_.name; }
@@ -120,6 +126,12 @@ class Simulation final : public Run {
     /// first hit is the time since its last one in the other run. Parameters are those of this diagram.
     /// Without `origin` paths are the same. Throws RunError where that time lies within a step of this one.
     void go_on_from(const Simulation& other, const Origin& origin = {});
+    /// The same, started, for the simulation whose place this one takes, in the thread that steps that one,
+    /// which is not stepped any more. Allocates nothing.
+    void take_over() noexcept;
+    /// Does the block go on with what it opened when the place is taken?
+    bool keeps(int node) const;
+    bool takes_a_place() const { return succession_ != nullptr; }
 
     void visit_tasks(const TaskVisitor& visit) override;
 
@@ -129,6 +141,9 @@ class Simulation final : public Run {
 
   private:
     class Machine;
+    struct Succession;
+    Simulation(const Diagram& diagram, std::unique_ptr<Succession> succession, const Origin& origin);
+    void take_over(Succession& succession) noexcept;
     /// Is no parameter below the one that it must be at least? If one is, the change says so.
     bool is_in_order(ParameterChange& change) const noexcept;
     /// The zero-crossing functions in one slot of a node, or its output that controls a subsystem.
@@ -193,6 +208,7 @@ class Simulation final : public Run {
     Tuning& tuning() const;
 
     const Diagram& diagram_;
+    std::unique_ptr<Succession> succession_; ///< where this one takes the place of another one
     Context context_;
     const program::Program program_;
     std::unique_ptr<Machine> machine_;
@@ -212,6 +228,7 @@ class Simulation final : public Run {
     int failed_node_ = -1;
     mutable std::unique_ptr<Tuning> tuning_; ///< made when it is asked for
     int started_ = 0;                        ///< nodes whose start succeeded, in order
+    std::vector<char> is_elsewhere_;         ///< by node: another simulation starts and stops it
     std::string start_failure_;
 };
 

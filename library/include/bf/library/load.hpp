@@ -51,7 +51,8 @@ LoadedModel load(const model::Model& model, const std::filesystem::path& file,
 ExaminedModel examine(const model::Model& model, const std::filesystem::path& file,
                       const std::vector<Override>& overrides = {});
 
-/// The same for a model that was read from these texts, with the models of all files that it refers to.
+/// The same for a model that was read from these texts, with the models of all files that it refers to, and
+/// is changed as the source says.
 ExaminedModel examine(const model::Model& model, ModelSource source);
 
 /// The changes that a YAML file of names and expressions makes: Gain: {Kp: 1} changes Gain.Kp. Throws

@@ -37,11 +37,35 @@ class ParameterMailbox {
     Result result_{};
 };
 
+/// Another run that is to go on where the one of a loop is, made and started beside it.
+class Successor {
+  public:
+    virtual ~Successor() = default;
+    virtual Run& run() = 0;
+    /// In the loop's thread, between two steps of the run before, which is not stepped any more. Allocates
+    /// nothing.
+    virtual void take_over() noexcept = 0;
+};
+
+/// Brings successors from one other thread to the loop, one at a time. Neither waits.
+class Succession {
+  public:
+    virtual ~Succession() = default;
+    /// `observers` see the steps of the successor, as those of the loop see those of the run before. Both
+    /// live as long as it runs.
+    virtual void post(Successor& successor, const std::vector<Run::Observer*>& observers) = 0;
+    /// The step before which the last one took over, once; then nothing refers to the run before any more.
+    virtual std::optional<std::int64_t> taken() = 0;
+    /// Forgets one that was not taken when the loop had ended.
+    virtual void withdraw() = 0;
+};
+
 /// What others have of a loop, from any thread; the loop waits for none of them.
 struct LoopAccess {
     ParameterMailbox& parameters;
     Control& control;
-    const Statistics& statistics; ///< but for `first_misses`
+    const Statistics& statistics;     ///< but for `first_misses`
+    Succession* succession = nullptr; ///< none: another run cannot go on in its place
 };
 
 struct RunnerOptions {
@@ -63,7 +87,8 @@ struct RunnerOptions {
 /// a disk) cannot disturb the period.
 class Runner {
   public:
-    /// The run must outlive the runner and is not to be stepped by others, nor afterwards.
+    /// The run must outlive the runner, as successors must, and is not to be stepped by others, nor
+    /// afterwards.
     Runner(Run& run, RunnerOptions options);
     ~Runner();
     Runner(const Runner&) = delete;
@@ -71,7 +96,9 @@ class Runner {
 
     /// Sees each step, except those that are degraded.
     void add_observer(Run::Observer& observer);
-    LoopAccess access() { return {parameters_, control_, pacer_.statistics()}; }
+    LoopAccess access();
+    /// The one that is stepped: after the end, or in the loop's thread.
+    Run& stepped();
 
     struct Progress {
         std::int64_t steps, missed;
@@ -92,14 +119,15 @@ class Runner {
   private:
     class Gate;
     class Running;
+    struct Stepped;
+    class Relay;
     void loop(std::int64_t steps);
 
-    Run& run_;
     const RunnerOptions options_;
     Pacer pacer_;
     ParameterMailbox parameters_;
     Control control_;
-    std::unique_ptr<Gate> gate_;
+    std::unique_ptr<Relay> relay_;
     std::vector<std::string> refused_;
     double wall_ = 0;
     std::atomic<bool> is_over_{false};

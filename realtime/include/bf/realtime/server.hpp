@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,40 @@ const LogEntry* stop_in(const std::vector<LogEntry>& log);
 /// "emergency stop by WHO", where there was one; else empty.
 std::string emergency_in(const std::vector<LogEntry>& log);
 
+/// What a viewer has made of the model of a run.
+struct Edit {
+    std::string text = {};                         ///< of the model
+    std::map<std::string, std::string> files = {}; ///< of models that it refers to, by paths from its folder
+    /// By the path of a block or subsystem the one that it had in the run; none: it is new. Others kept theirs.
+    std::map<std::string, std::optional<std::string>> origins = {};
+    bool is_by_hand = false;   ///< was it written by hand, so that nothing is known of names that changed?
+    bool is_late = false;      ///< has somebody else edited the run meanwhile?
+    bool accepts_loss = false; ///< is what is lost known?
+};
+
+/// What would become of a run by an edit.
+struct Edited {
+    std::string refusal = {};              ///< why it cannot be
+    std::vector<std::string> lost = {};    ///< states that cannot be taken over, with the reason
+    std::vector<std::string> begun = {};   ///< states that begin with their initial values
+    std::vector<std::string> unclear = {}; ///< whose states these are, and what is taken for true
+    Successor* successor = nullptr;        ///< where the edit is to be made
+    std::vector<Run::Observer*> observers = {}; ///< that see its steps, besides the server
+    std::vector<ParameterValue> asked = {};     ///< values of before that hold in it
+};
+
+/// Whoever knows how to edit the model of a run. Both are called in a thread beside server and loop, in turns.
+class Editing {
+  public:
+    virtual ~Editing() = default;
+    /// Prepares an edit of the run that is there. It is made, as soon as the loop can, where nothing is lost
+    /// and nothing unclear, or the viewer accepts that. `asked`: values that viewers have set, in that order.
+    virtual Edited prepare(const Edit& edit, const std::vector<ParameterValue>& asked) = 0;
+    /// Afterwards, where there is a successor: it has taken over, and the run before is not needed any more;
+    /// or it has not.
+    virtual void finish(bool has_taken_over) = 0;
+};
+
 struct ServerOptions {
     std::string where = "8765"; ///< a port of this computer, 0 for any free one; or "unix:PATH"
     std::string token = {};     ///< which viewers must know; made if it is empty
@@ -40,6 +76,13 @@ struct ServerOptions {
         on_change = {};
     /// Told, in the server's thread, of a start or a stop.
     std::function<void(const LogEntry& entry)> on_control = {};
+    Editing* editing = nullptr; ///< which outlives the server; none: the model cannot be edited
+    /// Then: why.
+    std::string why_not_edited =
+        "this program was started without --editable, so edits change the file alone; start it with "
+        "--editable to let them act in the run";
+    /// Told, in the server's thread, of an edit that acts from that step on.
+    std::function<void(std::int64_t step, const LogEntry& entry)> on_edit = {};
 };
 
 /// Empty, or why no server can be at such a place.
@@ -58,8 +101,16 @@ inline constexpr const char* log_topic = "/live.log";
 /// Services without a request but {"who": "..."}, which may be left out.
 inline constexpr const char *start_service = "start", *stop_service = "stop",
                             *emergency_service = "emergency_stop";
+/// Service that edits the model of the run, which goes on with it between two steps: {"who", "what": names
+/// the edit, "after": how many edits the viewer knows of, "model": text, "files": {PATH: text}, "origins":
+/// {PATH: PATH or null}, "is_by_hand", "accepts_loss"}, see Edit. PATHs of files are relative to the model's folder.
+/// The answer: {"success": true, "is_made", "refusal", "lost", "begun", "unclear", "edits": how many there were},
+/// see Edited. No file is opened whose name it gives.
+inline constexpr const char* edit_service = "edit";
 /// In the server's metadata, where viewers may change nothing: why.
 inline constexpr const char* refusal_key = "read only";
+/// Likewise, where the model cannot be edited.
+inline constexpr const char* edit_refusal_key = "not editable";
 
 /// Serves signals and parameters of a run to viewers on this computer, by the Foxglove
 /// WebSocket protocol (https://github.com/foxglove/ws-protocol, subprotocols foxglove.websocket.v1 and
@@ -101,6 +152,7 @@ class Server final : public Run::Observer {
         std::uint64_t lost_samples;  ///< the server was too slow
         std::uint64_t lost_messages; ///< a viewer was too slow
         std::uint64_t changes;       ///< of parameters that were applied
+        std::uint64_t edits;         ///< that were made
     };
     Counts counts() const;
     std::vector<LogEntry> log() const; ///< the last thousand

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +38,8 @@ struct ModelSource {
 ///                                      by column;  who: asked for it, where that is known
 ///     metadata "control 0"             time: of the model [s];  clock: s since 1970;  who;  what: "start",
 ///     ... metadata "plots"                 the panels that the model asks for
+///     metadata "edit 0"                step: before which it acts;  who;  what
+///     attachment "edit 0/model"        text of the edited model, whose other files are "edit 0/model/PATH"
 class Recorder final : public Run::Observer {
   public:
     /// Opens the file for signals of the run, such as `run.recorded()`; throws std::runtime_error when it
@@ -54,6 +57,13 @@ class Recorder final : public Run::Observer {
     /// Notes that somebody started or stopped the run, likewise.
     void controlled(double time, double clock, const std::string& who, const std::string& what);
 
+    /// Sees the steps of a run that goes on in the place of the one before: channels of signals that it has,
+    /// with the same type and size, go on. The recorder must live as long.
+    std::unique_ptr<Run::Observer> continued(const Run& run);
+    /// Notes that the model was edited before that step, likewise.
+    void edited(std::int64_t step, const std::string& who, const std::string& what,
+                const ModelSource& source);
+
     /// Completes the file; throws std::runtime_error when something could not be written (disk full).
     void close() { writer_.close(); }
     bool failed() const noexcept { return writer_.failed(); }
@@ -62,10 +72,22 @@ class Recorder final : public Run::Observer {
     std::uint64_t dropped() const noexcept { return writer_.dropped(); }
 
   private:
+    using Samples = std::map<int, std::vector<recording::Sample>>; ///< by their rate
+    class Continued;
+    struct Channel {
+        std::string path;
+        Type type;
+        std::uint32_t rows, cols;
+        recording::ChannelId id;
+    };
+    void append(const Run& run, const Samples& samples) noexcept;
+    void attach(const std::string& prefix, const ModelSource& source);
+
     recording::Writer writer_;
-    std::map<int, std::vector<recording::Sample>> samples_; ///< by their rate
+    std::vector<Channel> channels_;
+    Samples samples_;
     std::atomic<bool> are_constants_due_ = true;
-    int changes_ = 0, controls_ = 0;
+    int changes_ = 0, controls_ = 0, edits_ = 0;
 };
 
 } // namespace bf

@@ -5,6 +5,7 @@
 #include "bf/run/recorder.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -36,7 +37,9 @@ class Replay final : public Run::Observer {
     std::size_t signals() const { return compared_.size(); }
     std::size_t played_back() const { return played_.size(); } ///< signals taken from the recording
     std::int64_t missing() const { return missing_; }          ///< samples that the recording lacks
-    double end() const;                                        ///< of the last recorded sample [s]
+    double end() const; ///< of the last sample that is compared [s]
+    /// The time from which on the recording is one of an edited model, which is not run again; none: it is not.
+    std::optional<double> edited() const { return edited_; }
 
     void observe(const Run& run) noexcept override;
 
@@ -55,6 +58,7 @@ class Replay final : public Run::Observer {
     std::int64_t time_ns() const;
     void check_times() const;
     void read_changes();
+    void find_edit(); ///< after which nothing is compared
     void make_change(); ///< the next one
     void compare(Track& track, bool is_hit);
     void report_missing(const Track& track);
@@ -69,6 +73,7 @@ class Replay final : public Run::Observer {
     std::int64_t restored_ = -1;         ///< the step whose checkpoint was restored
     std::int64_t restored_ns_ = -1;      ///< its time
     std::int64_t end_ns_ = -1, samples_ = 0, missing_ = 0;
+    std::optional<double> edited_;
     std::string difference_;
 };
 

@@ -52,6 +52,8 @@ struct LiveEntry {
 struct LiveProgram {
     std::string name;         ///< of its model
     std::string refusal = {}; ///< why it can be watched alone; empty: it can be tuned, started and stopped
+    /// Why edits change the file alone; empty: the run goes on with the edited model.
+    std::string edit_refusal = {};
     std::string message = {}; ///< why there is no connection: how the program ended, where that is known
 };
 

@@ -22,6 +22,9 @@ using Files = std::map<std::filesystem::path, std::string>;
 /// The same; what is in `files` is not read from the disk, and what is read from the disk is added to them.
 model::Model read_yaml(const std::filesystem::path& path, Files& files);
 
+/// The same of texts alone: a file that is not among them is a mistake, whether it is there or not.
+model::Model read_yaml_given(const std::filesystem::path& path, Files files);
+
 /// Reads a model from text. `name` stands for the file in diagnostics; references are relative to its folder.
 model::Model read_yaml_text(std::string_view text, const std::string& name = "model.yaml");
 

@@ -1,0 +1,313 @@
+// A run against the clock whose model is edited.
+#include "bf/library/editing.hpp"
+
+#include "bf/engine/handover.hpp"
+
+#include <atomic>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <optional>
+#include <thread>
+
+namespace bf {
+namespace {
+
+namespace fs = std::filesystem;
+using realtime::Edit;
+
+std::string with(std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+}
+
+const std::string original = R"m(model: edited
+step: 0.001
+variables: {k: 2, offset: 0}
+blocks:
+  sine: {block: Sine, frequency: 70, bias: offset}
+  gain: {block: Gain, K: k}
+  slow: {block: DiscreteIntegrator, period: 0.003}
+  fast: {block: DiscreteIntegrator}
+  plant: {block: Integrator}
+connections: {sine: gain, gain: [slow, fast, plant]}
+)m";
+
+/// Sees the integrators in each step; one that is not there is 0.
+class Seen final : public Run::Observer {
+  public:
+    Seen(const Run& run, std::vector<double>& to, std::atomic<std::int64_t>& steps) : to_(to), steps_(steps) {
+        const auto all = run.signals();
+        for (const char* path : {"slow", "fast", "plant"})
+            for (const auto& signal : all)
+                if (signal.path == path) signals_.push_back(signal);
+    }
+    void observe(const Run&) noexcept override {
+        for (std::size_t i = 0; i < 3; ++i) to_.push_back(i < signals_.size() ? signals_[i][0] : 0);
+        ++steps_;
+    }
+
+  private:
+    std::vector<Quantity> signals_;
+    std::vector<double>& to_;
+    std::atomic<std::int64_t>& steps_;
+};
+
+class Editing : public ::testing::Test {
+  protected:
+    Editing() {
+        std::string name = (fs::temp_directory_path() / "bf_editing_XXXXXX").string();
+        folder = ::mkdtemp(name.data());
+        values.reserve(1'000'000);
+        begin(original);
+    }
+    ~Editing() override {
+        end();
+        fs::remove_all(folder);
+    }
+
+    fs::path write(const std::string& text, const std::string& name = "model.yaml") const {
+        std::ofstream(folder / name) << text;
+        return folder / name;
+    }
+    /// Runs the model against the clock until `end`.
+    void begin(const std::string& text, bool is_watched = false) {
+        end();
+        values.clear();
+        steps = 0;
+        edits.clear();
+        model.emplace(load(write(text)));
+        simulation.emplace(model->diagram);
+        editing.emplace(*model, *simulation);
+        realtime::RunnerOptions options;
+        options.thread.locks_memory = false;
+        if (is_watched) {
+            options.watchdog = 3600ll * 1'000'000'000;
+            options.on_stall = [](auto...) {};
+        }
+        runner.emplace(*simulation, options);
+        runner->add_observer(see(*simulation));
+        loop = std::thread([this] { runner->run(1e9, [this](const auto&) { return !is_over; }); });
+    }
+    void end() {
+        is_over = true;
+        if (loop.joinable()) loop.join();
+        is_over = false;
+    }
+    Seen& see(const bf::Run& run) { return *seen.emplace_back(std::make_unique<Seen>(run, values, steps)); }
+    void wait_for_steps(std::int64_t more) const {
+        for (const std::int64_t until = steps + more; steps < until;) std::this_thread::yield();
+    }
+
+    /// What becomes of an edit; where it is made the step before which the loop took it over is noted.
+    realtime::Edited edit(const Edit& made, const std::vector<ParameterValue>& asked = {}) {
+        auto found = editing->prepare(made, asked);
+        if (!found.successor) return found;
+        auto& succession = *runner->access().succession;
+        succession.post(*found.successor, {&see(found.successor->run())});
+        std::optional<std::int64_t> step;
+        while (!(step = succession.taken())) std::this_thread::yield();
+        edits.push_back({*step, made.text, found.asked});
+        editing->finish(true);
+        return found;
+    }
+    realtime::Edited edit(const std::string& text) { return edit(Edit{.text = text}); }
+
+    struct Made {
+        std::int64_t step;
+        std::string text;
+        std::vector<ParameterValue> asked;
+    };
+    /// The same by a simulation that is edited at the same steps.
+    std::vector<double> simulated() {
+        std::vector<double> all;
+        std::atomic<std::int64_t> count{0};
+        std::vector<std::unique_ptr<LoadedModel>> models;
+        std::vector<std::unique_ptr<Simulation>> runs;
+        const auto add = [&](const std::string& text) -> Simulation& {
+            models.push_back(std::make_unique<LoadedModel>(load(write(text, "again.yaml"))));
+            runs.push_back(std::make_unique<Simulation>(models.back()->diagram));
+            seen.push_back(std::make_unique<Seen>(*runs.back(), all, count));
+            runs.back()->add_observer(*seen.back());
+            runs.back()->start();
+            return *runs.back();
+        };
+        Simulation* run = &add(original);
+        for (std::size_t next = 0; all.size() < values.size();) {
+            for (; next < edits.size() && edits[next].step == run->steps(); ++next) {
+                Simulation& other = add(edits[next].text);
+                other.go_on_from(*run);
+                set_again(other, edits[next].asked);
+                run = &other;
+            }
+            if (!run->step()) throw std::runtime_error(run->failure());
+        }
+        return all;
+    }
+
+    fs::path folder;
+    std::optional<LoadedModel> model;
+    std::optional<Simulation> simulation;
+    std::optional<SimulationEditing> editing;
+    std::optional<realtime::Runner> runner;
+    std::vector<std::unique_ptr<Seen>> seen;
+    std::vector<double> values; ///< that the loop computed
+    std::atomic<std::int64_t> steps{0};
+    std::vector<Made> edits;
+    std::atomic<bool> is_over{false};
+    std::thread loop;
+};
+
+const std::string two_blocks = with(original, "blocks:\n", "blocks:\n  first: {block: UnitDelay}\n"
+                                                           "  half: {block: Gain, K: 0.5}\n");
+const std::string more = with(two_blocks, "{sine: gain,", "{sine: half, half: [gain, first],");
+
+TEST_F(Editing, ARunThatIsEditedManyTimesEqualsASimulationEditedAtTheSameSteps) {
+    const std::vector<std::string> texts{with(original, "k: 2", "k: -3"), more, original,
+                                         with(more, "K: 0.5", "K: 0.25"),
+                                         with(original, "period: 0.003", "period: 0.004")};
+    for (const bool is_watched : {false, true}) {
+        begin(original, is_watched);
+        for (int k = 0; k < 25; ++k) {
+            wait_for_steps(k % 7);
+            const auto found = edit(Edit{.text = texts[static_cast<std::size_t>(k) % texts.size()],
+                                         .accepts_loss = true});
+            EXPECT_EQ(found.refusal, "");
+        }
+        wait_for_steps(20);
+        end();
+        ASSERT_EQ(edits.size(), 25u);
+        EXPECT_GT(edits.back().step, edits.front().step);
+        EXPECT_EQ(values, simulated());
+        EXPECT_EQ(runner->failure(), "");
+        EXPECT_EQ(runner->stepped().steps() * 3, static_cast<std::int64_t>(values.size()));
+    }
+}
+
+TEST_F(Editing, WhatWouldBeLostIsSaidBeforeAndWhatBeginsToo) {
+    const std::string without = with(with(original, "  fast: {block: DiscreteIntegrator}\n", ""), "fast, ", "");
+    const auto asked = edit(without);
+    EXPECT_EQ(asked.successor, nullptr);
+    EXPECT_EQ(asked.lost,
+              (std::vector<std::string>{"'fast.x' is no longer there", "'fast.before' is no longer there"}));
+    EXPECT_TRUE(edits.empty());
+    EXPECT_EQ(edit(Edit{.text = without, .accepts_loss = true}).lost.size(), 2u);
+    EXPECT_EQ(edits.size(), 1u);
+    EXPECT_EQ(edit(more).begun, (std::vector<std::string>{"first.x", "fast.x", "fast.before"}));
+    EXPECT_EQ(edits.size(), 2u);
+    EXPECT_EQ(edit(with(more, "model: edited", "model: edited\ndoc: nothing that is computed")).successor,
+              nullptr);
+}
+
+TEST_F(Editing, StatesFollowBlocksThatAreRenamed) {
+    const auto rename = [](std::string text) {
+        for (std::size_t at; (at = text.find("plant")) != std::string::npos;) text.replace(at, 5, "motor");
+        return text;
+    };
+    wait_for_steps(10);
+    Edit made{.text = rename(original), .origins = {{"motor", "plant"}}};
+    const auto found = edit(made);
+    EXPECT_EQ(found.refusal, "");
+    EXPECT_TRUE(found.lost.empty() && found.begun.empty());
+    made.origins.clear();
+    made.text = original;
+    EXPECT_EQ(edit(made).lost, std::vector<std::string>{"'motor.x' is no longer there"});
+}
+
+TEST_F(Editing, ValuesThatWereSetStayUnlessTheEditGivesThem) {
+    const std::vector<ParameterValue> asked{{"k", {5}}, {"offset", {1}}, {"fast.gain", {3}}};
+    const auto found = edit(Edit{.text = with(more, "offset: 0", "offset: 4")}, asked);
+    ASSERT_EQ(found.asked.size(), 2u);
+    EXPECT_EQ(found.asked[0].path, "k");
+    EXPECT_EQ(found.asked[1].path, "fast.gain");
+    wait_for_steps(5);
+    end();
+    const auto parameters = runner->stepped().parameters();
+    EXPECT_EQ(find(parameters, "gain.K")[0], 5);
+    EXPECT_EQ(find(parameters, "sine.bias")[0], 4);
+    EXPECT_EQ(find(parameters, "fast.gain")[0], 3);
+    EXPECT_EQ(values, simulated());
+}
+
+TEST_F(Editing, WrongModelsAreRefusedWithTheTextOfACheckAndTheRunGoesOn) {
+    const auto refusal = [&](const std::string& text) { return edit(text).refusal; };
+    EXPECT_NE(refusal(with(original, "Gain, K: k", "Gian, K: k")).find("did you mean 'Gain'"), std::string::npos);
+    EXPECT_NE(refusal("{").find("model.yaml:1"), std::string::npos);
+    EXPECT_NE(refusal("").size(), 0u);
+    EXPECT_EQ(refusal(with(with(original, "step: 0.001", "step: 0.002"), "period: 0.003", "period: 0.004")),
+              "the edited model has a step of 0.002 s, and the program keeps its period of 0.001 s; start it anew");
+    EXPECT_NE(refusal(with(original, "step: 0.001\n", "step: 0.001\nsolver: cvode_bdf\n"))
+                  .find("the time of a step is not bounded"),
+              std::string::npos);
+    EXPECT_EQ(refusal(with(original, "step: 0.001\n", "step: 0.001\nplugins: [WholeBodyToolbox]\n")),
+              "the program has not loaded the plugin 'WholeBodyToolbox'; start it anew with the edited model");
+    EXPECT_TRUE(edits.empty());
+    wait_for_steps(5);
+    end();
+    EXPECT_EQ(values, simulated());
+}
+
+TEST_F(Editing, NoModelIsReadFromTheDisk) {
+    const fs::path part = write("model: part\nstep: 0.001\ninputs: [u]\noutputs: [y]\n"
+                                "blocks: {g: {block: Gain, K: 3}}\nconnections: {u: g, g: y}\n",
+                                "part.yaml");
+    const std::string uses = with(with(original, "blocks:\n", "blocks:\n  part: {file: part.yaml}\n"),
+                                  "{sine: gain,", "{sine: [gain, part],");
+    EXPECT_NE(edit(uses).refusal.find("part.yaml' is not given with the model"), std::string::npos);
+    EXPECT_NE(edit(with(uses, "part.yaml", "/etc/passwd")).refusal.find("/etc/passwd' is not given"),
+              std::string::npos);
+    std::ostringstream text;
+    text << std::ifstream(part).rdbuf();
+    fs::remove(part);
+    EXPECT_EQ(edit(Edit{.text = uses, .files = {{"part.yaml", text.str()}}}).refusal, "");
+    EXPECT_EQ(edits.size(), 1u);
+}
+
+TEST_F(Editing, OneThatTheLoopDoesNotTakeAnyMoreIsForgotten) {
+    auto found = editing->prepare(Edit{.text = more}, {});
+    ASSERT_NE(found.successor, nullptr);
+    end();
+    auto& succession = *runner->access().succession;
+    succession.post(*found.successor, {&see(found.successor->run())});
+    EXPECT_FALSE(succession.taken());
+    succession.withdraw();
+    editing->finish(false);
+    EXPECT_EQ(&runner->stepped(), &*simulation);
+    EXPECT_EQ(values, simulated());
+}
+
+TEST_F(Editing, ViewersThatAreNotOursEditAndAreTold) {
+    end();
+    const fs::path file = write(original);
+    model.emplace(load(file));
+    simulation.emplace(model->diagram);
+    editing.emplace(*model, *simulation);
+    realtime::RunnerOptions options;
+    options.thread.locks_memory = false;
+    runner.emplace(*simulation, options);
+    std::int64_t last = -1;
+    std::vector<std::string> known; // the text of the model from each step on
+    realtime::Server server(*simulation, simulation->signals(), runner->access(),
+                            {.where = "0",
+                             .is_controlled = true,
+                             .editing = &*editing,
+                             .on_edit = [&](std::int64_t step, const auto&) {
+                                 EXPECT_GE(step, last);
+                                 last = step;
+                                 known.push_back(editing->prepared().texts.at(editing->prepared().file));
+                             }});
+    runner->add_observer(server);
+    std::atomic<int> code{-1};
+    std::thread viewer([&] {
+        code = std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/library/test/check_edits.py '" + server.address() +
+                            server.token() + "' '" + file.string() + "'")
+                               .c_str());
+    });
+    runner->run(1e9, [&](const auto&) { return code < 0; });
+    viewer.join();
+    EXPECT_EQ(code, 0) << "see the text above";
+    EXPECT_GE(known.size(), 4u);
+    EXPECT_EQ(server.counts().edits, known.size());
+    EXPECT_EQ(runner->failure(), "");
+}
+
+} // namespace
+} // namespace bf

@@ -140,6 +140,7 @@ Edited SimulationEditing::compared(const Edit& edit, const std::vector<Parameter
 
 void SimulationEditing::finish(bool has_taken_over) {
     if (!has_taken_over) return next_.reset();
+    simulation_->stop(); // but what goes on
     if (now_ && next_->keeps_something()) {
         next_->earlier = std::move(now_->earlier);
         next_->earlier.push_back(now_->model);

@@ -2,8 +2,10 @@
 #include "bf/library/editing.hpp"
 
 #include "bf/engine/handover.hpp"
+#include "bf/run/replay.hpp"
 
 #include <atomic>
+#include <cstring>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <optional>
@@ -36,17 +38,18 @@ class Seen final : public Run::Observer {
   public:
     Seen(const Run& run, std::vector<double>& to, std::atomic<std::int64_t>& steps) : to_(to), steps_(steps) {
         const auto all = run.signals();
-        for (const char* path : {"slow", "fast", "plant"})
-            for (const auto& signal : all)
-                if (signal.path == path) signals_.push_back(signal);
+        for (const char* path : {"slow.y", "fast.y", "plant.y"}) {
+            const auto found = std::ranges::find(all, path, &Quantity::path);
+            signals_.push_back(found == all.end() ? std::nullopt : std::optional(*found));
+        }
     }
     void observe(const Run&) noexcept override {
-        for (std::size_t i = 0; i < 3; ++i) to_.push_back(i < signals_.size() ? signals_[i][0] : 0);
+        for (const auto& signal : signals_) to_.push_back(signal ? (*signal)[0] : 0);
         ++steps_;
     }
 
   private:
-    std::vector<Quantity> signals_;
+    std::vector<std::optional<Quantity>> signals_;
     std::vector<double>& to_;
     std::atomic<std::int64_t>& steps_;
 };
@@ -76,7 +79,9 @@ class Editing : public ::testing::Test {
         edits.clear();
         model.emplace(load(write(text)));
         simulation.emplace(model->diagram);
-        editing.emplace(*model, *simulation);
+        recorder.emplace(*simulation, simulation->recorded(), folder / "run.mcap", model->source,
+                         recording::WriterOptions{.drop_when_full = true});
+        editing.emplace(*model, *simulation, [this](bf::Run& next) { return recorder->continued(next); });
         realtime::RunnerOptions options;
         options.thread.locks_memory = false;
         if (is_watched) {
@@ -85,6 +90,7 @@ class Editing : public ::testing::Test {
         }
         runner.emplace(*simulation, options);
         runner->add_observer(see(*simulation));
+        runner->add_observer(*recorder);
         loop = std::thread([this] { runner->run(1e9, [this](const auto&) { return !is_over; }); });
     }
     void end() {
@@ -102,10 +108,13 @@ class Editing : public ::testing::Test {
         auto found = editing->prepare(made, asked);
         if (!found.successor) return found;
         auto& succession = *runner->access().succession;
-        succession.post(*found.successor, {&see(found.successor->run())});
+        std::vector<bf::Run::Observer*> observers = found.observers;
+        observers.push_back(&see(found.successor->run()));
+        succession.post(*found.successor, observers);
         std::optional<std::int64_t> step;
         while (!(step = succession.taken())) std::this_thread::yield();
         edits.push_back({*step, made.text, found.asked});
+        recorder->edited(*step, "somebody", "an edit", editing->prepared());
         editing->finish(true);
         return found;
     }
@@ -146,6 +155,7 @@ class Editing : public ::testing::Test {
     fs::path folder;
     std::optional<LoadedModel> model;
     std::optional<Simulation> simulation;
+    std::optional<Recorder> recorder;
     std::optional<SimulationEditing> editing;
     std::optional<realtime::Runner> runner;
     std::vector<std::unique_ptr<Seen>> seen;
@@ -177,6 +187,7 @@ TEST_F(Editing, ARunThatIsEditedManyTimesEqualsASimulationEditedAtTheSameSteps) 
         ASSERT_EQ(edits.size(), 25u);
         EXPECT_GT(edits.back().step, edits.front().step);
         EXPECT_EQ(values, simulated());
+        EXPECT_GT(std::ranges::count_if(values, [](double x) { return x != 0; }), 100);
         EXPECT_EQ(runner->failure(), "");
         EXPECT_EQ(runner->stepped().steps() * 3, static_cast<std::int64_t>(values.size()));
     }
@@ -272,6 +283,46 @@ TEST_F(Editing, OneThatTheLoopDoesNotTakeAnyMoreIsForgotten) {
     editing->finish(false);
     EXPECT_EQ(&runner->stepped(), &*simulation);
     EXPECT_EQ(values, simulated());
+}
+
+TEST_F(Editing, ARecordingGoesOnWithWhatIsStillThereAndItsReplayEndsAtTheEdit) {
+    wait_for_steps(20);
+    const std::string other = with(with(more, "  slow: {block: DiscreteIntegrator, period: 0.003}\n", ""), "slow, ", "");
+    edit(Edit{.text = other, .accepts_loss = true});
+    wait_for_steps(20);
+    end();
+    recorder->close();
+    ASSERT_EQ(recorder->dropped(), 0u);
+    const auto recording = recording::load(folder / "run.mcap");
+    const std::int64_t step = edits.at(0).step;
+    for (const auto& channel : recording.channels) {
+        EXPECT_EQ(channel.name.find("first"), std::string::npos);
+        const bool goes_on = channel.name != "slow.y";
+        EXPECT_EQ(channel.time_ns.back() >= step * 1'000'000, goes_on) << channel.name;
+        if (channel.name != "fast.y") continue;
+        ASSERT_EQ(channel.samples() * 3, values.size());
+        for (std::size_t k = 0; k < channel.samples(); ++k) {
+            double x = 0;
+            std::memcpy(&x, channel.sample(k).data(), sizeof x);
+            EXPECT_EQ(x, values[3 * k + 1]) << k;
+        }
+    }
+    std::map<std::string, std::string> texts;
+    for (const auto& attachment : recording.attachments) texts[attachment.name] = attachment.text();
+    EXPECT_EQ(texts.at("model"), original);
+    EXPECT_EQ(texts.at("edit 0/model"), other);
+    EXPECT_EQ(recording.metadata.at("edit 0").at("who"), "somebody");
+
+    const LoadedModel again = load(recorded_source(recording));
+    Simulation run(again.diagram);
+    Replay replay(run, recording);
+    replay.start();
+    while (replay.step()) {
+    }
+    EXPECT_EQ(replay.difference(), "");
+    EXPECT_EQ(run.steps(), step);
+    EXPECT_EQ(replay.edited(), static_cast<double>(step) * 0.001);
+    EXPECT_LT(replay.end(), *replay.edited());
 }
 
 TEST_F(Editing, ViewersThatAreNotOursEditAndAreTold) {

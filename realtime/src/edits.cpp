@@ -11,7 +11,10 @@ void Server::State::Edits::end() {
         if (const auto step = state_.loop.succession->taken()) take(*step);
     if (worker_.joinable()) worker_.join();
     if (phase_ == Phase::posted) state_.loop.succession->withdraw();
-    if (edited_.successor && phase_ != Phase::finishing) state_.options.editing->finish(false);
+    if (phase_ == Phase::finishing)
+        answer(true);
+    else if (edited_.successor)
+        state_.options.editing->finish(false);
     edited_.successor = nullptr;
     phase_ = Phase::none;
 }
@@ -77,10 +80,9 @@ void Server::State::Edits::tick() {
         if (const auto step = state_.loop.succession->taken()) take(*step);
         break;
     case Phase::finishing:
-        if (has_worked()) {
-            phase_ = Phase::none;
-            edited_ = {};
-        }
+        if (!has_worked()) break;
+        phase_ = Phase::none;
+        answer(true); // now another one may follow
         break;
     }
 }
@@ -135,7 +137,6 @@ void Server::State::Edits::take(std::int64_t step) {
     s.tell_log(entry);
     if (s.options.on_edit) s.options.on_edit(step, entry.entry);
     s.tell_timing();
-    answer(true);
     phase_ = Phase::finishing;
     work([this] { state_.options.editing->finish(true); });
 }
@@ -143,7 +144,7 @@ void Server::State::Edits::take(std::int64_t step) {
 void Server::State::Edits::answer(bool is_made) {
     const auto session = asked_.session.lock();
     if (!session) return;
-    session->answer({false, asked_.head + to_text({{"success", true},
+    session->answer({false, asked_.head + to_text(Json{{"success", true},
                                                    {"is_made", is_made},
                                                    {"refusal", edited_.refusal},
                                                    {"lost", edited_.lost},

@@ -91,7 +91,9 @@ struct Runner::Stepped {
 /// The run that is stepped, and the one that comes or came before.
 class Runner::Relay final : public Succession {
   public:
-    Relay(Run& run, bool is_watched) : is_watched_(is_watched), now_(std::make_unique<Stepped>(run)) {}
+    Relay(Run& run, const RunnerOptions& options)
+        : is_watched_(options.watchdog > 0), locks_memory_(options.thread.locks_memory),
+          now_(std::make_unique<Stepped>(run)) {}
 
     Stepped& now() { return *now_; }
     void watch(Stepped& stepped) {
@@ -103,6 +105,8 @@ class Runner::Relay final : public Succession {
         other_->gate.observers = observers;
         watch(*other_);
         successor_ = &successor;
+        if (locks_memory_) // what was allocated since the loop began, too; a refusal is known from there
+            static_cast<void>(prepare_thread({.locks_memory = true, .stack = 0}));
         state_.store(State::posted, std::memory_order_release);
     }
     std::optional<std::int64_t> taken() override {
@@ -134,7 +138,7 @@ class Runner::Relay final : public Succession {
 
   private:
     enum class State { empty, posted, taken };
-    const bool is_watched_;
+    const bool is_watched_, locks_memory_;
     Running::AtWork at_work_{nullptr};
     std::mutex reading_; ///< of what `at_work_` points to; the loop never takes it
     std::unique_ptr<Stepped> now_, other_;
@@ -146,7 +150,7 @@ class Runner::Relay final : public Succession {
 Runner::Runner(Run& run, RunnerOptions options)
     : options_(std::move(options)),
       pacer_(std::max<Nanoseconds>(nanoseconds(run.period() / options_.factor), 1), options_.overrun),
-      control_(options_.waits), relay_(std::make_unique<Relay>(run, options_.watchdog > 0)) {}
+      control_(options_.waits), relay_(std::make_unique<Relay>(run, options_)) {}
 
 Runner::~Runner() = default;
 

@@ -108,6 +108,31 @@ describe.skipIf(!is_there || command === undefined)("the cockpit", () => {
     await other.close();
   });
 
+  test("lets an edit go on in a program that was started so", async () => {
+    await open("--control", "--editable");
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    await writeFile(join(folder, "served.yaml"), model.replace("K: k", "K: 2*k").replace("connections:", "  sum: {block: DiscreteIntegrator}\nconnections:").replace("sine: control", "sine: [control, sum]"));
+    await expect.poll(() => log().textContent()).toMatch(/edit: /);
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    expect(await page.getByRole("alert").count()).toBe(0);
+    await writeFile(join(folder, "served.yaml"), model);
+    const question = page.getByRole("alert").filter({ hasText: "'sum.x' is no longer there" });
+    await question.waitFor();
+    if (process.env.BF_PICTURES) await page.screenshot({ path: join(process.env.BF_PICTURES, "cockpit_edit.png") });
+    await question.getByRole("button", { name: "Go on with the edit" }).click();
+    await question.waitFor({ state: "detached" });
+    await expect.poll(() => log().getByText("edit: ").count()).toBe(2);
+    expect(await found_by_axe(page)).toEqual([]);
+  });
+
+  test("says of a program that was not started so that edits change the file alone", async () => {
+    await open("--control");
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    await writeFile(join(folder, "served.yaml"), model.replace("K: k", "K: 2*k"));
+    await page.getByRole("alert").filter({ hasText: "without --editable" }).waitFor();
+    expect(await page.getByRole("button", { name: "Start anew" }).count()).toBe(0);
+  });
+
   test("says that a program that was killed is gone, and why nothing can be set", async () => {
     const program = await open("--control");
     await page.getByText(/running, \d+ steps of 1 ms/).waitFor();

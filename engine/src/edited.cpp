@@ -56,9 +56,9 @@ std::vector<std::string> unclear(const Diagram& from, const Diagram& to) {
     return sentences;
 }
 
-std::vector<ParameterValue>
-still_asked(const Diagram& from, const Diagram& to, const std::vector<ParameterValue>& asked,
-            const std::function<std::optional<std::string>(const std::string&)>& path_since) {
+std::vector<ParameterValue> still_asked(
+    const Diagram& from, const Diagram& to, const std::vector<ParameterValue>& asked,
+    const std::function<std::optional<std::string>(const std::string&)>& path_since) {
     std::vector<ParameterValue> still;
     for (ParameterValue value : asked) {
         const std::string text = given(from, value.path);

@@ -251,8 +251,9 @@ TEST(TakeOver, WhatIsOpenNeitherComesNorGoesNorChanges) {
     const std::string port =
         begin + "port: it keeps something open, such as a device, and would be removed or changed";
     EXPECT_EQ(refusal(replaced(simple, "{block: Port}", "{block: Port, name: b}")), port);
-    EXPECT_EQ(refusal(replaced(replaced(replaced(simple, "  port: {block: Port}\n", ""), "  send: {block: Sender}\n", ""),
-                               "  begun: {block: Begun}\n", "")),
+    EXPECT_EQ(refusal(replaced(
+                  replaced(replaced(simple, "  port: {block: Port}\n", ""), "  send: {block: Sender}\n", ""),
+                  "  begun: {block: Begun}\n", "")),
               port);
     EXPECT_EQ(refusal(replaced(simple, "blocks:\n", "blocks:\n  late: {block: Begun}\n")),
               begin + "late: it begins with what 'port' has open, which the run before uses until then");

@@ -166,8 +166,9 @@ class Editing : public ::testing::Test {
     std::thread loop;
 };
 
-const std::string two_blocks = with(original, "blocks:\n", "blocks:\n  first: {block: UnitDelay}\n"
-                                                           "  half: {block: Gain, K: 0.5}\n");
+const std::string two_blocks = with(original, "blocks:\n",
+                                    "blocks:\n  first: {block: UnitDelay}\n"
+                                    "  half: {block: Gain, K: 0.5}\n");
 const std::string more = with(two_blocks, "{sine: gain,", "{sine: half, half: [gain, first],");
 
 TEST_F(Editing, ARunThatIsEditedManyTimesEqualsASimulationEditedAtTheSameSteps) {
@@ -178,8 +179,8 @@ TEST_F(Editing, ARunThatIsEditedManyTimesEqualsASimulationEditedAtTheSameSteps) 
         begin(original, is_watched);
         for (int k = 0; k < 25; ++k) {
             wait_for_steps(k % 7);
-            const auto found = edit(Edit{.text = texts[static_cast<std::size_t>(k) % texts.size()],
-                                         .accepts_loss = true});
+            const auto found =
+                edit(Edit{.text = texts[static_cast<std::size_t>(k) % texts.size()], .accepts_loss = true});
             EXPECT_EQ(found.refusal, "");
         }
         wait_for_steps(20);
@@ -194,7 +195,8 @@ TEST_F(Editing, ARunThatIsEditedManyTimesEqualsASimulationEditedAtTheSameSteps) 
 }
 
 TEST_F(Editing, WhatWouldBeLostIsSaidBeforeAndWhatBeginsToo) {
-    const std::string without = with(with(original, "  fast: {block: DiscreteIntegrator}\n", ""), "fast, ", "");
+    const std::string without =
+        with(with(original, "  fast: {block: DiscreteIntegrator}\n", ""), "fast, ", "");
     const auto asked = edit(without);
     EXPECT_EQ(asked.successor, nullptr);
     EXPECT_EQ(asked.lost,
@@ -240,16 +242,19 @@ TEST_F(Editing, ValuesThatWereSetStayUnlessTheEditGivesThem) {
 
 TEST_F(Editing, WrongModelsAreRefusedWithTheTextOfACheckAndTheRunGoesOn) {
     const auto refusal = [&](const std::string& text) { return edit(text).refusal; };
-    EXPECT_NE(refusal(with(original, "Gain, K: k", "Gian, K: k")).find("did you mean 'Gain'"), std::string::npos);
+    EXPECT_NE(refusal(with(original, "Gain, K: k", "Gian, K: k")).find("did you mean 'Gain'"),
+              std::string::npos);
     EXPECT_NE(refusal("{").find("model.yaml:1"), std::string::npos);
     EXPECT_NE(refusal("").size(), 0u);
-    EXPECT_EQ(refusal(with(with(original, "step: 0.001", "step: 0.002"), "period: 0.003", "period: 0.004")),
-              "the edited model has a step of 0.002 s, and the program keeps its period of 0.001 s; start it anew");
+    EXPECT_EQ(
+        refusal(with(with(original, "step: 0.001", "step: 0.002"), "period: 0.003", "period: 0.004")),
+        "the edited model has a step of 0.002 s, and the program keeps its period of 0.001 s; start it anew");
     EXPECT_NE(refusal(with(original, "step: 0.001\n", "step: 0.001\nsolver: cvode_bdf\n"))
                   .find("the time of a step is not bounded"),
               std::string::npos);
-    EXPECT_EQ(refusal(with(original, "step: 0.001\n", "step: 0.001\nplugins: [WholeBodyToolbox]\n")),
-              "the program has not loaded the plugin 'WholeBodyToolbox'; start it anew with the edited model");
+    EXPECT_EQ(
+        refusal(with(original, "step: 0.001\n", "step: 0.001\nplugins: [WholeBodyToolbox]\n")),
+        "the program has not loaded the plugin 'WholeBodyToolbox'; start it anew with the edited model");
     EXPECT_TRUE(edits.empty());
     wait_for_steps(5);
     end();
@@ -287,7 +292,8 @@ TEST_F(Editing, OneThatTheLoopDoesNotTakeAnyMoreIsForgotten) {
 
 TEST_F(Editing, ARecordingGoesOnWithWhatIsStillThereAndItsReplayEndsAtTheEdit) {
     wait_for_steps(20);
-    const std::string other = with(with(more, "  slow: {block: DiscreteIntegrator, period: 0.003}\n", ""), "slow, ", "");
+    const std::string other =
+        with(with(more, "  slow: {block: DiscreteIntegrator, period: 0.003}\n", ""), "slow, ", "");
     edit(Edit{.text = other, .accepts_loss = true});
     wait_for_steps(20);
     end();
@@ -348,8 +354,8 @@ TEST_F(Editing, ViewersThatAreNotOursEditAndAreTold) {
     runner->add_observer(server);
     std::atomic<int> code{-1};
     std::thread viewer([&] {
-        code = std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/library/test/check_edits.py '" + server.address() +
-                            server.token() + "' '" + file.string() + "'")
+        code = std::system((BF_PYTHON " " BF_SOURCE_DIRECTORY "/library/test/check_edits.py '" +
+                            server.address() + server.token() + "' '" + file.string() + "'")
                                .c_str());
     });
     runner->run(1e9, [&](const auto&) { return code < 0; });

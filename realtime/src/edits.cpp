@@ -43,8 +43,7 @@ void Server::State::Edits::ask(const Json& request, Asked asked) {
     for (const auto& [path, before] : field<std::map<std::string, Json>>(request, "origins")) {
         if (!before.is_null() && !before.is_string())
             throw ClientError("the field 'origins' has a path or null for each path");
-        asked.edit.origins[path] =
-            before.is_null() ? std::nullopt : std::optional(before.get<std::string>());
+        asked.edit.origins[path] = before.is_null() ? std::nullopt : std::optional(before.get<std::string>());
     }
     asked.edit.is_by_hand = field<bool>(request, "is_by_hand");
     asked.edit.accepts_loss = field<bool>(request, "accepts_loss");
@@ -145,12 +144,12 @@ void Server::State::Edits::answer(bool is_made) {
     const auto session = asked_.session.lock();
     if (!session) return;
     session->answer({false, asked_.head + to_text(Json{{"success", true},
-                                                   {"is_made", is_made},
-                                                   {"refusal", edited_.refusal},
-                                                   {"lost", edited_.lost},
-                                                   {"begun", edited_.begun},
-                                                   {"unclear", edited_.unclear},
-                                                   {"edits", count()}})});
+                                                       {"is_made", is_made},
+                                                       {"refusal", edited_.refusal},
+                                                       {"lost", edited_.lost},
+                                                       {"begun", edited_.begun},
+                                                       {"unclear", edited_.unclear},
+                                                       {"edits", count()}})});
 }
 
 } // namespace bf::realtime

@@ -196,8 +196,7 @@ void Runner::loop(std::int64_t steps) {
         const int priority = options_.thread.priority > 0 ? std::min(options_.thread.priority + 1, 99) : 0;
         watchdog.emplace(options_.watchdog, emergency_limit(pacer_.statistics().period), priority, control_,
                          [&] {
-                             if (options_.on_stall)
-                                 options_.on_stall(steps_.load(), relay_->block());
+                             if (options_.on_stall) options_.on_stall(steps_.load(), relay_->block());
                          });
     }
     while (control_.state() == Control::State::waiting) {

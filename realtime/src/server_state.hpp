@@ -50,8 +50,8 @@ template <class T> T field(const Json& json, const char* name) {
     try {
         return at->get<T>();
     } catch (const Json::exception&) {
-        throw ClientError("the field '" + std::string(name) + "' is of the wrong type: " +
-                          to_text(*at).substr(0, 200));
+        throw ClientError("the field '" + std::string(name) +
+                          "' is of the wrong type: " + to_text(*at).substr(0, 200));
     }
 }
 
@@ -139,10 +139,10 @@ struct Server::State {
     Run* run;
     const LoopAccess loop;
     ServerOptions options;
-    std::vector<Quantity> tuned;  ///< parameters
-    std::deque<Channel> channels; // holds atomics: does not move them
+    std::vector<Quantity> tuned;                   ///< parameters
+    std::deque<Channel> channels;                  // holds atomics: does not move them
     std::map<std::string, std::uint32_t> by_topic; ///< numbers of channels
-    std::vector<std::string> names;    ///< of variables and parameters, in document order
+    std::vector<std::string> names;                ///< of variables and parameters, in document order
     std::map<std::string, Parameter> parameters;
     SampleRing ring;
     std::atomic<std::uint64_t> lost_messages{0}, changes{0};
@@ -173,8 +173,8 @@ struct Server::State {
     std::thread thread;
 };
 
-/// Edits of the model of the run, one at a time. All is used in the server's thread; what takes time is done in
-/// another one.
+/// Edits of the model of the run, one at a time. All is used in the server's thread; what takes time is done
+/// in another one.
 class Server::State::Edits {
   public:
     explicit Edits(State& state) : state_(state) {}

@@ -69,11 +69,11 @@ Recorder::Recorder(const Run& run, const std::vector<Quantity>& signals, const s
 
 void Recorder::attach(const std::string& prefix, const ModelSource& source) {
     for (const auto& [path, text] : source.texts)
-        writer_.add_attachment(prefix + (path == source.file
-                                             ? "model"
-                                             : "model/" + path.lexically_relative(source.file.parent_path())
-                                                              .generic_string()),
-                               "application/yaml", text);
+        writer_.add_attachment(
+            prefix + (path == source.file
+                          ? "model"
+                          : "model/" + path.lexically_relative(source.file.parent_path()).generic_string()),
+            "application/yaml", text);
 }
 
 void Recorder::observe(const Run& run) noexcept { append(run, samples_); }

@@ -124,12 +124,14 @@ void Replay::read_changes() {
 void Replay::find_edit() {
     for (const auto& [name, edit] : recording_.metadata) {
         if (!name.starts_with(edit_prefix)) continue;
-        const double time = static_cast<double>(number<std::int64_t>(text_of(edit, "step"), name)) * run_.period();
+        const double time =
+            static_cast<double>(number<std::int64_t>(text_of(edit, "step"), name)) * run_.period();
         edited_ = std::min(edited_.value_or(time), time);
     }
     if (!edited_) return;
     const double last = std::round((*edited_ - run_.period()) * 1e9); // of the step before
-    if (!(last >= 0)) throw RunError("the model was edited before the first step, so nothing can be compared");
+    if (!(last >= 0))
+        throw RunError("the model was edited before the first step, so nothing can be compared");
     if (last < static_cast<double>(end_ns_)) end_ns_ = static_cast<std::int64_t>(last);
 }
 

@@ -84,9 +84,10 @@ void execute(const ReplayOptions& options) {
     std::printf("identical: %s, from %s s to %s s\n", sentence(replay).c_str(), number(begin).c_str(),
                 number(std::min(end, until)).c_str());
     if (const auto edited = replay.edited(); edited && until == replay.end())
-        std::printf("  the model was edited while it ran, at %s s: what the recording has from there on was not "
-                    "compared\n",
-                    number(*edited).c_str());
+        std::printf(
+            "  the model was edited while it ran, at %s s: what the recording has from there on was not "
+            "compared\n",
+            number(*edited).c_str());
     if (!failure.empty()) std::printf("  and it fails as the recorded run did: %s\n", failure.c_str());
 }
 

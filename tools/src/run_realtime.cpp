@@ -72,8 +72,7 @@ void RealtimeOptions::add_to(CLI::App& app) {
 }
 
 RunResult run_realtime(Run& run, const RealtimeOptions& options, SimulationEditing* editing,
-                       Recorder* recorder,
-                       std::function<void()> before_step,
+                       Recorder* recorder, std::function<void()> before_step,
                        const std::function<bool(const std::string& progress)>& go_on,
                        const std::function<void(const RunResult&)>& on_stall) {
     const std::string name = run.name();

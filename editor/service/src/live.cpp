@@ -257,7 +257,8 @@ struct Live::Connection {
             for (const auto& number : json.value("channelIds", std::vector<std::uint32_t>())) {
                 subscribed.erase(number);
                 if (const auto gone = channels.extract(number))
-                    std::erase_if(infos, [&](const auto& info) { return info.index == gone.mapped().second; });
+                    std::erase_if(infos,
+                                  [&](const auto& info) { return info.index == gone.mapped().second; });
             }
         } else if (op == "advertiseServices") {
             for (const auto& service : json.value("services", Json::array()))
@@ -373,7 +374,8 @@ struct Live::Connection {
     using Then = std::function<void(std::optional<RunEdit>)>;
 
     void hear_edit(const std::string& message, const Then& then) {
-        const Json json = Json::parse(message.substr(std::min(message.find('{'), message.size())), nullptr, false);
+        const Json json =
+            Json::parse(message.substr(std::min(message.find('{'), message.size())), nullptr, false);
         if (!json.is_object()) return then(RunEdit{"the program does not say what became of the edit"});
         const std::vector<std::string> none;
         edits = json.value("edits", edits);
@@ -460,7 +462,8 @@ struct Live::Connection {
         write();
     }
 
-    /// Opcode 2, the numbers of the service and of the call, the length of the encoding's name, that name, JSON.
+    /// Opcode 2, the numbers of the service and of the call, the length of the encoding's name, that name,
+    /// JSON.
     static std::string request(std::uint32_t service, std::uint32_t call, const Json& json) {
         constexpr std::string_view encoding = "json";
         std::string bytes(1, '\2');

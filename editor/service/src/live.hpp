@@ -35,8 +35,8 @@ class Live {
     void tune(const Tune& tune, int page);
     void command(Action action, int page); ///< start, stop or emergency stop
     void watch(std::vector<int> signals);  ///< by index
-    /// Sends an edit, which `what` names. `then` is called in a thread of its own with what would be lost or why
-    /// it cannot be; nothing: the program runs that model.
+    /// Sends an edit, which `what` names. `then` is called in a thread of its own with what would be lost or
+    /// why it cannot be; nothing: the program runs that model.
     void edit(const realtime::Edit& edit, const std::string& what, int page,
               std::function<void(std::optional<RunEdit>)> then);
 

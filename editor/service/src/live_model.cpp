@@ -43,6 +43,10 @@ void LiveModel::consider(Newest newest) {
     if (newest_.revision != there_ && !on_the_way_) send(false);
 }
 
+void LiveModel::require_control() const {
+    if (const std::string why = live_.state().live->refusal; !why.empty()) throw std::runtime_error(why);
+}
+
 void LiveModel::adopt(int page) {
     if (!waits_ || !waits_->refusal.empty() || on_the_way_)
         throw std::runtime_error("no edit waits to go on in the program");

@@ -13,8 +13,8 @@
 
 namespace bf::service {
 
-/// The document beside a program that is attached: what the program has otherwise, and edits that go on in it.
-/// One thread.
+/// The document beside a program that is attached: what the program has otherwise, and edits that go on in
+/// it. One thread.
 class LiveModel {
   public:
     /// A model as the document has become.
@@ -33,6 +33,8 @@ class LiveModel {
 
     /// The document is right. It goes on in the program, unless that would lose something.
     void consider(Newest newest);
+    /// Throws std::runtime_error where the program lets nobody change anything.
+    void require_control() const;
     /// It goes on all the same. Throws std::runtime_error where none waits.
     void adopt(int page);
     /// What the program tells of its run, with what waits; of its values those that the model has otherwise.

@@ -84,26 +84,26 @@ struct Service::State {
 
     void check() {
         checked_revision = -1;
-        checker.check(project->as_read(), {project->file(), project->texts(), {}},
-                      [this, revision = project->revision(), of = project.get(),
-                       alive = std::weak_ptr<bool>(alive)](std::shared_ptr<const ExaminedModel> found) {
-                          options.post([this, revision, of, alive, found = std::move(found)] {
-                              if (alive.expired() || of != project.get()) return;
-                              examined = found;
-                              if (shown && found->diagnostics.empty()) {
-                                  shown->name_signals(found->diagram);
-                                  options.tell(notification("run", to_json(shown->state())));
-                              }
-                              examined_revision = revision;
-                              if (revision == project->revision()) checked_revision = revision;
-                              tell_changed();
-                              if (live_model && checked_revision == revision && found->diagnostics.empty())
-                                  live_model->consider(
-                                      {found, revision, last_edit, last_page, project->moves()});
-                              if (playback && checked_revision == revision && found->diagnostics.empty())
-                                  playback->edit(found, revision, last_edit, project->moves());
-                          });
-                      });
+        checker.check(
+            project->as_read(), {project->file(), project->texts(), {}},
+            [this, revision = project->revision(), of = project.get(),
+             alive = std::weak_ptr<bool>(alive)](std::shared_ptr<const ExaminedModel> found) {
+                options.post([this, revision, of, alive, found = std::move(found)] {
+                    if (alive.expired() || of != project.get()) return;
+                    examined = found;
+                    if (shown && found->diagnostics.empty()) {
+                        shown->name_signals(found->diagram);
+                        options.tell(notification("run", to_json(shown->state())));
+                    }
+                    examined_revision = revision;
+                    if (revision == project->revision()) checked_revision = revision;
+                    tell_changed();
+                    if (live_model && checked_revision == revision && found->diagnostics.empty())
+                        live_model->consider({found, revision, last_edit, last_page, project->moves()});
+                    if (playback && checked_revision == revision && found->diagnostics.empty())
+                        playback->edit(found, revision, last_edit, project->moves());
+                });
+            });
     }
 
     DocumentState document() const {
@@ -461,17 +461,12 @@ struct Service::State {
     void tell_live(const RunState& state) {
         options.tell(notification("run", to_json(live_model->seen(state, project->revision()))));
     }
-    /// Throws Refusal where the program lets nobody change anything.
-    void require_control() const {
-        if (const std::string why = live->state().live->refusal; !why.empty()) throw Refusal(why);
-    }
-
     RunState run(int page, const RunCommand& asked) {
         if (live) {
             if (asked.action != Action::start && asked.action != Action::stop &&
                 asked.action != Action::emergency_stop && asked.action != Action::adopt)
                 throw Refusal("the run is another program's: it cannot be moved in time");
-            require_control();
+            live_model->require_control();
             if (asked.action == Action::adopt)
                 live_model->adopt(page);
             else
@@ -552,7 +547,7 @@ struct Service::State {
 
     RunState tune(int page, const Tune& asked) {
         if (live) {
-            require_control();
+            live_model->require_control();
             live->tune(asked, page);
             return run_state();
         }

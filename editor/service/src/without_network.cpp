@@ -16,8 +16,8 @@ Live::~Live() = default;
 void Live::tune(const Tune&, int) {}
 void Live::command(Action, int) {}
 void Live::watch(std::vector<int>) {}
-void Live::edit(const realtime::Edit&, const std::string&, int,
-                std::function<void(std::optional<RunEdit>)>) {}
+void Live::edit(const realtime::Edit&, const std::string&, int, std::function<void(std::optional<RunEdit>)>) {
+}
 int Live::advertised() const { return 0; }
 RunState Live::state() const { return {}; }
 LiveReport Live::report() const { return {}; }

@@ -23,7 +23,8 @@ constexpr const char* text = "model: served\n"
 /// Runs the model against the clock and serves it, until it is destroyed.
 class EditedProgram {
   public:
-    explicit EditedProgram(const std::filesystem::path& file, bool is_controlled = true, bool is_editable = true)
+    explicit EditedProgram(const std::filesystem::path& file, bool is_controlled = true,
+                           bool is_editable = true)
         : model_(load(file)), run_(model_.diagram), editing_(model_, run_), runner_(run_, options()),
           server_(std::in_place, run_, run_.signals(), runner_.access(),
                   realtime::ServerOptions{.where = "0",
@@ -74,7 +75,8 @@ class LiveEdit : public AskingTest {
     void attach(const EditedProgram& program) {
         open("served.yaml", {}, {}, program.address());
         wait_for([](const Json& n) { return n["method"] == "run" && n["params"]["state"] == "running"; });
-        checked();
+        while (!result("hello", {{"protocol", protocol_version}})["document"]["is_checked"].get<bool>())
+            wait_for([first = told.size(), this](const Json&) { return told.size() > first; });
     }
     /// The run once it is one of the document, or an edit waits.
     Json edit(const Json& operation) {
@@ -84,20 +86,18 @@ class LiveEdit : public AskingTest {
     }
     Json settled() {
         wait_for([&](const Json& n) {
-            return n["method"] == "run" && (n["params"]["is_current"] == true || !n["params"]["edit"].is_null());
+            return n["method"] == "run" &&
+                   (n["params"]["is_current"] == true || !n["params"]["edit"].is_null());
         });
         return told.back()["params"];
     }
     static Json gain(const char* value) {
         return {{"do", "set"}, {"path", "control"}, {"name", "K"}, {"value", value}};
     }
-    static Json removal() {
-        return {{"do", "batch"},
-                {"operations", {{{"do", "remove"}, {"path", "plant"}}}}};
-    }
     std::set<std::string> paths() {
         std::set<std::string> all;
-        for (const auto& signal : result("signals")["signals"]) all.insert(signal["path"].get<std::string>());
+        const Json found = result("signals");
+        for (const auto& signal : found["signals"]) all.insert(signal["path"].get<std::string>());
         return all;
     }
 };
@@ -108,13 +108,16 @@ TEST_F(LiveEdit, AGainAndABlockGoOnInTheRunOfTheProgram) {
     EXPECT_EQ(result("hello", {{"protocol", protocol_version}})["run"]["live"]["edit_refusal"], "");
     Json run = edit(gain("2"));
     EXPECT_EQ(run["is_current"], true) << run;
-    run = edit({{"do", "add"}, {"system", ""}, {"block", {{"name", "twice"}, {"type", "Gain"}, {"settings", Json::array()}}}});
-    run = edit({{"do", "connect"}, {"system", ""}, {"from", "plant"}, {"to", "twice"}});
+    const Json block = {{"name", "twice"}, {"type", "Gain"}, {"settings", Json::array()}};
+    run = edit({{"do", "batch"},
+                {"operations",
+                 {{{"do", "add"}, {"system", ""}, {"block", block}},
+                  {{"do", "connect"}, {"system", ""}, {"from", "plant"}, {"to", "twice"}}}}});
     EXPECT_EQ(run["is_current"], true) << run;
     EXPECT_TRUE(paths().contains("twice.y"));
     result("watch", {{"paths", {"twice.y"}}});
-    sent_bytes = 0;
-    wait_for([&](const Json&) { return sent_bytes > 0; });
+    told.clear();
+    wait_for([&](const Json& n) { return n["method"] == "run" && sent_bytes > 0; });
     EXPECT_GT(sent_bytes, 0u);
     EXPECT_NE(program.log().find("page 1 of "), std::string::npos) << program.log();
     EXPECT_NE(program.log().find("edit: "), std::string::npos) << program.log();

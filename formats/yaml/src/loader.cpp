@@ -127,9 +127,7 @@ Model read_file(Loader loader, const path& file) {
 
 model::Model read_yaml(const path& file) { return read_file(Loader(), file); }
 model::Model read_yaml(const path& file, Files& files) { return read_file(Loader(&files), file); }
-model::Model read_yaml_given(const path& file, Files files) {
-    return read_file(Loader(&files, false), file);
-}
+model::Model read_yaml_given(const path& file, Files files) { return read_file(Loader(&files, false), file); }
 
 model::Model read_yaml_text(std::string_view text, const std::string& name) {
     Loader loader;

@@ -26,12 +26,12 @@ Handover handover(const Simulation& from, const Simulation& to, const Origin& or
 /// does not count.
 bool is_same_run(const Diagram& a, const Diagram& b);
 
-/// Values that were set in a run of the first diagram and hold in one of the second, too, under the names that
-/// they have there: of variables and parameters of which both models say the same. `path_since`: the path in
-/// the second diagram of what has this one in the first; none: it is gone.
-std::vector<ParameterValue>
-still_asked(const Diagram& from, const Diagram& to, const std::vector<ParameterValue>& asked,
-            const std::function<std::optional<std::string>(const std::string&)>& path_since);
+/// Values that were set in a run of the first diagram and hold in one of the second, too, under the names
+/// that they have there: of variables and parameters of which both models say the same. `path_since`: the
+/// path in the second diagram of what has this one in the first; none: it is gone.
+std::vector<ParameterValue> still_asked(
+    const Diagram& from, const Diagram& to, const std::vector<ParameterValue>& asked,
+    const std::function<std::optional<std::string>(const std::string&)>& path_since);
 
 /// Sets such values in a run between two steps, one after the other, as far as it takes them, and returns
 /// those.

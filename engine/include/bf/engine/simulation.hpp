@@ -61,10 +61,11 @@ class Simulation final : public Run {
     /// Allocates everything a run needs. The diagram must outlive the simulation.
     explicit Simulation(const Diagram& diagram);
     /// One that is to take the place of another one, of the same step, which goes on stepping in its thread
-    /// meanwhile: it is made and started beside it. Blocks that are the same in both (their paths, see Origin,
-    /// types and arguments) are neither started anew nor open anything again: when the place is taken they go
-    /// on with the live objects of the other one, whose diagram must live as long. No parameter of the other
-    /// one may change before. Throws RunError with all blocks that keep something open and are not the same.
+    /// meanwhile: it is made and started beside it. Blocks that are the same in both (their paths, see
+    /// Origin, types and arguments) are neither started anew nor open anything again: when the place is taken
+    /// they go on with the live objects of the other one, whose diagram must live as long. No parameter of
+    /// the other one may change before. Throws RunError with all blocks that keep something open and are not
+    /// the same.
     Simulation(const Diagram& diagram, Simulation& before, const Origin& origin = {});
     ~Simulation() override;
 

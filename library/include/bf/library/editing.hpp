@@ -11,8 +11,8 @@
 namespace bf {
 
 /// Makes simulations of the models that viewers send, each of which goes on where the one before is (see
-/// Simulation::take_over). An edited model keeps the step of the run, and has no other plugins than the one that
-/// the program began with; changes by name that the program was started with hold for it, too.
+/// Simulation::take_over). An edited model keeps the step of the run, and has no other plugins than the one
+/// that the program began with; changes by name that the program was started with hold for it, too.
 class SimulationEditing final : public realtime::Editing {
   public:
     /// Makes what sees the steps of a simulation, besides the server; may give nothing.

@@ -34,7 +34,8 @@ std::string emergency_in(const std::vector<LogEntry>& log);
 struct Edit {
     std::string text = {};                         ///< of the model
     std::map<std::string, std::string> files = {}; ///< of models that it refers to, by paths from its folder
-    /// By the path of a block or subsystem the one that it had in the run; none: it is new. Others kept theirs.
+    /// By the path of a block or subsystem the one that it had in the run; none: it is new. Others kept
+    /// theirs.
     std::map<std::string, std::optional<std::string>> origins = {};
     bool is_by_hand = false;   ///< was it written by hand, so that nothing is known of names that changed?
     bool is_late = false;      ///< has somebody else edited the run meanwhile?
@@ -43,16 +44,17 @@ struct Edit {
 
 /// What would become of a run by an edit.
 struct Edited {
-    std::string refusal = {};              ///< why it cannot be
-    std::vector<std::string> lost = {};    ///< states that cannot be taken over, with the reason
-    std::vector<std::string> begun = {};   ///< states that begin with their initial values
-    std::vector<std::string> unclear = {}; ///< whose states these are, and what is taken for true
-    Successor* successor = nullptr;        ///< where the edit is to be made
+    std::string refusal = {};                   ///< why it cannot be
+    std::vector<std::string> lost = {};         ///< states that cannot be taken over, with the reason
+    std::vector<std::string> begun = {};        ///< states that begin with their initial values
+    std::vector<std::string> unclear = {};      ///< whose states these are, and what is taken for true
+    Successor* successor = nullptr;             ///< where the edit is to be made
     std::vector<Run::Observer*> observers = {}; ///< that see its steps, besides the server
     std::vector<ParameterValue> asked = {};     ///< values of before that hold in it
 };
 
-/// Whoever knows how to edit the model of a run. Both are called in a thread beside server and loop, in turns.
+/// Whoever knows how to edit the model of a run. Both are called in a thread beside server and loop, in
+/// turns.
 class Editing {
   public:
     virtual ~Editing() = default;
@@ -103,9 +105,9 @@ inline constexpr const char *start_service = "start", *stop_service = "stop",
                             *emergency_service = "emergency_stop";
 /// Service that edits the model of the run, which goes on with it between two steps: {"who", "what": names
 /// the edit, "after": how many edits the viewer knows of, "model": text, "files": {PATH: text}, "origins":
-/// {PATH: PATH or null}, "is_by_hand", "accepts_loss"}, see Edit. PATHs of files are relative to the model's folder.
-/// The answer: {"success": true, "is_made", "refusal", "lost", "begun", "unclear", "edits": how many there were},
-/// see Edited. No file is opened whose name it gives.
+/// {PATH: PATH or null}, "is_by_hand", "accepts_loss"}, see Edit. PATHs of files are relative to the model's
+/// folder. The answer: {"success": true, "is_made", "refusal", "lost", "begun", "unclear", "edits": how many
+/// there were}, see Edited. No file is opened whose name it gives.
 inline constexpr const char* edit_service = "edit";
 /// In the server's metadata, where viewers may change nothing: why.
 inline constexpr const char* refusal_key = "read only";

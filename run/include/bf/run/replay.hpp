@@ -37,8 +37,9 @@ class Replay final : public Run::Observer {
     std::size_t signals() const { return compared_.size(); }
     std::size_t played_back() const { return played_.size(); } ///< signals taken from the recording
     std::int64_t missing() const { return missing_; }          ///< samples that the recording lacks
-    double end() const; ///< of the last sample that is compared [s]
-    /// The time from which on the recording is one of an edited model, which is not run again; none: it is not.
+    double end() const;                                        ///< of the last sample that is compared [s]
+    /// The time from which on the recording is one of an edited model, which is not run again; none: it is
+    /// not.
     std::optional<double> edited() const { return edited_; }
 
     void observe(const Run& run) noexcept override;
@@ -58,7 +59,7 @@ class Replay final : public Run::Observer {
     std::int64_t time_ns() const;
     void check_times() const;
     void read_changes();
-    void find_edit(); ///< after which nothing is compared
+    void find_edit();   ///< after which nothing is compared
     void make_change(); ///< the next one
     void compare(Track& track, bool is_hit);
     void report_missing(const Track& track);

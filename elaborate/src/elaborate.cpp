@@ -46,6 +46,22 @@ std::vector<model::Diagnostic> Report::take() {
 
 } // namespace elaboration
 
+std::set<std::filesystem::path> named_files(const Arguments& arguments) {
+    std::set<std::filesystem::path> files;
+    const auto add = [&](const std::string& text) {
+        std::error_code ignored;
+        const auto file = (std::filesystem::path(arguments.folder) / text).lexically_normal();
+        const auto status = std::filesystem::status(file, ignored);
+        if (!text.empty() && std::filesystem::exists(status) && !std::filesystem::is_directory(status))
+            files.insert(file);
+    };
+    for (const auto& [name, value] : arguments) {
+        if (value.kind == Value::Kind::text) add(value.text);
+        for (const auto& text : value.texts) add(text);
+    }
+    return files;
+}
+
 Examined examine(const model::Model& model, Registry& registry, const ElaborateOptions& options) {
     elaboration::Elaboration e{model, registry, options};
     try {

@@ -457,6 +457,14 @@ class Flattener {
                                       }) == arguments.end()) // half of it, which an int holds
                 arguments.emplace_back(argument.name, static_cast<double>(number_of_name(path) / 2));
 
+        if (e_.options.files)
+            for (const auto& file : named_files(arguments))
+                if (!e_.options.files->contains(file)) {
+                    e_.report.add(block.where, path, "it names a file that the program does not use",
+                                  "start the program anew with this model");
+                    return;
+                }
+
         DiagramNode node;
         try {
             node.block = type->make(arguments);

@@ -107,7 +107,9 @@ Edited SimulationEditing::compared(const Edit& edit, const std::vector<Parameter
         if (!known.contains(plugin))
             throw RunError("the program has not loaded the plugin '" + plugin +
                            "'; start it anew with the edited model");
-    const auto loaded = std::make_shared<const ExaminedModel>(examine(model, std::move(source)));
+    std::set<std::filesystem::path> files; // that the program uses
+    for (const auto& node : model_->diagram.nodes) files.merge(named_files(node.arguments));
+    const auto loaded = std::make_shared<const ExaminedModel>(examine(model, std::move(source), &files));
     if (!loaded->diagnostics.empty()) throw RunError(text_of(loaded->diagnostics));
     const Diagram &from = model_->diagram, &to = loaded->diagram;
     if (is_same_run(from, to)) return {};

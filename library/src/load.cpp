@@ -121,12 +121,12 @@ ExaminedModel examine(const model::Model& model, const fs::path& file,
     return examine(source_of(model, file), file, overrides);
 }
 
-ExaminedModel examine(const model::Model& model, ModelSource source) {
+ExaminedModel examine(const model::Model& model, ModelSource source, const std::set<fs::path>* files) {
     ExaminedModel found{{make_registry(), std::move(source), {}}, {}};
     std::vector<Override> overrides;
     for (const auto& [name, text] : found.source.overrides) overrides.push_back({name, text, {}});
     Examined elaborated =
-        examine(model, *found.registry, {overrides, found.source.file.parent_path().string()});
+        examine(model, *found.registry, {overrides, found.source.file.parent_path().string(), files});
     found.diagram = std::move(elaborated.diagram);
     found.diagnostics = std::move(elaborated.diagnostics);
     return found;

@@ -17,7 +17,7 @@ PROTOCOL = "foxglove.websocket.v1"
 
 class Viewer:
     async def __aenter__(self):
-        self.socket = await websockets.connect(ADDRESS, subprotocols=[PROTOCOL], max_size=None)
+        self.socket = await websockets.connect(ADDRESS, subprotocols=[PROTOCOL], max_size=None, close_timeout=1)
         self.info = await self.until(lambda m: m.get("op") == "serverInfo")
         self.channels = {}
         await self.until(lambda m: m.get("op") == "advertise")

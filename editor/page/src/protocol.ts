@@ -321,6 +321,8 @@ export interface LiveProgram {
   name: string;
   /** why it can be watched alone; empty: it can be tuned, started and stopped */
   refusal: string;
+  /** Why edits change the file alone; empty: the run goes on with the edited model. */
+  edit_refusal: string;
   /** why there is no connection: how the program ended, where that is known */
   message: string;
 }

@@ -3,6 +3,8 @@
 
 #include "bf/elaborate/diagram.hpp"
 
+#include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,7 +22,12 @@ struct ElaborateOptions {
     /// Folder that relative file names in arguments refer to; the registry's blocks read it as
     /// `model_folder`.
     std::string folder;
+    /// The only files that arguments may name (see named_files), of a model that somebody sends; null: any.
+    const std::set<std::filesystem::path>* files = nullptr;
 };
+
+/// Files, no folders, that texts among the arguments name, where there are such.
+std::set<std::filesystem::path> named_files(const Arguments& arguments);
 
 /// What elaboration finds out about a model, right or wrong.
 struct Examined {

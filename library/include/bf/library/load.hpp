@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <vector>
 
 namespace bf {
@@ -53,7 +54,9 @@ ExaminedModel examine(const model::Model& model, const std::filesystem::path& fi
 
 /// The same for a model that was read from these texts, with the models of all files that it refers to, and
 /// is changed as the source says.
-ExaminedModel examine(const model::Model& model, ModelSource source);
+/// `files`: the only ones that arguments may name; null: any.
+ExaminedModel examine(const model::Model& model, ModelSource source,
+                      const std::set<std::filesystem::path>* files = nullptr);
 
 /// The changes that a YAML file of names and expressions makes: Gain: {Kp: 1} changes Gain.Kp. Throws
 /// model::Errors, FileError.

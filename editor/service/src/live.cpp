@@ -341,9 +341,10 @@ struct Live::Connection {
 
     void hear_timing(const std::string& text) {
         Timing timing;
-        const Json json = Json::parse(text);
-        from_json(json, timing);
+        Json json = Json::parse(text);
         edits = json.value("edits", edits);
+        json.erase("edits"); // which is no timing
+        from_json(json, timing);
         {
             const std::lock_guard lock(mutex);
             report.timing = std::move(timing);

@@ -62,7 +62,9 @@ std::vector<ParameterValue> still_asked(
     std::vector<ParameterValue> still;
     for (ParameterValue value : asked) {
         const std::string text = given(from, value.path);
-        if (const auto path = path_since(value.path); path && !given(to, *path).empty()) value.path = *path;
+        const auto path = path_since(value.path);
+        if (!path && from.find_parameter(value.path).node >= 0) continue; // its block is gone
+        if (path && !given(to, *path).empty()) value.path = *path;
         if (!text.empty() && text == given(to, value.path)) still.push_back(std::move(value));
     }
     return still;

@@ -48,17 +48,22 @@ Origin origin_of(const Edit& edit) {
     };
 }
 
-/// What became of a path, of a block or of what is in one.
+/// What became of a path, of a block or of what is in one; none: it is gone, though another may have its
+/// name.
 std::optional<std::string> path_since(const Edit& edit, const std::string& path) {
-    std::string found = path;
+    const auto is_in = [&](const std::string& block) {
+        return path.starts_with(block) && (path.size() == block.size() || path[block.size()] == '.');
+    };
+    std::optional<std::string> found;
     std::size_t longest = 0;
-    for (const auto& [now, before] : edit.origins)
-        if (before && before->size() >= longest && path.starts_with(*before) &&
-            (path.size() == before->size() || path[before->size()] == '.')) {
-            longest = before->size();
-            found = now + path.substr(longest);
-        }
-    return found;
+    bool is_other = false; // has what bears the name another origin?
+    for (const auto& [now, before] : edit.origins) {
+        is_other = is_other || is_in(now);
+        if (!before || before->size() < longest || !is_in(*before)) continue;
+        longest = before->size();
+        found = now + path.substr(longest);
+    }
+    return found || is_other ? found : path;
 }
 
 std::string text_of(const std::vector<model::Diagnostic>& diagnostics) {

@@ -265,6 +265,21 @@ TEST_F(Editing, ValuesThatWereSetStayUnlessTheEditGivesThem) {
     EXPECT_EQ(values, simulated());
 }
 
+TEST_F(Editing, ValuesOfABlockThatIsGoneDoNotGoToAnotherOneOfItsName) {
+    // What was called fast is called late, and one that was not there before is called fast.
+    const std::string both = with(with(original, "  fast:", "  late: {block: DiscreteIntegrator}\n  fast:"),
+                                  "fast, ", "late, fast, ");
+    const std::vector<ParameterValue> asked{{"fast.gain", {3}}};
+    const auto found =
+        edit(Edit{.text = both, .origins = {{"late", "fast"}, {"fast", {}}}, .accepts_loss = true}, asked);
+    ASSERT_EQ(found.asked.size(), 1u) << found.refusal;
+    EXPECT_EQ(found.asked[0].path, "late.gain");
+    const auto replaced =
+        edit(Edit{.text = original, .origins = {{"fast", {}}}, .accepts_loss = true}, asked);
+    EXPECT_NE(replaced.successor, nullptr) << replaced.refusal;
+    EXPECT_TRUE(replaced.asked.empty());
+}
+
 TEST_F(Editing, WrongModelsAreRefusedWithTheTextOfACheckAndTheRunGoesOn) {
     const auto refusal = [&](const std::string& text) { return edit(text).refusal; };
     EXPECT_NE(refusal(with(original, "Gain, K: k", "Gian, K: k")).find("did you mean 'Gain'"),

@@ -102,5 +102,15 @@ TEST(Profile, TraceHoldsTheLastCallsInOrder) {
     EXPECT_NE(text.str().find(R"("name":"0.5 s")"), std::string::npos);
 }
 
+TEST(Profile, TraceIsJsonWhateverBlocksAreCalled) {
+    Session run("model: m\nstep: 0.1\nblocks:\n  'the \"left\" \\ hip': {block: Sine, period: 0.1}\n");
+    const Profiler profiler(*run.simulation, 8);
+    run.trace("the \"left\" \\ hip", 1);
+    std::ostringstream text;
+    profiler.write_trace(text);
+    EXPECT_NE(text.str().find(R"({"name":"the \"left\" \\ hip","cat":"output",)"), std::string::npos)
+        << text.str();
+}
+
 } // namespace
 } // namespace bf::test

@@ -88,6 +88,8 @@ TEST(SnapshotFile, OfAnotherModelIsRefusedByName) {
     const auto file = make_snapshot(*one.simulation);
     EXPECT_EQ(refusal("model: other\nstep: 1\nblocks:\n  c: {block: Clock}\n", file),
               "the snapshot 's.bin' belongs to the model 'm', not to 'other'");
+    EXPECT_EQ(refusal("model: a\nstep: 1\nblocks:\n  c: {block: Clock}\n", file),
+              "the snapshot 's.bin' belongs to the model 'm', not to 'a'");
     for (const auto& [from, to] : {std::pair{"period: 0.3", "period: 0.2"},
                                    {"[3 5]", "[3 5 6]"},
                                    {"fast:", "quick:"},

@@ -393,6 +393,22 @@ TEST(Parameters, OfWhichOneMustBeAtLeastAnotherAreJudgedTogether) {
     EXPECT_EQ(run.trace("s", 1), Values{-4});
 }
 
+/// The first of its quantities is what another one must reach.
+struct Band final : Block {
+    using Block::Block;
+    Parameter<double> low{this, "low", {.initial = {1}}};
+    Parameter<double> high{this, "high", {.initial = {2}, .at_least = low.index()}};
+};
+
+TEST(Parameters, MustReachAnotherOneWhereverThatStands) {
+    Library library("");
+    library.group("test").add<Band>("Band", "");
+    Session run("model: m\nstep: 1\nblocks:\n  b: {block: Band}\n", &library);
+    EXPECT_THROW(run.simulation->set_parameter("b.high", {0.5}), RunError);
+    EXPECT_THROW(run.simulation->set_parameter("b.low", {2.5}), RunError);
+    run.simulation->set_parameter("b.low", {2});
+}
+
 TEST(Parameters, ChangeAllOrNone) {
     Session run("model: m\nstep: 1\nblocks:\n  a: {block: Constant, value: 1}\n  b: {block: Constant, value: "
                 "[1, 2]}\n");

@@ -222,6 +222,57 @@ connections: {u: s.u}
 )");
 }
 
+TEST(Program, LoopsAroundALoopLookAnewForItsTriggersAndTellWhatRanInAny) {
+    const std::string text = program_of(R"(inputs: [u]
+blocks:
+  aside: {execution: triggered, inputs: [u], blocks: {d: {block: UnitDelay}}, connections: {u: d}}
+  o:
+    execution: for
+    iterations: 2
+    inputs: [u]
+    blocks:
+      i:
+        execution: for
+        iterations: 3
+        inputs: [u]
+        blocks:
+          k: {block: Iteration}
+          part: {execution: triggered, inputs: [u], blocks: {d: {block: UnitDelay}}, connections: {u: d}}
+        connections: {u: part.u, k: part.trigger}
+    connections: {u: i.u}
+connections: {u: [o.u, aside.u, aside.trigger]}
+)");
+    EXPECT_EQ(section(text, "outputs"), R"(    test aside
+    o.i.part.ran := false
+    repeat 2 times
+        o.i.part.fired := false
+        o.i.part.triggered := false
+        o.i.part.ran := false
+        o.i.k.number := 1
+        repeat 3 times
+            o.i.part.fired := false
+            o.i.part.triggered := false
+            output o.i.k
+            test o.i.part
+            if o.i.part.triggered
+                output o.i.part.d
+            update o.i.k
+            if o.i.part.triggered
+                update o.i.part.d
+            commit o.i.k
+            if o.i.part.triggered
+                commit o.i.part.d
+            if o.i.part.fired
+                o.i.part.ran := true
+        o.i.part.fired := o.i.part.ran
+        if o.i.part.fired
+            o.i.part.ran := true
+    o.i.part.fired := o.i.part.ran
+    if aside.triggered
+        output aside.d
+)") << "each loop has a flag of its own";
+}
+
 TEST(Program, AnswersCrossingsUntilNothingMoreCrosses) {
     const std::string text =
         program_of("blocks:\n  one: {block: Constant, value: 1}\n"

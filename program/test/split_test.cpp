@@ -191,6 +191,26 @@ update at hit(0.2 s):
 )");
 }
 
+TEST(Split, ADelayThatEnablesAFasterSubsystemIsWrittenAtTheFasterPeriod) {
+    const Tasks tasks =
+        tasks_of("blocks:\n  slow: {block: Clock, period: 0.2}\n  wait: {block: UnitDelay, period: 0.2}\n"
+                 "  u: {block: Clock, period: 0.1}\n  part:\n    execution: enabled\n    inputs: [u]\n"
+                 "    outputs: [y]\n    blocks: {g: {block: Gain}}\n    connections: {u: g, g: y}\n"
+                 "connections: {slow: wait, wait: part.enable, u: part.u}\n");
+    EXPECT_EQ(tasks.problems, std::vector<std::string>());
+    EXPECT_EQ(tasks.text.substr(0, tasks.text.find("\n\noutputs at hit(0.2 s)")), R"(hits at hit(0.1 s):
+    count hit(0.2 s) in hit(0.1 s)
+
+outputs at hit(0.1 s):
+    if hit(0.2 s) in hit(0.1 s)
+        output wait
+    output u
+    test part
+    if part.enabled
+        output part.g
+        output part.y)");
+}
+
 TEST(Split, WhatATriggerEndsBelongsToItsTaskAmongManyConditions) {
     std::string model = "blocks:\n  fast: {block: Clock, period: 0.1}\n  slow: {block: Clock, period: 0.2}\n"
                         "  part:\n    execution: triggered\n    inputs: [u]\n    outputs: [y]\n"

@@ -151,6 +151,12 @@ TEST(Reader, LeavesOutChannelsThatSayNotWhatTheyHold) {
         EXPECT_TRUE(recording.channels.empty()) << key;
         EXPECT_CONTAINS(recording.defect, "was not written by BlockFactory and is left out");
     }
+    for (const char first : {'b', 'x'}) {
+        std::string other = file;
+        const std::string wanted("\3\0\0\0cdr", 7);
+        for (std::size_t at = 0; (at = other.find(wanted, at)) != std::string::npos;) other[at + 4] = first;
+        EXPECT_TRUE(parse(other).channels.empty()) << "another encoding";
+    }
 }
 
 TEST(Reader, SurvivesHostileBytes) {

@@ -141,8 +141,8 @@ void LoadedRun::stop() noexcept {
 std::string LoadedRun::failure() const {
     const char* const text = library_->failure(model_);
     if (!text) return {};
-    const std::string block = library_->failed_block(model_);
-    return block.empty() ? text : block + ": " + text;
+    const char* const block = library_->failed_block(model_);
+    return block && *block ? std::string(block) + ": " + text : text;
 }
 
 std::vector<CheckResult> LoadedRun::checks() const {

@@ -145,8 +145,7 @@ void give(Resolution& r, int index, const Value& value) {
 
 std::string outside_limits(const Slot& slot, const std::vector<double>& values, const std::string& path) {
     std::string wrong = outside(slot.limits, values);
-    const bool is_typed = slot.type_known || slot.type_symbol < 0;
-    if (wrong.empty()) wrong = outside(is_typed ? slot.type : Type::float64, values);
+    if (wrong.empty()) wrong = outside(slot.type, values); // double until it is known
     return wrong.empty() ? wrong : "parameter '" + (path.empty() ? slot.name : path) + "' " + wrong;
 }
 
@@ -163,7 +162,7 @@ std::string below_another(const Resolution& r, int parameter) {
 }
 
 std::string outside_remedy(const Slot& slot) {
-    if (slot.type_symbol < 0 || !slot.type_known || slot.type == Type::float64) return {};
+    if (slot.type_symbol < 0 || slot.type == Type::float64) return {}; // not decided by signals
     return std::string("the parameter has the type of its signals, ") + name(slot.type) +
            ": give a value of that type, or convert the signals before the block with a Convert block";
 }

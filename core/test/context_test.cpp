@@ -186,5 +186,44 @@ TEST(Context, StartsAndStopsTheNodeThatItIsAskedFor) {
     EXPECT_EQ(Opened::log, "start 1 start 2 stop 2 stop 1 ");
 }
 
+struct Cache {
+    static constexpr bool is_cache = true;
+};
+struct World {
+    double time = 3;
+    int state_size() const { return 1; }
+    void save(double* to) const { *to = time; }
+    void restore(const double* from) { time = *from; }
+};
+struct Socket {};
+template <class T> struct Holds : Block {
+    OutsideState<T> object{this, [] { return std::make_shared<T>(); }};
+};
+struct Works : Block {
+    Scratch<std::vector<double>> work{this, [] { return std::vector<double>(3); }};
+};
+
+TEST(Context, IsSavedUnlessItHoldsStateOutsideThatCannotBe) {
+    Works works;
+    Holds<Cache> cache;
+    Holds<World> world;
+    Holds<Socket> socket;
+    const auto node = [](Block& block) { return Node{&block, {}, {}, {}, 0}; };
+    Context saved({node(works), node(cache), node(world)});
+    EXPECT_EQ(saved.refuses_snapshot(), -1);
+    EXPECT_EQ(saved.devices(), std::vector<int>());
+    EXPECT_EQ(saved.outside(), std::vector<int>{2});
+    const Context refused({node(works), node(cache), node(world), node(socket)});
+    EXPECT_EQ(refused.refuses_snapshot(), 3);
+    EXPECT_EQ(refused.devices(), std::vector<int>{3});
+    EXPECT_EQ(refused.outside(), (std::vector<int>{2, 3}));
+    auto& time = static_cast<World*>(saved.frame(2).objects[0])->time;
+    std::vector<std::byte> bytes(saved.snapshot_size());
+    saved.save(bytes.data());
+    time = 8;
+    saved.restore(bytes.data());
+    EXPECT_EQ(time, 3);
+}
+
 } // namespace
 } // namespace bf

@@ -227,6 +227,13 @@ TEST(Settle, WhatNothingDecidesIsAScalarOrAsLargeAsItsDefault) {
     EXPECT_EQ(r.slots[static_cast<std::size_t>(block.u.index())].size.text(), "scalar");
     EXPECT_EQ(r.slots[static_cast<std::size_t>(block.y.index())].size.text(), "scalar");
     EXPECT_EQ(r.slots[static_cast<std::size_t>(block.K.index())].size.text(), "[2]");
+    struct Alone : Block {
+        AnyShape own{this};
+        Parameter<> K{this, "K", {.shape = own, .initial = {1, 2}}};
+    };
+    Alone alone;
+    settle_sizes(alone);
+    EXPECT_EQ(alone.resolution().slots[0].size.text(), "[2]") << "the first of all quantities, too";
 }
 
 } // namespace

@@ -413,6 +413,19 @@ TEST(Errors, ValuesOutsideOfTheirLimitsAreRefusedTogether) {
               "m.yaml:5:28: p: parameter 'cycle' must be greater than 0, but is -2");
 }
 
+class Least final : public Block {
+  public:
+    using Block::Block;
+    Parameter<> p{this, "p", {.minimum = 2}};
+};
+
+TEST(Errors, AParameterWithoutAValueIsZeroAndHeldToItsLimits) {
+    Library library("");
+    library.group("test").add<Least>("Least", "");
+    EXPECT_EQ(errors_of("model: m\nstep: 0.1\nblocks:\n  a: {block: Least}\n", {}, &library),
+              "m.yaml:4:3: a: parameter 'p' must be at least 2, but is 0");
+}
+
 TEST(Errors, OfATableOfTransitionsNameTheLineOfTheirRow) {
     const auto at = [](const std::string& transitions) {
         const std::string text = errors_of("model: m\nstep: 0.1\nblocks:\n  c: {block: Constant}\n  m:\n"

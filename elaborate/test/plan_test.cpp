@@ -327,6 +327,27 @@ TEST(Diagram, KeepsTheSettingsAndTheBlocksOfTheModel) {
     EXPECT_TRUE(std::isinf(plain.diagram.stop) && std::isinf(plain.diagram.solver.max_step));
 }
 
+TEST(Diagram, APathOfASubsystemMeansItsOnlyOutputAlsoBesideNamedSignals) {
+    const auto m = elaborate_text(R"(model: m
+step: 1
+blocks:
+  one:
+    outputs: [y]
+    signals: {half: g}
+    blocks: {t: {block: Clock}, g: {block: Gain, K: 0.5}}
+    connections: {t: [y, g]}
+  two:
+    outputs: [y, z]
+    signals: {half: g}
+    blocks: {t: {block: Clock}, g: {block: Gain, K: 0.5}}
+    connections: {t: [y, g], g: z}
+)");
+    const auto& d = m.diagram;
+    EXPECT_EQ(d.end_path(d.find_signal("one")), "one.t.y");
+    EXPECT_EQ(d.end_path(d.find_signal("one.half")), "one.g.y");
+    EXPECT_EQ(d.find_signal("two").node, -1);
+}
+
 TEST(Diagram, FindsNoNodeOfAnotherName) {
     const auto m = elaborate_text("model: m\nstep: 1\nblocks: {t: {block: Clock}, g: {block: Gain}}\n"
                                   "connections: {t: g}\n");

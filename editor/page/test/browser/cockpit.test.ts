@@ -1,5 +1,5 @@
 import { spawn, type ChildProcess } from "node:child_process";
-import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
@@ -168,6 +168,67 @@ describe.skipIf(!is_there || command === undefined)("the cockpit", () => {
     await page.getByRole("dialog").getByRole("button", { name: "Emergency stop" }).click();
     expect(await ended(program)).toBe(1);
   });
+
+  test("is stopped by no key that is typed into a dialog, each of which gives the keyboard to its own field", async () => {
+    await writeFile(join(folder, "dot.svg"), '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>');
+    const program = await open("--control");
+    await page.getByText(/running, \d+ steps of 1 ms/).waitFor();
+    const dialog = page.locator("dialog");
+    const focused = () => page.evaluate(() => {
+      const on = document.activeElement!;
+      return !on.closest("dialog") ? "outside" : on.getAttribute("aria-label") ?? on.textContent!.trim();
+    });
+    const to = async (...keys: string[]) => { for (const key of keys) await page.keyboard.press(key); };
+    const by_search = async (text: string) => {
+      await to("Control+k");
+      await page.keyboard.type(text);
+      await to("Enter");
+    };
+    const dialogs: [string, () => Promise<unknown>, string][] = [
+      ["a search", () => to("Control+k"), "Insert a block, or do something"],
+      ["connections", () => to("c"), "Connect"],
+      ["what is found", () => to("Control+f"), "Find names, types and settings in the whole model"],
+      ["models", () => to("Control+o"), "Open a model"],
+      ["the keys", () => to("?"), "Close"],
+      ["earlier versions", () => to("Shift+D"), "Compare with"],
+      ["a comparison", async () => {
+        await writeFile(join(folder, "other.yaml"), model);
+        await to("Shift+D");
+        await dialog.getByRole("option", { name: "other.yaml" }).click();
+        await dialog.getByText("Both say the same.").waitFor();
+      }, "Show all of the model"],
+      ["images", async () => { await by_search("Image"); await dialog.getByRole("option", { name: "dot.svg" }).waitFor(); }, "Insert an image of the folder"],
+      ["recordings", async () => {
+        if (await page.getByRole("button", { name: "Compare with …" }).count() === 0) await page.getByRole("button", { name: "Signals" }).click();
+        await page.getByRole("button", { name: "Compare with …" }).click();
+      }, "Compare with a recording"],
+    ];
+    for (const [name, come, field] of dialogs) {
+      await come();
+      await dialog.waitFor();
+      await expect.poll(focused, { message: name }).toBe(field);
+      const emergency = dialog.getByRole("button", { name: "Emergency stop" });
+      const box = (await emergency.boundingBox())!;
+      await page.mouse.move(box.x + 5, box.y + 5); // pressed, and let go elsewhere
+      await page.mouse.down();
+      await page.mouse.move(10, 790);
+      await page.mouse.up();
+      expect(await focused(), name).toBe(field);
+      if (field !== "Close") await page.keyboard.type("no such thing");
+      for (let i = 0; i < 12; ++i) {
+        await to("Tab");
+        expect(await focused(), name).not.toBe("Emergency stop");
+      }
+      await to("Escape");
+      await dialog.waitFor({ state: "detached" });
+    }
+    await by_search("gain");
+    await dialog.waitFor({ state: "detached" });
+    await page.keyboard.press("Space");
+    await expect.poll(() => readFile(join(folder, "served.yaml"), "utf8"), { timeout: 8000 }).toContain("block: Gain}");
+    await page.getByRole("group", { name: "Live" }).getByText("live", { exact: true }).waitFor();
+    expect(program.exitCode).toBe(null);
+  }, 120_000);
 
   test("says why a program that is looked at alone cannot be controlled", async () => {
     await open();

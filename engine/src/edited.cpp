@@ -2,6 +2,7 @@
 #include "bf/engine/handover.hpp"
 
 #include "bf/base/numbers.hpp"
+#include "succession.hpp"
 
 #include <algorithm>
 
@@ -9,15 +10,16 @@ namespace bf {
 
 namespace {
 
-/// What a model gives a variable or a parameter, as text; empty: it has no such.
-std::string given(const Diagram& diagram, const std::string& name) {
+/// What a model gives a variable or a parameter, as text; empty: it has no such. `numbers`: see numbers_now.
+std::string given(const Diagram& diagram, const std::string& name, const std::vector<int>& numbers = {}) {
     for (const auto& definition : diagram.definitions)
         if (definition.kind == Definition::Kind::variable && definition.path == name)
             return definition.value.to_text();
     const Node::End parameter = diagram.find_parameter(name);
     if (parameter.node < 0) return "";
     std::string text = "given";
-    for (const double x : diagram.slot(parameter).initial) text += " " + number_text(x);
+    for (const double x : diagram.slot(parameter).initial)
+        text += " " + number_text(number_now(numbers, x).value_or(0));
     return text;
 }
 
@@ -56,16 +58,23 @@ std::vector<std::string> unclear(const Diagram& from, const Diagram& to) {
     return sentences;
 }
 
-std::vector<ParameterValue> still_asked(
-    const Diagram& from, const Diagram& to, const std::vector<ParameterValue>& asked,
-    const std::function<std::optional<std::string>(const std::string&)>& path_since) {
+std::vector<ParameterValue> still_asked(const Diagram& from, const Diagram& to,
+                                        const std::vector<ParameterValue>& asked,
+                                        const PathSince& path_since) {
+    const SamePath is_same = [&](const auto& before, const auto& now) { return path_since(before) == now; };
     std::vector<ParameterValue> still;
-    for (ParameterValue value : asked) {
-        const std::string text = given(from, value.path);
+    for (const ParameterValue& value : asked) {
         const auto path = path_since(value.path);
         if (!path && from.find_parameter(value.path).node >= 0) continue; // its block is gone
-        if (path && !given(to, *path).empty()) value.path = *path;
-        if (!text.empty() && text == given(to, value.path)) still.push_back(std::move(value));
+        ParameterValue now{path && !given(to, *path).empty() ? *path : value.path, {}};
+        const Node::End was = from.find_parameter(value.path), is = to.find_parameter(now.path);
+        std::vector<int> numbers;
+        if (was.node >= 0 && is.node >= 0) numbers = numbers_now(from, was, to, is, is_same);
+        const std::string text = given(from, value.path, numbers);
+        if (text.empty() || text != given(to, now.path)) continue;
+        for (const double x : value.values)
+            if (const auto number = number_now(numbers, x)) now.values.push_back(*number);
+        if (now.values.size() == value.values.size()) still.push_back(std::move(now));
     }
     return still;
 }

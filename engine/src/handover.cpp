@@ -32,6 +32,26 @@ std::vector<int> counterparts(const Diagram& from, const Diagram& to, const Orig
     return all;
 }
 
+std::vector<int> numbers_now(const Diagram& from, const Node::End& was, const Diagram& to,
+                             const Node::End& is, const SamePath& is_same) {
+    const std::string before = from.nodes[static_cast<std::size_t>(was.node)].path + ".",
+                      now = to.nodes[static_cast<std::size_t>(is.node)].path + ".";
+    const auto& names = to.slot(is).value_names;
+    std::vector<int> numbers;
+    for (const auto& name : from.slot(was).value_names) {
+        const auto found = std::ranges::find_if(
+            names, [&](const auto& other) { return is_same(before + name, now + other); });
+        numbers.push_back(found == names.end() ? 0 : static_cast<int>(found - names.begin()) + 1);
+    }
+    return numbers;
+}
+
+std::optional<double> number_now(const std::vector<int>& numbers, double number) noexcept {
+    if (!(number >= 1 && number <= static_cast<double>(numbers.size()))) return number;
+    const int now = numbers[static_cast<std::size_t>(number) - 1];
+    return now > 0 ? std::optional<double>(now) : std::nullopt;
+}
+
 namespace {
 
 /// Bytes of a snapshot that are neither signals nor parameters, states or clocks: what blocks keep outside.
@@ -71,6 +91,37 @@ bool fits(const Slot& a, const Slot& b) {
     return a.type == b.type && a.size.rows == b.size.rows && a.size.cols == b.size.cols;
 }
 
+SamePath same_path(const Origin& origin) {
+    return [&origin](const std::string& before, const std::string& now) {
+        return path_before(origin, now) == before;
+    };
+}
+
+/// Why a state whose numbers stand for names has no place; empty: it has one. What it will be in a run that
+/// goes on until its place is taken is not known yet.
+std::string missing_name(const Simulation& before, const Node::End& was, const Simulation& after,
+                         const Node::End& is, const Origin& origin) {
+    const Slot& slot = before.diagram().slot(was);
+    const std::vector<int> numbers =
+        numbers_now(before.diagram(), was, after.diagram(), is, same_path(origin));
+    const bool goes_on = after.takes_a_place();
+    std::string names;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const auto is_active = [&] {
+            const void* const data = before.context().data(was.node, was.slot);
+            for (int k = 0; k < slot.size.count(); ++k)
+                if (read_value(data, slot.type, k) == static_cast<double>(i + 1)) return true;
+            return false;
+        };
+        if (numbers[i] == 0 && (goes_on || is_active()))
+            names += (names.empty() ? "'" : " or '") + slot.value_names[i] + "'";
+    }
+    if (names.empty()) return "";
+    const std::string& path = before.diagram().nodes[static_cast<std::size_t>(was.node)].path;
+    return "'" + path + "." + slot.name + (goes_on ? "' may be " : "' is ") + names +
+           ", which is no longer there: '" + path + "' then begins anew";
+}
+
 std::string form_of(const Slot& slot) {
     return std::to_string(slot.size.rows) + "x" + std::to_string(slot.size.cols) + " " + name(slot.type);
 }
@@ -87,7 +138,9 @@ Handover handover(const Simulation& before, const Simulation& after, const Origi
     for (std::size_t n = 0; n < from.nodes.size(); ++n) {
         const auto& node = from.nodes[n];
         const int other = others[n];
-        for (const auto& slot : node.block->resolution().slots) {
+        const auto& slots = node.block->resolution().slots;
+        for (std::size_t i = 0; i < slots.size(); ++i) {
+            const Slot& slot = slots[i];
             if (!is_state(slot.role)) continue;
             const std::string state = "'" + node.path + "." + slot.name + "'";
             const int index = other < 0 ? -1 : counterpart(slots_of(to, other), slot);
@@ -95,6 +148,10 @@ Handover handover(const Simulation& before, const Simulation& after, const Origi
                 found.lost.push_back(state + " is no longer there");
             else if (const Slot& next = to.slot({other, index}); !fits(slot, next))
                 found.lost.push_back(state + " is " + form_of(next) + " and was " + form_of(slot));
+            else if (std::string missing = missing_name(before, {static_cast<int>(n), static_cast<int>(i)},
+                                                        after, {other, index}, origin);
+                     !missing.empty())
+                found.lost.push_back(std::move(missing));
         }
     }
     for (std::size_t n = 0; n < to.nodes.size(); ++n)
@@ -180,17 +237,28 @@ void Simulation::Succession::find_copies(Simulation& to, const Origin& origin) {
     for (std::size_t n = 0; n < its.size(); ++n) {
         if (its[n] < 0 || to.diagram_.nodes[n].rate == constant_rate) continue;
         const auto& slots = slots_of(to.diagram_, static_cast<int>(n));
+        Named own;
         for (std::size_t i = 0; i < slots.size(); ++i) {
             if (!is_state(slots[i].role) && slots[i].role != Role::output) continue;
             const int k = counterpart(slots_of(from.diagram_, its[n]), slots[i]);
             if (k < 0 || !fits(slots[i], from.diagram_.slot({its[n], k}))) continue;
-            const auto size = static_cast<std::size_t>(slots[i].size.count() * bytes(slots[i].type));
             const int node = static_cast<int>(n), slot = static_cast<int>(i);
             const void* const source = from.context_.data(its[n], k);
-            copies.push_back({to.context_.data(node, slot), source, size});
-            if (slots[i].role == Role::discrete_state)
-                copies.push_back({to.context_.next_data(node, slot), source, size});
+            std::vector<void*> targets{to.context_.data(node, slot)};
+            if (slots[i].role == Role::discrete_state) targets.push_back(to.context_.next_data(node, slot));
+            const auto count = slots[i].size.count();
+            for (void* const target : targets)
+                own.copies.push_back(
+                    {target, source, static_cast<std::size_t>(count * bytes(slots[i].type))});
+            if (!slots[i].value_names.empty())
+                own.numbers.push_back(
+                    {std::move(targets), source, slots[i].type, count,
+                     numbers_now(from.diagram_, {its[n], k}, to.diagram_, {node, slot}, same_path(origin))});
         }
+        if (own.numbers.empty())
+            copies.insert(copies.end(), own.copies.begin(), own.copies.end());
+        else
+            named.push_back(std::move(own));
     }
     to.machine_->find_copies(*from.machine_, origin, *this);
     if (!replaced) return;
@@ -198,6 +266,23 @@ void Simulation::Succession::find_copies(Simulation& to, const Origin& origin) {
     for (std::size_t n = 0; n < is_kept.size(); ++n)
         if (is_kept[n]) kept.emplace_back(static_cast<int>(n), its[n]);
     objects = to.context_.exchange(replaced->context_, kept);
+}
+
+void Simulation::Succession::Named::take_over() const noexcept {
+    const auto now = [](const Number& number, int i) {
+        return number_now(number.numbers, read_value(number.from, number.type, i));
+    };
+    for (const Number& number : numbers)
+        for (int i = 0; i < number.count; ++i)
+            if (!now(number, i)) return;
+    for (const auto& [to, from, bytes] : copies) std::memcpy(to, from, bytes);
+    for (const Number& number : numbers)
+        for (void* const to : number.to)
+            for (int i = 0; i < number.count; ++i)
+                with_type(number.type, [&](auto type) {
+                    using T = typename decltype(type)::type;
+                    static_cast<T*>(to)[i] = static_cast<T>(*now(number, i));
+                });
 }
 
 void Simulation::Machine::find_copies(const Machine& other, const Origin& origin, Succession& succession) {
@@ -317,6 +402,7 @@ void Simulation::take_over(Succession& succession) noexcept {
     steps_ = std::llround(other.time() / diagram_.step);
     machine_->go_on_from(*other.machine_, succession.its);
     for (const auto& [to, from, bytes] : succession.copies) std::memcpy(to, from, bytes);
+    for (const auto& named : succession.named) named.take_over();
     for (auto& held : held_) std::memcpy(held.last.data(), held.now, held.last.size());
     for (auto& seen : seen_) std::memcpy(seen.last.data(), seen.now, seen.last.size());
     std::fill(guard_before_.begin(), guard_before_.end(), std::numeric_limits<double>::quiet_NaN());

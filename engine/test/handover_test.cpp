@@ -163,6 +163,85 @@ connections: {one: f, f: g}
     EXPECT_EQ(exchanged(straight.diagram, turned.diagram), (Pairs{{"f", "g"}})) << "subsystems, in a row";
 }
 
+// ---- numbers that stand for names
+
+/// A chart whose state is `run` from 0.4 s on, beside a signal that holds it between its hits.
+std::string chart(const std::string& states, const std::string& transitions, const std::string& more = "") {
+    return "model: m\nstep: 0.1\nblocks:\n  c: {block: StateMachine, period: 0.2, states: " + states +
+           ", transitions: \"" + transitions + "\"" + more +
+           "}\n  fast: {block: Gain, period: 0.1}\nconnections: {c.state: fast}\n";
+}
+const std::string four = chart("[idle, fill, run, trip]", "[1 2 0 0.2; 2 3 0 0.2; 3 4 0 1; 4 1 0 0.4]");
+
+TEST(Handover, AChartKeepsItsActiveStateByNameWhateverItsNumber) {
+    for (const int instant : {5, 6, 9}) { // between hits and at one
+        for (const auto& [text, run_is] :
+             {std::pair(chart("[fill, run, trip]", "[1 2 0 0.2; 2 3 0 1]"), 2.0),
+              {chart("[trip, run, fill, idle]", "[4 3 0 0.2; 3 2 0 0.2; 2 1 0 1; 1 4 0 0.4]", ", initial: 4"),
+               2.0},
+              {chart("[before, idle, fill, wait, run, trip]", "[2 3 0 0.2; 3 5 0 0.2; 5 6 0 1; 6 2 0 0.4]"),
+               5.0}}) {
+            Session run(four), other(text);
+            run.trace("fast", instant);
+            ASSERT_EQ(run("fast"), 3) << "it runs";
+            EXPECT_EQ(handover(*run.simulation, *other.simulation).lost, std::vector<std::string>());
+            other.simulation->go_on_from(*run.simulation);
+            for (int k = instant; k < 14; ++k) { // until it trips after 1 s in `run`
+                run.trace("fast", 1);
+                other.trace("fast", 1);
+                EXPECT_EQ(other("fast"), run_is) << k;
+                EXPECT_EQ(other("c.time_in_state"), run("c.time_in_state"));
+            }
+            other.trace("fast", 2);
+            EXPECT_NE(other("fast"), run_is) << "from where it leaves it as it would have";
+        }
+    }
+}
+
+TEST(Handover, AChartWhoseActiveStateIsGoneBeginsAnewAndIsSaidBefore) {
+    Session run(four), other(chart("[idle, fill, trip]", "[1 2 0 0.6; 3 1 0 0.4]"));
+    run.trace("fast", 6);
+    ASSERT_EQ(run("fast"), 3);
+    EXPECT_EQ(handover(*run.simulation, *other.simulation).lost,
+              std::vector<std::string>{"'c.x' is 'run', which is no longer there: 'c' then begins anew"});
+    other.simulation->go_on_from(*run.simulation);
+    EXPECT_EQ(other.trace("fast", 8), (Values{1, 1, 1, 1, 1, 1, 2, 2})) << "0.6 s after its first step";
+}
+
+TEST(Handover, AStateThatIsRenamedStaysActiveWhereThatIsKnown) {
+    const std::string renamed_chart = chart(
+        "[idle, run, fill, stop]", "[1 2 0 0.2; 2 3 0 9; 3 4 0 1; 4 1 0 0.4]"); // fill and run exchanged
+    Session run(four), other(renamed_chart), by_hand(renamed_chart);
+    run.trace("fast", 6);
+    const std::map<std::string, std::string> before{
+        {"c.run", "c.fill"}, {"c.fill", "c.run"}, {"c.stop", "c.trip"}};
+    const Origin origin = [&](const std::string& path) -> std::optional<std::string> {
+        const auto found = before.find(path);
+        return found == before.end() ? path : found->second;
+    };
+    EXPECT_TRUE(handover(*run.simulation, *other.simulation, origin).lost.empty());
+    other.simulation->go_on_from(*run.simulation, origin);
+    by_hand.simulation->go_on_from(*run.simulation);
+    EXPECT_EQ(other.trace("fast", 1), Values{3});
+    EXPECT_EQ(by_hand.trace("fast", 1), Values{2}) << "names are all that is known";
+}
+
+TEST(Handover, ANumberThatWasSetStandsForTheSameStateInAnEditedChart) {
+    const Session run(four);
+    using Asked = std::vector<ParameterValue>;
+    const auto still = [&](const std::string& states, const PathSince& path_since) {
+        const Session other(chart(states, "[1 2 0 1]"));
+        Asked all = still_asked(run.diagram, other.diagram, {{"c.initial", {3}}}, path_since);
+        return all.empty() ? 0 : all.at(0).values.at(0);
+    };
+    const PathSince same = [](const std::string& path) { return path; };
+    EXPECT_EQ(still("[idle, fill, run, trip]", same), 3);
+    EXPECT_EQ(still("[idle, run, trip]", same), 2);
+    EXPECT_EQ(still("[idle, fill, trip]", same), 0) << "there is no such state any more";
+    EXPECT_EQ(still("[fill, run, trip]", same), 0) << "the model gives another one than before";
+    EXPECT_EQ(still("[idle, go, trip]", [](const auto& p) { return p == "c.run" ? "c.go" : p; }), 2);
+}
+
 // ---- periods that change
 
 /// Integrals of 1 by all rules, of which the period changes, beside others that keep theirs.

@@ -174,6 +174,25 @@ TEST(TakeOver, EqualsGoingOnBitForBit) {
         }
 }
 
+TEST(TakeOver, TellsAllNamesThatAreGoneAsTheStateIsNotKnownBefore) {
+    const std::string chart =
+                          "model: m\nstep: 0.1\nblocks:\n  c: {block: StateMachine, states: [a, b, c, d], "
+                          "transitions: \"[1 2 0 0.2; 2 3 0 0.2; 3 4 0 0.2]\"}\n",
+                      fewer = replaced(replaced(chart, "[a, b, c, d]", "[b, c]"),
+                                       "[1 2 0 0.2; 2 3 0 0.2; 3 4 0 0.2]", "[1 2 0 0.2]");
+    for (const auto& [steps, expected] :
+         {std::pair(3, 1.0), {5, 2.0}, {7, 1.0}}) { // b, c, and d, which is gone
+        Session run(chart);
+        Next next(fewer, *run.simulation);
+        EXPECT_EQ(handover(*run.simulation, next.run()).lost,
+                  std::vector<std::string>{
+                      "'c.x' may be 'a' or 'd', which is no longer there: 'c' then begins anew"});
+        run.trace("c.state", steps);
+        next.run().take_over();
+        EXPECT_EQ(next.trace("c.state", 1), Values{expected}) << steps;
+    }
+}
+
 TEST(TakeOver, MayBePreparedBesideARunThatSteps) {
     Session run(multirate), alone(multirate);
     std::atomic<bool> is_ready{false};

@@ -247,6 +247,8 @@ void ChartEditor::add_state(const std::string& name) {
 void ChartEditor::rename_state(std::size_t state, const std::string& name) {
     std::string text = text_of(block_, states_setting);
     const Span item = span_of(listed_texts(text)[state]);
+    if (const auto mark = block_.state_marks.extract(chart_.states[state]))
+        block_.state_marks.insert_or_assign(name, mark.mapped());
     write(states_setting, text.replace(item.begin, item.end - item.begin, listed(name)));
 }
 
@@ -260,6 +262,7 @@ void ChartEditor::remove_state(std::size_t state) {
         if (to > state) set_entry(i, 1, std::to_string(to));
     }
     set_initial(initial);
+    block_.state_marks.erase(chart_.states[state]);
     const std::string text = text_of(block_, states_setting);
     write(states_setting, without_item(text, listed_texts(text), state), {.removed = state});
 }

@@ -1,6 +1,7 @@
 // Which blocks got other paths.
 #include "moved.hpp"
 
+#include "bf/model/chart.hpp"
 #include "bf/model/edit.hpp"
 
 #include <functional>
@@ -50,23 +51,36 @@ std::vector<std::string> mark_blocks(Model& model) {
     each_block(model.root, "", [&](Block& block, const std::string& path) {
         paths.push_back(path);
         block.mark = static_cast<int>(paths.size());
+        if (const auto chart = chart_of(block))
+            for (const auto& state : chart->states) {
+                paths.push_back(joined(path, state));
+                block.state_marks[state] = static_cast<int>(paths.size());
+            }
     });
     return paths;
 }
 
 std::vector<Moved> moved_blocks(Model& model, const std::vector<std::string>& paths) {
     std::vector<Moved> moves;
+    const auto look = [&](int mark, const std::string& path) {
+        if (mark == 0) return;
+        if (const std::string& before = paths[static_cast<std::size_t>(mark) - 1];
+            path_before(moves, path) != before)
+            moves.push_back({before, path});
+    };
     each_block(model.root, "", [&](Block& block, const std::string& path) {
-        if (const int mark = std::exchange(block.mark, 0); mark > 0)
-            if (const std::string& before = paths[static_cast<std::size_t>(mark) - 1];
-                path_before(moves, path) != before)
-                moves.push_back({before, path});
+        look(std::exchange(block.mark, 0), path);
+        for (const auto& [state, mark] : std::exchange(block.state_marks, {}))
+            look(mark, joined(path, state));
     });
     return moves;
 }
 
 void take_marks_away(System& system) {
-    each_block(system, "", [](Block& block, const std::string&) { block.mark = 0; });
+    each_block(system, "", [](Block& block, const std::string&) {
+        block.mark = 0;
+        block.state_marks.clear();
+    });
 }
 
 std::vector<Moved> reversed(std::vector<Moved> moves) {

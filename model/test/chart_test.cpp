@@ -71,6 +71,32 @@ TEST(Chart, StatesAreAddedRenamedAndRemovedWithTheirTransitions) {
     EXPECT_EQ(model.layout.wires[0].path, "machine.idle.1");
 }
 
+TEST(Chart, StatesAreTheSameOnesUnderOtherNames) {
+    Model model = machine();
+    History history;
+    const auto before = [&](const std::string& path) {
+        return path_before(history.moved().value(), path).value_or("nothing");
+    };
+    history.edit(model, Rename{"machine.move", "go"});
+    EXPECT_EQ(before("machine.go"), "machine.move");
+    EXPECT_EQ(before("machine.hold"), "machine.hold");
+    EXPECT_TRUE(history.undo(model));
+    EXPECT_EQ(before("machine.move"), "machine.go");
+    history.edit(model, Batch{{Rename{"machine.idle", "tmp"}, Rename{"machine.move", "idle"},
+                               Rename{"machine.tmp", "move"}, Rename{"machine", "law"}}});
+    EXPECT_EQ(before("law"), "machine");
+    EXPECT_EQ(before("law.idle"), "machine.move");
+    EXPECT_EQ(before("law.move"), "machine.idle");
+    EXPECT_EQ(before("law.hold"), "machine.hold") << "with the block";
+    history.edit(model, Batch{{Remove{"law.hold"}, Rename{"law.idle", "hold"}}});
+    EXPECT_EQ(before("law.hold"), "law.idle");
+    history.edit(model, Set{"law", "states", "[move, hold]"});
+    EXPECT_EQ(before("law.hold"), "law.hold") << "of a list that is written anew names are what is known";
+    history.edit(model, Batch{{Rename{"law.move", "old"}, Add{"law", {.name = "move"}}}});
+    EXPECT_EQ(before("law.old"), "law.move");
+    EXPECT_EQ(before("law.move"), "nothing") << "another one has come there";
+}
+
 TEST(Chart, TheFirstStateStaysTheFirstOneOrBecomesAnother) {
     const Model model = after(machine(), Set{"machine.hold", "initial", "true"});
     EXPECT_EQ(text(model, "initial"), "3");

@@ -38,13 +38,14 @@ class StateMachine final : public Block {
                               {.initial = {1},
                                .minimum = 1,
                                .maximum = static_cast<double>(states->size()),
-                               .doc = "number of the first state"}};
+                               .doc = "number of the first state",
+                               .value_names = *states}};
     Input<> conditions{this, "conditions", {.doc = "one truth value per condition", .optional = true}};
-    Output<double> state{this, "state", {.doc = "number of the state"}};
+    Output<double> state{this, "state", {.doc = "number of the state", .value_names = *states}};
     Output<double> time_in_state{
         this, "time_in_state", {.unit = unit<"s">, .doc = "since the first step of the state"}};
     Output<bool> entered{this, "entered", {.doc = "true in the first step of a state"}};
-    DiscreteState<double> x{this, "x", {.doc = "number of the state"}};
+    DiscreteState<double> x{this, "x", {.doc = "number of the state", .value_names = *states}};
     DiscreteState<double> entry{this, "entry", {.unit = unit<"s">, .doc = "time at which the state began"}};
     DiscreteState<bool> started{this, "started", {.doc = "false before the first step"}};
     OutputRule rule{this,      kernels::StateMachine{},

@@ -23,7 +23,11 @@ realtime::Edit edit_of(const LiveModel::Newest& newest, std::int64_t before, boo
         for (auto end = path.size(); end != path.npos && end > 0; end = path.rfind('.', end - 1))
             if (!paths.insert(path.substr(0, end)).second) return;
     };
-    for (const auto& node : newest.model->diagram.nodes) add(node.path);
+    for (const auto& node : newest.model->diagram.nodes) {
+        add(node.path);
+        for (const auto& slot : node.block->resolution().slots)
+            for (const auto& name : slot.value_names) add(model::joined(node.path, name));
+    }
     for (const auto& condition : newest.model->diagram.conditions) add(condition.path);
     for (const auto& path : paths)
         if (auto was = newest.moves.path_at(before, path); was != path) edit.origins[path] = std::move(was);

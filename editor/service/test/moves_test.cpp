@@ -227,5 +227,46 @@ TEST(Moves, ABlockThatTakesANameThatWasLeftBeginsAnew) {
     EXPECT_EQ(told.begun, (std::vector<std::string>{"a.x", "a.before"}));
 }
 
+TEST(Moves, TheActiveStateOfAChartStaysActiveWhateverBecomesOfTheOthers) {
+    const fs::path file = test_folder() / "chart.yaml";
+    std::ofstream(file)
+        << "model: m\nstep: 0.1\nblocks:\n  c: {block: StateMachine, states: [idle, fill, run, "
+           "trip], transitions: \"[1 2 0 0.2; 2 3 0 0.2; 3 4 0 100]\"}\n";
+    Project project(file);
+    Timeline timeline([](Played&) {}, 1 << 24, 64);
+    const Edited original = edited(project);
+    timeline.begin(original.model, original.revision);
+    const auto state = [&] {
+        const auto end = timeline.run().diagram().find_signal("c.state");
+        return read_value(timeline.run().context().data(end.node, end.slot), Type::float64, 0);
+    };
+    const auto after = [&](const std::function<void()>& change) {
+        change();
+        const Edited now = edited(project);
+        const RunEdit told = timeline.compare(now);
+        timeline.edit(now);
+        if (!timeline.advance()) throw std::runtime_error(timeline.run().failure());
+        return told.lost;
+    };
+    const std::vector<std::string> nothing;
+    while (timeline.time() < 0.75)
+        if (!timeline.advance()) throw std::runtime_error(timeline.run().failure());
+    ASSERT_EQ(state(), 3);
+    EXPECT_EQ(after([&] { project.edit(op::Remove{"c.idle"}); }), nothing);
+    EXPECT_EQ(state(), 2);
+    EXPECT_EQ(after([&] { project.edit(op::Rename{"c.run", "idle"}); }), nothing);
+    EXPECT_EQ(state(), 2);
+    EXPECT_EQ(after([&] { project.undo(), project.undo(); }), nothing);
+    EXPECT_EQ(state(), 3) << "where it stands again";
+    EXPECT_EQ(after([&] {
+                  std::string text = project.text_in(file);
+                  const std::string before = text;
+                  text.replace(text.find("run"), 3, "go");
+                  ASSERT_TRUE(project.rewrite(file, before, text));
+              }),
+              std::vector<std::string>{"'c.x' is 'run', which is no longer there: 'c' then begins anew"});
+    EXPECT_EQ(state(), 1) << "by hand in the file";
+}
+
 } // namespace
 } // namespace bf::service

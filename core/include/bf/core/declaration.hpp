@@ -121,6 +121,9 @@ struct About {
     int initial_from = -1;   ///< states: index() of the parameter that holds the initial value
     bool as_written = false; ///< parameters of any shape: keep a row a 1 x n matrix instead of making it 1-D
     bool from_path = false;  ///< parameters: the default is a whole number that the block's path decides
+    /// Discrete states, outputs, parameters: number k stands for the k-th of these, from 1. A run that goes
+    /// on with an edited model takes over what the number stands for.
+    std::vector<std::string> value_names = {};
 };
 
 /// Everything an engine, exporter or editor may ask about one declared quantity.
@@ -133,9 +136,10 @@ struct SlotDeclaration {
     Type type = Type::float64;
     bool feedthrough = true, optional = false, reported = false, as_written = false, from_path = false;
     int initial_from = -1;
-    std::vector<double> initial; ///< empty: zeros; one element: expands
-    Limits limits;               ///< of a parameter
-    int at_least = -1;           ///< the parameter that no element of this one is below
+    std::vector<double> initial;          ///< empty: zeros; one element: expands
+    Limits limits;                        ///< of a parameter
+    std::vector<std::string> value_names; ///< what numbers stand for, from 1; empty: for themselves
+    int at_least = -1;                    ///< the parameter that no element of this one is below
 };
 
 /// One structural value: fixed when the block is made, may decide which ports exist.

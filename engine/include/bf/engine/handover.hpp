@@ -10,10 +10,11 @@
 namespace bf {
 
 /// States of two runs, compared by the paths (see Origin) and types of their blocks, and by their own names,
-/// types and sizes.
+/// types and sizes. A state whose numbers stand for names (see About::value_names) is taken over by its name,
+/// and its block begins anew where that is gone.
 struct Handover {
     /// States of the first run that the second one cannot take over, with the reason: "'x.state' is 2x1
-    /// double and was 3x1 double".
+    /// double and was 3x1 double". Of a run that goes on until its place is taken, all names that are gone.
     std::vector<std::string> lost;
     /// States of the second run alone, which begin with their initial values: "y.state".
     std::vector<std::string> begun;
@@ -26,12 +27,14 @@ Handover handover(const Simulation& from, const Simulation& to, const Origin& or
 /// does not count.
 bool is_same_run(const Diagram& a, const Diagram& b);
 
+/// The path in the second diagram of what has this one in the first; none: it is gone.
+using PathSince = std::function<std::optional<std::string>(const std::string& path)>;
+
 /// Values that were set in a run of the first diagram and hold in one of the second, too, under the names
-/// that they have there: of variables and parameters of which both models say the same. `path_since`: the
-/// path in the second diagram of what has this one in the first; none: it is gone.
-std::vector<ParameterValue> still_asked(
-    const Diagram& from, const Diagram& to, const std::vector<ParameterValue>& asked,
-    const std::function<std::optional<std::string>(const std::string&)>& path_since);
+/// that they have there: of variables and parameters of which both models say the same.
+std::vector<ParameterValue> still_asked(const Diagram& from, const Diagram& to,
+                                        const std::vector<ParameterValue>& asked,
+                                        const PathSince& path_since);
 
 /// Sets such values in a run between two steps, one after the other, as far as it takes them, and returns
 /// those.

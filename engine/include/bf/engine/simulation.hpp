@@ -22,7 +22,8 @@ namespace bf {
 /// count, values of parameters do not.
 std::uint64_t fingerprint(const Diagram& diagram);
 
-/// The path that the block or subsystem of a path had in another diagram; none: it was not there.
+/// The path that the block or subsystem of a path had in another diagram; none: it was not there. What is in
+/// a block, such as a state of a chart, has a path under that of the block.
 using Origin = std::function<std::optional<std::string>(const std::string& path)>;
 
 /// Runs a diagram. One base step k, at time t = k step, x⁻ the states before it and x⁺ after it:

@@ -2,6 +2,7 @@
 
 #include "bf/model/location.hpp"
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -167,6 +168,7 @@ struct Block {
     Location where = {};
     Location type_where = {};
     int mark = 0; ///< finds it again while an operation is under way; no part of the document
+    std::map<std::string, int> state_marks = {}; ///< the same of the states of a chart
 
     bool is_subsystem() const { return !is_library_block(); }
     bool is_library_block() const { return !type.empty(); }

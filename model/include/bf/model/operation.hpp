@@ -24,7 +24,7 @@ struct Change {
     std::string value;
 };
 
-/// A block or subsystem, with all under it, got another path.
+/// A block or subsystem, with all under it, or a state of a chart got another path.
 struct Moved {
     std::string from, to;
 };

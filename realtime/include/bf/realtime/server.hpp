@@ -34,8 +34,8 @@ std::string emergency_in(const std::vector<LogEntry>& log);
 struct Edit {
     std::string text = {};                         ///< of the model
     std::map<std::string, std::string> files = {}; ///< of models that it refers to, by paths from its folder
-    /// By the path of a block or subsystem the one that it had in the run; none: it is new. Others kept
-    /// theirs.
+    /// By the path of a block, a subsystem or a state of a chart the one that it had in the run; none: it is
+    /// new. Others kept theirs.
     std::map<std::string, std::optional<std::string>> origins = {};
     bool is_by_hand = false;   ///< was it written by hand, so that nothing is known of names that changed?
     bool is_late = false;      ///< has somebody else edited the run meanwhile?

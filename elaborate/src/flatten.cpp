@@ -475,6 +475,7 @@ class Flattener {
         node.path = path;
         node.arguments = std::move(arguments);
         node.type = type->qualified_name();
+        node.library = type->library;
         node.methods = type->methods;
         node.condition = scope.condition;
         node.loop = scope.loop;

@@ -295,8 +295,8 @@ void check(const Made& made) {
 std::map<std::string, std::string> declarations_of(const Diagram& diagram, Registry& registry) {
     std::map<std::string, std::map<std::string, Stored>> plugins;
     for (const auto& node : diagram.nodes) {
+        if (node.library.empty()) continue;
         const BlockClass& type = registry.find(node.type);
-        if (type.library.empty()) continue;
         const auto [at, is_new] = plugins[type.library].try_emplace(type.name);
         Stored& stored = at->second;
         if (is_new) {

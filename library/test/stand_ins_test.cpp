@@ -114,6 +114,27 @@ TEST_F(StandIns, AModelIsTheSameWithThem) {
     EXPECT_EQ(block_that_differs(model, declarations), "");
 }
 
+TEST_F(StandIns, PortsOfTheModelAndOfItsSubsystemsAreOfNoLibrary) {
+    const LoadedModel model = loaded(R"(model: m
+plugins: [Arms]
+step: 0.01
+inputs: [u]
+outputs: [y]
+blocks:
+  one: {block: Constant}
+  past: {block: Arms/Past}
+  e: {execution: enabled, inputs: [u], outputs: [y], blocks: {g: {block: Gain}}, connections: {u: g, g: y}}
+  t: {execution: triggered, inputs: [u], outputs: [y], blocks: {g: {block: Gain}}, connections: {u: g, g: y}}
+  f: {execution: for, iterations: 2, inputs: [u], outputs: [y], blocks: {g: {block: Gain}}, connections: {u: g, g: y}}
+  p: {execution: for_each, iterations: 1, inputs: {u: {each: true}}, outputs: [y], blocks: {g: {block: Gain}}, connections: {u: g, g: y}}
+connections: {one: [e.enable, t.trigger], u: [e.u, t.u, f.u, past], past: y, e: p.u}
+)");
+    const auto declarations = declared(model);
+    ASSERT_EQ(declarations.size(), 1u);
+    EXPECT_EQ(Json::parse(declarations.at("Arms"))["blocks"].size(), 1u);
+    EXPECT_EQ(block_that_differs(model, declarations), "");
+}
+
 TEST_F(StandIns, StandForAPluginWhoseDeclarationsAreInTheSearchPathAndRefuseToStart) {
     const LoadedModel model = loaded(arm_model);
     std::ofstream(folder_ / (std::string("Arms") + declarations_ending)) << declared(model).at("Arms");

@@ -48,8 +48,7 @@ struct Page {
 void find_declarations(Page& page) {
     std::string others;
     for (const auto& node : page.loaded.diagram.nodes)
-        if (!page.loaded.registry->find(node.type).library.empty())
-            others += "\n  " + node.path + " (" + node.type + ")";
+        if (!node.library.empty()) others += "\n  " + node.path + " (" + node.type + ")";
     if (others.empty()) return;
     if (page.recordings.empty())
         throw CommandError(

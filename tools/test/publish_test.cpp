@@ -49,6 +49,24 @@ TEST_F(Publish, RefusesBlocksOfPluginsByTheirPaths) {
     EXPECT_EQ(files(), "robot.yaml sine.yaml");
 }
 
+TEST_F(Publish, TakesSubsystemsThatRunUnderConditionsAndModelsWithPorts) {
+    for (const std::string kind : {"enabled", "triggered"}) {
+        write("m.yaml",
+              "model: m\nstep: 0.1\nstop: 1\ninputs: [u]\noutputs: [y]\nblocks:\n  c: {block: Pulse}\n"
+              "  s:\n    execution: " +
+                  kind +
+                  "\n    inputs: [u]\n    outputs: [y]\n    blocks: {g: {block: Gain}}\n"
+                  "    connections: {u: g, g: y}\nconnections: {c: s." +
+                  (kind == "enabled" ? "enable" : "trigger") + ", u: s.u, s: y}\n");
+        const auto done = bf("publish m.yaml -o " + kind);
+        EXPECT_EQ(done.err.find("there is no block"), std::string::npos) << done.err;
+        if (has_parts())
+            EXPECT_EQ(done.code, 0) << done.err;
+        else
+            EXPECT_CONTAINS(done.err, "'make wasm' installs emscripten and builds them");
+    }
+}
+
 TEST_F(Publish, RefusesAFileThatIsNamedByItsPlaceOnThisComputer) {
     write("table.csv", "time,y\n0,1\n1,2\n");
     write("m.yaml", "model: m\nstep: 0.1\nblocks:\n  c: {block: SignalFromFile, file: \"'" +

@@ -56,6 +56,7 @@ struct Condition {
 struct DiagramNode {
     std::string path;    ///< "controller.pd"
     std::string type;    ///< "Gain"
+    std::string library; ///< the plugin that has it; empty: a standard block, or a part of a subsystem
     Arguments arguments; ///< that the block was made with
     std::unique_ptr<Block> block;
     Block::Methods methods;

@@ -83,6 +83,7 @@ class Parser {
         for (const std::string& defect : defects_)
             recording_.defect += (recording_.defect.empty() ? "'" + name_ + "': " : "; ") + defect;
         if (has_more_defects_) recording_.defect += "; and more";
+        recording_.unchecked = lacks_checksum_ && has_ours_;
         begin_at_zero();
         give_every_name_its_channel();
         return std::move(recording_);
@@ -120,9 +121,9 @@ class Parser {
         if (!has_more_defects_) defects_.push_back(std::move(defect));
     }
 
-    /// A CRC of 0 in the file says that there is none; ours have one.
+    /// A CRC of 0 in the file says that there is none, as the format allows.
     bool is_wrong(std::uint32_t stored, std::uint32_t computed) {
-        recording_.unchecked = recording_.unchecked || (stored == 0 && computed != 0);
+        lacks_checksum_ = lacks_checksum_ || (stored == 0 && computed != 0);
         return stored != 0 && stored != computed;
     }
     void check(std::uint32_t stored, std::uint32_t computed, const char* what) {
@@ -267,6 +268,7 @@ class Parser {
         const auto is_ours = [&](const char* key) { return metadata.contains(key); };
         if (std::ranges::none_of(std::array{"name", "type", "rows", "cols"}, is_ours))
             return foreign_channel(id, channel.topic, schema_id, encoding);
+        has_ours_ = true;
         const auto type = type_of(text_of(metadata, "type"));
         const auto rows = number<std::uint32_t>(metadata, "rows");
         const auto cols = number<std::uint32_t>(metadata, "cols");
@@ -382,6 +384,7 @@ class Parser {
     std::set<std::size_t> foreign_channels_; // among the channels of the recording
     std::vector<std::string> defects_;
     bool has_more_defects_ = false;
+    bool lacks_checksum_ = false, has_ours_ = false; // a channel as our writer declares it
     Recording recording_;
 };
 

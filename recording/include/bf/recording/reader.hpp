@@ -59,7 +59,7 @@ struct Recording {
     std::vector<Attachment> attachments;
     bool complete = false;  ///< false when the file was cut or damaged: then the rest is what could be read
     std::string defect;     ///< what was found wrong, ten things at most; empty if complete
-    bool unchecked = false; ///< a part has no checksum, as ours all have: somebody edited it
+    bool unchecked = false; ///< a part of one of ours has no checksum, as our writer gives all: it was edited
 
     /// A signal by its path, or by that of its block or subsystem where this has no other in the recording.
     /// Throws std::runtime_error that names the recorded signals, or those of the block.

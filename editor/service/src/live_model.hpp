@@ -33,6 +33,8 @@ class LiveModel {
 
     /// The document is right. It goes on in the program, unless that would lose something.
     void consider(Newest newest);
+    /// The revision that the program runs.
+    std::int64_t there() const { return there_; }
     /// Throws std::runtime_error where the program lets nobody change anything.
     void require_control() const;
     /// It goes on all the same. Throws std::runtime_error where none waits.
@@ -49,7 +51,7 @@ class LiveModel {
     const std::function<void()> tell_;
     Values values_; ///< of the newest model
     Newest newest_;
-    std::int64_t there_; ///< the revision that the program runs
+    std::int64_t there_;
     std::optional<std::int64_t> on_the_way_ = {};
     std::optional<RunEdit> waits_ = {};
 };

@@ -84,26 +84,28 @@ struct Service::State {
 
     void check() {
         checked_revision = -1;
-        checker.check(
-            project->as_read(), {project->file(), project->texts(), {}},
-            [this, revision = project->revision(), of = project.get(),
-             alive = std::weak_ptr<bool>(alive)](std::shared_ptr<const ExaminedModel> found) {
-                options.post([this, revision, of, alive, found = std::move(found)] {
-                    if (alive.expired() || of != project.get()) return;
-                    examined = found;
-                    if (shown && found->diagnostics.empty()) {
-                        shown->name_signals(found->diagram);
-                        options.tell(notification("run", to_json(shown->state())));
-                    }
-                    examined_revision = revision;
-                    if (revision == project->revision()) checked_revision = revision;
-                    tell_changed();
-                    if (live_model && checked_revision == revision && found->diagnostics.empty())
-                        live_model->consider({found, revision, last_edit, last_page, project->moves()});
-                    if (playback && checked_revision == revision && found->diagnostics.empty())
-                        playback->edit(found, revision, last_edit, project->moves());
-                });
-            });
+        checker.check(project->as_read(), {project->file(), project->texts(), {}},
+                      [this, revision = project->revision(), of = project.get(),
+                       alive = std::weak_ptr<bool>(alive)](std::shared_ptr<const ExaminedModel> found) {
+                          options.post([this, revision, of, alive, found = std::move(found)] {
+                              if (alive.expired() || of != project.get()) return;
+                              examined = found;
+                              if (shown && found->diagnostics.empty()) {
+                                  shown->name_signals(found->diagram);
+                                  options.tell(notification("run", to_json(shown->state())));
+                              }
+                              examined_revision = revision;
+                              if (revision == project->revision()) checked_revision = revision;
+                              tell_changed();
+                              if (live_model && checked_revision == revision && found->diagnostics.empty())
+                                  live_model->consider({found, revision,
+                                                        edit_names.since(live_model->there()), last_page,
+                                                        project->moves()});
+                              if (playback && checked_revision == revision && found->diagnostics.empty())
+                                  playback->edit(found, revision, edit_names.since(playback->revision()),
+                                                 project->moves());
+                          });
+                      });
     }
 
     DocumentState document() const {
@@ -137,8 +139,8 @@ struct Service::State {
     void tell_changed() { options.tell(notification("changed", to_json(document()))); }
 
     /// `edit` names it, where it goes on in a run.
-    DocumentState after_change(std::string edit = "edit") {
-        last_edit = std::move(edit);
+    DocumentState after_change(std::vector<EditPart> edit = {{"edit"}}) {
+        edit_names.add(project->revision(), std::move(edit));
         last_page = asking;
         check();
         tell_changed();
@@ -210,6 +212,7 @@ struct Service::State {
         playback.reset();
         examined.reset();
         project = std::move(other);
+        edit_names = {};
         return after_change();
     }
 
@@ -272,7 +275,7 @@ struct Service::State {
 
     /// Edits, and as soon as one block of a subsystem gets a place gives the others those at which they are
     /// seen, so that nothing jumps.
-    DocumentState apply(model::Operation operation, std::string name) {
+    DocumentState apply(model::Operation operation, std::vector<EditPart> parts) {
         require_ports(project->model(), diagram(), operation);
         const std::set<std::string> systems = systems_placed_in(project->model(), operation);
         model::operations::Batch batch;
@@ -323,20 +326,20 @@ struct Service::State {
 
     DocumentState edit(int, const Edit& asked) {
         return apply(model::operation_from_json(asked.operation.json),
-                     edit_name(Json::parse(asked.operation.json)));
+                     parts_of(Json::parse(asked.operation.json)));
     }
     DocumentState undo(int, const Nothing&) {
         if (!project->undo()) throw Refusal("there is nothing to undo");
-        return after_change("undo");
+        return after_change({{"undo"}});
     }
     DocumentState redo(int, const Nothing&) {
         if (!project->redo()) throw Refusal("there is nothing to do again");
-        return after_change("redo");
+        return after_change({{"redo"}});
     }
 
     Text copy(int, const Copy& asked) { return {copied(project->model(), asked.system, asked.names)}; }
     DocumentState paste(int, const Paste& asked) {
-        return apply(pasted(project->model(), asked.system, asked.text, asked.at), "paste");
+        return apply(pasted(project->model(), asked.system, asked.text, asked.at), {{"paste"}});
     }
 
     std::vector<Diagnostic> told(const std::vector<model::Diagnostic>& all) const {
@@ -368,7 +371,7 @@ struct Service::State {
         } catch (const model::Errors& errors) {
             return {document(), false, told(errors.diagnostics())};
         }
-        return {after_change("text")};
+        return {after_change({{"text"}})};
     }
 
     GeneratedCode generate(int, const Generate& asked) {
@@ -564,7 +567,7 @@ struct Service::State {
     std::unique_ptr<Project> project;
     std::shared_ptr<const ExaminedModel> examined;
     std::int64_t examined_revision = -1, checked_revision = -1;
-    std::string last_edit;
+    EditNames edit_names;
     int last_page = 0, asking = 0; ///< who made it; the page whose request is answered; 0: none
     const std::unique_ptr<Registry> registry = make_registry();
     std::vector<LibraryBlock> known_blocks;

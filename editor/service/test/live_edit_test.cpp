@@ -127,6 +127,43 @@ TEST_F(LiveEdit, AGainAndABlockGoOnInTheRunOfTheProgram) {
     EXPECT_GT(find(program.signals(), "plant")[0], 0) << "it went on";
 }
 
+TEST_F(LiveEdit, TheLogNamesAllThatMattersToTheRun) {
+    EditedProgram program(folder / "served.yaml");
+    attach(program);
+    const Json trim = {{"name", "trim"}, {"type", "Gain"}, {"settings", Json::array()}};
+    const auto connect = [](const char* kind, const char* from, const char* to) {
+        return Json{{"do", kind}, {"system", ""}, {"from", from}, {"to", to}};
+    };
+    result("edit", {{"operation", {{"do", "add"}, {"system", ""}, {"block", trim}}}}); // with an open input
+    const Json run = edit({{"do", "batch"},
+                           {"operations",
+                            {{{"do", "move"}, {"path", "trim"}, {"to", {{"x", 1}, {"y", 2}}}},
+                             connect("disconnect", "control", "plant"),
+                             connect("connect", "control", "trim"),
+                             connect("connect", "trim", "plant")}}});
+    EXPECT_EQ(run["is_current"], true) << run;
+    EXPECT_NE(program.log().find("edit: add trim and 3 more"), std::string::npos) << program.log();
+}
+
+TEST_F(LiveEdit, AStateThatIsRenamedStaysActive) {
+    std::ofstream(folder / "served.yaml")
+        << "model: served\nstep: 0.001\nblocks:\n"
+           "  c: {block: StateMachine, states: [idle, fill, run], transitions: \"[1 2 0 0; 2 3 0 0]\"}\n";
+    EditedProgram program(folder / "served.yaml");
+    attach(program);
+    Json run = edit({{"do", "rename"}, {"path", "c.run"}, {"name", "go"}});
+    EXPECT_EQ(run["is_current"], true) << run;
+    run = edit({{"do", "remove"}, {"path", "c.idle"}});
+    EXPECT_EQ(run["edit"]["lost"],
+              (Json{"'c.x' may be 'idle', which is no longer there: 'c' then begins anew"}));
+    told.clear();
+    result("run", {{"action", "adopt"}});
+    wait_for([](const Json& n) { return n["method"] == "run" && n["params"]["is_current"] == true; });
+    program.end();
+    EXPECT_EQ(find(program.signals(), "c.state")[0], 2) << "it has not begun anew";
+    EXPECT_GT(find(program.signals(), "c.time_in_state")[0], 0.01);
+}
+
 TEST_F(LiveEdit, WhatWouldBeLostIsSaidBeforeAndAPersonTakesItOver) {
     EditedProgram program(folder / "served.yaml");
     attach(program);

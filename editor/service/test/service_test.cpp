@@ -264,6 +264,10 @@ TEST_F(ServiceTest, NamesBranchesByWhatWasEditedAsPeopleSayIt) {
         {"do", "add"}, {"system", "controller"}, {"block", {{"name", "one"}, {"type", "Constant"}}}};
     const Json set = {{"do", "set"}, {"path", "controller.one"}, {"name", "value"}, {"value", "2"}};
     EXPECT_EQ(branch_of({{"do", "batch"}, {"operations", {add, set}}}), "add controller.one and 1 more");
+    const Json move = {{"do", "move"}, {"path", "controller.one"}, {"to", {{"x", 1}, {"y", 2}}}};
+    const Json value = {{"do", "set"}, {"path", "controller.one"}, {"name", "value"}, {"value", "3"}};
+    EXPECT_EQ(branch_of({{"do", "batch"}, {"operations", {move, value}}}), "controller.one.value = 3")
+        << "where it stands is nothing to the run";
 }
 
 TEST_F(ServiceTest, AnEditThatLosesStatesOfTheRunWaits) {

@@ -287,14 +287,11 @@ struct Service::State {
             operation = std::move(batch);
         }
         project->edit(operation);
-        return after_change(std::move(name));
+        return after_change(std::move(parts));
     }
 
     DocumentState arrange(int, const InSystem& asked) {
-        model::operations::Batch moves;
-        for (const auto& [path, at] : editor::arranged(project->model(), asked.system, diagram()))
-            moves.operations.emplace_back(model::operations::Move{path, at});
-        project->edit(moves);
+        project->edit(editor::arranged(project->model(), asked.system, diagram()));
         return after_change();
     }
 

@@ -99,4 +99,16 @@ std::string label_of(const model::Transition& transition, const std::vector<std:
     return label;
 }
 
+std::vector<Shape> arrow_along(const std::vector<Point>& points) {
+    const Point end = points.back(), last = points[points.size() - 2];
+    const double dx = (last.x > end.x) - (last.x < end.x),
+                 dy = (last.y > end.y) - (last.y < end.y); // back along it
+    return {{Shape::Kind::line, Style::wire, points},
+            {Shape::Kind::polygon,
+             Style::branch,
+             {end,
+              {end.x + 8 * dx + 4 * dy, end.y + 8 * dy + 4 * dx},
+              {end.x + 8 * dx - 4 * dy, end.y + 8 * dy - 4 * dx}}}};
+}
+
 } // namespace bf::editor

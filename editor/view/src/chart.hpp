@@ -3,6 +3,7 @@
 
 #include "bf/elaborate/diagram.hpp"
 #include "bf/model/chart.hpp"
+#include "bf/view/drawing.hpp"
 
 #include <functional>
 #include <string>
@@ -23,5 +24,8 @@ std::vector<std::string> condition_names(const model::Block& block, const model:
 /// "[is_touching] after 0.1 s": the condition by its name, or else by its number; empty where the transition
 /// is always taken.
 std::string label_of(const model::Transition& transition, const std::vector<std::string>& conditions);
+
+/// A line with an arrow head at its end.
+std::vector<Shape> arrow_along(const std::vector<Point>& points);
 
 } // namespace bf::editor

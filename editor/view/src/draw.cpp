@@ -35,17 +35,6 @@ std::string rate_text(const Diagram& diagram, int rate) {
            (period < 1 ? number_text(std::round(period * 1e9) / 1e6) + " ms" : number_text(period) + " s");
 }
 
-/// "10 ms" of "every 10 ms".
-std::string short_rate_text(const Diagram& diagram, int rate) {
-    const std::string text = rate_text(diagram, rate), every = "every ";
-    return text.starts_with(every) ? text.substr(every.size()) : text;
-}
-
-Rectangle together(const Rectangle& a, const Rectangle& b) {
-    const double x = std::min(a.x, b.x), y = std::min(a.y, b.y);
-    return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
-}
-
 class Drawer {
   public:
     Drawer(const model::Model& model, const std::string& system, const Diagram& diagram,
@@ -90,12 +79,20 @@ class Drawer {
             box.width += more;
             for (Box::Pin& other : box.pins) other.at.x += more;
         };
-        for (const Tag& tag : tags()) make_room(tag.pin, tag_text(tag.net));
+        for (const Tag& tag : tags()) make_room(tag.pin, fitted_tag(tag_text(tag.net), {}, side_of(tag), {}));
         std::vector<Point> corners = arrange(wide, nets_);
         for (std::size_t i = 0; i < corners.size(); ++i) corners[i].x += left[i];
         return corners;
     }
     const std::vector<Item>& items() const { return items_; }
+    /// Paths of wires with corners by hand.
+    std::vector<std::string> bent() const {
+        std::vector<std::string> all;
+        for (std::size_t n = 0; n < drawn_.size(); ++n)
+            for (std::size_t t = 0; t < drawn_[n].size(); ++t)
+                if (!drawn_[n][t].empty()) all.push_back(joined(path_, ends_[n].to[t]));
+        return all;
+    }
 
     /// Own ports without a place stand beside what has one, level with what they are wired to, and what was
     /// put into a wire between its ends; all else without a place is arranged together, below.
@@ -174,6 +171,11 @@ class Drawer {
 
     static Rectangle area(const Item& item) {
         return {item.at.x, item.at.y, item.box.width, item.box.height};
+    }
+    std::vector<Rectangle> areas() const {
+        std::vector<Rectangle> all;
+        for (const Item& item : items_) all.push_back(area(item));
+        return all;
     }
 
     /// Whether something that stands would be nearer to it than that.
@@ -350,10 +352,8 @@ class Drawer {
 
     void add_transitions(Drawing& drawing, const std::vector<std::vector<Route>>& routes) const {
         std::vector<Labelled> ways;
-        std::vector<Rectangle> states;
         for (std::size_t n = 0; n < labels_.size(); ++n) ways.push_back({routes[n][0].points, labels_[n]});
-        for (const Item& item : items_) states.push_back(area(item));
-        const std::vector<Shape> guards = place_labels(ways, states);
+        const std::vector<Shape> guards = place_labels(ways, areas());
         for (std::size_t n = 0; n < labels_.size(); ++n) {
             drawing.elements.push_back(arrow_of(n, routes[n][0]));
             if (!labels_[n].empty()) drawing.elements.back().shapes.push_back(guards[n]);
@@ -373,15 +373,7 @@ class Drawer {
         arrow.corners = way.points;
         arrow.bounds = around(way.points);
         arrow.state = static_cast<int>(nets_[n].from.box) + 1;
-        const Point end = way.points.back(), last = way.points[way.points.size() - 2];
-        const double dx = (last.x > end.x) - (last.x < end.x),
-                     dy = (last.y > end.y) - (last.y < end.y); // back along it
-        arrow.shapes = {{Shape::Kind::line, Style::wire, way.points},
-                        {Shape::Kind::polygon,
-                         Style::branch,
-                         {end,
-                          {end.x + 8 * dx + 4 * dy, end.y + 8 * dy + 4 * dx},
-                          {end.x + 8 * dx - 4 * dy, end.y + 8 * dy - 4 * dx}}}};
+        arrow.shapes = arrow_along(way.points);
         return arrow;
     }
 
@@ -483,8 +475,12 @@ class Drawer {
         for (const auto& item : items_) corners.push_back(item.at);
         std::vector<Box> around_wires = boxes();
         const std::vector<Tag> tags_drawn = tags();
+        const std::vector<Rectangle> blocks = areas();
         for (const Tag& tag : tags_drawn) {
-            const Rectangle r = together(area(tag), around({port_of(tag)}));
+            const Rectangle label = area(tag), r = together(label, around({port_of(tag)}));
+            // One that stands on a block, for want of room, would shut in the wires to and from that.
+            const auto hides = [&](const Rectangle& block) { return overlap(block, label); };
+            if (std::ranges::any_of(blocks, hides)) continue;
             around_wires.push_back({r.width, r.height, {}});
             corners.push_back({r.x, r.y});
         }
@@ -517,7 +513,7 @@ class Drawer {
                     wire.as_labels = true;
                     for (const Tag& tag : tags_drawn)
                         if (tag.net == n && tag.to == t)
-                            add_tag(wire, port_of(tag), side_of(tag), tag.is_source, text);
+                            add_tag(wire, port_of(tag), side_of(tag), tag.is_source, text_of(tag));
                     std::vector<Point> all;
                     for (const Shape& shape : wire.shapes)
                         all.insert(all.end(), shape.points.begin(), shape.points.end());
@@ -564,7 +560,10 @@ class Drawer {
         return {item.at.x + item.box.pins[tag.pin.pin].at.x, item.at.y + item.box.pins[tag.pin.pin].at.y};
     }
     Side side_of(const Tag& tag) const { return items_[tag.pin.box].box.pins[tag.pin.pin].side; }
-    Rectangle area(const Tag& tag) const { return tag_area(port_of(tag), side_of(tag), tag_text(tag.net)); }
+    std::string text_of(const Tag& tag) const {
+        return fitted_tag(tag_text(tag.net), port_of(tag), side_of(tag), areas());
+    }
+    Rectangle area(const Tag& tag) const { return tag_area(port_of(tag), side_of(tag), text_of(tag)); }
 
     // ---- what elaboration knows ----
 
@@ -602,7 +601,7 @@ class Drawer {
         if (options_.types && s->type_known) add(name(s->type));
         if (options_.units) add(unit_text(*s));
         const int rate = diagram_.nodes[static_cast<std::size_t>(end.node)].rate;
-        if (options_.rates && rate >= 0) add(short_rate_text(diagram_, rate));
+        if (options_.rates && rate >= 0) add(without_every(rate_text(diagram_, rate)));
         return text;
     }
 
@@ -677,13 +676,14 @@ Drawing draw(const model::Model& model, const std::string& system, const Diagram
     return Drawer(model, system, diagram, options).draw(diagnostics);
 }
 
-std::vector<std::pair<std::string, Point>> arranged(const model::Model& model, const std::string& system,
-                                                    const Diagram& diagram) {
+model::operations::Batch arranged(const model::Model& model, const std::string& system,
+                                  const Diagram& diagram) {
     const Drawer drawer(model, system, diagram);
     const std::vector<Point> corners = drawer.arrangement();
-    std::vector<std::pair<std::string, Point>> all;
+    model::operations::Batch all;
     for (std::size_t i = 0; i < corners.size(); ++i)
-        all.emplace_back(drawer.items()[i].element.path, corners[i]);
+        all.operations.emplace_back(model::operations::Move{drawer.items()[i].element.path, corners[i]});
+    for (const std::string& wire : drawer.bent()) all.operations.emplace_back(model::operations::Bend{wire});
     return all;
 }
 

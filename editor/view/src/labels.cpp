@@ -16,10 +16,6 @@ constexpr double from_line = 4; ///< from a level piece to the text above or ben
 constexpr double step = 20;     ///< between places that are tried along a piece
 constexpr int most = 12;        ///< places on one side of a piece
 
-bool overlap(const Rectangle& a, const Rectangle& b) {
-    return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
-}
-
 /// A line has no width: it lies on a rectangle where it runs through its inside.
 bool crosses(const std::vector<Point>& way, const Rectangle& r) {
     for (std::size_t k = 1; k < way.size(); ++k) {
@@ -103,6 +99,15 @@ std::vector<Shape> place_labels(const std::vector<Labelled>& ways, const std::ve
             labels[i] = std::move(best);
         }
     return labels;
+}
+
+bool overlap(const Rectangle& a, const Rectangle& b) {
+    return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+}
+
+Rectangle together(const Rectangle& a, const Rectangle& b) {
+    const double x = std::min(a.x, b.x), y = std::min(a.y, b.y);
+    return {x, y, std::max(a.x + a.width, b.x + b.width) - x, std::max(a.y + a.height, b.y + b.height) - y};
 }
 
 Rectangle around(const std::vector<Point>& points) {

@@ -16,6 +16,8 @@ struct Labelled {
 
 /// The rectangle of points.
 Rectangle around(const std::vector<Point>& points);
+Rectangle together(const Rectangle& a, const Rectangle& b);
+bool overlap(const Rectangle& a, const Rectangle& b);
 
 /// A wire that leaves another one of its net is drawn from there on.
 std::vector<Point> own_part(const Route& way);

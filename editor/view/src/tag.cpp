@@ -3,18 +3,33 @@
 #include "item.hpp"
 #include "text.hpp"
 
+#include <algorithm>
+
 namespace bf::editor {
 
 namespace {
 
-constexpr double away = 10, height = 15, tip = 6, margin = 2, most = 120;
+constexpr double away = 10, height = 15, tip = 6, margin = 2, most = 120, beyond = 12; // to the next block
 
 bool is_upright(model::Side side) { return side == model::Side::top || side == model::Side::bottom; }
 
 } // namespace
 
+std::string fitted_tag(const std::string& text, const Point& port, model::Side side,
+                       const std::vector<Rectangle>& blocks) {
+    double room = most;
+    for (const Rectangle& block : blocks) {
+        const double apart = side == model::Side::left ? port.x - block.x - block.width : block.x - port.x;
+        if (is_upright(side) || apart <= 0 || block.y >= port.y + height / 2 ||
+            block.y + block.height <= port.y - height / 2)
+            continue;
+        room = std::min(room, apart - away - beyond - 2 * (tip + margin));
+    }
+    return fitted(text, small_letter, room);
+}
+
 Rectangle tag_area(const Point& port, model::Side side, const std::string& text) {
-    const double width = text_width(fitted(text, small_letter, most), small_letter) + 2 * (tip + margin);
+    const double width = text_width(text, small_letter) + 2 * (tip + margin);
     switch (side) {
     case model::Side::left: return {port.x - away - width, port.y - height / 2, width, height};
     case model::Side::right: return {port.x + away, port.y - height / 2, width, height};
@@ -46,7 +61,7 @@ void add_tag(Element& wire, const Point& port, model::Side side, bool is_source,
     wire.shapes.push_back({Shape::Kind::text,
                            Style::label,
                            {{left + area.width / 2, middle + small_letter / 3}},
-                           fitted(text, small_letter, most),
+                           text,
                            small_letter,
                            Align::middle});
 }

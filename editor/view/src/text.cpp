@@ -42,4 +42,9 @@ std::string fitted(const std::string& text, double size, double most) {
     return text.substr(0, end) + dots;
 }
 
+std::string without_every(const std::string& rate) {
+    const std::string every = "every ";
+    return rate.starts_with(every) ? rate.substr(every.size()) : rate;
+}
+
 } // namespace bf::editor

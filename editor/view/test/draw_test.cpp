@@ -311,6 +311,46 @@ TEST(Draw, LabelsStandOutsideOfPortsOnEachSide) {
     }
 }
 
+/// Does a piece of the wire run through the inside of the rectangle?
+bool runs_through(const Element& wire, const Rectangle& r) {
+    for (std::size_t k = 1; k < wire.corners.size(); ++k)
+        if (overlap(around({Shape::Kind::line, Style::wire, {wire.corners[k - 1], wire.corners[k]}}), r))
+            return true;
+    return false;
+}
+
+TEST(Draw, ALabelWithLittleRoomHidesNothingAndLeavesOtherWiresTheirWay) {
+    for (int apart = 4; apart <= 120; apart += 4) { // of the chart and what a label stands at
+        Known known("model: m\nstep: 0.1\nblocks:\n  c: {block: Clock}\n  chart: {block: Gain}\n"
+                    "  is_running: {block: Gain}\n  filled: {block: Gain}\n  back: {block: Gain}\n"
+                    "connections: {c: chart, chart: [is_running, back], back: filled}\n"
+                    "layout:\n  blocks:\n    c: {x: 100, y: 0}\n    chart: {x: 300, y: 0}\n"
+                    "    filled: {x: 200, y: 60}\n    back: {x: 0, y: 100}\n    is_running: {x: " +
+                    std::to_string(340 + apart) + ", y: 0}\n  wires: {is_running: labels}\n");
+        const Drawing drawing = known.draw();
+        const Element& back = find(drawing, "back", Kind::wire);
+        for (const char* block : {"c", "chart", "is_running", "filled", "back"})
+            EXPECT_FALSE(runs_through(back, find(drawing, block).bounds)) << block << " " << apart;
+        if (apart < 44) continue; // from there on a letter has room
+        for (const Shape& shape : find(drawing, "is_running", Kind::wire).shapes)
+            EXPECT_FALSE(shape.kind == Shape::Kind::polygon &&
+                         overlap(around(shape), find(drawing, "chart").bounds))
+                << apart;
+    }
+}
+
+TEST(Draw, ArrangingStraightensWiresAndLeavesLabels) {
+    Known known(std::string(loop) +
+                "layout:\n  blocks: {error: {x: 300, y: 0}, plant: {x: 0, y: 0}}\n"
+                "  wires: {error.u2: [[280, 5], [280, 70]], law: [[0, 99]], y: labels}\n");
+    const auto before = known.draw();
+    bf::model::edit(known.model, arranged(known.model, "", known.examined->diagram));
+    ASSERT_EQ(known.model.layout.wires.size(), 1u);
+    EXPECT_EQ(known.model.layout.wires[0].path, "y");
+    Known fresh{std::string(loop) + "layout: {wires: {y: labels}}\n"};
+    EXPECT_EQ(to_svg(known.draw()), to_svg(fresh.draw())) << "as if nobody had placed anything";
+}
+
 TEST(Draw, WiresTellAllTheirCorners) {
     const Drawing drawing = Known(loop).draw();
     const Element &own = find(drawing, "error.u2", Kind::wire), &error = find(drawing, "error");

@@ -3,6 +3,7 @@
 
 #include "bf/elaborate/diagram.hpp"
 #include "bf/model/compare.hpp"
+#include "bf/model/operation.hpp"
 #include "bf/view/drawing.hpp"
 
 #include <filesystem>
@@ -57,9 +58,10 @@ Rectangle sheet_of(const Drawing& drawing);
 /// As a document of its own with all its images, readable on white and on black where `is_dark`.
 std::string to_svg(const Drawing& drawing, bool is_dark = false);
 
-/// A place for each block and port of the subsystem, whatever the document says: path and upper left corner.
-std::vector<std::pair<std::string, Point>> arranged(const model::Model& model, const std::string& system,
-                                                    const Diagram& diagram);
+/// Gives each block and port of the subsystem, or state of the chart, a place, whatever the document says;
+/// wires find their way, as corners by hand are of where things stood.
+model::operations::Batch arranged(const model::Model& model, const std::string& system,
+                                  const Diagram& diagram);
 
 /// Where `draw` puts those that have no place in the document.
 std::vector<std::pair<std::string, Point>> unplaced(const model::Model& model, const std::string& system,

@@ -293,19 +293,23 @@ TEST_F(RecorderTest, ReplayStartsAtTheLastCheckpointBefore) {
 }
 
 TEST_F(RecorderTest, ReplayIsIdenticalWhereSignalsOfOtherRatesHaveAnEvent) {
-    // The relay answers at base steps, where `slow` has samples of its own.
-    for (const auto* solver : {"rk4", "dormand_prince45", "cvode_bdf"}) {
-        const std::string model = "model: m\nstep: 0.1\nsolver: " + std::string(solver) +
-                                  "\nblocks:\n  relay: {block: Relay, on_value: -1, off_value: 1}\n"
-                                  "  slow: {block: Sine, period: 0.1, frequency: 20, amplitude: 3}\n"
-                                  "  x: {block: Integrator}\n  sum: {block: Sum}\n"
-                                  "connections: {x: sum.u1, slow: sum.u2, sum: relay, relay: x}\n";
-        Session run(model);
-        record(run, 60);
-        const auto recording = recording::load(file);
-        EXPECT_EQ(replay(model, recording), "identical") << solver;
-        EXPECT_GT(recording.channel("relay.y").samples(), recording.channel("slow.y").samples()) << solver;
-    }
+    // The relay answers at base steps, where `slow` has samples of its own, whichever of their rates is the
+    // first.
+    const std::string relay = "  relay: {block: Relay, on_value: -1, off_value: 1}\n",
+                      slow = "  slow: {block: Sine, period: 0.1, frequency: 20, amplitude: 3}\n";
+    for (const auto& blocks : {relay + slow, slow + relay})
+        for (const auto* solver : {"rk4", "dormand_prince45", "cvode_bdf"}) {
+            const std::string model = "model: m\nstep: 0.1\nsolver: " + std::string(solver) + "\nblocks:\n" +
+                                      blocks +
+                                      "  x: {block: Integrator}\n  sum: {block: Sum}\n"
+                                      "connections: {x: sum.u1, slow: sum.u2, sum: relay, relay: x}\n";
+            Session run(model);
+            record(run, 60);
+            const auto recording = recording::load(file);
+            EXPECT_EQ(replay(model, recording), "identical") << solver;
+            EXPECT_GT(recording.channel("relay.y").samples(), recording.channel("slow.y").samples())
+                << solver;
+        }
 }
 
 /// x leaves 0 at 0.2 s, so the trigger rises 2e-16 s after a base step: in the same nanosecond.

@@ -1,5 +1,6 @@
 #include "bf/run/profile.hpp"
 
+#include "bf/base/escape.hpp"
 #include "bf/base/numbers.hpp"
 
 #include <algorithm>
@@ -16,20 +17,6 @@ std::int64_t now() {
     return std::chrono::duration_cast<std::chrono::nanoseconds>(
                std::chrono::steady_clock::now().time_since_epoch())
         .count();
-}
-
-std::string quoted(const std::string& text) {
-    std::string result = "\"";
-    for (const char c : text) {
-        char escape[8];
-        if (c == '"' || c == '\\')
-            result += '\\', result += c;
-        else if (static_cast<unsigned char>(c) < 0x20)
-            std::snprintf(escape, sizeof escape, "\\u%04x", c), result += escape;
-        else
-            result += c;
-    }
-    return result + '"';
 }
 
 std::string period_text(double period) {
@@ -122,11 +109,12 @@ std::int64_t Profiler::calls() const {
 void Profiler::write_trace(std::ostream& stream) const {
     static constexpr const char* phases[] = {"output", "update", "derivative", "guards", "event"};
     stream << "{\"displayTimeUnit\":\"ns\",\"traceEvents\":[\n"
-           << R"({"name":"process_name","ph":"M","pid":1,"args":{"name":)" << quoted(run_.name()) << "}}";
+           << R"({"name":"process_name","ph":"M","pid":1,"args":{"name":)" << escape::python(run_.name())
+           << "}}";
     for (std::size_t rate = 0; rate < rates_.size(); ++rate)
         stream << ",\n"
                << R"({"name":"thread_name","ph":"M","pid":1,"tid":)" << rate << R"(,"args":{"name":)"
-               << quoted(period_text(period(static_cast<int>(rate)))) << "}}";
+               << escape::python(period_text(period(static_cast<int>(rate)))) << "}}";
     const std::size_t kept = std::min(event_count_, events_.size());
     for (std::size_t i = event_count_ - kept; i < event_count_; ++i) {
         const Event& event = events_[i % events_.size()];
@@ -134,7 +122,7 @@ void Profiler::write_trace(std::ostream& stream) const {
         std::snprintf(times, sizeof times, R"("ts":%.3f,"dur":%.3f)",
                       static_cast<double>(event.begin - begin_) * 1e-3,
                       static_cast<double>(event.duration) * 1e-3);
-        stream << ",\n{\"name\":" << quoted(event.entry->block) << ",\"cat\":\""
+        stream << ",\n{\"name\":" << escape::python(event.entry->block) << ",\"cat\":\""
                << phases[static_cast<std::size_t>(event.entry->phase)] << R"(","ph":"X","pid":1,"tid":)"
                << event.entry->rate << ',' << times << '}';
     }

@@ -53,11 +53,12 @@ class RecorderTest : public testing::Test {
         while (replay.step()) {
         }
         samples = replay.samples();
+        missing = replay.missing();
         return replay.difference().empty() ? "identical" : replay.difference();
     }
 
     std::filesystem::path folder, file;
-    std::int64_t first_step = -1, samples = 0;
+    std::int64_t first_step = -1, samples = 0, missing = 0;
 };
 
 const std::string model_text = R"m(
@@ -307,6 +308,7 @@ TEST_F(RecorderTest, ReplayIsIdenticalWhereSignalsOfOtherRatesHaveAnEvent) {
             record(run, 60);
             const auto recording = recording::load(file);
             EXPECT_EQ(replay(model, recording), "identical") << solver;
+            EXPECT_EQ(missing, 0) << "each step has its own sample";
             EXPECT_GT(recording.channel("relay.y").samples(), recording.channel("slow.y").samples())
                 << solver;
         }

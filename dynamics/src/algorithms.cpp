@@ -43,16 +43,23 @@ template <class Stored, class Given> bool replace(Stored& stored, const Given& g
     return changed;
 }
 
+void forget_velocity(Data::Content& data) { data.has_bias = data.has_coriolis = data.has_momentum = false; }
+
+void forget_position(Data::Content& data) {
+    data.has_kinematics = data.has_inertia = data.has_mass = data.has_factor = false;
+    forget_velocity(data);
+}
+
 void set_base(Data::Content& data, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b) {
     data.p = w_H_b.block<3, 1>(0, 3);
     if (!replace(data.R, w_H_b.topLeftCorner<3, 3>())) return;
-    data.has_kinematics = data.has_inertia = data.has_mass = data.has_bias = data.has_momentum = false;
+    forget_position(data);
 }
 
 void set_joints(Data::Content& data, const Eigen::Ref<const Eigen::VectorXd>& s) {
     if (!replace(data.s, s)) return;
-    data.has_joints = data.has_kinematics = data.has_inertia = data.has_mass = data.has_bias =
-        data.has_momentum = false;
+    data.has_joints = false;
+    forget_position(data);
 }
 
 /// Motion per unit of the velocity of the joint that moves a body, of the point at the origin of its pose.
@@ -130,20 +137,20 @@ Force operator*(const RigidInertia& Y, const Motion& v) {
             Y.rotational * v.angular + Y.moment.cross(v.linear)};
 }
 
-/// Gᵀ M G for [nu; velocities of the followers] = G nu.
-void fold_inertia(const Model::Content& model, Data::Content& data) {
-    const Eigen::Index size = data.M.cols();
-    data.M_folded = data.M_wide.leftCols(size);
+/// result = Gᵀ wide G for [nu; velocities of the followers] = G nu.
+void fold(const Model::Content& model, Data::Content& data, Eigen::MatrixXd& result) {
+    const Eigen::Index size = result.cols();
+    data.folded = data.wide.leftCols(size);
     for (std::size_t k = 0; k < model.moving_followers.size(); ++k) {
         const FollowerIndex& follower = model.moving_followers[k];
-        data.M_folded.col(6 + follower.leader) +=
-            follower.factor * data.M_wide.col(size + static_cast<Eigen::Index>(k));
+        data.folded.col(6 + follower.leader) +=
+            follower.factor * data.wide.col(size + static_cast<Eigen::Index>(k));
     }
-    data.M = data.M_folded.topRows(size);
+    result = data.folded.topRows(size);
     for (std::size_t k = 0; k < model.moving_followers.size(); ++k) {
         const FollowerIndex& follower = model.moving_followers[k];
-        data.M.row(6 + follower.leader) +=
-            follower.factor * data.M_folded.row(size + static_cast<Eigen::Index>(k));
+        result.row(6 + follower.leader) +=
+            follower.factor * data.folded.row(size + static_cast<Eigen::Index>(k));
     }
 }
 
@@ -153,7 +160,7 @@ void fold_inertia(const Model::Content& model, Data::Content& data) {
 void update_mass(const Model::Content& model, Data::Content& data) {
     if (data.has_mass) return;
     update_inertia(model, data);
-    Eigen::MatrixXd& M = model.moving_followers.empty() ? data.M : data.M_wide;
+    Eigen::MatrixXd& M = model.moving_followers.empty() ? data.M : data.wide;
     const std::size_t count = model.bodies.size();
     data.composite = data.inertia;
     for (std::size_t k = count - 1; k > 0; --k) {
@@ -178,8 +185,39 @@ void update_mass(const Model::Content& model, Data::Content& data) {
     M.block<3, 3>(3, 0) = skew(Y.moment);
     M.block<3, 3>(0, 3) = -skew(Y.moment);
     M.block<3, 3>(3, 3) = Y.rotational;
-    if (!model.moving_followers.empty()) fold_inertia(model, data);
+    if (!model.moving_followers.empty()) fold(model, data, data.M);
     data.has_mass = true;
+}
+
+/// M = Lᵀ D L, joints from the tips to the base (Featherstone 2008, table 6.3), and the Cholesky factor of
+/// what is then left for the base.
+void update_factor(const Model::Content& model, Data::Content& data) {
+    if (data.has_factor) return;
+    update_mass(model, data);
+    Eigen::MatrixXd& L = data.factor;
+    L = data.M;
+    data.singular = -1;
+    for (const Elimination& elimination : model.eliminations) {
+        const Eigen::Index j = 6 + elimination.joint;
+        const double pivot = L(j, j);
+        if (pivot <= 1e-14 * data.M(j, j)) data.singular = static_cast<int>(j);
+        const Vector6 F = L.col(j).head<6>();
+        L.col(j).head<6>() = F / pivot;
+        L.topLeftCorner<6, 6>().noalias() -= F * L.col(j).head<6>().transpose();
+        for (std::size_t k = 0; k < elimination.coupled.size(); ++k) {
+            const Eigen::Index i = 6 + elimination.coupled[k];
+            const double factor = L(i, j) / pivot;
+            L.col(i).head<6>() -= factor * F;
+            for (std::size_t later = k; later < elimination.coupled.size(); ++later)
+                L(6 + elimination.coupled[later], i) -= factor * L(6 + elimination.coupled[later], j);
+        }
+        for (const int i : elimination.coupled) L(6 + i, j) /= pivot;
+    }
+    if (model.base_velocities != 0) {
+        data.base_factor.compute(L.topLeftCorner<6, 6>());
+        if (data.base_factor.info() != Eigen::Success && data.singular < 0) data.singular = 3;
+    }
+    data.has_factor = true;
 }
 
 /// The recursive Newton-Euler algorithm (Featherstone 2008, table 5.1) for nu_dot = 0: a = a_parent + v × S
@@ -229,6 +267,58 @@ void update_bias(const Model::Content& model, Data::Content& data) {
     data.has_bias = true;
 }
 
+/// C by its composite-rigid-body algorithm (Echeandia, Wensing 2021): C(i, j) = Sᵢᵀ (Y Sⱼ' + B Sⱼ) with the
+/// inertia Y and its rate B of all that the further of the two joints carries, and the time derivative
+/// S' = v × S of a column. Those of the base stand still, as pdot = 0. With v×, v×* and the exchanged product
+/// of that paper worked out for a rigid body, B is [0, -momentum×; 0, ω× (I - ½ tr I) - moment× v×].
+void update_coriolis(const Model::Content& model, Data::Content& data) {
+    if (data.has_coriolis) return;
+    update_mass(model, data);
+    update_bias(model, data);
+    Eigen::MatrixXd& C = model.moving_followers.empty() ? data.C : data.wide;
+    const std::size_t count = model.bodies.size();
+    for (std::size_t k = 0; k < count; ++k) {
+        const Motion &v = data.velocity[k], &S = data.columns[k];
+        data.column_rates[k] = {v.angular.cross(S.linear) + v.linear.cross(S.angular),
+                                v.angular.cross(S.angular)};
+        const RigidInertia& Y = data.inertia[k];
+        Matrix3d half = Y.rotational;
+        half.diagonal().array() -= 0.5 * Y.rotational.trace();
+        data.turning[k].momentum = (Y * v).linear;
+        data.turning[k].rotational.noalias() = skew(v.angular) * half - skew(Y.moment) * skew(v.linear);
+    }
+    for (std::size_t k = count - 1; k > 0; --k) {
+        const Motion &S = data.columns[k], &S_dot = data.column_rates[k];
+        const InertiaRate& B = data.turning[k];
+        const Force Y_S = data.composite[k] * S, Y_S_dot = data.composite[k] * S_dot;
+        const Force F{Y_S_dot.linear + S.angular.cross(B.momentum),
+                      Y_S_dot.angular + B.rotational * S.angular};
+        const Vector3d from_angular =
+            B.momentum.cross(S.linear) + B.rotational.transpose() * S.angular; // Bᵀ S
+        const Eigen::Index j = 6 + model.bodies[k].joint;
+        C.block<3, 1>(0, j) = F.linear;
+        C.block<3, 1>(3, j) = F.angular;
+        C.block<1, 3>(j, 3) = from_angular;
+        for (const auto* supports : {&model.supports[k], &model.follower_supports[k]}) {
+            for (const Support& support : *supports) {
+                const Eigen::Index i = 6 + support.joint;
+                const Motion &S_i = data.columns[support.body], &S_i_dot = data.column_rates[support.body];
+                C(i, j) = S_i.linear.dot(F.linear) + S_i.angular.dot(F.angular);
+                C(j, i) = S_i_dot.linear.dot(Y_S.linear) + S_i_dot.angular.dot(Y_S.angular) +
+                          S_i.angular.dot(from_angular);
+            }
+        }
+        data.turning[model.bodies[k].parent] += B;
+    }
+    C.block<3, 3>(0, 3) = -skew(data.turning[0].momentum);
+    C.block<3, 3>(3, 3) = data.turning[0].rotational;
+    if (!model.moving_followers.empty()) {
+        C.leftCols<3>().setZero(); // where M was
+        fold(model, data, data.C);
+    }
+    data.has_coriolis = true;
+}
+
 void update_momentum(const Model::Content& model, Data::Content& data) {
     if (data.has_momentum) return;
     update_mass(model, data);
@@ -251,23 +341,28 @@ Pose operator*(const std::vector<Pose>& bodies, const Placement& frame) {
     return {body.rotation * frame.rotation, body.rotation * frame.translation + body.translation};
 }
 
+/// Calls f(joint, body that it moves, factor) for each joint that carries a body, with the factor by which
+/// the body's joint follows.
+template <class F> void for_each_joint(const Model::Content& model, std::size_t body, const F& f) {
+    for (const Support& support : model.supports[body]) f(support.joint, support.body, 1.0);
+    for (const Support& support : model.follower_supports[body]) {
+        const FollowerIndex& follower =
+            model.moving_followers[static_cast<std::size_t>(support.joint) - model.joint_names.size()];
+        f(follower.leader, support.body, follower.factor);
+    }
+}
+
 /// Adds sign times what the joints that carry a body contribute to the velocity of its point p, each per unit
 /// of its velocity. Column(k) is the motion that the joint of body k gives to the point at the origin.
 /// `first` is the column of the first joint.
 template <class Column>
 void add_joints(const Model::Content& model, std::size_t body, const Vector3d& p, double sign,
                 Eigen::Index first, const Column& column, Matrix6XOut J) {
-    const auto add = [&](Eigen::Index joint, std::size_t k, double factor) {
+    for_each_joint(model, body, [&](int joint, std::size_t k, double factor) {
         const Motion& S = column(k);
-        J.col(joint).head<3>() += factor * (S.linear + S.angular.cross(p));
-        J.col(joint).tail<3>() += factor * S.angular;
-    };
-    for (const Support& support : model.supports[body]) add(first + support.joint, support.body, sign);
-    for (const Support& support : model.follower_supports[body]) {
-        const FollowerIndex& follower =
-            model.moving_followers[static_cast<std::size_t>(support.joint) - model.joint_names.size()];
-        add(first + follower.leader, support.body, sign * follower.factor);
-    }
+        J.col(first + joint).head<3>() += sign * factor * (S.linear + S.angular.cross(p));
+        J.col(first + joint).tail<3>() += sign * factor * S.angular;
+    });
 }
 
 } // namespace
@@ -275,12 +370,13 @@ void add_joints(const Model::Content& model, std::size_t body, const Vector3d& p
 Data::Content::Content(const Model::Content& model)
     : s(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.joint_names.size()))), s_dot(s),
       in_base(model.bodies.size()), in_world(in_base), columns(in_base.size()), inertia(in_base.size()),
-      composite(inertia), M(Eigen::MatrixXd::Zero(6 + s.size(), 6 + s.size())), velocity(in_base.size()),
-      acceleration(velocity), force(in_base.size()), h(6 + s.size()) {
+      composite(inertia), M(Eigen::MatrixXd::Zero(6 + s.size(), 6 + s.size())), factor(M),
+      velocity(in_base.size()), acceleration(velocity), force(in_base.size()), h(6 + s.size()),
+      column_rates(velocity), turning(in_base.size()), C(M) {
     if (!model.moving_followers.empty()) {
-        const Eigen::Index wide = M.cols() + static_cast<Eigen::Index>(model.moving_followers.size());
-        M_wide.setZero(wide, wide);
-        M_folded.resize(wide, M.cols());
+        const Eigen::Index size = M.cols() + static_cast<Eigen::Index>(model.moving_followers.size());
+        wide.setZero(size, size);
+        folded.resize(size, M.cols());
     }
 }
 
@@ -296,8 +392,8 @@ void set_state(const Model&, Data& data, const Eigen::Ref<const Eigen::Matrix4d>
     set_base(d, w_H_b);
     set_joints(d, s);
     if (replace(d.p_dot, nu_base.head<3>())) d.has_momentum = false;
-    if (replace(d.omega, nu_base.tail<3>())) d.has_bias = d.has_momentum = false;
-    if (replace(d.s_dot, s_dot)) d.has_bias = d.has_momentum = false;
+    if (replace(d.omega, nu_base.tail<3>())) forget_velocity(d);
+    if (replace(d.s_dot, s_dot)) forget_velocity(d);
 }
 
 void set_position(const Model&, Data& data, const Eigen::Ref<const Eigen::Matrix4d>& w_H_b,
@@ -391,6 +487,73 @@ void gravity_forces(const Model& model, Data& data, VectorOut g) noexcept {
     g.noalias() = data.content().M.bottomRows(g.size()).leftCols<3>() * -model.content().gravity;
 }
 
+void coriolis_forces(const Model& model, Data& data, VectorOut c) noexcept {
+    update_mass(model.content(), data.content());
+    bias_forces(model, data, c);
+    c.noalias() += data.content().M.bottomRows(c.size()).leftCols<3>() * model.content().gravity;
+}
+
+void coriolis_matrix(const Model& model, Data& data, MatrixOut C) noexcept {
+    update_coriolis(model.content(), data.content());
+    assert(C.rows() == model.velocities() && C.cols() == model.velocities());
+    C = data.content().C.bottomRightCorner(C.rows(), C.cols());
+}
+
+void mass_matrix_derivative(const Model& model, Data& data, MatrixOut M_dot) noexcept {
+    update_coriolis(model.content(), data.content());
+    assert(M_dot.rows() == model.velocities() && M_dot.cols() == model.velocities());
+    const auto C = data.content().C.bottomRightCorner(M_dot.rows(), M_dot.cols());
+    M_dot.noalias() = C + C.transpose();
+}
+
+void add_wrench(const Model& model, Data& data, Frame frame, const Eigen::Ref<const Vector6>& f,
+                VectorOut forces) noexcept {
+    assert(forces.size() == model.velocities());
+    Data::Content& d = data.content();
+    update_kinematics(model.content(), d);
+    const Placement& link = placement(model.content(), frame);
+    const Vector3d force = f.head<3>();
+    const Vector3d moment =
+        f.tail<3>() + (d.in_world * link).translation.cross(force); // about the base's origin
+    const Eigen::Index first = model.content().base_velocities;
+    if (first != 0) {
+        forces.head<3>() += force;
+        forces.segment<3>(3) += moment;
+    }
+    for_each_joint(model.content(), link.body, [&](int joint, std::size_t k, double factor) {
+        forces[first + joint] += factor * (d.columns[k].linear.dot(force) + d.columns[k].angular.dot(moment));
+    });
+}
+
+int forward_dynamics(const Model& model, Data& data, const Eigen::Ref<const Eigen::VectorXd>& forces,
+                     VectorOut nu_dot) noexcept {
+    assert(forces.size() == model.velocities() && nu_dot.size() == model.velocities());
+    Data::Content& d = data.content();
+    update_factor(model.content(), d);
+    update_bias(model.content(), d);
+    const Eigen::Index first = model.content().base_velocities;
+    if (d.singular >= 0) return d.singular - 6 + static_cast<int>(first);
+    nu_dot = forces - d.h.tail(nu_dot.size());
+    Vector6 base = Vector6::Zero();
+    auto joints = nu_dot.tail(d.s.size());
+    for (const Elimination& elimination : model.content().eliminations) {
+        const double x = joints[elimination.joint];
+        base -= x * d.factor.col(6 + elimination.joint).head<6>();
+        for (const int i : elimination.coupled) joints[i] -= x * d.factor(6 + i, 6 + elimination.joint);
+    }
+    if (first != 0)
+        nu_dot.head<6>() = base = d.base_factor.solve(nu_dot.head<6>() + base);
+    else
+        base.setZero();
+    for (auto e = model.content().eliminations.rbegin(); e != model.content().eliminations.rend(); ++e) {
+        const auto column = d.factor.col(6 + e->joint);
+        double x = joints[e->joint] / column[6 + e->joint] - base.dot(column.head<6>());
+        for (const int i : e->coupled) x -= joints[i] * column[6 + i];
+        joints[e->joint] = x;
+    }
+    return -1;
+}
+
 void inverse_dynamics(const Model& model, Data& data, const Eigen::Ref<const Vector6>& base_acceleration,
                       const Eigen::Ref<const Eigen::VectorXd>& s_ddot, VectorOut tau) noexcept {
     assert(s_ddot.size() == model.joints());
@@ -417,6 +580,16 @@ void centroidal_momentum_matrix(const Model& model, Data& data, Matrix6XOut A) n
         A.col(j).head<3>() = force;
         A.col(j).tail<3>() = own.col(j).segment<3>(3) - d.com.cross(force);
     }
+}
+
+void centroidal_momentum_bias(const Model& model, Data& data, Vector6Out A_dot_nu) noexcept {
+    update_mass(model.content(), data.content());
+    update_bias(model.content(), data.content());
+    const Data::Content& d = data.content();
+    // The forces h of this motion change the momentum; weight has no moment about the centre of mass.
+    const Vector3d force = d.h.head<3>();
+    A_dot_nu.head<3>() = force + model.total_mass() * model.content().gravity;
+    A_dot_nu.tail<3>() = d.h.segment<3>(3) - d.com.cross(force);
 }
 
 void relative_transform(const Model& model, Data& data, Frame reference, Frame frame,

@@ -3,6 +3,7 @@
 #include "bf/dynamics/data.hpp"
 #include "bf/dynamics/model.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include <map>
@@ -63,6 +64,13 @@ struct FollowerIndex {
     double offset;
 };
 
+/// A joint in the order in which joints are eliminated from the mass matrix, tips first, with those behind it
+/// in that order to which it is then coupled.
+struct Elimination {
+    int joint; ///< in joint_names
+    std::vector<int> coupled;
+};
+
 struct Model::Content {
     std::string name;
     std::vector<Body> bodies;
@@ -71,6 +79,7 @@ struct Model::Content {
     std::vector<FollowerIndex> moving_followers; ///< those with a leader
     // By body: the joints that carry it.
     std::vector<std::vector<Support>> supports, follower_supports;
+    std::vector<Elimination> eliminations;
     int base_velocities = 6; ///< 0 for a fixed base
     double total_mass = 0.0;
     Eigen::Vector3d gravity;
@@ -94,6 +103,18 @@ struct Force {
     Eigen::Vector3d angular = Eigen::Vector3d::Zero();
 };
 
+/// What the velocity of bodies adds to the Coriolis matrix, in the axes and about the origin of their
+/// inertia: B = [0, -momentum×; 0, rotational], with B v = v ×* Y v and B + Bᵀ = dY/dt.
+struct InertiaRate {
+    Eigen::Vector3d momentum = Eigen::Vector3d::Zero(); ///< linear
+    Eigen::Matrix3d rotational = Eigen::Matrix3d::Zero();
+
+    void operator+=(const InertiaRate& other) {
+        momentum += other.momentum;
+        rotational += other.rotational;
+    }
+};
+
 struct Data::Content {
     explicit Content(const Model::Content& model);
 
@@ -110,7 +131,9 @@ struct Data::Content {
     bool has_kinematics = false;
     bool has_inertia = false;
     bool has_mass = false;
+    bool has_factor = false;
     bool has_bias = false;
+    bool has_coriolis = false;
     bool has_momentum = false;
 
     // The results. By body, where nothing else is said; about the base's origin and in world axes but for the
@@ -122,13 +145,19 @@ struct Data::Content {
     std::vector<RigidInertia> composite; ///< mass: of all that the joint carries
     Eigen::Vector3d com;                 ///< mass
     Eigen::MatrixXd M;                   ///< mass
-    Eigen::MatrixXd M_wide, M_folded;    ///< mass: M with followers independent, and half way to M
-    std::vector<Motion> velocity;        ///< bias, for p_dot = 0
+    Eigen::MatrixXd wide, folded; ///< mass, coriolis: a matrix with followers independent, and half way
+    Eigen::MatrixXd factor;       ///< factor: D and, below, L of M = Lᵀ D L in the order of elimination
+    Eigen::LLT<Eigen::Matrix<double, 6, 6>> base_factor; ///< factor: of what is left for the base
+    int singular = -1;            ///< factor: row of M with no inertia of its own, or none
+    std::vector<Motion> velocity; ///< bias, for p_dot = 0
     std::vector<Motion>
         acceleration; ///< bias, for nu_dot = 0 and p_dot = 0, of a base that accelerates against gravity
-    std::vector<Force> force;      ///< bias: what moves all that the joint carries
-    Eigen::VectorXd h;             ///< bias
-    Eigen::Matrix<double, 6, 1> H; ///< momentum
+    std::vector<Force> force;         ///< bias: what moves all that the joint carries
+    Eigen::VectorXd h;                ///< bias
+    std::vector<Motion> column_rates; ///< coriolis: time derivatives of the columns
+    std::vector<InertiaRate> turning; ///< coriolis: of all that the joint carries
+    Eigen::MatrixXd C;                ///< coriolis
+    Eigen::Matrix<double, 6, 1> H;    ///< momentum
 };
 
 } // namespace bf::dynamics

@@ -334,6 +334,41 @@ void number_joints(const pinocchio::Model& tree, Model::Content& content) {
     }
 }
 
+/// With joints eliminated from the tips to the base, the factor of M is as sparse as M itself (Featherstone
+/// 2008, §6.4), but for leaders of followers, whose fill is found here.
+void find_eliminations(Model::Content& content) {
+    const std::size_t n = content.joint_names.size();
+    std::vector<int> joints;            // in the order of elimination
+    std::vector<std::size_t> places(n); // in that order, by joint
+    for (std::size_t k = content.bodies.size(); k-- > 1;) {
+        const auto joint = static_cast<std::size_t>(content.bodies[k].joint);
+        if (joint >= n) continue;
+        places[joint] = joints.size();
+        joints.push_back(content.bodies[k].joint);
+    }
+    std::vector<std::set<std::size_t>> coupled(n); // by place
+    const auto couple = [&](const std::set<std::size_t>& all) {
+        for (auto first = all.begin(); first != all.end(); ++first)
+            coupled[*first].insert(std::next(first), all.end());
+    };
+    for (std::size_t k = 1; k < content.bodies.size(); ++k) {
+        std::set<std::size_t> carrying;
+        for (const Support& support : content.supports[k])
+            carrying.insert(places[static_cast<std::size_t>(support.joint)]);
+        for (const Support& support : content.follower_supports[k]) {
+            const auto leader = content.moving_followers[static_cast<std::size_t>(support.joint) - n].leader;
+            carrying.insert(places[static_cast<std::size_t>(leader)]);
+        }
+        couple(carrying);
+    }
+    for (std::size_t place = 0; place < n; ++place) {
+        couple(coupled[place]);
+        content.eliminations.push_back({joints[place], {}});
+        for (const std::size_t later : coupled[place])
+            content.eliminations.back().coupled.push_back(joints[later]);
+    }
+}
+
 void number_frames(const pinocchio::Model& tree, Model::Content& content) {
     for (const pinocchio::Frame& frame : tree.frames) {
         if (frame.type != pinocchio::BODY || frame.name.starts_with(inner_name(""))) continue;
@@ -367,6 +402,7 @@ Model Model::load(const fs::path& path, const std::vector<std::string>& joints,
         const pinocchio::Model tree = build(urdf, *content);
         content->name = tree.name;
         number_joints(tree, *content);
+        find_eliminations(*content);
         number_frames(tree, *content);
     } catch (const std::exception& error) {
         throw std::runtime_error("'" + path.string() + "' has no rigid-body model: " + error.what());

@@ -45,6 +45,12 @@ TEST(FixedBase, LeavesOutWhatBelongsToTheVelocityOfTheBase) {
     EXPECT_EQ(joints.h, all.h.tail(n));
     expect_close(joints.g, all.g.tail(n), "g");
     expect_close(joints.tau, all.tau.tail(n), "tau");
+    EXPECT_EQ(joints.C, all.C.bottomRightCorner(n, n));
+    EXPECT_EQ(joints.M_dot, all.M_dot.bottomRightCorner(n, n));
+    EXPECT_EQ(joints.push, all.push.tail(n));
+    EXPECT_EQ(joints.A_dot_nu, all.A_dot_nu);
+    expect_close(joints.c, all.c.tail(n), "c");
+    expect_close(joints.M * joints.nu_dot + joints.h, nu_dot.tail(n), "forward dynamics");
     EXPECT_EQ(joints.J, all.J.rightCols(n));
     EXPECT_EQ(joints.A, all.A.rightCols(n));
     EXPECT_EQ(joints.com_J, all.com_J.rightCols(n));
@@ -152,9 +158,15 @@ TEST(Followers, AreFoldedIntoTheirLeaders) {
         expect_close(ours.M, big.transpose() * theirs.M * big, "M");
         expect_close(ours.h, big.transpose() * theirs.h, "h");
         expect_close(ours.g, big.transpose() * theirs.g, "g");
+        expect_close(ours.c, big.transpose() * theirs.c, "c");
+        expect_close(ours.C, big.transpose() * theirs.C * big, "C");
+        expect_close(ours.M_dot, big.transpose() * theirs.M_dot * big, "dM/dt");
+        expect_close(ours.push, big.transpose() * theirs.push, "wrench");
+        expect_close(ours.M * ours.nu_dot + ours.h, nu_dot, "forward dynamics");
         expect_close(ours.tau, big.transpose() * theirs.tau, "tau");
         expect_close(ours.H, theirs.H, "momentum");
         expect_close(ours.A, theirs.A * big, "A");
+        expect_close(ours.A_dot_nu, theirs.A_dot_nu, "dA/dt nu");
         expect_close(ours.relative_J, theirs.relative_J * G, "relative J");
     }
 }

@@ -1,3 +1,4 @@
+#include "bf/dynamics/inverse_kinematics.hpp"
 #include "robots.hpp"
 
 #include <gtest/gtest.h>
@@ -175,6 +176,21 @@ TEST_F(Cache, AlgorithmsDoNotAllocate) {
         set_joint_position(model, data, state.s);
         result.compute(model, data, frame, reference, nu_dot);
     }
+    EXPECT_EQ(allocations, before);
+}
+
+TEST_F(Cache, InverseKinematicsDoesNotAllocate) {
+    const std::vector<Target> targets = {{Target::Kind::pose, frame},
+                                         {Target::Kind::position, reference},
+                                         {Target::Kind::orientation, reference},
+                                         {Target::Kind::center_of_mass, {}}};
+    InverseKinematics ik(model, targets, true, {});
+    ik.posture_weights.setConstant(1e-3);
+    Eigen::Matrix4d w_H_b = state.w_H_b;
+    Eigen::VectorXd s = state.s;
+    const long before = allocations;
+    ik.search(w_H_b, s, 3);
+    ik.follow(w_H_b, s);
     EXPECT_EQ(allocations, before);
 }
 #endif

@@ -66,20 +66,20 @@ inline State moved(const State& state, double dt) {
 struct Quantities {
     Eigen::Matrix4d w_H_f, relative;
     Matrix6X J, A, relative_J;
-    Vector6 J_dot_nu, H;
+    Vector6 J_dot_nu, H, A_dot_nu;
     Eigen::Vector3d com, com_dot, com_J_dot_nu;
     Eigen::Matrix<double, 3, Eigen::Dynamic> com_J;
-    Eigen::MatrixXd M;
-    Eigen::VectorXd h, g, tau;
+    Eigen::MatrixXd M, C, M_dot;
+    Eigen::VectorXd h, g, c, tau, push, nu_dot;
 
     explicit Quantities(const Model& model)
         : J(6, model.velocities()), A(6, model.velocities()), relative_J(6, model.joints()),
-          com_J(3, model.velocities()), M(model.velocities(), model.velocities()), h(model.velocities()),
-          g(model.velocities()), tau(model.velocities()) {}
+          com_J(3, model.velocities()), M(model.velocities(), model.velocities()), C(M), M_dot(M),
+          h(model.velocities()), g(h), c(h), tau(h), push(h), nu_dot(h) {}
 
-    /// Asks for all of them. The two frames are `frame` and, for relative quantities, `reference`.
-    void compute(const Model& model, Data& data, Frame frame, Frame reference,
-                 const Eigen::VectorXd& nu_dot) {
+    /// Asks for all of them. The two frames are `frame` and, for relative quantities, `reference`; `given`
+    /// are the accelerations that tau makes and the generalised forces that make nu_dot.
+    void compute(const Model& model, Data& data, Frame frame, Frame reference, const Eigen::VectorXd& given) {
         forward_kinematics(model, data, frame, w_H_f);
         jacobian(model, data, frame, J);
         bias_acceleration(model, data, frame, J_dot_nu);
@@ -90,9 +90,16 @@ struct Quantities {
         mass_matrix(model, data, M);
         bias_forces(model, data, h);
         gravity_forces(model, data, g);
-        inverse_dynamics(model, data, nu_dot.head<6>(), nu_dot.tail(model.joints()), tau);
+        coriolis_forces(model, data, c);
+        coriolis_matrix(model, data, C);
+        mass_matrix_derivative(model, data, M_dot);
+        inverse_dynamics(model, data, given.head<6>(), given.tail(model.joints()), tau);
+        push.setZero();
+        add_wrench(model, data, frame, Vector6(1.0, -2.0, 3.0, 0.5, 0.6, -0.7), push);
+        forward_dynamics(model, data, given.tail(model.velocities()), nu_dot);
         centroidal_momentum(model, data, H);
         centroidal_momentum_matrix(model, data, A);
+        centroidal_momentum_bias(model, data, A_dot_nu);
         relative_transform(model, data, reference, frame, relative);
         relative_jacobian(model, data, reference, frame, relative_J);
     }

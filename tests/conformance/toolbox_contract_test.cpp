@@ -13,6 +13,7 @@ namespace {
 
 using toolbox::test::Blocks;
 using toolbox::test::Running;
+using toolbox::test::yaml;
 
 /// Arguments of the blocks that stand alone. A QP has no bounds here: with some, a second call starts from
 /// the solution of the first and may differ in the last bit.
@@ -28,58 +29,68 @@ const std::multimap<std::string, Arguments>& alone() {
     return all;
 }
 
-/// Settings of the blocks that need a robot.
-const std::multimap<std::string, std::string>& over_a_robot() {
-    static const std::multimap<std::string, std::string> all{
-        {"Configuration", ""},
-        {"ForwardKinematics", "frame: l_sole"},
-        {"ForwardKinematics", "frame: com"},
-        {"CenterOfMass", ""},
-        {"Jacobian", "frame: l_sole"},
-        {"Jacobian", "frame: com"},
-        {"DotJNu", "frame: l_sole"},
-        {"DotJNu", "frame: com"},
-        {"MassMatrix", ""},
-        {"InverseDynamics", ""},
-        {"GetBiasForces", ""},
-        {"GetGravityForces", ""},
-        {"CentroidalMomentum", ""},
-        {"CentroidalTotalMomentumMatrix", ""},
-        {"RelativeTransform", "frame1: l_sole, frame2: chest"},
-        {"RelativeJacobian", "reference: l_sole, frame: chest"},
-        {"GetMeasurement", ""},
-        {"GetMeasurement", "measured_type: Joints Torque"},
-        {"GetSensor", "sensor: l_foot_ft_sensor"},
-        {"GetSensor", "kind: imu"},
-        {"GetLimits", ""},
-        {"GetLimits", "limit_type: ControlBoardVelocity"},
-        {"SetReferences", ""},
-        {"MujocoWorld", ""}};
+/// Arguments of the blocks that need a robot.
+const std::multimap<std::string, Arguments>& over_a_robot() {
+    using Names = std::vector<std::string>;
+    static const std::multimap<std::string, Arguments> all{
+        {"Configuration", {}},
+        {"ForwardKinematics", {{"frame", "l_sole"}}},
+        {"ForwardKinematics", {{"frame", "com"}}},
+        {"CenterOfMass", {}},
+        {"Jacobian", {{"frame", "l_sole"}}},
+        {"Jacobian", {{"frame", "com"}}},
+        {"DotJNu", {{"frame", "l_sole"}}},
+        {"DotJNu", {{"frame", "com"}}},
+        {"MassMatrix", {}},
+        {"InverseDynamics", {}},
+        {"ForwardDynamics", {}},
+        {"ForwardDynamics", {{"frames", Names{"l_sole", "chest"}}}},
+        {"GetBiasForces", {}},
+        {"GetGravityForces", {}},
+        {"GetCoriolisForces", {}},
+        {"CoriolisMatrix", {}},
+        {"MassMatrixDerivative", {}},
+        {"CentroidalMomentum", {}},
+        {"CentroidalTotalMomentumMatrix", {}},
+        {"DotANu", {}},
+        {"RelativeTransform", {{"frame1", "l_sole"}, {"frame2", "chest"}}},
+        {"RelativeJacobian", {{"reference", "l_sole"}, {"frame", "chest"}}},
+        {"InverseKinematics", {{"pose", Names{"l_sole"}}}},
+        {"InverseKinematics",
+         {{"position", Names{"l_sole", "chest"}}, {"com", true}, {"posture", true}, {"finds_base", true}}},
+        {"GetMeasurement", {}},
+        {"GetMeasurement", {{"measured_type", "Joints Torque"}}},
+        {"GetSensor", {{"sensor", "l_foot_ft_sensor"}}},
+        {"GetSensor", {{"kind", "imu"}}},
+        {"GetLimits", {}},
+        {"GetLimits", {{"limit_type", "ControlBoardVelocity"}}},
+        {"SetReferences", {}},
+        {"MujocoWorld",
+         {{"feet", Names{"l_sole", "r_sole"}},
+          {"ft_sensors", Names{"l_foot_ft_sensor"}},
+          {"push_links", Names{"chest"}}}}};
     return all;
 }
 
 /// The block `x` beside a configuration and a world, its inputs those of the root.
-std::string diagram_of(const BlockClass& block_class, const std::string& settings) {
-    const std::string world =
-        "block: WholeBodyToolbox/MujocoWorld, feet: \"{'l_sole', 'r_sole'}\", ft_sensors: "
-        "\"{'l_foot_ft_sensor'}\", push_links: \"{'chest'}\"";
+std::string diagram_of(const BlockClass& block_class, const Arguments& arguments) {
     std::string inputs = "inputs:\n", connections = "connections:\n";
-    const auto block = block_class.make({});
+    const auto block = block_class.make(arguments);
     for (const auto& slot : block->resolution().slots) {
         if (slot.role != Role::input) continue;
-        inputs += "  " + slot.name + ": {" + (slot.name == "w_H_b" ? "shape: \"[4 4]\"" : "") + "}\n";
+        inputs +=
+            "  " + slot.name + ": {" + (slot.name.starts_with("w_H_") ? "shape: \"[4 4]\"" : "") + "}\n";
         connections += "  " + slot.name + ": x." + slot.name + "\n";
     }
-    std::string text = "model: m\nstep: 0.001\n" + (inputs.size() > 8 ? inputs : "") + "blocks:\n";
-    if (block_class.name == "Configuration") return text + "  x: {block: WholeBodyToolbox/Configuration}\n";
-    text +=
-        "  robot: {block: WholeBodyToolbox/Configuration, joints: \"{'l_knee', 'r_knee', 'torso_yaw'}\"}\n";
-    if (block_class.name == "MujocoWorld")
-        text += "  x: {" + world + "}\n";
-    else
-        text += "  world: {" + world + "}\n  x: {block: " + block_class.qualified_name() +
-                (settings.empty() ? "" : ", " + settings) + "}\n";
-    return text + (connections.size() > 13 ? connections : "");
+    const bool has_inputs = connections.size() > 13;
+    std::string text = "model: m\nstep: 0.001\n" + (has_inputs ? inputs : "") + "blocks:\n";
+    if (block_class.name != "Configuration") {
+        text += "  robot: {block: WholeBodyToolbox/Configuration, joints: \"{'l_knee', 'r_knee', "
+                "'torso_yaw'}\"}\n";
+        if (block_class.name != "MujocoWorld")
+            text += yaml("world", "MujocoWorld", over_a_robot().find("MujocoWorld")->second);
+    }
+    return text + yaml("x", block_class.name, arguments) + (has_inputs ? connections : "");
 }
 
 void randomise_inputs(Running& run, std::mt19937& random) {
@@ -87,7 +98,7 @@ void randomise_inputs(Running& run, std::mt19937& random) {
     for (const auto& port : run.diagram().inputs) {
         const Size size = run.diagram().slot(port.end).size;
         Matrix value = Matrix::NullaryExpr(size.rows, size.cols, [&] { return uniform(random); });
-        if (port.path == "w_H_b") {
+        if (port.path.starts_with("w_H_")) {
             value.topLeftCorner(3, 3).setIdentity();
             value.row(3) << 0, 0, 0, 1;
         }
@@ -108,9 +119,9 @@ std::vector<std::byte> state_of(const Running& run, int node) {
     return all;
 }
 
-void check_in_diagram(const BlockClass& block_class, const std::string& settings) {
-    SCOPED_TRACE(block_class.name + " " + settings);
-    Running run(diagram_of(block_class, settings));
+void check_in_diagram(const BlockClass& block_class, const Arguments& arguments) {
+    SCOPED_TRACE(yaml(block_class.name, block_class.name, arguments));
+    Running run(diagram_of(block_class, arguments));
     const int node = run.diagram().find_node("x");
     auto& context = run.simulation.context();
     const auto& slots = run.diagram().nodes[static_cast<std::size_t>(node)].block->resolution().slots;

@@ -9,6 +9,7 @@
 extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library& library) {
     bf::toolbox::add_robot(library);
     bf::toolbox::add_rigid_body(library);
+    bf::toolbox::add_inverse_kinematics(library);
     bf::toolbox::add_qp(library);
     bf::toolbox::add_filters(library);
     bf::toolbox::add_world(library);
@@ -16,6 +17,8 @@ extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library&
 
 // The same blocks for engines that know only the paper's API.
 BF_LEGACY_BLOCKS(DiscreteFilter, MinimumJerkTrajectoryGenerator, QP, ForwardKinematics, CenterOfMass,
-                 Jacobian, DotJNu, MassMatrix, InverseDynamics, GetBiasForces, GetGravityForces,
-                 CentroidalMomentum, CentroidalTotalMomentumMatrix, RelativeTransform, RelativeJacobian,
-                 Configuration, GetMeasurement, GetSensor, GetLimits, SetReferences, MujocoWorld)
+                 Jacobian, DotJNu, MassMatrix, InverseDynamics, ForwardDynamics, GetBiasForces,
+                 GetGravityForces, GetCoriolisForces, CoriolisMatrix, MassMatrixDerivative,
+                 CentroidalMomentum, CentroidalTotalMomentumMatrix, DotANu, RelativeTransform,
+                 RelativeJacobian, InverseKinematics, Configuration, GetMeasurement, GetSensor, GetLimits,
+                 SetReferences, MujocoWorld)

@@ -1,11 +1,13 @@
 #include "running.hpp"
 
 #include <Eigen/Geometry>
+#include <fstream>
 #include <iDynTree/EigenHelpers.h>
 #include <iDynTree/FreeFloatingState.h>
 #include <iDynTree/KinDynComputations.h>
 #include <iDynTree/ModelLoader.h>
 #include <random>
+#include <unistd.h>
 
 namespace bf::toolbox::test {
 namespace {
@@ -85,10 +87,11 @@ std::string every_block(const std::string& joints, const std::string& gravity, i
         return "  " + name + ": {block: WholeBodyToolbox/" + type + settings + "}\n";
     };
     const std::vector<std::string> position = {"fk", "fk_com", "J", "J_com", "M", "A", "g"};
-    const std::vector<std::string> velocity = {"com", "dot", "dot_com", "h", "momentum", "tau"};
+    const std::vector<std::string> velocity = {"com",        "dot", "dot_com", "h",     "momentum", "tau",
+                                               "accelerate", "c",   "C",       "M_dot", "bias"};
     std::string text = "model: m\nstep: 0.01\ninputs:\n  w_H_b: {shape: \"[4 4]\"}\n  v_b: {shape: 6}\n  "
-                       "v_b_dot: {shape: 6}\n";
-    for (const char* input : {"s", "s_dot", "s_ddot"})
+                       "v_b_dot: {shape: 6}\n  f1: {shape: 6}\n  f2: {shape: 6}\n";
+    for (const char* input : {"s", "s_dot", "s_ddot", "torques"})
         text += "  " + std::string(input) + ": {shape: " + std::to_string(n) + "}\n";
     text += "blocks:\n" +
             block("robot", "Configuration",
@@ -100,6 +103,9 @@ std::string every_block(const std::string& joints, const std::string& gravity, i
             block("M", "MassMatrix") + block("tau", "InverseDynamics") + block("h", "GetBiasForces") +
             block("g", "GetGravityForces") + block("momentum", "CentroidalMomentum") +
             block("A", "CentroidalTotalMomentumMatrix") +
+            block("accelerate", "ForwardDynamics", ", frames: \"{'l_sole', 'r_hand'}\"") +
+            block("c", "GetCoriolisForces") + block("C", "CoriolisMatrix") +
+            block("M_dot", "MassMatrixDerivative") + block("bias", "DotANu") +
             block("relative", "RelativeTransform", ", frame1: l_sole, frame2: r_hand") +
             block("J_relative", "RelativeJacobian", ", reference: l_sole, frame: r_hand") + "connections:\n";
     const auto fan = [&](const std::string& input, std::vector<std::string> to) {
@@ -116,6 +122,7 @@ std::string every_block(const std::string& joints, const std::string& gravity, i
     fan("s_dot", velocity);
     fan("v_b_dot", {"tau"});
     fan("s_ddot", {"tau"});
+    text += "  torques: accelerate.tau\n  f1: accelerate.wrench_l_sole\n  f2: accelerate.wrench_r_hand\n";
     return text;
 }
 
@@ -168,11 +175,37 @@ void compare(Running& run, Oracle& oracle, const State& x) {
                                       make_matrix_view(relative)));
     expect_near(run.get("J_relative"), relative, "RelativeJacobian");
 
+    // Pushed by its own inertia and weight, less what the wrenches do, the robot moves as it was told.
+    const Vector forces = oracle.forces(x.v_b_dot, x.s_ddot);
+    ASSERT_TRUE(k.getFrameFreeFloatingJacobian("l_sole", make_matrix_view(J)));
+    Matrix contacts(12, columns);
+    contacts << J, run.get("J");
+    // The base's six forces come from the two wrenches alone, the least ones.
+    const Matrix on_base = contacts.leftCols<6>().transpose();
+    const Vector wrenches = on_base.completeOrthogonalDecomposition().solve(forces.head<6>());
+    run.set("f1", wrenches.head<6>()).set("f2", wrenches.tail<6>());
+    run.set("torques", (forces - contacts.transpose() * wrenches).tail(columns - 6));
+    ASSERT_TRUE(run.step()) << run.simulation.failure();
+    expect_near(run.get("accelerate.v_b_dot"), x.v_b_dot, "ForwardDynamics, base");
+    expect_near(run.get("accelerate.s_ddot"), x.s_ddot, "ForwardDynamics, joints");
+
+    Vector nu(columns);
+    nu << x.v_b, x.s_dot;
+    const Vector h = oracle.forces(Vector6::Zero(), rest);
+    expect_near(run.get("C") * nu, run.get("c"), "CoriolisMatrix");
+    expect_near(run.get("C") + run.get("C").transpose(), run.get("M_dot"), "MassMatrixDerivative");
+    // The momentum of a robot that is free to fall changes by its weight alone.
+    Vector6 momentum_rate = run.get("A") * M.ldlt().solve(-h) + run.get("bias");
+    momentum_rate.head<3>() -= M(0, 0) * oracle.gravity;
+    expect_near(momentum_rate, Vector6::Zero(), "DotANu");
+
     State still = x;
     still.v_b.setZero();
     still.s_dot.setZero();
     oracle.set(still);
-    expect_near(run.get("g"), oracle.forces(Vector6::Zero(), rest), "GetGravityForces");
+    const Vector g = oracle.forces(Vector6::Zero(), rest);
+    expect_near(run.get("g"), g, "GetGravityForces");
+    expect_near(run.get("c"), h - g, "GetCoriolisForces");
 }
 
 const std::vector<std::string> five = {"r_knee", "l_elbow", "torso_yaw", "l_hip_yaw", "r_shoulder_roll"};
@@ -200,6 +233,31 @@ TEST(ModelBlocks, AgreeWithIDynTreeOnTheBalancingJoints) {
     Oracle oracle(joints);
     std::mt19937 random(2);
     for (int k = 0; k < 20; ++k) compare(run, oracle, random_state(23, random));
+}
+
+TEST(ForwardDynamics, RefusesUnknownFramesAndNamesTheJointThatMovesNothing) {
+    const auto model = [](const std::string& robot, const std::string& frames) {
+        return "model: m\nstep: 0.01\ninputs: [s, v, tau]\nblocks:\n"
+               "  robot: {block: WholeBodyToolbox/Configuration, " +
+               robot + ", floating_base: false}\n  x: {block: WholeBodyToolbox/ForwardDynamics, frames: \"" +
+               frames + "\"}\nconnections: {s: x.s, v: x.s_dot, tau: x.tau}\n";
+    };
+    const std::string knee = "joints: \"{'l_knee'}\"";
+    expect_contains(refusal(model(knee, "{'l_sol'}")), "model.yaml:6:3: x: frame 'l_sol' is not a link");
+    expect_contains(refusal(model(knee, "{'l_sole'}")), "x: input 'wrench_l_sole' is not connected");
+    expect_contains(refusal(model(knee, "{'l_sole', 'l_sole'}")), "wrench_l_sole");
+
+    const std::string urdf = "/tmp/bf_massless_" + std::to_string(getpid()) + ".urdf";
+    std::ofstream(urdf)
+        << "<robot name='r'><link name='base'/><link name='tip'/><link name='arm'><inertial><mass "
+           "value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+           "<joint name='swing' type='continuous'><parent link='base'/><child link='arm'/></joint>"
+           "<joint name='turn' type='continuous'><parent link='arm'/><child link='tip'/></joint></robot>";
+    Running run(model("robot: \"'" + urdf + "'\"", "{}"));
+    EXPECT_FALSE(run.step());
+    expect_contains(run.simulation.failure(),
+                    "x: the mass matrix is singular: s_ddot[turn] accelerates no mass");
+    unlink(urdf.c_str());
 }
 
 TEST(ModelBlocks, OfDifferentStatesDoNotDisturbEachOther) {

@@ -74,6 +74,22 @@ class Running {
     Simulation simulation;
 };
 
+/// An argument as a model has it.
+inline std::string yaml(const Value& value) {
+    if (value.kind == Value::Kind::text) return value.text;
+    if (value.type == Type::boolean) return value.data.at(0) != 0 ? "true" : "false";
+    std::string list;
+    for (const auto& item : value.texts) list += (list.empty() ? "'" : ", '") + item + "'";
+    return "\"{" + list + "}\"";
+}
+
+/// A block of the toolbox as a line of a model.
+inline std::string yaml(const std::string& name, const std::string& block, const Arguments& arguments) {
+    std::string text = "  " + name + ": {block: WholeBodyToolbox/" + block;
+    for (const auto& [key, value] : arguments) text += ", " + key + ": " + yaml(value);
+    return text + "}\n";
+}
+
 /// All that elaboration or the start says against a model; empty when it runs.
 inline std::string refusal(const std::string& text) {
     try {

@@ -186,6 +186,54 @@ class InverseDynamics final : public VelocityBlock {
     }
 };
 
+class ForwardDynamics final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    Argument<std::vector<std::string>> frames{
+        this, "frames", {.doc = "links or frames on which external wrenches act"}};
+    Input<Vector> tau{this, "tau", {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques"}};
+    InputList<Vector6> wrench{
+        this,
+        prefixed("wrench_", *frames),
+        {.unit = mixed_units, .doc = "on the frame: force [N], moment about its origin [Nm]; world axes"}};
+    Output<Vector6> v_b_dot{
+        this,
+        "v_b_dot",
+        {.unit = mixed_units, .doc = "time derivative of the mixed base velocity; zero for a fixed base"}};
+    Output<Vector> s_ddot{
+        this, "s_ddot", {.shape = {n}, .unit = unit<"rad/s2">, .doc = "joint accelerations"}};
+    Scratch<Vector> forces{this, [this] { return Vector(value(v)); }};
+    Scratch<Vector> nu_dot{this, [this] { return Vector(value(v)); }};
+
+    void infer(Inference&) const override {
+        if (!robot.is_bound()) return;
+        resolved_.clear();
+        for (const std::string& name : *frames) resolved_.push_back(model().frame(name));
+    }
+    Status output(Now at, Out out) const noexcept override {
+        auto& d = at_state(at);
+        Vector &all = at[forces], &result = at[nu_dot];
+        const Eigen::Index joints = at[tau].size(), base = all.size() - joints;
+        all.head(base).setZero();
+        all.tail(joints) = at[tau];
+        for (int i = 0; i < wrench.size(); ++i)
+            dynamics::add_wrench(model(), d, resolved_[static_cast<std::size_t>(i)], at[wrench[i]], all);
+        if (const int row = dynamics::forward_dynamics(model(), d, all, result); row >= 0)
+            return row < base ? Status::failure("the mass matrix is singular: {element} accelerates no mass",
+                                                v_b_dot, row)
+                              : Status::failure("the mass matrix is singular: {element} accelerates no mass; "
+                                                "give the link that it moves inertia, or leave the joint out",
+                                                s_ddot, row - static_cast<int>(base));
+        out[v_b_dot].setZero();
+        out[v_b_dot].head(base) = result.head(base);
+        out[s_ddot] = result.tail(joints);
+        return ok;
+    }
+
+  private:
+    mutable std::vector<dynamics::Frame> resolved_;
+};
+
 class GetBiasForces final : public VelocityBlock {
   public:
     using VelocityBlock::VelocityBlock;
@@ -205,6 +253,42 @@ class GetGravityForces final : public PositionBlock {
 
     Status output(Now at, Out out) const noexcept override {
         dynamics::gravity_forces(model(), at_position(at), out[g]);
+        return ok;
+    }
+};
+
+class GetCoriolisForces final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    Output<Vector> c{
+        this, "c", {.shape = {v}, .unit = mixed_units, .doc = "bias forces without those of gravity"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::coriolis_forces(model(), at_state(at), out[c]);
+        return ok;
+    }
+};
+
+class CoriolisMatrix final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    Output<Matrix> C{
+        this, "C", {.shape = {v, v}, .unit = mixed_units, .doc = "C nu = Coriolis and centrifugal forces"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::coriolis_matrix(model(), at_state(at), out[C]);
+        return ok;
+    }
+};
+
+class MassMatrixDerivative final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    Output<Matrix> M_dot{
+        this, "M_dot", {.shape = {v, v}, .unit = mixed_units, .doc = "time derivative of M; both triangles"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::mass_matrix_derivative(model(), at_state(at), out[M_dot]);
         return ok;
     }
 };
@@ -234,6 +318,20 @@ class CentroidalTotalMomentumMatrix final : public PositionBlock {
         dynamics::centroidal_momentum_matrix(
             model(), at_position(at),
             Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>>(map.data(), 6, map.cols()));
+        return ok;
+    }
+};
+
+class DotANu final : public VelocityBlock {
+  public:
+    using VelocityBlock::VelocityBlock;
+    Output<Vector6> A_dot_nu{
+        this,
+        "A_dot_nu",
+        {.unit = mixed_units, .doc = "linear [N] and angular [Nm] rate of momentum for nu_dot = 0"}};
+
+    Status output(Now at, Out out) const noexcept override {
+        dynamics::centroidal_momentum_bias(model(), at_state(at), out[A_dot_nu]);
         return ok;
     }
 };
@@ -316,6 +414,16 @@ void add_rigid_body(Library& library) {
             "joint "
             "torques alone. "
             "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §5.3.")
+        .add<ForwardDynamics>(
+            "ForwardDynamics",
+            "Accelerations of joint torques and external wrenches: M nu_dot + h = [0; tau] + sum J' f, with "
+            "nu_dot = [v_b_dot; s_ddot] and a wrench f = [force; moment] on each of `frames`. It is the "
+            "inverse of "
+            "InverseDynamics. A fixed base does not accelerate. "
+            "Source: R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.5. "
+            "Errors: a frame that the robot does not have; the text lists similar ones. In a step: a joint "
+            "that "
+            "moves links without inertia, by name.")
         .add<GetBiasForces>(
             "GetBiasForces",
             "Coriolis, centrifugal and gravity forces h(q, nu), 6+n elements, n for a fixed base. "
@@ -323,6 +431,23 @@ void add_rigid_body(Library& library) {
         .add<GetGravityForces>("GetGravityForces",
                                "Gravity forces g(q) = h(q, 0), 6+n elements, n for a fixed base. "
                                "It is InverseDynamics with zero velocities and accelerations.")
+        .add<GetCoriolisForces>(
+            "GetCoriolisForces",
+            "Coriolis and centrifugal forces c(q, nu) = h(q, nu) - g(q), 6+n elements, n for a fixed base: "
+            "the bias forces without those of gravity.")
+        .add<CoriolisMatrix>(
+            "CoriolisMatrix",
+            "Matrix C of the Coriolis and centrifugal forces, (6+n) x (6+n), n x n for a fixed base: C nu = "
+            "c and "
+            "dM/dt = C + C', so that dM/dt - 2C is skew-symmetric. Its entries for the joints are those of "
+            "the "
+            "Christoffel symbols; the first three columns of a floating base are zero. "
+            "Source: S. Echeandia, P. M. Wensing, Numerical methods to compute the Coriolis matrix and "
+            "Christoffel symbols for rigid-body systems, 2021.")
+        .add<MassMatrixDerivative>(
+            "MassMatrixDerivative",
+            "Time derivative of the mass matrix, dM/dt = C + C' with the Coriolis matrix C, (6+n) x (6+n), "
+            "n x n for a fixed base.")
         .add<CentroidalMomentum>(
             "CentroidalMomentum",
             "Linear and angular momentum about the centre of mass, world axes, 6 elements. "
@@ -334,6 +459,10 @@ void add_rigid_body(Library& library) {
             "centre of "
             "mass, world axes. "
             "Source: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid robot, 2013.")
+        .add<DotANu>("DotANu",
+                     "Bias of the centroidal momentum, d/dt(A) nu, 6 elements, world axes: the rate of "
+                     "the momentum H = A nu about the centre of mass for nu_dot = 0, dH/dt = A nu_dot + "
+                     "d/dt(A) nu.")
         .add<RelativeTransform>("RelativeTransform",
                                 "Pose of one frame seen from another, frame1_H_frame2(s), 4x4; depends on "
                                 "the joint positions only. "

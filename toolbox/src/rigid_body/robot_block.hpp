@@ -49,6 +49,13 @@ class FrameArgument {
     Argument<std::string> name_;
 };
 
+/// Names of ports that stand for the named things.
+inline std::vector<std::string> prefixed(const std::string& prefix, const std::vector<std::string>& names) {
+    std::vector<std::string> result;
+    for (const auto& name : names) result.push_back(prefix + name);
+    return result;
+}
+
 inline constexpr const char* base_pose_doc =
     "base pose: rotation [1], position [m]; a fixed base without one is at "
     "the origin";

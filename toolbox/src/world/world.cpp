@@ -294,13 +294,6 @@ class MujocoWorld final : public RobotBlock {
         return points;
     }
 
-    static std::vector<std::string> prefixed(const std::string& prefix,
-                                             const std::vector<std::string>& names) {
-        std::vector<std::string> result;
-        for (const auto& name : names) result.push_back(prefix + name);
-        return result;
-    }
-
     std::shared_ptr<const physics::World> compile() const {
         const bool has_urdf_shapes = *contacts == "urdf";
         const Eigen::Index columns = contact_points->cols();

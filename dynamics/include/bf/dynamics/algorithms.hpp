@@ -60,6 +60,17 @@ void bias_forces(const Model& model, Data& data, VectorOut h) noexcept;
 /// Gravity forces g(q) = h(q, 0) (6+n). Depends on the position.
 void gravity_forces(const Model& model, Data& data, VectorOut g) noexcept;
 
+/// Coriolis and centrifugal forces c(q, nu) = h(q, nu) - g(q) (6+n). Depends on position and velocity.
+void coriolis_forces(const Model& model, Data& data, VectorOut c) noexcept;
+
+/// C ((6+n)×(6+n)) with C nu = c and dM/dt = C + Cᵀ, of the joints as the Christoffel symbols make it. Its
+/// first three columns are zero. Source: S. Echeandia, P. M. Wensing, Numerical methods to compute the
+/// Coriolis matrix and Christoffel symbols for rigid-body systems, 2021. Depends on position and velocity.
+void coriolis_matrix(const Model& model, Data& data, MatrixOut C) noexcept;
+
+/// dM/dt ((6+n)×(6+n)), both triangles. Depends on position and velocity.
+void mass_matrix_derivative(const Model& model, Data& data, MatrixOut M_dot) noexcept;
+
 /// M nu_dot + h (6+n) for nu_dot = [base_acceleration; s_ddot]: the wrench on the base (force; moment about
 /// the base's origin; world axes) and the joint torques of this motion. base_acceleration (6) is the time
 /// derivative of nu_base, so a robot at rest has zero. Depends on position and velocity.
@@ -67,11 +78,26 @@ void inverse_dynamics(const Model& model, Data& data,
                       const Eigen::Ref<const Eigen::Matrix<double, 6, 1>>& base_acceleration,
                       const Eigen::Ref<const Eigen::VectorXd>& s_ddot, VectorOut tau) noexcept;
 
+/// Adds Jᵀ f to generalised forces (6+n): those of the wrench f (6) = [force; moment about the frame's
+/// origin], world axes, that acts on a frame. Depends on the position.
+void add_wrench(const Model& model, Data& data, Frame frame,
+                const Eigen::Ref<const Eigen::Matrix<double, 6, 1>>& f, VectorOut forces) noexcept;
+
+/// nu_dot (6+n) = M⁻¹ (forces - h) of the generalised forces (6+n) = [0; tau] + sum of Jᵀ f. By the factor
+/// M = Lᵀ D L, as sparse as M (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, §6.5), which is kept
+/// while the position stays. Returns -1, or the row of M of a joint (or base) that moves no inertia of its
+/// own, which makes M singular; nu_dot is then not written. Depends on position and velocity.
+int forward_dynamics(const Model& model, Data& data, const Eigen::Ref<const Eigen::VectorXd>& forces,
+                     VectorOut nu_dot) noexcept;
+
 /// Momentum (6): [linear; angular about the centre of mass], world axes. Depends on position and velocity.
 void centroidal_momentum(const Model& model, Data& data, Vector6Out H) noexcept;
 
 /// A (6×(6+n)): A nu = centroidal momentum. Depends on the position.
 void centroidal_momentum_matrix(const Model& model, Data& data, Matrix6XOut A) noexcept;
+
+/// dA/dt nu (6): the rate of the centroidal momentum for nu_dot = 0. Depends on position and velocity.
+void centroidal_momentum_bias(const Model& model, Data& data, Vector6Out A_dot_nu) noexcept;
 
 /// Pose of `frame` seen from `reference` (4×4). Depends on the joint positions only.
 void relative_transform(const Model& model, Data& data, Frame reference, Frame frame,

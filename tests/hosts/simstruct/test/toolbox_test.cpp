@@ -16,20 +16,9 @@ namespace {
 using simstruct::Model;
 using toolbox::test::Blocks;
 using toolbox::test::Running;
+using toolbox::test::yaml;
 
 constexpr double step = 0.001;
-
-std::string yaml(const Value& value) {
-    if (value.kind == Value::Kind::text) return value.text;
-    std::string list;
-    for (const auto& item : value.texts) list += (list.empty() ? "'" : ", '") + item + "'";
-    return "\"{" + list + "}\"";
-}
-std::string yaml(const std::string& name, const std::string& block, const Arguments& arguments) {
-    std::string text = "  " + name + ": {block: WholeBodyToolbox/" + block;
-    for (const auto& [key, value] : arguments) text += ", " + key + ": " + yaml(value);
-    return text + "}\n";
-}
 
 std::vector<mxArray*> parameters(const BlockClass& type, const Arguments& given) {
     std::vector<mxArray*> all{simstruct::text(type.name), simstruct::text(type.library)};
@@ -70,12 +59,19 @@ const std::multimap<std::string, Arguments>& cases() {
         {"DotJNu", {{"frame", "com"}}},
         {"MassMatrix", {}},
         {"InverseDynamics", {}},
+        {"ForwardDynamics", {{"frames", std::vector<std::string>{"l_sole", "r_sole"}}}},
         {"GetBiasForces", {}},
         {"GetGravityForces", {}},
+        {"GetCoriolisForces", {}},
+        {"CoriolisMatrix", {}},
+        {"MassMatrixDerivative", {}},
         {"CentroidalMomentum", {}},
         {"CentroidalTotalMomentumMatrix", {}},
+        {"DotANu", {}},
         {"RelativeTransform", {{"frame1", "l_sole"}, {"frame2", "chest"}}},
         {"RelativeJacobian", {{"reference", "l_sole"}, {"frame", "chest"}}},
+        {"InverseKinematics",
+         {{"position", std::vector<std::string>{"l_sole"}}, {"com", true}, {"posture", true}}},
         {"GetMeasurement", {{"measured_type", "Joints Velocity"}}},
         {"GetSensor", {{"sensor", "l_foot_ft_sensor"}}},
         {"GetLimits", {}},
@@ -108,9 +104,9 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         }
         std::string text = "model: m\nstep: 0.001\n", wires = "connections:\n";
         if (!inputs.empty()) text += "inputs:\n";
-        const std::map<std::string, std::string> shapes{{"w_H_b", "[4 4]"}, {"H", "[2 2]"},
-                                                        {"g", "[2]"},       {"A", "[1 2]"},
-                                                        {"ubA", "[1]"},     {"reference", "[3]"}};
+        const std::map<std::string, std::string> shapes{
+            {"w_H_b", "[4 4]"}, {"w_H_b_0", "[4 4]"}, {"H", "[2 2]"},      {"g", "[2]"},
+            {"A", "[1 2]"},     {"ubA", "[1]"},       {"reference", "[3]"}};
         for (const auto& input : inputs) {
             const auto shape = shapes.find(input);
             text += "  " + input + ": {" + (shape == shapes.end() ? "" : "shape: \"" + shape->second + "\"") +
@@ -146,7 +142,7 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
             for (std::size_t i = 0; i < inputs.size(); ++i) {
                 const Size size = size_of(here, inputs[i]);
                 Matrix value = Matrix::NullaryExpr(size.rows, size.cols, [&] { return uniform(random); });
-                if (inputs[i] == "w_H_b") {
+                if (inputs[i].starts_with("w_H_")) {
                     value.topLeftCorner(3, 3).setIdentity();
                     value.row(3) << 0, 0, 0, 1;
                 }

@@ -14,9 +14,23 @@ export function field_text(value: number): string {
 
 /** An instant, s, with all digits that tell it from others a step before and after it. */
 export function time_text(time: number, step: number): string {
+  return time.toFixed(digits_of(step));
+}
+/** After the point, which numbers that are `step` apart have. */
+function digits_of(step: number): number {
   let digits = 0;
   while (digits < 9 && Math.abs(step - Number(step.toFixed(digits))) > step * 1e-6) ++digits;
-  return time.toFixed(digits);
+  return digits;
+}
+
+/** The numbers at the ticks of an axis, which are `step` apart: with as many digits as tell them from each other. */
+export function tick_texts(values: number[], step: number): string[] {
+  const size = Math.max(...values.map(Math.abs)), exponent = size > 0 && (size >= 1e5 || size < 1e-3) ? Math.floor(Math.log10(size) + 1e-9) : 0;
+  const digits = digits_of(step / 10 ** exponent);
+  return values.map((value) => {
+    const text = (value / 10 ** exponent).toFixed(digits), is_zero = Number(text) === 0;
+    return is_zero ? "0" : (text + (exponent === 0 ? "" : `e${exponent}`)).replace(/-/g, "−");
+  });
 }
 
 /** Four digits that matter, without noise. */

@@ -10,6 +10,8 @@ export const kinds: [Shows, string][] = [
 export class Panels {
   /** What all of them show of the time; null: all of it. */
   range = $state.raw<{ from: number; to: number } | null>(null);
+  /** The instant under the pointer, in whichever of them it is; null: none. */
+  pointed = $state<number | null>(null);
   /** The signal that a pointer carries from the drawing, and where to; null: none. */
   carried = $state.raw<{ source: string; over: string | null; x: number; y: number } | null>(null);
 

@@ -435,6 +435,14 @@ export interface Rectangle {
   height: number;
 }
 
+/** A span of the run, of which a page looks at more than it has samples of. */
+export interface Refine {
+  /** s; both the same: the values at an instant */
+  from: number;
+  /** s; both the same: the values at an instant */
+  to: number;
+}
+
 export interface Rewrite {
   file: string;
   text: string;
@@ -780,6 +788,7 @@ export interface Methods {
   generate: { params: Generate; result: GeneratedCode };
   models: { params: Record<string, never>; result: FileList };
   picture: { params: Draw; result: TextFile };
+  refine: { params: Refine; result: Record<string, never> };
 }
 export type Method = keyof Methods;
 

@@ -3,6 +3,9 @@ import type { BranchInfo } from "./protocol.ts";
 /** Samples of a signal that are kept, of a run without an end: of those before, the older half is forgotten. */
 export const most_samples = 2 ** 20;
 
+/** Of a signal: the values of its elements at a time. */
+export interface Sample { time: number; at(element: number): number }
+
 /** What came of one signal: times in order, and the values of each element at them. */
 export class Track {
   times = new Float64Array(1024);
@@ -21,24 +24,32 @@ export class Track {
   greatest(element: number): number { return this.extremes[element]![1]; }
 
   /** Samples may come in any order of time, and again. */
-  push(time: number, at: (element: number) => number): void {
+  add(samples: Sample[]): void {
+    samples.sort((a, b) => a.time - b.time);
+    const from = this.first_from(samples[0]?.time ?? Infinity), times = this.times.slice(from, this.length);
+    const values = this.values.map((data) => data.slice(from, this.length));
+    this.length = from; // what comes later is put behind them again
+    let next = 0;
+    for (const { time, at } of samples) {
+      for (; next < times.length && times[next]! <= time; ++next) this.append(times[next]!, (element) => values[element]![next]!);
+      this.append(time, at);
+    }
+    for (; next < times.length; ++next) this.append(times[next]!, (element) => values[element]![next]!);
+    ++this.changes;
+  }
+  private append(time: number, at: (element: number) => number): void {
     if (this.length === most_samples) {
       for (const data of [this.times, ...this.values]) data.copyWithin(0, most_samples / 2, this.length);
       this.length -= most_samples / 2;
     }
-    const place = this.length === 0 || time > this.times[this.length - 1]! ? this.length : this.first_from(time);
-    if (place === this.length || this.times[place] !== time) {
-      if (this.length === this.times.length) this.reserve(2 * this.length);
-      for (const data of [this.times, ...this.values]) data.copyWithin(place + 1, place, this.length);
-      ++this.length;
-    }
+    if (this.length === this.times.length) this.reserve(2 * this.length);
+    const place = this.length > 0 && this.times[this.length - 1] === time ? this.length - 1 : this.length++;
     this.times[place] = time;
     this.values.forEach((data, element) => {
       const value = (data[place] = at(element)), extremes = this.extremes[element]!;
       if (value < extremes[0]) extremes[0] = value;
       if (value > extremes[1]) extremes[1] = value;
     });
-    ++this.changes;
   }
   changes = 0; // that were made to it
 
@@ -92,11 +103,11 @@ export class Samples {
   private joined = new Map<string, { track: Track; changes: number }>();
 
   take(frame: ArrayBuffer): void {
-    const view = new DataView(frame);
+    const view = new DataView(frame), news = new Map<Track, Sample[]>();
     for (let at = 0; at + 20 <= frame.byteLength; ) {
       const index = view.getUint32(at, true), branch = view.getUint32(at + 4, true), n = view.getUint32(at + 8, true);
       const time = view.getFloat64(at + 12, true), first = at + 20;
-      if (first + 8 * n > frame.byteLength) return;
+      if (first + 8 * n > frame.byteLength) break;
       if (index >= 2 ** 31) { // where a world's bodies are
         at = first + 8 * n;
         continue;
@@ -105,9 +116,11 @@ export class Samples {
       if (!tracks) this.tracks.set(branch, (tracks = new Map()));
       let track = tracks.get(index);
       if (track?.elements !== n) tracks.set(index, (track = new Track(n)));
-      track.push(time, (element) => view.getFloat64(first + 8 * element, true));
+      const sample: Sample = { time, at: (element) => view.getFloat64(first + 8 * element, true) };
+      if (!news.get(track)?.push(sample)) news.set(track, [sample]);
       at = first + 8 * n;
     }
+    for (const [track, samples] of news) track.add(samples);
   }
 
   /** How branches come from each other; what is known of others is forgotten. */

@@ -16,6 +16,7 @@ import { Images } from "./images.svelte.ts";
 import { keep, kept } from "./kept.ts";
 import { Panels } from "./panels.svelte.ts";
 import { Recordings } from "./recordings.svelte.ts";
+import { Refinement } from "./refinement.ts";
 import { Samples, type Track } from "./samples.ts";
 import { Stage } from "./stage.svelte.ts";
 import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
@@ -89,6 +90,7 @@ export class Session {
   readonly stage: Stage;
   readonly panels = new Panels(() => this.document, (operation) => this.edit(operation));
   readonly recordings: Recordings;
+  readonly refinement: Refinement;
   readonly drafts = new Drafts();
   private asked_panels = "";
   private readonly client: Client;
@@ -117,6 +119,7 @@ export class Session {
       },
     });
     this.stage = new Stage(this.client);
+    this.refinement = new Refinement(this.client, () => this.run);
     this.recordings = new Recordings(this.client, (path) => where.data(path), () => {
       ++this.sampled;
       this.keep_comparison();
@@ -646,6 +649,7 @@ export class Session {
     this.asked_panels = this.panels.signals.join("\n");
     const watched = await this.ask("watch", { paths, branches: [...this.compared].filter((index) => this.run.branches.some((b) => b.index === index)) }, "run");
     if (watched) this.unknown = new Set(watched.unknown);
+    this.refinement.forget();
   }
   compare(branch: number, is_compared: boolean): void {
     this.compared = new Set([...this.compared].filter((other) => other !== branch).concat(is_compared ? [branch] : []));

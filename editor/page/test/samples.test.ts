@@ -4,7 +4,7 @@ import { frame } from "./service.ts";
 
 function track(f: (t: number) => number, n: number): Track {
   const made = new Track(1);
-  for (let i = 0; i < n; ++i) made.push(i / n, () => f(i / n));
+  for (let i = 0; i < n; ++i) made.add([{ time: i / n, at: () => f(i / n) }]);
   return made;
 }
 
@@ -26,8 +26,8 @@ describe("frames", () => {
 describe("a track", () => {
   test("has its samples in the order of time, whatever the order in which they come", () => {
     const ordered = track((t) => t, 3000), made = new Track(1);
-    for (let i = 0; i < 3000; ++i) made.push(((i * 7) % 3000) / 3000, () => ((i * 7) % 3000) / 3000);
-    for (let i = 0; i < 3000; i += 5) made.push(i / 3000, () => i / 3000); // and again
+    for (let i = 0; i < 3000; ++i) made.add([{ time: ((i * 7) % 3000) / 3000, at: () => ((i * 7) % 3000) / 3000 }]);
+    for (let i = 0; i < 3000; i += 5) made.add([{ time: i / 3000, at: () => i / 3000 }]); // and again
     expect(made.length).toBe(3000);
     expect(made.times.subarray(0, 3000)).toEqual(ordered.times.subarray(0, 3000));
     expect(made.values[0]!.subarray(0, 3000)).toEqual(ordered.values[0]!.subarray(0, 3000));
@@ -72,7 +72,7 @@ describe("a plot", () => {
   });
   test("runs straight between samples of a continuous signal, and keeps its extent where they are many", () => {
     const made = new Track(1);
-    for (let t = 0; t <= 10; ++t) made.push(t, () => 3 * t);
+    for (let t = 0; t <= 10; ++t) made.add([{ time: t, at: () => 3 * t }]);
     const [times, values] = decimated([course(made, 10, true)], 0, 10, 100);
     times!.forEach((t, i) => { if (t! <= 9.9) expect(values![i]! - 3 * t!).toBeCloseTo(0, 0.5); });
     for (let i = 1; i < 195; ++i) expect(values![i]! - values![i - 1]!).toBeLessThan(0.31); // no stairs
@@ -92,7 +92,7 @@ describe("a plot", () => {
   });
   test("holds values between samples, from the first one to where the run is", () => {
     const made = new Track(1);
-    [[0.25, 1], [0.65, 2]].forEach(([t, v]) => made.push(t!, () => v!));
+    [[0.25, 1], [0.65, 2]].forEach(([t, v]) => made.add([{ time: t!, at: () => v! }]));
     expect(decimated([course(made, 0.85)], 0, 1, 10)[1]!.filter((_, i) => i % 2 === 0))
       .toEqual([null, null, 1, 1, 1, 1, 2, 2, 2, null]);
   });
@@ -100,13 +100,13 @@ describe("a plot", () => {
 
 test("pairs what one signal is with what the other was last", () => {
   const x = new Track(1), y = new Track(1);
-  for (let i = 0; i < 10; ++i) x.push(i, () => 10 * i);
-  for (let i = 0; i < 10; i += 3) y.push(i, () => i);
+  for (let i = 0; i < 10; ++i) x.add([{ time: i, at: () => 10 * i }]);
+  for (let i = 0; i < 10; i += 3) y.add([{ time: i, at: () => i }]);
   expect(paired({ track: x, element: 0 }, { track: y, element: 0 }, 5, 100)).toEqual([[0, 10, 20, 30, 40, 50], [0, 0, 0, 3, 3, 3]]);
   expect(paired({ track: x, element: 0 }, { track: y, element: 0 }, 9, 4)[0]).toEqual([0, 30, 60, 90]);
 });
 test("remembers the least and the greatest that a signal has been", () => {
   const track = new Track(1);
-  for (const [i, value] of [3, -2, 5, 1].entries()) track.push(i, () => value);
+  for (const [i, value] of [3, -2, 5, 1].entries()) track.add([{ time: i, at: () => value }]);
   expect([track.least(0), track.greatest(0)]).toEqual([-2, 5]);
 });

@@ -146,6 +146,7 @@ BF_FIELDS(service::RunCommand, one_of("action", &T::action, words::action), has(
 BF_FIELDS(service::PlotPanel, has("title", &T::title), has("signals", &T::signals))
 BF_FIELDS(service::Signals, has("signals", &T::signals), has("plots", &T::plots), has("unknown", &T::unknown))
 BF_FIELDS(service::Watch, has("paths", &T::paths), has("branches", &T::branches))
+BF_FIELDS(service::Refine, has("from", &T::from), has("to", &T::to))
 BF_FIELDS(service::SceneShape, one_of("kind", &T::kind, words::shape_kind), has("body", &T::body),
           has("mesh", &T::mesh), has("pose", &T::pose), has("size", &T::size), has("colour", &T::colour))
 BF_FIELDS(service::SceneWorld, has("path", &T::path), has("bodies", &T::bodies), has("shapes", &T::shapes),

@@ -5,6 +5,7 @@
 #include "bf/service/worker.hpp"
 #include "frame.hpp"
 #include "recordings.hpp"
+#include "thinning.hpp"
 #include "timeline.hpp"
 
 #include <algorithm>
@@ -27,8 +28,9 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr auto slice = std::chrono::milliseconds(15);     ///< between two looks at commands
 constexpr auto fill_slice = std::chrono::milliseconds(5); ///< for what is computed again, beside the run
-constexpr std::size_t most_samples = 60;                  ///< of a signal in a slice
+constexpr std::size_t most_samples = 240;                 ///< of a signal in a slice
 constexpr std::size_t most_filled = 4000;                 ///< of a signal on a branch that is computed again
+constexpr std::size_t most_fillings = 32;                 ///< that wait
 constexpr std::size_t most_branches = 16;
 constexpr std::size_t most_bytes = std::size_t{256} << 20; ///< of checkpoints
 constexpr std::size_t first_world = std::size_t{1} << 31;  ///< index in frames
@@ -69,18 +71,32 @@ class Playback::Loop final : public Run::Observer {
             consider(true);
         });
     }
-    void watch(std::vector<int> signals, std::vector<int> branches) {
-        worker_.post([this, signals = std::move(signals), branches = std::move(branches)] {
-            std::vector<Watched> wanted;
-            for (const int signal : signals) {
-                const auto known = std::ranges::find(watched_, signal, &Watched::signal);
-                wanted.push_back(known == watched_.end() ? Watched{signal} : *known);
-            }
-            watched_ = std::move(wanted);
-            compared_ = branches;
-            std::erase_if(filled_, [&](const auto& filled) {
-                return std::ranges::find(watched_, filled.second, &Watched::signal) == watched_.end();
+    void watch(std::vector<int> signals, std::vector<int> branches, std::set<int> again) {
+        worker_.post(
+            [this, signals = std::move(signals), branches = std::move(branches), again = std::move(again)] {
+                std::vector<Watched> wanted;
+                for (const int signal : signals) {
+                    const auto known = std::ranges::find(watched_, signal, &Watched::signal);
+                    wanted.push_back(known == watched_.end() ? Watched{signal} : *known);
+                }
+                watched_ = std::move(wanted);
+                compared_ = branches;
+                std::erase_if(filled_, [&](const auto& filled) {
+                    return again.contains(filled.second) ||
+                           std::ranges::find(watched_, filled.second, &Watched::signal) == watched_.end();
+                });
             });
+    }
+    void refine(double from, double to) {
+        worker_.post([this, from, to] {
+            for (const int index : shown_branches()) {
+                const Timeline::Branch& branch = *timeline_.branch(index);
+                const double period = branch.played->run.period();
+                const auto floor = [&](double time) { return std::floor(time / period + 1e-6) * period; };
+                const double first =
+                    std::max(branch.info.from, std::min(floor(from), branch.info.reached - period));
+                fill_in(branch, watched_, first, std::min(floor(to) + period, branch.info.reached));
+            }
         });
     }
     void show(std::shared_ptr<Sceneries> sceneries) {
@@ -127,10 +143,16 @@ class Playback::Loop final : public Run::Observer {
             write_places(run.time());
             sees_ = Sees::nothing;
             break;
-        case Sees::past:
-            for (auto& watched : filling_->signals)
-                sample(run, watched, *timeline_.branch(filling_->cursor.branch));
+        case Sees::past: {
+            Filling& filling = fillings_.back();
+            const Timeline::Branch& branch = *timeline_.branch(filling.cursor.branch);
+            if (run.time() + run.period() / 2 < filling.from) break;
+            // What a signal was when this begins, it became before.
+            if (std::exchange(filling.is_new, false) && filling.from > branch.info.from)
+                for (const auto& watched : filling.signals) write(watched.signal, branch, run.time());
+            for (auto& watched : filling.signals) sample(run, watched, branch);
             break;
+        }
         case Sees::run:
             seen_time_ = run.time();
             for (auto& watched : watched_) sample(run, watched, timeline_.at());
@@ -142,15 +164,17 @@ class Playback::Loop final : public Run::Observer {
   private:
     struct Watched {
         int signal;
-        std::size_t stride = 1, seen = 0; ///< every which sample is sent; how many there were in this slice
-        int constant_on = -1;             ///< the branch on which it was sent, where it is constant
+        Thinning thinning = {};
+        std::size_t seen = 0; ///< samples in this slice
+        int branch = -1;      ///< of the group that is being thinned, or on which it was sent as a constant
     };
     enum class Sees { run, instant, past, nothing };
     /// Samples that were missed when the run was there.
     struct Filling {
         Timeline::Cursor cursor;
         std::vector<Watched> signals;
-        double until; ///< s
+        double from, until; ///< s
+        bool is_new = true;
     };
     struct Event {
         std::string text;
@@ -198,16 +222,27 @@ class Playback::Loop final : public Run::Observer {
         return place < 0 ? nullptr : &played.signals[static_cast<std::size_t>(place)];
     }
 
+    auto writer(const Watched& watched) {
+        return [this, &watched](double time, const std::vector<double>& values) {
+            append_piece(frame_, static_cast<std::uint32_t>(watched.signal), watched.branch, values.size(),
+                         time);
+            for (const double value : values) append(frame_, value);
+        };
+    }
     void sample(const Run& run, Watched& watched, const Timeline::Branch& branch) {
         const Quantity* const quantity = quantity_of(*branch.played, watched.signal);
         if (!quantity) return;
+        if (watched.branch != branch.info.index) finish(watched);
+        const bool is_first = std::exchange(watched.branch, branch.info.index) != branch.info.index;
         if (quantity->rate == constant_rate) {
-            if (std::exchange(watched.constant_on, branch.info.index) == branch.info.index) return;
-        } else if (!run.is_hit(quantity->rate) || watched.seen++ % watched.stride != 0) {
-            return;
+            if (is_first) write(watched.signal, branch, run.time());
+        } else if (run.is_hit(quantity->rate)) {
+            ++watched.seen;
+            watched.thinning.take(run.time(), *quantity, writer(watched));
         }
-        write(watched.signal, branch, run.time());
     }
+    /// What it thinned so far is sent.
+    void finish(Watched& watched) { watched.thinning.finish(writer(watched)); }
 
     void write(int signal, const Timeline::Branch& branch, double time) {
         const Quantity* const quantity = quantity_of(*branch.played, signal);
@@ -241,15 +276,15 @@ class Playback::Loop final : public Run::Observer {
 
     Worker::Time turn(bool was_asked) {
         if (current() == Running::running) play();
-        if (!filling_) find_filling();
-        if (filling_) fill();
-        if (!filling_) find_filling();
+        if (fillings_.empty()) find_filling();
+        if (!fillings_.empty()) fill();
+        if (fillings_.empty()) find_filling();
         const bool rests = current() != Running::running;
         const bool has_news = was_asked || (rests && was_running_);
         if (rests && has_news) look();
         deliver(has_news);
         was_running_ = !rests;
-        return was_running_ ? next_ : filling_ ? Worker::at_once : Worker::never;
+        return was_running_ ? next_ : !fillings_.empty() ? Worker::at_once : Worker::never;
     }
 
     Running current() const {
@@ -342,7 +377,7 @@ class Playback::Loop final : public Run::Observer {
         switch (command.action) {
         case Action::start:
         case Action::until:
-            if ((is_over || timeline_.time() == 0) && is_other(first_of_branch()))
+            if ((is_over || timeline_.time() == 0) && went_through_other())
                 begin();
             else if (running == Running::failed)
                 return;
@@ -424,10 +459,11 @@ class Playback::Loop final : public Run::Observer {
     bool is_other(const Timeline::Branch& branch) const {
         return !is_same_run(newest_.model->diagram, branch.played->model->diagram);
     }
-    const Timeline::Branch& first_of_branch() const {
-        const Timeline::Branch* first = &timeline_.current();
-        while (first->info.parent >= 0) first = timeline_.branch(first->info.parent);
-        return *first;
+    /// Did the run, on the way to where it ends, go through a model that is not the newest one?
+    bool went_through_other() const {
+        for (const auto* on = &timeline_.current(); on; on = timeline_.branch(on->info.parent))
+            if (is_other(*on)) return true;
+        return false;
     }
 
     void begin() {
@@ -527,44 +563,63 @@ class Playback::Loop final : public Run::Observer {
             const Timeline::Branch& branch = *timeline_.branch(index);
             std::vector<Watched> missing;
             for (const auto& watched : watched_)
-                if (filled_.emplace(index, watched.signal).second &&
-                    quantity_of(*branch.played, watched.signal))
-                    missing.push_back({watched.signal});
-            const double duration = branch.info.reached - branch.info.from;
-            if (missing.empty() || duration <= 0) continue;
-            const auto steps = static_cast<std::size_t>(duration / branch.played->run.period());
-            for (auto& watched : missing) {
-                const int rate = quantity_of(*branch.played, watched.signal)->rate;
-                const auto ticks = branch.played->model->diagram.rates[static_cast<std::size_t>(rate)].ticks;
-                if (rate != constant_rate)
-                    watched.stride =
-                        std::max<std::size_t>(1, steps / static_cast<std::size_t>(ticks) / most_filled);
-            }
-            filling_ = Filling{timeline_.beginning_of(index), std::move(missing), branch.info.reached};
-            return;
+                if (filled_.emplace(index, watched.signal).second) missing.push_back({watched.signal});
+            if (fill_in(branch, missing, branch.info.from, branch.info.reached)) return;
         }
     }
 
+    /// Computes samples from one time to another again, before all else that is to be computed again.
+    bool fill_in(const Timeline::Branch& branch, const std::vector<Watched>& signals, double from,
+                 double until) {
+        const Played& played = *branch.played;
+        std::vector<Watched> wanted;
+        for (const auto& watched : signals) {
+            const Quantity* const quantity = quantity_of(played, watched.signal);
+            if (!quantity) continue;
+            wanted.push_back({watched.signal});
+            if (quantity->rate == constant_rate) continue;
+            const auto ticks = played.model->diagram.rates[static_cast<std::size_t>(quantity->rate)].ticks;
+            const double samples = (until - from) / played.run.period() / static_cast<double>(ticks);
+            wanted.back().thinning.stride =
+                stride(*quantity, static_cast<std::size_t>(std::max(samples, 0.0)), most_filled);
+        }
+        if (wanted.empty() || until <= from) return false;
+        if (fillings_.size() >= most_fillings) fillings_.erase(fillings_.begin());
+        fillings_.push_back({timeline_.before(branch.info.index, from), std::move(wanted), from, until});
+        return true;
+    }
+    /// Which leaves at most so many samples.
+    static std::size_t stride(const Quantity& quantity, std::size_t samples, std::size_t most) {
+        const std::size_t left = Thinning::most_left(static_cast<int>(quantity.info.elements()));
+        return samples <= most ? 1 : samples * left / most + 1;
+    }
+
     void fill() {
-        const Timeline::Branch* const branch = timeline_.branch(filling_->cursor.branch);
-        if (!branch) return filling_.reset(); // it was forgotten
+        Filling& filling = fillings_.back();
+        const Timeline::Branch* const branch = timeline_.branch(filling.cursor.branch);
+        if (!branch) return fillings_.pop_back(); // it was forgotten
         const Timeline::Cursor here = timeline_.leave();
-        timeline_.enter(filling_->cursor);
+        timeline_.enter(filling.cursor);
         sees_ = Sees::past;
         const Simulation& run = branch->played->run;
         bool goes_on = true;
         for (const auto end = Clock::now() + fill_slice; goes_on && Clock::now() < end;)
-            goes_on = run.time() + run.period() / 2 < filling_->until && timeline_.step(filling_->cursor);
+            goes_on = run.time() + run.period() / 2 < filling.until && timeline_.step(filling.cursor);
         sees_ = Sees::run;
-        filling_->cursor.data = run.snapshot();
+        filling.cursor.data = run.snapshot();
         timeline_.enter(here);
-        if (!goes_on) filling_.reset();
+        if (goes_on) return;
+        for (auto& watched : filling.signals) finish(watched);
+        fillings_.pop_back();
     }
 
     void deliver(bool was_asked) {
         note();
         for (auto& watched : watched_) {
-            watched.stride = std::max<std::size_t>(1, watched.seen / most_samples);
+            finish(watched);
+            const auto* const branch = timeline_.branch(watched.branch);
+            const Quantity* const quantity = branch ? quantity_of(*branch->played, watched.signal) : nullptr;
+            if (quantity) watched.thinning.stride = stride(*quantity, watched.seen, most_samples);
             watched.seen = 0;
         }
         if (seen_time_ != shown_time_ && current() != Running::paused && seen_time_ >= 0)
@@ -591,7 +646,7 @@ class Playback::Loop final : public Run::Observer {
     std::vector<Watched> watched_;
     std::vector<int> compared_;            ///< branches
     std::set<std::pair<int, int>> filled_; ///< branches and signals of which all is known, or comes
-    std::optional<Filling> filling_;
+    std::vector<Filling> fillings_;        ///< the last one is under way
     std::shared_ptr<Sceneries> sceneries_;
     std::shared_ptr<const Played> bound_; ///< whose signals tell where things are
     std::vector<double> places_;
@@ -619,9 +674,10 @@ void Playback::edit(std::shared_ptr<const LoadedModel> model, std::int64_t revis
                     Moves moves) {
     loop_->edit({std::move(model), revision, std::move(cause), std::move(moves)});
 }
-void Playback::watch(std::vector<int> signals, std::vector<int> branches) {
-    loop_->watch(std::move(signals), std::move(branches));
+void Playback::watch(std::vector<int> signals, std::vector<int> branches, std::set<int> again) {
+    loop_->watch(std::move(signals), std::move(branches), std::move(again));
 }
+void Playback::refine(double from, double to) { loop_->refine(from, to); }
 Times Playback::times(bool is_wanted) { return loop_->times(is_wanted); }
 void Playback::show(std::shared_ptr<Sceneries> sceneries) { loop_->show(std::move(sceneries)); }
 std::shared_ptr<const LoadedModel> Playback::model() const { return loop_->model(); }

@@ -23,15 +23,14 @@ class RecordedRun {
 
     const RunState& state() const { return state_; }
     const std::vector<SignalInfo>& signals() const { return signals_; }
-    /// All samples of those of the signals, by index, that were not asked for before, as a binary frame.
-    std::string watch(const std::set<int>& signals);
+    /// All samples of those signals, by index, as a binary frame.
+    std::string samples(const std::set<int>& signals) const;
     void look_at(double time);
 
   private:
     const recording::Recording recording_;
     RunState state_;
     std::vector<SignalInfo> signals_; ///< indices are those of channels
-    std::set<int> watched_;
 };
 
 } // namespace bf::service

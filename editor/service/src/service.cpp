@@ -508,7 +508,7 @@ struct Service::State {
     }
 
     Signals watch(int page, const Watch& asked) {
-        wishes[page] = asked;
+        wishes[page].first = asked;
         Signals found{rewatch(page), {}};
         if (live || shown || playback)
             for (const auto& path : asked.paths)
@@ -530,19 +530,26 @@ struct Service::State {
         const std::vector<SignalInfo> signals = run_signals();
         std::multimap<std::string_view, const SignalInfo*> by_path; // edits change sizes
         for (const auto& signal : signals) by_path.emplace(signal.path, &signal);
-        std::set<int> all, branches;
-        for (const auto& [wisher, wish] : wishes) {
-            branches.insert(wish.branches.begin(), wish.branches.end());
-            for (const auto& path : wish.paths)
+        std::set<int> all, branches, missing; // what a page has nothing of, since it came later than others
+        for (auto& [wisher, wish] : wishes) {
+            auto& [asked, sent] = wish;
+            branches.insert(asked.branches.begin(), asked.branches.end());
+            for (const auto& path : asked.paths)
                 for (auto [at, end] = by_path.equal_range(path); at != end; ++at) {
                     all.insert(at->second->index);
+                    if (sent.insert(at->second->index).second) missing.insert(at->second->index);
                     if (wisher == page) own.push_back(*at->second);
                 }
         }
         if (live) live->watch({all.begin(), all.end()});
-        if (shown) options.send(shown->watch(all));
-        if (playback) playback->watch({all.begin(), all.end()}, {branches.begin(), branches.end()});
+        if (shown) options.send(shown->samples(missing));
+        if (playback) playback->watch({all.begin(), all.end()}, {branches.begin(), branches.end()}, missing);
         return own;
+    }
+
+    Nothing refine(int, const Refine& asked) {
+        if (playback) playback->refine(asked.from, asked.to);
+        return {};
     }
 
     RunState tune(int page, const Tune& asked) {
@@ -568,7 +575,7 @@ struct Service::State {
     int last_page = 0, asking = 0; ///< who made it; the page whose request is answered; 0: none
     const std::unique_ptr<Registry> registry = make_registry();
     std::vector<LibraryBlock> known_blocks;
-    std::map<int, Watch> wishes; ///< by page
+    std::map<int, std::pair<Watch, std::set<int>>> wishes; ///< by page; signals of which it was sent all
     std::unique_ptr<Playback> playback;
     std::unique_ptr<Live> live; ///< where the run is another program's
     std::optional<LiveModel> live_model;
@@ -648,7 +655,7 @@ const std::vector<Method>& methods() {
         method("tune", &S::tune),         method("images", &S::image_files),
         method("compare", &S::compare),   method("parameters", &S::parameters),
         method("generate", &S::generate), method("models", &S::models),
-        method("picture", &S::picture)};
+        method("picture", &S::picture),   method("refine", &S::refine)};
     return all;
 }
 

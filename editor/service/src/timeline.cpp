@@ -83,6 +83,11 @@ void Timeline::begin(std::shared_ptr<const LoadedModel> model, std::int64_t revi
 
 // ---- on and back
 
+const Timeline::Checkpoint& Timeline::Branch::checkpoint_until(double time) const {
+    const auto after = std::ranges::upper_bound(checkpoints, time, {}, &Checkpoint::time);
+    return *(after == checkpoints.begin() ? after : std::prev(after));
+}
+
 /// Of the current branch and those that it comes from, the one that has that time.
 const Timeline::Branch& Timeline::owner(double time) const {
     const Branch* found = &current();
@@ -138,8 +143,7 @@ bool Timeline::advance() {
 bool Timeline::go_to(double time, bool anew) {
     const Branch& of = owner(time);
     const double half = of.played->run.period() / 2;
-    const auto after = std::ranges::upper_bound(of.checkpoints, time + half, {}, &Checkpoint::time);
-    const Checkpoint& last = *(after == of.checkpoints.begin() ? after : std::prev(after));
+    const Checkpoint& last = of.checkpoint_until(time + half);
     const bool is_on_the_way =
         !anew && cursor_.branch == of.info.index && this->time() <= time + half && this->time() >= last.time;
     if (!is_on_the_way) restore(of, last);
@@ -163,8 +167,9 @@ Timeline::Cursor Timeline::leave() const {
 
 void Timeline::enter(const Cursor& cursor) { branch(cursor.branch)->played->run.restore(cursor.data); }
 
-Timeline::Cursor Timeline::beginning_of(int index) const {
-    return {index, 0, branch(index)->checkpoints.front().data};
+Timeline::Cursor Timeline::before(int index, double time) const {
+    const Checkpoint& last = branch(index)->checkpoint_until(time);
+    return {index, last.changes, last.data};
 }
 
 // ---- what makes branches

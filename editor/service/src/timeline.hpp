@@ -55,6 +55,8 @@ class Timeline {
         std::vector<Checkpoint> checkpoints =
             {};                 ///< in the order of time; the first is that of its beginning
         double interval = 0.05; ///< between two of them [s]
+
+        const Checkpoint& checkpoint_until(double time) const; ///< the last one, or the first
     };
     /// A place in the timeline.
     struct Cursor {
@@ -121,7 +123,8 @@ class Timeline {
 
     Cursor leave() const; ///< this place
     void enter(const Cursor& cursor);
-    Cursor beginning_of(int branch) const;
+    /// The last checkpoint of a branch until that time, or its first.
+    Cursor before(int branch, double time) const;
     bool step(Cursor& cursor); ///< which was entered. False: it failed
 
   private:

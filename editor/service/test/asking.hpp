@@ -39,7 +39,7 @@ class AskingTest : public ::testing::Test {
 
     Json ask(const std::string& method, const Json& params = Json::object()) {
         return Json::parse(service->answer(
-            1, Json{{"jsonrpc", "2.0"}, {"id", 7}, {"method", method}, {"params", params}}.dump()));
+            page, Json{{"jsonrpc", "2.0"}, {"id", 7}, {"method", method}, {"params", params}}.dump()));
     }
     Json result(const std::string& method, const Json& params = Json::object()) {
         const Json answer = ask(method, params);
@@ -79,6 +79,7 @@ class AskingTest : public ::testing::Test {
 
     const std::filesystem::path folder;
     std::unique_ptr<Service> service;
+    int page = 1; ///< that asks
     std::vector<Json> told;
     std::size_t sent_bytes = 0;
 

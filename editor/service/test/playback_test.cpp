@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <mutex>
+#include <set>
 #include <thread>
 
 namespace {
@@ -263,6 +264,79 @@ TEST(Playback, AConstantThatIsWatchedLateIsShown) {
     for (const auto& [time, value] : seen.samples) EXPECT_EQ(value, 2);
 }
 
+/// 300 000 steps of 1 ms: a pulse of one step every 50 s, from 20 s on, and the time that has passed.
+constexpr const char* spikes = "model: spikes\nstep: 0.001\nstop: 300\nblocks:\n"
+                               "  one: {block: Constant, value: 1}\n  time: {block: DiscreteIntegrator}\n"
+                               "  spike: {block: Pulse, cycle: 50, width: 0.002, delay: 19.9995}\n"
+                               "  end: {block: Terminator}\nconnections: {one: time, spike: end}\n";
+
+TEST(Playback, ARunTooFastToBeSeenKeepsItsExtremesAndItsEnd) {
+    for (const bool is_watched_late : {false, true}) {
+        Seen spike, time;
+        for (Seen* seen : {&spike, &time}) {
+            Playback playback(loaded(spikes), 1, seen->listener());
+            const int signal = index_of(playback, seen == &spike ? "spike" : "time");
+            if (!is_watched_late) playback.watch({signal});
+            playback.command({.action = Action::start});
+            while (playback.state().state != Running::ended)
+                std::this_thread::sleep_for(std::chrono::milliseconds(5));
+            playback.watch({signal});
+            EXPECT_TRUE(wait(
+                *seen, [&] { return seen->samples.size() > 100 && seen->samples.back().first > 299.9985; }));
+        }
+        std::set<std::int64_t> high; // ms
+        for (const auto& [at, value] : spike.samples)
+            if (value == 1) high.insert(std::llround(at * 1000));
+        EXPECT_EQ(high, (std::set<std::int64_t>{20'000, 70'000, 120'000, 170'000, 220'000, 270'000}))
+            << is_watched_late;
+        EXPECT_LT(spike.samples.size(), 300'000U) << "not all of them";
+        EXPECT_NEAR(time.samples.back().second, 299.999, 1e-6);
+        for (const auto& [at, value] : time.samples) EXPECT_NEAR(value, at, 1e-6);
+    }
+}
+
+TEST(Playback, ASpanThatIsLookedAtHasAllItsSamplesAndAnInstantItsOwn) {
+    Seen seen;
+    Playback playback(loaded(spikes), 1, seen.listener());
+    playback.command({.action = Action::to, .time = 200.0});
+    while (playback.state().time < 199.9) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    playback.watch({index_of(playback, "time")});
+    const auto among = [&](double from, double to) {
+        std::map<std::int64_t, double> found;
+        for (const auto& [time, value] : seen.samples)
+            if (time > from - 1e-6 && time < to + 1e-6) found[std::llround(time * 1000)] = value;
+        return found;
+    };
+    EXPECT_TRUE(wait(seen, [&] { return !among(199.999, 199.999).empty(); }));
+    EXPECT_LT(among(69.99, 70.01).size(), 21U);
+    playback.refine(69.99, 70.01);
+    EXPECT_TRUE(wait(seen, [&] { return among(69.99, 70.01).size() == 21; }));
+    for (const auto& [step, value] : seen.samples) EXPECT_NEAR(value, step, 1e-6);
+    playback.refine(123.45678, 123.45678);
+    EXPECT_TRUE(wait(seen, [&] { return among(123.456, 123.456).size() == 1; }));
+    EXPECT_NEAR(among(123.456, 123.456).begin()->second, 123.456, 1e-6);
+    EXPECT_TRUE(among(123.457, 123.460).empty()) << "and no more";
+    seen.samples.clear();
+    playback.refine(1e9, 1e9); // what was reached last
+    EXPECT_TRUE(wait(seen, [&] { return !among(199.999, 199.999).empty(); }));
+}
+
+TEST(Playback, SamplesThatAreWantedAgainComeAgain) {
+    Seen seen;
+    Playback playback(loaded(decay), 1, seen.listener());
+    playback.command({.action = Action::start});
+    EXPECT_EQ(rest(playback).state, Running::ended);
+    const int x = index_of(playback, "x");
+    playback.watch({x});
+    EXPECT_TRUE(wait(seen, [&] { return seen.by_branch[0].size() >= 500; }));
+    seen.by_branch.clear();
+    playback.watch({x});
+    static_cast<void>(rest(playback));
+    EXPECT_TRUE(seen.by_branch.empty());
+    playback.watch({x}, {}, {x});
+    EXPECT_TRUE(wait(seen, [&] { return seen.by_branch[0].size() >= 500; }));
+}
+
 TEST(Playback, AChangeInThePastKeepsWhatWasThereAsABranch) {
     const auto model = loaded(decay);
     const auto first = recorded(*model, [](auto&) {});
@@ -509,6 +583,30 @@ TEST(Playback, AStartAtTheBeginningAfterAnEditIsAnotherRun) {
     EXPECT_EQ(state.branches.back().parent, -1);
     EXPECT_TRUE(wait(seen, [&] { return seen.by_branch[state.branch].contains(0); }));
     EXPECT_EQ(seen.by_branch[state.branch].at(0), 3);
+}
+
+TEST(Playback, AStartAtTheBeginningAfterAnEditWasTakenBackLeavesTheBranchOfThatEdit) {
+    std::string text = decay;
+    text.replace(text.find("rate: -1"), 8, "rate: -2");
+    Seen seen;
+    Playback playback(loaded(decay), 1, seen.listener());
+    playback.command({.action = Action::to, .time = 1.0});
+    static_cast<void>(rest(playback));
+    playback.edit(loaded(text.c_str()), 2, "set_variable rate = -2");
+    playback.command({.action = Action::start});
+    EXPECT_EQ(rest(playback).branch, 1);
+    playback.edit(loaded(decay), 3, "undo");
+    playback.command({.action = Action::to, .time = 3.0});
+    EXPECT_TRUE(rest(playback).edit);
+    playback.command({.action = Action::stop});
+    playback.watch({index_of(playback, "x")});
+    playback.command({.action = Action::start});
+    const RunState state = rest(playback);
+    EXPECT_EQ(state.branches.back().parent, -1);
+    EXPECT_EQ(state.branch, state.branches.back().index);
+    EXPECT_FALSE(state.edit);
+    EXPECT_TRUE(wait(seen, [&] { return seen.by_branch[state.branch].contains(499); }));
+    EXPECT_NEAR(seen.by_branch[state.branch].at(499), std::pow(0.99, 499), 1e-12);
 }
 
 } // namespace

@@ -61,6 +61,9 @@ TEST_F(RecordedTest, SignalsAreFoundByAllTheirNamesAndSamplesComeOnce) {
     EXPECT_TRUE(bytes == 10 * (20 + 8) || bytes == 11 * (20 + 8)) << bytes;
     result("watch", {{"paths", {"part.y"}}});
     EXPECT_EQ(sent_bytes, bytes);
+    page = 2;
+    result("watch", {{"paths", {"part.y"}}});
+    EXPECT_EQ(sent_bytes, 2 * bytes) << "which has none yet";
 }
 
 TEST_F(RecordedTest, AnyInstantIsLookedAtAndNothingRuns) {

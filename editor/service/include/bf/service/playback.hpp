@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,12 @@ class Playback {
     void edit(std::shared_ptr<const LoadedModel> model, std::int64_t revision, std::string cause,
               Moves moves = {});
     /// The indices of signals of which samples are wanted, all from the beginning, on the current branch and
-    /// these others.
-    void watch(std::vector<int> signals, std::vector<int> branches = {});
+    /// these others; of those in `again` they come once more. Where there are more than anybody can see,
+    /// those with the extremes come.
+    void watch(std::vector<int> signals, std::vector<int> branches = {}, std::set<int> again = {});
+    /// What is watched, as it was when a time began, and its samples from there on until another time; all of
+    /// them, as far as they can be seen.
+    void refine(double from, double to);
     /// From now on frames tell where things are in these, too; none: no longer.
     void show(std::shared_ptr<Sceneries> sceneries);
 

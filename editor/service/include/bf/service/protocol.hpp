@@ -349,6 +349,10 @@ struct Watch {
     std::vector<std::string> paths; ///< all that this page wants to have samples of
     std::vector<int> branches = {}; ///< of these, besides the one that is shown
 };
+/// A span of the run, of which a page looks at more than it has samples of.
+struct Refine {
+    double from = 0, to = 0; ///< s; both the same: the values at an instant
+};
 /// A recording of the opened folder.
 struct Recorded {
     int number = 0; ///< its samples come by HTTP from /recordings/NUMBER/INDEX?token=TOKEN, as a binary frame

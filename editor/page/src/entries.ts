@@ -4,9 +4,9 @@ import type { LibraryBlock, Point } from "./protocol.ts";
 import type { Dialog, End } from "./dialog.ts";
 import type { Session } from "./session.svelte.ts";
 
-/** A line of the search; `insert` is what can be done under a given name, too. */
+/** A line of the search; `is_meant`: what is typed is a name for it; `insert` is what can be done under a given name, too. */
 export interface Entry {
-  key: string; title: string; detail: string; group: string; keys?: string; block?: LibraryBlock; run(): unknown; insert?(name?: string): unknown;
+  key: string; title: string; detail: string; group: string; is_meant?: boolean; keys?: string; block?: LibraryBlock; run(): unknown; insert?(name?: string): unknown;
 }
 
 const insertion = (title: string, detail: string, insert: (name?: string) => unknown): Entry =>
@@ -61,7 +61,7 @@ function with_named(session: Session, entries: Entry[], text: string): Entry[] {
   const named = entries.flatMap((entry): Entry[] => {
     const kind = `${entry.title} `.toLowerCase(), name = typed.toLowerCase().startsWith(kind) ? typed.slice(kind.length).trim() : entry.key === alone ? typed : "";
     if (!entry.insert || !name || fresh_name(session.drawing!, name) !== name) return [];
-    return [{ ...entry, key: `${entry.key} ${name}`, title: `${entry.title} ${name}`, block: undefined, run: () => entry.insert!(name) }];
+    return [{ ...entry, is_meant: true, key: `${entry.key} ${name}`, title: `${entry.title} ${name}`, block: undefined, run: () => entry.insert!(name) }];
   });
   return [...entries, ...named];
 }
@@ -100,14 +100,16 @@ export function entries_for(session: Session, dialog: Dialog, text: string): Ent
   }
 }
 
+type Answer = Pick<Entry, "title" | "detail" | "group" | "is_meant">;
 /** How well a line answers: its name first, where words begin next, then anywhere, then its letters in order. */
-export function score(entry: { title: string; detail: string; group: string }, wanted: string): number {
+export function score(entry: Answer, wanted: string): number {
   const text = wanted.trim().toLowerCase(), title = entry.title.toLowerCase();
   if (!text) return 1;
   if (title === text) return 100;
+  if (entry.is_meant) return 95;
   if (title.startsWith(text)) return 90 - title.length / 100;
   const words = text.split(/\s+/);
-  if (words.length > 1 && words.every((word) => title.includes(word))) return 80;
+  if (words.length > 1 && words.every((word) => title.includes(word))) return are_in_order(words, title) ? 81 : 80;
   if (initials(entry.title).startsWith(text)) return 75;
   if (title.includes(text)) return 70 - title.length / 100;
   if (`${entry.detail} ${entry.group}`.toLowerCase().includes(text)) return 40;
@@ -115,9 +117,11 @@ export function score(entry: { title: string; detail: string; group: string }, w
   for (const letter of text) if ((at = title.indexOf(letter, at + 1)) < 0) return 0;
   return 10;
 }
+const are_in_order = (words: string[], title: string): boolean =>
+  words.every((word, i) => i === 0 || title.indexOf(words[i - 1]!) < title.indexOf(word));
 const initials = (title: string): string => (title.match(/[A-Z]|(?<=[_. ])[a-z]|^[a-z]/g) ?? []).join("").toLowerCase();
 
-export function ranked<T extends { title: string; detail: string; group: string }>(entries: T[], wanted: string): T[] {
+export function ranked<T extends Answer>(entries: T[], wanted: string): T[] {
   return entries.map((entry, i) => ({ entry, i, score: score(entry, wanted) })).filter((found) => found.score > 0)
     .sort((a, b) => b.score - a.score || a.i - b.i).map((found) => found.entry);
 }

@@ -166,6 +166,7 @@ function draw_handles({ context, view, look }: Brush, element: Element): void {
 /** On the wire, as much of it as has room there; all of it where the pointer is. */
 function draw_value({ context, view, look }: Brush, wire: Element, words: string[], is_whole: boolean): void {
   const [from, to] = longest_piece(wire_line(wire)), at = to_screen(view, middle_of([from, to]));
+  if (wire.shapes.some((shape) => shape.kind === "text")) at.y += 11; // beneath its name, or its label
   context.font = `600 11px ${font}`;
   const width_of = (count: number) => context.measureText(text_of(count)).width + 10;
   const text_of = (count: number) => (words.length === 1 ? words[0]! : `[${words.slice(0, count).join(" ")}${count < words.length ? " …" : ""}]`);

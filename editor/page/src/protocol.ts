@@ -205,7 +205,7 @@ export interface Evaluated {
 }
 
 export interface FileList {
-  /** models and recordings relative to the opened folder, images to the file of a subsystem */
+  /** relative to the opened folder, images to the file of a subsystem */
   files: string[];
 }
 

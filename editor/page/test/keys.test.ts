@@ -2,6 +2,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { describe, expect, test } from "vitest";
 import { commands, key_text } from "../src/commands.ts";
+import { ranked } from "../src/entries.ts";
 
 const source = process.env.BF_SOURCE;
 const marks = ["<!-- keys: written from editor/page/src/commands.ts -->\n", "<!-- keys: end -->"] as const;
@@ -15,6 +16,15 @@ const table = (["Edit", "Look", "Run"] as const).map((group) =>
 test("no two commands have the same key", () => {
   const keys = commands.flatMap((command) => command.keys);
   expect(keys.filter((key, i) => keys.indexOf(key) !== i)).toEqual([]);
+});
+
+test("the search offers first what has the words in the order in which they are typed, and what is meant before what begins so", () => {
+  const entry = (title: string, is_meant = false) => ({ title, detail: "", group: "", is_meant });
+  const both = [entry("area1.y → balance1.area"), entry("balance1.h → area1.u")];
+  expect(ranked(both, "balance1 area").map(({ title }) => title)).toEqual(["balance1.h → area1.u", "area1.y → balance1.area"]);
+  expect(ranked(both, "area1 balance").map(({ title }) => title)).toEqual(["area1.y → balance1.area", "balance1.h → area1.u"]);
+  expect(ranked([entry("Run or pause"), entry("State run", true)], "run")[0]!.title).toBe("State run");
+  expect(ranked([entry("Undo"), entry("State undo", true)], "undo")[0]!.title).toBe("Undo");
 });
 
 describe.skipIf(!source)("docs/how-to/edit_in_the_browser.md", () => {

@@ -81,6 +81,22 @@ describe.skipIf(!is_there || !command)("what a model looks like", () => {
     await page.keyboard.press("p");
   });
 
+  test("a name alone is that of a new state, whatever commands it begins, and all conditions of a new transition are seen", async () => {
+    await enter();
+    await page.keyboard.press("Control+k");
+    await page.getByRole("combobox", { name: "Insert a block, or do something" }).fill("run");
+    await page.keyboard.press("Enter");
+    await expect.poll(() => text()).toContain("states: [idle, move, run]");
+    expect(await page.getByRole("button", { name: "Pause" }).count()).toBe(0);
+    await page.setViewportSize({ width: 1280, height: 560 });
+    await hand.drag(await hand.port("machine.move", "from"), await hand.middle("machine.run"));
+    const offers = page.getByRole("listbox", { name: "Values of condition" });
+    await offers.waitFor();
+    const list = (await offers.boundingBox())!, panel = (await page.getByRole("region", { name: "Inspector" }).boundingBox())!;
+    expect(list.y + list.height).toBeLessThanOrEqual(panel.y + panel.height + 1);
+    await page.getByRole("combobox", { name: "condition" }).press("Escape");
+  });
+
   const sides = [0, 0.25, 0.5, 0.75, 1].flatMap((along) => [[along, 0], [along, 1], [0, along], [1, along]] as [number, number][]);
   const count = async () => (await desk.drawing()).elements.filter((e) => e.kind === "wire").length;
   test("a transition begins anywhere on the border of a state, from whose inside the state is moved, at every zoom", async () => {

@@ -1,4 +1,5 @@
 import { execFileSync } from "node:child_process";
+import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, test } from "vitest";
@@ -72,6 +73,30 @@ describe.skipIf(!is_there || !command)("a run", () => {
     await page.getByRole("button", { name: "Close later.mcap" }).waitFor();
     await page.keyboard.press("Control+o");
     await page.getByRole("option", { name: "later.yaml" }).waitFor();
+  });
+
+  test("says why it failed where everybody sees it", async () => {
+    await writeFile(desk.file, "model: m\nstep: 0.01\nstop: 60\nblocks:\n  s: {block: Step, time: 0.5, before: 1, after: 0}\n  inverse: {block: MatrixInverse}\nconnections: {s: inverse}\n");
+    await page.getByRole("option", { name: /inverse/ }).first().waitFor();
+    await page.getByRole("button", { name: /No mistakes|open port/ }).waitFor();
+    await page.getByLabel("Speed").selectOption("fast");
+    await page.getByRole("button", { name: "Run", exact: true }).click();
+    await message().filter({ hasText: "singular" }).waitFor();
+  });
+
+  test("has settings that keep the keyboard when their field moves to those that are given", async () => {
+    const inspector = page.getByRole("region", { name: "Inspector" }), focused = () => page.evaluate(() => document.activeElement!.id);
+    await inspector.locator("summary").click();
+    await inspector.getByLabel("relative_tolerance").fill("0.001");
+    await page.keyboard.press("Enter");
+    await soon(() => desk.text()).toContain("relative_tolerance: 0.001");
+    await inspector.locator("details").getByLabel("relative_tolerance").waitFor({ state: "detached" });
+    await soon(focused).toBe("field-relative_tolerance");
+    await inspector.getByLabel("solver", { exact: true }).focus();
+    await inspector.getByLabel("solver", { exact: true }).selectOption("rk4");
+    await soon(() => desk.text()).toContain("solver: rk4");
+    await inspector.locator("details").getByLabel("solver").waitFor({ state: "detached" });
+    await soon(focused).toBe("field-solver");
   });
 
   test("shows each of several wires in a panel of its own, by one edit", async () => {

@@ -176,7 +176,6 @@ struct SignalInfo {
     bool is_continuous = false;          ///< does it go on between samples, rather than keep its value?
     std::vector<NamedValue> values = {}; ///< that have names
 };
-
 enum class ShapeKind { mesh, sphere, box, cylinder, capsule, ellipsoid };
 
 /// A visible part of a body.
@@ -187,7 +186,6 @@ struct SceneShape {
     std::vector<double> size;   ///< radius; half-sizes; radius and half-length along z; half-axes [m]
     std::vector<double> colour; ///< red, green, blue, opacity, 0 to 1
 };
-
 struct SceneWorld {
     std::string path;                ///< of the block
     std::vector<std::string> bodies; ///< names of their links
@@ -362,8 +360,7 @@ struct Recorded {
     double end = 0;          ///< of its latest sample, s
 };
 struct FileList {
-    std::vector<std::string>
-        files; ///< models and recordings relative to the opened folder, images to the file of a subsystem
+    std::vector<std::string> files; ///< relative to the opened folder, images to the file of a subsystem
 };
 enum class Language { cpp, c };
 struct Generate {

@@ -57,7 +57,7 @@ const structure = (session: Session, at?: Point): Entry[] => [
 
 /** With what has the name that is typed behind its kind, "Gain Kp"; a name alone is that of a state, or of a subsystem where nothing else is meant. */
 function with_named(session: Session, entries: Entry[], text: string): Entry[] {
-  const typed = text.trim(), alone = session.is_chart ? "state" : ranked(entries, text).length === 0 ? "subsystem" : "";
+  const typed = text.trim(), alone = session.is_chart ? "state" : session.library.length > 0 && ranked(entries, text).length === 0 ? "subsystem" : "";
   const named = entries.flatMap((entry): Entry[] => {
     const kind = `${entry.title} `.toLowerCase(), name = typed.toLowerCase().startsWith(kind) ? typed.slice(kind.length).trim() : entry.key === alone ? typed : "";
     if (!entry.insert || !name || fresh_name(session.drawing!, name) !== name) return [];

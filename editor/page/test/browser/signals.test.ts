@@ -82,6 +82,7 @@ describe.skipIf(!is_there || !command)("signals of a model", () => {
     await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
     await page.keyboard.press("Control+k");
     await page.keyboard.type("sum");
+    await page.getByRole("dialog").getByRole("option", { name: /^Sum/ }).first().waitFor();
     await page.keyboard.press("Enter");
     await page.getByRole("button", { name: "2 open ports" }).waitFor();
     const asked = (marks_open: boolean) => desk.client.call("draw", { system: "", show: [], moved: [], moved_notes: [], bent: [], marks_open });

@@ -6,6 +6,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <fcntl.h>
 #include <sys/file.h>
@@ -80,6 +81,50 @@ bool copy_into(int from, const fs::path& to, ::off_t old_size) {
     ::close(file);
     errno = problem;
     return problem == 0;
+}
+
+/// A file that is read, and may get other names meanwhile.
+class Reading {
+  public:
+    explicit Reading(const fs::path& file)
+        : descriptor_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {}
+    ~Reading() {
+        if (is_open()) ::close(descriptor_);
+    }
+    Reading(const Reading&) = delete;
+    Reading& operator=(const Reading&) = delete;
+
+    bool is_open() const { return descriptor_ >= 0; }
+    int descriptor() const { return descriptor_; }
+    ::nlink_t names() const {
+        struct stat status {};
+        return ::fstat(descriptor_, &status) == 0 ? status.st_nlink : 0;
+    }
+    std::string text() const {
+        std::string all;
+        std::array<char, 65536> part{};
+        for (::ssize_t count;
+             (count = ::pread(descriptor_, part.data(), part.size(), static_cast<::off_t>(all.size()))) > 0;)
+            all.append(part.data(), static_cast<std::size_t>(count));
+        return all;
+    }
+
+  private:
+    const int descriptor_;
+};
+
+/// Exchanges two files, or gives the first the name of the second, which nobody has. Returns an error number:
+/// EINVAL where the file system can do neither.
+int put(const fs::path& from, const fs::path& to, bool exchanges) {
+#ifdef RENAME_EXCHANGE
+    if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(),
+                    exchanges ? RENAME_EXCHANGE : RENAME_NOREPLACE) == 0)
+        return 0;
+    return errno == ENOSYS ? EINVAL : errno;
+#else
+    static_cast<void>(from), static_cast<void>(to), static_cast<void>(exchanges);
+    return EINVAL;
+#endif
 }
 
 } // namespace
@@ -166,23 +211,61 @@ void OutputFile::append(std::string_view text) {
     if (!write_all(descriptor_, text)) fail(errno);
 }
 
+/// Its content first: after a power cut the name must not stand for an empty file.
+void OutputFile::make_whole() {
+    if (::fsync(descriptor_) != 0) fail(errno);
+    if (temporary_.empty()) make_named();
+}
+
+void OutputFile::replace() {
+    struct stat there {};
+    // A file that has several names stays that file: the new content, which is whole on the disk beside it,
+    // is copied into it.
+    if (::stat(target_.c_str(), &there) == 0 && S_ISREG(there.st_mode) && there.st_nlink > 1) {
+        if (!copy_into(descriptor_, target_, there.st_size)) fail(errno);
+        ::unlink(temporary_.c_str());
+    } else if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
+        fail(errno);
+    }
+    temporary_.clear();
+}
+
 void OutputFile::commit() {
     if (!is_special_) {
-        // The content first: after a power cut the name must not stand for an empty file.
-        if (::fsync(descriptor_) != 0) fail(errno);
-        if (temporary_.empty()) make_named();
-        struct stat there {};
-        // A file that has several names stays that file: the new content, which is whole on the disk beside
-        // it, is copied into it.
-        if (::stat(target_.c_str(), &there) == 0 && S_ISREG(there.st_mode) && there.st_nlink > 1) {
-            if (!copy_into(descriptor_, target_, there.st_size)) fail(errno);
-            ::unlink(temporary_.c_str());
-        } else if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
-            fail(errno);
-        }
-        temporary_.clear();
+        make_whole();
+        replace();
     }
     ::close(std::exchange(descriptor_, -1));
+}
+
+bool OutputFile::commit_over(const std::optional<std::string>& before) {
+    if (is_special_) return false; // another program has put it in the place of the file
+    make_whole();
+    const Reading there(target_);
+    if (!there.is_open() && errno != ENOENT) fail(errno);
+    if (there.is_open() != before.has_value() || (before && there.text() != *before)) return false;
+    lock(there.descriptor()); // beside its place it is nothing that was abandoned
+    const std::string ours = Reading(temporary_).text();
+    const int error = there.names() > 1 ? EINVAL : put(temporary_, target_, before.has_value());
+    if (error == EEXIST || error == ENOENT) return false;
+    if (error == EINVAL) replace(); // the file system can do no better
+    if (error != 0 && error != EINVAL) fail(error);
+    if (error == 0 && !before) temporary_.clear();
+    if (temporary_.empty()) return true;
+    std::string out = Reading(temporary_).text(), in = ours;
+    if (out == *before) return true;
+    // It was written after it was read here. It goes back, and so does what is written in the meantime.
+    for (bool is_back = false; !is_back;) {
+        if (put(temporary_, target_, true) != 0) {
+            if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+            temporary_.clear();
+            return false;
+        }
+        std::string next = Reading(temporary_).text();
+        is_back = next == in;
+        in = std::exchange(out, std::move(next));
+    }
+    return false;
 }
 
 void OutputFile::fail(int error) const {

@@ -53,14 +53,13 @@ fs::path found_model(const fs::path& place) {
 
 fs::path made_model(const fs::path& file) {
     if (file.extension() != ".yaml") throw CommandError("--new takes the name of a file that ends in .yaml");
-    if (fs::exists(file))
-        throw CommandError("the file '" + file.string() + "' exists; leave out --new to edit it");
     model::Model model{.name = file.stem().string()};
     model.step = {"0.001"};
     model.stop = {"10"};
     OutputFile output(file);
     output.write(formats::write_yaml(model));
-    output.commit();
+    if (!output.commit_over({}))
+        throw CommandError("the file '" + file.string() + "' exists; leave out --new to edit it");
     return file;
 }
 

@@ -112,6 +112,8 @@ export interface DocumentState {
   diagnostics: Diagnostic[];
   /** why files and page differ: a file cannot be read, or not be written */
   failure: string;
+  /** which edit does not fit what another program wrote at the same time */
+  collision: string;
   panels: PanelInfo[];
   /** titles of the model's own */
   plots: string[];

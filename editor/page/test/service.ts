@@ -76,7 +76,7 @@ export class Model {
   state(): DocumentState {
     const open = !this.wires.some(([, to]) => to.startsWith("scope"));
     return {
-      file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, is_saved: true, failure: this.failure, panels: this.panels, plots: Object.keys(this.plots),
+      file: "motor.yaml", revision: this.revision, can_undo: this.operations.length > 0, can_redo: false, is_checked: true, is_saved: true, failure: this.failure, collision: "", panels: this.panels, plots: Object.keys(this.plots),
       diagnostics: open ? [{ file: "motor.yaml", line: 9, column: 3, path: "scope", message: "input 'u' is not connected", remedy: "connect it", is_open: false, fixes: [
         { title: "Connect 'motor' to 'scope'", operation: '{"do":"connect","system":"","from":"motor","to":"scope"}' }] }] : [],
     };

@@ -2,14 +2,20 @@
 
 #include "bf/base/files.hpp"
 
+#include <cstdint>
 #include <utility>
 
 namespace bf::service {
 
 Stamp stamp_of(const std::filesystem::path& file) {
     struct stat status {};
-    if (::stat(file.c_str(), &status) != 0) return {};
-    return {status.st_ctim, status.st_ino, status.st_size};
+    if (::stat(file.c_str(), &status) != 0) return {.is_certain = true};
+    constexpr std::int64_t step = 20'000'000; // ns
+    timespec now{};
+    ::clock_gettime(CLOCK_REALTIME, &now);
+    const std::int64_t age = (now.tv_sec - status.st_ctim.tv_sec) * std::int64_t{1'000'000'000} +
+                             now.tv_nsec - status.st_ctim.tv_nsec;
+    return {status.st_ctim, status.st_ino, status.st_size, age > step};
 }
 
 void Disk::write(Written wanted) {
@@ -22,16 +28,12 @@ void Disk::write(Written wanted) {
 
 void Disk::finish(Written wanted) {
     try {
-        wanted.is_foreign = !(stamp_of(wanted.file) == wanted.stamp);
-        if (!wanted.is_foreign) {
-            OutputFile output(wanted.file);
-            output.write(wanted.text);
-            output.commit();
-        }
+        OutputFile output(wanted.file);
+        output.write(wanted.text);
+        wanted.is_foreign = !output.commit_over(wanted.before);
     } catch (const FileError& error) {
         wanted.failure = error.what();
     }
-    if (!wanted.is_foreign) wanted.stamp = stamp_of(wanted.file);
     const std::lock_guard lock(mutex_);
     written_.push_back(std::move(wanted));
 }

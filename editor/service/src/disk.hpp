@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <sys/stat.h>
 #include <vector>
@@ -18,10 +19,11 @@ struct Stamp {
     timespec changed{};
     ::ino_t inode = 0;
     ::off_t size = -1;
+    bool is_certain = false; ///< may it be compared? Clocks of file systems take steps of some milliseconds
 
     bool operator==(const Stamp& other) const {
-        return changed.tv_sec == other.changed.tv_sec && changed.tv_nsec == other.changed.tv_nsec &&
-               inode == other.inode && size == other.size;
+        return is_certain && other.is_certain && changed.tv_sec == other.changed.tv_sec &&
+               changed.tv_nsec == other.changed.tv_nsec && inode == other.inode && size == other.size;
     }
 };
 
@@ -34,8 +36,8 @@ class Disk {
     struct Written {
         std::filesystem::path file;
         std::string text;
-        Stamp stamp;             ///< of the file before, and then of the one that is there
-        bool is_foreign = false; ///< another program has written the file since: it stays as it is
+        std::optional<std::string> before; ///< what the file holds; nothing: there is none
+        bool is_foreign = false;           ///< it holds what another program wrote, and stays as it is
         std::string failure = {};
     };
 

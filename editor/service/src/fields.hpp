@@ -60,7 +60,7 @@ BF_FIELDS(service::NamedValue, has("value", &T::value), has("name", &T::name))
 BF_FIELDS(service::DocumentState, has("file", &T::file), has("revision", &T::revision),
           has("can_undo", &T::can_undo), has("can_redo", &T::can_redo), has("is_checked", &T::is_checked),
           has("is_saved", &T::is_saved), has("diagnostics", &T::diagnostics), has("failure", &T::failure),
-          has("panels", &T::panels), has("plots", &T::plots))
+          has("collision", &T::collision), has("panels", &T::panels), has("plots", &T::plots))
 BF_FIELDS(service::LibraryPort, has("name", &T::name), has("doc", &T::doc))
 BF_FIELDS(service::LibraryBlock, has("name", &T::name), has("group", &T::group), has("doc", &T::doc),
           has("inputs", &T::inputs), has("outputs", &T::outputs))

@@ -76,7 +76,11 @@ struct Project::Document {
     std::shared_ptr<const model::Model> read; ///< from the text, without files
     std::string written;                      ///< text of the file as it is known here
     Stamp stamp;
-    bool is_on_the_way = false;         ///< is a text being written?
+    bool is_missing = false;    ///< is there no such file?
+    bool is_on_the_way = false; ///< is a text being written?
+    /// What was done since that text, in order; nothing stands for what cannot be done again on another one.
+    std::vector<std::optional<model::Operation>> waiting;
+    std::size_t sent = 0;               ///< of these are in the text that is being written
     std::optional<std::string> foreign; ///< what another program has written into the file and is no model
     std::string failure;
     std::shared_ptr<const model::Model> shared; ///< the model, for those that refer to it
@@ -89,7 +93,13 @@ Project::Project(const fs::path& file, Worker* disk, std::function<void()> writt
     link_all();
 }
 
-Project::~Project() { settle(); }
+Project::~Project() {
+    settle();
+    for (int tries = 0; tries < 3 && !is_saved(); ++tries) { // another program was faster
+        static_cast<void>(synchronise());
+        settle();
+    }
+}
 
 const fs::path& Project::file() const { return documents_.front()->file; }
 const model::Model& Project::model() const { return documents_.front()->model; }
@@ -127,25 +137,37 @@ void Project::save(Document& document) {
 /// Puts the text into its file, where the file holds another one. What comes while one is on its way follows
 /// it.
 void Project::put(Document& document) {
-    if (document.text == document.written) document.failure.clear();
-    if (document.text == document.written || document.is_on_the_way) return;
+    if (document.is_on_the_way) return;
+    if (document.text == document.written && !document.is_missing) {
+        document.failure.clear();
+        document.waiting.clear();
+        return;
+    }
     document.is_on_the_way = true;
-    disk_->write({document.file, document.text, document.stamp});
+    document.sent = document.waiting.size();
+    disk_->write(
+        {document.file, document.text, document.is_missing ? std::nullopt : std::optional(document.written)});
     note_written(); // without a worker it is done
 }
 
-void Project::note_written() {
+bool Project::note_written() {
+    bool is_foreign = false;
     for (auto& done : disk_->take()) {
         Document* const document = find(done.file);
         if (!document) continue;
         document->is_on_the_way = false;
-        if (done.is_foreign) continue; // it is read as soon as somebody looks
-        document->stamp = done.stamp;
+        is_foreign |= done.is_foreign;
+        if (done.failure.empty()) document->stamp = {}; // whatever is there is looked at
+        if (done.is_foreign) continue;
         document->failure = done.failure;
         if (!done.failure.empty()) continue;
         document->written = std::move(done.text);
+        document->is_missing = false;
+        document->waiting.erase(document->waiting.begin(),
+                                document->waiting.begin() + static_cast<std::ptrdiff_t>(document->sent));
         put(*document);
     }
+    return is_foreign;
 }
 
 void Project::settle() {
@@ -382,8 +404,10 @@ void Project::take_away(Document& made) {
         });
     const auto found = std::ranges::find(documents_, &made, &std::unique_ptr<Document>::get);
     if (is_used || found == documents_.end()) return;
-    std::error_code error;
-    if (!made.foreign && made.stamp == stamp_of(made.file)) fs::remove(made.file, error);
+    try {
+        if (!made.foreign && read_text_file(made.file) == made.written) fs::remove(made.file);
+    } catch (const std::exception&) { // it is gone, or stays
+    }
     taken_away_.push_back(std::move(*found));
     documents_.erase(found);
 }
@@ -395,7 +419,7 @@ void Project::put_back(Document& made) {
         throw model::Errors(
             {{{}, "", "the file '" + made.file.string() + "' exists", "remove or rename it first"}});
     made.written.clear();
-    made.stamp = {};
+    made.is_missing = true;
     documents_.push_back(std::move(*found));
     taken_away_.erase(found);
     save(made);
@@ -431,23 +455,28 @@ void Project::require_inside(const fs::path& file) const {
 }
 
 void Project::edit(const model::Operation& operation) {
+    collision_.clear();
     static_cast<void>(synchronise()); // an edit is of what is there
     Document* document = nullptr;
     const model::Operation local = localised(operation, document);
-    if (!document) return; // an empty batch
+    if (document) apply(*document, local); // it is no empty batch
+}
+
+/// An operation with paths of the document.
+void Project::apply(Document& document, const model::Operation& local) {
     const auto* const extract = std::get_if<model::operations::Extract>(&local);
-    require_inside(document->file);
-    require_own(*document);
+    require_inside(document.file);
+    require_own(document);
     const auto beside = [&](const std::string& file) {
-        return (document->file.parent_path() / file).lexically_normal();
+        return (document.file.parent_path() / file).lexically_normal();
     };
     const bool makes_file = extract && !extract->file.empty(); // without a name it is refused below
     if (makes_file) require_inside(beside(extract->file));
     std::vector<std::pair<Document*, model::Model>> others;
     const auto follow = [&](const auto* rename) {
         if (!rename) return;
-        open_referring(document->file);
-        others = followed(*document, *rename);
+        open_referring(document.file);
+        others = followed(document, *rename);
         for (const auto& [other, model] : others) {
             require_inside(other->file);
             require_own(*other);
@@ -458,51 +487,65 @@ void Project::edit(const model::Operation& operation) {
     if (makes_file && fs::exists(beside(extract->file)))
         throw model::Errors(
             {{{}, extract->path, "the file '" + extract->file + "' exists", "give another name"}});
-    const std::set<std::string> known = texts_of(mistakes_beside(*document));
-    document->history.edit(document->model, local,
-                           [&](const std::string& file) { return shared(open(beside(file))); });
+    const std::set<std::string> known = texts_of(mistakes_beside(document));
+    document.history.edit(document.model, local,
+                          [&](const std::string& file) { return shared(open(beside(file))); });
     for (auto& [other, model] : others) other->history.replace(other->model, std::move(model));
     const auto take_back = [&] {
-        document->history.undo(document->model);
+        document.history.undo(document.model);
         for (auto& [other, model] : others) other->history.undo(other->model);
         link_all();
     };
-    Step step{{document}};
+    Step step{{&document}};
     if (extract) { // the content becomes a file of its own
         auto made = std::make_unique<Document>();
         made->file = beside(extract->file);
-        made->model = *model::find(std::as_const(document->model), extract->path)->reference->model;
+        made->is_missing = true;
+        made->model = *model::find(std::as_const(document.model), extract->path)->reference->model;
         step.made = made.get();
         documents_.push_back(std::move(made));
         save(*step.made);
         settle(); // before the content goes from where it was
-        if (const std::string failure = step.made->failure; !failure.empty()) {
+        if (const std::string failure = step.made->failure; step.made->text != step.made->written) {
             documents_.pop_back();
             take_back();
-            throw model::Errors({{{}, extract->path, failure, "give a place that can be written"}});
+            if (!failure.empty())
+                throw model::Errors({{{}, extract->path, failure, "give a place that can be written"}});
+            throw model::Errors({{{},
+                                  extract->path,
+                                  "another program has written the file '" + extract->file + "' meanwhile",
+                                  "give another name"}});
         }
     }
     link_all();
-    std::vector<model::Diagnostic> broken = mistakes_beside(*document, known);
+    std::vector<model::Diagnostic> broken = mistakes_beside(document, known);
     if (!broken.empty()) {
         take_back();
         throw model::Errors(std::move(broken));
     }
-    for (const auto& [other, model] : others) step.changed.push_back(other);
+    document.waiting.emplace_back(local);
+    for (const auto& [other, model] : others) {
+        step.changed.push_back(other);
+        other->waiting.emplace_back();
+    }
     done_.push_back(step);
     undone_.clear();
-    changed({document});
+    changed({&document});
     for (Document* changed : step.changed) save(*changed);
 }
 
 bool Project::step(std::vector<Step>& from, std::vector<Step>& to,
                    bool (model::History::*move)(model::Model&)) {
+    collision_.clear();
     static_cast<void>(synchronise());
     if (from.empty()) return false;
     const Step step = from.back();
     for (const Document* document : step.changed) require_own(*document);
     if (step.made && &from == &undone_) put_back(*step.made);
-    for (Document* document : step.changed) (document->history.*move)(document->model);
+    for (Document* document : step.changed) {
+        (document->history.*move)(document->model);
+        document->waiting.emplace_back();
+    }
     to.push_back(step);
     from.pop_back();
     if (step.made && &from == &done_) take_away(*step.made);
@@ -524,6 +567,7 @@ void Project::take(Document& document, model::Model model, const std::string& te
 }
 
 bool Project::rewrite(const fs::path& file, const std::string& before, const std::string& text) {
+    collision_.clear();
     static_cast<void>(synchronise());
     Document* const found = find(file);
     if (!found)
@@ -543,6 +587,7 @@ bool Project::rewrite(const fs::path& file, const std::string& before, const std
     if (!broken.empty()) throw model::Errors(std::move(broken));
     take(document, std::move(model), text);
     if (document.foreign) document.written = *std::exchange(document.foreign, {});
+    document.waiting.emplace_back();
     save(document);
     return true;
 }
@@ -553,33 +598,65 @@ bool Project::synchronise() {
         Document& document = *documents_[i];
         if (document.is_on_the_way) continue; // whoever writes it looks
         const std::string failure = document.failure;
-        const Stamp now = stamp_of(document.file);
-        if (document.stamp == now) {
-            if (!document.foreign && document.text != document.written) put(document); // again
-            is_other |= document.failure != failure;
-            continue;
-        }
-        document.stamp = now;
-        std::string text;
-        try {
-            text = read_text_file(document.file);
-            if (text != document.written) {
-                formats::Files texts{{document.file, text}};
-                take(document, formats::read_yaml(document.file, texts), text);
-                document.written = std::move(text);
-                is_other = true;
-            }
-            document.failure.clear();
-            document.foreign.reset();
-        } catch (const model::Errors& error) {
-            document.failure = error.what();
-            document.foreign = std::move(text);
-        } catch (const std::exception& error) {
-            document.failure = error.what();
-        }
+        is_other |= look(document);
+        if (!document.foreign && document.text != document.written) put(document); // again
         is_other |= document.failure != failure;
     }
     return is_other;
+}
+
+/// Reads the file where it may have changed; true when that changed the model.
+bool Project::look(Document& document) {
+    const Stamp now = stamp_of(document.file);
+    if (document.stamp == now) return false;
+    document.stamp = now;
+    std::string text;
+    try {
+        text = read_text_file(document.file);
+    } catch (const FileError& error) {
+        document.is_missing = now.size < 0;
+        document.failure = error.what();
+        return false;
+    }
+    document.is_missing = false;
+    if (text == document.foreign) return false;
+    const bool is_known = text == document.written || text == document.text;
+    std::optional<model::Model> model;
+    try {
+        formats::Files texts{{document.file, text}};
+        if (!is_known) model = formats::read_yaml(document.file, texts);
+    } catch (const std::exception& error) {
+        document.failure = error.what();
+        document.foreign = std::move(text);
+        return false;
+    }
+    document.failure.clear();
+    document.foreign.reset();
+    const bool is_waiting = document.text != document.written;
+    document.written = text;
+    if (text == document.text) document.waiting.clear();
+    if (!model) return false;
+    const auto waiting = std::exchange(document.waiting, {});
+    take(document, std::move(*model), text);
+    if (is_waiting) repeat(document, waiting);
+    return true;
+}
+
+/// Edits that the file did not have yet when another program wrote it.
+void Project::repeat(Document& document, const std::vector<std::optional<model::Operation>>& edits) {
+    const auto tell = [&](const std::string& why) {
+        if (collision_.empty())
+            collision_ = "another program wrote " + document.file.string() + " at the same time, and " + why +
+                         "; undo leads back to it";
+    };
+    for (const auto& edit : edits) try {
+            if (edit)
+                apply(document, *edit);
+            else
+                tell("what was undone, typed as a text or named in another file meanwhile is not in it");
+        } catch (const model::Errors& error) {
+            tell("an edit does not fit what is there now: " + std::string(error.what()));
+        }
 }
 
 std::shared_ptr<const model::Model> Project::as_read() const {

@@ -72,8 +72,7 @@ struct Service::State {
 
     /// Tells pages what became of the files; an answer to an edit waits for no disk.
     void note_written() {
-        project->note_written();
-        tick();
+        if (project->note_written()) tick();
         tell_changed();
     }
 
@@ -115,6 +114,7 @@ struct Service::State {
         state.is_checked = checked_revision == project->revision();
         state.is_saved = project->is_saved();
         state.failure = project->failure();
+        state.collision = project->collision();
         state.panels = panels();
         for (const auto& plot : project->model().plots) state.plots.push_back(plot.title);
         if (examined) state.diagnostics = told(examined->diagnostics);

@@ -428,11 +428,15 @@ TEST_F(ProjectTest, WhatAnotherProgramWroteInTheMeantimeIsNotWrittenOver) {
     project.note_written();
     EXPECT_EQ(read("loop.yaml"), other);
     EXPECT_TRUE(project.synchronise());
-    ASSERT_EQ(bf::model::find(project.model(), "wanted"), nullptr);
-    EXPECT_EQ(bf::model::find(project.model(), "reference")->find_setting("value")->value.text, "2");
+    ASSERT_NE(bf::model::find(project.model(), "wanted"), nullptr) << "ours is made again";
+    EXPECT_EQ(bf::model::find(project.model(), "wanted")->find_setting("value")->value.text, "2");
+    disk.worker.call([] {});
+    project.note_written();
     EXPECT_TRUE(project.is_saved());
-    EXPECT_TRUE(project.undo()) << "ours was an edit";
-    EXPECT_NE(bf::model::find(project.model(), "wanted"), nullptr);
+    EXPECT_NE(read("loop.yaml").find("wanted: {block: Constant, value: 2}"), std::string::npos);
+    EXPECT_TRUE(project.undo());
+    EXPECT_TRUE(project.undo()) << "theirs was an edit";
+    EXPECT_EQ(bf::model::find(project.model(), "wanted")->find_setting("value")->value.text, "1");
 }
 
 TEST_F(ProjectTest, NothingIsLostThatIsOnItsWayWhenTheProgramEnds) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -33,11 +34,16 @@ class OutputFile {
     void write(std::string_view text);
     void append(std::string_view text); ///< the same for a part that follows
     void commit();
+    /// The same where the file holds `before`; none: where there is no file. False where another program was
+    /// faster: what it wrote stays, or comes back where it was written while this file took its place.
+    bool commit_over(const std::optional<std::string>& before);
     /// Throws the FileError of an error number, for those who write to `path`.
     [[noreturn]] void fail(int error) const;
 
   private:
     void make_named();
+    void make_whole();
+    void replace();
     std::filesystem::path file_, target_;
     std::filesystem::path temporary_; ///< empty: the temporary file has no name
     int descriptor_ = -1;             ///< of the temporary file, or of the file itself if it is special

@@ -11,6 +11,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -20,7 +21,8 @@ namespace bf::service {
 class Disk;
 
 /// One document for each file. What is edited lands in its file at once, and what another program writes into
-/// a file is taken over, as an edit that can be undone.
+/// a file is taken over, as an edit that can be undone. Edits that were on their way to the file meanwhile
+/// are made again on what that program wrote.
 class Project {
   public:
     /// Reads the model and all it refers to. A worker writes files beside it, and calls `written` after each;
@@ -62,12 +64,16 @@ class Project {
     /// Writes what could not be written before, and reads what others wrote; true when that changed the model
     /// or `failure`.
     bool synchronise();
-    /// Takes note of what was written.
-    void note_written();
+    /// Takes note of what was written; true when another program was faster, so that `synchronise` has to
+    /// look.
+    bool note_written();
     /// Are all files on the disk as the models?
     bool is_saved() const;
     /// Why a file is not as the model, with the remedy; empty when all are, or will be.
     std::string failure() const;
+    /// Which edit does not fit what another program wrote at the same time, with the remedy; until the next
+    /// edit.
+    const std::string& collision() const { return collision_; }
 
     /// The file in which the block or subsystem of that path stands, and its path there.
     std::pair<std::filesystem::path, std::string> place_of(const std::string& path) const;
@@ -95,6 +101,9 @@ class Project {
     std::shared_ptr<const model::Model> shared(Document& document);
     void link_all();
     model::Operation localised(model::Operation operation, Document*& document) const;
+    void apply(Document& document, const model::Operation& operation);
+    void repeat(Document& document, const std::vector<std::optional<model::Operation>>& edits);
+    bool look(Document& document);
     void take(Document& document, model::Model model, const std::string& text);
     bool step(std::vector<Step>& from, std::vector<Step>& to, bool (model::History::*move)(model::Model&));
     void changed(const std::vector<Document*>& documents);
@@ -110,6 +119,7 @@ class Project {
     std::vector<std::unique_ptr<Document>> taken_away_; ///< made by edits that are undone
     std::vector<Step> done_, undone_;
     std::int64_t revision_ = 0;
+    std::string collision_;
     Moves moves_;
     const std::unique_ptr<Disk> disk_;
 };

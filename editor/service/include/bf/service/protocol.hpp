@@ -57,7 +57,8 @@ struct DocumentState {
     bool is_checked = false; ///< are `diagnostics` those of this revision?
     bool is_saved = true;    ///< is it on the disk?
     std::vector<Diagnostic> diagnostics = {};
-    std::string failure = {}; ///< why files and page differ: a file cannot be read, or not be written
+    std::string failure = {};   ///< why files and page differ: a file cannot be read, or not be written
+    std::string collision = {}; ///< which edit does not fit what another program wrote at the same time
     std::vector<PanelInfo> panels = {};
     std::vector<std::string> plots = {}; ///< titles of the model's own
 };

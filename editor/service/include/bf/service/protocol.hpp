@@ -62,7 +62,6 @@ struct DocumentState {
     std::vector<PanelInfo> panels = {};
     std::vector<std::string> plots = {}; ///< titles of the model's own
 };
-
 struct LibraryPort {
     std::string name, doc;
 };

@@ -1,6 +1,7 @@
 #include "bf/core/context.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -8,7 +9,7 @@
 namespace bf {
 
 namespace {
-constexpr std::size_t alignment = 16;
+constexpr std::size_t alignment = 64; // a line of the cache
 std::size_t slot_bytes(const Slot& slot) {
     return static_cast<std::size_t>(slot.size.count()) * static_cast<std::size_t>(bytes(slot.type));
 }
@@ -19,9 +20,10 @@ struct Context::Arena {
     std::size_t size = 0;
     std::unique_ptr<std::byte[]> memory;
 
-    /// Scalars are packed, arrays aligned for vector instructions.
+    /// Scalars are packed, arrays aligned for vector instructions and to touch few lines of the cache.
     std::size_t reserve(std::size_t count, std::size_t element) {
-        const std::size_t align = count > element ? alignment : std::max<std::size_t>(element, 1);
+        const std::size_t align =
+            count > element ? std::min(std::bit_floor(count), alignment) : std::max<std::size_t>(element, 1);
         size = (size + align - 1) / align * align;
         const std::size_t offset = size;
         size += count;

@@ -114,7 +114,7 @@ ContinuousSystem Simulation::continuous_system() {
                     // The first stage of a fixed step stands where the outputs of the step were computed.
                     const bool is_current = !is_adaptive(diagram_.solver.method) &&
                                             t == static_cast<double>(steps_) * diagram_.step;
-                    return (is_current || evaluate_inside(t)) && machine_->run(machine_->derivatives);
+                    return is_current ? machine_->run(machine_->derivatives) : find_slopes(t);
                 },
             .evaluate_guards =
                 [this](double t, bool is_current) {
@@ -132,6 +132,12 @@ void Simulation::set_continuous_time(double t) noexcept {
 bool Simulation::evaluate_inside(double t) noexcept {
     set_continuous_time(t);
     return machine_->run(machine_->inside);
+}
+
+/// The same, and the derivatives there.
+bool Simulation::find_slopes(double t) noexcept {
+    set_continuous_time(t);
+    return machine_->run(machine_->slopes);
 }
 
 bool Simulation::evaluate_guards() noexcept {
@@ -251,7 +257,7 @@ int Simulation::lost_state(double t, bool looks_ahead) noexcept {
     };
     const double moment = 1e-6 * diagram_.step;
     for (int looks = looks_ahead ? 2 : 0; found() < 0 && looks > 0; --looks, t += moment) {
-        if (!evaluate_inside(t) || !machine_->run(machine_->derivatives)) break;
+        if (!find_slopes(t)) break;
         for (std::size_t i = 0; i < x.size(); ++i) x[i] += moment * rate[i];
     }
     return found();

@@ -25,6 +25,10 @@ Simulation::Machine::Machine(Simulation& simulation)
     inside = compile(program_.outputs, program::inside);
     update = compile(program_.update);
     derivatives = compile(program_.derivatives);
+    slopes = static_cast<int>(code_.size());
+    emit(program_.outputs, program::inside);
+    emit(program_.derivatives, program::first);
+    emit(Op::end);
     guards = compile(program_.guards);
     again_ = compile(program_.outputs, program::again);
     arrive = compile(program_.arrive);

@@ -30,6 +30,7 @@ class Simulation::Machine {
     void visit_tasks(const TaskVisitor& visit);
 
     int constants, start, step, update, inside, derivatives, guards, arrive, event; ///< entries
+    int slopes; ///< what is inside, and the derivatives of that, without a pause between them
 
   private:
     enum class Op : std::uint8_t {

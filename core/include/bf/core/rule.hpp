@@ -3,6 +3,7 @@
 
 #include "bf/core/access.hpp"
 #include "bf/core/status.hpp"
+#include "bf/kernels/lanes.hpp"
 #include "bf/kernels/view.hpp"
 
 #include <algorithm>
@@ -191,10 +192,10 @@ template <class Kernel, class... Views> Status apply(const Views&... views) {
     }
 }
 
-template <class Kernel, class T0, class T1, bool is_scalar = false, bool... written, class... Keys>
-constexpr Call::Run instance(std::integer_sequence<bool, written...>,
-                             std::type_identity<std::tuple<Keys...>>) {
-    return [](const void* operands, int count) -> Status {
+template <class Kernel, class T0, class T1, bool is_scalar, class Written, class Operands> struct Instance;
+template <class Kernel, class T0, class T1, bool is_scalar, bool... written, class... Keys>
+struct Instance<Kernel, T0, T1, is_scalar, std::integer_sequence<bool, written...>, std::tuple<Keys...>> {
+    static Status run(const void* operands, int count) {
         constexpr std::array<bool, sizeof...(Keys)> is_list{OperandTraits<Keys>::is_list...};
         constexpr auto list =
             static_cast<std::size_t>(std::find(is_list.begin(), is_list.end(), true) - is_list.begin());
@@ -205,7 +206,17 @@ constexpr Call::Run instance(std::integer_sequence<bool, written...>,
                 o, static_cast<int>(i) + (i > list ? length - 1 : 0), length)...);
         }
         (std::index_sequence_for<Keys...>{});
-    };
+    }
+};
+
+template <class Kernel, class T0, class T1, bool is_scalar = false, bool... written, class... Keys>
+Call::Run instance(std::integer_sequence<bool, written...> w, std::type_identity<std::tuple<Keys...>> keys) {
+    constexpr Call::Run run =
+        Instance<Kernel, T0, T1, is_scalar, decltype(w), typename decltype(keys)::type>::run;
+    if constexpr (requires { Kernel::is_elementwise; } && !is_scalar && std::is_same_v<T0, double>)
+        return kernels::Widest<run>::get();
+    else
+        return run;
 }
 
 template <class Kernel, bool... written, class... Keys>

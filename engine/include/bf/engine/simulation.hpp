@@ -184,6 +184,7 @@ class Simulation final : public Run {
     Change held_change() noexcept;
     void set_continuous_time(double t) noexcept;
     bool evaluate_inside(double t) noexcept;
+    bool find_slopes(double t) noexcept;
     bool evaluate_guards() noexcept;
     int lost_state(double t, bool looks_ahead) noexcept;
     bool integrate(Status lost) noexcept;

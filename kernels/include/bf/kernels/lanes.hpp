@@ -61,4 +61,16 @@ template <class Kernel, class... X> auto run_widest(const Kernel& kernel, const 
     return kernel.template run<detail::widest>(x...);
 }
 
+/// A function, compiled once more for the widest registers that the processor has, with the same bits.
+template <auto function> struct Widest;
+template <class R, class... X, R (*function)(X...)> struct Widest<function> {
+    using Function = R (*)(X...);
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(__AVX__)
+    __attribute__((target("avx2"), flatten)) static R with_avx2(X... x) { return function(x...); }
+    static Function get() noexcept { return __builtin_cpu_supports("avx2") ? with_avx2 : function; }
+#else
+    static Function get() noexcept { return function; }
+#endif
+};
+
 } // namespace bf::kernels

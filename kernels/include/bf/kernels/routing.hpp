@@ -80,8 +80,10 @@ struct Split {
 namespace detail {
 /// Zero-based place of a one-based index, or -1 outside 1 … size.
 template <class I> constexpr int place(I index, int size) noexcept {
-    const auto i = whole(index);
-    return i >= 1 && i <= static_cast<decltype(i)>(size) ? static_cast<int>(i) - 1 : -1;
+    if constexpr (is_real<I>) // without its fraction; NaN is in no range
+        return index >= I(1) && index < static_cast<I>(size) + I(1) ? static_cast<int>(index) - 1 : -1;
+    else
+        return index >= I(1) && whole(index) <= size ? static_cast<int>(index) - 1 : -1;
 }
 } // namespace detail
 

@@ -122,6 +122,14 @@ TEST(DiscretePID, EqualsScipysForEachMethod) {
     }
 }
 
+TEST(DiscretePID, WithoutADerivativeItsFilterStandsStillAtAnyPeriod) {
+    auto block = pid("DiscretePID").set("P", Values{1}).set("I", Values{0.5}).set("D", Values{0});
+    block.set("N", Values{1000}); // N T = 100, with which the filter diverges
+    const Values y = block.respond("e", Values(1000, 2.0));
+    EXPECT_NEAR(y.back(), 2 + 0.5 * 0.1 * 999 * 2, 1e-9);
+    EXPECT_EQ(block.scalar("x_d"), 0);
+}
+
 TEST(DiscretePID2, WeighsTheSetpoint) {
     auto block = pid("DiscretePID2").set("P", Values{2}).set("D", Values{1}).set("N", Values{5});
     block.set("b", Values{0.5}).set("c", Values{0}).set("m", Values{3});

@@ -77,7 +77,7 @@ template <bool has_setpoint> class PID final : public Block {
         this,
         "x_i",
         {.shape = shape, .unit = any_unit, .doc = "integral part", .initial_from = q.initial.index()}};
-    ContinuousState<Numbers> x_d{this, "x_d", any(shape, "filtered error")};
+    ContinuousState<Numbers> x_d{this, "x_d", any(shape, "filtered D e")};
     Workspace<Numbers> slope_i{this, "slope_i", {.shape = shape}};
     Workspace<Numbers> slope_d{this, "slope_d", {.shape = shape}};
     Workspace<Numbers> now_y{this, "now_y", {.shape = shape}};

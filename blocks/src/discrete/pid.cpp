@@ -46,7 +46,7 @@ template <bool has_setpoint> class DiscretePID final : public Block {
         this,
         "x_i",
         {.shape = shape, .unit = any_unit, .doc = "integral part", .initial_from = q.initial.index()}};
-    DiscreteState<Numbers> x_d{this, "x_d", any(shape, "filtered error")};
+    DiscreteState<Numbers> x_d{this, "x_d", any(shape, "filtered D e")};
     DiscreteState<Numbers> before_i{this, "before_i", any(shape, "slope of x_i in the step before")};
     DiscreteState<Numbers> before_d{this, "before_d", any(shape, "slope of x_d in the step before")};
     Workspace<Numbers> slope_i{this, "slope_i", {.shape = shape}};
@@ -80,6 +80,7 @@ void add_discrete_pid(Library& library) {
             "T "
             "α(z)) e between its limits, with α = 1/(z - 1) forward, z/(z - 1) backward, their mean "
             "trapezoidal; "
+            "a filter by the forward rule is stable for N T < 2; "
             "anti-windup acts on the next integral. Source: Åström, Hägglund, Advanced PID Control.")
         .add<DiscretePID<true>>(
             "DiscretePID2",

@@ -25,10 +25,10 @@ constexpr auto pid_element(int k, const O& options, const P& p, const I& i, cons
     const auto at = [k](const auto& v) { return v[pick(k, v.size())]; };
     const Number set = at(r), is = at(m), n = at(bandwidth);
     const Number drive = at(i) * (set - is);
-    // q = N (c r - m - x_d - θ T q), solved for q
-    const Number q = n * (at(c) * set - is - at(x_d)) / (1 + options[3] * period[0] * n);
+    // q = N (D (c r - m) - x_d - θ T q), solved for q
+    const Number q = n * (at(d) * (at(c) * set - is) - at(x_d)) / (1 + options[3] * period[0] * n);
     const Number w = at(x_i) + options[2] * period[0] * drive;
-    const Number v = at(p) * (at(b) * set - is) + w + at(d) * q;
+    const Number v = at(p) * (at(b) * set - is) + w + q;
     const Number low = at(lower), high = at(upper), limited = clamp(v, low, high);
     const int side = v > high ? 1 : v < low ? -1 : 0;
     const bool stops = anti_windup == AntiWindup::clamping && static_cast<Number>(side) * drive > 0;
@@ -42,12 +42,13 @@ constexpr auto pid_element(int k, const O& options, const P& p, const I& i, cons
 
 /// PID controller of the setpoint r and the measurement m, element by element:
 ///
-///   e = r - m,   q = N (c r - m - z),   v = P (b r - m) + w + D q,   y = clamp(v, lower, upper)
+///   e = r - m,   q = N (D (c r - m) - z),   v = P (b r - m) + w + q,   y = clamp(v, lower, upper)
 ///
 /// where w integrates `slope_i` = I e + anti-windup + (tracked - y)/T_t, and z integrates `slope_d` = q.
 /// options = [anti_windup has_tracking θ_i θ_d]: the states x_i, x_d are w, z as far as they are known before
 /// this step, w = x_i + θ_i T I e and z = x_d + θ_d T q, with T = period [s]: θ is 0 in continuous time and
-/// for forward Euler, 1/2 for the trapezoidal rule, 1 for backward Euler. Anti-windup acts on the slope
+/// for forward Euler, 1/2 for the trapezoidal rule, 1 for backward Euler. The filter stands still while D is
+/// 0; by forward Euler it is stable for N T < 2. Anti-windup acts on the slope
 /// alone: (y - v)/T_t by back-calculation, or I e stops while it drives v further beyond a limit. Source:
 /// Åström, Hägglund, Advanced PID Control, §3.5 (limits) and §13.4 (discretisation).
 struct Pid {

@@ -263,6 +263,23 @@ int Simulation::lost_state(double t, bool looks_ahead) noexcept {
     return found();
 }
 
+/// Whose state slides along a jump of its derivative at t, where a solver gave up; or -1. It was found to, or
+/// jumps a moment after: the steps of a solver may all end on one side.
+int Simulation::sliding_node(double t) noexcept {
+    for (const auto& guard : guard_bindings_)
+        if (guard.is_sliding) return guard.node;
+    const double moment = 1e-4 * diagram_.step;
+    if (!find_slopes(t) || !evaluate_guards()) return -1;
+    guard_before_ = guard_values_;
+    const auto x = context_.continuous_state(), rate = context_.continuous_rate();
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] += moment * rate[i];
+    if (!evaluate_inside(t + moment) || !evaluate_guards()) return -1;
+    for (const auto& guard : guard_bindings_)
+        for (std::size_t i = guard.first; guard.may_slide && i < guard.first + guard.count; ++i)
+            if (guard_values_[i] != guard_before_[i]) return guard.node;
+    return -1;
+}
+
 bool Simulation::integrate(Status lost) noexcept {
     const bool is_good = advance_to(static_cast<double>(steps_ + 1) * diagram_.step, lost);
     show_what_was_seen();
@@ -284,13 +301,11 @@ bool Simulation::advance_to(double end, Status lost) noexcept {
         if (const int state = lost_state(t, outcome == Solver::Outcome::failed); state >= 0)
             return fail(lost, owner(Role::continuous_state, x.data() + state));
         if (outcome == Solver::Outcome::failed) {
-            for (const auto& guard : guard_bindings_)
-                if (guard.is_sliding)
-                    return fail(
-                        Status::failure("its state slides along a jump of its derivative, which takes "
-                                        "steps as short as the tolerances ask: use larger ones, or "
-                                        "dormand_prince45 where this is another solver"),
-                        guard.node);
+            if (const int node = sliding_node(t); node >= 0)
+                return fail(Status::failure("its state slides along a jump of its derivative, which takes "
+                                            "steps as short as the tolerances ask: use larger ones, or "
+                                            "dormand_prince45 where this is another solver"),
+                            node);
             const int worst = solver_->worst_state();
             return fail(solver_->failure(), worst < 0 ? -1 : owner(Role::continuous_state, x.data() + worst));
         }

@@ -34,9 +34,9 @@ Found run(const Terms& t) {
 
 TEST(Pid, AddsItsThreeTerms) {
     const Terms t;
-    const double q = t.n * (t.c * t.r - t.m - t.x_d);
+    const double q = t.n * (t.d * (t.c * t.r - t.m) - t.x_d);
     const Found found = run(t);
-    EXPECT_DOUBLE_EQ(found.y, t.p * (t.b * t.r - t.m) + t.x_i + t.d * q);
+    EXPECT_DOUBLE_EQ(found.y, t.p * (t.b * t.r - t.m) + t.x_i + q);
     EXPECT_DOUBLE_EQ(found.slope_i, t.i * (t.r - t.m));
     EXPECT_DOUBLE_EQ(found.slope_d, q);
     EXPECT_EQ(found.branch, 0);
@@ -47,11 +47,11 @@ TEST(Pid, ItsStatesAreThoseOfTheRuleThatThetaNames) {
         Terms t;
         t.theta_i = t.theta_d = theta;
         const Found found = run(t);
-        // q = N (c r - m - z) with z = x_d + θ T q, an equation that q must meet.
+        // q = N (D (c r - m) - z) with z = x_d + θ T q, an equation that q must meet.
         const double z = t.x_d + theta * t.period * found.slope_d;
-        EXPECT_NEAR(found.slope_d, t.n * (t.c * t.r - t.m - z), 1e-12);
+        EXPECT_NEAR(found.slope_d, t.n * (t.d * (t.c * t.r - t.m) - z), 1e-12);
         const double w = t.x_i + theta * t.period * t.i * (t.r - t.m);
-        EXPECT_NEAR(found.y, t.p * (t.b * t.r - t.m) + w + t.d * found.slope_d, 1e-12);
+        EXPECT_NEAR(found.y, t.p * (t.b * t.r - t.m) + w + found.slope_d, 1e-12);
     }
 }
 

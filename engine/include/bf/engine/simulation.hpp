@@ -185,6 +185,7 @@ class Simulation final : public Run {
     void set_continuous_time(double t) noexcept;
     bool evaluate_inside(double t) noexcept;
     bool find_slopes(double t) noexcept;
+    int sliding_node(double t) noexcept;
     bool evaluate_guards() noexcept;
     int lost_state(double t, bool looks_ahead) noexcept;
     bool integrate(Status lost) noexcept;

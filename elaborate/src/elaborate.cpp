@@ -50,7 +50,8 @@ std::set<std::filesystem::path> named_files(const Arguments& arguments) {
     std::set<std::filesystem::path> files;
     const auto add = [&](const std::string& text) {
         std::error_code ignored;
-        const auto file = (std::filesystem::path(arguments.folder) / text).lexically_normal();
+        const auto file =
+            std::filesystem::weakly_canonical(std::filesystem::path(arguments.folder) / text, ignored);
         const auto status = std::filesystem::status(file, ignored);
         if (!text.empty() && std::filesystem::exists(status) && !std::filesystem::is_directory(status))
             files.insert(file);

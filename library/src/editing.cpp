@@ -5,6 +5,7 @@
 #include "bf/formats/yaml.hpp"
 
 #include <algorithm>
+#include <new>
 #include <set>
 #include <stdexcept>
 
@@ -100,7 +101,9 @@ Edited SimulationEditing::prepare(const Edit& edit, const std::vector<ParameterV
         return compared(edit, asked);
     } catch (const std::exception& error) {
         next_.reset();
-        return {.refusal = error.what()};
+        const bool is_too_large = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+        return {.refusal = is_too_large ? "there is no memory for the edited model beside the one that runs"
+                                        : error.what()};
     }
 }
 

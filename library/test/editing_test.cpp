@@ -332,6 +332,14 @@ TEST_F(Editing, NoFileIsReadThatTheProgramDoesNotUse) {
         EXPECT_NE(refusal(file).find(why), std::string::npos) << file << ": " << refusal(file);
     EXPECT_EQ(refusal("./own.csv"), "");
     EXPECT_EQ(edit(with(reads("own.csv"), "k: 2", "k: 3")).refusal, "");
+
+    const std::string named = folder.string();
+    folder = fs::relative(folder); // as the program was started, so that the file's name is relative, too
+    begin(reads("own.csv"));
+    EXPECT_EQ(edit(with(reads("own.csv"), "k: 2", "k: 3")).refusal, "");
+    EXPECT_NE(refusal("other.csv").find(why), std::string::npos);
+    end();
+    folder = named;
 }
 
 TEST_F(Editing, OneThatTheLoopDoesNotTakeAnyMoreIsForgotten) {

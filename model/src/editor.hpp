@@ -35,6 +35,11 @@ std::optional<std::string> rest_under(std::string_view path, std::string_view pr
 /// What Set may change of a state or a transition of the block's chart.
 std::vector<Property> chart_properties(const Block& block, const std::string& name);
 
+/// A key of blocks of all kinds, which is no setting of theirs.
+inline bool is_of_every_block(std::string_view name) {
+    return name == "doc" || name == "when" || name == "period" || name == "offset";
+}
+
 class Editor {
   public:
     explicit Editor(Model& model) : model_(model) {}
@@ -90,6 +95,10 @@ class Editor {
     /// Refuses a name that is none, or taken by a block, port or named signal of the system.
     void require_free(const System& system, const std::string& path, const std::string& name,
                       const char* kind) const;
+
+    /// Refuses the name of a key that blocks have besides their settings.
+    void require_setting(const std::string& name, const Location& where, const std::string& path,
+                         const std::string& remedy) const;
 
     /// The end of a connection that is written `text`; what the system does not have is refused by check().
     static Endpoint endpoint(const System& system, const std::string& text);

@@ -257,10 +257,24 @@ void Editor::move_paths(const std::string& from, const std::string& to) {
     });
 }
 
+void Editor::require_setting(const std::string& name, const Location& where, const std::string& path,
+                             const std::string& remedy) const {
+    if (is_of_every_block(name) || name == "block" || name == "blocks")
+        refuse(where, path, "'" + name + "' is no setting", remedy);
+}
+
 void Editor::operator()(const Add& add) {
     if (is_chart(add.system)) return add_state(add);
     System& system = system_at(add.system);
     require_free(system, add.system, add.block.name, "block");
+    const auto require_settings = [this](const auto& self, const Block& block,
+                                         const std::string& path) -> void {
+        for (const auto& s : block.settings)
+            require_setting(s.name, block.where, path, "give it beside the settings");
+        if (!block.system) return;
+        for (const Block& inner : block.system->blocks) self(self, inner, joined(path, inner.name));
+    };
+    require_settings(require_settings, add.block, joined(add.system, add.block.name));
     insert(system.blocks, add.block, add.index);
     if (add.at) (*this)(Move{joined(add.system, add.block.name), *add.at});
 }
@@ -443,17 +457,14 @@ void Editor::operator()(const Set& set) {
         return;
     }
     Block& block = *own.block;
-    const bool is_key =
-        set.name == "doc" || set.name == "when" || set.name == "period" || set.name == "offset";
-    if (is_key) {
+    if (is_of_every_block(set.name)) {
         set_member(block, set.name, set.value);
     } else if (block.is_library_block()) {
         if (set.name == "block" && set.value && !set.value->empty()) {
             block.type = *set.value;
             return;
         }
-        if (set.name == "block" || set.name == "blocks")
-            refuse(block.where, set.path, "'" + set.name + "' is no setting", "replace the block by another");
+        require_setting(set.name, block.where, set.path, "replace the block by another");
         const auto found = named(block.settings, set.name);
         if (set.value)
             model::set(block, set.name, *set.value);
@@ -615,12 +626,8 @@ std::vector<Property> properties(const Model& model, const std::string& path) {
     const System* const system = find_system(model, parent);
     const Block* const block = system ? system->find_block(name) : nullptr;
     if (block) {
-        const auto keep = [&](std::initializer_list<std::string_view> names) {
-            std::erase_if(all,
-                          [&](const Property& p) { return std::ranges::find(names, p.name) == names.end(); });
-        };
         add_properties(*block, all);
-        keep({"doc", "when", "period", "offset"});
+        std::erase_if(all, [](const Property& p) { return !is_of_every_block(p.name); });
         if (block->reference)
             all.push_back({"file", block->reference->file});
         else if (block->system)

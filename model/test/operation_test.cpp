@@ -166,6 +166,18 @@ TEST(Set, KnowsWhatTheDocumentSaysByThatName) {
               "subsystem 'controller' has no input 'enable'; known are 'q', 'trigger'");
 }
 
+TEST(Add, RefusesKeysOfBlocksAmongTheSettings) {
+    for (const std::string name : {"doc", "when", "period", "offset", "block", "blocks"}) {
+        Block block{.name = "q", .type = "Clock"}, around{.name = "s"};
+        block.settings.push_back({.name = name, .value = {"1"}});
+        around.system = std::make_unique<System>();
+        around.system->blocks.push_back(block);
+        const std::string why = "'" + name + "' is no setting; give it beside the settings";
+        EXPECT_EQ(refusal(Add{"", block}), "q: " + why);
+        EXPECT_EQ(refusal(Add{"", around}), "s.q: " + why);
+    }
+}
+
 TEST(Set, RefusesWhatIsNot) {
     Model model = after(drawn_loop(), Set{"controller", "reset", "level_hold"});
     EXPECT_EQ(find(model, "controller")->system->reset, Edge::level);

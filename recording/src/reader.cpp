@@ -142,6 +142,9 @@ class Parser {
         case Opcode::Channel:
             if (!in_summary_) channel(cursor);
             break;
+        case Opcode::Message:
+            if (!in_summary_) message(cursor);
+            break;
         case Opcode::Chunk: chunk(cursor); break;
         case Opcode::Attachment: attachment(content); break;
         case Opcode::Metadata: {

@@ -33,10 +33,10 @@ struct Message {
     std::string bytes;
 };
 
-/// A file with one channel, all in one chunk, as other writers make it.
+/// A file with one channel, all in one chunk or in none, as other writers make it.
 std::string file_of(const std::string& encoding, const std::string& schema_name,
                     const std::string& schema_encoding, const std::string& schema,
-                    const std::vector<Message>& messages) {
+                    const std::vector<Message>& messages, bool is_chunked = true) {
     Builder records;
     records.begin_record(Opcode::Schema);
     records.put(std::uint16_t{1});
@@ -66,15 +66,17 @@ std::string file_of(const std::string& encoding, const std::string& schema_name,
     file.put_text("");
     file.put_text("another program");
     file.end_record();
-    file.begin_record(Opcode::Chunk);
-    file.put(std::uint64_t{0});
-    file.put(std::uint64_t{0});
-    file.put(static_cast<std::uint64_t>(records.size()));
-    file.put(std::uint32_t{0});
-    file.put_text("");
-    file.put(static_cast<std::uint64_t>(records.size()));
+    if (is_chunked) {
+        file.begin_record(Opcode::Chunk);
+        file.put(std::uint64_t{0});
+        file.put(std::uint64_t{0});
+        file.put(static_cast<std::uint64_t>(records.size()));
+        file.put(std::uint32_t{0});
+        file.put_text("");
+        file.put(static_cast<std::uint64_t>(records.size()));
+    }
     file.put_bytes(records.bytes());
-    file.end_record();
+    if (is_chunked) file.end_record();
     file.begin_record(Opcode::DataEnd);
     file.put(std::uint32_t{0});
     file.end_record();
@@ -177,6 +179,17 @@ TEST(Foreign, SaysWhereAMessageHasMoreSignalsThanAreRead) {
     EXPECT_EQ(recording.channels.size(), 1000u);
     EXPECT_EQ(recording.defect,
               "'other.mcap': 'robot.odom' has more than 1000 signals; the others are left out");
+}
+
+TEST(Foreign, ReadsMessagesThatStandInNoChunk) {
+    const std::vector<Message> messages{{10, R"({"v": 1.5})"}, {20, R"({"v": 2.5})"}};
+    const Recording recording = parsed(file_of("json", "a/B", "jsonschema", "{}", messages, false));
+    EXPECT_EQ(recording.defect, "");
+    const auto& channel = recording.channel("robot.odom.v");
+    ASSERT_EQ(channel.samples(), 2u);
+    EXPECT_EQ(channel.value(0), 1.5);
+    EXPECT_EQ(channel.value(1), 2.5);
+    EXPECT_NEAR(channel.time(1) - channel.time(0), 1e-8, 1e-15);
 }
 
 TEST(Foreign, LeavesOutWhatItDoesNotUnderstandAndSaysSo) {

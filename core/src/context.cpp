@@ -209,20 +209,21 @@ Context::Exchange Context::exchange(Context& other, std::span<const std::pair<in
     const auto pointer = [&](std::size_t node, std::size_t i) {
         return const_cast<void**>(frames_[node].objects) + i;
     };
-    for (const auto& [mine, its] : nodes) {
-        const Node& node = nodes_[static_cast<std::size_t>(mine)];
+    for (const auto& [of_this, of_other] : nodes) {
+        const auto mine = static_cast<std::size_t>(of_this);
+        const Node& node = nodes_[mine];
         const auto& objects = node.block->declaration().objects;
-        Object *own = objects_of(mine), *others = other.objects_of(its);
+        Object *own = objects_of(of_this), *others = other.objects_of(of_other);
         for_each_own_object(node, [&](std::size_t i) {
             found.pairs.push_back({own, others});
-            found.users.push_back({pointer(static_cast<std::size_t>(mine), i), own});
+            found.users.push_back({pointer(mine, i), own});
             for (std::size_t n = 0; n < nodes_.size(); ++n) {
                 const auto& used = nodes_[n].block->declaration().objects;
                 for (std::size_t k = 0; k < used.size(); ++k) {
                     const auto r = static_cast<std::size_t>(used[k].requirement);
                     if (used[k].requirement < 0 || r >= nodes_[n].providers.size()) continue;
                     const Node::End& from = nodes_[n].providers[r];
-                    if (from.node == mine && objects[i].provision == from.slot)
+                    if (from.node == static_cast<int>(mine) && objects[i].provision == from.slot)
                         found.users.push_back({pointer(n, k), own});
                 }
             }

@@ -1,5 +1,7 @@
 #include "live_model.hpp"
 
+#include "bf/model/edit.hpp"
+
 #include <algorithm>
 #include <set>
 

@@ -43,8 +43,8 @@ class Thinning {
         taken_ = 0;
         extremes_.push_back(last_);
         std::ranges::sort(extremes_, {}, &Sample::time);
-        const auto same = std::ranges::unique(extremes_, {}, &Sample::time);
-        extremes_.erase(same.begin(), same.end());
+        const auto is_same = [](const Sample& a, const Sample& b) { return a.time == b.time; };
+        extremes_.erase(std::unique(extremes_.begin(), extremes_.end(), is_same), extremes_.end());
         for (const auto& [at, values] : extremes_) keep(at, values);
         extremes_.clear();
     }

@@ -12,12 +12,12 @@ using Matrix3 = Eigen::Matrix3d;
 using Quaternion = Eigen::Vector4d;
 
 constexpr const char* rotation = "rotation matrix";
-constexpr About a_rotation{.doc = rotation};
-constexpr About a_quaternion{.doc = "quaternion [w x y z]"};
-constexpr About a_pose{.unit = mixed_units, .doc = "pose: rotation [1], position [m]"};
-constexpr About angles{.unit = unit<"rad">, .doc = "[roll pitch yaw]"};
-constexpr About a_position{.unit = unit<"m">, .doc = "position of the frame's origin"};
-constexpr About a_rotation_vector{.unit = unit<"rad">, .doc = "rotation vector, angle times axis"};
+const About a_rotation{.doc = rotation};
+const About a_quaternion{.doc = "quaternion [w x y z]"};
+const About a_pose{.unit = mixed_units, .doc = "pose: rotation [1], position [m]"};
+const About angles{.unit = unit<"rad">, .doc = "[roll pitch yaw]"};
+const About a_position{.unit = unit<"m">, .doc = "position of the frame's origin"};
+const About a_rotation_vector{.unit = unit<"rad">, .doc = "rotation vector, angle times axis"};
 
 /// y = kernel(u) for a fixed kind of each.
 template <class Kernel, class To, const About& about_y, class From, const About& about_u>

@@ -11,7 +11,7 @@ namespace {
 using Real = Array<double>;
 using Words = Array<std::uint32_t>;
 
-constexpr About a_seed{
+const About a_seed{
     .doc = "each seed gives another sequence, the elements of y differ for one seed too; without one the "
            "block's path in the model decides, so that two blocks differ",
     .from_path = true};

@@ -41,4 +41,11 @@ std::vector<std::string> nearest_first(std::string_view name, std::vector<std::s
     return nearest;
 }
 
+std::optional<std::string> rest_under(std::string_view path, std::string_view prefix) {
+    if (!path.starts_with(prefix)) return {};
+    path.remove_prefix(prefix.size());
+    if (!path.empty() && path[0] != '.') return {};
+    return std::string(path);
+}
+
 } // namespace bf

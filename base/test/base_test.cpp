@@ -19,6 +19,13 @@ TEST(Names, CountEditsAndSwapsLettersApartFromCase) {
     EXPECT_EQ(edit_distance("", "abc"), 3u);
 }
 
+TEST(Names, OfAPathUnderAnotherOneAreWhatFollows) {
+    EXPECT_EQ(rest_under("a.b.c", "a.b"), ".c");
+    EXPECT_EQ(rest_under("a.b", "a.b"), "");
+    EXPECT_EQ(rest_under("a.bc", "a.b"), std::nullopt);
+    EXPECT_EQ(rest_under("a", "a.b"), std::nullopt);
+}
+
 /// By the definition, without a table: the best of all last edits.
 std::size_t plain_distance(std::string_view a, std::string_view b) {
     if (a.empty() || b.empty()) return a.size() + b.size();

@@ -1,6 +1,8 @@
 // Names that two blocks of one diagram seem to have exchanged in another one.
 #include "bf/engine/handover.hpp"
 
+#include "bf/base/names.hpp"
+
 #include <algorithm>
 #include <cstdint>
 #include <deque>
@@ -20,8 +22,7 @@ struct Exchange {
 
     std::string operator()(const std::string& path) const {
         for (const auto& [from, to] : {std::pair(&one, &other), std::pair(&other, &one)})
-            if (path.starts_with(*from) && (path.size() == from->size() || path[from->size()] == '.'))
-                return *to + path.substr(from->size());
+            if (const auto rest = rest_under(path, *from)) return *to + *rest;
         return path;
     }
 };

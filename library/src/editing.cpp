@@ -1,8 +1,10 @@
 #include "bf/library/editing.hpp"
 
+#include "bf/base/names.hpp"
 #include "bf/base/numbers.hpp"
 #include "bf/engine/handover.hpp"
 #include "bf/formats/yaml.hpp"
+#include "bf/model/edit.hpp"
 
 #include <algorithm>
 #include <new>
@@ -18,19 +20,13 @@ using realtime::Edited;
 
 std::set<std::string> plugins_of(const model::Model& model) {
     std::set<std::string> names;
-    const auto add = [&](const auto& self, const model::Model& one) -> void {
+    const auto add = [&](const model::Model& one) {
         for (const auto& plugin : one.plugins) names.insert(plugin.name);
-        const auto visit = [&](const auto& again, const model::System& system) -> void {
-            for (const auto& block : system.blocks) {
-                if (block.reference && block.reference->model)
-                    self(self, *block.reference->model);
-                else if (block.content())
-                    again(again, *block.content());
-            }
-        };
-        visit(visit, one.root);
     };
-    add(add, model);
+    add(model);
+    model::walk(model, [&](const std::string&, const model::Block& block) {
+        if (block.reference && block.reference->model) add(*block.reference->model);
+    });
     return names;
 }
 
@@ -52,17 +48,16 @@ Origin origin_of(const Edit& edit) {
 /// What became of a path, of a block or of what is in one; none: it is gone, though another may have its
 /// name.
 std::optional<std::string> path_since(const Edit& edit, const std::string& path) {
-    const auto is_in = [&](const std::string& block) {
-        return path.starts_with(block) && (path.size() == block.size() || path[block.size()] == '.');
-    };
     std::optional<std::string> found;
     std::size_t longest = 0;
     bool is_other = false; // has what bears the name another origin?
     for (const auto& [now, before] : edit.origins) {
-        is_other = is_other || is_in(now);
-        if (!before || before->size() < longest || !is_in(*before)) continue;
+        is_other = is_other || rest_under(path, now);
+        if (!before || before->size() < longest) continue;
+        const auto rest = rest_under(path, *before);
+        if (!rest) continue;
         longest = before->size();
-        found = now + path.substr(longest);
+        found = now + *rest;
     }
     return found || is_other ? found : path;
 }

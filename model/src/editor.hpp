@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bf/base/names.hpp"
 #include "bf/model/edit.hpp"
 #include "bf/model/operation.hpp"
 #include "chart.hpp"
@@ -28,9 +29,6 @@ inline std::string without_last_breaks(std::string text) {
     text.erase(text.find_last_not_of('\n') + 1);
     return text;
 }
-
-/// What follows `prefix` in `path`: "" or ".rest"; nothing if `path` is not it nor under it.
-std::optional<std::string> rest_under(std::string_view path, std::string_view prefix);
 
 /// What Set may change of a state or a transition of the block's chart.
 std::vector<Property> chart_properties(const Block& block, const std::string& name);

@@ -139,13 +139,6 @@ void require_no_worse(const Model& before, const Model& after) {
 
 } // namespace
 
-std::optional<std::string> rest_under(std::string_view path, std::string_view prefix) {
-    if (!path.starts_with(prefix)) return {};
-    path.remove_prefix(prefix.size());
-    if (!path.empty() && path[0] != '.') return {};
-    return std::string(path);
-}
-
 void Editor::refuse(const Location& where, const std::string& path, std::string message,
                     std::string remedy) const {
     throw Errors({{where ? where : model_.where, path, std::move(message), std::move(remedy)}});

@@ -68,7 +68,7 @@ class Drawer {
         }
         std::vector<double> left(wide.size()); // room for labels of wires
         const auto make_room = [&](const PinOf& pin, const std::string& text) {
-            const Side side = items_[pin.box].box.pins[pin.pin].side;
+            const Side side = side_of(pin);
             Box& box = wide[pin.box];
             const Rectangle area = tag_area({}, side, text);
             const double room = std::max(area.x + area.width, -area.x);
@@ -79,7 +79,7 @@ class Drawer {
             box.width += more;
             for (Box::Pin& other : box.pins) other.at.x += more;
         };
-        for (const Tag& tag : tags()) make_room(tag.pin, fitted_tag(tag_text(tag.net), {}, side_of(tag), {}));
+        for (const Tag& tag : tags()) make_room(tag.pin, fitted_tag(tag.text, {}, side_of(tag.pin), {}));
         std::vector<Point> corners = arrange(wide, nets_);
         for (std::size_t i = 0; i < corners.size(); ++i) corners[i].x += left[i];
         return corners;
@@ -474,10 +474,13 @@ class Drawer {
         std::vector<Point> corners;
         for (const auto& item : items_) corners.push_back(item.at);
         std::vector<Box> around_wires = boxes();
-        const std::vector<Tag> tags_drawn = tags();
+        std::vector<Tag> tags_drawn = tags();
         const std::vector<Rectangle> blocks = areas();
-        for (const Tag& tag : tags_drawn) {
-            const Rectangle label = area(tag), r = together(label, around({port_of(tag)}));
+        for (Tag& tag : tags_drawn) {
+            tag.port = port_of(tag.pin);
+            tag.text = fitted_tag(tag.text, tag.port, side_of(tag.pin), blocks);
+            const Rectangle label = tag_area(tag.port, side_of(tag.pin), tag.text),
+                            r = together(label, around({tag.port}));
             // One that stands on a block, for want of room, would shut in the wires to and from that.
             const auto hides = [&](const Rectangle& block) { return overlap(block, label); };
             if (std::ranges::any_of(blocks, hides)) continue;
@@ -495,9 +498,9 @@ class Drawer {
         const auto routes = route(around_wires, corners, lines, drawn);
         add_transitions(drawing, routes);
         for (std::size_t n = labels_.size(); n < nets_.size(); ++n) {
-            const bool has_tag =
-                std::ranges::any_of(tags_drawn, [&](const Tag& tag) { return tag.net == n; });
-            const std::string text = has_tag ? tag_text(n) : label(nets_[n].from);
+            const auto tag_begin = std::ranges::lower_bound(tags_drawn, n, {}, &Tag::net);
+            const auto tag_end = std::ranges::upper_bound(tag_begin, tags_drawn.end(), n, {}, &Tag::net);
+            const std::string text = tag_begin != tag_end ? tag_text(n) : label(nets_[n].from);
             std::size_t line = 0;
             for (std::size_t t = 0; t < nets_[n].to.size(); ++t) {
                 Element wire;
@@ -511,13 +514,9 @@ class Drawer {
                 wire.rate = items_[nets_[n].from.box].element.rate;
                 if (has_labels(wire.to)) {
                     wire.as_labels = true;
-                    for (const Tag& tag : tags_drawn)
-                        if (tag.net == n && tag.to == t)
-                            add_tag(wire, port_of(tag), side_of(tag), tag.is_source, text_of(tag));
-                    std::vector<Point> all;
-                    for (const Shape& shape : wire.shapes)
-                        all.insert(all.end(), shape.points.begin(), shape.points.end());
-                    wire.bounds = around(all);
+                    for (auto tag = tag_begin; tag != tag_end; ++tag)
+                        if (tag->to == t)
+                            add_tag(wire, tag->port, side_of(tag->pin), tag->is_source, tag->text);
                 } else {
                     const Route& way = routes[n][line++];
                     wire.corners = way.points;
@@ -538,16 +537,20 @@ class Drawer {
         std::size_t net, to;
         PinOf pin;
         bool is_source;
+        std::string text;
+        Point port = {}; ///< where it is drawn
     };
-    /// Each end has one; a source has one for all wires from there, unless it stands along a line.
+    /// Each end has one; a source has one for all wires from there, unless it stands along a line. In the
+    /// order of nets.
     std::vector<Tag> tags() const {
         std::vector<Tag> all;
         for (std::size_t n = labels_.size(); n < nets_.size(); ++n) {
             const std::size_t first = all.size();
             for (std::size_t t = 0; t < nets_[n].to.size(); ++t)
-                if (has_labels(ends_[n].to[t])) all.push_back({n, t, nets_[n].to[t], false});
+                if (has_labels(ends_[n].to[t])) all.push_back({n, t, nets_[n].to[t], false, tag_text(n)});
             const std::size_t count = all.size() - first;
-            if (count > 0 && count == nets_[n].to.size()) all.push_back({n, 0, nets_[n].from, true});
+            if (count > 0 && count == nets_[n].to.size())
+                all.push_back({n, 0, nets_[n].from, true, tag_text(n)});
         }
         return all;
     }
@@ -555,15 +558,11 @@ class Drawer {
         const std::string text = label(nets_[net].from);
         return text.empty() ? ends_[net].from : text;
     }
-    Point port_of(const Tag& tag) const {
-        const Item& item = items_[tag.pin.box];
-        return {item.at.x + item.box.pins[tag.pin.pin].at.x, item.at.y + item.box.pins[tag.pin.pin].at.y};
+    Point port_of(const PinOf& pin) const {
+        const Item& item = items_[pin.box];
+        return {item.at.x + item.box.pins[pin.pin].at.x, item.at.y + item.box.pins[pin.pin].at.y};
     }
-    Side side_of(const Tag& tag) const { return items_[tag.pin.box].box.pins[tag.pin.pin].side; }
-    std::string text_of(const Tag& tag) const {
-        return fitted_tag(tag_text(tag.net), port_of(tag), side_of(tag), areas());
-    }
-    Rectangle area(const Tag& tag) const { return tag_area(port_of(tag), side_of(tag), text_of(tag)); }
+    Side side_of(const PinOf& pin) const { return items_[pin.box].box.pins[pin.pin].side; }
 
     // ---- what elaboration knows ----
 

@@ -1,6 +1,7 @@
 #include "tag.hpp"
 
 #include "item.hpp"
+#include "labels.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -46,6 +47,8 @@ void add_tag(Element& wire, const Point& port, model::Side side, bool is_source,
     // Under the outline as far as its other end: where a person takes it.
     const Point far = is_upright(side) ? Point{port.x, side == model::Side::top ? top : bottom}
                                        : Point{side == model::Side::left ? left : right, port.y};
+    const Rectangle all = together(area, around({far, port}));
+    wire.bounds = wire.shapes.empty() ? all : together(wire.bounds, all);
     wire.shapes.push_back({Shape::Kind::line, Style::wire, {far, port}});
     Shape outline{
         Shape::Kind::polygon, Style::body, {{left, top}, {right, top}, {right, bottom}, {left, bottom}}};

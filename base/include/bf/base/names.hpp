@@ -1,8 +1,9 @@
-// Names in messages: how near two are, which was meant, and lists of them.
+// Names: how near two are, which was meant, lists of them in messages, and dotted paths of them.
 #pragma once
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,5 +40,8 @@ std::string name_list(const Items& items, const NameOf& name_of = {}) {
     for (std::size_t i = 0; i < shown; ++i) list += (i > 0 ? ", " : "") + name_of(items[i]);
     return shown == items.size() ? list : list + " and " + std::to_string(items.size() - shown) + " more";
 }
+
+/// What follows `prefix` in the dotted path: "" or ".rest"; nothing if the path is not it nor under it.
+std::optional<std::string> rest_under(std::string_view path, std::string_view prefix);
 
 } // namespace bf

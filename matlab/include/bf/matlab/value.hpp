@@ -95,7 +95,6 @@ class Value {
     bool is_cell() const { return type_ == Class::Cell; }
     bool is_struct() const { return type_ == Class::Struct; }
     bool is_function() const { return type_ == Class::Function; }
-    int nesting() const { return nesting_; } ///< levels of cells and structs, 0 for a matrix
 
     double scalar() const;                          ///< the element of a 1x1 array
     bool truth() const;                             ///< as a condition: not empty and every element nonzero
@@ -132,7 +131,7 @@ class Value {
     void contain(const Value& element);
 
     Class type_ = Class::Double;
-    std::uint16_t nesting_ = 0;
+    std::uint16_t nesting_ = 0; ///< levels of cells and structs, 0 for a matrix
     Index rows_ = 0;
     Index cols_ = 0;
     double scalar_ = 0; // the element of a 1x1 array, which then has no Numbers

@@ -3,67 +3,31 @@
 Run as: check_edits.py ADDRESS MODEL against the loop of editing_test.cpp. Exits 0 when all answers are as they must be.
 """
 import asyncio
-import json
 import os
-import struct
 import sys
 
 import websockets
 
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), "../../realtime/test"))
+from viewer import Connection  # noqa: E402
+
 ADDRESS, MODEL = sys.argv[1:]
 TEXT = open(MODEL).read()
-PROTOCOL = "foxglove.websocket.v1"
 
 
-class Viewer:
-    async def __aenter__(self):
-        self.socket = await websockets.connect(ADDRESS, subprotocols=[PROTOCOL], max_size=None, close_timeout=1)
-        self.info = await self.until(lambda m: m.get("op") == "serverInfo")
-        self.channels = {}
-        await self.until(lambda m: m.get("op") == "advertise")
-        services = (await self.until(lambda m: m.get("op") == "advertiseServices"))["services"]
-        self.services = {s["name"]: s["id"] for s in services}
-        return self
-
-    async def __aexit__(self, *_):
-        await self.socket.close()
-
-    async def say(self, op, **fields):
-        await self.socket.send(json.dumps({"op": op, **fields}))
-
-    async def until(self, is_it):
-        """The next message that is so; data is {"channel": number}, a service's answer {"call": number, **JSON}."""
-        while True:
-            message = await asyncio.wait_for(self.socket.recv(), 30)
-            if isinstance(message, str):
-                heard = json.loads(message)
-                for channel in heard.get("channels", []):
-                    self.channels[channel["topic"]] = channel["id"]
-                for gone in heard.get("channelIds", []):
-                    self.channels = {t: n for t, n in self.channels.items() if n != gone}
-            elif message[0] == 3:
-                _, call, length = struct.unpack_from("<III", message, 1)
-                heard = {"call": call, **json.loads(message[13 + length:])}
-            else:
-                heard = {"channel": struct.unpack_from("<I", message, 1)[0], "bytes": message[13:]}
-            if is_it(heard):
-                return heard
+class Viewer(Connection):
+    def __init__(self):
+        super().__init__(ADDRESS)
 
     async def call(self, payload, service="edit"):
-        encoding = b"json"
-        text = payload if isinstance(payload, bytes) else json.dumps(payload).encode()
-        await self.socket.send(struct.pack("<BIII", 2, self.services[service], 7, len(encoding)) + encoding + text)
-        return await self.until(lambda m: m.get("callId", m.get("call")) == 7)
+        return await self.request(service, payload)
 
     async def edit(self, text, after, **more):
         return await self.call({"who": "a test\nof ours", "what": "an edit", "after": after, "model": text, "files": {},
                                 "origins": {}, "is_by_hand": False, "accepts_loss": False, **more})
 
-    async def subscribe(self, topic):
-        await self.say("subscribe", subscriptions=[{"id": self.channels[topic], "channelId": self.channels[topic]}])
-
     async def sample(self, topic):
-        return await self.until(lambda m: m.get("channel") == self.channels[topic])
+        return await self.until(lambda m: m.get("channel") == self.channels[topic]["id"])
 
 
 MORE = TEXT.replace("blocks:\n", "blocks:\n  first: {block: UnitDelay}\n  half: {block: Gain, K: 0.5}\n").replace(
@@ -106,7 +70,7 @@ async def everything():
         made = await other.edit(TEXT, 0, accepts_loss=True)
         assert made["is_made"] and made["edits"] == 2, made
         assert "/half/y" not in other.channels
-        failed = await other.say("subscribe", subscriptions=[{"id": 900, "channelId": viewer.channels["/half/y"]}])
+        failed = await other.say("subscribe", subscriptions=[{"id": 900, "channelId": viewer.channels["/half/y"]["id"]}])
         await other.until(lambda m: m.get("op") == "status" and "no channel" in m["message"])
         # Two at once: one is made, and both are told.
         one, two = await asyncio.gather(viewer.edit(MORE, 2), other.edit(MORE.replace("0.5", "0.25"), 2))
@@ -123,7 +87,7 @@ async def everything():
         assert [v["value"] for v in values] == [5, 0.75, 5], values
         # Who did what.
         await viewer.subscribe("/live.log")
-        entry = json.loads((await viewer.sample("/live.log"))["bytes"])
+        entry = await viewer.sample("/live.log")
         assert entry["message"] == "edit: an edit" and entry["name"].startswith("a test of ours at "), entry
     # A message that is too long costs its viewer the connection, and nobody else.
     async with Viewer() as viewer:

@@ -4,66 +4,25 @@ Run as: check_control.py HOW ADDRESS, where HOW is look, control, emergency, fai
 server_test.cpp. Exits 0 when all answers are as they must be.
 """
 import asyncio
-import json
 import struct
 import sys
 
 import websockets
 
+from viewer import PROTOCOL, Connection
+
 HOW, ADDRESS = sys.argv[1:]
-PROTOCOL = "foxglove.websocket.v1"
 REFUSAL = ("this program was started to be looked at alone; start it with --control to let viewers change parameters, "
            "start and stop it")
 
 
-class Viewer:
-    async def __aenter__(self):
-        if ADDRESS.startswith("unix:"):
-            path, query = ADDRESS[5:].split("?")
-            self.socket = await websockets.unix_connect(path, f"ws://localhost/?{query}", subprotocols=[PROTOCOL])
-        else:
-            self.socket = await websockets.connect(ADDRESS, subprotocols=[PROTOCOL])
-        self.heard = []
-        self.info = await self.until(lambda m: m.get("op") == "serverInfo")
-        channels = (await self.until(lambda m: m.get("op") == "advertise"))["channels"]
-        self.channels = {c["topic"]: c for c in channels}
-        services = (await self.until(lambda m: m.get("op") == "advertiseServices"))["services"]
-        self.services = {s["name"]: s["id"] for s in services}
-        return self
+class Viewer(Connection):
+    def __init__(self):
+        super().__init__(ADDRESS)
 
-    async def __aexit__(self, *_):
-        await self.socket.close()
-
-    async def say(self, op, **fields):
-        await self.socket.send(json.dumps({"op": op, **fields}))
-
-    async def until(self, is_it):
-        """The next message that is so; data is {"channel": ..., **JSON}, a service's answer {"call": ...}."""
-        while True:
-            message = await asyncio.wait_for(self.socket.recv(), 20)
-            if isinstance(message, str):
-                heard = json.loads(message)
-            elif message[0] == 3:
-                service, call, length = struct.unpack_from("<III", message, 1)
-                assert message[13:13 + length] == b"json"
-                heard = {"call": call, "service": service, **json.loads(message[13 + length:])}
-            else:
-                heard = {"channel": struct.unpack_from("<I", message, 1)[0], **json.loads(message[13:])}
-            if is_it(heard):
-                return heard
-
-    async def subscribe(self, topic):
-        number = self.channels[topic]["id"]
-        assert self.channels[topic]["encoding"] == "json"
-        await self.say("subscribe", subscriptions=[{"id": number, "channelId": number}])
-        return number
-
-    async def call(self, name, number=7, payload=None, encoding=b"json"):
+    async def call(self, name, number=7, payload=b"", encoding=b"json"):
         """None, or why it is refused."""
-        text = b"" if payload is None else json.dumps(payload).encode()
-        request = struct.pack("<BIII", 2, self.services.get(name, 99), number, len(encoding)) + encoding + text
-        await self.socket.send(request)
-        answer = await self.until(lambda m: m.get("callId", m.get("call")) == number)
+        answer = await self.request(name, payload, number, encoding)
         if answer.get("op") == "serviceCallFailure":
             return answer["message"]
         assert answer["success"] is True and answer["service"] == self.services[name], answer

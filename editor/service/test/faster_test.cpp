@@ -48,10 +48,7 @@ class FasterTest : public ::testing::Test {
     void TearDown() override { at_the_moment = {}; }
 
     void write_in_place(const std::string& text) const { std::ofstream(file) << text; }
-    void write_beside(const std::string& text) const { // as editors do
-        std::ofstream(folder / "new") << text;
-        fs::rename(folder / "new", file);
-    }
+    void write_beside(const std::string& text) const { bf::service::write_beside(file, text); }
     /// Each once, at the moments that follow.
     static void meanwhile(std::vector<std::function<void()>> all) {
         at_the_moment = [all = std::move(all), next = std::make_shared<std::size_t>(0)] {

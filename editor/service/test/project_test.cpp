@@ -27,9 +27,7 @@ class ProjectTest : public ::testing::Test {
         write("law.yaml", law);
     }
     void write(const std::string& name, const std::string& text) const {
-        const fs::path beside = folder_ / (name + ".new"); // as editors do
-        std::ofstream(beside) << text;
-        fs::rename(beside, folder_ / name);
+        bf::service::write_beside(folder_ / name, text);
     }
     std::string read(const std::string& name) const { return bf::read_text_file(folder_ / name); }
     fs::path file(const std::string& name = "loop.yaml") const { return folder_ / name; }

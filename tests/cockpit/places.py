@@ -1,19 +1,23 @@
 """bf edit attaches to whatever is served: programs of bf run and generated ones, at ports and Unix sockets, and through
-a tunnel, as ssh -L makes it.
+tunnels, as ssh -L makes them, and by ssh itself where its server is installed.
 
 Run as: places.py BF GENERATED, a generated program of the model served.yaml with the live server.
 """
 import contextlib
+import functools
 import json
 import os
 import pathlib
 import re
+import shutil
 import socket
 import stat
 import struct
+import subprocess
 import sys
 import tempfile
 import threading
+import time
 
 from program import MODEL, Page, attached, served, timing
 
@@ -21,39 +25,100 @@ BF, GENERATED = sys.argv[1:]
 
 
 @contextlib.contextmanager
-def tunnel(listener, connect):
-    """Leads each connection of a listening socket to what `connect` opens."""
+def ssh_server(folder):
+    """One of this user, at a port of loopback, with keys of its own. Gives the command of ssh that reaches it."""
+    for key in ("host", "own"):
+        subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", folder / key], check=True)
+    if os.geteuid() == 0:
+        os.makedirs("/run/sshd", exist_ok=True)  # sshd of root does not start without
+    port = free_port()
+    (folder / "sshd").write_text(f"""Port {port}
+ListenAddress 127.0.0.1
+HostKey {folder}/host
+AuthorizedKeysFile {folder}/own.pub
+StrictModes no
+PidFile none
+""")
+    server = subprocess.Popen([shutil.which("sshd", path="/usr/sbin:/sbin"), "-D", "-e", "-f", folder / "sshd"],
+                              stderr=subprocess.DEVNULL)
+    wait_for(lambda: end(port, True).close())
+    try:
+        yield ["ssh", "-F", "none", "-i", folder / "own", "-p", str(port), "-o", "StrictHostKeyChecking=no",
+               "-o", f"UserKnownHostsFile={folder}/known", "-o", "LogLevel=ERROR", "127.0.0.1"]
+    finally:
+        server.kill()
+        server.wait()
+
+
+@contextlib.contextmanager
+def ssh_tunnel(ssh, near, far):
+    """ssh -L near:far, once it can be reached."""
+    client = subprocess.Popen([*ssh, "-N", "-o", "ExitOnForwardFailure=yes", "-L", f"{near}:{far}"])
+    wait_for(lambda: end(near, True).close())
+    try:
+        yield
+    finally:
+        client.kill()
+        client.wait()
+        if isinstance(near, str):
+            pathlib.Path(near).unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def imitated_tunnel(near, far):
+    """The same without ssh: leads each connection to one of its own."""
 
     def carry(source, target):
         with contextlib.suppress(OSError):
             while part := source.recv(1 << 16):
                 target.sendall(part)
-        for end in (source, target):
+        for one in (source, target):
             with contextlib.suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
+                one.shutdown(socket.SHUT_RDWR)
 
     def accept():
         with contextlib.suppress(OSError):
             while True:
-                near = listener.accept()[0]
+                here = listener.accept()[0]
                 try:
-                    far = connect()
+                    there = end(far, True)
                 except OSError:  # nobody is there any more
-                    near.close()
+                    here.close()
                     continue
-                for pair in ((near, far), (far, near)):
+                for pair in ((here, there), (there, here)):
                     threading.Thread(target=carry, args=pair, daemon=True).start()
 
-    listener.listen()
-    threading.Thread(target=accept, daemon=True).start()
-    yield
-    listener.close()
+    with end(near, False) as listener:
+        threading.Thread(target=accept, daemon=True).start()
+        yield
+    if isinstance(near, str):
+        os.remove(near)
 
 
-def unix(path, connects):
-    end = socket.socket(socket.AF_UNIX)
-    end.connect(path) if connects else end.bind(path)
-    return end
+def end(place, connects):
+    """A port of loopback, "127.0.0.1:PORT" or the path of a Unix socket, connected or listening."""
+    port = place if isinstance(place, int) else place.removeprefix("127.0.0.1:")
+    kind, address = (socket.AF_UNIX, port) if "/" in str(port) else (socket.AF_INET, ("127.0.0.1", int(port)))
+    made = socket.socket(kind)
+    try:
+        made.connect(address) if connects else (made.bind(address), made.listen())
+    except OSError:
+        made.close()
+        raise
+    return made
+
+
+def wait_for(action):
+    for _ in range(200):
+        with contextlib.suppress(OSError):
+            return action()
+        time.sleep(0.05)
+    return action()
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        return listener.getsockname()[1]
 
 
 def expect_cockpit(model, address, who):
@@ -116,21 +181,27 @@ with tempfile.TemporaryDirectory() as folder:
             end_of(program, 0)
         assert not os.path.exists(path)
 
-    # ssh -L PORT:far.sock, and ssh -L near.sock:far.sock
-    with served([*interpreted, "--serve", "unix:" + path]) as (program, address):
-        listener = socket.create_server(("127.0.0.1", 0))
-        token = address.split("?")[1]
-        with tunnel(listener, lambda: unix(path, True)):
-            far = f"ws://127.0.0.1:{listener.getsockname()[1]}/?{token}"
-            expect_cockpit(model, far, " at process ")
-            end_of(program, 0)
-            with attached(BF, model, far) as (_, page):  # the tunnel goes on listening
-                expect_end(Page(page), "failed", "nothing answers behind 127")
-    with served([*interpreted, "--serve", "unix:" + path]) as (program, address), \
-            tunnel(unix(near, False), lambda: unix(path, True)):
-        expect_cockpit(model, f"unix:{near}?{address.split('?')[1]}", " at process ")
-        end_of(program, 0)
-    os.remove(near)
+    with contextlib.ExitStack() as stack:
+        tunnels = [imitated_tunnel]
+        if shutil.which("sshd", path="/usr/sbin:/sbin"):
+            tunnels.append(functools.partial(ssh_tunnel, stack.enter_context(ssh_server(folder))))
+        for tunnel in tunnels:
+            with served([*interpreted, "--serve", "0"]) as (program, address):
+                port, far = free_port(), re.search(r"127.0.0.1:(\d+)", address)
+                with tunnel(port, far[0]):
+                    expect_cockpit(model, address.replace(far[1], str(port)), " at 127.0.0.1:")
+                    end_of(program, 0)
+            with served([*interpreted, "--serve", "unix:" + path]) as (program, address):
+                port, token = free_port(), address.split("?")[1]
+                with tunnel(port, path):
+                    through = f"ws://127.0.0.1:{port}/?{token}"
+                    expect_cockpit(model, through, " at process ")
+                    end_of(program, 0)
+                    with attached(BF, model, through) as (_, page):  # the tunnel goes on listening
+                        expect_end(Page(page), "failed", "nothing answers behind 127")
+            with served([*interpreted, "--serve", "unix:" + path]) as (program, address), tunnel(near, path):
+                expect_cockpit(model, f"unix:{near}?{address.split('?')[1]}", " at process ")
+                end_of(program, 0)
 
     # An emergency stop is a failure; whoever looks alone is told why he cannot.
     for command in (interpreted, [GENERATED, *options]):

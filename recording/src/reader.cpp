@@ -38,14 +38,20 @@ std::optional<ElementType> type_of(std::string_view name) {
     return std::nullopt;
 }
 
+std::string size_text(std::uint64_t bytes) {
+    return bytes < 1 << 20 ? std::to_string(bytes) + " bytes" : std::to_string(bytes >> 20) + " MiB";
+}
+
 class Parser {
   public:
-    Parser(std::istream& stream, std::string_view name) : stream_(stream), name_(name) {
+    Parser(std::istream& stream, std::string_view name, const LoadOptions& options)
+        : stream_(stream), name_(name), options_(options) {
         stream_.seekg(0, std::ios::end);
         const auto size = stream_.tellg();
         stream_.seekg(0);
         if (!stream_ || size < 0) throw std::runtime_error("cannot read '" + name_ + "'");
         left_ = static_cast<std::uint64_t>(size);
+        most_kept_ = std::max(left_, options_.most_bytes);
     }
 
     Recording parse() {
@@ -79,13 +85,13 @@ class Parser {
         if (ended && (!read(left_) || !is_magic())) report("the file does not end with the MCAP signature");
         if (ended && defects_.empty() && message_count_ != counted_)
             report("the file does not hold as many messages as it counts");
+        begin_at_zero();
+        give_every_name_its_channel();
         recording_.complete = defects_.empty();
         for (const std::string& defect : defects_)
             recording_.defect += (recording_.defect.empty() ? "'" + name_ + "': " : "; ") + defect;
         if (has_more_defects_) recording_.defect += "; and more";
         recording_.unchecked = lacks_checksum_ && has_ours_;
-        begin_at_zero();
-        give_every_name_its_channel();
         return std::move(recording_);
     }
 
@@ -100,6 +106,7 @@ class Parser {
     };
 
     bool read(std::uint64_t count) {
+        require_wanted();
         if (count > left_) return false;
         buffer_.resize(count);
         stream_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(count));
@@ -108,6 +115,11 @@ class Parser {
         previous_crc_ = crc_;
         crc_ = crc32(buffer_, crc_);
         return true;
+    }
+
+    void require_wanted() const {
+        if (options_.given_up && *options_.given_up)
+            throw std::runtime_error("nobody waits for '" + name_ + "' any more");
     }
 
     bool is_magic() const {
@@ -174,6 +186,7 @@ class Parser {
             const auto names = std::exchange(channel.info.other_names, {});
             channels.push_back(std::move(channel));
             for (std::size_t original = channels.size() - 1; const std::string& name : names) {
+                if (!may_keep(channels[original].data.size())) break;
                 channels.push_back(channels[original]);
                 channels.back().name = name;
                 channels.back().topic = topic_of(name);
@@ -224,6 +237,8 @@ class Parser {
 
     void foreign_message(Foreign& foreign, std::int64_t time, Bytes content) {
         if (!foreign.decoder) return;
+        constexpr std::size_t most_bytes = 64 << 20;
+        if (content.size() > most_bytes) throw Malformed("has more than 64 MiB");
         constexpr std::size_t most_channels = 1000; // of one topic
         foreign.decoder->decode(content, [&](const std::string& path, std::span<const double> values) {
             if (foreign.channels.size() >= most_channels && !foreign.channels.contains(path))
@@ -244,10 +259,22 @@ class Parser {
                               "' changes its size; what has another one than at first is left out");
             if (!channel.time_ns.empty() && time < channel.time_ns.back())
                 return report("the time stamps of '" + channel.name + "' go back; what follows is left out");
-            channel.time_ns.push_back(time);
-            const auto bytes = std::as_bytes(values);
-            channel.data.insert(channel.data.end(), bytes.begin(), bytes.end());
+            keep(channel, time, std::as_bytes(values));
         });
+    }
+
+    void keep(Channel& channel, std::int64_t time, Bytes sample) {
+        if (!may_keep(sizeof time + sample.size())) return;
+        channel.time_ns.push_back(time);
+        channel.data.insert(channel.data.end(), sample.begin(), sample.end());
+    }
+    bool may_keep(std::uint64_t bytes) {
+        if (bytes <= most_kept_ - kept_) {
+            kept_ += bytes;
+            return true;
+        }
+        report("it has more than " + size_text(most_kept_) + " of samples; what follows is left out");
+        return false;
     }
 
     /// Other programs count nanoseconds since 1970: their recordings begin at 0, too.
@@ -302,10 +329,10 @@ class Parser {
         Bytes records = cursor.take(cursor.get<std::uint64_t>());
         std::vector<std::byte> whole;
         if (!compression.empty()) {
-            constexpr std::uint64_t most = std::uint64_t{4} << 30;
-            if ((expanded_ += std::min(size, most)) > most)
-                throw Malformed(
-                    "its chunks have more than 4 GiB when they are decompressed; what follows is left out");
+            if (size > options_.most_bytes - unpacked_)
+                throw Malformed("its chunks have more than " + size_text(options_.most_bytes) +
+                                " when they are decompressed; what follows is left out");
+            unpacked_ += size;
             records = whole = decompressed(compression, records, size);
         }
         if (is_wrong(crc, crc32(records)))
@@ -337,6 +364,7 @@ class Parser {
     }
 
     void message(Cursor cursor) {
+        require_wanted();
         const auto id = cursor.get<std::uint16_t>();
         cursor.get<std::uint32_t>(); // sequence
         const auto time = cursor.get<std::int64_t>();
@@ -356,8 +384,7 @@ class Parser {
             return report("a message of '" + channel.name + "' has the wrong size");
         if (time < (channel.time_ns.empty() ? 0 : channel.time_ns.back()))
             return report("the time stamps of '" + channel.name + "' go back; what follows is left out");
-        channel.time_ns.push_back(time);
-        channel.data.insert(channel.data.end(), payload.begin(), payload.end());
+        keep(channel, time, payload);
     }
 
     void attachment(Bytes content) {
@@ -375,12 +402,14 @@ class Parser {
 
     std::istream& stream_;
     const std::string name_;
+    const LoadOptions options_;
     std::uint64_t left_ = 0; // bytes of the file not read yet
     std::vector<std::byte> buffer_;
     std::uint32_t crc_ = 0, previous_crc_ = 0; // of all bytes read, with and without the last
     bool in_summary_ = false;
     std::uint64_t message_count_ = 0, counted_ = 0; // by the statistics, by us
-    std::uint64_t expanded_ = 0;                    // bytes of chunks that were compressed
+    std::uint64_t unpacked_ = 0;                    // bytes of chunks that were compressed
+    std::uint64_t kept_ = 0, most_kept_ = 0;        // bytes of samples
     std::unordered_map<std::uint16_t, std::size_t> positions_;
     std::map<std::uint16_t, Schema> schemas_;
     std::map<std::uint16_t, Foreign> foreign_;
@@ -451,16 +480,18 @@ Recording::Found Recording::find(std::string_view name) const {
                                        "; they are counted from 1: " + known);
 }
 
-Recording load(const std::filesystem::path& path) {
+Recording load(const std::filesystem::path& path, const LoadOptions& options) {
     std::string wrong = why_unreadable(path.string());
     std::ifstream stream;
     if (wrong.empty()) stream.open(path, std::ios::binary);
     if (wrong.empty() && !stream) wrong = file_error(errno);
     if (!wrong.empty())
         throw std::runtime_error("cannot open the recording '" + path.string() + "': " + wrong);
-    return load(stream, path.string());
+    return load(stream, path.string(), options);
 }
 
-Recording load(std::istream& stream, std::string_view name) { return Parser(stream, name).parse(); }
+Recording load(std::istream& stream, std::string_view name, const LoadOptions& options) {
+    return Parser(stream, name, options).parse();
+}
 
 } // namespace bf::recording

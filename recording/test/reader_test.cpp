@@ -182,6 +182,32 @@ TEST(Reader, SurvivesHostileBytes) {
     }
 }
 
+TEST(Reader, GivesUpWhenItIsTold) {
+    std::atomic<bool> given_up = true;
+    std::istringstream stream(small_file());
+    EXPECT_EQ(error_of([&] { load(stream, "bytes", {.given_up = &given_up}); }),
+              "nobody waits for 'bytes' any more");
+    given_up = false;
+    stream.clear();
+    EXPECT_TRUE(load(stream, "bytes", {.given_up = &given_up}).complete);
+}
+
+TEST(Reader, KeepsNoMoreThanItMayUnderOtherNames) {
+    const Folder folder;
+    Writer writer(folder / "named.mcap");
+    const ChannelId x = writer.add_channel("x", {.rows = 1000, .other_names = {"y", "z"}});
+    writer.begin();
+    const std::vector<double> values(1000, 1.5);
+    writer.append(x, 0, values.data());
+    writer.close();
+    ASSERT_EQ(load(folder / "named.mcap").channels.size(), 3U);
+    const auto size = std::filesystem::file_size(folder / "named.mcap");
+    ASSERT_LT(size, 16000U);
+    const Recording less = load(folder / "named.mcap", {.most_bytes = 1});
+    EXPECT_EQ(less.channels.size(), 1U);
+    EXPECT_CONTAINS(less.defect, "it has more than " + std::to_string(size) + " bytes of samples");
+}
+
 TEST(Reader, RefusesWhatIsNoRecording) {
     EXPECT_CONTAINS(error_of([] { parse("time,x\n0,1\n"); }), "does not start with the MCAP signature");
     EXPECT_CONTAINS(error_of([] { load("/nowhere/run.mcap"); }),

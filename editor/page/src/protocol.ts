@@ -3,7 +3,7 @@
 //
 // The address is ws://127.0.0.1:PORT/socket?token=TOKEN, with port and token of the address that `bf edit`
 // prints; a browser must come from that address. A request is {"jsonrpc": "2.0", "id": 1, "method": "hello",
-// "params": {"protocol": 4}}, with all or some members of its parameters. The answer has the same id and a
+// "params": {"protocol": 5}}, with all or some members of its parameters. The answer has the same id and a
 // `result`, or an `error` with a `message` for people and a `code`: -32000 the request is refused, -32602 its
 // parameters are wrong, -32601 there is no such method, -32600 and -32700 it is no request. A notification
 // has a method, parameters and no id; it goes to all pages.
@@ -19,7 +19,7 @@
 //
 // Written by scripts/update-reference from editor/service/include/bf/service/protocol.hpp.
 
-export const protocol = 4;
+export const protocol = 5;
 
 export interface Bent {
   /** of the input that the wire leads to */
@@ -418,7 +418,7 @@ export interface Port {
   signal: number;
 }
 
-/** A recording of the opened folder. */
+/** What has been read of a recording of the opened folder. */
 export interface Recorded {
   /** its samples come by HTTP from /recordings/NUMBER/INDEX?token=TOKEN, as a binary frame */
   number: number;
@@ -428,6 +428,12 @@ export interface Recorded {
   defect: string;
   /** of its latest sample, s */
   end: number;
+  /** why it has nothing */
+  failure: string;
+}
+
+export interface RecordingNumber {
+  number: number;
 }
 
 export interface Rectangle {
@@ -781,7 +787,7 @@ export interface Methods {
   scene: { params: Look; result: Scene };
   times: { params: Look; result: Times };
   recordings: { params: Record<string, never>; result: FileList };
-  read: { params: Open; result: Recorded };
+  read: { params: Open; result: RecordingNumber };
   watch: { params: Watch; result: Signals };
   tune: { params: Tune; result: RunState };
   images: { params: InSystem; result: FileList };
@@ -791,6 +797,7 @@ export interface Methods {
   models: { params: Record<string, never>; result: FileList };
   picture: { params: Draw; result: TextFile };
   refine: { params: Refine; result: Record<string, never> };
+  close: { params: RecordingNumber; result: Record<string, never> };
 }
 export type Method = keyof Methods;
 
@@ -798,4 +805,5 @@ export interface Notifications {
   changed: DocumentState; // by a page, or by another program
   run: RunState;
   live: LiveReport; // of the program that is attached
+  recorded: Recorded; // what was asked for by `read`
 }

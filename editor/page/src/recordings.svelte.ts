@@ -13,6 +13,8 @@ function signal_in(recorded: Recorded, path: string) {
 export class Recordings {
   files = $state.raw<string[]>([]);
   opened = $state.raw<Recorded[]>([]);
+  /** What has been asked for, and is not there yet. */
+  reading = $state.raw<{ number: number; file: string }[]>([]);
   wrong = $state("");
   private loaded = $state(0);
 
@@ -33,17 +35,32 @@ export class Recordings {
   async open(file: string): Promise<void> {
     this.wrong = "";
     try {
-      const recorded = await this.client.call("read", { file });
-      this.wrong = recorded.defect && `${file}: ${recorded.defect}`;
-      this.opened = [...this.opened.filter((other) => other.file !== file), recorded];
-      this.changed();
+      const { number } = await this.client.call("read", { file });
+      this.reading = [...this.reading, { number, file }];
     } catch (error) {
       this.wrong = (error as Error).message;
     }
   }
-  close(recorded: Recorded): void {
-    this.opened = this.opened.filter((other) => other !== recorded);
-    for (const key of this.tracks.keys()) if (key.startsWith(`${recorded.number}/`)) this.tracks.delete(key);
+  /** Of this page or another. */
+  hear(recorded: Recorded): void {
+    const { number, file, failure, defect } = recorded, waiting = this.reading.length;
+    this.reading = this.reading.filter((other) => other.number !== number);
+    if (this.reading.length === waiting) return;
+    this.wrong = failure || (defect && `${file}: ${defect}`);
+    if (failure) return;
+    for (const other of this.opened.filter((one) => one.file === file)) this.close(other.number);
+    this.opened = [...this.opened, recorded];
+    this.changed();
+  }
+  lost(): void {
+    if (this.reading.length > 0) this.wrong = `the connection was lost while ${this.reading.map(({ file }) => file).join(", ")} was read`;
+    this.reading = [];
+  }
+  close(number: number): void {
+    this.reading = this.reading.filter((other) => other.number !== number);
+    this.opened = this.opened.filter((other) => other.number !== number);
+    for (const key of this.tracks.keys()) if (key.startsWith(`${number}/`)) this.tracks.delete(key);
+    void this.client.call("close", { number }).catch(() => null);
     this.changed();
   }
 

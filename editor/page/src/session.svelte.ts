@@ -6,7 +6,7 @@ import {
   connection, end_of, end_of_new, fresh_name, is_block, joined, last_of, may_enter, name_for, only_output, parent_of, removal, splice, through, type Operation, type Side,
 } from "./operations.ts";
 import {
-  protocol, type DocumentState, type Draw, type DrawnSignal, type Drawing, type Element, type Fix, type Kept, type LibraryBlock, type LiveReport, type Method, type Methods, type Notifications,
+  protocol, type DocumentState, type Draw, type DrawnSignal, type Drawing, type Element, type Fix, type Kept, type LibraryBlock, type LiveReport, type Method, type Methods, type Notifications, type Recorded,
   type Point, type Port, type RunState, type SignalInfo,
 } from "./protocol.ts";
 import type { Dialog, End, Target } from "./dialog.ts";
@@ -110,7 +110,10 @@ export class Session {
     this.where = where;
     this.client = new Client(where, {
       opened: () => void this.greet().then(() => { for (const file of recordings.splice(0)) void this.recordings.open(file); }),
-      lost: () => (this.connection = "lost"),
+      lost: () => {
+        this.connection = "lost";
+        this.recordings.lost();
+      },
       told: (name, value) => this.hear(name, value),
       sampled: (frame) => {
         this.samples.take(frame);
@@ -190,6 +193,7 @@ export class Session {
   private hear<N extends keyof Notifications>(name: N, value: Notifications[N]): void {
     if (name === "run") return this.take_run(value as RunState);
     if (name === "live") return void (this.attached.report = value as LiveReport);
+    if (name === "recorded") return this.recordings.hear(value as Recorded);
     const state = value as DocumentState, other = state.file !== this.document?.file, before = this.model_state;
     this.document = state;
     if (before === this.model_state) return; // files were written

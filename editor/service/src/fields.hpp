@@ -152,8 +152,9 @@ BF_FIELDS(service::SceneShape, one_of("kind", &T::kind, words::shape_kind), has(
 BF_FIELDS(service::SceneWorld, has("path", &T::path), has("bodies", &T::bodies), has("shapes", &T::shapes),
           has("feet", &T::feet), has("has_floor", &T::has_floor), has("start", &T::start),
           has("disturbance", &T::disturbance))
+BF_FIELDS(service::RecordingNumber, has("number", &T::number))
 BF_FIELDS(service::Recorded, has("number", &T::number), has("file", &T::file), has("signals", &T::signals),
-          has("defect", &T::defect), has("end", &T::end))
+          has("defect", &T::defect), has("end", &T::end), has("failure", &T::failure))
 BF_FIELDS(service::FileList, has("files", &T::files))
 BF_FIELDS(service::Generate, one_of("language", &T::language, words::language))
 BF_FIELDS(service::TextFile, has("name", &T::name), has("text", &T::text))

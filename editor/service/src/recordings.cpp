@@ -8,7 +8,7 @@ namespace bf::service {
 
 namespace {
 
-constexpr std::size_t most_opened = 8;
+constexpr int most_opened = 8;
 
 } // namespace
 
@@ -28,27 +28,75 @@ void append_samples(std::string& frame, int index, const recording::Channel& cha
     }
 }
 
-Recorded Recordings::open(const std::filesystem::path& file, const std::string& name) {
-    Opened opened{++number_, recording::load(file)};
-    Recorded told{opened.number, name, {}, opened.recording.defect};
-    int index = 0;
-    for (const auto& channel : opened.recording.channels) {
-        told.signals.push_back(described(index++, channel.name, channel.info));
-        if (channel.samples() > 0) told.end = std::max(told.end, channel.time(channel.samples() - 1));
+Recordings::Recordings(Post post, std::function<void(const Recorded&)> tell)
+    : post_(std::move(post)), tell_(std::move(tell)) {}
+Recordings::~Recordings() {
+    for (const auto& opened : opened_) *opened.given_up = true;
+}
+
+int Recordings::read(int page, const std::filesystem::path& file, const std::string& name) {
+    const auto given_up = std::make_shared<std::atomic<bool>>(false);
+    opened_.push_back({++number_, page, given_up, {}});
+    reader_.post([this, file, given_up, told = Recorded{number_, name}]() mutable {
+        std::optional<recording::Recording> found;
+        try {
+            found = recording::load(file, {.given_up = given_up.get()});
+        } catch (const std::exception& error) {
+            told.failure = error.what();
+        }
+        if (*given_up) return;
+        // A task is copied, and what a recording holds is long.
+        auto kept = std::make_shared<std::optional<recording::Recording>>(std::move(found));
+        post_([this, told = std::move(told), kept] { take(told, std::move(*kept)); });
+    });
+    return number_;
+}
+
+void Recordings::take(Recorded told, std::optional<recording::Recording> found) {
+    const auto opened = std::ranges::find(opened_, told.number, &Opened::number);
+    if (opened == opened_.end()) return; // it was closed
+    if (found) {
+        told.defect = found->defect;
+        int index = 0;
+        for (const auto& channel : found->channels) {
+            told.signals.push_back(described(index++, channel.name, channel.info));
+            if (channel.samples() > 0) told.end = std::max(told.end, channel.time(channel.samples() - 1));
+        }
+        opened->recording = std::move(found);
+        const auto is_read = [](const Opened& one) { return one.recording.has_value(); };
+        if (std::ranges::count_if(opened_, is_read) > most_opened)
+            opened_.erase(std::ranges::find_if(opened_, is_read));
+    } else {
+        opened_.erase(opened);
     }
-    opened_.push_back(std::move(opened));
-    if (opened_.size() > most_opened) opened_.erase(opened_.begin());
-    return told;
+    tell_(told);
+}
+
+void Recordings::close(int number) {
+    std::erase_if(opened_, [&](const Opened& one) {
+        if (one.number != number) return false;
+        *one.given_up = true;
+        return true;
+    });
+}
+
+void Recordings::leave(int page) {
+    std::erase_if(opened_, [&](const Opened& one) {
+        if (one.page != page || one.recording) return false;
+        *one.given_up = true;
+        return true;
+    });
 }
 
 std::optional<std::string> Recordings::samples(std::string_view what) const {
-    for (const auto& [number, recording] : opened_) {
-        const std::string prefix = std::to_string(number) + "/";
-        if (!what.starts_with(prefix)) continue;
-        for (std::size_t i = 0; i < recording.channels.size(); ++i) {
+    for (const auto& opened : opened_) {
+        const std::string prefix = std::to_string(opened.number) + "/";
+        if (!opened.recording || !what.starts_with(prefix)) continue;
+        const auto& channels = opened.recording->channels;
+        for (std::size_t i = 0; i < channels.size(); ++i) {
             if (what.substr(prefix.size()) != std::to_string(i)) continue;
             std::string bytes;
-            append_samples(bytes, static_cast<int>(i), recording.channels[i]);
+            append_samples(bytes, static_cast<int>(i), channels[i]);
             return bytes;
         }
     }

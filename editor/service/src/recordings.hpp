@@ -2,32 +2,51 @@
 
 #include "bf/recording/reader.hpp"
 #include "bf/service/protocol.hpp"
+#include "bf/service/worker.hpp"
 
+#include <atomic>
 #include <filesystem>
+#include <functional>
+#include <list>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace bf::service {
 
-/// The recordings that pages compare with the run. The last few stay open.
+/// The recordings that pages compare with the run, each read beside the service: one from elsewhere may take
+/// long. The last few stay open.
 class Recordings {
   public:
-    /// Throws std::runtime_error when the file is no recording.
-    Recorded open(const std::filesystem::path& file, const std::string& name);
+    using Post = std::function<void(std::function<void()>)>;
+
+    /// `post` runs a task in the thread of the service, later; `tell` is called there when a recording has
+    /// been read, and when it cannot be.
+    Recordings(Post post, std::function<void(const Recorded&)> tell);
+    ~Recordings(); ///< gives up what is being read
+
+    /// Returns the number of the recording.
+    int read(int page, const std::filesystem::path& file, const std::string& name);
+    void close(int number); ///< gives it up, where it is still being read
+    void leave(int page);   ///< what that page waits for is given up
     /// All samples of signal "RECORDING/INDEX", as pieces of a binary frame, where that is what pages were
     /// told.
     std::optional<std::string> samples(std::string_view what) const;
 
   private:
     struct Opened {
-        int number;
-        recording::Recording recording;
+        int number, page;
+        std::shared_ptr<std::atomic<bool>> given_up;
+        std::optional<recording::Recording> recording; ///< once it is read
     };
-    std::vector<Opened> opened_;
+    void take(Recorded told, std::optional<recording::Recording> found);
+
+    const Post post_;
+    const std::function<void(const Recorded&)> tell_;
+    std::list<Opened> opened_;
     int number_ = 0;
+    Worker reader_; ///< last: its thread ends first
 };
 
 /// All samples of a signal of that index, as pieces of a binary frame.

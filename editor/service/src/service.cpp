@@ -63,10 +63,13 @@ struct Service::State {
     // ---- the document ----
 
     std::unique_ptr<Project> opened(const fs::path& file) {
-        return std::make_unique<Project>(file, &disk, [this, alive = std::weak_ptr<bool>(alive)] {
-            options.post([this, alive] {
-                if (!alive.expired()) note_written();
-            });
+        return std::make_unique<Project>(file, &disk, [this] { post([this] { note_written(); }); });
+    }
+
+    /// Runs a task in the thread of the service, later, if the service is still there. For any thread.
+    void post(std::function<void()> task) const {
+        options.post([life = std::weak_ptr(alive), task = std::move(task)] {
+            if (!life.expired()) task();
         });
     }
 
@@ -84,10 +87,10 @@ struct Service::State {
     void check() {
         checked_revision = -1;
         checker.check(project->as_read(), {project->file(), project->texts(), {}},
-                      [this, revision = project->revision(), of = project.get(),
-                       alive = std::weak_ptr<bool>(alive)](std::shared_ptr<const ExaminedModel> found) {
-                          options.post([this, revision, of, alive, found = std::move(found)] {
-                              if (alive.expired() || of != project.get()) return;
+                      [this, revision = project->revision(),
+                       of = project.get()](std::shared_ptr<const ExaminedModel> found) {
+                          post([this, revision, of, found = std::move(found)] {
+                              if (of != project.get()) return;
                               examined = found;
                               if (shown && found->diagnostics.empty()) {
                                   shown->name_signals(found->diagram);
@@ -204,7 +207,10 @@ struct Service::State {
 
     FileList models(int, const Nothing&) { return {files()}; }
     FileList recordings(int, const Nothing&) { return {files(".mcap")}; }
-    Recorded read(int, const Open& asked) { return recorded.open(inside(asked.file), asked.file); }
+    RecordingNumber read(int page, const Open& asked) {
+        return {recorded.read(page, inside(asked.file), asked.file)};
+    }
+    Nothing close(int, const RecordingNumber& asked) { return recorded.close(asked.number), Nothing(); }
 
     DocumentState open(int, const Open& asked) {
         const fs::path file = inside(asked.file);
@@ -402,18 +408,15 @@ struct Service::State {
 
     void begin_run() {
         require_runnable();
-        const std::weak_ptr<bool> life = alive;
         playback = std::make_unique<Playback>(
             examined, project->revision(),
-            Playback::Listener{[this, life](RunState state, std::int64_t revision) {
-                                   options.post([this, life, revision, state = std::move(state)] {
-                                       if (!life.expired()) tell_run(state, revision);
+            Playback::Listener{[this](RunState state, std::int64_t revision) {
+                                   post([this, revision, state = std::move(state)] {
+                                       tell_run(state, revision);
                                    });
                                },
-                               [this, life](std::string frame) {
-                                   options.post([this, life, frame = std::move(frame)] {
-                                       if (!life.expired()) options.send(frame);
-                                   });
+                               [this](std::string frame) {
+                                   post([this, frame = std::move(frame)] { options.send(frame); });
                                }});
         played = playback->model();
         stage.follow(played, playback.get());
@@ -431,12 +434,8 @@ struct Service::State {
 
     /// The run is that of another program. What its connection finds out comes to the thread of the service.
     void attach() {
-        const auto here = [this, life = std::weak_ptr<bool>(alive)](auto then) {
-            return [this, life, then](auto what) {
-                options.post([life, then, what = std::move(what)] {
-                    if (!life.expired()) then(what);
-                });
-            };
+        const auto here = [this](auto then) {
+            return [this, then](auto what) { post([then, what = std::move(what)] { then(what); }); };
         };
         live = std::make_unique<Live>(
             options.attach, Live::Listener{here([this](const RunState& state) {
@@ -450,12 +449,7 @@ struct Service::State {
                                            }),
                                            here([this](const std::string& frame) { options.send(frame); })});
         live_model.emplace(
-            *live, project->revision(),
-            [this, life = std::weak_ptr<bool>(alive)](auto task) {
-                options.post([life, task = std::move(task)] {
-                    if (!life.expired()) task();
-                });
-            },
+            *live, project->revision(), [this](auto task) { post(std::move(task)); },
             [this] { tell_live(live->state()); });
     }
     void tell_live(const RunState& state) {
@@ -583,7 +577,9 @@ struct Service::State {
     std::unique_ptr<RecordedRun> shown; ///< where there is a recording in place of a run
     std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
-    Recordings recorded;
+    Recordings recorded{
+        [this](auto task) { post(std::move(task)); },
+        [this](const Recorded& what) { options.tell(notification("recorded", to_json(what))); }};
     Images images{folder};
     std::set<int> timers; ///< pages that want to know the time of blocks
     Checker checker;      ///< last: its thread ends first
@@ -595,6 +591,7 @@ Service::~Service() = default;
 void Service::leave(int page) {
     state_->wishes.erase(page);
     state_->stage.leave(page);
+    state_->recorded.leave(page);
     if (state_->timers.contains(page)) static_cast<void>(state_->times(page, {.is_wanted = false}));
     state_->stage.follow(state_->played, state_->playback.get());
     state_->rewatch();
@@ -655,7 +652,8 @@ const std::vector<Method>& methods() {
         method("tune", &S::tune),         method("images", &S::image_files),
         method("compare", &S::compare),   method("parameters", &S::parameters),
         method("generate", &S::generate), method("models", &S::models),
-        method("picture", &S::picture),   method("refine", &S::refine)};
+        method("picture", &S::picture),   method("refine", &S::refine),
+        method("close", &S::close)};
     return all;
 }
 

@@ -187,7 +187,8 @@ std::string typescript_protocol(std::map<std::string, std::string> types, const 
     const std::string notifications =
         "  changed: " + typescript_of<DocumentState>(types) + "; // by a page, or by another program\n" +
         "  run: " + typescript_of<RunState>(types) + ";\n" + "  live: " + typescript_of<LiveReport>(types) +
-        "; // of the program that is attached\n";
+        "; // of the program that is attached\n" + "  recorded: " + typescript_of<Recorded>(types) +
+        "; // what was asked for by `read`\n";
     std::string text =
         protocol_introduction() +
         "//\n// Written by scripts/update-reference from editor/service/include/bf/service/protocol.hpp.\n\n"

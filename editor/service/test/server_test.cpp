@@ -100,7 +100,8 @@ class ServerTest : public ::testing::Test {
     std::thread thread_;
 };
 
-constexpr const char* hello = R"({"jsonrpc": "2.0", "id": 7, "method": "hello", "params": {"protocol": 4}})";
+const std::string hello = R"({"jsonrpc": "2.0", "id": 7, "method": "hello", "params": {"protocol": )" +
+                          std::to_string(bf::service::protocol_version) + "}}";
 
 TEST_F(ServerTest, ServesThePageUnderAStrictPolicy) {
     const auto response = get("/?token=" + server->token());

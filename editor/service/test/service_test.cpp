@@ -30,6 +30,21 @@ class ServiceTest : public bf::service::AskingTest {
         return bf::read_text_file(file());
     }
 
+    void write_recording(const char* name) const {
+        bf::recording::Writer writer(folder / name);
+        const auto channel = writer.add_channel("motor.omega", {.unit = "rad/s"});
+        writer.begin();
+        for (const double value : {1.5, 2.5})
+            writer.append(channel, static_cast<std::int64_t>(value * 1e9), &value);
+        writer.close();
+    }
+    Json told_of(int number) {
+        return wait_for([&](const Json& n) {
+            return n["method"] == "recorded" && n["params"]["number"] == number;
+        })["params"];
+    }
+    Json read(const char* name) { return told_of(result("read", {{"file", name}})["number"].get<int>()); }
+
     int scenes = 0, broken_scene = 0;
 };
 
@@ -480,16 +495,11 @@ TEST_F(ServiceTest, TellsPanelsThatThePlotsAndTheLayoutHave) {
 }
 
 TEST_F(ServiceTest, OpensRecordingsOfItsFolderAlone) {
-    {
-        bf::recording::Writer writer(file().parent_path() / "run.mcap");
-        const auto channel = writer.add_channel("motor.omega", {.unit = "rad/s"});
-        writer.begin();
-        for (const double value : {1.5, 2.5})
-            writer.append(channel, static_cast<std::int64_t>(value * 1e9), &value);
-        writer.close();
-    }
+    write_recording("run.mcap");
     EXPECT_EQ(result("recordings")["files"], Json({"run.mcap"}));
-    const Json recorded = result("read", {{"file", "run.mcap"}});
+    const Json recorded = read("run.mcap");
+    EXPECT_EQ(recorded["failure"], "");
+    EXPECT_EQ(recorded["end"], 2.5);
     EXPECT_EQ(recorded["signals"][0]["path"], "motor.omega");
     EXPECT_EQ(recorded["signals"][0]["unit"], "rad/s");
     const auto data = service->data("recordings/" + recorded["number"].dump() + "/0");
@@ -504,7 +514,33 @@ TEST_F(ServiceTest, OpensRecordingsOfItsFolderAlone) {
     EXPECT_FALSE(service->data(""));
     EXPECT_EQ(refusal("read", {{"file", "../run.mcap"}}),
               "the file '../run.mcap' is not in the opened folder; start bf edit with that folder");
-    EXPECT_NE(refusal("read", {{"file", "motor.yaml"}}), "");
+    EXPECT_NE(read("motor.yaml")["failure"].get<std::string>().find("is no recording"), std::string::npos);
+}
+
+TEST_F(ServiceTest, GivesUpARecordingThatIsClosedOrWhosePageLeaves) {
+    write_recording("run.mcap");
+    std::vector<int> numbers;
+    for (int i = 0; i < 4; ++i)
+        numbers.push_back(result("read", {{"file", "run.mcap"}})["number"].get<int>());
+    result("close", {{"number", numbers[1]}});
+    page = 2;
+    const int other = result("read", {{"file", "run.mcap"}})["number"].get<int>();
+    service->leave(1);
+    EXPECT_EQ(told_of(other)["failure"], "");
+    for (const auto& note : told)
+        EXPECT_TRUE(note["method"] != "recorded" || note["params"]["number"] == other) << note;
+    for (const int number : numbers)
+        EXPECT_FALSE(service->data("recordings/" + std::to_string(number) + "/0"));
+    result("close", {{"number", other}});
+    EXPECT_FALSE(service->data("recordings/" + std::to_string(other) + "/0"));
+}
+
+TEST_F(ServiceTest, KeepsTheLastEightRecordings) {
+    write_recording("run.mcap");
+    std::vector<std::string> places;
+    for (int i = 0; i < 9; ++i) places.push_back("recordings/" + read("run.mcap")["number"].dump() + "/0");
+    EXPECT_FALSE(service->data(places[0]));
+    for (int i = 1; i < 9; ++i) EXPECT_TRUE(service->data(places[static_cast<std::size_t>(i)])) << i;
 }
 
 TEST_F(ServiceTest, TellsTheLimitsOfWhatMayBeTuned) {

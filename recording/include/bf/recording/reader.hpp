@@ -2,6 +2,7 @@
 
 #include "bf/recording/channel.hpp"
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -72,12 +73,19 @@ struct Recording {
     Found find(std::string_view name) const;
 };
 
+struct LoadOptions {
+    const std::atomic<bool>* given_up = nullptr; ///< looked at now and then: loading ends once it is true
+    /// Of samples, where the file itself is not longer, and of what is unpacked.
+    std::uint64_t most_bytes = std::uint64_t{4} << 30;
+};
+
 /// Reads a recording; of another program's each number in JSON or ROS 2's CDR is a channel, from t = 0 on.
-/// What is cut off, fails its checksum or is not understood is left out, with `complete = false`. Throws
-/// std::runtime_error when the file cannot be opened or is no recording at all.
-Recording load(const std::filesystem::path& path);
+/// What is cut off, fails its checksum, is not understood or is too much is left out, with `complete =
+/// false`. Throws std::runtime_error when the file cannot be opened or is no recording at all, and when it is
+/// given up.
+Recording load(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// The same from a stream that can seek; `name` stands for the path in errors.
-Recording load(std::istream& stream, std::string_view name);
+Recording load(std::istream& stream, std::string_view name, const LoadOptions& options = {});
 
 } // namespace bf::recording

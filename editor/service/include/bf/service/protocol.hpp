@@ -3,7 +3,7 @@
 //
 // The address is ws://127.0.0.1:PORT/socket?token=TOKEN, with port and token of the address that `bf edit`
 // prints; a browser must come from that address. A request is {"jsonrpc": "2.0", "id": 1, "method": "hello",
-// "params": {"protocol": 4}}, with all or some members of its parameters. The answer has the same id and a
+// "params": {"protocol": 5}}, with all or some members of its parameters. The answer has the same id and a
 // `result`, or an `error` with a `message` for people and a `code`: -32000 the request is refused, -32602 its
 // parameters are wrong, -32601 there is no such method, -32600 and -32700 it is no request. A notification
 // has a method, parameters and no id; it goes to all pages.
@@ -20,6 +20,7 @@
 
 #include "bf/model/model.hpp"
 #include "bf/service/cockpit.hpp"
+#include "bf/service/scene.hpp"
 #include "bf/view/drawing.hpp"
 
 #include <cstdint>
@@ -30,7 +31,7 @@
 namespace bf::service {
 
 /// A page of another number is refused.
-inline constexpr int protocol_version = 4;
+inline constexpr int protocol_version = 5;
 
 /// One mistake, with the text of `bf check`.
 struct Diagnostic {
@@ -175,25 +176,6 @@ struct SignalInfo {
     int rows = 1;                        ///< its elements come column by column
     bool is_continuous = false;          ///< does it go on between samples, rather than keep its value?
     std::vector<NamedValue> values = {}; ///< that have names
-};
-enum class ShapeKind { mesh, sphere, box, cylinder, capsule, ellipsoid };
-
-/// A visible part of a body.
-struct SceneShape {
-    ShapeKind kind = ShapeKind::mesh;
-    int body = 0, mesh = -1;    ///< numbers in the lists of the world
-    std::vector<double> pose;   ///< in the body: x y z [m] qw qx qy qz
-    std::vector<double> size;   ///< radius; half-sizes; radius and half-length along z; half-axes [m]
-    std::vector<double> colour; ///< red, green, blue, opacity, 0 to 1
-};
-struct SceneWorld {
-    std::string path;                ///< of the block
-    std::vector<std::string> bodies; ///< names of their links
-    std::vector<SceneShape> shapes;
-    std::vector<std::string> feet;
-    bool has_floor = true;
-    std::vector<double> start;    ///< values of a binary frame before the first step
-    std::string disturbance = {}; ///< parameter with a body's number (from 1), a point in it and a force
 };
 
 // ---- parameters and results of methods ----
@@ -351,13 +333,17 @@ struct Watch {
 struct Refine {
     double from = 0, to = 0; ///< s; both the same: the values at an instant
 };
-/// A recording of the opened folder.
+struct RecordingNumber {
+    int number = 0;
+};
+/// What has been read of a recording of the opened folder.
 struct Recorded {
     int number = 0; ///< its samples come by HTTP from /recordings/NUMBER/INDEX?token=TOKEN, as a binary frame
     std::string file;
     std::vector<SignalInfo> signals = {};
-    std::string defect = {}; ///< what is wrong with the file, which is readable up to there
-    double end = 0;          ///< of its latest sample, s
+    std::string defect = {};  ///< what is wrong with the file, which is readable up to there
+    double end = 0;           ///< of its latest sample, s
+    std::string failure = {}; ///< why it has nothing
 };
 struct FileList {
     std::vector<std::string> files; ///< relative to the opened folder, images to the file of a subsystem
@@ -391,10 +377,5 @@ struct Times {
 struct Look {
     bool is_wanted = true; ///< does this page get the poses, or the times?
 };
-/// Of the run, or of the model where nothing runs.
-struct Scene {
-    int number = 0; ///< counts scenes
-    std::vector<SceneWorld> worlds = {};
-    std::string failure = {}; ///< why there are none
-};
+
 } // namespace bf::service

@@ -3,7 +3,7 @@
 
 #include "bf/elaborate/diagram.hpp"
 #include "bf/run/run.hpp"
-#include "bf/service/protocol.hpp"
+#include "bf/service/scene.hpp"
 
 #include <functional>
 #include <memory>

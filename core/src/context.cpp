@@ -9,7 +9,12 @@
 namespace bf {
 
 namespace {
-constexpr std::size_t alignment = 64; // a line of the cache
+constexpr std::size_t alignment = 64;      // a line of the cache
+constexpr std::size_t register_bytes = 32; // of the widest registers that kernels are compiled for
+template <class N> constexpr N rounded_up(N n, N multiple) {
+    return (n + multiple - 1) / multiple * multiple;
+}
+
 std::size_t slot_bytes(const Slot& slot) {
     return static_cast<std::size_t>(slot.size.count()) * static_cast<std::size_t>(bytes(slot.type));
 }
@@ -24,10 +29,13 @@ struct Context::Arena {
     std::size_t reserve(std::size_t count, std::size_t element) {
         const std::size_t align =
             count > element ? std::min(std::bit_floor(count), alignment) : std::max<std::size_t>(element, 1);
-        size = (size + align - 1) / align * align;
-        const std::size_t offset = size;
-        size += count;
+        const std::size_t offset = rounded_up(size, align);
+        size = offset + count;
         return offset;
+    }
+    /// The same with arrays in registers of their own: what stands behind their last element is nobody's.
+    std::size_t reserve_whole(std::size_t count, std::size_t element) {
+        return reserve(count > element ? rounded_up(count, register_bytes) : count, element);
     }
     void allocate() { memory = std::make_unique<std::byte[]>(size + alignment); }
     std::byte* begin() const {
@@ -79,9 +87,9 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
         objects += node.block->declaration().objects.size();
         for (std::size_t i = 0; i < of_block.size(); ++i) {
             const Slot& slot = of_block[i];
+            const auto element = static_cast<std::size_t>(bytes(slot.type));
             const auto reserve = [&](Arena& arena) {
-                offsets.push_back(
-                    arena.reserve(slot_bytes(slot), static_cast<std::size_t>(bytes(slot.type))));
+                offsets.push_back(arena.reserve_whole(slot_bytes(slot), element));
             };
             switch (slot.role) {
             case Role::input:
@@ -93,7 +101,9 @@ Context::Context(const std::vector<Node>& nodes, int clocks)
             case Role::output: reserve(*signals_); break;
             case Role::parameter: reserve(*parameters_); break;
             case Role::discrete_state: reserve(*discrete_); break;
-            case Role::continuous_state: reserve(*continuous_); break;
+            case Role::continuous_state: // solvers see all of the memory
+                offsets.push_back(continuous_->reserve(slot_bytes(slot), element));
+                break;
             case Role::workspace:
             case Role::guard: reserve(*work_); break;
             }
@@ -240,6 +250,7 @@ void Context::Exchange::make() noexcept {
 }
 
 void Context::use_memory(int node, int slot, const Memory& memory) {
+    has_memory_outside_ = true;
     const Frame& frame = frames_[static_cast<std::size_t>(node)];
     const_cast<void**>(frame.now)[slot] = memory.now;
     if (memory.next) const_cast<void**>(frame.next)[slot] = memory.next;
@@ -266,6 +277,35 @@ int Context::activities(int node, Phase phase) const {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
     return static_cast<int>(n.block->declaration().rules(phase).size()) + overrides(n.methods, phase);
 }
+
+namespace {
+
+Size size_of(const Resolution& resolution, const Call::Reference& from) {
+    return from.slot >= 0 ? resolution.slots[static_cast<std::size_t>(from.slot)].size : Size{};
+}
+
+/// Arithmetic on arrays of one size goes on to the end of their last register, so that no element is left
+/// over: nobody reads the results there.
+void fill_registers(const Call& call, const Resolution& resolution, Operand* operands) {
+    int count = 1;
+    for (const auto& from : call.operands) {
+        const int own = size_of(resolution, from).count();
+        if (own == 1) continue;
+        const bool is_whole =
+            resolution.slots[static_cast<std::size_t>(from.slot)].role != Role::continuous_state;
+        if (!is_whole || (count > 1 && own != count)) return;
+        count = own;
+    }
+    for (const auto& from : call.operands) // one for each element, or for each operand
+        if (from.constants && from.constants->size() > 1 && static_cast<int>(from.constants->size()) == count)
+            return;
+    constexpr auto elements = static_cast<int>(register_bytes / sizeof(double));
+    for (std::size_t i = 0; i < call.operands.size(); ++i)
+        if (size_of(resolution, call.operands[i]).count() > 1)
+            operands[i] = {operands[i].data, rounded_up(count, elements), 1};
+}
+
+} // namespace
 
 Task Context::task(int node, Phase phase, int i) {
     const Node& n = nodes_[static_cast<std::size_t>(node)];
@@ -310,8 +350,7 @@ Task Context::task(int node, Phase phase, int i) {
     Operand* operand = operands_.back().get();
     bool are_scalars = true;
     for (const auto& from : call.operands) {
-        const Size size =
-            from.slot >= 0 ? resolution.slots[static_cast<std::size_t>(from.slot)].size : Size{};
+        const Size size = size_of(resolution, from);
         are_scalars = are_scalars && size.count() == 1;
         switch (from.source) {
         case Call::Source::slot: *operand = {frame.now[from.slot], size.rows, size.cols}; break;
@@ -335,6 +374,8 @@ Task Context::task(int node, Phase phase, int i) {
                        ? static_cast<std::size_t>(resolution.types[s].value_or(Type::float64))
                        : 0);
     }
+    if (version == 0 && call.is_arithmetic && !has_memory_outside_)
+        fill_registers(call, resolution, operands_.back().get());
     const auto run = are_scalars && version == 0 && call.run_scalars ? call.run_scalars : call.run[version];
     return {run, operands_.back().get(), static_cast<int>(call.operands.size())};
 }

@@ -225,6 +225,73 @@ TEST(Tables, MemoryOutsideTakesThePlaceOfASlot) {
     EXPECT_FALSE(connected[both.ruled.x.index()]);
 }
 
+/// Arithmetic whose arrays end within a register, between numbers that nobody writes.
+struct Arrays : Block {
+    using Block::Block;
+    Dim n{this, "n"};
+    Input<Vector> a{this, "a", {.shape = {n}}};
+    Input<double> before{this, "before"};
+    Input<Vector> b{this, "b", {.shape = {n}}};
+    Output<Vector> sum{this, "sum", {.shape = {n}}};
+    Output<double> between{this, "between"};
+    Output<Vector> scaled{this, "scaled", {.shape = {n}}};
+    Output<double> behind{this, "behind"};
+    Output<Vector> shifted{this, "shifted", {.shape = {n}}};
+    Parameter<Vector> k{this, "k", {.shape = {n}, .initial = {3}}};
+    DiscreteState<Vector> x{this, "x", {.shape = {n}}};
+    ContinuousState<Vector> c{this, "c", {.shape = {n}, .initial = {5}}};
+    ContinuousState<double> other{this, "other", {.initial = {7}}};
+    OutputRule adds{this, kernels::Add{}, sum, a, b};
+    OutputRule scales{this, kernels::Gain{}, scaled, k, a};
+    OutputRule shifts{this, kernels::Add{}, shifted, a, c};
+    UpdateRule keeps{this, kernels::Copy{}, bf::next(x), b};
+    DerivativeRule falls{this, kernels::Negate{}, bf::derivative(c), a};
+};
+
+TEST(Rules, OfArraysWriteNothingButTheirElements) {
+    for (int n = 1; n < 20; ++n) {
+        SCOPED_TRACE(n);
+        Arrays block;
+        offer(block.resolution(), block.a.index(), Size{n, 1, false});
+        propagate(block);
+        Context context({{&block,
+                          methods_of<Arrays>(),
+                          std::vector<Node::End>(block.declaration().slots.size()),
+                          {},
+                          0}});
+        ASSERT_TRUE(context.initialize(0));
+        const auto memory = [&](const auto& key) {
+            return static_cast<double*>(context.data(0, key.index()));
+        };
+        std::vector<double> outside(static_cast<std::size_t>(n) + 8, 77);
+        for (int i = 0; i < n; ++i) {
+            memory(block.a)[i] = i;
+            memory(block.b)[i] = outside[static_cast<std::size_t>(i)] = 100;
+        }
+        *memory(block.before) = *memory(block.between) = *memory(block.behind) = 77;
+        for (const bool is_outside : {false, true}) {
+            if (is_outside) context.use_memory(0, block.sum.index(), {.now = outside.data()});
+            for (const Phase phase : {Phase::output, Phase::update, Phase::derivative})
+                for (int i = 0; i < context.activities(0, phase); ++i)
+                    ASSERT_TRUE(context.task(0, phase, i)());
+            context.commit(0);
+            for (int i = 0; i < n; ++i) {
+                EXPECT_EQ(memory(block.sum)[i], 100 + i);
+                EXPECT_EQ(memory(block.scaled)[i], 3 * i);
+                EXPECT_EQ(memory(block.shifted)[i], 5 + i);
+                EXPECT_EQ(memory(block.x)[i], 100);
+            }
+            EXPECT_EQ(*memory(block.before), 77);
+            EXPECT_EQ(*memory(block.between), 77);
+            EXPECT_EQ(*memory(block.behind), 77);
+            EXPECT_EQ(*memory(block.other), 7);
+            for (int i = n; i < n + 8; ++i) EXPECT_EQ(outside[static_cast<std::size_t>(i)], 77);
+            for (std::size_t i = 0; i < context.continuous_rate().size(); ++i)
+                EXPECT_EQ(context.continuous_rate()[i], i < static_cast<std::size_t>(n) ? -double(i) : 0.0);
+        }
+    }
+}
+
 /// y = a + b in two types that the wiring decides.
 struct TwoTypes : Block {
     using Block::Block;

@@ -143,6 +143,7 @@ class Context {
         rates_, work_;
     std::vector<std::unique_ptr<Operand[]>> operands_;
     std::vector<std::unique_ptr<MethodCall>> calls_;
+    bool has_memory_outside_ = false;
 };
 
 /// What the states of a node begin with: f(state, source, values), as Context::set takes them.

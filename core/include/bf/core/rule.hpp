@@ -69,10 +69,11 @@ struct Call {
     std::vector<Reference> operands; ///< a list operand has one reference per element
     int list_from = -1;              ///< where the list begins, -1: no list
     int list_size = 0;
-    bool can_fail = false;     ///< the kernel returns whether it could do its work
-    int symbols = 0;           ///< how many element types the wiring decides
-    std::vector<Run> run;      ///< by element type (symbols = 1) or pair of types; null: not accepted
-    Run run_scalars = nullptr; ///< where all operands but constants are of type double with one element
+    bool can_fail = false;      ///< the kernel returns whether it could do its work
+    bool is_arithmetic = false; ///< see kernels::Arithmetic
+    int symbols = 0;            ///< how many element types the wiring decides
+    std::vector<Run> run;       ///< by element type (symbols = 1) or pair of types; null: not accepted
+    Run run_scalars = nullptr;  ///< where all operands but constants are of type double with one element
 
     bool writes(int slot) const {
         for (const auto& o : operands)
@@ -292,6 +293,7 @@ template <class Kernel, class... Keys> Call make_call(Kernel, const Keys&... key
     [&]<std::size_t... n>(Call & c, std::index_sequence<n...>) {
         constexpr auto first = written_operands<Keys...>();
         using Written = std::integer_sequence<bool, (first[n] || is_workspace<Keys>)...>;
+        c.is_arithmetic = requires { Kernel::is_arithmetic; };
         c.can_fail = can_fail<Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{});
         c.run = instances<symbols, Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{},
                                            std::make_index_sequence<type_count>{});

@@ -12,15 +12,21 @@ struct Elementwise {
     static constexpr bool is_elementwise = true;
 };
 
+/// One that takes no longer for some more elements, whatever they are: engines may have it fill the last
+/// register of an array.
+struct Arithmetic : Elementwise {
+    static constexpr bool is_arithmetic = true;
+};
+
 /// y_i = F::apply(u_i).
-template <class F> struct Unary : Elementwise {
+template <class F, class Kind = Elementwise> struct Unary : Kind {
     template <class Y, class U> constexpr void operator()(const Y& y, const U& u) const noexcept {
         for (int i = 0; i < y.size(); ++i) y[i] = static_cast<Element<Y>>(F::apply(u[pick(i, u.size())]));
     }
 };
 
 /// y_i = F::apply(a_i, b_i), computed in the type of a.
-template <class F> struct Binary : Elementwise {
+template <class F, class Kind = Elementwise> struct Binary : Kind {
     template <class Y, class A, class B>
     constexpr void operator()(const Y& y, const A& a, const B& b) const noexcept {
         using T = Element<A>;
@@ -31,14 +37,14 @@ template <class F> struct Binary : Elementwise {
 };
 
 /// y = u.
-struct Copy : Unary<Copy> {
+struct Copy : Unary<Copy, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Copy{}";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class T> static constexpr T apply(T x) noexcept { return x; }
 };
 
 /// y_i = K_i u_i.
-struct Gain : Elementwise {
+struct Gain : Arithmetic {
     static constexpr const char* name = "bf::kernels::Gain{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class K, class U>
@@ -89,7 +95,7 @@ constexpr void fold(const Y& y, const S& signs, const L& u, const First& first, 
 }
 
 /// y = ± u_0 ± u_1 …, from left to right; signs_k < 0 subtracts operand k. y is none of the operands.
-struct Sum : Elementwise {
+struct Sum : Arithmetic {
     static constexpr const char* name = "bf::kernels::Sum{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class S, class L>
@@ -102,7 +108,7 @@ struct Sum : Elementwise {
 };
 
 /// y = u_0^±1 u_1^±1 …, from left to right; exponents_k < 0 divides by operand k. y is none of the operands.
-struct ElementProduct : Elementwise {
+struct ElementProduct : Arithmetic {
     static constexpr const char* name = "bf::kernels::ElementProduct{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class Y, class E, class L>
@@ -117,42 +123,42 @@ struct ElementProduct : Elementwise {
 };
 
 /// y = a + b.
-struct Add : Binary<Add> {
+struct Add : Binary<Add, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Add{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class T> static constexpr T apply(T a, T b) noexcept { return add(a, b); }
 };
 
 /// y = a - b.
-struct Subtract : Binary<Subtract> {
+struct Subtract : Binary<Subtract, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Subtract{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class T> static constexpr T apply(T a, T b) noexcept { return subtract(a, b); }
 };
 
 /// y = a b.
-struct Multiply : Binary<Multiply> {
+struct Multiply : Binary<Multiply, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Multiply{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class T> static constexpr T apply(T a, T b) noexcept { return multiply(a, b); }
 };
 
 /// y = a / b; integers see `divide`.
-struct Divide : Binary<Divide> {
+struct Divide : Binary<Divide, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Divide{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class T> static constexpr T apply(T a, T b) noexcept { return divide(a, b); }
 };
 
 /// y = -u.
-struct Negate : Unary<Negate> {
+struct Negate : Unary<Negate, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Negate{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class T> static constexpr T apply(T x) noexcept { return negate(x); }
 };
 
 /// y = |u|; the smallest signed integer wraps to itself.
-struct Abs : Unary<Abs> {
+struct Abs : Unary<Abs, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Abs{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class T> static constexpr T apply(T x) noexcept { return absolute(x); }
@@ -168,21 +174,21 @@ struct Sign : Unary<Sign> {
 };
 
 /// y = u².
-struct Square : Unary<Square> {
+struct Square : Unary<Square, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Square{}";
     template <class T> static constexpr bool accepts = is_number<T>;
     template <class T> static constexpr T apply(T x) noexcept { return multiply(x, x); }
 };
 
 /// y = min(a, b), ignoring NaN.
-struct Minimum : Binary<Minimum> {
+struct Minimum : Binary<Minimum, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Minimum{}";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class T> static constexpr T apply(T a, T b) noexcept { return minimum(a, b); }
 };
 
 /// y = max(a, b), ignoring NaN.
-struct Maximum : Binary<Maximum> {
+struct Maximum : Binary<Maximum, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Maximum{}";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class T> static constexpr T apply(T a, T b) noexcept { return maximum(a, b); }

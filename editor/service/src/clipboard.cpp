@@ -118,12 +118,24 @@ model::Operation pasted(const model::Model& model, const std::string& system, co
         batch.operations.emplace_back(op::Move{path, placement.at});
         add_look(batch, path, placement);
     }
+    std::set<std::string> wired; // inputs, as the text calls them
     for (const auto& wire : part.root.connections)
         for (const auto& end : wire.to) {
             if (!names.contains(wire.from.block) || !names.contains(end.block)) continue;
+            wired.insert(end.text());
             model::Endpoint from{names[wire.from.block], wire.from.port}, to{names[end.block], end.port};
             batch.operations.emplace_back(op::Connect{system, from.text(), to.text()});
         }
+    for (const auto& [path, points, as_labels, comments, where] : part.layout.wires) {
+        const std::string to = renamed(path);
+        const bool is_inside = !part.root.find_block(model::split_last(path).first); // of a subsystem
+        if (to.empty() || (!is_inside && !wired.contains(path))) continue;
+        if (as_labels) batch.operations.emplace_back(op::Label{to, true});
+        if (points.empty() || (!is_inside && !corner)) continue;
+        op::Bend bend{to, points};
+        if (!is_inside) std::ranges::transform(points, bend.points.begin(), moved);
+        batch.operations.emplace_back(std::move(bend));
+    }
     for (const auto& signal : part.root.signals) {
         if (!names.contains(signal.of.block)) continue;
         const std::string name = fresh(signal.name, taken);

@@ -46,6 +46,8 @@ void note(const model::Model& model, const model::Operation& operation, std::set
 std::set<std::string> systems_placed_in(const model::Model& model, const model::Operation& operation) {
     std::set<std::string> systems;
     note(model, operation, systems);
+    // One that comes with the operation has nothing that could jump.
+    std::erase_if(systems, [&](const std::string& system) { return !editor::may_draw(model, system); });
     return systems;
 }
 

@@ -179,6 +179,30 @@ TEST_F(ServiceTest, CopiesBlocksWithTheirWiresAndPastesThemUnderFreeNames) {
         0u);
 }
 
+TEST_F(ServiceTest, PastesCornersAndLabelsOfWiresWithThem) {
+    const auto edit = [&](const Json& operation) { result("edit", {{"operation", operation}}); };
+    const auto corners = [](double x) { return Json::array({{{"x", x}, {"y", 10}}, {{"x", x}, {"y", 90}}}); };
+    edit({{"do", "move"}, {"path", "controller.proportional"}, {"to", {{"x", 0}, {"y", 0}}}});
+    edit({{"do", "move"}, {"path", "controller.sum"}, {"to", {{"x", 200}, {"y", 50}}}});
+    edit({{"do", "bend"}, {"path", "controller.sum.u1"}, {"points", corners(120)}});
+    edit({{"do", "label"}, {"path", "controller.sum.u2"}, {"is_there", true}});
+    edit({{"do", "move"}, {"path", "controller"}, {"to", {{"x", 0}, {"y", 0}}}});
+    const auto paste = [&](const std::string& system, const std::vector<std::string>& names) {
+        const Json copied = result("copy", {{"system", system}, {"names", names}});
+        result("paste", {{"system", system}, {"text", copied["text"]}, {"at", {{"x", 1000}, {"y", 300}}}});
+    };
+    paste("controller", {"proportional", "integral", "sum"});
+    EXPECT_NE(text().find("controller.sum2.u1: [[1120, 310], [1120, 390]]"), std::string::npos) << text();
+    EXPECT_NE(text().find("controller.sum2.u2: labels"), std::string::npos) << text();
+    paste("", {"controller"}); // what is inside stays where it was
+    EXPECT_NE(text().find("controller2.sum2.u1: [[1120, 310], [1120, 390]]"), std::string::npos) << text();
+    EXPECT_NE(text().find("controller2.sum.u2: labels"), std::string::npos) << text();
+    result("undo");
+    result("undo");
+    paste("controller", {"sum"}); // without what the wires come from
+    EXPECT_EQ(text().find("controller.sum2.u"), std::string::npos) << text();
+}
+
 TEST_F(ServiceTest, NothingJumpsWhenTheFirstBlockGetsAPlace) {
     checked();
     const auto places = [&] {

@@ -164,15 +164,16 @@ template <class T> struct OperandTraits<DerivativeOf<T>> {
     }
 };
 
-/// The view of operand i (or of the list of `length` operands that begins there) with element type E.
-template <class K, bool is_written, class T0, class T1, bool is_scalar>
+/// The view of operand i (or of the list of `length` operands that begins there) with element type E. All
+/// operands are scalars where `scalars` is not 0; it then is what a list has if the compiler knows it, or -1.
+template <class K, bool is_written, class T0, class T1, int scalars>
 auto operand(const Operand* o, int i, int length) {
     using Element = typename Chosen<typename OperandTraits<K>::Quantity, T0, T1>::type;
     using E = std::conditional_t<is_written, Element, const Element>;
     static_assert(sizeof(Operand) == sizeof(kernels::View<E>));
-    if constexpr (OperandTraits<K>::is_list && is_scalar)
-        return kernels::ScalarListView<E>{reinterpret_cast<const kernels::View<E>*>(o + i), length};
-    else if constexpr (is_scalar && !std::is_same_v<K, Constants>)
+    if constexpr (OperandTraits<K>::is_list && scalars != 0)
+        return kernels::ScalarListView<E, scalars>{reinterpret_cast<const kernels::View<E>*>(o + i), length};
+    else if constexpr (scalars != 0 && !std::is_same_v<K, Constants>)
         return kernels::FixedView<E, 1>(static_cast<E*>(o[i].data));
     else if constexpr (OperandTraits<K>::is_list)
         return kernels::ListView<E>(reinterpret_cast<const kernels::View<E>*>(o + i), length);
@@ -193,9 +194,9 @@ template <class Kernel, class... Views> Status apply(const Views&... views) {
     }
 }
 
-template <class Kernel, class T0, class T1, bool is_scalar, class Written, class Operands> struct Instance;
-template <class Kernel, class T0, class T1, bool is_scalar, bool... written, class... Keys>
-struct Instance<Kernel, T0, T1, is_scalar, std::integer_sequence<bool, written...>, std::tuple<Keys...>> {
+template <class Kernel, class T0, class T1, int scalars, class Written, class Operands> struct Instance;
+template <class Kernel, class T0, class T1, int scalars, bool... written, class... Keys>
+struct Instance<Kernel, T0, T1, scalars, std::integer_sequence<bool, written...>, std::tuple<Keys...>> {
     static Status run(const void* operands, int count) {
         constexpr std::array<bool, sizeof...(Keys)> is_list{OperandTraits<Keys>::is_list...};
         constexpr auto list =
@@ -203,18 +204,18 @@ struct Instance<Kernel, T0, T1, is_scalar, std::integer_sequence<bool, written..
         const auto* o = static_cast<const Operand*>(operands);
         return [&]<std::size_t... i>(std::index_sequence<i...>) {
             const int length = count - static_cast<int>(sizeof...(Keys)) + 1; // of the list, if there is one
-            return apply<Kernel>(operand<Keys, written, T0, T1, is_scalar>(
+            return apply<Kernel>(operand<Keys, written, T0, T1, scalars>(
                 o, static_cast<int>(i) + (i > list ? length - 1 : 0), length)...);
         }
         (std::index_sequence_for<Keys...>{});
     }
 };
 
-template <class Kernel, class T0, class T1, bool is_scalar = false, bool... written, class... Keys>
+template <class Kernel, class T0, class T1, int scalars = 0, bool... written, class... Keys>
 Call::Run instance(std::integer_sequence<bool, written...> w, std::type_identity<std::tuple<Keys...>> keys) {
     constexpr Call::Run run =
-        Instance<Kernel, T0, T1, is_scalar, decltype(w), typename decltype(keys)::type>::run;
-    if constexpr (requires { Kernel::is_elementwise; } && !is_scalar && std::is_same_v<T0, double>)
+        Instance<Kernel, T0, T1, scalars, decltype(w), typename decltype(keys)::type>::run;
+    if constexpr (requires { Kernel::is_elementwise; } && scalars == 0 && std::is_same_v<T0, double>)
         return kernels::Widest<run>::get();
     else
         return run;
@@ -222,7 +223,7 @@ Call::Run instance(std::integer_sequence<bool, written...> w, std::type_identity
 
 template <class Kernel, bool... written, class... Keys>
 constexpr bool can_fail(std::integer_sequence<bool, written...>, std::type_identity<std::tuple<Keys...>>) {
-    return std::is_same_v<decltype(Kernel{}(operand<Keys, written, double, double, false>(nullptr, 0, 0)...)),
+    return std::is_same_v<decltype(Kernel{}(operand<Keys, written, double, double, 0>(nullptr, 0, 0)...)),
                           bool>;
 }
 
@@ -297,9 +298,13 @@ template <class Kernel, class... Keys> Call make_call(Kernel, const Keys&... key
         c.can_fail = can_fail<Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{});
         c.run = instances<symbols, Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{},
                                            std::make_index_sequence<type_count>{});
-        if constexpr (symbols <= 1 && requires { Kernel::is_elementwise; })
-            c.run_scalars =
-                instance<Kernel, double, double, true>(Written{}, std::type_identity<std::tuple<Keys...>>{});
+        if constexpr (symbols <= 1 && requires { Kernel::is_elementwise; }) {
+            using Operands = std::type_identity<std::tuple<Keys...>>;
+            c.run_scalars = instance<Kernel, double, double, -1>(Written{}, Operands{});
+            if constexpr ((OperandTraits<Keys>::is_list || ...)) // most have two
+                if (c.list_size == 2)
+                    c.run_scalars = instance<Kernel, double, double, 2>(Written{}, Operands{});
+        }
     }
     (call, std::index_sequence_for<Keys...>{});
     return call;

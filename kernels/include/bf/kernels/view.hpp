@@ -66,14 +66,14 @@ template <class T> struct ListView {
     constexpr const View<T>& operator[](int i) const noexcept { return views[i]; }
 };
 
-/// The same of scalars.
-template <class T> struct ScalarListView {
+/// The same of scalars, N of them if it is greater than 0.
+template <class T, int N = 0> struct ScalarListView {
     using value_type = std::remove_const_t<T>;
 
     const View<T>* views = nullptr;
     int count = 0;
 
-    constexpr int size() const noexcept { return count; }
+    constexpr int size() const noexcept { return N > 0 ? N : count; }
     constexpr FixedView<T, 1> operator[](int i) const noexcept { return FixedView<T, 1>{views[i].data}; }
 };
 

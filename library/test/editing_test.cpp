@@ -396,6 +396,20 @@ TEST_F(Editing, ARecordingGoesOnWithWhatIsStillThereAndItsReplayEndsAtTheEdit) {
     EXPECT_LT(replay.end(), *replay.edited());
 }
 
+TEST_F(Editing, ARecordingGoesOnUnderTheNamesThatTheModelGivesToWhatItRecords) {
+    const std::string names = "record: [sine, slow.y]\n";
+    begin(original + names);
+    wait_for_steps(20);
+    edit(more + names);
+    wait_for_steps(20);
+    end();
+    recorder->close();
+    const auto recording = recording::load(folder / "run.mcap");
+    ASSERT_EQ(recording.channels.size(), 2u);
+    for (const auto& channel : recording.channels)
+        EXPECT_GT(channel.time_ns.back(), edits.at(0).step * 1'000'000) << channel.name;
+}
+
 TEST_F(Editing, ViewersThatAreNotOursEditAndAreTold) {
     end();
     const fs::path file = write(original);

@@ -119,8 +119,8 @@ class Recorder::Continued final : public Run::Observer {
 
 std::unique_ptr<Run::Observer> Recorder::continued(const Run& run) {
     std::map<std::string, Quantity> there;
-    for (auto& signal : run.signals()) there.emplace(signal.path, signal);
-    for (auto& signal : run.outside()) there.emplace(signal.path, signal);
+    for (const auto& signals : {run.recorded(), run.signals(), run.outside()}) // the model's own names first
+        for (const auto& signal : signals) there.emplace(signal.path, signal);
     Samples samples;
     for (const auto& channel : channels_)
         if (const auto found = there.find(channel.path);

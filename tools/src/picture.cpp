@@ -49,9 +49,8 @@ void convert(const fs::path& svg, const fs::path& output, const std::string& for
     const int problem = ::posix_spawnp(&child, "rsvg-convert", &actions, nullptr, arguments.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
     if (problem != 0)
-        throw CommandError(
-            "rsvg-convert is missing, which makes PDF and PNG; apt install librsvg2-bin, or give a name "
-            "that ends in .svg");
+        throw CommandError("rsvg-convert is missing, which makes PDF and PNG; apt install librsvg2-bin "
+                           "fonts-liberation, or give a name that ends in .svg");
     if (::waitpid(child, &status, 0) != child || status != 0)
         throw CommandError("rsvg-convert cannot make a " + format +
                            " of the picture; give a name that ends in .svg");

@@ -237,8 +237,8 @@ class Parser {
 
     void foreign_message(Foreign& foreign, std::int64_t time, Bytes content) {
         if (!foreign.decoder) return;
-        constexpr std::size_t most_bytes = 64 << 20;
-        if (content.size() > most_bytes) throw Malformed("has more than 64 MiB");
+        constexpr std::size_t most_bytes = 8 << 20; // a picture; what is longer has no signals
+        if (content.size() > most_bytes) throw Malformed("has more than 8 MiB");
         constexpr std::size_t most_channels = 1000; // of one topic
         foreign.decoder->decode(content, [&](const std::string& path, std::span<const double> values) {
             if (foreign.channels.size() >= most_channels && !foreign.channels.contains(path))

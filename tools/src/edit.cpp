@@ -84,7 +84,8 @@ void execute(const EditOptions& options) {
                 escape::terminal(model.string()).c_str(), server.address().c_str());
     std::fflush(stdout);
     if (!options.no_browser) open_browser(server.address());
-    server.run([] { return InterruptGuard::signal() == 0; });
+    const std::string lost = server.run([] { return InterruptGuard::signal() == 0; });
+    if (!lost.empty()) throw CommandError(lost);
 }
 
 } // namespace

@@ -101,7 +101,7 @@ export function entries_for(session: Session, dialog: Dialog, text: string): Ent
 }
 
 type Answer = Pick<Entry, "title" | "detail" | "group" | "is_meant">;
-/** How well a line answers: its name first, where words begin next, then anywhere, then its letters in order. */
+/** How well a line answers: its name first, where words begin next, names among its words, then anywhere, then its letters in order. */
 export function score(entry: Answer, wanted: string): number {
   const text = wanted.trim().toLowerCase(), title = entry.title.toLowerCase();
   if (!text) return 1;
@@ -109,7 +109,8 @@ export function score(entry: Answer, wanted: string): number {
   if (entry.is_meant) return 95;
   if (title.startsWith(text)) return 90 - title.length / 100;
   const words = text.split(/\s+/);
-  if (words.length > 1 && words.every((word) => title.includes(word))) return are_in_order(words, title) ? 81 : 80;
+  if (words.length > 1 && words.every((word) => title.includes(word)))
+    return 80 + (are_in_order(words, title) ? 1 : 0) + (are_names_in(words, title) ? 2 : 0);
   if (initials(entry.title).startsWith(text)) return 75;
   if (title.includes(text)) return 70 - title.length / 100;
   if (`${entry.detail} ${entry.group}`.toLowerCase().includes(text)) return 40;
@@ -119,6 +120,11 @@ export function score(entry: Answer, wanted: string): number {
 }
 const are_in_order = (words: string[], title: string): boolean =>
   words.every((word, i) => i === 0 || title.indexOf(words[i - 1]!) < title.indexOf(word));
+/** "motor.y p" are of "motor.y → p" and of "motor.y → plant.p", "p" is none of "motor.y → plant.u". */
+const are_names_in = (words: string[], title: string): boolean => {
+  const names = new Set(title.split(/\s+/).flatMap((path) => [path, ...path.split(".")]));
+  return words.every((word) => names.has(word));
+};
 const initials = (title: string): string => (title.match(/[A-Z]|(?<=[_. ])[a-z]|^[a-z]/g) ?? []).join("").toLowerCase();
 
 export function ranked<T extends Answer>(entries: T[], wanted: string): T[] {

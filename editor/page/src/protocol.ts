@@ -577,6 +577,8 @@ export interface SettingField {
   least: number | null;
   /** of each element */
   greatest: number | null;
+  /** may elements be whole numbers alone? */
+  is_whole: boolean;
 }
 
 export interface Shape {

@@ -43,10 +43,10 @@ export class Recordings {
   }
   /** Of this page or another. */
   hear(recorded: Recorded): void {
-    const { number, file, failure, defect } = recorded, waiting = this.reading.length;
+    const { number, file, failure } = recorded, waiting = this.reading.length;
     this.reading = this.reading.filter((other) => other.number !== number);
     if (this.reading.length === waiting) return;
-    this.wrong = failure || (defect && `${file}: ${defect}`);
+    this.wrong = failure;
     if (failure) return;
     for (const other of this.opened.filter((one) => one.file === file)) this.close(other.number);
     this.opened = [...this.opened, recorded];

@@ -67,6 +67,7 @@ describe("the search", () => {
     expect(score(entry("DiscreteIntegrator"), "di")).toBeGreaterThan(score(entry("Display", ""), "dy"));
     expect(score(entry("DiscreteIntegrator"), "dint")).toBeGreaterThan(0);
     expect(score(entry("DiscreteIntegrator"), "xyz")).toBe(0);
+    expect(score(entry("position.y → p"), "position.y p")).toBeGreaterThan(score(entry("position.y → turning.u1"), "position.y p"));
   });
 });
 

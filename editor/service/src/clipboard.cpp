@@ -39,6 +39,20 @@ void add_look(model::operations::Batch& batch, const std::string& path, const mo
     for (const auto& [port, side] : as.sides) batch.operations.emplace_back(op::PlacePort{path, port, side});
 }
 
+/// Its mistakes stand in no file.
+model::Model read_clipboard(const std::string& text, const std::filesystem::path& folder) {
+    const std::string name = "clipboard", file = (folder / name).string();
+    try {
+        return formats::read_yaml_text(text, file);
+    } catch (const model::Errors& errors) {
+        std::vector<model::Diagnostic> all = errors.diagnostics();
+        for (auto& one : all)
+            if (one.where.file && *one.where.file == file)
+                one.where.file = std::make_shared<const std::string>(name);
+        throw model::Errors(std::move(all));
+    }
+}
+
 } // namespace
 
 std::string copied(const model::Model& model, const std::string& system,
@@ -72,8 +86,8 @@ std::string copied(const model::Model& model, const std::string& system,
 }
 
 model::Operation pasted(const model::Model& model, const std::string& system, const std::string& text,
-                        model::Point at) {
-    const model::Model part = formats::read_yaml_text(text, "clipboard");
+                        const std::filesystem::path& folder, model::Point at) {
+    const model::Model part = read_clipboard(text, folder);
     const model::System& into = system_at(model, system);
     std::set<std::string> taken;
     for (const auto& block : into.blocks) taken.insert(block.name);

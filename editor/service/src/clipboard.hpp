@@ -2,6 +2,7 @@
 
 #include "bf/model/operation.hpp"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,8 @@ std::string copied(const model::Model& model, const std::string& system,
                    const std::vector<std::string>& names);
 
 /// What puts a copied text into a subsystem, its upper left corner at `at`. A name that is taken gets a
-/// number. Throws model::Errors where the text is no model.
+/// number; files that the text names are those of `folder`. Throws model::Errors where it is no model.
 model::Operation pasted(const model::Model& model, const std::string& system, const std::string& text,
-                        model::Point at);
+                        const std::filesystem::path& folder, model::Point at);
 
 } // namespace bf::service

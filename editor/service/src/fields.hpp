@@ -67,7 +67,7 @@ BF_FIELDS(service::LibraryBlock, has("name", &T::name), has("group", &T::group),
 BF_FIELDS(service::SettingField, has("name", &T::name), one_of("role", &T::role, words::role),
           has("text", &T::text), has("initial", &T::initial), has("value", &T::value), has("unit", &T::unit),
           has("doc", &T::doc), has("choices", &T::choices), has("names", &T::names), has("least", &T::least),
-          has("greatest", &T::greatest))
+          has("greatest", &T::greatest), has("is_whole", &T::is_whole))
 BF_FIELDS(service::Inspection, has("path", &T::path), has("title", &T::title), has("type", &T::type),
           has("doc", &T::doc), has("fields", &T::fields))
 BF_FIELDS(service::Parameters, has("blocks", &T::blocks))

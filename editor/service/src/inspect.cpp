@@ -114,6 +114,7 @@ Inspection inspected(Registry& registry, const model::Model& m, const Diagram& d
                                            value(q.name), q.unit == "any" ? "" : q.unit,
                                            with_limits(q.doc, q.limits, q.at_least)});
                     note_limits(q.limits, seen.fields.back());
+                    seen.fields.back().is_whole = q.type.find("int") != q.type.npos; // "uint8", "int32"
                 }
         } catch (const std::exception& error) {
             seen.doc = error.what();

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 /// What the protocol declares as JSON, with all members; what comes from a page is taken only as declared.
 namespace bf::service {
@@ -82,6 +83,9 @@ void from_json(const Json& json, T& value, const std::string& member = "params",
         value = json.get<double>();
     } else {
         if (!json.is_number_integer()) refuse("a whole number");
+        const bool fits = json.is_number_unsigned() ? std::in_range<T>(json.get<std::uint64_t>())
+                                                    : std::in_range<T>(json.get<std::int64_t>());
+        if (!fits) refuse("a number that is not so large");
         value = json.get<T>();
     }
 }

@@ -452,9 +452,8 @@ struct Live::Connection {
                                     : action == Action::stop ? realtime::stop_service
                                                              : realtime::emergency_service;
         const auto found = services.find(service);
-        if (copy().state != Running::running || found == services.end())
-            return fail(*done, found == services.end() ? "the program has no service '" + service + "'"
-                                                       : copy().message);
+        if (const RunState now = copy(); now.state != Running::running) return fail(*done, now.live->message);
+        if (found == services.end()) return fail(*done, "the program has no service '" + service + "'");
         const std::uint32_t number = ++last_call;
         calls[number] = std::move(done);
         // Before all that waits, behind what is being written.
@@ -476,8 +475,9 @@ struct Live::Connection {
 
     void send_edit(const realtime::Edit& edit, const std::string& what, int page, Then then) {
         const auto found = services.find(realtime::edit_service);
-        if (copy().state != Running::running || found == services.end())
-            return then(RunEdit{found == services.end() ? "the program takes no edits" : copy().message});
+        if (const RunState now = copy(); now.state != Running::running)
+            return then(RunEdit{now.live->message});
+        if (found == services.end()) return then(RunEdit{"the program takes no edits"});
         Json origins = Json::object();
         for (const auto& [path, before] : edit.origins) origins[path] = before ? Json(*before) : Json();
         edit_calls[++last_call] = std::move(then);

@@ -46,7 +46,11 @@ void LiveModel::consider(Newest newest) {
     values_ = values_of_variables(Tuning(newest.model->diagram));
     values_.merge(values_of_parameters(newest.model->diagram));
     newest_ = std::move(newest);
-    if (newest_.revision != there_ && !on_the_way_) send(false);
+    go_on();
+}
+
+void LiveModel::go_on() {
+    if (newest_.model && newest_.revision != there_ && !on_the_way_) send(false);
 }
 
 void LiveModel::require_control() const {

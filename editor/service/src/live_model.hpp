@@ -33,6 +33,8 @@ class LiveModel {
 
     /// The document is right. It goes on in the program, unless that would lose something.
     void consider(Newest newest);
+    /// So does one that is not there yet: the program can be reached again.
+    void go_on();
     /// The revision that the program runs.
     std::int64_t there() const { return there_; }
     /// Throws std::runtime_error where the program lets nobody change anything.

@@ -93,12 +93,17 @@ Project::Project(const fs::path& file, Worker* disk, std::function<void()> writt
     link_all();
 }
 
-Project::~Project() {
+Project::~Project() { static_cast<void>(unsaved()); }
+
+std::string Project::unsaved() {
     settle();
-    for (int tries = 0; tries < 3 && !is_saved(); ++tries) { // another program was faster
+    for (int tries = 0; tries < 3 && !is_saved(); ++tries, settle()) // another program was faster
         static_cast<void>(synchronise());
-        settle();
-    }
+    std::string all;
+    for (const auto& d : documents_)
+        if (d->text != d->written)
+            all += (all.empty() ? "" : "; ") + d->file.string() + " is without the last edits: " + d->failure;
+    return all;
 }
 
 const fs::path& Project::file() const { return documents_.front()->file; }
@@ -416,8 +421,7 @@ void Project::put_back(Document& made) {
     const auto found = std::ranges::find(taken_away_, &made, &std::unique_ptr<Document>::get);
     if (found == taken_away_.end()) return;
     if (fs::exists(made.file))
-        throw model::Errors(
-            {{{}, "", "the file '" + made.file.string() + "' exists", "remove or rename it first"}});
+        throw model::Errors({{{}, "", "'" + made.file.string() + "' exists", "remove or rename it first"}});
     made.written.clear();
     made.is_missing = true;
     documents_.push_back(std::move(*found));

@@ -31,61 +31,61 @@ void append_samples(std::string& frame, int index, const recording::Channel& cha
 Recordings::Recordings(Post post, std::function<void(const Recorded&)> tell)
     : post_(std::move(post)), tell_(std::move(tell)) {}
 Recordings::~Recordings() {
-    for (const auto& opened : opened_) *opened.given_up = true;
+    for (auto& opened : opened_) opened.is_given_up = true;
 }
 
 int Recordings::read(int page, const std::filesystem::path& file, const std::string& name) {
-    const auto given_up = std::make_shared<std::atomic<bool>>(false);
-    opened_.push_back({++number_, page, given_up, {}});
-    reader_.post([this, file, given_up, told = Recorded{number_, name}]() mutable {
-        std::optional<recording::Recording> found;
+    if (std::ranges::count_if(opened_, [](const Opened& one) { return !one.recording; }) >= most_opened)
+        throw std::runtime_error(std::to_string(most_opened) +
+                                 " recordings are being read; wait for one, or close one");
+    Opened& opened = opened_.emplace_back(++number_, page);
+    opened.reader->post([this, file, &opened, told = Recorded{number_, name}]() mutable {
+        // A task is copied, and what a recording holds is long.
+        const auto found = std::make_shared<std::optional<recording::Recording>>();
         try {
-            found = recording::load(file, {.given_up = given_up.get()});
+            *found = recording::load(file, {.given_up = &opened.is_given_up});
         } catch (const std::exception& error) {
             told.failure = error.what();
         }
-        if (*given_up) return;
-        // A task is copied, and what a recording holds is long.
-        auto kept = std::make_shared<std::optional<recording::Recording>>(std::move(found));
-        post_([this, told = std::move(told), kept] { take(told, std::move(*kept)); });
+        post_([this, told = std::move(told), found] { take(told, std::move(*found)); });
     });
     return number_;
 }
 
 void Recordings::take(Recorded told, std::optional<recording::Recording> found) {
     const auto opened = std::ranges::find(opened_, told.number, &Opened::number);
-    if (opened == opened_.end()) return; // it was closed
-    if (found) {
-        told.defect = found->defect;
-        int index = 0;
-        for (const auto& channel : found->channels) {
-            told.signals.push_back(described(index++, channel.name, channel.info));
-            if (channel.samples() > 0) told.end = std::max(told.end, channel.time(channel.samples() - 1));
-        }
-        opened->recording = std::move(found);
-        const auto is_read = [](const Opened& one) { return one.recording.has_value(); };
-        if (std::ranges::count_if(opened_, is_read) > most_opened)
-            opened_.erase(std::ranges::find_if(opened_, is_read));
-    } else {
+    if (opened->is_given_up || !found) {
+        if (!opened->is_given_up) tell_(told);
         opened_.erase(opened);
+        return;
     }
+    told.defect = found->defect;
+    int index = 0;
+    for (const auto& channel : found->channels) {
+        told.signals.push_back(described(index++, channel.name, channel.info));
+        if (channel.samples() > 0) told.end = std::max(told.end, channel.time(channel.samples() - 1));
+    }
+    opened->recording = std::move(found);
+    opened->reader.reset();
+    const auto is_read = [](const Opened& one) { return one.recording.has_value(); };
+    if (std::ranges::count_if(opened_, is_read) > most_opened)
+        opened_.erase(std::ranges::find_if(opened_, is_read));
     tell_(told);
 }
 
+/// Those that are being read go when their readers have noticed.
+template <class Which> void Recordings::give_up(const Which& which) {
+    for (auto& opened : opened_)
+        if (which(opened)) opened.is_given_up = true;
+    opened_.remove_if([](const Opened& one) { return one.is_given_up && one.recording; });
+}
+
 void Recordings::close(int number) {
-    std::erase_if(opened_, [&](const Opened& one) {
-        if (one.number != number) return false;
-        *one.given_up = true;
-        return true;
-    });
+    give_up([&](const Opened& one) { return one.number == number; });
 }
 
 void Recordings::leave(int page) {
-    std::erase_if(opened_, [&](const Opened& one) {
-        if (one.page != page || one.recording) return false;
-        *one.given_up = true;
-        return true;
-    });
+    give_up([&](const Opened& one) { return one.page == page && !one.recording; });
 }
 
 std::optional<std::string> Recordings::samples(std::string_view what) const {

@@ -15,8 +15,8 @@
 
 namespace bf::service {
 
-/// The recordings that pages compare with the run, each read beside the service: one from elsewhere may take
-/// long. The last few stay open.
+/// The recordings that pages compare with the run, each read beside the service and beside the others: one
+/// from elsewhere may take long. The last few stay open.
 class Recordings {
   public:
     using Post = std::function<void(std::function<void()>)>;
@@ -26,7 +26,7 @@ class Recordings {
     Recordings(Post post, std::function<void(const Recorded&)> tell);
     ~Recordings(); ///< gives up what is being read
 
-    /// Returns the number of the recording.
+    /// Returns the number of the recording. Throws std::runtime_error while too many are being read.
     int read(int page, const std::filesystem::path& file, const std::string& name);
     void close(int number); ///< gives it up, where it is still being read
     void leave(int page);   ///< what that page waits for is given up
@@ -36,17 +36,19 @@ class Recordings {
 
   private:
     struct Opened {
-        int number, page;
-        std::shared_ptr<std::atomic<bool>> given_up;
-        std::optional<recording::Recording> recording; ///< once it is read
+        Opened(int n, int p) : number(n), page(p) {}
+        const int number, page;
+        std::atomic<bool> is_given_up = false;
+        std::optional<recording::Recording> recording = {};          ///< once it is read
+        std::unique_ptr<Worker> reader = std::make_unique<Worker>(); ///< until then; last: it uses the others
     };
     void take(Recorded told, std::optional<recording::Recording> found);
+    template <class Which> void give_up(const Which& which);
 
     const Post post_;
     const std::function<void(const Recorded&)> tell_;
     std::list<Opened> opened_;
     int number_ = 0;
-    Worker reader_; ///< last: its thread ends first
 };
 
 /// All samples of a signal of that index, as pieces of a binary frame.

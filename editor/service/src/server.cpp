@@ -330,10 +330,11 @@ std::string Server::address() const {
 std::uint16_t Server::port() const { return state_->port; }
 const std::string& Server::token() const { return state_->options.token; }
 
-void Server::run(const std::function<bool()>& go_on) {
+std::string Server::run(const std::function<bool()>& go_on) {
     state_->accept();
     state_->run_tick(go_on);
     state_->io.run();
+    return state_->service.unsaved();
 }
 
 } // namespace bf::service

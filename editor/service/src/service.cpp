@@ -14,6 +14,7 @@
 #include "committed.hpp"
 #include "edit_name.hpp"
 #include "evaluate.hpp"
+#include "files.hpp"
 #include "find.hpp"
 #include "images.hpp"
 #include "inspect.hpp"
@@ -55,10 +56,7 @@ struct Service::State {
         check();
     }
 
-    std::string relative(const fs::path& file) const {
-        const std::string text = file.lexically_relative(folder).generic_string();
-        return text.empty() ? file.generic_string() : text;
-    }
+    std::string relative(const fs::path& file) const { return relative_to(folder, file); }
 
     // ---- the document ----
 
@@ -170,25 +168,11 @@ struct Service::State {
                 document(),      run_state(), live ? std::optional(live->report()) : std::nullopt};
     }
 
-    std::vector<std::string> files(const char* ending = ".yaml") const {
-        std::vector<std::string> found;
-        constexpr int deepest = 6;
-        std::error_code error;
-        for (auto at = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied,
-                                                        error);
-             !error && at != fs::recursive_directory_iterator() && found.size() < 1000; at.increment(error)) {
-            const std::string name = at->path().filename().string();
-            if (at->is_directory(error) &&
-                (at.depth() >= deepest || name.starts_with(".") || name == "build"))
-                at.disable_recursion_pending();
-            if (at->path().extension() == ending && at->is_regular_file(error) &&
-                is_inside(at->path(), folder)) // a link may lead elsewhere
-                found.push_back(relative(at->path()));
-        }
-        std::sort(found.begin(), found.end());
-        return found;
-    }
+    std::vector<std::string> files(const char* ending = ".yaml") const { return files_in(folder, ending); }
 
+    fs::path folder_of(const std::string& system) const {
+        return project->place_of(model::joined(system, "x")).first.parent_path();
+    }
     fs::path inside(const std::string& name) const {
         const fs::path file = (folder / name).lexically_normal();
         if (!is_inside(file, folder))
@@ -215,6 +199,7 @@ struct Service::State {
     DocumentState open(int, const Open& asked) {
         const fs::path file = inside(asked.file);
         auto other = opened(file);
+        if (const std::string lost = project->unsaved(); !lost.empty()) throw Refusal(lost);
         playback.reset();
         examined.reset();
         project = std::move(other);
@@ -239,7 +224,7 @@ struct Service::State {
     }
 
     FileList image_files(int, const InSystem& asked) {
-        const fs::path from = project->place_of(model::joined(asked.system, "x")).first.parent_path();
+        const fs::path from = folder_of(asked.system);
         FileList all;
         for (const char* ending : {".png", ".svg"})
             for (const auto& file : files(ending))
@@ -342,7 +327,8 @@ struct Service::State {
 
     Text copy(int, const Copy& asked) { return {copied(project->model(), asked.system, asked.names)}; }
     DocumentState paste(int, const Paste& asked) {
-        return apply(pasted(project->model(), asked.system, asked.text, asked.at), {{"paste"}});
+        return apply(pasted(project->model(), asked.system, asked.text, folder_of(asked.system), asked.at),
+                     {{"paste"}});
     }
 
     std::vector<Diagnostic> told(const std::vector<model::Diagnostic>& all) const {
@@ -440,6 +426,9 @@ struct Service::State {
         live = std::make_unique<Live>(
             options.attach, Live::Listener{here([this](const RunState& state) {
                                                if (!live_model) return;
+                                               const bool is_there = state.state == Running::running;
+                                               if (!std::exchange(is_connected, is_there) && is_there)
+                                                   live_model->go_on();
                                                tell_live(state);
                                                const int told = live->advertised();
                                                if (told != std::exchange(live_signals, told)) rewatch();
@@ -574,6 +563,7 @@ struct Service::State {
     std::unique_ptr<Live> live; ///< where the run is another program's
     std::optional<LiveModel> live_model;
     int live_signals = 0;
+    bool is_connected = false;          ///< to that program
     std::unique_ptr<RecordedRun> shown; ///< where there is a recording in place of a run
     std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
@@ -607,6 +597,7 @@ std::optional<std::string> Service::data(std::string_view what) const {
 }
 
 void Service::tick() { state_->tick(); }
+std::string Service::unsaved() { return state_->project->unsaved(); }
 
 namespace {
 

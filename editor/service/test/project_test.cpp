@@ -454,6 +454,19 @@ TEST_F(ProjectTest, NothingIsLostThatIsOnItsWayWhenTheProgramEnds) {
     EXPECT_NE(read("law.yaml").find("K: 7"), std::string::npos);
 }
 
+TEST_F(ProjectTest, SaysAtTheEndWhichFilesAreWithoutTheLastEdits) {
+    Project project(file());
+    project.edit(op::Rename{"reference", "wanted"});
+    EXPECT_EQ(project.unsaved(), "");
+    fs::remove_all(file().parent_path());
+    project.edit(op::Set{"law.gain", "K", "7"});
+    EXPECT_EQ(project.unsaved().find(file("law.yaml").string() + " is without the last edits: cannot "), 0U)
+        << project.unsaved();
+    fs::create_directory(file().parent_path());
+    EXPECT_EQ(project.unsaved(), "");
+    EXPECT_NE(read("law.yaml").find("K: 7"), std::string::npos);
+}
+
 TEST_F(ProjectTest, ADiskThatRefusesIsAskedAgain) {
     SlowDisk disk;
     Project project(file(), &disk.worker, disk.count);

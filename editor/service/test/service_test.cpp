@@ -203,6 +203,17 @@ TEST_F(ServiceTest, PastesCornersAndLabelsOfWiresWithThem) {
     EXPECT_EQ(text().find("controller.sum2.u"), std::string::npos) << text();
 }
 
+TEST_F(ServiceTest, PastesBlocksThatStandForFilesOfTheModelsFolder) {
+    result("edit", {{"operation", {{"do", "extract"}, {"path", "controller"}, {"file", "law.yaml"}}}});
+    const Json copied = result("copy", {{"system", ""}, {"names", {"controller"}}});
+    const Json pasted = {{"system", ""}, {"text", copied["text"]}, {"at", {{"x", 0}, {"y", 300}}}};
+    result("paste", pasted);
+    EXPECT_NE(text().find("controller2: {file: law.yaml"), std::string::npos) << text();
+    settle();
+    fs::remove(folder / "law.yaml");
+    EXPECT_EQ(refusal("paste", pasted).find("clipboard:"), 0U) << refusal("paste", pasted);
+}
+
 TEST_F(ServiceTest, NothingJumpsWhenTheFirstBlockGetsAPlace) {
     checked();
     const auto places = [&] {

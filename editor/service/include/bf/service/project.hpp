@@ -69,6 +69,8 @@ class Project {
     bool note_written();
     /// Are all files on the disk as the models?
     bool is_saved() const;
+    /// Tries until the disk has answered. Which files are not as the models, and why; empty when all are.
+    std::string unsaved();
     /// Why a file is not as the model, with the remedy; empty when all are, or will be.
     std::string failure() const;
     /// Which edit does not fit what another program wrote at the same time, with the remedy; until the next

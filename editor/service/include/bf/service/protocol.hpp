@@ -88,6 +88,7 @@ struct SettingField {
     std::vector<std::string> choices = {};
     std::vector<std::string> names = {}; ///< of the choices, besides which other values may be given
     std::optional<double> least = {}, greatest = {}; ///< of each element
+    bool is_whole = false;                           ///< may elements be whole numbers alone?
 };
 
 struct Inspection {

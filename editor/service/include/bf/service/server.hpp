@@ -40,8 +40,9 @@ class Server {
     std::uint16_t port() const;
     const std::string& token() const;
 
-    /// Serves until `go_on`, asked several times a second, says no.
-    void run(const std::function<bool()>& go_on);
+    /// Serves until `go_on`, asked several times a second, says no. Returns which files are without the last
+    /// edits, and why; empty: none.
+    std::string run(const std::function<bool()>& go_on);
 
   private:
     struct State;

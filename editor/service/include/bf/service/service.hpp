@@ -46,6 +46,8 @@ class Service {
     std::optional<std::string> data(std::string_view what) const;
     /// A few times a second: looks after files.
     void tick();
+    /// At the end: as Project::unsaved.
+    std::string unsaved();
 
     /// The protocol in TypeScript, for the page.
     static std::string typescript();

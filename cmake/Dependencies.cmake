@@ -21,6 +21,7 @@ if(NOT BF_SITE)
 endif()
 set(BF_SHARE ${BF_DEPS}/venv/share) # robot models of the icub-models wheel
 set(BF_DAQP_SOURCES ${BF_DEPS}/src/daqp-0.11.0/csrc)
+set(BF_OSQP_SOURCES ${BF_DEPS}/src/osqp-0.6.7.post3/osqp_sources)
 
 set(CMAKE_FIND_PACKAGE_PREFER_CONFIG ON) # the module FindBoost does not know the wheel's Boost
 list(PREPEND CMAKE_PREFIX_PATH ${BF_SITE}/cmeel.prefix ${BF_SITE}/idyntree)
@@ -46,6 +47,10 @@ endif()
 if(BF_ROBOTS)
     find_package(pinocchio 4.1 REQUIRED)
     find_package(proxsuite REQUIRED COMPONENTS proxsuite)
+    find_package(qpOASES 3.2 REQUIRED) # names files, no target
+    add_library(qpOASES::qpOASES SHARED IMPORTED)
+    set_target_properties(qpOASES::qpOASES PROPERTIES IMPORTED_LOCATION ${qpOASES_LIBRARY}
+        INTERFACE_INCLUDE_DIRECTORIES ${qpOASES_INCLUDE_DIR})
     find_package(tinyxml2 REQUIRED)
     find_package(MuJoCo REQUIRED)
     find_package(assimp 6 REQUIRED)

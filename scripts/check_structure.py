@@ -26,6 +26,8 @@ LIBRARIES = {
     "yaml-cpp": ("yaml-cpp/",),
     "DAQP": ("api.h", "types.h", "utils.h", "constants.h"),
     "ProxQP": ("proxsuite/",),
+    "qpOASES": ("qpOASES.hpp", "qpOASES/"),
+    "OSQP": ("osqp.h", "auxil.h", "scaling.h", "qdldl_interface.h"),
     "CLI11": ("CLI/",),
     "nlohmann-json": ("nlohmann/",),
     "Boost": ("boost/",),

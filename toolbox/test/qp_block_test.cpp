@@ -10,7 +10,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// A QP block whose inputs are the root's.
-std::string problem(int n, int m, const std::string& settings, const std::vector<std::string>& ports) {
+std::string problem(int n, int m, const std::string& settings, const std::vector<std::string>& ports,
+                    const std::string& block = "QP") {
     std::string text = "model: m\nstep: 0.01\ninputs:\n";
     std::string connections = "connections:\n";
     for (const auto& port : ports) {
@@ -22,7 +23,7 @@ std::string problem(int n, int m, const std::string& settings, const std::vector
         connections += "  " + port + ": qp." + port + "\n";
     }
     return text + "variables: {n: " + std::to_string(n) + ", m: " + std::to_string(m) +
-           "}\nblocks:\n  qp: {block: WholeBodyToolbox/QP" + settings + "}\n" + connections;
+           "}\nblocks:\n  qp: {block: WholeBodyToolbox/" + block + settings + "}\n" + connections;
 }
 
 const std::string all_bounds = ", use_lbA: true, use_lb: true, use_ub: true, compute_objective: true";
@@ -213,6 +214,118 @@ TEST(QP, ContinuesASnapshotBitForBit) {
     go(20, second);
     EXPECT_EQ(first, second);
     EXPECT_NE(first, before);
+}
+
+TEST(QpOases, AgreesWithQpOnProblemsWithAllBoundsInBothSolvers) {
+    Running qp(problem(6, 5, all_bounds, all_ports)),
+        qpoases(problem(6, 5, all_bounds, all_ports, "QpOases")),
+        daqp(problem(6, 5, all_bounds + ", solver: daqp", all_ports, "QpOases"));
+    std::mt19937 random(5);
+    for (int k = 0; k < 30; ++k) {
+        const auto p = qp::test::random_problem(random, 6, 5, true);
+        for (Running* run : {&qp, &qpoases, &daqp}) {
+            run->set("H", p.H).set("g", p.g).set("A", p.A);
+            run->set("lbA", p.lbA).set("ubA", p.ubA).set("lb", p.lb).set("ub", p.ub);
+            ASSERT_TRUE(run->step());
+            ASSERT_EQ(run->scalar("qp.status"), 0);
+            EXPECT_LT((run->get("qp.x") - qp.get("qp.x")).norm(), 1e-6) << k;
+            EXPECT_NEAR(run->scalar("qp.objective"), qp.scalar("qp.objective"), 1e-6) << k;
+        }
+    }
+}
+
+TEST(QpOases, ReportsItsOutcomeAndHoldsTheLastSolution) {
+    for (const std::string solver : {"", ", solver: daqp"}) {
+        Running run(problem(2, 2, ", use_lbA: true" + solver, {"H", "g", "A", "lbA", "ubA"}, "QpOases"));
+        const Vector free = Vector::Constant(2, infinity);
+        run.set("H", Matrix::Identity(2, 2)).set("g", Eigen::Vector2d(-1, -2)).set("A", Matrix::Ones(2, 2));
+        run.set("lbA", -free).set("ubA", free);
+        ASSERT_TRUE(run.step());
+        EXPECT_EQ(run.scalar("qp.status"), 0);
+        const Matrix x = run.get("qp.x");
+        EXPECT_LT((x - Eigen::Vector2d(1, 2)).norm(), 1e-9);
+        run.set("lbA", Eigen::Vector2d(1, -infinity)).set("ubA", Eigen::Vector2d(infinity, 0));
+        ASSERT_TRUE(run.step());
+        EXPECT_EQ(run.scalar("qp.status"), -2);
+        EXPECT_EQ(run.get("qp.x"), x);
+        run.set("H", Matrix::Zero(2, 2)).set("lbA", -free).set("ubA", free);
+        ASSERT_TRUE(run.step());
+        EXPECT_EQ(run.scalar("qp.status"), -3);
+        EXPECT_EQ(run.get("qp.x"), x);
+        run.set("g", Eigen::Vector2d(nan, 0));
+        ASSERT_TRUE(run.step());
+        EXPECT_EQ(run.scalar("qp.status"), -1);
+    }
+}
+
+TEST(QpOases, EndsAfterAHundredChangesOfTheWorkingSet) {
+    std::mt19937 random(6);
+    const auto p = qp::test::random_problem(random, 120, 160, true);
+    Running run(problem(120, 160, all_bounds, all_ports, "QpOases"));
+    run.set("H", p.H).set("g", p.g).set("A", p.A);
+    run.set("lbA", p.lbA).set("ubA", p.ubA).set("lb", p.lb).set("ub", p.ub);
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("qp.status"), 1);
+    for (int k = 0; k < 30 && run.scalar("qp.status") == 1; ++k) ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("qp.status"), 0) << "it goes on in the next steps";
+}
+
+TEST(Osqp, ReportsItsOutcomeWithItsOwnNumbers) {
+    Running run(
+        problem(2, 2, ", use_lbA: true, max_iterations: 4000", {"H", "g", "A", "lbA", "ubA"}, "OSQP"));
+    const Vector free = Vector::Constant(2, infinity);
+    run.set("H", Matrix::Identity(2, 2)).set("g", Eigen::Vector2d(-1, -2)).set("A", Matrix::Ones(2, 2));
+    run.set("lbA", -free).set("ubA", free);
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("qp.status"), 1);
+    const Matrix x = run.get("qp.x");
+    EXPECT_LT((x - Eigen::Vector2d(1, 2)).norm(), 1e-2);
+    const auto fails = [&](double status) {
+        ASSERT_TRUE(run.step());
+        EXPECT_EQ(run.scalar("qp.status"), status);
+        EXPECT_EQ(run.get("qp.x"), x) << "the last point while there is none";
+    };
+    run.set("lbA", Eigen::Vector2d(1, -infinity)).set("ubA", Eigen::Vector2d(infinity, 0));
+    fails(-3);
+    run.set("H", Matrix::Zero(2, 2)).set("lbA", -free).set("ubA", free);
+    fails(-4);
+    run.set("H", -Matrix::Identity(2, 2));
+    fails(-7);
+    run.set("g", Eigen::Vector2d(nan, 0));
+    fails(-10);
+
+    std::mt19937 random(3);
+    const auto p = qp::test::random_problem(random, 12, 30, false);
+    Running short_run(
+        problem(12, 30, ", use_lbA: true, max_iterations: 1", {"H", "g", "A", "lbA", "ubA"}, "OSQP"));
+    short_run.set("H", p.H).set("g", p.g).set("A", p.A).set("lbA", p.lbA).set("ubA", p.ubA);
+    ASSERT_TRUE(short_run.step());
+    EXPECT_EQ(short_run.scalar("qp.status"), -2);
+    EXPECT_GT(short_run.get("qp.x").norm(), 0) << "where the iterations ended";
+}
+
+TEST(Osqp, StopsTheRunUnlessItSolvesOnDemand) {
+    Running run(problem(2, 1, ", stop_when_fails: true, polish: true, adaptive_rho: true",
+                        {"H", "g", "A", "ubA"}, "OSQP"));
+    set_small(run);
+    ASSERT_TRUE(run.step()) << run.simulation.failure();
+    EXPECT_LT((run.get("qp.x") - Eigen::Vector2d(0, 1)).norm(), 1e-6) << "polished";
+    run.set("H", -Matrix::Identity(2, 2));
+    EXPECT_FALSE(run.step());
+    expect_contains(run.simulation.failure(), "qp: the QP solver broke down; make H positive semidefinite");
+}
+
+TEST(Qps, HaveTheArgumentsOfThePaperInItsOrder) {
+    Blocks blocks;
+    const auto names = [&](const std::string& block) {
+        const auto made = blocks.find("WholeBodyToolbox/" + block).make({});
+        std::string all;
+        for (const auto& argument : made->declaration().arguments) all += argument.name + " ";
+        return all;
+    };
+    const std::string common = "use_lbA use_ubA use_lb use_ub compute_objective stop_when_fails ";
+    EXPECT_EQ(names("QpOases"), common + "solver ");
+    EXPECT_EQ(names("OSQP"), common + "adaptive_rho polish max_iterations ");
 }
 
 } // namespace bf::toolbox::test

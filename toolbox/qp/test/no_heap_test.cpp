@@ -84,6 +84,20 @@ TEST(Daqp, AllocatesInNoOutcome) {
     }
 }
 
+TEST(Osqp, DoesNotAllocateWithoutPolishing) {
+    const auto problems = two_feet::sequence(20);
+    OsqpOptions options;
+    options.adaptive_rho = true;
+    options.max_iterations = 400;
+    const auto solver = make_osqp(12, 38, options);
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(12);
+    allocations = 0;
+    for (const auto& p : problems) {
+        solver->solve(p.problem(), x);
+    }
+    EXPECT_EQ(allocations, 0);
+}
+
 } // namespace
 
 #endif

@@ -6,10 +6,14 @@ namespace bf::toolbox {
 
 namespace {
 
-/// min ½ xᵀHx + gᵀx subject to lbA ≤ Ax ≤ ubA, lb ≤ x ≤ ub.
-class QP final : public Block {
+/// min ½ xᵀHx + gᵀx subject to lbA ≤ Ax ≤ ubA, lb ≤ x ≤ ub: ports and rules of all QP blocks, which differ in
+/// their solvers and numbers of outcomes.
+class QuadraticProgram : public Block {
+    const char* outcomes_;
+
   public:
-    using Block::Block;
+    QuadraticProgram(const Arguments& arguments, const char* outcomes)
+        : Block(arguments), outcomes_(outcomes) {}
     Argument<bool> use_lbA{this, "use_lbA", {.initial = false, .doc = "port lbA"}};
     Argument<bool> use_ubA{this, "use_ubA", {.initial = true, .doc = "port ubA"}};
     Argument<bool> use_lb{this, "use_lb", {.initial = false, .doc = "port lb"}};
@@ -19,13 +23,6 @@ class QP final : public Block {
         this,
         "stop_when_fails",
         {.initial = false, .doc = "a problem that is not solved ends the run; otherwise it shows in status"}};
-    Argument<std::string> solver{this,
-                                 "solver",
-                                 {.initial = "daqp",
-                                  .doc = "daqp: exact, real-time; proxqp: the second opinion, allocates",
-                                  .choices = {"daqp", "proxqp"}}};
-    Argument<int> max_iterations{
-        this, "max_iterations", {.initial = 1000, .minimum = 1, .doc = "of one solve"}};
 
     Dim n{this, "n"};
     Dim m{this, "m"};
@@ -45,13 +42,8 @@ class QP final : public Block {
     Input<Vector> ub{
         this, "ub", {.shape = {n}, .unit = any_unit, .doc = "upper bounds of x", .present = use_ub}};
     Output<Vector> x{
-        this,
-        "x",
-        {.shape = {n}, .unit = any_unit, .doc = "solution; the last one while the status is not 0"}};
-    Output<double> status{
-        this,
-        "status",
-        {.doc = "0 solved, 1 iteration limit, -1 internal error, -2 infeasible, -3 unbounded"}};
+        this, "x", {.shape = {n}, .unit = any_unit, .doc = "solution; the last one while there is none"}};
+    Output<double> status{this, "status", {.doc = outcomes_}};
     Output<double> objective{
         this, "objective", {.unit = any_unit, .doc = "value at x", .present = compute_objective}};
     DiscreteState<Vector> last{this, "last", {.shape = {n}, .unit = any_unit, .doc = "last solution"}};
@@ -74,7 +66,7 @@ class QP final : public Block {
         auto solution = out[x];
         solution = at[last];
         const qp::Result result = at[workspace].solve(problem, solution);
-        out[status] = static_cast<double>(result.status);
+        out[status] = number(result);
         if (objective.is_present()) out[objective] = result.objective;
         if (result.status == qp::Status::solved || !stop_when_fails) return ok;
         return failure(result);
@@ -85,14 +77,13 @@ class QP final : public Block {
         return ok;
     }
 
+  protected:
+    int variables() const { return size(g).rows; }
+    int constraints() const { return A.is_present() ? size(A).rows : 0; }
+
   private:
-    std::shared_ptr<qp::Solver> make_solver() const {
-        qp::Options options;
-        options.max_iterations = max_iterations;
-        const int rows = A.is_present() ? size(A).rows : 0;
-        return *solver == "proxqp" ? qp::make_proxqp(size(g).rows, rows, options)
-                                   : qp::make_daqp(size(g).rows, rows, options);
-    }
+    virtual std::shared_ptr<qp::Solver> make_solver() const = 0;
+    virtual int number(const qp::Result& result) const noexcept { return static_cast<int>(result.status); }
 
     static Status failure(const qp::Result& result) {
         switch (result.status) {
@@ -130,6 +121,79 @@ class QP final : public Block {
     }
 };
 
+constexpr const char* simple_outcomes =
+    "0 solved, 1 iteration limit, -1 internal error, -2 infeasible, -3 unbounded";
+
+class QP final : public QuadraticProgram {
+  public:
+    explicit QP(const Arguments& arguments) : QuadraticProgram(arguments, simple_outcomes) {}
+    Argument<std::string> solver{this,
+                                 "solver",
+                                 {.initial = "daqp",
+                                  .doc = "daqp: exact, real-time; proxqp: the second opinion, allocates",
+                                  .choices = {"daqp", "proxqp"}}};
+    Argument<int> max_iterations{
+        this, "max_iterations", {.initial = 1000, .minimum = 1, .doc = "of one solve"}};
+
+  private:
+    std::shared_ptr<qp::Solver> make_solver() const override {
+        qp::Options options;
+        options.max_iterations = max_iterations;
+        return *solver == "proxqp" ? qp::make_proxqp(variables(), constraints(), options)
+                                   : qp::make_daqp(variables(), constraints(), options);
+    }
+};
+
+class QpOases final : public QuadraticProgram {
+  public:
+    explicit QpOases(const Arguments& arguments) : QuadraticProgram(arguments, simple_outcomes) {}
+    Argument<std::string> solver{
+        this,
+        "solver",
+        {.initial = "qpoases",
+         .doc = "qpoases allocates in a step; daqp: the same numbers and outcomes in real time",
+         .choices = {"qpoases", "daqp"}}};
+
+  private:
+    std::shared_ptr<qp::Solver> make_solver() const override {
+        qp::Options options;
+        options.max_iterations = 100;
+        return *solver == "daqp" ? qp::make_daqp(variables(), constraints(), options)
+                                 : qp::make_qpoases(variables(), constraints(), options);
+    }
+};
+
+class Osqp final : public QuadraticProgram {
+  public:
+    explicit Osqp(const Arguments& arguments)
+        : QuadraticProgram(
+              arguments, "1 solved, 2 solved inaccurately, -2 iteration limit, -3 infeasible, -4 unbounded, "
+                         "3 and 4 the latter two by inaccurate certificates, -7 H is not positive "
+                         "semidefinite, -10 an input is not finite or the solver broke down") {}
+    Argument<bool> adaptive_rho{
+        this,
+        "adaptive_rho",
+        {.initial = false, .doc = "the step size is adapted to the problem every 25 iterations"}};
+    Argument<bool> polish{
+        this,
+        "polish",
+        {.initial = false, .doc = "refines solutions by their active constraints; allocates in a step"}};
+    Argument<int> max_iterations{
+        this, "max_iterations", {.initial = 100, .minimum = 1, .doc = "of one solve"}};
+
+  private:
+    std::shared_ptr<qp::Solver> make_solver() const override {
+        qp::OsqpOptions options;
+        options.max_iterations = max_iterations;
+        options.tolerance = 1e-3;
+        options.adaptive_rho = adaptive_rho;
+        options.polish = polish;
+        options.has_bounds = use_lb || use_ub;
+        return qp::make_osqp(variables(), constraints(), options);
+    }
+    int number(const qp::Result& result) const noexcept override { return result.osqp_status; }
+};
+
 } // namespace
 
 void add_qp(Library& library) {
@@ -145,7 +209,26 @@ void add_qp(Library& library) {
                        "using recursive LDL' updates, 2022; status numbers are those of qpOASES. "
                        "Errors: with stop_when_fails, a problem that is not solved, naming the entry that is "
                        "not finite or the "
-                       "bounds that cross.");
+                       "bounds that cross.")
+        .add<QpOases>(
+            "QpOases",
+            "Quadratic program as QP, solved by qpOASES with its default options and at most 100 changes of "
+            "the working set in a step. It starts from the solution and working set of the step before and, "
+            "if that fails, once more from nothing. While the status is not 0, x keeps the last solution "
+            "(zero before the first). "
+            "Source: H. J. Ferreau et al., qpOASES: a parametric active-set algorithm for quadratic "
+            "programming, 2014. "
+            "Errors: those of QP.")
+        .add<Osqp>(
+            "OSQP",
+            "Quadratic program as QP, solved approximately by OSQP, to its own tolerances of 1e-3. Its "
+            "status has the numbers of OSQP, where 1 is solved: what compares with 0, as for QpOases, never "
+            "accepts it. It starts from solution and multipliers of the step before. At the iteration limit "
+            "x "
+            "is where the iterations ended; without any point (infeasible, unbounded, ...) it keeps the last "
+            "one. "
+            "Source: B. Stellato et al., OSQP: an operator splitting solver for quadratic programs, 2020. "
+            "Errors: with stop_when_fails, a status other than 1 and 2, in the words of QP.");
 }
 
 } // namespace bf::toolbox

@@ -22,8 +22,12 @@ enum class Term { none, H, g, A, lbA, ubA, lb, ub, x };
 /// What a solve did. `describe` turns it into text, outside the control step.
 struct Result {
     Status status = Status::solved;
-    int iterations = 0;     ///< working-set changes (DAQP) or inner Newton steps (ProxQP)
-    double objective = 0.0; ///< ½ xᵀHx + gᵀx; meaningful when solved
+    int iterations = 0; ///< working-set changes (DAQP, qpOASES), inner Newton steps (ProxQP) or steps (OSQP)
+    double objective = 0.0; ///< ½ xᵀHx + gᵀx at the x that was written
+    /// OSQP's own number of the outcome: 1 solved, 2 solved inaccurately, 3 and 4 infeasible and unbounded by
+    /// inaccurate certificates, −2 iteration limit, −3 infeasible, −4 unbounded, −7 non-convex, −10 not tried
+    /// because an input is at fault. 0 of the other solvers.
+    int osqp_status = 0;
 
     /// The input at fault: none, or a non-finite entry (row, column from 0; column −1 in vectors), or bounds
     /// that leave no value between them (`term` is the lower one), or, with row −1, a quantity of wrong size.
@@ -65,12 +69,19 @@ struct Options {
     void validate() const;
 };
 
+struct OsqpOptions : Options {
+    bool adaptive_rho = false; ///< the step size is adapted every 25 iterations, and kept for the next solve
+    bool polish = false;       ///< a solution is refined by its active constraints; allocates
+    bool has_bounds = true;    ///< false: problems never have lb or ub
+};
+
 /// Solves problems of one size, each starting from the solution of the one before.
 class Solver {
   public:
     virtual ~Solver() = default;
 
-    /// Solves `problem` and writes x (n); x stays as it was unless the status is `solved`.
+    /// Solves `problem` and writes x (n); x stays as it was unless the status is `solved` (OSQP also writes
+    /// where its iterations ended at their limit).
     /// Wrong sizes and non-finite data are `internal_error`. Whether it allocates, its maker says.
     virtual Result solve(const Problem& problem, Eigen::Ref<Eigen::VectorXd> x) noexcept = 0;
 
@@ -101,5 +112,22 @@ std::unique_ptr<Solver> make_daqp(int variables, int constraints, const Options&
 /// x and multipliers, and starts over once, with all iterations again, when that fails. Throws
 /// std::invalid_argument unless variables ≥ 1 and constraints ≥ 0.
 std::unique_ptr<Solver> make_proxqp(int variables, int constraints, const Options& options = {});
+
+/// qpOASES, a parametric active-set method: exact. It allocates while it solves.
+///
+/// Each solve begins at the solution and working set of the one before; when that fails for another reason
+/// than the limit of iterations, it begins anew with the iterations that are left. An indefinite H is not
+/// detected in general. The limit of iterations is one of working-set changes. Source: H. J. Ferreau et al.,
+/// qpOASES: a parametric active-set algorithm for quadratic programming, 2014. Throws std::invalid_argument
+/// unless variables ≥ 1 and constraints ≥ 0.
+std::unique_ptr<Solver> make_qpoases(int variables, int constraints, const Options& options = {});
+
+/// OSQP, an operator-splitting method of first order: approximate, `tolerance` is its absolute and relative
+/// one (1e-3 is its own default). Allocates nothing unless it polishes.
+///
+/// Each solve begins at x and multipliers of the one before. Whether it ends is looked at every 25
+/// iterations. Source: B. Stellato et al., OSQP: an operator splitting solver for quadratic programs, 2020.
+/// Throws std::invalid_argument unless variables ≥ 1 and constraints ≥ 0.
+std::unique_ptr<Solver> make_osqp(int variables, int constraints, const OsqpOptions& options = {});
 
 } // namespace bf::qp

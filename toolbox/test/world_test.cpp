@@ -239,13 +239,6 @@ TEST(World, GivesItsLimits) {
 
 TEST(World, RefusesWhatItDoesNotHaveAndNamesTheRemedy) {
     const auto place = "model.yaml:9:3: x: ";
-    const auto mode = refusal(with_block("SetReferences, control_type: Position") +
-                              "  zero: {block: Constant, value: \"zeros(23, 1)\"}\nconnections: {zero: x}\n");
-    expect_contains(mode, place);
-    expect_contains(mode, "the simulated robot has torque motors; use control_type: Torque");
-    const auto measurement = refusal(with_block("GetMeasurement, measured_type: Motor Current"));
-    expect_contains(measurement, place);
-    expect_contains(measurement, "measures at its joints, not at motors; use a measured_type of Joints");
     const auto unknown = refusal(with_block("GetMeasurement, measured_type: Back EMF"));
     expect_contains(unknown, place);
     expect_contains(unknown, "Joints Position");

@@ -1,30 +1,14 @@
 #include "robot/robot.hpp"
 
-#include "bf/core/block.hpp"
 #include "bf/dynamics/find_urdf.hpp"
-#include "bf/toolbox/robot.hpp"
+#include "robot/device_block.hpp"
 
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
 namespace bf::toolbox {
 
 namespace {
-
-/// Looks a text up in a table of (text, value).
-template <class T, std::size_t N>
-const T* find(const std::array<std::pair<const char*, T>, N>& table, const std::string& text) {
-    for (const auto& [name, value] : table)
-        if (text == name) return &value;
-    return nullptr;
-}
-template <class T, std::size_t N>
-std::vector<std::string> choices(const std::array<std::pair<const char*, T>, N>& table) {
-    std::vector<std::string> names;
-    for (const auto& [name, value] : table) names.emplace_back(name);
-    return names;
-}
 
 constexpr std::array<std::pair<const char*, Measurement>, 9> measurements{{
     {"Joints Position", Measurement::joint_position},
@@ -100,17 +84,6 @@ class Configuration final : public Block {
     std::filesystem::path folder_;
 };
 
-/// Base of the blocks over a robot device.
-class DeviceBlock : public Block {
-  public:
-    using Block::Block;
-    Requires<RobotDevice> robot{this, "the robot that is measured and actuated"};
-    Dim n{this, "n", [this]() -> Dim::Names {
-              if (!robot.is_bound()) return std::nullopt;
-              return robot->joint_names();
-          }};
-};
-
 class GetMeasurement final : public DeviceBlock {
   public:
     using DeviceBlock::DeviceBlock;
@@ -172,7 +145,7 @@ class GetLimits final : public Block {
         "limit_type",
         {.initial = "ModelPosition",
          .doc = "limits of the control boards or of the URDF",
-         .choices = {"ControlBoardPosition", "ControlBoardVelocity", "ModelPosition"}}};
+         .choices = {"ControlBoardPosition", "ControlBoardVelocity", "ModelPosition", "ModelVelocity"}}};
     Requires<RobotConfiguration> robot{this, "the robot whose URDF has the limits", of_model()};
     Requires<RobotDevice> device{this, "the robot whose control boards have the limits", !of_model()};
     Dim n{this, "n", [this]() -> Dim::Names {
@@ -197,10 +170,11 @@ class GetLimits final : public Block {
     }
 
   private:
-    bool of_model() const { return *limit_type == "ModelPosition"; }
-    bool of_velocity() const { return *limit_type == "ControlBoardVelocity"; }
+    bool of_model() const { return limit_type->starts_with("Model"); }
+    bool of_velocity() const { return limit_type->ends_with("Velocity"); }
     Unit limits_unit() const { return of_velocity() ? unit<"rad/s"> : unit<"rad">; }
     std::pair<Vector, Vector> find_limits() const {
+        if (of_model() && of_velocity()) return {-robot->model.velocity_max(), robot->model.velocity_max()};
         if (of_model()) return {robot->model.position_min(), robot->model.position_max()};
         std::pair<Vector, Vector> found;
         device->limits(of_velocity() ? Limits::velocity : Limits::position, found.first, found.second);
@@ -215,28 +189,54 @@ class SetReferences final : public DeviceBlock {
         this,
         "control_type",
         {.initial = "Torque", .doc = "how the joints are commanded", .choices = choices(modes)}};
+    Argument<double> reference_speed{this,
+                                     "reference_speed",
+                                     {.initial = 0.17453292519943295,
+                                      .above = 0,
+                                      .doc = "largest speed of the trajectories of Position, rad/s"}};
+    Argument<double> reference_acceleration{
+        this,
+        "reference_acceleration",
+        {.initial = 17453.292519943295, .above = 0, .doc = "largest acceleration of Velocity, rad/s2"}};
     Input<Vector> u{
         this,
         "u",
         {.shape = {n}, .unit = any_unit, .doc = "references: rad, rad/s, Nm or raw, by control_type"}};
     DiscreteState<bool> is_switched{this, "is_switched", {.doc = "the control mode was set"}};
+    DiscreteState<Vector> last{this,
+                               "last",
+                               {.shape = {n},
+                                .unit = any_unit,
+                                .doc = "references of the step before",
+                                .present = mode() == ControlMode::position}};
 
     void infer(Inference&) const override {
         if (robot.is_bound()) robot->check_mode(mode());
     }
     Status output(Now at, Out) const noexcept override {
         auto& connection = at[robot];
-        if (!at[is_switched] && !connection.set_mode(mode()))
-            return Status::failure("the robot did not accept the control mode");
+        if (!at[is_switched]) {
+            const double limit = mode() == ControlMode::velocity ? reference_acceleration : reference_speed;
+            if (!connection.set_mode(mode()) || !connection.set_trajectory_limit(mode(), limit))
+                return Status::failure("the robot did not accept the control mode");
+        } else if (const int joint = connection.joint_in_other_mode(mode()); joint >= 0) {
+            return Status::failure(
+                "{element} has left its control mode; look for a fault of the robot, or for "
+                "another SetReferences that drives it",
+                u, joint);
+        }
         for (int i = 0; i < at[u].size(); ++i)
             if (!std::isfinite(at[u](i)))
                 return Status::failure("{element} is not finite; look at what computes it", u, i);
+        // A reference begins a trajectory, so that the same one is not sent again.
+        if (last.is_present() && at[is_switched] && at[u] == at[last]) return ok;
         if (!connection.write(mode(), at[u]))
             return Status::failure("the robot did not accept the references");
         return ok;
     }
-    Status update(Now, Next next) const noexcept override {
+    Status update(Now at, Next next) const noexcept override {
         next[is_switched] = true;
+        if (last.is_present()) next[last] = at[u];
         return ok;
     }
 
@@ -279,17 +279,22 @@ void add_robot(Library& library) {
                         "acceleration minus gravity [m/s2] and "
                         "angular velocity [rad/s] in sensor axes, magnetic field. "
                         "Errors: a sensor that the robot does not have; the text lists those it has.")
-        .add<GetLimits>("GetLimits", "Limits of the joints, n elements each, infinite where there are none. "
-                                     "ModelPosition: from the URDF of the nearest Configuration; "
-                                     "ControlBoardPosition and ControlBoardVelocity: from the nearest "
-                                     "robot. They are read at the start of a run and constant in it.")
+        .add<GetLimits>("GetLimits",
+                        "Limits of the joints, n elements each, infinite where there are none. "
+                        "ModelPosition and ModelVelocity: from the URDF of the nearest Configuration; "
+                        "ControlBoardPosition and ControlBoardVelocity: from the nearest "
+                        "robot. They are read at the start of a run and constant in it.")
         .add<SetReferences>(
             "SetReferences",
             "Commands the robot's joints, n references in joint order: rad, rad/s, Nm or raw, by "
             "control_type. "
-            "The control mode is set with the first reference; stopping the run puts it back. "
-            "Errors: a control_type that the robot does not have; a reference that is not finite ends the "
-            "run.");
+            "The control mode is set with the first reference, and anew after a reset; stopping the run puts "
+            "it "
+            "back. Position moves at most at reference_speed and sends references where they change; "
+            "Velocity "
+            "accelerates at most with reference_acceleration. "
+            "Errors: a control_type that the robot does not have; a reference that is not finite or a joint "
+            "that has left its mode ends the run.");
 }
 
 } // namespace bf::toolbox

@@ -2,8 +2,8 @@
 
 #include "BlockFactory/Core/Log.h"
 #include "bf/physics/world.hpp"
-#include "bf/toolbox/simulated_robot.hpp"
 #include "rigid_body/robot_block.hpp"
+#include "world/simulated_robot.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,116 +12,6 @@
 namespace bf::toolbox {
 
 namespace {
-
-/// The robot of a physics world, driven by joint torques.
-class SimulatedRobot final : public RobotConnection {
-  public:
-    explicit SimulatedRobot(std::shared_ptr<const physics::World> world)
-        : simulation(world), command(Vector::Zero(world->joint_count())) {}
-
-    physics::Simulation simulation;
-    Vector command; ///< joint torques [Nm] held until the next reference
-
-    /// The time step is the period of the world block; a world compiled for another one is compiled again.
-    void set_time_step(double period) {
-        if (period == simulation.world().options().time_step) return;
-        auto options = simulation.world().options();
-        options.time_step = period;
-        simulation = physics::Simulation(std::make_shared<const physics::World>(std::move(options)));
-    }
-
-    void start() override {
-        simulation.reset();
-        command.setZero();
-    }
-    void stop() noexcept override { command.setZero(); }
-
-    bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override {
-        switch (what) {
-        case Measurement::joint_position: values = simulation.s(); return true;
-        case Measurement::joint_velocity: values = simulation.s_dot(); return true;
-        case Measurement::joint_acceleration: values = simulation.s_ddot(); return true;
-        case Measurement::joint_torque: values = simulation.tau(); return true;
-        default: return false;
-        }
-    }
-    bool read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept override {
-        if (kind == Sensor::wrench) {
-            values = simulation.ft_wrench(index);
-        } else {
-            values << simulation.imu_rpy(), simulation.accelerometer(), simulation.gyro(), Vector3::Zero();
-        }
-        return true;
-    }
-    bool set_mode(ControlMode mode) noexcept override { return mode == ControlMode::torque; }
-    bool write(ControlMode, const Eigen::Ref<const Vector>& references) noexcept override {
-        command = references;
-        return true;
-    }
-    const char* error() const noexcept override { return simulation.error(); }
-
-    bool can_save() const override { return true; }
-    int state_size() const override { return simulation.state_size() + static_cast<int>(command.size()); }
-    void save(double* to) const override {
-        simulation.save(to);
-        std::copy_n(command.data(), command.size(), to + simulation.state_size());
-    }
-    void restore(const double* from) override {
-        simulation.restore(from);
-        std::copy_n(from + simulation.state_size(), command.size(), command.data());
-    }
-};
-
-/// The compiled world as a robot that can be connected to.
-class WorldDevice final : public SimulatedDevice {
-  public:
-    WorldDevice(std::shared_ptr<const physics::World> compiled, std::vector<std::string> sensor_names)
-        : sensors(std::move(sensor_names)), world_(std::move(compiled)) {}
-    const std::vector<std::string> sensors; ///< force/torque sensors, named as in the model file
-
-    const physics::World& world() const override { return *world_; }
-    const std::vector<std::string>& joint_names() const override { return world_->joint_names(); }
-    void limits(Limits which, Vector& minimum, Vector& maximum) const override {
-        if (which == Limits::position) {
-            minimum = world_->lower_limits();
-            maximum = world_->upper_limits();
-        } else { // torque motors have no speed limit of their own
-            maximum = Vector::Constant(joints(), std::numeric_limits<double>::infinity());
-            minimum = -maximum;
-        }
-    }
-    int sensor_index(Sensor kind, const std::string& name) const override {
-        if (kind == Sensor::imu) {
-            const auto& options = world_->options();
-            const auto& link = options.imu_frame.empty() ? world_->base_link() : options.imu_frame;
-            if (name.empty() || name == link) return 0;
-            throw std::runtime_error("the simulated robot's inertial sensor is on '" + link + "', not on '" +
-                                     name + "'; name it in the world's imu_frame");
-        }
-        const auto found = std::find(sensors.begin(), sensors.end(), name);
-        if (found != sensors.end()) return static_cast<int>(found - sensors.begin());
-        std::string list;
-        for (const auto& known : sensors) list += (list.empty() ? "" : ", ") + known;
-        throw std::runtime_error(
-            "the simulated robot has no force/torque sensor '" + name + "'" + did_you_mean(name, sensors) +
-            "; sensors: " + (list.empty() ? "none" : list) + "; name it in the world's ft_sensors");
-    }
-    void check_mode(ControlMode mode) const override {
-        if (mode != ControlMode::torque)
-            throw std::runtime_error("the simulated robot has torque motors; use control_type: Torque");
-    }
-    void check_measurement(Measurement what) const override {
-        if (what > Measurement::joint_torque)
-            throw std::runtime_error(
-                "the simulated robot measures at its joints, not at motors; use a measured_type of Joints");
-    }
-    std::shared_ptr<RobotConnection> open() const override {
-        return std::make_shared<SimulatedRobot>(world_);
-    }
-
-  private:
-    std::shared_ptr<const physics::World> world_;
-};
 
 class MujocoWorld final : public RobotBlock {
   public:
@@ -176,6 +66,28 @@ class MujocoWorld final : public RobotBlock {
         this,
         "joint_friction",
         {.minimum = 0, .doc = "Coulomb friction of the joints, Nm; 0 switches it off; none: the URDF's"}};
+    Argument<std::vector<double>> gear_ratio{
+        this, "gear_ratio", {.initial = {1}, .doc = "turns of the motors for one of the joints"}};
+    Argument<std::vector<double>> torque_constant{
+        this,
+        "torque_constant",
+        {.initial = {1}, .doc = "joint torque per motor current, for control_type: Current"}};
+    Argument<std::vector<double>> k_tau{
+        this, "k_tau", {.initial = {1}, .doc = "motors: PWM = k_tau tau + k_bemf s_dot, in PWM per Nm"}};
+    Argument<std::vector<double>> k_bemf{
+        this, "k_bemf", {.initial = {0}, .doc = "the same, in PWM per rad/s"}};
+    Argument<Matrix> position_gains{
+        this,
+        "position_gains",
+        {.doc =
+             "rows P I D of the loops behind control_type: Position, Position Direct and Velocity, in "
+             "Nm/rad, "
+             "Nm/(rad s), Nm s/rad; none: critical damping of 30 rad/s for the inertia that each joint sees "
+             "at the start"}};
+    Argument<Matrix> torque_gains{this,
+                                  "torque_gains",
+                                  {.doc = "rows P I D of the loop behind control_type: Torque, in PWM per "
+                                          "Nm, Nm s and Nm/s; none: zeros"}};
     Argument<std::vector<double>> noise{
         this,
         "noise",
@@ -189,7 +101,7 @@ class MujocoWorld final : public RobotBlock {
                         .from_path = true}};
 
     Provides<RobotDevice> device{this, [this]() -> std::shared_ptr<const RobotDevice> {
-                                     return std::make_shared<WorldDevice>(compile(), *ft_sensors);
+                                     return std::make_shared<WorldDevice>(compile(), motors(), *ft_sensors);
                                  }};
 
     Input<Vector> tau{this,
@@ -260,9 +172,9 @@ class MujocoWorld final : public RobotBlock {
         auto& simulated = robot_of(at);
         auto& pushes = at[wrenches];
         for (int i = 0; i < push.size(); ++i) pushes.segment<6>(6 * i) = at[push[i]];
-        const double* torque = at.is_connected(tau) ? at[tau].data() : simulated.command.data();
-        const auto size = static_cast<std::size_t>(simulated.command.size());
-        for (int i = 0; i < simulated.command.size(); ++i)
+        const double* torque = at.is_connected(tau) ? at[tau].data() : simulated.next_torques().data();
+        const auto size = static_cast<std::size_t>(at[tau].size());
+        for (int i = 0; i < at[tau].size(); ++i)
             if (!std::isfinite(torque[i]))
                 return Status::failure("{element} is not finite; look at what computes it", tau, i);
         for (int i = 0; i < push.size(); ++i)
@@ -292,6 +204,75 @@ class MujocoWorld final : public RobotBlock {
         for (std::size_t i = 0; i < shapes.size(); ++i)
             points.row(static_cast<Eigen::Index>(i)) = shapes[i].position.transpose();
         return points;
+    }
+
+    /// One element for each joint, of one for all or n.
+    Vector of_joints(const std::vector<double>& given, const char* name, bool above_zero) const {
+        const auto n = static_cast<std::size_t>(model().joint_names().size());
+        if (given.size() != 1 && given.size() != n)
+            throw std::runtime_error(std::string("argument '") + name + "' has " +
+                                     std::to_string(given.size()) + " elements, but there are " +
+                                     std::to_string(n) + " joints; give one for all or one each");
+        Vector all(static_cast<Eigen::Index>(n));
+        for (std::size_t i = 0; i < n; ++i) {
+            const double value = given[given.size() == 1 ? 0 : i];
+            if (!std::isfinite(value) || (above_zero && value == 0))
+                throw std::runtime_error(std::string("argument '") + name + "' has " + std::to_string(value) +
+                                         " for joint '" + model().joint_names()[i] +
+                                         "'; give a finite number other than 0");
+            all(static_cast<Eigen::Index>(i)) = value;
+        }
+        return all;
+    }
+
+    Gains gains(const Matrix& given, const char* name, const Gains& without) const {
+        const auto n = static_cast<Eigen::Index>(model().joint_names().size());
+        if (given.size() == 0) return without;
+        if (given.cols() != 3 || (given.rows() != 1 && given.rows() != n) || !given.allFinite())
+            throw std::runtime_error(std::string("argument '") + name + "' is " +
+                                     std::to_string(given.rows()) + "x" + std::to_string(given.cols()) +
+                                     "; give finite rows P I D, one for all joints or one each");
+        Gains all(static_cast<int>(n));
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const auto row = given.row(given.rows() == 1 ? 0 : i);
+            all.P(i) = row(0);
+            all.I(i) = row(1);
+            all.D(i) = row(2);
+        }
+        return all;
+    }
+
+    Motors motors() const {
+        const auto n = static_cast<int>(model().joint_names().size());
+        Motors all;
+        all.gear_ratio = of_joints(*gear_ratio, "gear_ratio", true);
+        all.torque_constant = of_joints(*torque_constant, "torque_constant", true);
+        all.parameters.k_tau = of_joints(*k_tau, "k_tau", true);
+        all.parameters.k_bemf = of_joints(*k_bemf, "k_bemf", false);
+        all.position = gains(*position_gains, "position_gains", stiff_gains());
+        all.torque = gains(*torque_gains, "torque_gains", Gains(n));
+        return all;
+    }
+
+    /// P = M_ii ω², D = 2 M_ii ω.
+    Gains stiff_gains() const {
+        constexpr double omega = 30;
+        const auto n = static_cast<Eigen::Index>(model().joint_names().size());
+        Vector s = Vector::Zero(n);
+        for (std::size_t i = 0; i < initial_joints->size() && i < static_cast<std::size_t>(n); ++i)
+            s(static_cast<Eigen::Index>(i)) = (*initial_joints)[i];
+        if (initial_joints->size() == 1) s.setConstant((*initial_joints)[0]);
+        dynamics::Data data(model());
+        Matrix M(model().velocities(), model().velocities());
+        dynamics::set_position(model(), data, Transform::Identity(), s);
+        dynamics::mass_matrix(model(), data, M);
+        Vector inertia = M.diagonal().tail(n);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(n) && !armature->empty(); ++i)
+            inertia(static_cast<Eigen::Index>(i)) += (*armature)[armature->size() == 1 ? 0 : i];
+        Gains all(static_cast<int>(n));
+        all.P = omega * omega * inertia;
+        all.D = 2 * omega * inertia;
+        return all;
     }
 
     std::shared_ptr<const physics::World> compile() const {
@@ -363,7 +344,8 @@ void add_world(Library& library) {
         "and one wrench per push link. "
         "It is also the robot that GetMeasurement, GetSensor, GetLimits and SetReferences around it use; "
         "with `tau` unconnected it "
-        "applies what SetReferences sent last. The only contacts are those of the feet with the floor z = 0; "
+        "follows what SetReferences sent last, by PID loops and motors whose gains SetLowLevelPID and "
+        "SetMotorParameters change in a run. The only contacts are those of the feet with the floor z = 0; "
         "the start "
         "pose stands on them. "
         "A link whose inertia no body can have receives the nearest possible one, and a moving one without "

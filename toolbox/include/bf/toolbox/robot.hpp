@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,28 @@ enum class ControlMode {
 
 enum class Limits { position, velocity };
 
+/// Loops of the low level whose gains can be read and changed: those behind the modes position,
+/// position_direct and velocity, and the one behind the mode torque.
+enum class Loop { position, torque };
+
+/// Gains of one loop, one element per joint: command = P e + I integral of e + D de/dt for the error e =
+/// reference
+/// - measurement. Units are those of the robot.
+struct Gains {
+    explicit Gains(int joints = 0)
+        : P(Eigen::VectorXd::Zero(joints)), I(Eigen::VectorXd::Zero(joints)),
+          D(Eigen::VectorXd::Zero(joints)) {}
+    Eigen::VectorXd P, I, D;
+};
+
+/// What the torque loop knows of the motors, one element per joint: command = k_tau tau + k_bemf s_dot + the
+/// loop's PID. Units are those of the robot.
+struct MotorParameters {
+    explicit MotorParameters(int joints = 0)
+        : k_tau(Eigen::VectorXd::Zero(joints)), k_bemf(Eigen::VectorXd::Zero(joints)) {}
+    Eigen::VectorXd k_tau, k_bemf;
+};
+
 /// Sensors beside the joints.
 enum class Sensor {
     wrench, ///< 6: force [N] and moment [Nm] in sensor axes
@@ -69,7 +92,8 @@ class RobotConnection {
 
     /// Opens devices; throws std::runtime_error that says what is missing and the remedy.
     virtual void start() {}
-    /// Puts actuators back into a safe state and closes devices.
+    /// Puts actuators back into a safe state (their control mode, reference speeds, gains and motor
+    /// parameters are those of before the first call that changed them) and closes devices.
     virtual void stop() noexcept {}
 
     /// Latest measurement (n). False when the device gave none; error() says why.
@@ -78,8 +102,20 @@ class RobotConnection {
     virtual bool read(Sensor kind, int index, Eigen::Ref<Eigen::VectorXd> values) noexcept = 0;
     /// Switches all joints to a mode; called once before the first reference.
     virtual bool set_mode(ControlMode mode) noexcept = 0;
+    /// The first joint that is in another mode than this one, e.g. after a fault; -1: none, or it is not
+    /// known.
+    virtual int joint_in_other_mode(ControlMode) const noexcept { return -1; }
+    /// Largest speed of trajectories of the mode position (rad/s), or largest acceleration of the mode
+    /// velocity (rad/s2), of all joints.
+    virtual bool set_trajectory_limit(ControlMode, double) noexcept { return true; }
     /// Sends references (n) in the present mode.
     virtual bool write(ControlMode mode, const Eigen::Ref<const Eigen::VectorXd>& references) noexcept = 0;
+    /// Gains of all joints, as large as the caller made them (n).
+    virtual bool read_gains(Loop, Gains&) noexcept { return false; }
+    virtual bool write_gains(Loop, const Gains&) noexcept { return false; }
+    /// Parameters of all motors, as large as the caller made them (n).
+    virtual bool read_motor_parameters(MotorParameters&) noexcept { return false; }
+    virtual bool write_motor_parameters(const MotorParameters&) noexcept { return false; }
     /// Why the last call failed.
     virtual const char* error() const noexcept = 0;
 
@@ -107,6 +143,13 @@ class RobotDevice {
     /// Throws std::runtime_error when the robot cannot be driven that way.
     virtual void check_mode(ControlMode mode) const = 0;
     virtual void check_measurement(Measurement what) const = 0;
+    /// Throws std::runtime_error when the robot has no such gains or parameters.
+    virtual void check_gains(Loop) const {
+        throw std::runtime_error("this robot tells no gains of its low level; leave the block out");
+    }
+    virtual void check_motor_parameters() const {
+        throw std::runtime_error("this robot tells no parameters of its motors; leave the block out");
+    }
     virtual std::shared_ptr<Live> open() const = 0;
 };
 

@@ -1,0 +1,263 @@
+// Modes, loops and motors of the simulated robot, and the blocks that read and change them.
+#include "running.hpp"
+
+#include <cmath>
+
+namespace bf::toolbox::test::low_level {
+namespace {
+
+constexpr double h = 0.001;
+
+/// The iCub hanging from its fixed root without gravity, of which one joint moves: a rotor whose inertia is
+/// M.
+std::string arm(const std::string& world_settings, const std::string& blocks, const std::string& lines = {},
+                const std::string& inputs = {}) {
+    return "model: m\nstep: 0.001\n" + inputs +
+           "blocks:\n"
+           "  robot: {block: WholeBodyToolbox/Configuration, joints: \"{'l_shoulder_yaw'}\", floating_base: "
+           "false, "
+           "gravity: \"[0 0 0]\"}\n"
+           "  world: {block: WholeBodyToolbox/MujocoWorld, floor: false, joint_damping: 0, joint_friction: "
+           "0" +
+           world_settings + "}\n" + blocks + (lines.empty() ? "" : "connections:\n" + lines);
+}
+
+std::string command(const std::string& type, const std::string& settings = {}) {
+    return "  motors: {block: WholeBodyToolbox/SetReferences, control_type: " + type + settings + "}\n";
+}
+
+const std::string command_input = "inputs: {u: {shape: 1}}\n";
+const std::string command_line = "  u: motors\n";
+
+/// Inertia that the joint sees, from a torque of 1 Nm for one step.
+double inertia() {
+    Running run(arm("", command("Torque"), command_line, command_input));
+    run.set("u", 1.0);
+    for (int k = 0; k < 3; ++k) EXPECT_TRUE(run.step());
+    return 2 * h / run.scalar("world.s_dot");
+}
+
+} // namespace
+
+TEST(Modes, TorqueAcceleratesByTheInertia) {
+    Running run(arm("", "  M: {block: WholeBodyToolbox/MassMatrix}\n", "  world.s: M.s\n"));
+    ASSERT_TRUE(run.step());
+    EXPECT_NEAR(inertia(), run.scalar("M"), 1e-3 * run.scalar("M")) << "as the rigid-body library has it";
+}
+
+TEST(Modes, PositionDirectAnswersAsTheDampedOscillatorOfItsGains) {
+    // M s'' = P (r - s) - D s', critically damped: s = r (1 - (1 + w t) exp(-w t)).
+    Running run(arm("", command("Position Direct"), command_line, command_input));
+    run.set("u", 0.2);
+    for (int k = 0; k < 200; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        const double t = k * h, w = 30;
+        EXPECT_NEAR(run.scalar("world.s"), 0.2 * (1 - (1 + w * t) * std::exp(-w * t)), 0.004) << k;
+    }
+}
+
+TEST(Modes, PositionMovesAtItsReferenceSpeed) {
+    Running run(arm(", position_gains: \"[200 0 10]\"", command("Position", ", reference_speed: 0.5"),
+                    command_line, command_input));
+    run.set("u", 0.2);
+    for (int k = 0; k < 800; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        const double ramp = std::min(0.2, 0.5 * k * h);
+        EXPECT_NEAR(run.scalar("world.s"), ramp, 0.01) << k;
+    }
+    EXPECT_NEAR(run.scalar("world.s"), 0.2, 1e-4);
+}
+
+TEST(Modes, VelocityAcceleratesAtItsReferenceAcceleration) {
+    Running run(arm(", position_gains: \"[500 0 20]\"", command("Velocity", ", reference_acceleration: 2"),
+                    command_line, command_input));
+    run.set("u", 0.4);
+    for (int k = 0; k < 600; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        EXPECT_NEAR(run.scalar("world.s_dot"), std::min(0.4, 2 * k * h), 0.03) << k;
+    }
+    EXPECT_NEAR(run.scalar("world.s_dot"), 0.4, 1e-3);
+}
+
+TEST(Modes, PwmAndCurrentAreTorquesByTheMotor) {
+    const double M = inertia();
+    // M s'' = (pwm - k_bemf s') / k_tau.
+    Running pwm(arm(", k_tau: 4, k_bemf: 2", command("PWM"), command_line, command_input));
+    pwm.set("u", 1.0);
+    for (int k = 0; k < 100; ++k) {
+        ASSERT_TRUE(pwm.step());
+        const double t = k * h, rate = 2 / (4 * M);
+        EXPECT_NEAR(pwm.scalar("world.s_dot"), 0.5 * (1 - std::exp(-rate * t)), 0.01) << k;
+    }
+    Running current(arm(", torque_constant: 0.25", command("Current"), command_line, command_input));
+    current.set("u", 2.0);
+    ASSERT_TRUE(current.step());
+    ASSERT_TRUE(current.step());
+    EXPECT_NEAR(current.scalar("world.tau_measured"), 0.5, 1e-12);
+}
+
+TEST(Modes, AreSeenAtTheMotorsToo) {
+    const auto measure = [](const std::string& name, const std::string& type) {
+        return "  " + name + ": {block: WholeBodyToolbox/GetMeasurement, measured_type: " + type + "}\n";
+    };
+    Running run(arm(", gear_ratio: 100, torque_constant: 0.5, k_tau: 4, k_bemf: 2",
+                    command("Torque") + measure("p", "Motor Position") + measure("v", "Motor Velocity") +
+                        measure("a", "Motor Acceleration") + measure("joint", "Joints Acceleration") +
+                        measure("i", "Motor Current") + measure("pwm", "Motor PWM"),
+                    command_line, command_input));
+    run.set("u", 0.3);
+    for (int k = 0; k < 50; ++k) ASSERT_TRUE(run.step());
+    const double s_dot = run.scalar("world.s_dot"), tau = run.scalar("world.tau_measured");
+    EXPECT_GT(std::abs(s_dot), 1e-3);
+    EXPECT_DOUBLE_EQ(tau, 0.3) << "a loop that knows its motor gives the torque";
+    EXPECT_DOUBLE_EQ(run.scalar("p"), 100 * run.scalar("world.s"));
+    EXPECT_DOUBLE_EQ(run.scalar("v"), 100 * s_dot);
+    EXPECT_DOUBLE_EQ(run.scalar("a"), 100 * run.scalar("joint"));
+    EXPECT_DOUBLE_EQ(run.scalar("i"), tau / 0.5);
+    EXPECT_DOUBLE_EQ(run.scalar("pwm"), 4 * tau + 2 * s_dot);
+}
+
+TEST(Modes, AreLeftByAnotherBlockOnlyWithAReport) {
+    Running run(arm("",
+                    command("Torque") +
+                        "  others: {block: WholeBodyToolbox/SetReferences, control_type: PWM}\n"
+                        "  zero: {block: Constant, value: 0}\n",
+                    command_line + "  zero: others\n", command_input));
+    ASSERT_TRUE(run.step());
+    EXPECT_FALSE(run.step());
+    EXPECT_EQ(run.simulation.failure(),
+              "motors: u has left its control mode; look for a fault of the robot, or for another "
+              "SetReferences that drives it");
+}
+
+TEST(Modes, ContinueASnapshotBitForBit) {
+    for (const std::string type : {"Position", "Velocity", "Torque"}) {
+        Running run(arm(", position_gains: \"[200 50 10]\", torque_gains: \"[0.5 0.1 0.0001]\", k_bemf: 0.1",
+                        command(type, ", reference_acceleration: 2"), command_line, command_input));
+        run.set("u", 0.3);
+        const auto go = [&] {
+            std::vector<double> seen;
+            for (int k = 0; k < 50; ++k) {
+                EXPECT_TRUE(run.step());
+                seen.push_back(run.scalar("world.s"));
+            }
+            return seen;
+        };
+        go();
+        const auto snapshot = run.simulation.snapshot();
+        const auto first = go();
+        run.simulation.restore(snapshot);
+        EXPECT_EQ(go(), first) << type;
+    }
+}
+
+TEST(LowLevelPIDs, AreReadSetAndPutBack) {
+    const std::string blocks = command("Position Direct") +
+                               "  read: {block: WholeBodyToolbox/GetLowLevelPIDs}\n"
+                               "  pid: {block: WholeBodyToolbox/SetLowLevelPID, joints: "
+                               "\"{'l_shoulder_yaw'}\", set_I: false, P: 70, D: 3}\n";
+    Running run(arm(", position_gains: \"[50 2 1]\"", blocks, command_line, command_input));
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("read.P"), 50) << "it stands before the block that sets";
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("read.P"), 70);
+    EXPECT_EQ(run.scalar("read.I"), 2) << "it was left as it is";
+    EXPECT_EQ(run.scalar("read.D"), 3);
+    run.simulation.set_parameter("pid.P", {80});
+    ASSERT_TRUE(run.step());
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("read.P"), 80);
+    run.simulation.stop();
+    run.simulation.start();
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("read.P"), 50);
+}
+
+TEST(LowLevelPIDs, DecideHowTheRobotMoves) {
+    // Twice the frequency of the default: M s'' = P (r - s) - D s'.
+    const double M = inertia(), w = 60;
+    Running run(arm("",
+                    command("Position Direct") + "  pid: {block: WholeBodyToolbox/SetLowLevelPID, P: " +
+                        std::to_string(w * w * M) + ", I: 0, D: " + std::to_string(2 * w * M) + "}\n",
+                    command_line, command_input));
+    run.set("u", 0.2);
+    for (int k = 0; k < 100; ++k) {
+        ASSERT_TRUE(run.step());
+        const double t = k * h;
+        EXPECT_NEAR(run.scalar("world.s"), 0.2 * (1 - (1 + w * t) * std::exp(-w * t)), 0.008) << k;
+    }
+}
+
+TEST(LowLevelPIDs, RefuseWhatTheRobotDoesNotHave) {
+    const auto with = [](const std::string& settings) {
+        return refusal(arm("", "  pid: {block: WholeBodyToolbox/SetLowLevelPID" + settings + "}\n"));
+    };
+    expect_contains(with(", joints: \"{'l_shoulder_ya'}\""),
+                    "pid: there is no joint 'l_shoulder_ya' to set gains of; did you mean 'l_shoulder_yaw'?");
+    expect_contains(with(", joints: \"{'l_shoulder_yaw', 'l_shoulder_yaw'}\""),
+                    "names 'l_shoulder_yaw' twice");
+    expect_contains(with(", control_type: Current"), "control_type");
+    Running run(arm("", "  pid: {block: WholeBodyToolbox/SetLowLevelPID, P: 1, I: 0}\n"));
+    EXPECT_FALSE(run.step());
+    expect_contains(
+        run.simulation.failure(),
+        "pid: D was not given; give the gain, or keep the robot's by set_P, set_I or set_D: false");
+    expect_contains(refusal(arm(", position_gains: \"[1 2]\"", "")),
+                    "argument 'position_gains' is 1x2; give finite rows P I D");
+    expect_contains(refusal(arm(", k_tau: 0", "")),
+                    "argument 'k_tau' has 0.000000 for joint 'l_shoulder_yaw'");
+    expect_contains(refusal(arm(", gear_ratio: \"[1 2]\"", "")),
+                    "argument 'gear_ratio' has 2 elements, but there are 1 joints");
+}
+
+TEST(MotorParameters, MakeTheTorqueLoopWrongByWhatTheyMissTheMotor) {
+    // The loop sends PWM = 3 tau, the motor makes (3 tau - 2 s') / 4 of it.
+    const double M = inertia();
+    Running run(arm(", k_tau: 4, k_bemf: 2",
+                    command("Torque") + "  motor: {block: WholeBodyToolbox/SetMotorParameters, set_P: false, "
+                                        "set_k_tau: true, k_tau: 3, set_bemf: true, bemf: 0}\n",
+                    command_line, command_input));
+    run.set("u", 0.1);
+    for (int k = 0; k < 100; ++k) {
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        if (k < 2) continue; // the first torque is that of the loop as it was
+        const double rate = 2 / (4 * M), last = 0.3 / 2;
+        EXPECT_NEAR(run.scalar("world.s_dot"), last * (1 - std::exp(-rate * k * h)), 0.005) << k;
+    }
+}
+
+TEST(MotorParameters, SendGainsOfSignalsWhereTheyChange) {
+    const std::string blocks =
+        command("Torque") +
+        "  read: {block: WholeBodyToolbox/GetLowLevelPIDs, control_type: Torque}\n"
+        "  motor: {block: WholeBodyToolbox/SetMotorParameters, set_D: true, control_type: "
+        "Torque}\n";
+    Running run(arm("", blocks, "  u: motors\n  p: motor.P\n  d: motor.D\n",
+                    "inputs: {u: {shape: 1}, p: {shape: 1}, d: {shape: 1}}\n"));
+    run.set("p", 2.0).set("d", 0.5);
+    ASSERT_TRUE(run.step()) << run.simulation.failure();
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("read.P"), 2);
+    EXPECT_EQ(run.scalar("read.I"), 0);
+    EXPECT_EQ(run.scalar("read.D"), 0.5);
+    run.set("p", 3.0);
+    ASSERT_TRUE(run.step());
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("read.P"), 3);
+    run.set("p", std::nan(""));
+    EXPECT_FALSE(run.step());
+    expect_contains(run.simulation.failure(), "motor: P is not finite; look at what computes it");
+    expect_contains(
+        refusal(arm("", "  motor: {block: WholeBodyToolbox/SetMotorParameters, set_P: false, "
+                        "set_k_tau: true, k_tau: \"[1 2]\"}\n")),
+        "motor: argument 'k_tau' has 2 elements, but there are 1 joints; give one for all or one each");
+}
+
+TEST(Limits, OfTheModelHaveVelocities) {
+    Running run(arm("", "  limits: {block: WholeBodyToolbox/GetLimits, limit_type: ModelVelocity}\n"));
+    ASSERT_TRUE(run.step());
+    EXPECT_GT(run.scalar("limits.maximum"), 0);
+    EXPECT_EQ(run.scalar("limits.minimum"), -run.scalar("limits.maximum"));
+}
+
+} // namespace bf::toolbox::test::low_level

@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 #include <set>
+#include <unistd.h>
 
 namespace bf::conformance {
 namespace {
@@ -21,6 +22,12 @@ const std::multimap<std::string, Arguments>& alone() {
     static const std::multimap<std::string, Arguments> all{
         {"QP", {{"use_ubA", false}}},
         {"QP", {{"use_ubA", false}, {"compute_objective", true}, {"stop_when_fails", true}}},
+        {"QpOases", {{"use_ubA", false}, {"solver", "daqp"}}},
+        {"Holder", {}},
+        {"Errors", {}},
+        {"MatchSignalSizes", {}},
+        {"DampPinv", {}},
+        {"TruncPinv", {}},
         {"DiscreteFilter", {}},
         {"DiscreteFilter", {{"filter_type", "FirstOrderLowPassFilter"}, {"y0", 2.0}}},
         {"DiscreteFilter", {{"filter_type", "MedianFilter"}, {"order", 4}}},
@@ -64,13 +71,37 @@ const std::multimap<std::string, Arguments>& over_a_robot() {
         {"GetSensor", {{"kind", "imu"}}},
         {"GetLimits", {}},
         {"GetLimits", {{"limit_type", "ControlBoardVelocity"}}},
+        {"GetMeasurement", {{"measured_type", "Motor PWM"}}},
+        {"GetLimits", {{"limit_type", "ModelVelocity"}}},
         {"SetReferences", {}},
+        {"SetReferences", {{"control_type", "Position"}}},
+        {"SetReferences", {{"control_type", "Velocity"}}},
+        {"GetLowLevelPIDs", {}},
+        {"SetLowLevelPID",
+         {{"joints", Names{"r_knee"}}, {"set_P", false}, {"set_I", false}, {"set_D", false}}},
+        {"SetMotorParameters", {{"set_I", true}, {"set_k_tau", true}, {"k_tau", 2.0}}},
         {"MujocoWorld",
          {{"feet", Names{"l_sole", "r_sole"}},
           {"ft_sensors", Names{"l_foot_ft_sensor"}},
           {"push_links", Names{"chest"}}}}};
     return all;
 }
+
+/// Arguments of the blocks that need a network of streams, whose outputs depend on what happens outside.
+const std::map<std::string, Arguments>& over_a_network() {
+    static const std::map<std::string, Arguments> all{
+        {"LocalStreams", {}},
+        {"StreamRead", {{"size", 3}, {"error_on_missing", false}, {"autoconnect", false}}},
+        {"StreamWrite", {}},
+        {"NetworkClock", {}},
+        {"RealTimeSynchronizer", {{"report", true}, {"clock", "network"}}},
+        {"SimulatorClock", {}}};
+    return all;
+}
+
+/// Blocks whose contract has tests of their own: an approximate solver goes on from where it was, and a
+/// synchronizer needs a simulator.
+const std::set<std::string> elsewhere{"OSQP", "SimulatorSynchronizer"};
 
 /// The block `x` beside a configuration and a world, its inputs those of the root.
 std::string diagram_of(const BlockClass& block_class, const Arguments& arguments) {
@@ -166,6 +197,28 @@ void check_in_diagram(const BlockClass& block_class, const Arguments& arguments)
     EXPECT_EQ(go(2), first) << "after a new start it runs differently";
 }
 
+void check_on_a_network(const std::string& name, const Arguments& arguments) {
+    std::string text = "model: m\nstep: 0.001\n";
+    if (name == "StreamWrite") text += "inputs: {u: {shape: 3}}\n";
+    text += "blocks:\n";
+    if (name != "LocalStreams")
+        text += yaml("network", "LocalStreams", {{"domain", "contract-" + std::to_string(getpid())}});
+    text += yaml("x", name, arguments);
+    if (name == "StreamWrite") text += "connections: {u: x}\n";
+    Running run(text);
+    for (int round = 0; round < 2; ++round) {
+        for (int k = 0; k < 5; ++k) {
+            const long heap = heap_calls();
+            const bool good = run.step();
+            EXPECT_EQ(heap_calls(), heap) << "the step uses the heap";
+            EXPECT_TRUE(good) << run.simulation.failure();
+        }
+        EXPECT_THROW(run.simulation.snapshot(), std::exception) << "what is outside cannot be saved";
+        run.simulation.stop();
+        run.simulation.start();
+    }
+}
+
 std::vector<std::string> names() {
     Blocks blocks;
     blocks.load_plugin("WholeBodyToolbox");
@@ -192,7 +245,11 @@ TEST_P(EveryToolboxBlock, KeepsTheContract) {
         for (const auto& sentence : check_contract(block_class, i->second).broken) ADD_FAILURE() << sentence;
     const auto [begin, end] = over_a_robot().equal_range(GetParam());
     for (auto i = begin; i != end; ++i) check_in_diagram(block_class, i->second);
-    EXPECT_TRUE(first != last || begin != end) << "say how the block is wired";
+    const auto on_network = over_a_network().find(GetParam());
+    if (on_network != over_a_network().end()) check_on_a_network(GetParam(), on_network->second);
+    EXPECT_TRUE(first != last || begin != end || on_network != over_a_network().end() ||
+                elsewhere.count(GetParam()))
+        << "say how the block is wired";
 }
 
 TEST(QP, SolvesWithActiveBoundsWithoutTheHeap) {
@@ -210,6 +267,35 @@ TEST(QP, SolvesWithActiveBoundsWithoutTheHeap) {
         EXPECT_EQ(heap_calls(), heap);
         EXPECT_LT((run.get("x") - Vector3(0, 1, std::max(0, 2 - k))).norm(), 1e-12);
     }
+}
+
+TEST(Osqp, GoesOnFromASnapshotBitForBitWithoutTheHeap) {
+    Blocks blocks;
+    test::RunBlock run(blocks.find("WholeBodyToolbox/OSQP"), {{"use_ubA", false}, {"use_lb", true}});
+    run.wire("H", test::matrix_size(3, 3))
+        .wire("g", test::vector_size(3))
+        .wire("lb", test::vector_size(3))
+        .start();
+    run.set("H", Matrix(Matrix::Identity(3, 3))).set("lb", Matrix(Vector3::Zero()));
+    const auto go = [&] {
+        std::vector<Matrix> seen;
+        for (int k = 0; k < 5; ++k) {
+            run.set("g", Matrix(Vector3(1, -1, k - 2)));
+            const long heap = heap_calls();
+            EXPECT_TRUE(bool(run.step()));
+            EXPECT_EQ(heap_calls(), heap);
+            seen.push_back(run.get("x"));
+            EXPECT_EQ(run.get("status")(0), 1);
+            EXPECT_LT((run.get("x") - Vector3(0, 1, std::max(0, 2 - k))).norm(), 2e-2);
+        }
+        return seen;
+    };
+    go();
+    std::vector<std::byte> saved(run.context().snapshot_size());
+    run.context().save(saved.data());
+    const auto first = go();
+    run.context().restore(saved.data());
+    EXPECT_EQ(go(), first);
 }
 
 } // namespace

@@ -4,21 +4,28 @@
 #include "qp/qp_block.hpp"
 #include "rigid_body/rigid_body.hpp"
 #include "robot/robot.hpp"
+#include "streams/streams.hpp"
+#include "utilities/utilities.hpp"
 #include "world/world.hpp"
 
 extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library& library) {
     bf::toolbox::add_robot(library);
+    bf::toolbox::add_low_level(library);
     bf::toolbox::add_rigid_body(library);
     bf::toolbox::add_inverse_kinematics(library);
     bf::toolbox::add_qp(library);
     bf::toolbox::add_filters(library);
+    bf::toolbox::add_streams(library);
+    bf::toolbox::add_utilities(library);
     bf::toolbox::add_world(library);
 }
 
 // The same blocks for engines that know only the paper's API.
-BF_LEGACY_BLOCKS(DiscreteFilter, MinimumJerkTrajectoryGenerator, QP, ForwardKinematics, CenterOfMass,
-                 Jacobian, DotJNu, MassMatrix, InverseDynamics, ForwardDynamics, GetBiasForces,
+BF_LEGACY_BLOCKS(DiscreteFilter, MinimumJerkTrajectoryGenerator, QP, QpOases, OSQP, ForwardKinematics,
+                 CenterOfMass, Jacobian, DotJNu, MassMatrix, InverseDynamics, ForwardDynamics, GetBiasForces,
                  GetGravityForces, GetCoriolisForces, CoriolisMatrix, MassMatrixDerivative,
                  CentroidalMomentum, CentroidalTotalMomentumMatrix, DotANu, RelativeTransform,
                  RelativeJacobian, InverseKinematics, Configuration, GetMeasurement, GetSensor, GetLimits,
-                 SetReferences, MujocoWorld)
+                 SetReferences, GetLowLevelPIDs, SetLowLevelPID, SetMotorParameters, LocalStreams, StreamRead,
+                 StreamWrite, NetworkClock, RealTimeSynchronizer, SimulatorSynchronizer, SimulatorClock,
+                 Holder, Errors, MatchSignalSizes, DampPinv, TruncPinv, MujocoWorld)

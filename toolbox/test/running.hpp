@@ -78,6 +78,7 @@ class Running {
 inline std::string yaml(const Value& value) {
     if (value.kind == Value::Kind::text) return value.text;
     if (value.type == Type::boolean) return value.data.at(0) != 0 ? "true" : "false";
+    if (value.kind == Value::Kind::number) return value.describe();
     std::string list;
     for (const auto& item : value.texts) list += (list.empty() ? "'" : ", '") + item + "'";
     return "\"{" + list + "}\"";

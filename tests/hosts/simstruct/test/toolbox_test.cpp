@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 #include <set>
+#include <unistd.h>
 
 extern "C" const SimStructMethods simstruct_methods;
 
@@ -80,20 +81,40 @@ const std::multimap<std::string, Arguments>& cases() {
         {"MujocoWorld", world},
         {"Configuration", {}},
         {"QP", {}},
+        {"QpOases", {}},
+        {"OSQP", {}},
+        {"GetLowLevelPIDs", {}},
+        {"SetLowLevelPID", {{"set_P", false}, {"set_I", false}, {"set_D", false}}},
+        {"SetMotorParameters", {{"set_k_tau", true}, {"k_tau", 2.0}}},
+        {"LocalStreams", {}},
+        {"StreamRead", {{"size", 2}, {"error_on_missing", false}}},
+        {"StreamWrite", {}},
+        {"RealTimeSynchronizer", {}},
+        {"SimulatorClock", {}},
+        {"Holder", {}},
+        {"Errors", {}},
+        {"MatchSignalSizes", {}},
+        {"DampPinv", {}},
+        {"TruncPinv", {}},
         {"DiscreteFilter", {{"filter_type", "MedianFilter"}}},
         {"MinimumJerkTrajectoryGenerator", {}}};
     return all;
 }
 
+/// A network of this test alone; two runs at once have one each, as a stream has one writer.
+Arguments network(const char* whose) { return {{"domain", "simstruct-" + std::to_string(getpid()) + whose}}; }
+
 TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
     Blocks blocks;
     blocks.load_plugin("WholeBodyToolbox");
-    std::set<std::string> tried;
+    // A clock never tells the same twice, and a synchronizer needs a simulator that runs beside it.
+    std::set<std::string> tried{"NetworkClock", "SimulatorSynchronizer"};
     for (const auto& [name, arguments] : cases()) {
         SCOPED_TRACE(name);
         tried.insert(name);
         const BlockClass& type = blocks.find("WholeBodyToolbox/" + name);
         const bool is_world = name == "MujocoWorld";
+        const bool needs_network = name.starts_with("Stream") || name.starts_with("Simulator");
         const auto sized = type.make(arguments);
         const auto& slots = sized->resolution().slots;
         // The wired inputs: those of the world stay open.
@@ -105,8 +126,8 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         std::string text = "model: m\nstep: 0.001\n", wires = "connections:\n";
         if (!inputs.empty()) text += "inputs:\n";
         const std::map<std::string, std::string> shapes{
-            {"w_H_b", "[4 4]"}, {"w_H_b_0", "[4 4]"}, {"H", "[2 2]"},      {"g", "[2]"},
-            {"A", "[1 2]"},     {"ubA", "[1]"},       {"reference", "[3]"}};
+            {"w_H_b", "[4 4]"}, {"w_H_b_0", "[4 4]"}, {"H", "[2 2]"},       {"g", "[2]"},
+            {"A", "[1 2]"},     {"ubA", "[1]"},       {"reference", "[3]"}, {"u", "[3]"}};
         for (const auto& input : inputs) {
             const auto shape = shapes.find(input);
             text += "  " + input + ": {" + (shape == shapes.end() ? "" : "shape: \"" + shape->second + "\"") +
@@ -116,6 +137,7 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         text += "blocks:\n";
         if (name != "Configuration") text += yaml("robot", "Configuration", robot);
         if (!is_world && name != "Configuration") text += yaml("world", "MujocoWorld", world);
+        if (needs_network) text += yaml("network", "LocalStreams", network("here"));
         text += yaml("x", name, arguments) + (inputs.empty() ? "" : wires);
         Running here(text);
 
@@ -127,6 +149,9 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         int w = x;
         if (!is_world && name != "Configuration")
             w = there.add("m/world", parameters(blocks.find("WholeBodyToolbox/MujocoWorld"), world));
+        if (needs_network)
+            there.add("m/network",
+                      parameters(blocks.find("WholeBodyToolbox/LocalStreams"), network("there")));
         std::vector<int> sources;
         for (std::size_t i = 0; i < inputs.size(); ++i) {
             const Size size = size_of(here, inputs[i]);

@@ -223,6 +223,7 @@ const CDefinitions& c_matrix_definitions() {
         {"orthogonalize", R"(static bool @name@(@T@ *g, @T@ *v, int32_t p, int32_t q)
 {
     const @T@ small = @epsilon@ * (@T@)p;
+    const @T@ nothing = (@epsilon@ * @epsilon@) * sqrt@f@(@dot@(g, g, p * q));
     bool is_done = false;
     @identity@(v, q);
     for (int32_t sweep = 0; (sweep < 40) && (!is_done); ++sweep) {
@@ -234,7 +235,8 @@ const CDefinitions& c_matrix_definitions() {
                 const @T@ xx = @dot@(x, x, p);
                 const @T@ yy = @dot@(y, y, p);
                 const @T@ xy = @dot@(x, y, p);
-                if (!(fabs@f@(xy) <= (small * (sqrt@f@(xx) * sqrt@f@(yy))))) {
+                if (!((fabs@f@(xy) <= (small * (sqrt@f@(xx) * sqrt@f@(yy)))) ||
+                      (sqrt@f@((xx < yy) ? xx : yy) <= nothing))) {
                     const @T@ zeta = (yy - xx) / (@two@ * xy);
                     const @T@ root = fabs@f@(zeta) + sqrt@f@(@one@ + (zeta * zeta));
                     const @T@ t = (zeta < @zero@) ? (-@one@ / root) : (@one@ / root);

@@ -102,6 +102,21 @@ TEST(TruncatedPinv, OfZeroIsZeroAndReportsNaN) {
     EXPECT_FALSE(TruncatedPinv{}(view(y), view(tolerance), view(a), view(work)));
 }
 
+TEST(TruncatedPinv, OfALostRankSatisfiesTheConditionsOfPenrose) {
+    for (int k = 0; k < 500; ++k) {
+        const int m = 2 + k % 5, n = 2 + k / 5 % 5;
+        Matrix a = Matrix::Random(m, n), y(n, m), work(m * n + 36, 1);
+        a.row(m - 1) = a.row(0);
+        const Matrix tolerance = Matrix::Constant(1, 1, -1);
+        ASSERT_TRUE(TruncatedPinv{}(view(y), view(tolerance), view(a), view(work))) << a;
+        const Matrix ay = a * y, ya = y * a;
+        const double size = 1 + y.norm();
+        ASSERT_LE((a * y * a - a).norm(), 1e-13 * size);
+        ASSERT_LE((y * a * y - y).norm(), 1e-13 * size * size);
+        ASSERT_LE((ay - ay.transpose()).norm() + (ya - ya.transpose()).norm(), 1e-13 * size);
+    }
+}
+
 TEST(DampedPinv, WithoutDampingIsThePseudoInverseOfTallMatricesToo) {
     const Matrix a = Matrix::Random(9, 4), sigma = Matrix::Zero(1, 1);
     Matrix y(4, 9), work(52, 1);

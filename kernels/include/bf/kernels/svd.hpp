@@ -33,7 +33,10 @@ template <class T> constexpr void rotate(T* __restrict x, T* __restrict y, T c, 
 template <class G, class V> constexpr bool orthogonalize(const G& g, const V& v) noexcept {
     using T = Element<G>;
     const int p = g.rows, q = g.cols;
-    const T small = std::numeric_limits<T>::epsilon() * static_cast<T>(p);
+    const T epsilon = std::numeric_limits<T>::epsilon(), small = epsilon * static_cast<T>(p);
+    // Of a lost rank a column of rounding is left, which every turn makes shorter until no bits are left to
+    // turn.
+    const T nothing = epsilon * epsilon * sqrt(detail::dot(g.data, g.data, p * q));
     Identity{}(v);
     for (int sweep = 0; sweep < 40; ++sweep) {
         bool done = true;
@@ -41,7 +44,8 @@ template <class G, class V> constexpr bool orthogonalize(const G& g, const V& v)
             for (int j = i + 1; j < q; ++j) {
                 T *const x = g.data + i * p, *const y = g.data + j * p;
                 const T xx = detail::dot(x, x, p), yy = detail::dot(y, y, p), xy = detail::dot(x, y, p);
-                if (absolute(xy) <= small * (sqrt(xx) * sqrt(yy))) continue;
+                if (absolute(xy) <= small * (sqrt(xx) * sqrt(yy)) || sqrt(xx < yy ? xx : yy) <= nothing)
+                    continue;
                 done = false;
                 const T zeta = (yy - xx) / (T(2) * xy);
                 const T root = absolute(zeta) + sqrt(T(1) + zeta * zeta);

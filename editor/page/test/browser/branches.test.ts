@@ -143,6 +143,33 @@ describe.skipIf(!is_there || !command)("branches", () => {
     await expect.poll(texts).toEqual(["law 7", "branch 0: law 1", expect.stringMatching(/^x 4/), expect.stringMatching(/^branch 0: x 1\.[45]/)]);
   });
 
+  test("have in the legend the values of the very instant, where a fast run left out most samples", async () => {
+    await writeFile(file, `model: law
+step: 0.001
+stop: 100
+blocks:
+  k: {block: Constant, value: 1}
+  wave: {block: Sine, frequency: 20}
+  law: {block: Product}
+connections: {k: law.u1, wave: law.u2}
+layout: {displays: {law: {shows: lines, signals: [law]}}}
+`);
+    await expect.poll(async () => (await desk.client.call("find", { text: "wave" })).hits.length).toBeGreaterThan(0);
+    await page.getByRole("button", { name: "✓ No mistakes" }).waitFor();
+    await run({ action: "to", time: 60 }, "60");
+    await run({ action: "to", time: 10 }, "10");
+    await desk.client.call("tune", { name: "k.value", values: [3] });
+    await run({ action: "to", time: 60 }, "60");
+    await page.getByText("Branches (2)").click();
+    await page.getByRole("checkbox", { name: "Compare branch 0" }).check();
+    const texts = async () => (await page.getByRole("list", { name: "Values of law" }).getByRole("listitem").allInnerTexts()).map((text) => Number(text.trim().split(/\s+/).at(-1)!.replace("−", "-")));
+    for (const time of [33.333, 51.007, 20.019]) {
+      await run({ action: "to", time }, String(time));
+      const wave = Math.sin(20 * time);
+      await expect.poll(async () => (await texts()).map((value, i) => Math.abs(value - (i === 0 ? 3 : 1) * wave) < 1e-3)).toEqual([true, true]);
+    }
+  });
+
   test("stand beside recordings, which have outputs of subsystems too, or say that they do not", async () => {
     execFileSync(command!, ["run", file, "--record", join(folder, "all.mcap"), "--set", "k=3"], { stdio: "ignore" });
     await writeFile(join(folder, "less.yaml"), `${model.split("layout:")[0]}record: [x]\n`);

@@ -1,6 +1,7 @@
 #include "random_problem.hpp"
 #include "two_feet.hpp"
 
+#include <bf/qp/hierarchy.hpp>
 #include <cstdlib>
 #include <gtest/gtest.h>
 #include <random>
@@ -96,6 +97,34 @@ TEST(Osqp, DoesNotAllocateWithoutPolishing) {
         solver->solve(p.problem(), x);
     }
     EXPECT_EQ(allocations, 0);
+}
+
+TEST(Hierarchy, DoesNotAllocateWhenSolving) {
+    std::mt19937 random(2);
+    const auto hard = test::random_problem(random, 12, 10, true),
+               soft = test::random_problem(random, 12, 8, false);
+    Hierarchy hierarchy(12, {22, 8, 20}, {});
+    auto of_hard = hierarchy.level(0), first = hierarchy.level(1), second = hierarchy.level(2);
+    of_hard.A.topRows(10) = hard.A;
+    of_hard.A.bottomRows(12).setIdentity();
+    of_hard.lower << hard.lbA, hard.lb;
+    of_hard.upper << hard.ubA, hard.ub;
+    first.A = soft.A;
+    first.lower = soft.lbA;
+    first.upper = soft.ubA;
+    second.A = Eigen::MatrixXd::Ones(20, 12) + Eigen::MatrixXd::Identity(20, 12);
+    second.lower.setConstant(1.0);
+    second.upper = second.lower;
+    Eigen::VectorXd x(12);
+    for (const double bound : {1.0, 9.0, -9.0, std::numeric_limits<double>::quiet_NaN()}) {
+        first.lower[0] = first.upper[0] = bound;
+        allocations = 0;
+        hierarchy.solve(x);
+        EXPECT_EQ(allocations, 0);
+    }
+    first.lower[0] = first.upper[0] = 1.0;
+    EXPECT_EQ(hierarchy.solve(x).status, Status::solved);
+    EXPECT_GT(hierarchy.solve(x).iterations, 0) << "no program was needed";
 }
 
 } // namespace

@@ -432,6 +432,15 @@ void jacobian(const Model& model, Data& data, Frame frame, Matrix6XOut J) noexce
         [&](std::size_t k) -> const Motion& { return d.columns[k]; }, J);
 }
 
+void frame_velocity(const Model& model, Data& data, Frame frame, Vector6Out J_nu) noexcept {
+    Data::Content& d = data.content();
+    update_bias(model.content(), d);
+    const Placement& link = placement(model.content(), frame);
+    const Motion& v = d.velocity[link.body];
+    J_nu.head<3>() = d.p_dot + v.linear + v.angular.cross((d.in_world * link).translation);
+    J_nu.tail<3>() = v.angular;
+}
+
 void bias_acceleration(const Model& model, Data& data, Frame frame, Vector6Out J_dot_nu) noexcept {
     Data::Content& d = data.content();
     update_bias(model.content(), d);

@@ -5,6 +5,7 @@
 #include "rigid_body/rigid_body.hpp"
 #include "robot/robot.hpp"
 #include "streams/streams.hpp"
+#include "tasks/tasks.hpp"
 #include "utilities/utilities.hpp"
 #include "world/world.hpp"
 
@@ -14,6 +15,8 @@ extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library&
     bf::toolbox::add_rigid_body(library);
     bf::toolbox::add_inverse_kinematics(library);
     bf::toolbox::add_qp(library);
+    bf::toolbox::add_tasks(library);
+    bf::toolbox::add_task_solvers(library);
     bf::toolbox::add_filters(library);
     bf::toolbox::add_streams(library);
     bf::toolbox::add_utilities(library);
@@ -28,4 +31,6 @@ BF_LEGACY_BLOCKS(DiscreteFilter, MinimumJerkTrajectoryGenerator, QP, QpOases, OS
                  RelativeJacobian, InverseKinematics, Configuration, GetMeasurement, GetSensor, GetLimits,
                  SetReferences, GetLowLevelPIDs, SetLowLevelPID, SetMotorParameters, LocalStreams, StreamRead,
                  StreamWrite, NetworkClock, RealTimeSynchronizer, SimulatorSynchronizer, SimulatorClock,
-                 Holder, Errors, MatchSignalSizes, DampPinv, TruncPinv, MujocoWorld)
+                 Holder, Errors, MatchSignalSizes, DampPinv, TruncPinv, MujocoWorld, CartesianTask,
+                 CenterOfMassTask, MomentumTask, PostureTask, RigidContact, ContactLimits, JointLimits,
+                 HierarchicalQP, TaskSpaceInverseDynamics)

@@ -6,48 +6,7 @@ namespace bf::toolbox {
 
 namespace {
 
-constexpr Unit meter = unit<"m">, angle = unit<"rad">, rate = unit<"rad/s">;
-
-/// Blocks whose result depends on base pose and joint positions.
-class PositionBlock : public RobotBlock {
-  public:
-    using RobotBlock::RobotBlock;
-    Input<Transform> w_H_b{this,
-                           "w_H_b",
-                           {.initial = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
-                            .unit = mixed_units,
-                            .doc = base_pose_doc}};
-    Input<Vector> s{this, "s", {.shape = {n}, .unit = angle, .doc = "joint positions"}};
-
-    bool needs(int input) const override {
-        return RobotBlock::needs(input) && !(input == w_H_b.index() && base_is_fixed());
-    }
-
-  protected:
-    dynamics::Data& at_position(Now at) const {
-        dynamics::set_position(model(), data(at), at[w_H_b], at[s]);
-        return data(at);
-    }
-};
-
-/// Blocks whose result depends on velocities too.
-class VelocityBlock : public PositionBlock {
-  public:
-    using PositionBlock::PositionBlock;
-    Input<Vector6> v_b{this, "v_b", {.unit = mixed_units, .doc = base_velocity_doc}};
-    Input<Vector> s_dot{this, "s_dot", {.shape = {n}, .unit = rate, .doc = "joint velocities"}};
-
-    bool needs(int input) const override {
-        return PositionBlock::needs(input) && !(input == v_b.index() && base_is_fixed());
-    }
-
-  protected:
-    dynamics::Data& at_state(Now at) const {
-        const Vector6 velocity = model().has_floating_base() ? Vector6(at[v_b]) : Vector6(Vector6::Zero());
-        dynamics::set_state(model(), data(at), at[w_H_b], at[s], velocity, at[s_dot]);
-        return data(at);
-    }
-};
+constexpr Unit meter = unit<"m">, angle = unit<"rad">;
 
 class ForwardKinematics final : public PositionBlock {
   public:

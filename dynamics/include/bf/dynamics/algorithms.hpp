@@ -36,6 +36,10 @@ void forward_kinematics(const Model& model, Data& data, Frame frame, Matrix4Out 
 /// Depends on the position.
 void jacobian(const Model& model, Data& data, Frame frame, Matrix6XOut J) noexcept;
 
+/// J nu (6): velocity of the frame's origin and angular velocity of the frame, world axes. Depends on
+/// position and velocity.
+void frame_velocity(const Model& model, Data& data, Frame frame, Vector6Out J_nu) noexcept;
+
 /// J_dot nu (6): the acceleration of the frame for nu_dot = 0. Depends on position and velocity.
 void bias_acceleration(const Model& model, Data& data, Frame frame, Vector6Out J_dot_nu) noexcept;
 

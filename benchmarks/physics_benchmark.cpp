@@ -1,5 +1,7 @@
-// One physics step of a standing iCub through bf::physics, against MuJoCo's own mj_step on the same model.
-#include "../physics/src/spec.hpp"
+// One physics step of a standing iCub, and of two arms that reach for each other, through bf::physics,
+// against MuJoCo's own mj_step on the same model.
+#include "../physics/src/scene_impl.hpp"
+#include "bf/physics/scene.hpp"
 #include "bf/physics/world.hpp"
 
 #include <benchmark/benchmark.h>
@@ -60,7 +62,7 @@ void step_mujoco(benchmark::State& state) {
     const Simulation start(std::make_shared<const World>(standing_icub()));
     const Urdf urdf = Urdf::read(world.options().urdf);
     const SpecPtr spec = make_spec(world.options(), urdf, Looks::none);
-    const ModelPtr model = compile(spec.get(), urdf);
+    const ModelPtr model = compile(spec.get(), urdf.file);
     const DataPtr data = make_data(model.get());
     const std::vector<double> target = world.options().initial_joints;
 
@@ -85,6 +87,58 @@ void step_mujoco(benchmark::State& state) {
     if (data->ncon != 8) state.SkipWithError("the robot has fallen");
 }
 
+SceneOptions two_arms() { return SceneOptions::read(BF_SOURCE_DIRECTORY "/examples/two_robots/world.xml"); }
+
+/// Torque on joint i of an arm that stretches slowly.
+double stretch(int i, double t, double s, double s_dot) {
+    const double target = i == 0 ? 0.3 * t : i == 1 ? -0.6 + 0.5 * t : 2.2 - t;
+    return 60.0 * (target - s) - 3.0 * s_dot;
+}
+
+void step_scene(benchmark::State& state) {
+    SceneSimulation sim(std::make_shared<const Scene>(two_arms()));
+    std::vector<double> start(static_cast<std::size_t>(sim.state_size()));
+    sim.save(start.data());
+    for (auto _ : state) {
+        if (sim.time() > 1.0) sim.restore(start.data());
+        for (int r = 0; r < 2; ++r) {
+            double tau[3];
+            for (int i = 0; i < 3; ++i) tau[i] = stretch(i, sim.time(), sim.s(r)[i], sim.s_dot(r)[i]);
+            sim.set_torque(r, tau);
+        }
+        if (!sim.step()) return state.SkipWithError(sim.error());
+    }
+}
+
+void step_mujoco_scene(benchmark::State& state) {
+    const SceneSimulation begin(std::make_shared<const Scene>(two_arms()));
+    SceneOptions options = two_arms();
+    std::vector<RobotStart> starts;
+    std::vector<std::string> warnings;
+    const SpecPtr spec = make_scene(options, Looks::none, starts, warnings);
+    const ModelPtr model = compile(spec.get(), "world.xml");
+    const DataPtr data = make_data(model.get());
+    std::vector<RobotIndex> robots(2);
+    for (std::size_t r = 0; r < 2; ++r)
+        robots[r].find(model.get(), options.robots[r].options, options.robots[r].name + "/");
+    const auto reset = [&] {
+        mj_resetData(model.get(), data.get());
+        std::copy_n(begin.q().data(), begin.q().size(), data->qpos);
+        mj_forward(model.get(), data.get());
+    };
+    reset();
+    for (auto _ : state) {
+        if (data->time > 1.0) reset();
+        for (const RobotIndex& robot : robots)
+            for (int i = 0; i < 3; ++i) {
+                const auto k = static_cast<std::size_t>(i);
+                data->ctrl[robot.motors[k]] =
+                    stretch(i, data->time, data->qpos[robot.position[k]], data->qvel[robot.velocity[k]]);
+            }
+        mj_step(model.get(), data.get());
+    }
+}
+
 void snapshot(benchmark::State& state) {
     Simulation sim(std::make_shared<const World>(standing_icub()));
     std::vector<double> saved(static_cast<std::size_t>(sim.state_size()));
@@ -103,6 +157,8 @@ void restore(benchmark::State& state) {
 
 BENCHMARK(step_world)->Name("physics.step/world");
 BENCHMARK(step_mujoco)->Name("physics.step/bare_mj_step");
+BENCHMARK(step_scene)->Name("physics.two_robots/world");
+BENCHMARK(step_mujoco_scene)->Name("physics.two_robots/bare_mj_step");
 BENCHMARK(snapshot)->Name("physics.state/save");
 BENCHMARK(restore)->Name("physics.state/restore");
 

@@ -11,21 +11,57 @@ namespace {
 
 constexpr int first_hidden_group = 3; // shapes of contacts
 
-Shape shape_of(const mjModel& m, int geom) {
+const std::map<int, Shape::Kind>& shape_kinds() {
     static const std::map<int, Shape::Kind> kinds = {
-        {mjGEOM_MESH, Shape::Kind::mesh},       {mjGEOM_SPHERE, Shape::Kind::sphere},
-        {mjGEOM_BOX, Shape::Kind::box},         {mjGEOM_CYLINDER, Shape::Kind::cylinder},
-        {mjGEOM_CAPSULE, Shape::Kind::capsule}, {mjGEOM_ELLIPSOID, Shape::Kind::ellipsoid}};
+        {mjGEOM_MESH, Shape::Kind::mesh},          {mjGEOM_HFIELD, Shape::Kind::mesh},
+        {mjGEOM_SPHERE, Shape::Kind::sphere},      {mjGEOM_BOX, Shape::Kind::box},
+        {mjGEOM_CYLINDER, Shape::Kind::cylinder},  {mjGEOM_CAPSULE, Shape::Kind::capsule},
+        {mjGEOM_ELLIPSOID, Shape::Kind::ellipsoid}};
+    return kinds;
+}
+
+Shape shape_of(const mjModel& m, int geom) {
     Shape shape;
-    shape.kind = kinds.at(m.geom_type[geom]);
+    shape.kind = shape_kinds().at(m.geom_type[geom]);
     shape.body = m.geom_bodyid[geom] - 1;
     shape.mesh = shape.kind == Shape::Kind::mesh ? m.geom_dataid[geom] : -1;
+    if (m.geom_type[geom] == mjGEOM_HFIELD) shape.mesh += static_cast<int>(m.nmesh); // after the meshes
     std::copy_n(m.geom_pos + 3 * geom, 3, shape.pose.begin());
     std::copy_n(m.geom_quat + 4 * geom, 4, shape.pose.begin() + 3);
     std::copy_n(m.geom_size + 3 * geom, 3, shape.size.begin());
     const int material = m.geom_matid[geom];
     std::copy_n(material < 0 ? m.geom_rgba + 4 * geom : m.mat_rgba + 4 * material, 4, shape.colour.begin());
     return shape;
+}
+
+/// The upper side of a height field, two triangles for each cell.
+Mesh mesh_of_heights(const mjModel& m, int number) {
+    const int rows = m.hfield_nrow[number], columns = m.hfield_ncol[number];
+    const float* data = m.hfield_data + m.hfield_adr[number];
+    const mjtNum* size = m.hfield_size + 4 * number;
+    const auto point = [&](int r, int c) {
+        r = std::clamp(r, 0, rows - 1);
+        c = std::clamp(c, 0, columns - 1);
+        return Eigen::Vector3d(size[0] * (2.0 * c / (columns - 1) - 1), size[1] * (2.0 * r / (rows - 1) - 1),
+                               size[2] * static_cast<double>(data[r * columns + c]));
+    };
+    Mesh mesh;
+    for (int r = 0; r < rows; ++r)
+        for (int c = 0; c < columns; ++c) {
+            const Eigen::Vector3d p = point(r, c);
+            const Eigen::Vector3d normal =
+                (point(r, c + 1) - point(r, c - 1)).cross(point(r + 1, c) - point(r - 1, c)).normalized();
+            for (int i = 0; i < 3; ++i) {
+                mesh.vertices.push_back(static_cast<float>(p[i]));
+                mesh.normals.push_back(static_cast<float>(normal[i]));
+            }
+            if (r + 1 == rows || c + 1 == columns) continue;
+            const auto first = static_cast<std::uint32_t>(r * columns + c);
+            const auto above = first + static_cast<std::uint32_t>(columns);
+            mesh.triangles.insert(mesh.triangles.end(),
+                                  {first, first + 1, above, above, first + 1, above + 1});
+        }
+    return mesh;
 }
 
 } // namespace
@@ -43,28 +79,33 @@ struct Figure::Impl {
     std::vector<std::string> bodies;
     std::vector<Shape> shapes;
 
-    explicit Impl(const World& world) : puppet(world) {
+    template <class Made> explicit Impl(const Made& made) : puppet(made) {
         const mjModel& m = *puppet.model();
         for (int body = 1; body < m.nbody; ++body) bodies.emplace_back(mj_id2name(&m, mjOBJ_BODY, body));
         for (int geom = 0; geom < m.ngeom; ++geom)
             if (m.geom_bodyid[geom] > 0 && m.geom_group[geom] < first_hidden_group &&
-                m.geom_type[geom] != mjGEOM_PLANE)
+                shape_kinds().contains(m.geom_type[geom]))
                 shapes.push_back(shape_of(m, geom));
     }
 };
 
 Figure::Figure(const World& world) : impl_(std::make_unique<Impl>(world)) {}
+Figure::Figure(const Scene& scene) : impl_(std::make_unique<Impl>(scene)) {}
 Figure::~Figure() = default;
 Figure::Figure(Figure&&) noexcept = default;
 Figure& Figure::operator=(Figure&&) noexcept = default;
 
 const std::vector<std::string>& Figure::bodies() const { return impl_->bodies; }
 const std::vector<Shape>& Figure::shapes() const { return impl_->shapes; }
-int Figure::mesh_count() const { return impl_->puppet.model()->nmesh; }
+int Figure::mesh_count() const {
+    const mjModel& m = *impl_->puppet.model();
+    return static_cast<int>(m.nmesh + m.nhfield);
+}
 
 Mesh Figure::mesh(int number) const {
     // MuJoCo counts positions and normals apart; a vertex of ours is a pair that some triangle has.
     const mjModel& m = *impl_->puppet.model();
+    if (number >= m.nmesh) return mesh_of_heights(m, number - static_cast<int>(m.nmesh));
     const float* positions = m.mesh_vert + 3 * m.mesh_vertadr[number];
     const float* normals = m.mesh_normal + 3 * m.mesh_normaladr[number];
     const int first = m.mesh_faceadr[number];
@@ -85,6 +126,11 @@ Mesh Figure::mesh(int number) const {
 
 void Figure::place(const Eigen::Matrix4d& w_H_b, std::span<const double> s) noexcept {
     impl_->puppet.place(w_H_b, s);
+}
+
+void Figure::place(std::span<const double> q) noexcept { impl_->puppet.place(q); }
+Eigen::Vector3d Figure::com() const noexcept {
+    return Eigen::Map<const Eigen::Vector3d>(impl_->puppet.data()->subtree_com);
 }
 
 std::array<double, 7> Figure::pose(int body) const noexcept {

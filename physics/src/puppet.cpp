@@ -1,7 +1,9 @@
 #include "puppet.hpp"
+#include "scene_impl.hpp"
 #include "world_impl.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace bf::physics {
 
@@ -15,9 +17,9 @@ Puppet::Puppet(const World& world, const std::function<void(mjSpec*)>& decorate)
          body = mjs_nextChild(ground, body, 0))
         mjs_asBody(body)->mocap = 1;
     if (decorate) decorate(spec.get());
-    model_ = compile(spec.get(), urdf);
+    model_ = compile(spec.get(), urdf.file);
     data_ = make_data(model_.get());
-    base_site_ = id_of(model_.get(), mjOBJ_SITE, "base");
+    base_site_ = id_of(model_.get(), mjOBJ_SITE, mark("base"));
     for (const std::string& name : world.joint_names())
         position_.push_back(model_->jnt_qposadr[id_of(model_.get(), mjOBJ_JOINT, name)]);
     followers_ = follower_addresses(model_.get(), drawn);
@@ -29,6 +31,27 @@ Puppet::Puppet(const World& world, const std::function<void(mjSpec*)>& decorate)
         roots_[static_cast<size_t>(model_->body_mocapid[body])] =
             transform(model_->body_pos + 3 * body, rotation);
     }
+}
+
+Puppet::Puppet(const Scene& scene, const std::function<void(mjSpec*)>& decorate) {
+    SceneOptions drawn = scene.options();
+    std::vector<RobotStart> starts;
+    std::vector<std::string> warnings;
+    const SpecPtr spec = make_scene(drawn, Looks::meshes, starts, warnings);
+    if (decorate) decorate(spec.get());
+    model_ = compile(spec.get(), "the world");
+    const mjModel* moves = scene.impl_->model.get();
+    if (model_->nq != moves->nq || model_->nbody != moves->nbody)
+        throw std::logic_error("the world and its looks have other joints");
+    std::copy_n(moves->body_pos, 3 * moves->nbody, model_->body_pos);
+    std::copy_n(moves->body_quat, 4 * moves->nbody, model_->body_quat);
+    data_ = make_data(model_.get());
+}
+
+void Puppet::place(std::span<const double> q) {
+    std::copy(q.begin(), q.end(), data_->qpos);
+    mj_kinematics(model_.get(), data_.get());
+    mj_comPos(model_.get(), data_.get());
 }
 
 void Puppet::place(const Eigen::Matrix4d& w_H_b, std::span<const double> s) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bf/physics/scene.hpp"
 #include "bf/physics/world.hpp"
 #include "spec.hpp"
 
@@ -9,12 +10,14 @@
 
 namespace bf::physics {
 
-/// MuJoCo's model of a World with its looks, which hangs on bodies that can be put anywhere, so that a base
-/// is drawn where it is, floating or fixed.
+/// MuJoCo's model of a World or a Scene with its looks. That of a World hangs on bodies that can be put
+/// anywhere, so that a base is drawn where it is, floating or fixed.
 class Puppet {
   public:
     /// `decorate` may add to the model before it is compiled. Throws std::runtime_error.
     explicit Puppet(const World& world, const std::function<void(mjSpec*)>& decorate = {});
+
+    explicit Puppet(const Scene& scene, const std::function<void(mjSpec*)>& decorate = {});
 
     const mjModel* model() const { return model_.get(); }
     mjData* data() { return data_.get(); }
@@ -23,6 +26,9 @@ class Puppet {
 
     /// Puts the base at `w_H_b` and the joints at `s`, in the World's order.
     void place(const Eigen::Matrix4d& w_H_b, std::span<const double> s);
+
+    /// Puts all of a Scene where SceneSimulation::q says.
+    void place(std::span<const double> q);
 
   private:
     void place_root(const Eigen::Matrix4d& w_H_root);

@@ -1,5 +1,4 @@
 #include "bf/physics/world.hpp"
-#include "noise.hpp"
 #include "world_impl.hpp"
 
 #include <array>
@@ -16,28 +15,15 @@ constexpr int state_signature = mjSTATE_INTEGRATION; // warm start included
 
 /// Where each measurement stands in one flat vector, which is saved and restored as it is.
 struct Layout {
-    int s, s_dot, s_ddot, tau, w_H_b, v_b, com, imu_rotation, imu_rpy, gyro, accelerometer;
-    int foot_poses, foot_wrenches, ft_wrenches, step, size;
+    int size = 0;
+    RobotLayout robot;
+    int foot_poses, foot_wrenches, step;
 
-    Layout(int n, int feet, int ft_sensors) {
-        int at = 0;
-        const auto take = [&at](int count) { return std::exchange(at, at + count); };
-        s = take(n);
-        s_dot = take(n);
-        s_ddot = take(n);
-        tau = take(n);
-        w_H_b = take(16);
-        v_b = take(6);
-        com = take(3);
-        imu_rotation = take(9);
-        imu_rpy = take(3);
-        gyro = take(3);
-        accelerometer = take(3);
+    Layout(int n, int feet, int ft_sensors) : robot(size, n, ft_sensors) {
+        const auto take = [this](int count) { return std::exchange(size, size + count); };
         foot_poses = take(16 * feet);
         foot_wrenches = take(6 * feet);
-        ft_wrenches = take(6 * ft_sensors);
         step = take(1);
-        size = at;
     }
 };
 
@@ -56,7 +42,7 @@ struct Simulation::Impl {
 
     explicit Impl(std::shared_ptr<const World> shared)
         : owner(std::move(shared)), world(*owner->impl_), model(world.model.get()), data(make_data(model)),
-          at(world.n(), count(world.foot_sites), count(world.ft_sites)),
+          at(world.n(), count(world.foot_sites), count(world.robot.ft_sites)),
           measured(static_cast<size_t>(at.size)) {}
 
     double* measurement(int offset) noexcept { return measured.data() + offset; }
@@ -71,8 +57,7 @@ struct Simulation::Impl {
     bool disturb(const Disturbance& disturbance) noexcept;
     void measure_now() noexcept;
     void measure_last_interval() noexcept;
-    void add_noise(int offset, const std::vector<int>& source, const mjtNum* values, double deviation,
-                   std::uint64_t kind) noexcept;
+    std::uint64_t step() const noexcept { return static_cast<std::uint64_t>(*measurement(at.step)); }
     bool check_motion() noexcept;
     const char* owner_of_velocity(int index) const noexcept;
     template <typename Stages> void run(const Stages& stages) noexcept;
@@ -89,7 +74,7 @@ template <typename Stages> void Simulation::Impl::run(const Stages& stages) noex
 
 bool Simulation::Impl::set_inputs(std::span<const double> tau, std::span<const double> wrenches) noexcept {
     const size_t n = world.options.joints.size();
-    const size_t pushes = world.push_sites.size();
+    const size_t pushes = world.robot.push_sites.size();
     if (tau.size() != n) return fail("step got %zu torques; the world has %zu joints", tau.size(), n);
     if (!wrenches.empty() && wrenches.size() != 6 * pushes)
         return fail("step got %zu numbers as external wrenches; the world has %zu push links of 6 each",
@@ -104,11 +89,11 @@ bool Simulation::Impl::set_inputs(std::span<const double> tau, std::span<const d
                         "below 1e10",
                         data->time, world.options.push_links[i / 6].c_str(), wrenches[i]);
 
-    std::copy(tau.begin(), tau.end(), data->ctrl);
+    for (size_t i = 0; i < n; ++i) data->ctrl[world.robot.motors[i]] = tau[i];
     const auto applied = [&](int site) { return data->xfrc_applied + 6 * model->site_bodyid[site]; };
     std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
     for (size_t i = 0; 6 * i < wrenches.size(); ++i) {
-        const int site = world.push_sites[i];
+        const int site = world.robot.push_sites[i];
         const Eigen::Map<const Eigen::Vector3d> force(&wrenches[6 * i]), moment(&wrenches[6 * i + 3]);
         // MuJoCo applies it at the centre of the body, which is the link with all that is fused to it.
         const Eigen::Vector3d lever =
@@ -141,55 +126,16 @@ bool Simulation::Impl::disturb(const Disturbance& disturbance) noexcept {
     return true;
 }
 
-void Simulation::Impl::add_noise(int offset, const std::vector<int>& source, const mjtNum* values,
-                                 double deviation, std::uint64_t kind) noexcept {
-    double* out = measurement(offset);
-    for (size_t i = 0; i < source.size(); ++i) out[i] = values[source[i]];
-    if (deviation == 0.0) return;
-    const auto step = static_cast<std::uint64_t>(*measurement(at.step));
-    for (size_t i = 0; i < source.size(); ++i)
-        out[i] += deviation * gaussian(world.options.noise.seed, step, 3 * i + kind);
-}
-
 void Simulation::Impl::measure_now() noexcept {
     const mjData* d = data.get();
-    const auto rotation = [&](int site, auto&& out) { // MuJoCo's are row-major
-        out = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(d->site_xmat + 9 * site);
-    };
-    const auto pose = [&](int site, int offset) {
-        Eigen::Map<Eigen::Matrix4d> H(measurement(offset));
-        rotation(site, H.topLeftCorner<3, 3>());
-        H.topRightCorner<3, 1>() = Eigen::Map<const Eigen::Vector3d>(d->site_xpos + 3 * site);
-        H.row(3) << 0.0, 0.0, 0.0, 1.0;
-    };
-    const Noise& noise = world.options.noise;
-    add_noise(at.s, world.position, d->qpos, noise.position, 0);
-    add_noise(at.s_dot, world.velocity, d->qvel, noise.velocity, 1);
-
-    pose(world.base_site, at.w_H_b);
-    mjtNum velocity[6]; // angular first
-    mj_objectVelocity(model, d, mjOBJ_SITE, world.base_site, velocity, 0);
-    std::copy_n(velocity + 3, 3, measurement(at.v_b));
-    std::copy_n(velocity, 3, measurement(at.v_b + 3));
-    std::copy_n(d->subtree_com, 3, measurement(at.com));
-
-    Eigen::Map<Eigen::Matrix3d> R(measurement(at.imu_rotation));
-    rotation(world.imu_site, R);
-    double* rpy = measurement(at.imu_rpy); // R = Rz(yaw) Ry(pitch) Rx(roll)
-    rpy[0] = std::atan2(R(2, 1), R(2, 2));
-    rpy[1] = std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
-    rpy[2] = std::atan2(R(1, 0), R(0, 0));
-    std::copy_n(d->sensordata + world.gyro, 3, measurement(at.gyro));
+    physics::measure_now(model, d, world.robot, at.robot, world.options.noise, step(), measured.data());
     for (int i = 0; i < count(world.foot_sites); ++i)
-        pose(world.foot_sites[static_cast<size_t>(i)], at.foot_poses + 16 * i);
+        measure_pose(d, world.foot_sites[static_cast<size_t>(i)], measurement(at.foot_poses + 16 * i));
 }
 
 void Simulation::Impl::measure_last_interval() noexcept {
     const mjData* d = data.get();
-    add_noise(at.s_ddot, world.velocity, d->qacc, 0.0, 0);
-    add_noise(at.tau, world.velocity, d->qfrc_actuator, world.options.noise.torque, 2);
-    std::copy_n(d->sensordata + world.accelerometer, 3, measurement(at.accelerometer));
-
+    physics::measure_last_interval(d, world.robot, at.robot, world.options.noise, step(), measured.data());
     std::fill_n(measurement(at.foot_wrenches), 6 * world.foot_sites.size(), 0.0);
     for (int i = 0; i < d->ncon; ++i) {
         const mjContact& contact = d->contact[i];
@@ -210,19 +156,11 @@ void Simulation::Impl::measure_last_interval() noexcept {
         Eigen::Map<Eigen::Vector3d>{wrench} += force;
         Eigen::Map<Eigen::Vector3d>{wrench + 3} += lever.cross(force);
     }
-    for (size_t i = 0; i < world.ft_sites.size(); ++i) {
-        // MuJoCo gives what the parent exerts on the child.
-        double* wrench = measurement(at.ft_wrenches) + 6 * i;
-        for (int j = 0; j < 3; ++j) {
-            wrench[j] = -d->sensordata[world.force_sensors[i] + j];
-            wrench[3 + j] = -d->sensordata[world.torque_sensors[i] + j];
-        }
-    }
 }
 
 const char* Simulation::Impl::owner_of_velocity(int index) const noexcept {
-    for (size_t i = 0; i < world.velocity.size(); ++i)
-        if (world.velocity[i] == index) return world.options.joints[i].c_str();
+    for (size_t i = 0; i < world.robot.velocity.size(); ++i)
+        if (world.robot.velocity[i] == index) return world.options.joints[i].c_str();
     return world.options.base_link.c_str();
 }
 
@@ -286,37 +224,37 @@ const char* Simulation::error() const noexcept { return impl_->error.data(); }
 double Simulation::time() const noexcept { return impl_->data->time; }
 
 Simulation::VectorView Simulation::s() const noexcept {
-    return {impl_->measurement(impl_->at.s), impl_->world.n()};
+    return {impl_->measurement(impl_->at.robot.s), impl_->world.n()};
 }
 Simulation::VectorView Simulation::s_dot() const noexcept {
-    return {impl_->measurement(impl_->at.s_dot), impl_->world.n()};
+    return {impl_->measurement(impl_->at.robot.s_dot), impl_->world.n()};
 }
 Simulation::VectorView Simulation::s_ddot() const noexcept {
-    return {impl_->measurement(impl_->at.s_ddot), impl_->world.n()};
+    return {impl_->measurement(impl_->at.robot.s_ddot), impl_->world.n()};
 }
 Simulation::VectorView Simulation::tau() const noexcept {
-    return {impl_->measurement(impl_->at.tau), impl_->world.n()};
+    return {impl_->measurement(impl_->at.robot.tau), impl_->world.n()};
 }
 Simulation::Matrix4View Simulation::w_H_b() const noexcept {
-    return Matrix4View(impl_->measurement(impl_->at.w_H_b));
+    return Matrix4View(impl_->measurement(impl_->at.robot.w_H_b));
 }
 Simulation::Vector6View Simulation::v_b() const noexcept {
-    return Vector6View(impl_->measurement(impl_->at.v_b));
+    return Vector6View(impl_->measurement(impl_->at.robot.v_b));
 }
 Simulation::Vector3View Simulation::com() const noexcept {
-    return Vector3View(impl_->measurement(impl_->at.com));
+    return Vector3View(impl_->measurement(impl_->at.robot.com));
 }
 Simulation::Matrix3View Simulation::imu_rotation() const noexcept {
-    return Matrix3View(impl_->measurement(impl_->at.imu_rotation));
+    return Matrix3View(impl_->measurement(impl_->at.robot.imu_rotation));
 }
 Simulation::Vector3View Simulation::imu_rpy() const noexcept {
-    return Vector3View(impl_->measurement(impl_->at.imu_rpy));
+    return Vector3View(impl_->measurement(impl_->at.robot.imu_rpy));
 }
 Simulation::Vector3View Simulation::gyro() const noexcept {
-    return Vector3View(impl_->measurement(impl_->at.gyro));
+    return Vector3View(impl_->measurement(impl_->at.robot.gyro));
 }
 Simulation::Vector3View Simulation::accelerometer() const noexcept {
-    return Vector3View(impl_->measurement(impl_->at.accelerometer));
+    return Vector3View(impl_->measurement(impl_->at.robot.accelerometer));
 }
 Simulation::Matrix4View Simulation::foot_pose(int i) const noexcept {
     return Matrix4View(impl_->measurement(impl_->at.foot_poses + 16 * i));
@@ -325,7 +263,7 @@ Simulation::Vector6View Simulation::foot_wrench(int i) const noexcept {
     return Vector6View(impl_->measurement(impl_->at.foot_wrenches + 6 * i));
 }
 Simulation::Vector6View Simulation::ft_wrench(int i) const noexcept {
-    return Vector6View(impl_->measurement(impl_->at.ft_wrenches + 6 * i));
+    return Vector6View(impl_->measurement(impl_->at.robot.ft_wrenches + 6 * i));
 }
 
 int Simulation::state_size() const noexcept {

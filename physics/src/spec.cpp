@@ -79,22 +79,30 @@ void make_foot_shape(mjsGeom* geom, const std::string& name, const Floor& floor)
 
 /// Collision shapes go, but for those that a foot touches with; visual ones stay on request. The files of
 /// their meshes are found.
-void keep_shapes(mjSpec* spec, const WorldOptions& options, const Urdf& urdf, Looks looks) {
-    std::set<std::string> used;
+void keep_shapes(mjSpec* spec, const RobotOptions& options, const Floor& floor, const Urdf& urdf, Looks looks,
+                 Touching touching) {
+    const bool all = touching == Touching::everything;
+    std::set<std::string> used, seen; // meshes; links with visual shapes
+    if (all && looks != Looks::none)
+        for_each(spec, mjOBJ_GEOM, [&](mjsElement* element) {
+            if (mjs_asGeom(element)->contype == 0) seen.insert(name_of(mjs_getParent(element)->element));
+        });
     std::vector<int> shapes(options.feet.size(), 0);
     for_each(spec, mjOBJ_GEOM, [&](mjsElement* element) {
         mjsGeom* geom = mjs_asGeom(element);
         const std::string link = name_of(mjs_getParent(element)->element);
         const auto foot = std::find_if(options.feet.begin(), options.feet.end(),
                                        [&](const Foot& f) { return f.has_urdf_shapes && f.frame == link; });
-        if (geom->contype == 0 ? looks == Looks::none : foot == options.feet.end()) {
+        if (geom->contype == 0 ? looks == Looks::none : foot == options.feet.end() && !all) {
             mjs_delete(spec, element);
             return;
         }
-        if (geom->contype != 0) {
+        if (geom->contype != 0 && all) {
+            set_contact(geom, floor);
+            if (seen.contains(link)) geom->group = 3; // not drawn
+        } else if (geom->contype != 0) {
             const auto i = static_cast<size_t>(foot - options.feet.begin());
-            make_foot_shape(geom, "foot:" + std::to_string(i) + ":urdf" + std::to_string(shapes[i]++),
-                            options.floor);
+            make_foot_shape(geom, "foot:" + std::to_string(i) + ":urdf" + std::to_string(shapes[i]++), floor);
         }
         geom->mass = 0.0;
         const std::string mesh_name = mjs_getString(geom->meshname);
@@ -157,7 +165,7 @@ void couple(mjSpec* spec, const Follower& follower, double time_step) {
     equality->solimp[0] = equality->solimp[1] = 0.9999;
 }
 
-void set_joints(mjSpec* spec, const WorldOptions& options, const Urdf& urdf) {
+void set_joints(mjSpec* spec, const RobotOptions& options, double time_step, const Urdf& urdf) {
     for_each(spec, mjOBJ_EQUALITY, [&](mjsElement* element) { mjs_delete(spec, element); });
     for_each(spec, mjOBJ_JOINT, [&](mjsElement* element) {
         const std::string name = name_of(element);
@@ -170,21 +178,10 @@ void set_joints(mjSpec* spec, const WorldOptions& options, const Urdf& urdf) {
             else if (follower->leader.empty())
                 lock(spec, element, follower->offset);
             else
-                couple(spec, *follower, options.time_step);
-            return;
+                couple(spec, *follower, time_step);
         }
-        const size_t i = static_cast<size_t>(found - options.joints.begin());
-        mjsJoint* joint = mjs_asJoint(element);
-        joint->armature = entry(options.armature, i, joint->armature);
-        joint->damping[0] = entry(options.damping, i, joint->damping[0]);
-        joint->frictionloss = entry(options.friction, i, joint->frictionloss);
     });
-    for (const std::string& name : options.joints) {
-        mjsActuator* motor = mjs_addActuator(spec, nullptr);
-        motor->trntype = mjTRN_JOINT;
-        mjs_setString(motor->target, name.c_str());
-        mjs_setToMotor(motor);
-    }
+    add_motors(spec, options);
     if (options.floating_base) {
         mjs_addFreeJoint(body_of(spec, floating_link(urdf)));
     } else { // what is fused to the world loses its mass and its place in the centre of mass
@@ -193,16 +190,6 @@ void set_joints(mjSpec* spec, const WorldOptions& options, const Urdf& urdf) {
             if (parent && name_of(parent->element) == "world") mjs_asBody(element)->fuse = 0;
         });
     }
-}
-
-void add_floor(mjSpec* spec, const Floor& floor) {
-    mjsGeom* geom = mjs_addGeom(mjs_findBody(spec, "world"), nullptr);
-    mjs_setName(geom->element, "floor");
-    geom->type = mjGEOM_PLANE;
-    geom->size[2] = 0.05; // infinite in x and y
-    geom->contype = floor_bit;
-    geom->conaffinity = foot_bit;
-    set_contact(geom, floor);
 }
 
 void add_foot_shape(mjsBody* body, const ContactShape& shape, const std::string& name, const Floor& floor) {
@@ -216,6 +203,8 @@ void add_foot_shape(mjsBody* body, const ContactShape& shape, const std::string&
 mjsSite* add_site(mjsBody* body, const std::string& name) {
     mjsSite* site = mjs_addSite(body, nullptr);
     mjs_setName(site->element, name.c_str());
+    std::fill_n(site->pos, 3, 0.0); // whatever a file's defaults say
+    std::copy_n(std::array{1.0, 0.0, 0.0, 0.0}.data(), 4, site->quat);
     site->group = 4; // not drawn
     return site;
 }
@@ -240,13 +229,57 @@ void silence_mujoco() {
     });
 }
 
+void complete(RobotOptions& options, const Urdf& urdf) {
+    if (options.joints.empty())
+        for (const UrdfJoint& joint : urdf.joints)
+            if (joint.is_movable()) options.joints.push_back(joint.name);
+    std::set<std::string> seen;
+    for (const std::string& name : options.joints) {
+        urdf.require_motor(name);
+        if (!seen.insert(name).second)
+            throw std::runtime_error("joint '" + name + "' is listed twice in joints; list each joint once");
+    }
+
+    for (const Follower& follower : options.followers) {
+        urdf.require_motor(follower.joint);
+        if (seen.contains(follower.joint))
+            throw std::runtime_error("joint '" + follower.joint +
+                                     "' is listed in joints and among the followers; list it once");
+        if (!follower.leader.empty() && !seen.contains(follower.leader))
+            throw std::runtime_error("joint '" + follower.joint + "' follows '" + follower.leader +
+                                     "', which is not in the list of joints; add it");
+    }
+
+    if (options.base_link.empty()) options.base_link = urdf.first_heavy_link();
+    urdf.require_link(options.base_link, "base link");
+    if (options.floating_base && options.base_link == "world")
+        throw std::runtime_error(
+            "the link 'world' of '" + urdf.file.string() +
+            "' stands still by its name and cannot float; set floating_base to false, or "
+            "choose another base_link, such as '" +
+            urdf.first_heavy_link() + "'");
+
+    if (options.imu_frame.empty()) options.imu_frame = options.base_link;
+    urdf.require_link(options.imu_frame, "frame of the IMU");
+    for (const Foot& foot : options.feet) urdf.require_link(foot.frame, "frame of a foot");
+    for (const std::string& link : options.push_links) urdf.require_link(link, "link to push");
+    for (std::string& sensor : options.ft_sensors) {
+        if (const UrdfJoint* joint = urdf.find_joint(sensor)) sensor = joint->child;
+        urdf.require_link(sensor, "child of a force/torque sensor (name the fixed joint or its child link)");
+        if (sensor == urdf.root())
+            throw std::runtime_error("force/torque sensor at '" + sensor +
+                                     "': the root has no parent to exert a wrench on; name a fixed joint");
+    }
+}
+
 const std::string& floating_link(const Urdf& urdf) {
     return urdf.root() == "world" ? urdf.first_heavy_link() : urdf.root();
 }
 
-std::vector<FollowerAddress> follower_addresses(const mjModel* model, const WorldOptions& options) {
+std::vector<FollowerAddress> follower_addresses(const mjModel* model, const RobotOptions& options,
+                                                const std::string& prefix) {
     const auto position = [&](const std::string& joint) {
-        return model->jnt_qposadr[id_of(model, mjOBJ_JOINT, joint)];
+        return model->jnt_qposadr[id_of(model, mjOBJ_JOINT, prefix + joint)];
     };
     std::vector<FollowerAddress> addresses;
     for (const Follower& follower : options.followers)
@@ -256,55 +289,96 @@ std::vector<FollowerAddress> follower_addresses(const mjModel* model, const Worl
     return addresses;
 }
 
-SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks,
-                  std::vector<std::string>* warnings) {
+void add_floor(mjSpec* spec, const Floor& floor) {
+    mjsGeom* geom = mjs_addGeom(mjs_findBody(spec, "world"), nullptr);
+    mjs_setName(geom->element, "floor");
+    geom->type = mjGEOM_PLANE;
+    geom->size[2] = 0.05; // infinite in x and y
+    geom->contype = floor_bit;
+    geom->conaffinity = foot_bit;
+    set_contact(geom, floor);
+}
+
+void add_marks(mjSpec* spec, const RobotOptions& options) {
+    add_site(body_of(spec, options.base_link), mark("base"));
+    add_site(body_of(spec, options.imu_frame), mark("imu"));
+    add_sensor(spec, mjSENS_ACCELEROMETER, mark("accelerometer"), mark("imu"));
+    add_sensor(spec, mjSENS_GYRO, mark("gyro"), mark("imu"));
+    for (size_t i = 0; i < options.ft_sensors.size(); ++i) {
+        const std::string index = std::to_string(i);
+        mjsBody* body = body_of(spec, options.ft_sensors[i]);
+        body->fuse = 0; // the wrench between child and parent exists only while they are two bodies
+        add_site(body, mark("ft:" + index));
+        add_sensor(spec, mjSENS_FORCE, mark("force:" + index), mark("ft:" + index));
+        add_sensor(spec, mjSENS_TORQUE, mark("torque:" + index), mark("ft:" + index));
+    }
+    for (size_t i = 0; i < options.push_links.size(); ++i) {
+        mjsBody* body = body_of(spec, options.push_links[i]);
+        mjsSite* site = add_site(body, mark("push:" + std::to_string(i)));
+        if (std::isfinite(body->ipos[0]))
+            std::copy_n(body->ipos, 3, site->pos); // before fusing: the link's own centre
+    }
+}
+
+void add_motors(mjSpec* spec, const RobotOptions& options) {
+    for (size_t i = 0; i < options.joints.size(); ++i) {
+        const std::string& name = options.joints[i];
+        mjsJoint* joint = mjs_asJoint(mjs_findElement(spec, mjOBJ_JOINT, name.c_str()));
+        joint->armature = entry(options.armature, i, joint->armature);
+        joint->damping[0] = entry(options.damping, i, joint->damping[0]);
+        joint->frictionloss = entry(options.friction, i, joint->frictionloss);
+        mjsActuator* motor = mjs_addActuator(spec, nullptr);
+        motor->trntype = mjTRN_JOINT;
+        mjs_setName(motor->element, mark(name).c_str());
+        mjs_setString(motor->target, name.c_str());
+        mjs_setToMotor(motor);
+        motor->ctrllimited = motor->forcelimited = mjLIMITED_FALSE; // whatever a file's defaults say
+        std::fill_n(motor->gear, 6, 0.0);
+        motor->gear[0] = 1.0;
+    }
+}
+
+SpecPtr make_robot(const RobotOptions& options, const PhysicsOptions& physics, const Urdf& urdf, Looks looks,
+                   Touching touching, std::vector<std::string>& warnings) {
     SpecPtr owner = parse(urdf, looks);
     mjSpec* spec = owner.get();
-    keep_shapes(spec, options, urdf, looks);
-    set_joints(spec, options, urdf);
-    std::vector<std::string> ignored;
-    repair_inertias(spec, urdf, warnings ? *warnings : ignored);
+    keep_shapes(spec, options, physics.floor, urdf, looks, touching);
+    set_joints(spec, options, physics.time_step, urdf);
+    repair_inertias(spec, urdf, warnings);
 
-    if (options.floor.enabled) add_floor(spec, options.floor);
     for (size_t i = 0; i < options.feet.size(); ++i) {
         const std::string name = "foot:" + std::to_string(i);
         mjsBody* body = body_of(spec, options.feet[i].frame);
         add_site(body, name);
         const auto& shapes = options.feet[i].shapes;
         for (size_t j = 0; j < shapes.size(); ++j)
-            add_foot_shape(body, shapes[j], name + ":" + std::to_string(j), options.floor);
+            add_foot_shape(body, shapes[j], name + ":" + std::to_string(j), physics.floor);
     }
 
-    add_site(body_of(spec, options.base_link), "base");
-    add_site(body_of(spec, options.imu_frame), "imu");
-    add_sensor(spec, mjSENS_ACCELEROMETER, "accelerometer", "imu");
-    add_sensor(spec, mjSENS_GYRO, "gyro", "imu");
-    for (size_t i = 0; i < options.ft_sensors.size(); ++i) {
-        const std::string index = std::to_string(i);
-        mjsBody* body = body_of(spec, options.ft_sensors[i]);
-        body->fuse = 0; // the wrench between child and parent exists only while they are two bodies
-        add_site(body, "ft:" + index);
-        add_sensor(spec, mjSENS_FORCE, "force:" + index, "ft:" + index);
-        add_sensor(spec, mjSENS_TORQUE, "torque:" + index, "ft:" + index);
-    }
-    for (size_t i = 0; i < options.push_links.size(); ++i) {
-        mjsBody* body = body_of(spec, options.push_links[i]);
-        mjsSite* site = add_site(body, "push:" + std::to_string(i));
-        if (std::isfinite(body->ipos[0]))
-            std::copy_n(body->ipos, 3, site->pos); // before fusing: the link's own centre
-    }
+    add_marks(spec, options);
+    return owner;
+}
 
+void set_physics(mjSpec* spec, const PhysicsOptions& options) {
     spec->option.timestep = options.time_step;
     spec->option.integrator = options.integrator == Integrator::euler ? mjINT_EULER : mjINT_IMPLICITFAST;
     spec->option.cone = options.cone == FrictionCone::elliptic ? mjCONE_ELLIPTIC : mjCONE_PYRAMIDAL;
     spec->option.impratio = options.impratio;
     std::copy_n(options.gravity.data(), 3, spec->option.gravity);
     spec->option.disableflags |= mjDSBL_AUTORESET; // a diverged motion is an error, not a silent restart
+    spec->compiler.fusestatic = 1;
+}
+
+SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks,
+                  std::vector<std::string>* warnings) {
+    std::vector<std::string> ignored;
+    SpecPtr spec = make_robot(options, options, urdf, looks, Touching::feet, warnings ? *warnings : ignored);
+    if (options.floor.enabled) add_floor(spec.get(), options.floor);
+    set_physics(spec.get(), options);
     // One robot on a floor is one island, and feet are few shapes: to search for islands, or to arrange the
     // shapes of a foot in a tree, takes longer than it saves.
     spec->option.disableflags |= mjDSBL_ISLAND | mjDSBL_MIDPHASE;
-    spec->compiler.fusestatic = 1;
-    return owner;
+    return spec;
 }
 
 double total_mass(mjSpec* spec) {
@@ -313,10 +387,10 @@ double total_mass(mjSpec* spec) {
     return mass;
 }
 
-ModelPtr compile(mjSpec* spec, const Urdf& urdf) {
+ModelPtr compile(mjSpec* spec, const std::filesystem::path& file) {
     ModelPtr model(mj_compile(spec, nullptr));
     if (!model)
-        throw std::runtime_error("MuJoCo cannot compile '" + urdf.file.string() + "': " + mjs_getError(spec) +
+        throw std::runtime_error("MuJoCo cannot compile '" + file.string() + "': " + mjs_getError(spec) +
                                  "; look at the link that is named");
     return model;
 }

@@ -26,11 +26,34 @@ void silence_mujoco();
 /// Which visual parts the model keeps.
 enum class Looks { none, meshes };
 
+/// Which shapes of the URDF touch others: those that its feet have, or all <collision> shapes.
+enum class Touching { feet, everything };
+
+/// Fills in what the options leave to the URDF and checks every name against it. Throws std::runtime_error.
+void complete(RobotOptions& options, const Urdf& urdf);
+
+/// Step, solver, gravity: what belongs to no robot.
+void set_physics(mjSpec* spec, const PhysicsOptions& options);
+/// The plane z = 0, a geom "floor".
+void add_floor(mjSpec* spec, const Floor& floor);
+
+/// MuJoCo's editable model of a robot alone; otherwise as make_spec.
+SpecPtr make_robot(const RobotOptions& options, const PhysicsOptions& physics, const Urdf& urdf, Looks looks,
+                   Touching touching, std::vector<std::string>& warnings);
+
+/// The name of what we add to a model, which nothing in a file has.
+inline std::string mark(const std::string& name) { return "bf:" + name; }
+
+/// Adds sites and sensors that carry the measurements of a robot.
+void add_marks(mjSpec* spec, const RobotOptions& options);
+/// Adds motors to the joints of `options` and gives these what it says of them.
+void add_motors(mjSpec* spec, const RobotOptions& options);
+
 /// MuJoCo's editable model of `options`, whose joint names and links must be complete (World fills them in).
-/// Joints are actuated by motors in the order of options.joints. Shapes of foot i are called "foot:i:…".
-/// Sites "base", "imu", "foot:i", "ft:i", "push:i" and sensors "accelerometer", "gyro", "force:i", "torque:i"
-/// carry the measurements. `warnings` receives what is done otherwise than the URDF says. Throws
-/// std::runtime_error.
+/// Joints are actuated by motors of their names in the order of options.joints. Shapes of foot i are called
+/// "foot:i:…". Sites "base", "imu", "ft:i", "push:i", sensors "accelerometer", "gyro", "force:i", "torque:i"
+/// and the motors, all with a mark(), and sites "foot:i" carry the measurements. `warnings` receives what is
+/// done otherwise than the URDF says. Throws std::runtime_error.
 SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks,
                   std::vector<std::string>* warnings = nullptr);
 
@@ -45,13 +68,14 @@ struct FollowerAddress {
 
     void put(double* qpos) const { qpos[position] = multiplier * qpos[leader] + offset; }
 };
-std::vector<FollowerAddress> follower_addresses(const mjModel* model, const WorldOptions& options);
+std::vector<FollowerAddress> follower_addresses(const mjModel* model, const RobotOptions& options,
+                                                const std::string& prefix = {});
 
 /// kg, all links; a compiled model leaves out what is fixed to the world.
 double total_mass(mjSpec* spec);
 
 /// Throws std::runtime_error with MuJoCo's reason.
-ModelPtr compile(mjSpec* spec, const Urdf& urdf);
+ModelPtr compile(mjSpec* spec, const std::filesystem::path& file);
 DataPtr make_data(const mjModel* model);
 
 /// Id of a named object; throws std::logic_error when the model lost it.

@@ -1,6 +1,7 @@
 #include "urdf.hpp"
 
 #include "bf/base/names.hpp"
+#include "bf/base/numbers.hpp"
 #include "bf/base/packages.hpp"
 #include "bf/base/text_file.hpp"
 #include "bf/urdf/check.hpp"
@@ -51,6 +52,10 @@ bool is_tag(std::string_view tag, std::string_view name) {
             tag[name.size()] == '/');
 }
 
+double number_or(const std::string& text, double otherwise) {
+    return number_of(text.starts_with('+') ? text.substr(1) : text).value_or(otherwise);
+}
+
 std::string similar_names(std::string_view wanted, std::vector<std::string> names) {
     std::string text;
     for (const auto& name : nearest_first(wanted, std::move(names)))
@@ -83,7 +88,7 @@ Urdf Urdf::read(const fs::path& file) {
             in_link = !is_empty;
         } else if (is_tag(tag, "joint") &&
                    !attribute(tag, "type").empty()) { // transmissions name joints as well
-            urdf.joints.push_back({attribute(tag, "name"), attribute(tag, "type"), {}, {}});
+            urdf.joints.push_back({attribute(tag, "name"), attribute(tag, "type"), {}, {}, {}});
             in_joint = !is_empty;
         } else if (is_tag(tag, "/link"))
             in_link = false;
@@ -95,6 +100,12 @@ Urdf Urdf::read(const fs::path& file) {
             urdf.joints.back().parent = attribute(tag, "link");
         else if (in_joint && is_tag(tag, "child"))
             urdf.joints.back().child = attribute(tag, "link");
+        else if (in_joint && is_tag(tag, "mimic")) { // check_urdf has looked at the numbers
+            UrdfJoint& joint = urdf.joints.back();
+            joint.leader = attribute(tag, "joint");
+            joint.multiplier = number_or(attribute(tag, "multiplier"), 1.0);
+            joint.offset = number_or(attribute(tag, "offset"), 0.0);
+        }
     }
     if (urdf.links.empty())
         throw std::runtime_error("'" + urdf.file.string() + "' contains no <link>; a URDF robot is expected");
@@ -126,6 +137,32 @@ const UrdfJoint* Urdf::find_joint(std::string_view name) const {
     const auto found =
         std::find_if(joints.begin(), joints.end(), [&](const auto& j) { return j.name == name; });
     return found == joints.end() ? nullptr : &*found;
+}
+
+std::vector<Follower> Urdf::followers_of(const std::vector<std::string>& listed) const {
+    const auto is_listed = [&](const std::string& name) {
+        return std::find(listed.begin(), listed.end(), name) != listed.end();
+    };
+    std::vector<Follower> followers;
+    for (const UrdfJoint& joint : joints) {
+        if (!joint.is_movable() || joint.leader.empty() || is_listed(joint.name)) continue;
+        Follower follower{joint.name, joint.leader, joint.multiplier, joint.offset};
+        for (size_t steps = 0; !follower.leader.empty() && !is_listed(follower.leader); ++steps) {
+            if (steps > joints.size())
+                throw std::runtime_error("joint '" + joint.name + "' of '" + file.string() +
+                                         "' mimics itself through others; list one of them as a joint");
+            const UrdfJoint* leader = find_joint(follower.leader);
+            if (!leader || leader->leader.empty()) {
+                follower.leader.clear(); // which is locked at zero
+                break;
+            }
+            follower.offset += follower.multiplier * leader->offset;
+            follower.multiplier *= leader->multiplier;
+            follower.leader = leader->leader;
+        }
+        if (!follower.leader.empty() || follower.offset != 0.0) followers.push_back(std::move(follower));
+    }
+    return followers;
 }
 
 bool Urdf::has_link(std::string_view name) const {

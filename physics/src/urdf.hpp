@@ -1,5 +1,7 @@
 #pragma once
 
+#include "bf/physics/world_options.hpp"
+
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -9,6 +11,8 @@ namespace bf::physics {
 
 struct UrdfJoint {
     std::string name, type, parent, child;
+    std::string leader; ///< the joint that this one mimics, or empty
+    double multiplier = 1.0, offset = 0.0;
     bool is_movable() const { return type == "revolute" || type == "continuous" || type == "prismatic"; }
 };
 
@@ -39,6 +43,10 @@ struct Urdf {
     void require_link(const std::string& name, const std::string& role) const;
     /// Returns the joint. Throws std::runtime_error when it is unknown, or has no motor because of its type.
     const UrdfJoint& require_motor(const std::string& name) const;
+
+    /// Movable joints outside of `listed` that mimic one in it, directly or through others, and those that
+    /// stand elsewhere than at zero because what they mimic is locked.
+    std::vector<Follower> followers_of(const std::vector<std::string>& listed) const;
 
     /// Path of a mesh given as package://name/path, model://name/path, file://path, or relative to the URDF
     /// or to its folder `meshdir`. Throws std::runtime_error that lists the places searched.

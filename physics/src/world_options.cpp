@@ -48,22 +48,22 @@ void check_list(Complaints& complaints, const char* name, const std::vector<doub
                            "; it must be finite", may_be_negative ? "" : " and not negative");
 }
 
-} // namespace
-
-void WorldOptions::validate() const {
-    Complaints complaints;
-    complaints.require(!urdf.empty(), "urdf is empty; give the path of the robot's URDF file");
-    complaints.require(time_step > 0.0 && time_step <= 0.1, "time_step is ", time_step,
+void check(Complaints& complaints, const PhysicsOptions& p) {
+    complaints.require(p.time_step > 0.0 && p.time_step <= 0.1, "time_step is ", p.time_step,
                        " s; it must be above 0 and at most 0.1 (0.001 suits torque control)");
-    complaints.require(impratio > 0.0 && std::isfinite(impratio), "impratio is ", impratio,
+    complaints.require(p.impratio > 0.0 && std::isfinite(p.impratio), "impratio is ", p.impratio,
                        "; it must be positive (1 to 100)");
-    complaints.require(gravity.allFinite(), "gravity is not finite");
-    complaints.require(floor.friction >= 0.0 && std::isfinite(floor.friction), "floor.friction is ",
-                       floor.friction, "; it must not be negative");
-    complaints.require(floor.solref.allFinite() && (floor.solref.array() > 0.0).all(), "floor.solref is (",
-                       floor.solref.transpose(),
+    complaints.require(p.gravity.allFinite(), "gravity is not finite");
+    complaints.require(p.floor.friction >= 0.0 && std::isfinite(p.floor.friction), "floor.friction is ",
+                       p.floor.friction, "; it must not be negative");
+    complaints.require(p.floor.solref.allFinite() && (p.floor.solref.array() > 0.0).all(),
+                       "floor.solref is (", p.floor.solref.transpose(),
                        "); time constant and damping ratio must be positive, as in (0.005, 1)");
-    for (const Foot& foot : feet) {
+}
+
+void check(Complaints& complaints, const RobotOptions& r) {
+    complaints.require(!r.urdf.empty(), "urdf is empty; give the path of the robot's URDF file");
+    for (const Foot& foot : r.feet) {
         complaints.require(!foot.frame.empty(), "a foot has no frame; name the link of its sole");
         complaints.require(!foot.shapes.empty() || foot.has_urdf_shapes, "foot '", foot.frame,
                            "' has no contact shape");
@@ -76,13 +76,13 @@ void WorldOptions::validate() const {
                                "); radius and half-sizes must be positive");
         }
     }
-    check_list(complaints, "armature", armature, joints.size());
-    check_list(complaints, "damping", damping, joints.size());
-    check_list(complaints, "friction", friction, joints.size());
-    check_list(complaints, "initial_joints", initial_joints, joints.size(), true);
-    check_list(complaints, "noise", {noise.position, noise.velocity, noise.torque}, 3);
-    if (initial_w_H_b) {
-        const Eigen::Matrix4d& H = *initial_w_H_b;
+    check_list(complaints, "armature", r.armature, r.joints.size());
+    check_list(complaints, "damping", r.damping, r.joints.size());
+    check_list(complaints, "friction", r.friction, r.joints.size());
+    check_list(complaints, "initial_joints", r.initial_joints, r.joints.size(), true);
+    check_list(complaints, "noise", {r.noise.position, r.noise.velocity, r.noise.torque}, 3);
+    if (r.initial_w_H_b) {
+        const Eigen::Matrix4d& H = *r.initial_w_H_b;
         const Eigen::Matrix3d R = H.topLeftCorner<3, 3>();
         const bool rigid = H.allFinite() && (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
                            R.determinant() > 0.0 && H.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
@@ -90,6 +90,26 @@ void WorldOptions::validate() const {
             rigid, "initial_w_H_b is no homogeneous transform; its rotation must be orthonormal and its "
                    "last row (0, 0, 0, 1)");
     }
+}
+
+} // namespace
+
+void PhysicsOptions::validate() const {
+    Complaints complaints;
+    check(complaints, *this);
+    complaints.report();
+}
+
+void RobotOptions::validate() const {
+    Complaints complaints;
+    check(complaints, *this);
+    complaints.report();
+}
+
+void WorldOptions::validate() const {
+    Complaints complaints;
+    check(complaints, static_cast<const PhysicsOptions&>(*this));
+    check(complaints, static_cast<const RobotOptions&>(*this));
     complaints.report();
 }
 

@@ -1,6 +1,7 @@
 // The contract of every block of the Whole-Body Toolbox. Blocks that need a robot are checked in a small
 // diagram that has one.
 #include "../../toolbox/test/running.hpp"
+#include "../../toolbox/test/small_world.hpp"
 #include "contract.hpp"
 
 #include <gtest/gtest.h>
@@ -96,7 +97,14 @@ const std::multimap<std::string, Arguments>& over_a_robot() {
         {"MujocoWorld",
          {{"feet", Names{"l_sole", "r_sole"}},
           {"ft_sensors", Names{"l_foot_ft_sensor"}},
-          {"push_links", Names{"chest"}}}}};
+          {"push_links", Names{"chest"}}}},
+        {"World", {{"file", toolbox::test::small_world()}}},
+        {"WorldRobot", {{"robot", "arm"}}},
+        {"WorldObject", {{"object", "ball"}}},
+        {"WorldActuator", {{"robot", "hand"}, {"actuator", "grip"}}},
+        {"WorldPush", {{"robot", "arm"}, {"link", "bob"}}},
+        {"WorldRays", {{"body", std::string("arm/bob")}}},
+        {"Configuration", {{"world_robot", "arm"}}}};
     return all;
 }
 
@@ -116,6 +124,11 @@ const std::map<std::string, Arguments>& over_a_network() {
 /// synchronizer needs a simulator.
 const std::set<std::string> elsewhere{"OSQP", "SimulatorSynchronizer"};
 
+bool arguments_name_a_world(const Arguments& arguments) {
+    return std::any_of(arguments.begin(), arguments.end(),
+                       [](const auto& a) { return a.first == "world_robot"; });
+}
+
 /// The block `x` beside a configuration and a world, its inputs those of the root.
 std::string diagram_of(const BlockClass& block_class, const Arguments& arguments) {
     std::string inputs = "inputs:\n", connections = "connections:\n";
@@ -128,7 +141,9 @@ std::string diagram_of(const BlockClass& block_class, const Arguments& arguments
     }
     const bool has_inputs = connections.size() > 13;
     std::string text = "model: m\nstep: 0.001\n" + (has_inputs ? inputs : "") + "blocks:\n";
-    if (block_class.name != "Configuration") {
+    if (block_class.name.starts_with("World") || arguments_name_a_world(arguments)) {
+        if (block_class.name != "World") text += yaml("world", "World", over_a_robot().find("World")->second);
+    } else if (block_class.name != "Configuration") {
         text += "  robot: {block: WholeBodyToolbox/Configuration, joints: \"{'l_knee', 'r_knee', "
                 "'torso_yaw'}\"}\n";
         if (block_class.name != "MujocoWorld")

@@ -21,6 +21,7 @@ extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library&
     bf::toolbox::add_streams(library);
     bf::toolbox::add_utilities(library);
     bf::toolbox::add_world(library);
+    bf::toolbox::add_shared_world(library);
 }
 
 // The same blocks for engines that know only the paper's API.
@@ -33,4 +34,5 @@ BF_LEGACY_BLOCKS(DiscreteFilter, MinimumJerkTrajectoryGenerator, QP, QpOases, OS
                  StreamWrite, NetworkClock, RealTimeSynchronizer, SimulatorSynchronizer, SimulatorClock,
                  Holder, Errors, MatchSignalSizes, DampPinv, TruncPinv, MujocoWorld, CartesianTask,
                  CenterOfMassTask, MomentumTask, PostureTask, RigidContact, ContactLimits, JointLimits,
-                 HierarchicalQP, TaskSpaceInverseDynamics)
+                 HierarchicalQP, TaskSpaceInverseDynamics, World, WorldRobot, WorldObject, WorldActuator,
+                 WorldPush, WorldRays)

@@ -10,8 +10,9 @@
 #include <vector>
 
 namespace bf::physics {
+class Scene;
 class World;
-}
+} // namespace bf::physics
 
 namespace bf::tools {
 
@@ -20,5 +21,8 @@ std::filesystem::path urdf_of(const Resolution& block);
 
 /// The physics worlds of a diagram with the paths of their blocks.
 std::vector<std::pair<std::string, const physics::World*>> worlds_of(const Diagram& diagram);
+
+/// Those that several robots share.
+std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(const Diagram& diagram);
 
 } // namespace bf::tools

@@ -16,6 +16,74 @@ template <class T> void append(std::string& bytes, const std::vector<T>& values)
     bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
 }
 
+std::string meshes_of(const physics::Figure& figure) {
+    std::string bytes;
+    for (int i = 0; i < figure.mesh_count(); ++i) {
+        const physics::Mesh mesh = figure.mesh(i);
+        append(bytes, std::vector{static_cast<std::uint32_t>(mesh.vertices.size() / 3),
+                                  static_cast<std::uint32_t>(mesh.triangles.size() / 3)});
+        append(bytes, mesh.vertices);
+        append(bytes, mesh.normals);
+        append(bytes, mesh.triangles);
+    }
+    return bytes;
+}
+
+std::vector<service::SceneShape> shapes_of(const physics::Figure& figure) {
+    std::vector<service::SceneShape> shapes;
+    for (const auto& shape : figure.shapes())
+        shapes.push_back({static_cast<service::ShapeKind>(shape.kind),
+                          shape.body,
+                          shape.mesh,
+                          {shape.pose.begin(), shape.pose.end()},
+                          {shape.size.begin(), shape.size.end()},
+                          {shape.colour.begin(), shape.colour.end()}});
+    return shapes;
+}
+
+void write_poses(const physics::Figure& figure, std::vector<double>& values) {
+    for (int body = 0; body < static_cast<int>(figure.bodies().size()); ++body) {
+        const auto pose = figure.pose(body);
+        values.insert(values.end(), pose.begin(), pose.end());
+    }
+}
+
+/// A world that several robots share.
+class SharedScenery final : public service::Scenery {
+  public:
+    SharedScenery(const physics::Scene& scene, const std::string& path,
+                  std::shared_ptr<physics::Figure> figure)
+        : figure_(std::move(figure)) {
+        // The scene lives as long as the diagram, which is longer than this function.
+        const physics::SceneSimulation start(
+            std::shared_ptr<const physics::Scene>(std::shared_ptr<void>(), &scene));
+        world_.path = path;
+        world_.bodies = figure_->bodies();
+        world_.has_floor = scene.options().floor.enabled;
+        world_.shapes = shapes_of(*figure_);
+        write({start.q().data(), static_cast<std::size_t>(start.q().size())}, world_.start);
+    }
+
+    const service::SceneWorld& world() const override { return world_; }
+    std::string meshes() const override { return meshes_of(*figure_); }
+    void bind(const std::vector<Quantity>& signals) override { q_ = find(signals, world_.path + ".q"); }
+    void look(std::vector<double>& values) noexcept override {
+        write({reinterpret_cast<const double*>(q_.data), q_.info.elements()}, values);
+    }
+
+  private:
+    void write(std::span<const double> q, std::vector<double>& values) {
+        figure_->place(q);
+        write_poses(*figure_, values);
+        const Eigen::Vector3d com = figure_->com();
+        values.insert(values.end(), com.begin(), com.end());
+    }
+
+    const std::shared_ptr<physics::Figure> figure_;
+    service::SceneWorld world_;
+    Quantity q_;
+};
+
 class RobotScenery final : public service::Scenery {
   public:
     RobotScenery(const physics::World& world, const std::string& path,
@@ -29,13 +97,7 @@ class RobotScenery final : public service::Scenery {
         if (world_.bodies == world.bodies()) world_.disturbance = path + ".disturbance";
         for (const auto& foot : world.options().feet) world_.feet.push_back(foot.frame);
         world_.has_floor = world.options().floor.enabled;
-        for (const auto& shape : figure_->shapes())
-            world_.shapes.push_back({static_cast<service::ShapeKind>(shape.kind),
-                                     shape.body,
-                                     shape.mesh,
-                                     {shape.pose.begin(), shape.pose.end()},
-                                     {shape.size.begin(), shape.size.end()},
-                                     {shape.colour.begin(), shape.colour.end()}});
+        world_.shapes = shapes_of(*figure_);
         write(start.w_H_b(), {start.s().data(), static_cast<std::size_t>(start.s().size())}, world_.start);
         for (int i = 0; i < static_cast<int>(world_.feet.size()); ++i)
             write(physics::contact_force(start.foot_pose(i), start.foot_wrench(i)), world_.start);
@@ -44,18 +106,7 @@ class RobotScenery final : public service::Scenery {
 
     const service::SceneWorld& world() const override { return world_; }
 
-    std::string meshes() const override {
-        std::string bytes;
-        for (int i = 0; i < figure_->mesh_count(); ++i) {
-            const physics::Mesh mesh = figure_->mesh(i);
-            append(bytes, std::vector{static_cast<std::uint32_t>(mesh.vertices.size() / 3),
-                                      static_cast<std::uint32_t>(mesh.triangles.size() / 3)});
-            append(bytes, mesh.vertices);
-            append(bytes, mesh.normals);
-            append(bytes, mesh.triangles);
-        }
-        return bytes;
-    }
+    std::string meshes() const override { return meshes_of(*figure_); }
 
     void bind(const std::vector<Quantity>& signals) override {
         const auto data = [&](const std::string& name) {
@@ -81,10 +132,7 @@ class RobotScenery final : public service::Scenery {
   private:
     void write(const Eigen::Matrix4d& w_H_b, std::span<const double> s, std::vector<double>& values) {
         figure_->place(w_H_b, s);
-        for (int body = 0; body < static_cast<int>(world_.bodies.size()); ++body) {
-            const auto pose = figure_->pose(body);
-            values.insert(values.end(), pose.begin(), pose.end());
-        }
+        write_poses(*figure_, values);
     }
     static void write(const std::optional<physics::ContactForce>& contact, std::vector<double>& values) {
         const physics::ContactForce shown =
@@ -116,6 +164,32 @@ std::string looks_of(const physics::World& world) {
     return text.str();
 }
 
+std::string looks_of(const physics::Scene& scene) {
+    const auto& options = scene.options();
+    std::error_code error;
+    std::ostringstream text;
+    const auto add = [&](const std::filesystem::path& file) {
+        text << file.string() << ' '
+             << std::filesystem::last_write_time(file, error).time_since_epoch().count() << '\n';
+    };
+    for (const auto& robot : options.robots) {
+        add(robot.options.urdf);
+        text << robot.name << ' ' << robot.body << ' ' << robot.options.floating_base;
+        if (robot.options.initial_w_H_b) text << ' ' << *robot.options.initial_w_H_b;
+        for (const auto& list : {robot.options.joints, robot.options.ft_sensors})
+            for (const auto& name : list) text << ' ' << name;
+        text << '\n';
+    }
+    for (const auto& object : options.objects) {
+        add(object.file);
+        text << object.name << ' ' << static_cast<int>(object.kind) << ' ' << object.count << ' '
+             << object.size.transpose() << ' ' << object.w_H_o << ' ' << object.mass.has_value();
+        for (const float part : object.colour) text << ' ' << part;
+        text << '\n';
+    }
+    return text.str();
+}
+
 } // namespace
 
 service::MakeSceneries scenery_maker() {
@@ -124,13 +198,16 @@ service::MakeSceneries scenery_maker() {
     return [known](const Diagram& diagram) {
         service::Sceneries all;
         std::map<std::string, std::shared_ptr<physics::Figure>> used;
-        for (const auto& [path, world] : worlds_of(diagram)) {
-            const std::string key = path + '\n' + looks_of(*world);
+        const auto figure_of = [&](const std::string& path, const auto& world) {
+            const std::string key = path + '\n' + looks_of(world);
             const auto found = known->find(key);
-            auto figure = found == known->end() ? std::make_shared<physics::Figure>(*world) : found->second;
-            used[key] = figure;
-            all.push_back(std::make_unique<RobotScenery>(*world, path, std::move(figure)));
-        }
+            return used[key] =
+                       found == known->end() ? std::make_shared<physics::Figure>(world) : found->second;
+        };
+        for (const auto& [path, world] : worlds_of(diagram))
+            all.push_back(std::make_unique<RobotScenery>(*world, path, figure_of(path, *world)));
+        for (const auto& [path, scene] : shared_worlds_of(diagram))
+            all.push_back(std::make_unique<SharedScenery>(*scene, path, figure_of(path, *scene)));
         *known = std::move(used);
         return all;
     };

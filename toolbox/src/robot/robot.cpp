@@ -1,6 +1,7 @@
 #include "robot/robot.hpp"
 
 #include "bf/dynamics/find_urdf.hpp"
+#include "bf/toolbox/shared_world.hpp"
 #include "robot/device_block.hpp"
 
 #include <cmath>
@@ -21,13 +22,14 @@ constexpr std::array<std::pair<const char*, Measurement>, 9> measurements{{
     {"Motor Current", Measurement::motor_current},
     {"Motor PWM", Measurement::motor_pwm},
 }};
-constexpr std::array<std::pair<const char*, ControlMode>, 6> modes{{
+constexpr std::array<std::pair<const char*, ControlMode>, 7> modes{{
     {"Position", ControlMode::position},
     {"Position Direct", ControlMode::position_direct},
     {"Velocity", ControlMode::velocity},
     {"Torque", ControlMode::torque},
     {"PWM", ControlMode::pwm},
     {"Current", ControlMode::current},
+    {"Impedance", ControlMode::impedance},
 }};
 constexpr std::array<std::pair<const char*, Sensor>, 2> sensors{
     {{"wrench", Sensor::wrench}, {"imu", Sensor::imu}}};
@@ -67,10 +69,30 @@ class Configuration final : public Block {
          .doc = "false: the base stands still, and the generalised velocity is that of the n joints"}};
     Argument<std::vector<double>> gravity{
         this, "gravity", {.initial = {0, 0, -9.81}, .doc = "gravity in the world frame, m/s2"}};
+    Argument<std::string> world_robot{
+        this,
+        "world_robot",
+        {.doc =
+             "a robot of the World around the block, which says its URDF, joints, base and gravity in place "
+             "of the arguments above; none: they do"}};
+    Requires<SharedWorld> world{this, "the world in which the robot stands", !world_robot->empty()};
     Provides<RobotConfiguration> configuration{this, [this] { return load(); }};
 
   private:
     std::shared_ptr<const RobotConfiguration> load() const {
+        if (world.is_bound()) {
+            const auto& scene = *world->scene;
+            const auto& options =
+                scene.options().robots[static_cast<std::size_t>(scene.robot(*world_robot))].options;
+            if (scene.is_mjcf(scene.robot(*world_robot)))
+                throw std::runtime_error("robot '" + *world_robot +
+                                         "' is an MJCF, of which the model blocks "
+                                         "compute nothing; give its URDF as 'robot' in place of world_robot");
+            return std::make_shared<const RobotConfiguration>(RobotConfiguration{
+                dynamics::Model::load(options.urdf, options.joints, scene.options().gravity,
+                                      options.base_link, options.floating_base),
+                options.urdf, world->search_directories});
+        }
         if (gravity->size() != 3)
             throw std::runtime_error("argument 'gravity' has " + std::to_string(gravity->size()) +
                                      " elements; give three, e.g. [0 0 -9.81]");

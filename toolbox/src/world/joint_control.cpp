@@ -79,6 +79,7 @@ const Eigen::VectorXd& JointControl::advance(double period, const Eigen::Ref<con
             s_t_[i] += s_dot_t_[i] * period;
             break;
         }
+        case ControlMode::impedance: // which WorldDevice refuses
         case ControlMode::position_direct: s_t_[i] = reference; break;
         }
         const double error = s_t_[i] - s[i];

@@ -4,6 +4,8 @@
 #include "bf/toolbox/simulated_robot.hpp"
 #include "world/joint_control.hpp"
 
+#include <stdexcept>
+
 namespace bf::toolbox {
 
 /// A running robot: the physics, its motors and the loops in front of them.
@@ -53,7 +55,12 @@ class WorldDevice final : public SimulatedDevice {
     const std::vector<std::string>& joint_names() const override { return world_->joint_names(); }
     void limits(Limits which, Eigen::VectorXd& minimum, Eigen::VectorXd& maximum) const override;
     int sensor_index(Sensor kind, const std::string& name) const override;
-    void check_mode(ControlMode) const override {}
+    void check_mode(ControlMode mode) const override {
+        if (mode == ControlMode::impedance)
+            throw std::runtime_error(
+                "the robot of a MujocoWorld has no impedance loop; use a control_type of "
+                "Position Direct, or the robot of a World");
+    }
     void check_measurement(Measurement) const override {}
     void check_gains(Loop) const override {}
     void check_motor_parameters() const override {}

@@ -6,5 +6,7 @@ namespace bf::toolbox {
 
 /// Physics worlds with a simulated robot.
 void add_world(Library& library);
+/// A world that several robots share.
+void add_shared_world(Library& library);
 
 } // namespace bf::toolbox

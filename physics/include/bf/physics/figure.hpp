@@ -1,6 +1,7 @@
 // What a World's robot looks like, for whoever draws it.
 #pragma once
 
+#include "bf/physics/scene.hpp"
 #include "bf/physics/world.hpp"
 
 #include <array>
@@ -38,11 +39,13 @@ struct ContactForce {
 /// of the floor at its origin in world axes; none where the floor pushes with less than 1 N.
 std::optional<ContactForce> contact_force(const Eigen::Matrix4d& w_H_foot, const Vector6d& wrench);
 
-/// The looks of a World's robot, and where its bodies are. A body is a link with all that is fixed to it.
+/// The looks of a World's robot or of a Scene, and where the bodies are. A body is a link, or an object, with
+/// all that is fixed to it.
 class Figure {
   public:
     /// Loads the visual meshes. Throws std::runtime_error: mesh not found, with the places searched.
     explicit Figure(const World& world);
+    explicit Figure(const Scene& scene);
     ~Figure();
     Figure(Figure&&) noexcept;
     Figure& operator=(Figure&&) noexcept;
@@ -54,6 +57,10 @@ class Figure {
 
     /// Puts the base at `w_H_b` and the joints at `s` (n, the World's order).
     void place(const Eigen::Matrix4d& w_H_b, std::span<const double> s) noexcept;
+    /// Puts everything where SceneSimulation::q says.
+    void place(std::span<const double> q) noexcept;
+    /// Centre of mass of a whole Scene, as it was placed (m).
+    Eigen::Vector3d com() const noexcept;
     /// Where a body was placed in the world: x y z (m), qw qx qy qz.
     std::array<double, 7> pose(int body) const noexcept;
 

@@ -61,11 +61,24 @@ struct Noise {
 enum class Integrator { euler, implicit_fast };
 enum class FrictionCone { pyramidal, elliptic };
 
-/// Everything that defines a World: robot, environment, solver, sensors, start. SI units.
+/// Environment and solver. SI units.
+struct PhysicsOptions {
+    double time_step = 1e-3; ///< s
+    Integrator integrator = Integrator::implicit_fast;
+    FrictionCone cone = FrictionCone::elliptic;
+    double impratio = 100.0; ///< frictional to normal impedance of contacts
+    Eigen::Vector3d gravity{0.0, 0.0, -9.81};
+    Floor floor;
+
+    /// Throws std::invalid_argument that lists every value out of range.
+    void validate() const;
+};
+
+/// A robot, its sensors and its start. SI units.
 ///
 /// Joint-wise lists (`armature`, `damping`, `friction`, `initial_joints`) hold no value, one for all joints,
 /// or n in the order of `joints`.
-struct WorldOptions {
+struct RobotOptions {
     std::filesystem::path urdf;
     /// Where `package://` and `model://` addresses of meshes are looked up first; then in the folders of the
     /// environment (bf/base/packages.hpp) and in those above the URDF.
@@ -77,14 +90,7 @@ struct WorldOptions {
     std::string base_link; ///< link that w_H_b describes; empty: the first link with inertia from the root
     bool floating_base = true;
 
-    double time_step = 1e-3; ///< s
-    Integrator integrator = Integrator::implicit_fast;
-    FrictionCone cone = FrictionCone::elliptic;
-    double impratio = 100.0; ///< frictional to normal impedance of contacts
-    Eigen::Vector3d gravity{0.0, 0.0, -9.81};
-
-    Floor floor;
-    std::vector<Foot> feet; ///< the only parts of the robot that collide
+    std::vector<Foot> feet; ///< the only parts of the robot that collide in a World
     std::vector<std::string>
         ft_sensors;        ///< fixed joint (or its child link) cut by a six-axis force/torque sensor
     std::string imu_frame; ///< link that carries the IMU; empty: the base link
@@ -105,6 +111,12 @@ struct WorldOptions {
 
     /// Throws std::invalid_argument that lists every value out of range. What needs the URDF is checked by
     /// World.
+    void validate() const;
+};
+
+/// Everything that defines a World: one robot in its environment.
+struct WorldOptions : RobotOptions, PhysicsOptions {
+    /// Throws std::invalid_argument that lists every value out of range of both.
     void validate() const;
 };
 

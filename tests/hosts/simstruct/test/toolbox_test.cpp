@@ -1,5 +1,6 @@
 // Every block of the Whole-Body Toolbox in Simulink's order of calls, compared with a diagram of our own.
 #include "../../../../toolbox/test/running.hpp"
+#include "../../../../toolbox/test/small_world.hpp"
 #include "bf/boundary/positional.hpp"
 #include "simstruct/model.hpp"
 
@@ -52,6 +53,8 @@ const Arguments world{{"feet", std::vector<std::string>{"l_sole", "r_sole"}},
                       {"ft_sensors", std::vector<std::string>{"l_foot_ft_sensor"}},
                       {"push_links", std::vector<std::string>{"chest"}}};
 
+const Arguments shared{{"file", toolbox::test::small_world()}};
+
 const std::multimap<std::string, Arguments>& cases() {
     static const std::multimap<std::string, Arguments> all{
         {"ForwardKinematics", {{"frame", "l_sole"}}},
@@ -80,6 +83,12 @@ const std::multimap<std::string, Arguments>& cases() {
         {"SetReferences", {}},
         {"MujocoWorld", world},
         {"Configuration", {}},
+        {"World", shared},
+        {"WorldRobot", {{"robot", "arm"}}},
+        {"WorldObject", {{"object", "ball"}}},
+        {"WorldActuator", {{"robot", "hand"}, {"actuator", "grip"}}},
+        {"WorldPush", {{"robot", "arm"}, {"link", "bob"}}},
+        {"WorldRays", {{"body", std::string("arm/bob")}}},
         {"QP", {}},
         {"QpOases", {}},
         {"OSQP", {}},
@@ -113,7 +122,9 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         SCOPED_TRACE(name);
         tried.insert(name);
         const BlockClass& type = blocks.find("WholeBodyToolbox/" + name);
-        const bool is_world = name == "MujocoWorld";
+        const bool is_shared = name.starts_with("World"); // or in a world that robots share
+        const bool is_world = name == "MujocoWorld" || name == "World";
+        const std::string around = is_shared ? "World" : "MujocoWorld";
         const bool needs_network = name.starts_with("Stream") || name.starts_with("Simulator");
         const auto sized = type.make(arguments);
         const auto& slots = sized->resolution().slots;
@@ -135,8 +146,8 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
             wires += "  " + input + ": x." + input + "\n";
         }
         text += "blocks:\n";
-        if (name != "Configuration") text += yaml("robot", "Configuration", robot);
-        if (!is_world && name != "Configuration") text += yaml("world", "MujocoWorld", world);
+        if (name != "Configuration" && !is_shared) text += yaml("robot", "Configuration", robot);
+        if (!is_world && name != "Configuration") text += yaml("world", around, is_shared ? shared : world);
         if (needs_network) text += yaml("network", "LocalStreams", network("here"));
         text += yaml("x", name, arguments) + (inputs.empty() ? "" : wires);
         Running here(text);
@@ -144,11 +155,12 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         Model there(simstruct_methods, step);
         // Blocks find what encloses them whatever the order in which Simulink comes to them.
         const int x = there.add("m/inner/x", parameters(type, arguments));
-        if (name != "Configuration")
+        if (name != "Configuration" && !is_shared)
             there.add("m/robot", parameters(blocks.find("WholeBodyToolbox/Configuration"), robot));
         int w = x;
         if (!is_world && name != "Configuration")
-            w = there.add("m/world", parameters(blocks.find("WholeBodyToolbox/MujocoWorld"), world));
+            w = there.add("m/world",
+                          parameters(blocks.find("WholeBodyToolbox/" + around), is_shared ? shared : world));
         if (needs_network)
             there.add("m/network",
                       parameters(blocks.find("WholeBodyToolbox/LocalStreams"), network("there")));
@@ -189,7 +201,8 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
             };
             compare("x", x, outputs);
             // What a block did to the robot shows in the world.
-            if (w != x) compare("world", w, {"s", "s_dot", "tau_measured"});
+            if (w != x && is_shared) compare("world", w, {"q"});
+            if (w != x && !is_shared) compare("world", w, {"s", "s_dot", "tau_measured"});
         }
         if (is_world) {
             mxArray* saved = there.save(x);

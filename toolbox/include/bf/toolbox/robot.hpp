@@ -51,6 +51,7 @@ enum class ControlMode {
     torque,          ///< Nm
     pwm,             ///< raw
     current,         ///< raw
+    impedance,       ///< rad, by a spring and a damper of the joint
 };
 
 enum class Limits { position, velocity };

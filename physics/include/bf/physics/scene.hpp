@@ -1,0 +1,143 @@
+// Several robots and objects in one world.
+#pragma once
+
+#include "bf/physics/scene_options.hpp"
+#include "bf/physics/world.hpp"
+
+#include <Eigen/Dense>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace bf::physics {
+
+/// Compiled physics model of robots and objects. Immutable: any number of SceneSimulations, in any threads,
+/// share it. Robots and objects are numbered from 0 in the order of the options.
+class Scene {
+  public:
+    /// Throws std::runtime_error that begins with where in the file it is, names what is wrong and the
+    /// remedy: two of one name, files, links or joints that are not there, numbers that are none.
+    explicit Scene(SceneOptions options);
+    ~Scene();
+    Scene(Scene&&) noexcept;
+    Scene& operator=(Scene&&) noexcept;
+
+    const SceneOptions& options() const; ///< complete: joints, base links and IMU frames filled in
+    int robot_count() const;
+    int object_count() const;
+    /// The number of the robot of that name. Throws std::runtime_error that lists those there are.
+    int robot(const std::string& name) const;
+    int object(const std::string& name) const;
+
+    bool is_mjcf(int robot) const;    ///< otherwise a URDF
+    int joint_count(int robot) const; ///< n
+    const std::vector<std::string>& joint_names(int robot) const;
+    const Eigen::VectorXd& lower_limits(int robot) const;  ///< n, joint positions
+    const Eigen::VectorXd& upper_limits(int robot) const;  ///< n, joint positions
+    const Eigen::VectorXd& effort_limits(int robot) const; ///< n, |tau| is clamped to it
+    /// Actuators of an MJCF that drive no controlled joint, such as those of tendons: by name, the number of
+    /// one, which set_control wants. Throws std::runtime_error that lists those there are.
+    const std::vector<std::string>& actuators(int robot) const;
+    int actuator(int robot, const std::string& name) const;
+    double mass(int robot) const; ///< kg, of what moves and of a fixed base
+
+    /// Throws std::runtime_error that names the gain which the mode needs and a joint that has none.
+    void check_mode(int robot, JointMode mode) const;
+
+    int position_count() const; ///< of the whole scene, see SceneSimulation::q
+    /// What moves by itself, each with all that is fixed to it: "robot/link", "object".
+    const std::vector<std::string>& bodies() const;
+    /// Number of one of them, from 0. Throws std::runtime_error that lists them.
+    int body(const std::string& name) const;
+    /// What the scene does otherwise than the files say.
+    const std::vector<std::string>& warnings() const;
+
+  private:
+    friend class SceneSimulation;
+    friend class Puppet;
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// One running copy of a Scene. A step is that of a Simulation, and so is what "now" and "last interval"
+/// mean. Every returned map is a view that stays valid and changes with the next step.
+class SceneSimulation {
+  public:
+    using VectorView = Eigen::Map<const Eigen::VectorXd>;
+    using Vector3View = Eigen::Map<const Eigen::Vector3d>;
+    using Vector6View = Eigen::Map<const Vector6d>;
+    using Matrix4View = Eigen::Map<const Eigen::Matrix4d>;
+
+    /// Allocates everything and resets. Throws std::bad_alloc or std::runtime_error.
+    explicit SceneSimulation(std::shared_ptr<const Scene> scene);
+    ~SceneSimulation();
+    SceneSimulation(SceneSimulation&&) noexcept;
+    SceneSimulation& operator=(SceneSimulation&&) noexcept;
+
+    const Scene& scene() const noexcept;
+
+    /// Back to t = 0, the start, zero velocities, zero torques and wrenches.
+    void reset() noexcept;
+
+    /// How the joints of a robot follow their references from now on; Scene::check_mode has accepted it. They
+    /// begin with references that hold: the present positions, or zeros.
+    void set_mode(int robot, JointMode mode) noexcept;
+    /// References (n) of a robot's joints as its mode means them, held until the next ones. What is not
+    /// finite fails the next step.
+    void set_references(int robot, std::span<const double> references) noexcept;
+    /// The same in the mode torque.
+    void set_torque(int robot, std::span<const double> tau) noexcept;
+    /// Force (N) and moment (Nm) on push link `i` of a robot, at its centre of mass, world axes; held.
+    void set_wrench(int robot, int i, const Vector6d& wrench) noexcept;
+
+    /// The control signal of an actuator, by its number, as the MJCF means it; held.
+    void set_control(int actuator, double value) noexcept;
+
+    /// Advances by `count` time steps. False when an input is not finite or the motion diverged; error() says
+    /// why. After a failure every further step fails with the same text until reset() or restore().
+    [[nodiscard]] bool step(int count = 1) noexcept;
+    /// Why the last step failed; empty when it did not.
+    const char* error() const noexcept;
+    double time() const noexcept; ///< s
+
+    VectorView s(int robot) const noexcept;      ///< n, joint positions, now, with noise
+    VectorView s_dot(int robot) const noexcept;  ///< n, joint velocities, now, with noise
+    VectorView s_ddot(int robot) const noexcept; ///< n, joint accelerations, last interval
+    VectorView tau(int robot) const noexcept;    ///< n, torques after the limits, last interval, with noise
+    Matrix4View w_H_b(int robot) const noexcept; ///< pose of the base link, now
+    Vector6View v_b(int robot) const noexcept;   ///< velocity of the base link, mixed, now
+    Vector3View com(int robot) const noexcept;   ///< centre of mass, now
+    Vector3View imu_rpy(int robot) const noexcept;
+    Vector3View gyro(int robot) const noexcept;
+    Vector3View accelerometer(int robot) const noexcept;
+    Vector6View ft_wrench(int robot, int i) const noexcept; ///< as Simulation::ft_wrench
+
+    Matrix4View w_H_o(int object) const noexcept; ///< pose of an object, now
+    Vector6View v_o(int object) const noexcept;   ///< its velocity, mixed, now
+
+    /// How far (m) the nearest shape of another body is along each ray, now; `range` where there is none
+    /// within. The rays begin at the origin of a frame fixed to a body (its number in Scene::bodies), and
+    /// `directions` are unit vectors there.
+    void measure_rays(int body, const Eigen::Matrix4d& body_H_frame,
+                      const Eigen::Ref<const Eigen::Matrix3Xd>& directions, double range,
+                      Eigen::Ref<Eigen::VectorXd> distances) const noexcept;
+
+    /// All positions of the scene, now, with which a figure of it is placed: for each body that floats its
+    /// x y z (m), qw qx qy qz, for each joint rad or m, in MuJoCo's order.
+    VectorView q() const noexcept;
+    /// Kinetic and potential energy (J), now; that of springs and of gravity.
+    Eigen::Vector2d energy() const noexcept;
+
+    int state_size() const noexcept; ///< number of doubles of a saved state
+    /// Writes the complete state, measurements and held inputs included.
+    void save(double* state) const noexcept;
+    /// Continues, bit for bit, from a state that save() wrote for the same Scene.
+    void restore(const double* state) noexcept;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace bf::physics

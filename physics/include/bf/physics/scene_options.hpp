@@ -1,0 +1,69 @@
+// What a Scene is made of: several robots and objects in one environment.
+#pragma once
+
+#include "bf/physics/joint_control.hpp"
+#include "bf/physics/world_options.hpp"
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bf::physics {
+
+/// A robot of a Scene. All its shapes touch whatever comes near; `options.feet` has none.
+///
+/// `options.urdf` is a URDF, or an MJCF, which is taken as it is: then `floating_base` and `package_paths`
+/// say nothing, `initial_w_H_b` is where the origin of the file comes to lie, joints that are not controlled
+/// move as the file says, and links are its bodies.
+struct SceneRobot {
+    std::string name;
+    /// Joints that are empty: all movable ones of a URDF that mimic no other; those of an MJCF that actuators
+    /// drive, or, where it has no actuators, all that no equality makes follow others.
+    RobotOptions options{};
+    /// Of the loops on its boards. Where kp and kd are empty, those of an MJCF's position actuators.
+    JointLoops loops{};
+    std::string body{};  ///< the part of the MJCF that is the robot; empty: all there is
+    std::string key{};   ///< key frame of the MJCF that the joints start with; empty: its reference positions
+    std::string where{}; ///< file and line, which messages begin with; may be empty
+};
+
+/// A body that is no robot: it floats when it has a mass, and is fixed to the world otherwise, as terrain
+/// (slope, steps, heights) always is.
+struct SceneObject {
+    enum class Kind { box, sphere, cylinder, mesh, slope, steps, heights };
+    Kind kind = Kind::box;
+    std::string name;
+    /// What it means depends on the kind (m):
+    /// - box: edges x y z; sphere: radius; cylinder: radius, length along z; mesh: factors of its
+    /// coordinates;
+    /// - slope: length along x, width along y, height to which it rises from the origin;
+    /// - steps: depth along x, width along y and height of one of `count`, which rise from the origin;
+    /// - heights: extent along x and y around the origin; height of an image's brightest pixel above its
+    ///   darkest, or the factor of a file's numbers.
+    Eigen::Vector3d size{0.1, 0.1, 0.1};
+    int count = 1; ///< of steps
+    /// Of a mesh, which touches with its convex hull; of heights: a PNG image, or rows of numbers (m), the
+    /// first of them at the greatest y.
+    std::filesystem::path file{};
+    Eigen::Matrix4d w_H_o = Eigen::Matrix4d::Identity();
+    std::optional<double> mass{}; ///< kg, spread evenly over the volume
+    double friction = 1.0;        ///< Coulomb; of two shapes that touch the greater one counts
+    std::array<float, 4> colour{0.8F, 0.6F, 0.3F, 1.0F}; ///< red, green, blue, opacity
+    std::string where{};
+};
+
+/// Everything that defines a Scene. SI units.
+struct SceneOptions : PhysicsOptions {
+    std::vector<SceneRobot> robots;
+    std::vector<SceneObject> objects;
+
+    /// Reads an XML file of the form that docs/how-to/several_robots.md describes; names of files in it begin
+    /// at its folder. `package_paths` are those of all robots. Throws std::runtime_error naming file, line,
+    /// element, attribute and remedy.
+    static SceneOptions read(const std::filesystem::path& file,
+                             const std::vector<std::filesystem::path>& package_paths = {});
+};
+
+} // namespace bf::physics

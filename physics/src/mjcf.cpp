@@ -1,0 +1,251 @@
+#include "mjcf.hpp"
+
+#include "bf/base/names.hpp"
+#include "bf/base/text_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <tinyxml2.h>
+
+namespace bf::physics {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string element_name(mjsElement* element) { return mjs_getString(mjs_getName(element)); }
+
+template <typename Visit> void visit_all(mjSpec* spec, mjtObj type, const Visit& visit) {
+    for (mjsElement* element = mjs_firstElement(spec, type); element;) {
+        mjsElement* next = mjs_nextElement(spec, element); // before visit() may delete this one
+        visit(element);
+        element = next;
+    }
+}
+
+/// Reads a file and those that it includes; each must be in `folder`.
+void check_includes(const fs::path& file, const fs::path& folder, std::set<fs::path>& seen) {
+    if (!seen.insert(file).second) return; // MuJoCo says what it does not include twice
+    std::string text;
+    if (const std::string wrong = read_file(file.string(), text); !wrong.empty())
+        throw std::runtime_error("cannot read the MJCF '" + file.string() + "': " + wrong +
+                                 "; check the path, relative ones start at the folder of the description");
+    tinyxml2::XMLDocument document;
+    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+        throw std::runtime_error("'" + file.string() + "', line " + std::to_string(document.ErrorLineNum()) +
+                                 ": it is no XML (" + document.ErrorName() + "); correct this line");
+    const auto look = [&](const auto& self, const tinyxml2::XMLElement* element) -> void {
+        for (; element; element = element->NextSiblingElement()) {
+            const char* name = element->Attribute("file");
+            if (std::string(element->Name()) == "include" && name) {
+                const fs::path included = (folder / name).lexically_normal();
+                const fs::path inside = included.lexically_relative(folder);
+                if (fs::path(name).is_absolute() || inside.empty() || *inside.begin() == "..")
+                    throw std::runtime_error("'" + file.string() + "', line " +
+                                             std::to_string(element->GetLineNum()) + ": <include file=\"" +
+                                             name + "\"> is outside of the folder '" + folder.string() +
+                                             "'; move the file into it");
+                if (!fs::is_regular_file(included))
+                    throw std::runtime_error("'" + file.string() + "', line " +
+                                             std::to_string(element->GetLineNum()) + ": <include file=\"" +
+                                             name + "\">: there is no file '" + included.string() + "'");
+                check_includes(included, folder, seen);
+            }
+            self(self, element->FirstChildElement());
+        }
+    };
+    look(look, document.FirstChildElement());
+}
+
+bool is_single(const mjsJoint* joint) { return joint->type == mjJNT_HINGE || joint->type == mjJNT_SLIDE; }
+
+/// Names of what is below `body`, in the order of the file.
+std::vector<std::string> names_in(mjsBody* body, mjtObj type) {
+    std::vector<std::string> names;
+    for (mjsElement* element = mjs_firstChild(body, type, 1); element;
+         element = mjs_nextChild(body, element, 1))
+        if (std::string name = element_name(element); !name.empty()) names.push_back(std::move(name));
+    return names;
+}
+
+[[noreturn]] void unknown(const fs::path& file, const std::string& kind, const std::string& name,
+                          const std::string& role, std::vector<std::string> names) {
+    const auto near = nearest_first(name, std::move(names));
+    throw std::runtime_error("'" + file.string() + "' has no " + kind + " '" + name + "'" +
+                             (role.empty() ? "" : ", wanted as " + role) +
+                             (near.empty() ? "" : "; similar names: " + name_list(near)));
+}
+
+/// Torque that the actuator can give at most, as an interval; none where it has no limit.
+bool torque_limits(const mjsActuator& actuator, double* range) {
+    const auto limited = [](mjtLimited said, const double* r) {
+        return said == mjLIMITED_TRUE || (said == mjLIMITED_AUTO && r[0] < r[1]);
+    };
+    const double gear = actuator.gear[0];
+    double scale = gear;
+    const double* from = actuator.forcerange;
+    if (!limited(actuator.forcelimited, actuator.forcerange)) {
+        const bool is_motor = actuator.gaintype == mjGAIN_FIXED && actuator.biastype == mjBIAS_NONE;
+        if (!is_motor || !limited(actuator.ctrllimited, actuator.ctrlrange)) return false;
+        from = actuator.ctrlrange;
+        scale *= actuator.gainprm[0];
+    }
+    range[0] = std::min(scale * from[0], scale * from[1]);
+    range[1] = std::max(scale * from[0], scale * from[1]);
+    return range[0] < range[1];
+}
+
+/// Controlled joints that are not named: those that the file moves by actuators of their own; where it has no
+/// actuators, all that do not follow others.
+std::vector<std::string> controlled(mjSpec* spec, mjsBody* body) {
+    std::set<std::string> driven, following;
+    bool has_actuators = false;
+    visit_all(spec, mjOBJ_ACTUATOR, [&](mjsElement* element) {
+        const mjsActuator* actuator = mjs_asActuator(element);
+        has_actuators = true;
+        if (actuator->trntype == mjTRN_JOINT) driven.insert(mjs_getString(actuator->target));
+    });
+    visit_all(spec, mjOBJ_EQUALITY, [&](mjsElement* element) {
+        const mjsEquality* equality = mjs_asEquality(element);
+        if (equality->type == mjEQ_JOINT) following.insert(mjs_getString(equality->name1));
+    });
+    std::vector<std::string> joints;
+    for (const std::string& name : names_in(body, mjOBJ_JOINT)) {
+        const mjsJoint* joint = mjs_asJoint(mjs_findElement(spec, mjOBJ_JOINT, name.c_str()));
+        if (is_single(joint) && (has_actuators ? driven.contains(name) : !following.contains(name)))
+            joints.push_back(name);
+    }
+    return joints;
+}
+
+void check_joints(mjSpec* spec, mjsBody* body, const RobotOptions& options) {
+    const auto known = names_in(body, mjOBJ_JOINT);
+    std::set<std::string> seen;
+    for (const std::string& name : options.joints) {
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            unknown(options.urdf, "joint", name, "", known);
+        if (!seen.insert(name).second)
+            throw std::runtime_error("joint '" + name + "' is listed twice in joints; list each joint once");
+        if (!is_single(mjs_asJoint(mjs_findElement(spec, mjOBJ_JOINT, name.c_str()))))
+            throw std::runtime_error("joint '" + name + "' of '" + options.urdf.string() +
+                                     "' cannot be controlled; controlled joints are hinges and slides");
+    }
+}
+
+/// The file's actuators of controlled joints go, and leave their limits and gains.
+void take_actuators(mjSpec* spec, const RobotOptions& options, JointLoops& loops) {
+    std::vector<double> kp(options.joints.size(), 0.0), kd = kp;
+    bool has_gains = false;
+    visit_all(spec, mjOBJ_ACTUATOR, [&](mjsElement* element) {
+        const mjsActuator* actuator = mjs_asActuator(element);
+        const std::string target = mjs_getString(actuator->target);
+        const auto found = std::find(options.joints.begin(), options.joints.end(), target);
+        if (actuator->trntype != mjTRN_JOINT || found == options.joints.end()) return;
+        const double gear2 = actuator->gear[0] * actuator->gear[0];
+        if (actuator->gaintype == mjGAIN_FIXED && actuator->biastype == mjBIAS_AFFINE) {
+            const auto i = static_cast<size_t>(found - options.joints.begin());
+            kp[i] = -gear2 * actuator->biasprm[1];
+            kd[i] = -gear2 * actuator->biasprm[2];
+            has_gains = true;
+        }
+        mjsJoint* joint = mjs_asJoint(mjs_findElement(spec, mjOBJ_JOINT, target.c_str()));
+        const bool has_limits =
+            joint->actfrclimited == mjLIMITED_TRUE ||
+            (joint->actfrclimited == mjLIMITED_AUTO && joint->actfrcrange[0] < joint->actfrcrange[1]);
+        double range[2];
+        if (!has_limits && torque_limits(*actuator, range)) {
+            joint->actfrclimited = mjLIMITED_TRUE;
+            std::copy_n(range, 2, joint->actfrcrange);
+        }
+        joint->armature += gear2 * actuator->armature;
+        mjs_delete(spec, element);
+    });
+    if (!has_gains) return;
+    if (loops.kp.empty()) loops.kp = kp;
+    if (loops.kd.empty()) loops.kd = kd;
+}
+
+void read_key(const mjModel* model, const std::string& key, const fs::path& file, Mjcf& robot) {
+    if (key.empty()) return;
+    const int id = mj_name2id(model, mjOBJ_KEY, key.c_str());
+    if (id < 0) {
+        std::vector<std::string> names;
+        for (int i = 0; i < model->nkey; ++i)
+            if (const char* name = mj_id2name(model, mjOBJ_KEY, i)) names.emplace_back(name);
+        unknown(file, "key frame", key, "", std::move(names));
+    }
+    for (int joint = 0; joint < model->njnt; ++joint) {
+        const char* name = mj_id2name(model, mjOBJ_JOINT, joint);
+        const int type = model->jnt_type[joint];
+        if (name && *name && (type == mjJNT_HINGE || type == mjJNT_SLIDE))
+            robot.start[name] = model->key_qpos[id * model->nq + model->jnt_qposadr[joint]];
+    }
+}
+
+} // namespace
+
+bool is_mjcf(const fs::path& file) {
+    std::string text;
+    tinyxml2::XMLDocument document;
+    if (!read_file(file.string(), text).empty() ||
+        document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+        return false;
+    const auto* root = document.RootElement();
+    return root && std::string(root->Name()) == "mujoco";
+}
+
+Mjcf read_mjcf(SceneRobot& robot) {
+    RobotOptions& options = robot.options;
+    options.urdf = fs::absolute(options.urdf).lexically_normal();
+    const fs::path& file = options.urdf;
+    std::set<fs::path> seen;
+    check_includes(file, file.parent_path(), seen);
+    std::array<char, 1024> error{};
+    Mjcf result;
+    result.spec.reset(mj_parseXML(file.c_str(), nullptr, error.data(), static_cast<int>(error.size())));
+    mjSpec* spec = result.spec.get();
+    if (!spec) throw std::runtime_error("MuJoCo cannot read '" + file.string() + "': " + error.data());
+    mjsBody* world = mjs_findBody(spec, "world");
+    const std::vector<std::string> bodies = names_in(world, mjOBJ_BODY);
+    const auto require = [&](const std::string& name, const std::string& role) {
+        mjsBody* found = mjs_findBody(spec, name.c_str());
+        if (!found || name == "world") unknown(file, "body", name, role, bodies);
+        return found;
+    };
+    result.body = robot.body.empty() ? world : require(robot.body, "the robot");
+
+    if (options.joints.empty()) options.joints = controlled(spec, result.body);
+    check_joints(spec, result.body, options);
+    if (options.base_link.empty() || options.base_link == mark("base")) {
+        mjsElement* first = mjs_firstChild(world, mjOBJ_BODY, 0);
+        if (!robot.body.empty()) first = result.body->element;
+        if (!first) throw std::runtime_error("'" + file.string() + "' has no <body>; a robot has one");
+        if (element_name(first).empty()) mjs_setName(first, mark("base").c_str());
+        options.base_link = element_name(first);
+    }
+    require(options.base_link, "base link");
+    if (options.imu_frame.empty()) options.imu_frame = options.base_link;
+    require(options.imu_frame, "body of the IMU");
+    for (const std::string& name : options.ft_sensors) require(name, "child of a force/torque sensor");
+    for (const std::string& name : options.push_links) require(name, "body to push");
+    options.validate();
+
+    const ModelPtr model = compile(spec, file); // which says what is wrong in this file
+    read_key(model.get(), robot.key, file, result);
+    result.mass = model->body_subtreemass[mj_name2id(model.get(), mjOBJ_BODY,
+                                                     robot.body.empty() ? "world" : robot.body.c_str())];
+    visit_all(spec, mjOBJ_KEY, [&](mjsElement* element) { mjs_delete(spec, element); });
+    take_actuators(spec, options, robot.loops);
+    add_motors(spec, options);
+    add_marks(spec, options);
+    visit_all(spec, mjOBJ_BODY, [&](mjsElement* element) { // a fixed base keeps its mass and its place
+        const mjsBody* parent = mjs_getParent(element);
+        if (parent && element_name(parent->element) == "world") mjs_asBody(element)->fuse = 0;
+    });
+    return result;
+}
+
+} // namespace bf::physics

@@ -1,0 +1,27 @@
+#pragma once
+
+#include "bf/physics/scene_options.hpp"
+#include "spec.hpp"
+
+#include <map>
+#include <string>
+
+namespace bf::physics {
+
+/// Does the file begin with <mujoco>? False for one that cannot be read.
+bool is_mjcf(const std::filesystem::path& file);
+
+/// A robot that an MJCF describes.
+struct Mjcf {
+    SpecPtr spec;                        ///< with motors and marks, as make_robot has them
+    mjsBody* body;                       ///< what of it is attached
+    double mass = 0.0;                   ///< kg
+    std::map<std::string, double> start; ///< joint positions of the key frame
+};
+
+/// Reads an MJCF and fills in what the robot's options leave to it. Joints that are not controlled move as
+/// the file says; the file's actuators of controlled joints give way to motors, which keep their limits.
+/// Throws std::runtime_error.
+Mjcf read_mjcf(SceneRobot& robot);
+
+} // namespace bf::physics

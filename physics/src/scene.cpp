@@ -1,0 +1,222 @@
+#include "bf/base/names.hpp"
+#include "scene_impl.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string_view>
+
+namespace bf::physics {
+
+namespace {
+
+[[noreturn]] void unknown_part(const std::string& owner, const char* kind, const std::string& name,
+                               const std::vector<std::string>& names) {
+    const auto nearest = nearest_first(name, names, 1);
+    const bool near = !nearest.empty() && edit_distance(name, nearest[0]) <= 1 + name.size() / 3;
+    throw std::runtime_error(owner + " has no " + kind + " '" + name + "'" +
+                             (near ? "; did you mean '" + nearest[0] + "'?" : ";") +
+                             " there are: " + (names.empty() ? "none" : name_list(names)));
+}
+
+template <class Items> int number_of_named(const Items& items, const std::string& name, const char* kind) {
+    std::vector<std::string> names;
+    for (const auto& item : items) {
+        if (item.name == name) return static_cast<int>(names.size());
+        names.push_back(item.name);
+    }
+    unknown_part("the world", kind, name, names);
+}
+
+} // namespace
+
+void Scene::Impl::index() {
+    const mjModel* m = model.get();
+    for (int body = 1; body < m->nbody; ++body) bodies.emplace_back(mj_id2name(m, mjOBJ_BODY, body));
+    for (const SceneRobot& robot : options.robots) {
+        const std::string prefix = robot.name + "/";
+        RobotIndex& found = robots.emplace_back();
+        try {
+            found.find(m, robot.options, prefix);
+        } catch (const std::exception& error) {
+            throw std::runtime_error(begin_of_message(robot.where) + "robot '" + robot.name +
+                                     "': " + error.what());
+        }
+        for (int body = 1; body < m->nbody; ++body)
+            if (m->body_parentid[body] == 0 && bodies[static_cast<size_t>(body - 1)].starts_with(prefix))
+                found.roots.push_back(body);
+    }
+    for (const SceneRobot& robot : options.robots) {
+        auto& names = actuators.emplace_back();
+        for (int i = 0; i < m->nu; ++i) {
+            const char* name = mj_id2name(m, mjOBJ_ACTUATOR, i);
+            const std::string prefix = robot.name + "/";
+            if (!name || !std::string_view(name).starts_with(prefix)) continue;
+            const std::string own(name + prefix.size());
+            if (own.starts_with(mark(""))) continue;
+            names.push_back(own);
+            controls.push_back(i);
+        }
+    }
+    for (const SceneObject& object : options.objects) objects.push_back(id_of(m, mjOBJ_BODY, object.name));
+}
+
+void Scene::Impl::place() {
+    mjModel* m = model.get();
+    start = Eigen::Map<const Eigen::VectorXd>(m->qpos0, m->nq);
+    for (size_t i = 0; i < robots.size(); ++i) {
+        const std::string prefix = options.robots[i].name + "/";
+        for (const auto& [joint, value] : starts[i].positions)
+            if (const int id = mj_name2id(m, mjOBJ_JOINT, (prefix + joint).c_str()); id >= 0)
+                start[m->jnt_qposadr[id]] = value;
+        if (starts[i].is_mjcf && options.robots[i].options.initial_joints.empty()) continue;
+        try {
+            put_joints(robots[i], options.robots[i].options, start.data());
+        } catch (const std::exception& error) {
+            throw std::runtime_error(begin_of_message(options.robots[i].where) + "robot '" +
+                                     options.robots[i].name + "': " + error.what());
+        }
+    }
+    const DataPtr data = make_data(m);
+    std::copy_n(start.data(), start.size(), data->qpos);
+    mj_kinematics(m, data.get());
+    for (size_t i = 0; i < robots.size();
+         ++i) {                          // moves each by X, so that its base comes to lie where it should
+        if (starts[i].is_mjcf) continue; // its origin has been placed
+        const int site = robots[i].base_site;
+        const Eigen::Matrix4d X =
+            options.robots[i].options.initial_w_H_b.value_or(Eigen::Matrix4d::Identity()) *
+            inverse(transform(data->site_xpos + 3 * site, data->site_xmat + 9 * site));
+        if ((X - Eigen::Matrix4d::Identity()).norm() < 1e-12) continue; // the root is the base
+        const Eigen::Quaterniond q(Eigen::Matrix3d(X.topLeftCorner<3, 3>()));
+        const mjtNum position[] = {X(0, 3), X(1, 3), X(2, 3)}, rotation[] = {q.w(), q.x(), q.y(), q.z()};
+        for (const int body : robots[i].roots) {
+            const int joint = m->body_jntadr[body];
+            const bool floats = joint >= 0 && m->jnt_type[joint] == mjJNT_FREE;
+            mjtNum* at = floats ? start.data() + m->jnt_qposadr[joint] : m->body_pos + 3 * body;
+            mjtNum* turned = floats ? at + 3 : m->body_quat + 4 * body;
+            mjtNum moved[7];
+            mju_mulPose(moved, moved + 3, position, rotation, at, turned);
+            std::copy_n(moved, 3, at);
+            std::copy_n(moved + 3, 4, turned);
+        }
+    }
+}
+
+void Scene::Impl::make_loops() {
+    for (const SceneRobot& robot : options.robots) {
+        const auto require = [&](bool rule, const std::string& text) {
+            if (!rule)
+                throw std::runtime_error(begin_of_message(robot.where) + "robot '" + robot.name +
+                                         "': " + text);
+        };
+        const size_t n = robot.options.joints.size();
+        const JointLoops& given = robot.loops;
+        const double steps = given.period / options.time_step;
+        require(given.period >= 0.0 && steps < 1e6 && std::abs(steps - std::round(steps)) <= 1e-6 * steps,
+                "loop_period is no multiple of the world's step; 0 stands for that");
+        Loops& made = loops.emplace_back();
+        made.every = std::max(1, static_cast<int>(std::round(steps)));
+        made.gains.resize(n);
+        const auto fill = [&](const char* name, const std::vector<double>& list, double JointGains::*gain) {
+            require(list.size() <= 1 || list.size() == n,
+                    std::string(name) + " holds " + std::to_string(list.size()) +
+                        " values; give none, one for all joints, or one for each of the " +
+                        std::to_string(n) + " joints");
+            for (size_t i = 0; i < n && !list.empty(); ++i) {
+                const double value = list[list.size() == 1 ? 0 : i];
+                require(std::isfinite(value) && value >= 0.0, std::string(name) +
+                                                                  " is below 0 or not finite for joint '" +
+                                                                  robot.options.joints[i] + "'");
+                made.gains[i].*gain = value;
+            }
+        };
+        fill("kp", given.kp, &JointGains::kp);
+        fill("kd", given.kd, &JointGains::kd);
+        fill("reference_speed", given.reference_speed, &JointGains::reference_speed);
+        fill("torque_constant", given.torque_constant, &JointGains::torque_constant);
+        fill("pwm_gain", given.pwm_gain, &JointGains::pwm_gain);
+        fill("back_emf", given.back_emf, &JointGains::back_emf);
+        fill("stiffness", given.stiffness, &JointGains::stiffness);
+        fill("impedance_damping", given.damping, &JointGains::damping);
+    }
+}
+
+void Scene::check_mode(int robot, JointMode mode) const {
+    struct Need {
+        const char* name;
+        double JointGains::*gain;
+    };
+    std::vector<Need> needs;
+    switch (mode) {
+    case JointMode::torque: break;
+    case JointMode::position:
+        needs = {{"kp", &JointGains::kp}, {"reference_speed", &JointGains::reference_speed}};
+        break;
+    case JointMode::position_direct: needs = {{"kp", &JointGains::kp}}; break;
+    case JointMode::velocity: needs = {{"kd", &JointGains::kd}}; break;
+    case JointMode::pwm: needs = {{"pwm_gain", &JointGains::pwm_gain}}; break;
+    case JointMode::current: needs = {{"torque_constant", &JointGains::torque_constant}}; break;
+    case JointMode::impedance: needs = {{"stiffness", &JointGains::stiffness}}; break;
+    }
+    const auto r = static_cast<size_t>(robot);
+    for (const Need& need : needs)
+        for (size_t i = 0; i < impl_->loops[r].gains.size(); ++i)
+            if (impl_->loops[r].gains[i].*need.gain == 0.0)
+                throw std::runtime_error("robot '" + impl_->options.robots[r].name + "' has no " + need.name +
+                                         " for its joint '" + impl_->options.robots[r].options.joints[i] +
+                                         "', which this control mode needs; give it in the world's file");
+}
+
+Scene::Scene(SceneOptions options) : impl_(std::make_unique<Impl>()) {
+    silence_mujoco();
+    impl_->options = std::move(options);
+    const SpecPtr spec = make_scene(impl_->options, Looks::none, impl_->starts, impl_->warnings);
+    impl_->model = compile(spec.get(), "the world");
+    impl_->index();
+    impl_->place();
+    impl_->make_loops();
+}
+
+Scene::~Scene() = default;
+Scene::Scene(Scene&&) noexcept = default;
+Scene& Scene::operator=(Scene&&) noexcept = default;
+
+const SceneOptions& Scene::options() const { return impl_->options; }
+int Scene::robot_count() const { return static_cast<int>(impl_->robots.size()); }
+int Scene::object_count() const { return static_cast<int>(impl_->objects.size()); }
+int Scene::robot(const std::string& name) const {
+    return number_of_named(impl_->options.robots, name, "robot");
+}
+int Scene::object(const std::string& name) const {
+    return number_of_named(impl_->options.objects, name, "object");
+}
+bool Scene::is_mjcf(int robot) const { return impl_->starts[static_cast<size_t>(robot)].is_mjcf; }
+int Scene::body(const std::string& name) const {
+    const auto found = std::find(impl_->bodies.begin(), impl_->bodies.end(), name);
+    if (found == impl_->bodies.end()) unknown_part("the world", "body", name, impl_->bodies);
+    return static_cast<int>(found - impl_->bodies.begin());
+}
+int Scene::joint_count(int robot) const { return impl_->robot(robot).n(); }
+const std::vector<std::string>& Scene::joint_names(int robot) const {
+    return impl_->options.robots[static_cast<size_t>(robot)].options.joints;
+}
+const Eigen::VectorXd& Scene::lower_limits(int robot) const { return impl_->robot(robot).lower_limits; }
+const Eigen::VectorXd& Scene::upper_limits(int robot) const { return impl_->robot(robot).upper_limits; }
+const Eigen::VectorXd& Scene::effort_limits(int robot) const { return impl_->robot(robot).effort_limits; }
+const std::vector<std::string>& Scene::actuators(int robot) const {
+    return impl_->actuators[static_cast<size_t>(robot)];
+}
+int Scene::actuator(int robot, const std::string& name) const {
+    const std::string& owner = impl_->options.robots[static_cast<size_t>(robot)].name;
+    const auto& names = actuators(robot);
+    if (std::find(names.begin(), names.end(), name) == names.end())
+        unknown_part("robot '" + owner + "'", "actuator", name, names);
+    return id_of(impl_->model.get(), mjOBJ_ACTUATOR, owner + "/" + name);
+}
+double Scene::mass(int robot) const { return impl_->starts[static_cast<size_t>(robot)].mass; }
+int Scene::position_count() const { return static_cast<int>(impl_->model->nq); }
+const std::vector<std::string>& Scene::bodies() const { return impl_->bodies; }
+const std::vector<std::string>& Scene::warnings() const { return impl_->warnings; }
+
+} // namespace bf::physics

@@ -1,0 +1,260 @@
+// The XML description of a scene.
+#include "bf/base/names.hpp"
+#include "bf/base/text_file.hpp"
+#include "bf/base/value_text.hpp"
+#include "bf/physics/scene_options.hpp"
+#include "mjcf.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <tinyxml2.h>
+
+namespace bf::physics {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Numbers = std::vector<double>;
+
+/// One element, whose attributes are asked for by name; what was not asked for is refused at the end.
+class Element {
+  public:
+    Element(const tinyxml2::XMLElement& xml, std::string file) : xml_(xml), file_(std::move(file)) {}
+
+    std::string kind() const { return xml_.Name(); }
+    std::string where() const { return "'" + file_ + "', line " + std::to_string(xml_.GetLineNum()); }
+
+    [[noreturn]] void fail(const std::string& text) const {
+        throw std::runtime_error(where() + ": <" + kind() + ">: " + text);
+    }
+
+    bool has(const char* name) const { return xml_.Attribute(name) != nullptr; }
+    std::string text(const char* name, const std::string& otherwise = {}) {
+        known_.insert(name);
+        const char* value = xml_.Attribute(name);
+        return value ? value : otherwise;
+    }
+    std::string needed(const char* name, const char* example) {
+        std::string value = text(name);
+        if (value.empty())
+            fail(std::string("it has no ") + name + "; add one, e.g. " + name + "=\"" + example + "\"");
+        return value;
+    }
+    std::vector<std::string> words(const char* name) {
+        std::istringstream stream(text(name));
+        std::vector<std::string> all;
+        for (std::string word; stream >> word;) all.push_back(word);
+        return all;
+    }
+    /// Any count of numbers where `count` is 0.
+    Numbers numbers(const char* name, size_t count, Numbers otherwise = {}) {
+        if (!has(name)) return known_.insert(name), otherwise;
+        Numbers values;
+        for (const std::string& word : words(name)) {
+            double value = 0;
+            if (!read_value(word, value).empty() || !std::isfinite(value))
+                fail(std::string(name) + "=\"" + text(name) + "\": '" + word +
+                     "' is no finite number; write digits with a point, e.g. 1.5 or 2e-3");
+            values.push_back(value);
+        }
+        if (count != 0 && values.size() != count)
+            fail(std::string(name) + "=\"" + text(name) + "\" has " + std::to_string(values.size()) +
+                 " numbers; give " + std::to_string(count));
+        return values;
+    }
+    double number(const char* name, double otherwise) { return numbers(name, 1, {otherwise})[0]; }
+    template <class T> T choice(const char* name, std::initializer_list<std::pair<const char*, T>> choices) {
+        const std::string value = text(name, choices.begin()->first);
+        std::string list;
+        for (const auto& [word, meaning] : choices) {
+            if (value == word) return meaning;
+            list += (list.empty() ? "" : ", ") + std::string(word);
+        }
+        fail(std::string(name) + "=\"" + value + "\" is none of: " + list);
+    }
+    /// From `position` (m) and `rpy` (rad): R = Rz(yaw) Ry(pitch) Rx(roll).
+    Eigen::Matrix4d pose() {
+        const Numbers p = numbers("position", 3, {0, 0, 0}), a = numbers("rpy", 3, {0, 0, 0});
+        using Eigen::AngleAxisd, Eigen::Vector3d;
+        Eigen::Matrix4d H = Eigen::Matrix4d::Identity();
+        H.topLeftCorner<3, 3>() = (AngleAxisd(a[2], Vector3d::UnitZ()) * AngleAxisd(a[1], Vector3d::UnitY()) *
+                                   AngleAxisd(a[0], Vector3d::UnitX()))
+                                      .toRotationMatrix();
+        H.topRightCorner<3, 1>() = Vector3d(p[0], p[1], p[2]);
+        return H;
+    }
+    fs::path path(const char* name, const char* example) {
+        return fs::path(file_).parent_path() / needed(name, example);
+    }
+
+    /// Refuses attributes that nobody asked for.
+    void finish() const {
+        for (const auto* a = xml_.FirstAttribute(); a; a = a->Next()) {
+            if (known_.contains(a->Name())) continue;
+            const auto nearest = nearest_first(a->Name(), {known_.begin(), known_.end()}, 1);
+            fail("it knows no attribute '" + std::string(a->Name()) + "'" +
+                 (!nearest.empty() && edit_distance(a->Name(), nearest[0]) <= 2
+                      ? "; did you mean '" + nearest[0] + "'?"
+                      : "; it knows " + name_list(std::vector<std::string>(known_.begin(), known_.end()))));
+        }
+    }
+
+  private:
+    const tinyxml2::XMLElement& xml_;
+    std::string file_;
+    std::set<std::string> known_;
+};
+
+SceneRobot read_robot(Element& e, const std::vector<fs::path>& package_paths, size_t number) {
+    SceneRobot robot;
+    robot.where = e.where();
+    robot.name = e.needed("name", "left");
+    RobotOptions& o = robot.options;
+    o.urdf = e.path("file", "arm.urdf");
+    o.package_paths = package_paths;
+    o.package_paths.push_back(o.urdf.parent_path());
+    robot.body = e.text("body");
+    robot.key = e.text("key");
+    if (e.has("base") && is_mjcf(o.urdf))
+        e.fail("an MJCF says itself whether its base floats; leave base out");
+    o.floating_base = e.choice<bool>("base", {{"fixed", false}, {"floating", true}});
+    o.initial_w_H_b = e.pose();
+    o.joints = e.words("joints");
+    o.base_link = e.text("base_link");
+    o.initial_joints = e.numbers("initial", 0);
+    o.armature = e.numbers("armature", 0);
+    o.damping = e.numbers("damping", 0);
+    o.friction = e.numbers("joint_friction", 0);
+    robot.loops = {e.number("loop_period", 0),
+                   e.numbers("kp", 0),
+                   e.numbers("kd", 0),
+                   e.numbers("reference_speed", 0),
+                   e.numbers("torque_constant", 0),
+                   e.numbers("pwm_gain", 0),
+                   e.numbers("back_emf", 0),
+                   e.numbers("stiffness", 0),
+                   e.numbers("impedance_damping", 0)};
+    const Numbers noise = e.numbers("noise", 3, {0, 0, 0});
+    const double seed = e.number("seed", static_cast<double>(number + 1));
+    if (!(seed >= 0 && seed < 1e15 && seed == std::floor(seed)))
+        e.fail("seed=\"" + e.text("seed") + "\" is no whole number from 0 to 1e15");
+    o.noise = {noise[0], noise[1], noise[2], static_cast<std::uint64_t>(seed)};
+    o.imu_frame = e.text("imu");
+    o.ft_sensors = e.words("ft_sensors");
+    o.push_links = e.words("push_links");
+    return robot;
+}
+
+const std::map<std::string, SceneObject::Kind>& kinds() {
+    using Kind = SceneObject::Kind;
+    static const std::map<std::string, Kind> all{
+        {"box", Kind::box},     {"sphere", Kind::sphere}, {"cylinder", Kind::cylinder}, {"mesh", Kind::mesh},
+        {"slope", Kind::slope}, {"steps", Kind::steps},   {"heights", Kind::heights}};
+    return all;
+}
+
+SceneObject read_object(Element& e, SceneObject::Kind kind) {
+    using Kind = SceneObject::Kind;
+    SceneObject object;
+    object.where = e.where();
+    object.kind = kind;
+    object.name = e.needed("name", "parcel");
+    object.w_H_o = e.pose();
+    const auto three = [&](const char* name, const Numbers& otherwise) {
+        const Numbers size = e.numbers(name, 3, otherwise);
+        return Eigen::Vector3d(size[0], size[1], size[2]);
+    };
+    switch (kind) {
+    case Kind::box: object.size = three("size", {0.1, 0.1, 0.1}); break;
+    case Kind::sphere: object.size[0] = e.number("radius", 0.05); break;
+    case Kind::cylinder:
+        object.size[0] = e.number("radius", 0.05);
+        object.size[1] = e.number("length", 0.1);
+        break;
+    case Kind::mesh:
+        object.file = e.path("file", "part.stl");
+        object.size = three("scale", {1, 1, 1});
+        break;
+    case Kind::slope:
+        object.size = {e.number("length", 1), e.number("width", 1), e.number("height", 0.1)};
+        break;
+    case Kind::steps:
+        object.size = {e.number("depth", 0.3), e.number("width", 1), e.number("height", 0.15)};
+        object.count = static_cast<int>(std::clamp(e.number("count", 3), -1.0, 1e6));
+        break;
+    case Kind::heights: {
+        object.file = e.path("file", "ground.png");
+        const Numbers size = e.numbers("size", 2, {1, 1});
+        object.size = {size[0], size[1], e.number("height", 1)};
+        break;
+    }
+    }
+    if (e.has("mass")) object.mass = e.number("mass", 0);
+    e.text("mass"); // known also where it is left out
+    object.friction = e.number("friction", 1);
+    const Numbers colour = e.numbers("colour", 0, {0.8, 0.6, 0.3});
+    if (colour.size() != 3 && colour.size() != 4)
+        e.fail("colour has " + std::to_string(colour.size()) +
+               " numbers; give red, green, blue and, if you want, opacity, each from 0 to 1");
+    for (size_t i = 0; i < colour.size(); ++i) object.colour[i] = static_cast<float>(colour[i]);
+    return object;
+}
+
+} // namespace
+
+SceneOptions SceneOptions::read(const fs::path& file, const std::vector<fs::path>& package_paths) {
+    std::string text;
+    if (const std::string wrong = read_file(file.string(), text); !wrong.empty())
+        throw std::runtime_error("cannot read the world '" + file.string() + "': " + wrong +
+                                 "; check the path, relative ones start at the model's folder");
+    tinyxml2::XMLDocument document;
+    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+        throw std::runtime_error("'" + file.string() + "', line " + std::to_string(document.ErrorLineNum()) +
+                                 ": it is no XML (" + document.ErrorName() + "); correct this line");
+    const auto* root = document.RootElement();
+    if (!root || std::string(root->Name()) != "world")
+        throw std::runtime_error("'" + file.string() + "' does not begin with <world>, but with <" +
+                                 (root ? root->Name() : "") + ">; a description of a world is expected");
+    SceneOptions options;
+    Element world(*root, file.string());
+    options.time_step = world.number("step", options.time_step);
+    options.impratio = world.number("impratio", options.impratio);
+    const Numbers g = world.numbers("gravity", 3, {0, 0, -9.81});
+    options.gravity = {g[0], g[1], g[2]};
+    options.cone = world.choice<FrictionCone>(
+        "cone", {{"elliptic", FrictionCone::elliptic}, {"pyramidal", FrictionCone::pyramidal}});
+    options.integrator = world.choice<Integrator>(
+        "integrator", {{"implicit_fast", Integrator::implicit_fast}, {"euler", Integrator::euler}});
+    world.finish();
+    options.floor.enabled = false;
+    for (const auto* xml = root->FirstChildElement(); xml; xml = xml->NextSiblingElement()) {
+        Element e(*xml, file.string());
+        const std::string kind = e.kind();
+        if (kind == "floor") {
+            options.floor.enabled = true;
+            options.floor.friction = e.number("friction", options.floor.friction);
+        } else if (kind == "robot") {
+            options.robots.push_back(read_robot(e, package_paths, options.robots.size()));
+        } else if (const auto known = kinds().find(kind); known != kinds().end()) {
+            options.objects.push_back(read_object(e, known->second));
+        } else {
+            e.fail("a world holds floor, robot, box, sphere, cylinder, mesh, slope, steps and heights");
+        }
+        e.finish();
+        if (xml->FirstChildElement())
+            e.fail("it holds <" + std::string(xml->FirstChildElement()->Name()) +
+                   ">, which belongs beside it, into <world>");
+    }
+    try {
+        options.PhysicsOptions::validate();
+    } catch (const std::exception& error) {
+        throw std::runtime_error("'" + file.string() + "': " + error.what());
+    }
+    return options;
+}
+
+} // namespace bf::physics

@@ -1,0 +1,49 @@
+#pragma once
+
+#include "bf/physics/scene.hpp"
+#include "robot_index.hpp"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace bf::physics {
+
+/// What of a robot only its file knows.
+struct RobotStart {
+    bool is_mjcf = false;
+    double mass = 0.0;                       ///< kg
+    std::map<std::string, double> positions; ///< of joints, from a key frame
+};
+
+/// MuJoCo's editable model of a scene, whose robots it completes. Robot "a" with the link "b" is the body
+/// "a/b" and so on. Throws std::runtime_error.
+SpecPtr make_scene(SceneOptions& options, Looks looks, std::vector<RobotStart>& starts,
+                   std::vector<std::string>& warnings);
+
+/// What a message about something that stands in a file begins with.
+inline std::string begin_of_message(const std::string& where) { return where.empty() ? "" : where + ": "; }
+
+struct Scene::Impl {
+    SceneOptions options; ///< complete
+    ModelPtr model;
+    std::vector<RobotIndex> robots;
+    std::vector<int> objects;                        ///< bodies
+    std::vector<std::vector<std::string>> actuators; ///< per robot, those of the file
+    std::vector<int> controls;                       ///< these, in ctrl
+    struct Loops {
+        int every = 1; ///< time steps
+        std::vector<JointGains> gains;
+    };
+    std::vector<Loops> loops; ///< per robot
+    std::vector<RobotStart> starts;
+    std::vector<std::string> warnings, bodies;
+    Eigen::VectorXd start; ///< nq, qpos at t = 0
+
+    const RobotIndex& robot(int i) const { return robots[static_cast<size_t>(i)]; }
+    void index();
+    void place();
+    void make_loops();
+};
+
+} // namespace bf::physics

@@ -1,0 +1,365 @@
+#include "scene_impl.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+namespace bf::physics {
+
+namespace {
+
+constexpr int scene_state_signature = mjSTATE_INTEGRATION; // warm start included
+
+/// Where everything that is measured or held stands in one flat vector, which is saved and restored as it is.
+struct SceneLayout {
+    int size = 0;
+    struct Held {
+        int references, wrenches, mode;
+        int paths, torques; ///< memory of the loops, and what they said last
+    };
+    std::vector<RobotLayout> robots;
+    std::vector<Held> held; ///< inputs, per robot
+    int poses, velocities;  ///< of objects
+    int step, ticks;        ///< calls of step(), time steps
+
+    explicit SceneLayout(const std::vector<RobotIndex>& all, int objects) {
+        const auto take = [this](int count) { return std::exchange(size, size + count); };
+        for (const RobotIndex& robot : all) {
+            robots.emplace_back(size, robot.n(), static_cast<int>(robot.ft_sites.size()));
+            Held& inputs = held.emplace_back();
+            inputs.references = take(robot.n());
+            inputs.wrenches = take(6 * static_cast<int>(robot.push_sites.size()));
+            inputs.mode = take(1);
+            inputs.paths = take(robot.n());
+            inputs.torques = take(robot.n());
+        }
+        poses = take(16 * objects);
+        velocities = take(6 * objects);
+        step = take(1);
+        ticks = take(1);
+    }
+};
+
+} // namespace
+
+struct SceneSimulation::Impl {
+    std::shared_ptr<const Scene> owner;
+    const Scene::Impl& scene;
+    const mjModel* model;
+    DataPtr data;
+    SceneLayout at;
+    std::vector<double> memory;
+    std::array<char, 256> error{};
+
+    explicit Impl(std::shared_ptr<const Scene> shared)
+        : owner(std::move(shared)), scene(*owner->impl_), model(scene.model.get()), data(make_data(model)),
+          at(scene.robots, static_cast<int>(scene.objects.size())), memory(static_cast<size_t>(at.size)) {}
+
+    double* in(int offset) noexcept { return memory.data() + offset; }
+    const RobotLayout& of(int robot) const noexcept { return at.robots[static_cast<size_t>(robot)]; }
+
+    template <typename... Values> bool fail(const char* format, Values... values) noexcept {
+        std::snprintf(error.data(), error.size(), format, values...);
+        return false;
+    }
+    template <typename Stages> void run(const Stages& stages) noexcept {
+        try {
+            stages();
+        } catch (const std::exception& problem) {
+            fail("t = %g s: %s", data->time, problem.what());
+        }
+    }
+
+    JointMode mode_of(size_t robot) noexcept {
+        return static_cast<JointMode>(static_cast<int>(*in(at.held[robot].mode)));
+    }
+    bool check_inputs() noexcept;
+    void apply_inputs() noexcept;
+    void measure_now() noexcept;
+    void measure_last_interval() noexcept;
+    bool check_motion() noexcept;
+    const char* owner_of_velocity(int index) const noexcept;
+};
+
+bool SceneSimulation::Impl::check_inputs() noexcept {
+    for (size_t r = 0; r < scene.robots.size(); ++r) {
+        const SceneRobot& robot = scene.options.robots[r];
+        const double* tau = in(at.held[r].references);
+        const bool is_torque = mode_of(r) == JointMode::torque;
+        for (size_t i = 0; i < robot.options.joints.size(); ++i)
+            if (!(std::abs(tau[i]) <= mjMAXVAL))
+                return !is_torque
+                           ? fail("t = %g s: the reference of joint '%s' of robot '%s' is %g; it must be "
+                                  "finite and below 1e10",
+                                  data->time, robot.options.joints[i].c_str(), robot.name.c_str(), tau[i])
+                           : fail("t = %g s: the torque of joint '%s' of robot '%s' is %g; torques must be "
+                                  "finite "
+                                  "and below 1e10",
+                                  data->time, robot.options.joints[i].c_str(), robot.name.c_str(), tau[i]);
+        const double* wrenches = in(at.held[r].wrenches);
+        for (size_t i = 0; i < 6 * robot.options.push_links.size(); ++i)
+            if (!(std::abs(wrenches[i]) <= mjMAXVAL))
+                return fail("t = %g s: the wrench on '%s' of robot '%s' has the component %g; it must be "
+                            "finite and below 1e10",
+                            data->time, robot.options.push_links[i / 6].c_str(), robot.name.c_str(),
+                            wrenches[i]);
+    }
+    for (const int i : scene.controls)
+        if (!(std::abs(data->ctrl[i]) <= mjMAXVAL))
+            return fail("t = %g s: the control of actuator '%s' is %g; it must be finite and below 1e10",
+                        data->time, mj_id2name(model, mjOBJ_ACTUATOR, i), data->ctrl[i]);
+    return true;
+}
+
+void SceneSimulation::Impl::apply_inputs() noexcept {
+    bool is_pushed = false;
+    for (size_t r = 0; r < scene.robots.size(); ++r) {
+        const RobotIndex& robot = scene.robots[r];
+        const double* references = in(at.held[r].references);
+        const JointMode mode = mode_of(r);
+        const Scene::Impl::Loops& loops = scene.loops[r];
+        double* torques = in(at.held[r].torques);
+        if (mode == JointMode::torque) {
+            std::copy_n(references, robot.n(), torques);
+        } else if (static_cast<std::int64_t>(*in(at.ticks)) % loops.every == 0) {
+            const double dt = loops.every * model->opt.timestep;
+            for (size_t i = 0; i < robot.motors.size(); ++i)
+                torques[i] =
+                    joint_torque(mode, loops.gains[i], references[i], dt, data->qpos[robot.position[i]],
+                                 data->qvel[robot.velocity[i]], in(at.held[r].paths)[i]);
+        }
+        for (size_t i = 0; i < robot.motors.size(); ++i) data->ctrl[robot.motors[i]] = torques[i];
+        is_pushed |= !robot.push_sites.empty();
+    }
+    *in(at.ticks) += 1.0;
+    if (!is_pushed) return;
+    std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
+    for (size_t r = 0; r < scene.robots.size(); ++r) {
+        const RobotIndex& robot = scene.robots[r];
+        for (size_t i = 0; i < robot.push_sites.size(); ++i) {
+            const double* wrench = in(at.held[r].wrenches) + 6 * i;
+            const int site = robot.push_sites[i];
+            const int body = model->site_bodyid[site];
+            const Eigen::Map<const Eigen::Vector3d> force(wrench), moment(wrench + 3);
+            // MuJoCo applies it at the centre of the body, which is the link with all that is fused to it.
+            const Eigen::Vector3d lever = Eigen::Map<const Eigen::Vector3d>(data->site_xpos + 3 * site) -
+                                          Eigen::Map<const Eigen::Vector3d>(data->xipos + 3 * body);
+            double* applied = data->xfrc_applied + 6 * body;
+            Eigen::Map<Eigen::Vector3d>{applied} += force;
+            Eigen::Map<Eigen::Vector3d>{applied + 3} += moment + lever.cross(force);
+        }
+    }
+}
+
+void SceneSimulation::Impl::measure_now() noexcept {
+    const mjData* d = data.get();
+    const auto step = static_cast<std::uint64_t>(*in(at.step));
+    for (size_t r = 0; r < scene.robots.size(); ++r)
+        physics::measure_now(model, d, scene.robots[r], at.robots[r], scene.options.robots[r].options.noise,
+                             step, memory.data());
+    for (size_t i = 0; i < scene.objects.size(); ++i) {
+        const int body = scene.objects[i];
+        Eigen::Map<Eigen::Matrix4d>(in(at.poses) + 16 * i) =
+            transform(d->xpos + 3 * body, d->xmat + 9 * body);
+        mjtNum velocity[6]; // angular first
+        mj_objectVelocity(model, d, mjOBJ_XBODY, body, velocity, 0);
+        double* out = in(at.velocities) + 6 * i;
+        std::copy_n(velocity + 3, 3, out);
+        std::copy_n(velocity, 3, out + 3);
+    }
+}
+
+void SceneSimulation::Impl::measure_last_interval() noexcept {
+    const auto step = static_cast<std::uint64_t>(*in(at.step));
+    for (size_t r = 0; r < scene.robots.size(); ++r)
+        physics::measure_last_interval(data.get(), scene.robots[r], at.robots[r],
+                                       scene.options.robots[r].options.noise, step, memory.data());
+}
+
+const char* SceneSimulation::Impl::owner_of_velocity(int index) const noexcept {
+    if (index < 0 || index >= model->nv) return "?";
+    const char* joint = mj_id2name(model, mjOBJ_JOINT, model->dof_jntid[index]);
+    return joint && *joint ? joint : mj_id2name(model, mjOBJ_BODY, model->dof_bodyid[index]);
+}
+
+bool SceneSimulation::Impl::check_motion() noexcept {
+    if (error[0] != '\0') return false;
+    for (const auto& [warning, what] : {std::pair{mjWARN_BADQACC, "acceleration"},
+                                        {mjWARN_BADQVEL, "velocity"},
+                                        {mjWARN_BADQPOS, "position"}})
+        if (data->warning[warning].number > 0)
+            return fail(
+                "t = %g s: the simulation diverged, the %s of '%s' is not finite or above 1e10; lower "
+                "the gains or the time step, or add armature",
+                data->time, what, owner_of_velocity(data->warning[warning].lastinfo));
+    for (int i = 0; i < mjNWARNING; ++i)
+        if (data->warning[i].number > 0)
+            return fail("t = %g s: %s", data->time,
+                        mju_warningText(i, static_cast<size_t>(data->warning[i].lastinfo)));
+    return true;
+}
+
+SceneSimulation::SceneSimulation(std::shared_ptr<const Scene> scene)
+    : impl_(std::make_unique<Impl>(std::move(scene))) {
+    reset();
+}
+SceneSimulation::~SceneSimulation() = default;
+SceneSimulation::SceneSimulation(SceneSimulation&&) noexcept = default;
+SceneSimulation& SceneSimulation::operator=(SceneSimulation&&) noexcept = default;
+
+const Scene& SceneSimulation::scene() const noexcept { return *impl_->owner; }
+
+void SceneSimulation::reset() noexcept {
+    Impl& self = *impl_;
+    self.error[0] = '\0';
+    std::fill(self.memory.begin(), self.memory.end(), 0.0);
+    self.run([&] {
+        mj_resetData(self.model, self.data.get());
+        std::copy_n(self.scene.start.data(), self.model->nq, self.data->qpos);
+        mj_forward(self.model, self.data.get());
+    });
+    self.measure_last_interval();
+    self.measure_now();
+}
+
+void SceneSimulation::set_mode(int robot, JointMode mode) noexcept {
+    Impl& self = *impl_;
+    const auto r = static_cast<size_t>(robot);
+    if (self.mode_of(r) == mode) return;
+    *self.in(self.at.held[r].mode) = static_cast<double>(mode);
+    const bool is_position =
+        mode == JointMode::position || mode == JointMode::position_direct || mode == JointMode::impedance;
+    const RobotIndex& index = self.scene.robots[r];
+    for (size_t i = 0; i < index.position.size(); ++i) {
+        const double s = self.data->qpos[index.position[i]];
+        self.in(self.at.held[r].paths)[i] = s;
+        self.in(self.at.held[r].references)[i] = is_position ? s : 0.0;
+    }
+}
+
+void SceneSimulation::set_references(int robot, std::span<const double> references) noexcept {
+    const auto r = static_cast<size_t>(robot);
+    std::copy_n(references.data(), impl_->scene.robots[r].n(), impl_->in(impl_->at.held[r].references));
+}
+
+void SceneSimulation::set_torque(int robot, std::span<const double> tau) noexcept {
+    set_mode(robot, JointMode::torque);
+    set_references(robot, tau);
+}
+
+void SceneSimulation::set_wrench(int robot, int i, const Vector6d& wrench) noexcept {
+    std::copy_n(wrench.data(), 6, impl_->in(impl_->at.held[static_cast<size_t>(robot)].wrenches) + 6 * i);
+}
+
+void SceneSimulation::set_control(int actuator, double value) noexcept {
+    impl_->data->ctrl[actuator] = value;
+}
+
+bool SceneSimulation::step(int count) noexcept {
+    Impl& self = *impl_;
+    if (self.error[0] != '\0' || !self.check_inputs()) return false;
+    *self.in(self.at.step) += 1.0;
+    self.run([&] {
+        for (int i = 0; i < count; ++i) {
+            self.apply_inputs();
+            mj_step2(self.model, self.data.get());            // forces at t_k, then q and v at t_k+1
+            if (i + 1 == count) self.measure_last_interval(); // before the contacts of t_k are forgotten
+            mj_step1(self.model, self.data.get());            // kinematics and contacts at t_k+1
+        }
+    });
+    self.measure_now();
+    return self.check_motion();
+}
+
+const char* SceneSimulation::error() const noexcept { return impl_->error.data(); }
+double SceneSimulation::time() const noexcept { return impl_->data->time; }
+
+SceneSimulation::VectorView SceneSimulation::s(int robot) const noexcept {
+    return {impl_->in(impl_->of(robot).s), impl_->scene.robot(robot).n()};
+}
+SceneSimulation::VectorView SceneSimulation::s_dot(int robot) const noexcept {
+    return {impl_->in(impl_->of(robot).s_dot), impl_->scene.robot(robot).n()};
+}
+SceneSimulation::VectorView SceneSimulation::s_ddot(int robot) const noexcept {
+    return {impl_->in(impl_->of(robot).s_ddot), impl_->scene.robot(robot).n()};
+}
+SceneSimulation::VectorView SceneSimulation::tau(int robot) const noexcept {
+    return {impl_->in(impl_->of(robot).tau), impl_->scene.robot(robot).n()};
+}
+SceneSimulation::Matrix4View SceneSimulation::w_H_b(int robot) const noexcept {
+    return Matrix4View(impl_->in(impl_->of(robot).w_H_b));
+}
+SceneSimulation::Vector6View SceneSimulation::v_b(int robot) const noexcept {
+    return Vector6View(impl_->in(impl_->of(robot).v_b));
+}
+SceneSimulation::Vector3View SceneSimulation::com(int robot) const noexcept {
+    return Vector3View(impl_->in(impl_->of(robot).com));
+}
+SceneSimulation::Vector3View SceneSimulation::imu_rpy(int robot) const noexcept {
+    return Vector3View(impl_->in(impl_->of(robot).imu_rpy));
+}
+SceneSimulation::Vector3View SceneSimulation::gyro(int robot) const noexcept {
+    return Vector3View(impl_->in(impl_->of(robot).gyro));
+}
+SceneSimulation::Vector3View SceneSimulation::accelerometer(int robot) const noexcept {
+    return Vector3View(impl_->in(impl_->of(robot).accelerometer));
+}
+SceneSimulation::Vector6View SceneSimulation::ft_wrench(int robot, int i) const noexcept {
+    return Vector6View(impl_->in(impl_->of(robot).ft_wrenches + 6 * i));
+}
+SceneSimulation::Matrix4View SceneSimulation::w_H_o(int object) const noexcept {
+    return Matrix4View(impl_->in(impl_->at.poses + 16 * object));
+}
+SceneSimulation::Vector6View SceneSimulation::v_o(int object) const noexcept {
+    return Vector6View(impl_->in(impl_->at.velocities + 6 * object));
+}
+void SceneSimulation::measure_rays(int body, const Eigen::Matrix4d& body_H_frame,
+                                   const Eigen::Ref<const Eigen::Matrix3Xd>& directions, double range,
+                                   Eigen::Ref<Eigen::VectorXd> distances) const noexcept {
+    const mjData* d = impl_->data.get();
+    const int id = body + 1; // the world is 0
+    const Eigen::Matrix4d w_H_frame = transform(d->xpos + 3 * id, d->xmat + 9 * id) * body_H_frame;
+    const Eigen::Vector3d origin = w_H_frame.topRightCorner<3, 1>();
+    for (Eigen::Index i = 0; i < directions.cols(); ++i) {
+        const Eigen::Vector3d along = w_H_frame.topLeftCorner<3, 3>() * directions.col(i);
+        const double hit =
+            mj_ray(impl_->model, d, origin.data(), along.data(), nullptr, 1, id, nullptr, nullptr);
+        distances[i] = hit < 0.0 || hit > range ? range : hit;
+    }
+}
+
+SceneSimulation::VectorView SceneSimulation::q() const noexcept {
+    return {impl_->data->qpos, impl_->model->nq};
+}
+
+Eigen::Vector2d SceneSimulation::energy() const noexcept {
+    mj_energyPos(impl_->model, impl_->data.get());
+    mj_energyVel(impl_->model, impl_->data.get());
+    return {impl_->data->energy[1], impl_->data->energy[0]}; // MuJoCo has the potential one first
+}
+
+int SceneSimulation::state_size() const noexcept {
+    return mj_stateSize(impl_->model, scene_state_signature) + impl_->at.size;
+}
+
+void SceneSimulation::save(double* state) const noexcept {
+    mj_getState(impl_->model, impl_->data.get(), state, scene_state_signature);
+    std::copy(impl_->memory.begin(), impl_->memory.end(),
+              state + mj_stateSize(impl_->model, scene_state_signature));
+}
+
+void SceneSimulation::restore(const double* state) noexcept {
+    Impl& self = *impl_;
+    self.error[0] = '\0';
+    self.run([&] {
+        for (mjWarningStat& warning : self.data->warning) warning = {};
+        mj_setState(self.model, self.data.get(), state, scene_state_signature);
+        mj_step1(self.model, self.data.get());
+    });
+    std::copy_n(state + mj_stateSize(self.model, scene_state_signature), self.at.size, self.memory.begin());
+}
+
+} // namespace bf::physics

@@ -1,0 +1,251 @@
+#include "bf/physics/scene.hpp"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <numbers>
+
+namespace bf::physics::test::mjcf {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own for each test, with files written into it.
+class Folder {
+  public:
+    explicit Folder(const std::string& name) : path_(fs::path(BF_BINARY_DIRECTORY) / ("mjcf_" + name)) {
+        fs::remove_all(path_);
+        fs::create_directories(path_);
+    }
+    fs::path operator/(const std::string& name) const { return path_ / name; }
+    fs::path write(const std::string& name, const std::string& text) const {
+        fs::create_directories((path_ / name).parent_path());
+        std::ofstream(path_ / name) << text;
+        return path_ / name;
+    }
+
+  private:
+    fs::path path_;
+};
+
+/// A tetrahedron that contains the origin.
+const std::string tetrahedron =
+    "v 0.1 0 -0.05\nv -0.05 0.09 -0.05\nv -0.05 -0.09 -0.05\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+
+SceneRobot robot(const std::string& name, const fs::path& file) {
+    SceneRobot made{name};
+    made.options.urdf = file;
+    return made;
+}
+
+SceneSimulation simulate(std::vector<SceneRobot> robots, std::vector<SceneObject> objects = {}) {
+    SceneOptions options;
+    options.floor.enabled = false;
+    options.robots = std::move(robots);
+    options.objects = std::move(objects);
+    return SceneSimulation(std::make_shared<const Scene>(std::move(options)));
+}
+
+std::string complaint(const SceneRobot& made) {
+    try {
+        simulate({made});
+        return {};
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+}
+
+void expect_contains(const std::string& text, std::initializer_list<const char*> parts) {
+    for (const char* part : parts)
+        EXPECT_NE(text.find(part), std::string::npos) << part << "\nis not in: " << text;
+}
+
+/// In the style of robots that come as folders: an included file of defaults, classes, meshes in a folder.
+fs::path leg(const Folder& folder) {
+    folder.write("assets/part.obj", tetrahedron);
+    folder.write("parts/defaults.xml", R"(<mujoco><default>
+      <joint axis="0 1 0" armature="0.02"/><site pos="1 2 3"/><motor gear="7" ctrlrange="-1 1"/>
+      <default class="leg"><joint damping="0.3" range="-90 90"/><geom type="mesh" mesh="part"/>
+        <default class="knee"><joint range="-120 0"/><position kp="30" kv="2" forcerange="-25 25"/></default>
+        <default class="hip"><motor gear="1" ctrlrange="-40 40"/></default></default></default></mujoco>)");
+    return folder.write("leg.xml",
+                        R"(<mujoco model="leg"><compiler angle="degree" meshdir="assets" autolimits="true"/>
+      <include file="parts/defaults.xml"/>
+      <asset><mesh name="part" file="part.obj"/></asset>
+      <worldbody><body name="trunk" pos="0 0 0.7" childclass="leg"><freejoint/><inertial mass="5" pos="0 0 0" diaginertia="0.1 0.1 0.1"/>
+        <site name="imu"/>
+        <body name="thigh" pos="0 0 -0.1"><joint name="hip"/><inertial mass="1" pos="0 0 -0.15" diaginertia="0.02 0.02 0.002"/><geom pos="0 0 -0.1"/>
+          <body name="shin" pos="0 0 -0.3"><joint name="knee" class="knee"/><inertial mass="0.5" pos="0 0 -0.1" diaginertia="0.005 0.005 0.001"/></body>
+        </body></body></worldbody>
+      <actuator><motor name="hip" class="hip" joint="hip"/><position name="knee" class="knee" joint="knee"/></actuator>
+      <sensor><gyro name="gyro" site="imu"/></sensor>
+      <keyframe><key name="home" qpos="0 0 0.5 1 0 0 0 0.4 -0.8"/></keyframe></mujoco>)");
+}
+
+} // namespace
+
+TEST(Mjcf, IsTakenAsItIs) {
+    const Folder folder("leg");
+    SceneRobot walker = robot("walker", leg(folder));
+    walker.key = "home";
+    walker.options.initial_w_H_b = Eigen::Matrix4d::Identity();
+    (*walker.options.initial_w_H_b)(0, 3) = 3.0;
+    SceneSimulation sim = simulate({walker, robot("other", folder / "leg.xml")});
+    const Scene& scene = sim.scene();
+    EXPECT_EQ(scene.joint_names(0), (std::vector<std::string>{"hip", "knee"}));
+    EXPECT_TRUE(scene.actuators(0).empty());
+    EXPECT_NEAR(scene.mass(0), 6.5, 1e-12);
+    EXPECT_NEAR(scene.upper_limits(0)[0], std::numbers::pi / 2, 1e-12);
+    EXPECT_NEAR(scene.lower_limits(0)[1], -2 * std::numbers::pi / 3, 1e-12);
+    EXPECT_EQ(scene.effort_limits(0), Eigen::Vector2d(40, 7 * 25))
+        << "of the actuators that gave way to motors, with the gear that the outer class gives to all";
+    EXPECT_EQ(sim.s(0), Eigen::Vector2d(0.4, -0.8)) << "the key frame";
+    EXPECT_EQ(sim.s(1), Eigen::Vector2d(0, 0));
+    EXPECT_EQ(sim.w_H_b(0).topRightCorner(3, 1), Eigen::Vector3d(3, 0, 0.7))
+        << "the base is where the file has it";
+    EXPECT_EQ(scene.options().robots[0].options.base_link, "trunk");
+
+    // Without torques both fall as one piece but for what swings, and the trunk's gyro is ours.
+    for (int k = 0; k < 100; ++k) ASSERT_TRUE(sim.step()) << sim.error();
+    EXPECT_NEAR(sim.com(1)[2] - 0.0, 0.7 - (1 * 0.25 + 0.5 * 0.5) / 6.5 - 9.81e-6 * 100 * 101 / 2, 1e-6);
+    EXPECT_NEAR(sim.gyro(0)[1], sim.v_b(0)[4], 1e-9);
+    // Torque 2 Nm on a hip alone: the joint's equation with the armature of the default class.
+    sim.set_torque(1, std::array{2.0, 0.0});
+    ASSERT_TRUE(sim.step());
+    EXPECT_EQ(sim.tau(1)[0], 2.0) << "no gear and no limit of the file's default for motors";
+}
+
+TEST(Mjcf, MayBeOneOfSeveralBodiesOfAFile) {
+    const Folder folder("several");
+    const fs::path file = folder.write("scene.xml", R"(<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+      <body name="a" pos="1 0 1"><geom size="0.1" mass="1"/><body name="arm_a" pos="0 0 -0.1"><joint name="ja" axis="0 1 0"/><geom size="0.05" pos="0 0 -0.3" mass="0.5"/></body></body>
+      <body name="b" pos="-1 0 1"><geom size="0.1" mass="2"/><body name="arm_b" pos="0 0 -0.1"><joint name="jb" axis="0 1 0"/><geom size="0.05" pos="0 0 -0.3" mass="0.25"/></body></body>
+      </worldbody><actuator><motor joint="jb"/></actuator></mujoco>)");
+    SceneRobot b = robot("b", file);
+    b.body = "b";
+    const SceneSimulation sim = simulate({b});
+    EXPECT_EQ(sim.scene().joint_names(0), std::vector<std::string>{"jb"});
+    EXPECT_NEAR(sim.scene().mass(0), 2.25, 1e-12);
+    EXPECT_EQ(sim.scene().bodies(), (std::vector<std::string>{"b/b", "b/arm_b"}));
+    b.body = "c";
+    expect_contains(complaint(b), {"robot 'b': '", "scene.xml' has no body 'c', wanted as the robot"});
+}
+
+TEST(Mjcf, ClosesLoops) {
+    // A parallelogram: crank and rocker of one length turn alike, though only the crank has a motor.
+    const Folder folder("loop");
+    const fs::path file = folder.write("loop.xml", R"(<mujoco><compiler angle="radian"/><worldbody>
+      <body name="frame"><geom type="box" size="0.2 0.02 0.02" mass="1" contype="0" conaffinity="0"/>
+        <body name="crank" pos="-0.2 0 0"><joint name="crank" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.01" mass="0.2" contype="0" conaffinity="0"/>
+          <body name="coupler" pos="0 0 0.3"><joint name="coupler" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.01" mass="0.2" contype="0" conaffinity="0"/></body></body>
+        <body name="rocker" pos="0.2 0 0"><joint name="rocker" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.01" mass="0.2" contype="0" conaffinity="0"/></body></body>
+      </worldbody><equality><connect body1="coupler" body2="rocker" anchor="0.4 0 0" solref="0.002 1"/></equality>
+      <actuator><motor joint="crank"/></actuator></mujoco>)");
+    SceneSimulation sim = simulate({robot("linkage", file)});
+    ASSERT_EQ(sim.scene().joint_names(0), std::vector<std::string>{"crank"});
+    double reached = 0.0;
+    for (int k = 0; k < 600; ++k) {
+        sim.set_torque(0, std::array{30.0 * (0.6 - sim.s(0)[0]) - 2.0 * sim.s_dot(0)[0]});
+        ASSERT_TRUE(sim.step()) << sim.error();
+        EXPECT_NEAR(sim.q()[2], sim.q()[0], 2e-3) << k;  // rocker
+        EXPECT_NEAR(sim.q()[1], -sim.q()[0], 2e-3) << k; // the coupler stays level
+        reached = std::max(reached, sim.s(0)[0]);
+    }
+    EXPECT_GT(reached, 0.5);
+}
+
+TEST(Mjcf, HoldsABallInAGripper) {
+    const Folder folder("gripper");
+    const fs::path file =
+        folder.write("hand.xml", R"(<mujoco><default><geom friction="1.5"/></default><worldbody>
+      <body name="palm" pos="0 0 1"><geom type="box" size="0.1 0.03 0.01" mass="1"/>
+        <body name="left" pos="0 0 -0.06"><joint name="left" type="slide" axis="-1 0 0" range="0 0.08" limited="true" damping="5"/><geom type="box" size="0.01 0.02 0.04" mass="0.1"/></body>
+        <body name="right" pos="0 0 -0.06"><joint name="right" type="slide" axis="1 0 0" range="0 0.08" limited="true" damping="5"/><geom type="box" size="0.01 0.02 0.04" mass="0.1"/></body></body></worldbody>
+      <contact><exclude body1="left" body2="right"/></contact>
+      <tendon><fixed name="split"><joint joint="left" coef="0.5"/><joint joint="right" coef="0.5"/></fixed></tendon>
+      <equality><joint joint1="left" joint2="right" solref="0.005 1"/></equality>
+      <actuator><position name="grip" tendon="split" kp="1000" forcerange="-20 20" ctrlrange="0 0.08"/></actuator>
+      <keyframe><key name="open" qpos="0.06 0.06"/></keyframe></mujoco>)");
+    SceneObject ball;
+    ball.kind = SceneObject::Kind::sphere;
+    ball.name = "ball";
+    ball.size[0] = 0.03;
+    ball.mass = 0.1;
+    ball.w_H_o(2, 3) = 0.92;
+    SceneRobot hand = robot("hand", file);
+    hand.key = "open";
+    SceneSimulation sim = simulate({hand}, {ball});
+    const Scene& scene = sim.scene();
+    EXPECT_EQ(scene.joint_count(0), 0) << "the tendon drives both fingers";
+    EXPECT_EQ(scene.actuators(0), std::vector<std::string>{"grip"});
+    const int grip = scene.actuator(0, "grip");
+    sim.set_control(grip, 0.0);
+    std::vector<double> state(static_cast<size_t>(sim.state_size()));
+    for (int k = 0; k < 1500; ++k) {
+        ASSERT_TRUE(sim.step()) << sim.error();
+        if (k == 500) sim.save(state.data());
+    }
+    const double held = sim.w_H_o(0)(2, 3);
+    EXPECT_GT(held, 0.85) << "it does not fall";
+    EXPECT_NEAR(sim.q()[0], sim.q()[1], 1e-3);
+    EXPECT_NEAR(sim.q()[0], 0.04, 5e-3) << "half a finger and the ball's radius";
+    sim.restore(state.data());
+    for (int k = 501; k < 1500; ++k) ASSERT_TRUE(sim.step());
+    EXPECT_EQ(sim.w_H_o(0)(2, 3), held);
+    sim.set_control(grip, 0.08);
+    for (int k = 0; k < 500; ++k) ASSERT_TRUE(sim.step());
+    EXPECT_LT(sim.w_H_o(0)(2, 3), held - 0.5) << "until it is let go";
+    sim.set_control(grip, std::nan(""));
+    EXPECT_FALSE(sim.step());
+    expect_contains(sim.error(), {"the control of actuator 'hand/grip' is nan"});
+    EXPECT_THROW(
+        try { scene.actuator(0, "gripp"); } catch (const std::runtime_error& error) {
+            expect_contains(error.what(),
+                            {"robot 'hand' has no actuator 'gripp'; did you mean 'grip'? there are: grip"});
+            throw;
+        },
+        std::runtime_error);
+}
+
+TEST(Mjcf, RefusesWhatIsWrongWithFileAndLine) {
+    const Folder folder("wrong");
+    const auto with = [&](const std::string& text) {
+        return complaint(robot("a", folder.write("a.xml", text)));
+    };
+    const std::string body =
+        "<worldbody><body name='b'><joint name='j'/><geom size='0.1'/></body></worldbody>";
+    EXPECT_EQ(with("<mujoco>" + body + "</mujoco>"), "");
+    folder.write("inside.xml", "<mujoco>\n<include file='../outside.xml'/></mujoco>");
+    folder.write("../outside.xml", "<mujoco/>");
+    expect_contains(with("<mujoco>\n\n<include file='../outside.xml'/>" + body + "</mujoco>"),
+                    {"robot 'a': '",
+                     "a.xml', line 3: <include file=\"../outside.xml\"> is outside of the folder '",
+                     "move the file into it"});
+    expect_contains(with("<mujoco><include file='inside.xml'/>" + body + "</mujoco>"),
+                    {"inside.xml', line 2: <include file=\"../outside.xml\"> is outside"});
+    expect_contains(with("<mujoco><include file='/etc/passwd'/>" + body + "</mujoco>"),
+                    {"is outside of the folder"});
+    expect_contains(with("<mujoco><include file='none.xml'/>" + body + "</mujoco>"),
+                    {"line 1: <include", "there is no file"});
+    expect_contains(with("<mujoco>\n<worldbody><bod/></worldbody></mujoco>"),
+                    {"MuJoCo cannot read '", "a.xml'", "bod"});
+    expect_contains(with("<mujoco/>"), {"has no <body>; a robot has one"});
+    expect_contains(with("<mujoco><worldbody><body name='ghost'><joint/></body></worldbody></mujoco>"),
+                    {"robot 'a': MuJoCo cannot compile '", "mass", "ghost"});
+    SceneRobot made = robot("a", folder.write("a.xml", "<mujoco>" + body + "</mujoco>"));
+    made.options.joints = {"jj"};
+    expect_contains(complaint(made), {"has no joint 'jj'; similar names: j"});
+    made.options.joints = {"j", "j"};
+    expect_contains(complaint(made), {"joint 'j' is listed twice"});
+    made.options.joints.clear();
+    made.key = "home";
+    expect_contains(complaint(made), {"has no key frame 'home'"});
+    made.key.clear();
+    made.options.imu_frame = "head";
+    expect_contains(complaint(made), {"has no body 'head', wanted as body of the IMU"});
+}
+
+} // namespace bf::physics::test::mjcf

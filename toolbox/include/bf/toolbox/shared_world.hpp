@@ -1,0 +1,36 @@
+// A world of several robots and objects, for the blocks that look at it and for those who draw it.
+#pragma once
+
+#include "bf/physics/scene.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bf::toolbox {
+
+/// What a World block provides. All blocks around it see one simulation, which that block alone advances.
+struct SharedWorld {
+    static constexpr const char* resource = "world";
+
+    struct Live {
+        explicit Live(std::shared_ptr<const physics::Scene> scene) : simulation(std::move(scene)) {}
+        physics::SceneSimulation simulation;
+
+        int state_size() const { return simulation.state_size(); }
+        void save(double* to) const { simulation.save(to); }
+        void restore(const double* from) { simulation.restore(from); }
+    };
+
+    std::filesystem::path file;
+    std::vector<std::filesystem::path> search_directories;
+    std::shared_ptr<const physics::Scene> scene;
+    /// Per robot: its force/torque sensors, named as in the file.
+    std::vector<std::vector<std::string>> sensors;
+
+    std::shared_ptr<Live> open() const { return std::make_shared<Live>(scene); }
+};
+
+} // namespace bf::toolbox

@@ -1,0 +1,387 @@
+// Blocks over a world of several robots and objects.
+#include "bf/toolbox/shared_world.hpp"
+
+#include "BlockFactory/Core/Log.h"
+#include "bf/core/block.hpp"
+#include "rigid_body/robot_block.hpp"
+#include "world/simulated.hpp"
+#include "world/world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace bf::toolbox {
+
+namespace {
+
+using Simulation = physics::SceneSimulation;
+
+physics::JointMode joint_mode(ControlMode mode) {
+    using physics::JointMode;
+    switch (mode) {
+    case ControlMode::position: return JointMode::position;
+    case ControlMode::position_direct: return JointMode::position_direct;
+    case ControlMode::velocity: return JointMode::velocity;
+    case ControlMode::torque: return JointMode::torque;
+    case ControlMode::pwm: return JointMode::pwm;
+    case ControlMode::current: return JointMode::current;
+    case ControlMode::impedance: return JointMode::impedance;
+    }
+    return JointMode::torque;
+}
+
+/// One robot of a shared world. The world is that of the running diagram, to which its block binds it.
+class WorldRobotConnection final : public RobotConnection {
+  public:
+    explicit WorldRobotConnection(int number) : robot_(number) {}
+    void bind(Simulation& simulation) { simulation_ = &simulation; }
+
+    bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override {
+        if (!simulation_) return false;
+        switch (what) {
+        case Measurement::joint_position: values = simulation_->s(robot_); return true;
+        case Measurement::joint_velocity: values = simulation_->s_dot(robot_); return true;
+        case Measurement::joint_acceleration: values = simulation_->s_ddot(robot_); return true;
+        case Measurement::joint_torque: values = simulation_->tau(robot_); return true;
+        default: return false;
+        }
+    }
+    bool read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept override {
+        if (!simulation_) return false;
+        if (kind == Sensor::wrench)
+            values = simulation_->ft_wrench(robot_, index);
+        else
+            values << simulation_->imu_rpy(robot_), simulation_->accelerometer(robot_),
+                simulation_->gyro(robot_), Vector3::Zero();
+        return true;
+    }
+    bool set_mode(ControlMode mode) noexcept override {
+        if (!simulation_) return false;
+        simulation_->set_mode(robot_, joint_mode(mode));
+        return true;
+    }
+    bool write(ControlMode, const Eigen::Ref<const Vector>& references) noexcept override {
+        if (!simulation_) return false;
+        simulation_->set_references(robot_, {references.data(), static_cast<std::size_t>(references.size())});
+        return true;
+    }
+    const char* error() const noexcept override {
+        return simulation_ ? simulation_->error() : "the world's blocks have not started";
+    }
+    /// The world saves all there is.
+    bool can_save() const override { return true; }
+
+  private:
+    const int robot_;
+    Simulation* simulation_ = nullptr;
+};
+
+class WorldRobotDevice final : public RobotDevice {
+  public:
+    WorldRobotDevice(const SharedWorld& world, int robot)
+        : scene_(world.scene), robot_(robot), sensors_(world.sensors[static_cast<std::size_t>(robot)]) {}
+
+    const std::vector<std::string>& joint_names() const override { return scene_->joint_names(robot_); }
+    void limits(Limits which, Vector& minimum, Vector& maximum) const override {
+        simulated_limits(which, scene_->lower_limits(robot_), scene_->upper_limits(robot_), minimum, maximum);
+    }
+    int sensor_index(Sensor kind, const std::string& name) const override {
+        const auto& options = scene_->options().robots[static_cast<std::size_t>(robot_)].options;
+        return simulated_sensor(kind, name, options.imu_frame, sensors_, "robot");
+    }
+    void check_mode(ControlMode mode) const override { scene_->check_mode(robot_, joint_mode(mode)); }
+    void check_measurement(Measurement what) const override { check_simulated_measurement(what); }
+    std::shared_ptr<RobotConnection> open() const override {
+        return std::make_shared<WorldRobotConnection>(robot_);
+    }
+
+  private:
+    std::shared_ptr<const physics::Scene> scene_;
+    const int robot_;
+    const std::vector<std::string> sensors_;
+};
+
+class World final : public Block {
+  public:
+    explicit World(const Arguments& arguments)
+        : Block(arguments), file_(file->empty() ? "" : path_of(*file)), folder_(path_of(".")) {}
+    Argument<std::string> file{this, "file", {.doc = "XML file that lists the world's robots and objects"}};
+    Provides<SharedWorld> world{this, [this] { return read(); }};
+    Dim nq{this, "nq", [this]() -> Dim::Names {
+               const auto* made =
+                   static_cast<const SharedWorld*>(resolution().find_provided(SharedWorld::resource));
+               if (!made) return std::nullopt;
+               std::vector<std::string> names;
+               for (int i = 0; i < made->scene->position_count(); ++i) names.push_back(std::to_string(i + 1));
+               return names;
+           }};
+    Output<Vector> q{this,
+                     "q",
+                     {.shape = {nq},
+                      .unit = mixed_units,
+                      .doc = "all positions of the world, by which it is drawn: for each body that floats "
+                             "x y z [m] and a quaternion w x y z, for each joint rad or m"}};
+    Scratch<int> substeps{this, [] { return 1; }};
+
+    void start(Now at) const override {
+        const double step = at[world].simulation.scene().options().time_step;
+        const double count = std::round(at.period() / step);
+        if (count < 1 || count > 1e6 || std::abs(count * step - at.period()) > 1e-9 * at.period()) {
+            std::ostringstream text;
+            text << "the world's period is " << at.period() << " s, which is no multiple of its time step of "
+                 << step << " s; set step in the file or the block's period";
+            throw std::runtime_error(text.str());
+        }
+        at[substeps] = static_cast<int>(count);
+        at[world].simulation.reset();
+    }
+    Status output(Now at, Out out) const noexcept override {
+        out[q] = at[world].simulation.q();
+        return ok;
+    }
+    Status update(Now at, Next) const noexcept override {
+        if (at[world].simulation.step(at[substeps])) return ok;
+        return Status::failure(
+            "the physics diverged; look at the gains, the contact parameters and the step");
+    }
+
+  private:
+    std::shared_ptr<const SharedWorld> read() const {
+        if (file_.empty())
+            throw std::runtime_error("argument 'file' is empty; give an XML file that describes the world");
+        auto made = std::make_shared<SharedWorld>();
+        made->file = file_;
+        made->search_directories = {folder_, std::filesystem::path(BF_ROBOT_MODELS),
+                                    std::filesystem::path(BF_ROBOT_MODELS) / "iCub"};
+        auto options = physics::SceneOptions::read(file_, made->search_directories);
+        for (const auto& robot : options.robots) made->sensors.push_back(robot.options.ft_sensors);
+        made->scene = std::make_shared<const physics::Scene>(std::move(options));
+        for (const auto& warning : made->scene->warnings()) bfWarning << warning;
+        return made;
+    }
+    const std::string file_, folder_;
+};
+
+class WorldRobot final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> robot{this, "robot", {.doc = "its name in the world"}};
+    Requires<SharedWorld> world{this, "the world in which the robot stands"};
+    Provides<RobotDevice> device{this, [this]() -> std::shared_ptr<const RobotDevice> {
+                                     return std::make_shared<WorldRobotDevice>(*world,
+                                                                               world->scene->robot(*robot));
+                                 }};
+    Dim n{this, "n", [this]() -> Dim::Names {
+              if (!world.is_bound()) return std::nullopt;
+              return world->scene->joint_names(world->scene->robot(*robot));
+          }};
+    Output<Vector> s{this, "s", {.shape = {n}, .unit = unit<"rad">, .doc = "joint positions"}};
+    Output<Vector> s_dot{this, "s_dot", {.shape = {n}, .unit = unit<"rad/s">, .doc = "joint velocities"}};
+    Output<Vector> tau_measured{
+        this,
+        "tau_measured",
+        {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques of the last interval"}};
+    Output<Transform> w_H_b{this, "w_H_b", {.unit = mixed_units, .doc = "pose of the base in the world"}};
+    Output<Vector6> v_b{this, "v_b", {.unit = mixed_units, .doc = base_velocity_doc}};
+    Output<Vector3> com{this, "com", {.unit = unit<"m">, .doc = "centre of mass of the robot in the world"}};
+    Scratch<int> number{this, [this] { return world->scene->robot(*robot); }};
+
+    void start(Now at) const override {
+        static_cast<WorldRobotConnection&>(at[device]).bind(at[world].simulation);
+    }
+    Status output(Now at, Out out) const noexcept override {
+        const auto& simulation = at[world].simulation;
+        const int i = at[number];
+        out[s] = simulation.s(i);
+        out[s_dot] = simulation.s_dot(i);
+        out[tau_measured] = simulation.tau(i);
+        out[w_H_b] = simulation.w_H_b(i);
+        out[v_b] = simulation.v_b(i);
+        out[com] = simulation.com(i);
+        return ok;
+    }
+};
+
+class WorldObject final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> object{this, "object", {.doc = "its name in the world"}};
+    Requires<SharedWorld> world{this, "the world in which the object is"};
+    Scratch<int> number{this, [this] { return world->scene->object(*object); }};
+    Output<Transform> w_H_o{this, "w_H_o", {.unit = mixed_units, .doc = "its pose in the world"}};
+    Output<Vector6> v_o{
+        this,
+        "v_o",
+        {.unit = mixed_units, .doc = "its velocity, mixed: origin [m/s], angular [rad/s], world axes"}};
+
+    void infer(Inference&) const override {
+        if (world.is_bound()) world->scene->object(*object);
+    }
+    Status output(Now at, Out out) const noexcept override {
+        out[w_H_o] = at[world].simulation.w_H_o(at[number]);
+        out[v_o] = at[world].simulation.v_o(at[number]);
+        return ok;
+    }
+};
+
+class WorldPush final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> robot{this, "robot", {.doc = "name of the robot in the world"}};
+    Argument<std::string> link{this, "link", {.doc = "one of the push_links of the robot in the file"}};
+    Requires<SharedWorld> world{this, "the world in which the robot stands"};
+    Scratch<std::pair<int, int>> number{this, [this] { return find(); }};
+    Input<Vector6> wrench{
+        this,
+        "wrench",
+        {.unit = mixed_units,
+         .doc =
+             "force [N] and moment [Nm] on the link's centre of mass, world axes, held until the next one"}};
+
+    void infer(Inference&) const override {
+        if (world.is_bound()) find();
+    }
+    Status output(Now at, Out) const noexcept override {
+        for (int i = 0; i < 6; ++i)
+            if (!std::isfinite(at[wrench](i)))
+                return Status::failure("{element} is not finite; look at what computes it", wrench, i);
+        const auto [r, i] = at[number];
+        at[world].simulation.set_wrench(r, i, at[wrench]);
+        return ok;
+    }
+
+  private:
+    std::pair<int, int> find() const {
+        const int r = world->scene->robot(*robot);
+        const auto& links = world->scene->options().robots[static_cast<std::size_t>(r)].options.push_links;
+        const auto found = std::find(links.begin(), links.end(), *link);
+        if (found == links.end())
+            throw std::runtime_error("robot '" + *robot + "' has no link '" + *link +
+                                     "' that may be pushed; name it in push_links of the robot in the "
+                                     "world's file");
+        return {r, static_cast<int>(found - links.begin())};
+    }
+};
+
+class WorldRays final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> body{
+        this, "body", {.doc = "what the sensor is fixed to: an object, or ROBOT/LINK, a link that moves"}};
+    Argument<Matrix> pose{
+        this, "pose", {.initial = Matrix::Identity(4, 4), .doc = "of the sensor in the body, 4 x 4"}};
+    Argument<int> rays{this, "rays", {.initial = 181, .minimum = 1, .maximum = 100000, .doc = "how many"}};
+    Argument<double> from{
+        this, "from", {.initial = -1.5707963267948966, .doc = "angle of the first ray about z from x, rad"}};
+    Argument<double> to{this, "to", {.initial = 1.5707963267948966, .doc = "angle of the last one, rad"}};
+    Argument<double> range{this, "range", {.initial = 10, .above = 0, .doc = "farthest distance, m"}};
+    Requires<SharedWorld> world{this, "the world in which the sensor is"};
+    Dim n{this, "n", [this] { return *rays; }};
+    struct Fan {
+        int body;
+        Eigen::Matrix4d pose;
+        Eigen::Matrix3Xd directions;
+    };
+    Scratch<Fan> fan{this, [this] { return make(); }};
+    Output<Vector> distance{this,
+                            "distance",
+                            {.shape = {n},
+                             .unit = unit<"m">,
+                             .doc = "to what each ray meets first; range where it meets nothing"}};
+
+    void infer(Inference&) const override {
+        if (world.is_bound()) make();
+    }
+    Status output(Now at, Out out) const noexcept override {
+        const Fan& f = at[fan];
+        at[world].simulation.measure_rays(f.body, f.pose, f.directions, *range, out[distance]);
+        return ok;
+    }
+
+  private:
+    Fan make() const {
+        const Matrix& H = *pose;
+        const bool is_pose =
+            H.rows() == 4 && H.cols() == 4 && H.allFinite() &&
+            (H.topLeftCorner(3, 3) * H.topLeftCorner(3, 3).transpose() - Matrix::Identity(3, 3)).norm() <
+                1e-6;
+        if (!is_pose)
+            throw std::runtime_error("argument 'pose' is no pose; give [R p; 0 0 0 1] with a rotation R");
+        Fan f{world->scene->body(*body), H, Eigen::Matrix3Xd(3, *rays)};
+        for (int i = 0; i < *rays; ++i) {
+            const double angle = *rays == 1 ? *from : *from + (*to - *from) * i / (*rays - 1);
+            f.directions.col(i) << std::cos(angle), std::sin(angle), 0;
+        }
+        return f;
+    }
+};
+
+class WorldActuator final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> robot{this, "robot", {.doc = "name of the robot in the world"}};
+    Argument<std::string> actuator{this, "actuator", {.doc = "name of the actuator in the robot's MJCF"}};
+    Requires<SharedWorld> world{this, "the world in which the robot stands"};
+    Scratch<int> number{this, [this] { return find(); }};
+    Input<double> u{
+        this, "u", {.unit = any_unit, .doc = "control signal as the MJCF means it, held until the next one"}};
+
+    void infer(Inference&) const override {
+        if (world.is_bound()) find();
+    }
+    Status output(Now at, Out) const noexcept override {
+        if (!std::isfinite(at[u])) return Status::failure("u is not finite; look at what computes it");
+        at[world].simulation.set_control(at[number], at[u]);
+        return ok;
+    }
+
+  private:
+    int find() const { return world->scene->actuator(world->scene->robot(*robot), *actuator); }
+};
+
+} // namespace
+
+void add_shared_world(Library& library) {
+    library.group("world")
+        .add<World>(
+            "World",
+            "A MuJoCo physics world with several robots and objects, which an XML file lists. It is a "
+            "resource: WorldRobot, WorldObject and Configuration in its subsystem and below find theirs in "
+            "it "
+            "by name, and however many they are the world advances once per period of this block, after all "
+            "have read and commanded. The period is a multiple of the time step in the file. "
+            "Everything touches everything else; a part without mass is fixed. "
+            "Source: E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for model-based control, 2012. "
+            "Errors: what the file says wrong, with its line; two parts of one name; a motion that diverges "
+            "ends the run.")
+        .add<WorldRobot>(
+            "WorldRobot",
+            "One robot of the World around it: its state now. It is the robot that GetMeasurement, "
+            "GetSensor, "
+            "GetLimits and SetReferences in its subsystem and below use; references are held until the next "
+            "ones. Each robot of a world has a subsystem of its own. "
+            "Errors: a name that the world does not have.")
+        .add<WorldObject>("WorldObject",
+                          "Where an object of the World around it is, and how fast it moves, now. "
+                          "Errors: a name that the world does not have.")
+        .add<WorldPush>(
+            "WorldPush",
+            "A wrench from outside on a link of a robot in the World around the block. "
+            "Errors: a robot that the world does not have, a link that the file does not list among "
+            "push_links; a wrench that is not finite ends the run.")
+        .add<WorldRays>("WorldRays",
+                        "A fan of rays, such as a lidar has: distances to what they meet, now, in the "
+                        "x-y plane of a frame that is fixed to a body of the World around the block. What is "
+                        "seen are the shapes that touch; those of the body itself are not. "
+                        "Errors: a body that the world does not have, a pose that is none.")
+        .add<WorldActuator>(
+            "WorldActuator",
+            "Drives an actuator that the MJCF of a robot brings and that belongs to none of the "
+            "controlled joints: the tendon of a gripper, a muscle. "
+            "Errors: a name that the world or the robot does not have; a signal that is not "
+            "finite ends the run.");
+}
+
+} // namespace bf::toolbox

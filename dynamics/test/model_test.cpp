@@ -17,8 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 template <class Action> std::string error_of(Action&& action) {
     try {
         action();

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -12,6 +13,8 @@ namespace bf::dynamics::test {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 inline const std::string icub = BF_SHARE "/iCub/robots/iCubGazeboV2_5/model.urdf";
 

@@ -14,7 +14,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Kind = Target::Kind;
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 const Model& robot() {
     static const Model model = Model::load(icub, icub_joints);

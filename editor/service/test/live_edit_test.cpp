@@ -73,6 +73,7 @@ class LiveEdit : public AskingTest {
     LiveEdit() { std::ofstream(folder / "served.yaml") << text; }
 
     void attach(const EditedProgram& program) {
+        told.clear(); // what a service before it told
         open("served.yaml", {}, {}, program.address());
         wait_for([](const Json& n) { return n["method"] == "run" && n["params"]["state"] == "running"; });
         while (!result("hello", {{"protocol", protocol_version}})["document"]["is_checked"].get<bool>())

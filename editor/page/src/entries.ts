@@ -110,7 +110,7 @@ export function score(entry: Answer, wanted: string): number {
   if (title.startsWith(text)) return 90 - title.length / 100;
   const words = text.split(/\s+/);
   if (words.length > 1 && words.every((word) => title.includes(word)))
-    return 80 + (are_in_order(words, title) ? 1 : 0) + (are_names_in(words, title) ? 2 : 0);
+    return 80 + (are_in_order(words, title) ? 2 : 0) + (are_names_in(words, title) ? 1 : 0);
   if (initials(entry.title).startsWith(text)) return 75;
   if (title.includes(text)) return 70 - title.length / 100;
   if (`${entry.detail} ${entry.group}`.toLowerCase().includes(text)) return 40;
@@ -119,7 +119,7 @@ export function score(entry: Answer, wanted: string): number {
   return 10;
 }
 const are_in_order = (words: string[], title: string): boolean =>
-  words.every((word, i) => i === 0 || title.indexOf(words[i - 1]!) < title.indexOf(word));
+  words.every((word, i) => i === 0 || title.indexOf(words[i - 1]!) <= title.indexOf(word));
 /** "motor.y p" are of "motor.y → p" and of "motor.y → plant.p", "p" is none of "motor.y → plant.u". */
 const are_names_in = (words: string[], title: string): boolean => {
   const names = new Set(title.split(/\s+/).flatMap((path) => [path, ...path.split(".")]));

@@ -136,21 +136,15 @@ void check_joints(mjSpec* spec, mjsBody* body, const RobotOptions& options) {
 }
 
 /// The file's actuators of controlled joints go, and leave their limits and gains.
-void take_actuators(mjSpec* spec, const RobotOptions& options, JointLoops& loops) {
-    std::vector<double> kp(options.joints.size(), 0.0), kd = kp;
-    bool has_gains = false;
+void take_actuators(mjSpec* spec, const RobotOptions& options, Mjcf& robot) {
     visit_all(spec, mjOBJ_ACTUATOR, [&](mjsElement* element) {
         const mjsActuator* actuator = mjs_asActuator(element);
         const std::string target = mjs_getString(actuator->target);
         const auto found = std::find(options.joints.begin(), options.joints.end(), target);
         if (actuator->trntype != mjTRN_JOINT || found == options.joints.end()) return;
         const double gear2 = actuator->gear[0] * actuator->gear[0];
-        if (actuator->gaintype == mjGAIN_FIXED && actuator->biastype == mjBIAS_AFFINE) {
-            const auto i = static_cast<size_t>(found - options.joints.begin());
-            kp[i] = -gear2 * actuator->biasprm[1];
-            kd[i] = -gear2 * actuator->biasprm[2];
-            has_gains = true;
-        }
+        if (actuator->gaintype == mjGAIN_FIXED && actuator->biastype == mjBIAS_AFFINE)
+            robot.gains[target] = {-gear2 * actuator->biasprm[1], -gear2 * actuator->biasprm[2]};
         mjsJoint* joint = mjs_asJoint(mjs_findElement(spec, mjOBJ_JOINT, target.c_str()));
         const bool has_limits =
             joint->actfrclimited == mjLIMITED_TRUE ||
@@ -163,9 +157,6 @@ void take_actuators(mjSpec* spec, const RobotOptions& options, JointLoops& loops
         joint->armature += gear2 * actuator->armature;
         mjs_delete(spec, element);
     });
-    if (!has_gains) return;
-    if (loops.kp.empty()) loops.kp = kp;
-    if (loops.kd.empty()) loops.kd = kd;
 }
 
 void read_key(const mjModel* model, const std::string& key, const fs::path& file, Mjcf& robot) {
@@ -238,7 +229,7 @@ Mjcf read_mjcf(SceneRobot& robot) {
     result.mass = model->body_subtreemass[mj_name2id(model.get(), mjOBJ_BODY,
                                                      robot.body.empty() ? "world" : robot.body.c_str())];
     visit_all(spec, mjOBJ_KEY, [&](mjsElement* element) { mjs_delete(spec, element); });
-    take_actuators(spec, options, robot.loops);
+    take_actuators(spec, options, result);
     add_motors(spec, options);
     add_marks(spec, options);
     visit_all(spec, mjOBJ_BODY, [&](mjsElement* element) { // a fixed base keeps its mass and its place

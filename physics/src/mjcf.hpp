@@ -5,6 +5,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 
 namespace bf::physics {
 
@@ -17,6 +18,8 @@ struct Mjcf {
     mjsBody* body;                       ///< what of it is attached
     double mass = 0.0;                   ///< kg
     std::map<std::string, double> start; ///< joint positions of the key frame
+    /// P and D of the position actuators that gave way, by joint.
+    std::map<std::string, std::pair<double, double>> gains;
 };
 
 /// Reads an MJCF and fills in what the robot's options leave to it. Joints that are not controlled move as

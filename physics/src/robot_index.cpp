@@ -114,6 +114,23 @@ void put_joints(const RobotIndex& robot, const RobotOptions& options, double* qp
     for (const FollowerAddress& follower : robot.followers) follower.put(qpos);
 }
 
+Eigen::VectorXd joint_inertias(const mjModel* m, const RobotIndex& robot, const Eigen::VectorXd& qpos) {
+    const DataPtr data = make_data(m);
+    std::copy_n(qpos.data(), m->nq, data->qpos);
+    mj_forward(m, data.get());
+    Eigen::VectorXd inertias(robot.n()), direction(m->nv), momentum(m->nv);
+    for (int i = 0; i < robot.n(); ++i) {
+        direction.setZero();
+        direction[robot.velocity[static_cast<size_t>(i)]] = 1.0;
+        for (const FollowerAddress& follower : robot.followers)
+            if (follower.leader == robot.position[static_cast<size_t>(i)])
+                direction[follower.velocity] = follower.multiplier;
+        mj_mulM(m, data.get(), momentum.data(), direction.data());
+        inertias[i] = direction.dot(momentum);
+    }
+    return inertias;
+}
+
 void measure_pose(const mjData* d, int site, double* out) noexcept {
     Eigen::Map<Eigen::Matrix4d> H(out);
     measure_rotation(d, site, H.topLeftCorner<3, 3>());

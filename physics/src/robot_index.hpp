@@ -54,4 +54,7 @@ void measure_last_interval(const mjData* d, const RobotIndex& robot, const Robot
 /// where one lies outside of its limits.
 void put_joints(const RobotIndex& robot, const RobotOptions& options, double* qpos);
 
+/// The inertia (n, kg m2) that each joint sees at positions qpos, its armature and followers included.
+Eigen::VectorXd joint_inertias(const mjModel* m, const RobotIndex& robot, const Eigen::VectorXd& qpos);
+
 } // namespace bf::physics

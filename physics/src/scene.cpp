@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
+#include <tuple>
+#include <utility>
 
 namespace bf::physics {
 
@@ -104,68 +106,25 @@ void Scene::Impl::place() {
 }
 
 void Scene::Impl::make_loops() {
-    for (const SceneRobot& robot : options.robots) {
-        const auto require = [&](bool rule, const std::string& text) {
-            if (!rule)
-                throw std::runtime_error(begin_of_message(robot.where) + "robot '" + robot.name +
-                                         "': " + text);
-        };
-        const size_t n = robot.options.joints.size();
-        const JointLoops& given = robot.loops;
-        const double steps = given.period / options.time_step;
-        require(given.period >= 0.0 && steps < 1e6 && std::abs(steps - std::round(steps)) <= 1e-6 * steps,
-                "loop_period is no multiple of the world's step; 0 stands for that");
-        Loops& made = loops.emplace_back();
-        made.every = std::max(1, static_cast<int>(std::round(steps)));
-        made.gains.resize(n);
-        const auto fill = [&](const char* name, const std::vector<double>& list, double JointGains::*gain) {
-            require(list.size() <= 1 || list.size() == n,
-                    std::string(name) + " holds " + std::to_string(list.size()) +
-                        " values; give none, one for all joints, or one for each of the " +
-                        std::to_string(n) + " joints");
-            for (size_t i = 0; i < n && !list.empty(); ++i) {
-                const double value = list[list.size() == 1 ? 0 : i];
-                require(std::isfinite(value) && value >= 0.0, std::string(name) +
-                                                                  " is below 0 or not finite for joint '" +
-                                                                  robot.options.joints[i] + "'");
-                made.gains[i].*gain = value;
-            }
-        };
-        fill("kp", given.kp, &JointGains::kp);
-        fill("kd", given.kd, &JointGains::kd);
-        fill("reference_speed", given.reference_speed, &JointGains::reference_speed);
-        fill("torque_constant", given.torque_constant, &JointGains::torque_constant);
-        fill("pwm_gain", given.pwm_gain, &JointGains::pwm_gain);
-        fill("back_emf", given.back_emf, &JointGains::back_emf);
-        fill("stiffness", given.stiffness, &JointGains::stiffness);
-        fill("impedance_damping", given.damping, &JointGains::damping);
+    for (size_t r = 0; r < robots.size(); ++r) {
+        const SceneRobot& robot = options.robots[r];
+        try {
+            const double steps = robot.loop_period / options.time_step;
+            if (!(steps >= 0.0 && steps < 1e6 && std::abs(steps - std::round(steps)) <= 1e-6 * steps))
+                throw std::runtime_error("loop_period is no multiple of the world's step; 0 stands for that");
+            periods.push_back(std::max(1, static_cast<int>(std::round(steps))));
+            const auto& joints = robot.options.joints;
+            Motors made(robot.motors, joints, joint_inertias(model.get(), robots[r], start));
+            for (size_t i = 0; i < joints.size() && robot.motors.position_gains.size() == 0; ++i)
+                if (const auto found = starts[r].gains.find(joints[i]); found != starts[r].gains.end())
+                    std::tie(made.position.P[static_cast<Eigen::Index>(i)],
+                             made.position.D[static_cast<Eigen::Index>(i)]) = found->second;
+            motors.push_back(std::move(made));
+        } catch (const std::exception& error) {
+            throw std::runtime_error(begin_of_message(robot.where) + "robot '" + robot.name +
+                                     "': " + error.what());
+        }
     }
-}
-
-void Scene::check_mode(int robot, JointMode mode) const {
-    struct Need {
-        const char* name;
-        double JointGains::*gain;
-    };
-    std::vector<Need> needs;
-    switch (mode) {
-    case JointMode::torque: break;
-    case JointMode::position:
-        needs = {{"kp", &JointGains::kp}, {"reference_speed", &JointGains::reference_speed}};
-        break;
-    case JointMode::position_direct: needs = {{"kp", &JointGains::kp}}; break;
-    case JointMode::velocity: needs = {{"kd", &JointGains::kd}}; break;
-    case JointMode::pwm: needs = {{"pwm_gain", &JointGains::pwm_gain}}; break;
-    case JointMode::current: needs = {{"torque_constant", &JointGains::torque_constant}}; break;
-    case JointMode::impedance: needs = {{"stiffness", &JointGains::stiffness}}; break;
-    }
-    const auto r = static_cast<size_t>(robot);
-    for (const Need& need : needs)
-        for (size_t i = 0; i < impl_->loops[r].gains.size(); ++i)
-            if (impl_->loops[r].gains[i].*need.gain == 0.0)
-                throw std::runtime_error("robot '" + impl_->options.robots[r].name + "' has no " + need.name +
-                                         " for its joint '" + impl_->options.robots[r].options.joints[i] +
-                                         "', which this control mode needs; give it in the world's file");
 }
 
 Scene::Scene(SceneOptions options) : impl_(std::make_unique<Impl>()) {

@@ -66,6 +66,14 @@ class Element {
                  " numbers; give " + std::to_string(count));
         return values;
     }
+    /// Numbers of rows one after the other.
+    Eigen::MatrixXd rows(const char* name, int columns) {
+        Numbers all = numbers(name, 0);
+        if (all.size() % static_cast<size_t>(columns) != 0)
+            fail(std::string(name) + "=\"" + text(name) + "\" has " + std::to_string(all.size()) +
+                 " numbers; give " + std::to_string(columns) + ", or as many for each joint");
+        return Eigen::Map<Eigen::MatrixXd>(all.data(), columns, std::ssize(all) / columns).transpose();
+    }
     double number(const char* name, double otherwise) { return numbers(name, 1, {otherwise})[0]; }
     template <class T> T choice(const char* name, std::initializer_list<std::pair<const char*, T>> choices) {
         const std::string value = text(name, choices.begin()->first);
@@ -129,15 +137,15 @@ SceneRobot read_robot(Element& e, const std::vector<fs::path>& package_paths, si
     o.armature = e.numbers("armature", 0);
     o.damping = e.numbers("damping", 0);
     o.friction = e.numbers("joint_friction", 0);
-    robot.loops = {e.number("loop_period", 0),
-                   e.numbers("kp", 0),
-                   e.numbers("kd", 0),
-                   e.numbers("reference_speed", 0),
-                   e.numbers("torque_constant", 0),
-                   e.numbers("pwm_gain", 0),
-                   e.numbers("back_emf", 0),
-                   e.numbers("stiffness", 0),
-                   e.numbers("impedance_damping", 0)};
+    robot.loop_period = e.number("loop_period", 0);
+    MotorOptions& m = robot.motors;
+    m.gear_ratio = e.numbers("gear_ratio", 0);
+    m.torque_constant = e.numbers("torque_constant", 0);
+    m.k_tau = e.numbers("k_tau", 0);
+    m.k_bemf = e.numbers("k_bemf", 0);
+    m.position_gains = e.rows("position_gains", 3);
+    m.torque_gains = e.rows("torque_gains", 3);
+    m.impedance_gains = e.rows("impedance_gains", 2);
     const Numbers noise = e.numbers("noise", 3, {0, 0, 0});
     const double seed = e.number("seed", static_cast<double>(number + 1));
     if (!(seed >= 0 && seed < 1e15 && seed == std::floor(seed)))

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bf::physics {
@@ -12,8 +13,9 @@ namespace bf::physics {
 /// What of a robot only its file knows.
 struct RobotStart {
     bool is_mjcf = false;
-    double mass = 0.0;                       ///< kg
-    std::map<std::string, double> positions; ///< of joints, from a key frame
+    double mass = 0.0;                                      ///< kg
+    std::map<std::string, double> positions;                ///< of joints, from a key frame
+    std::map<std::string, std::pair<double, double>> gains; ///< P and D of its position actuators, by joint
 };
 
 /// MuJoCo's editable model of a scene, whose robots it completes. Robot "a" with the link "b" is the body
@@ -31,11 +33,8 @@ struct Scene::Impl {
     std::vector<int> objects;                        ///< bodies
     std::vector<std::vector<std::string>> actuators; ///< per robot, those of the file
     std::vector<int> controls;                       ///< these, in ctrl
-    struct Loops {
-        int every = 1; ///< time steps
-        std::vector<JointGains> gains;
-    };
-    std::vector<Loops> loops; ///< per robot
+    std::vector<int> periods;                        ///< per robot, of its loops, in time steps
+    std::vector<Motors> motors;                      ///< per robot
     std::vector<RobotStart> starts;
     std::vector<std::string> warnings, bodies;
     Eigen::VectorXd start; ///< nq, qpos at t = 0

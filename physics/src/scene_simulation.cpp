@@ -16,30 +16,20 @@ constexpr int scene_state_signature = mjSTATE_INTEGRATION; // warm start include
 /// Where everything that is measured or held stands in one flat vector, which is saved and restored as it is.
 struct SceneLayout {
     int size = 0;
-    struct Held {
-        int references, wrenches, mode;
-        int paths, torques; ///< memory of the loops, and what they said last
-    };
     std::vector<RobotLayout> robots;
-    std::vector<Held> held; ///< inputs, per robot
-    int poses, velocities;  ///< of objects
-    int step, ticks;        ///< calls of step(), time steps
+    std::vector<int> wrenches; ///< per robot
+    int poses, velocities;     ///< of objects
+    int step;                  ///< how many were made
 
     explicit SceneLayout(const std::vector<RobotIndex>& all, int objects) {
         const auto take = [this](int count) { return std::exchange(size, size + count); };
         for (const RobotIndex& robot : all) {
             robots.emplace_back(size, robot.n(), static_cast<int>(robot.ft_sites.size()));
-            Held& inputs = held.emplace_back();
-            inputs.references = take(robot.n());
-            inputs.wrenches = take(6 * static_cast<int>(robot.push_sites.size()));
-            inputs.mode = take(1);
-            inputs.paths = take(robot.n());
-            inputs.torques = take(robot.n());
+            wrenches.push_back(take(6 * static_cast<int>(robot.push_sites.size())));
         }
         poses = take(16 * objects);
         velocities = take(6 * objects);
         step = take(1);
-        ticks = take(1);
     }
 };
 
@@ -52,14 +42,17 @@ struct SceneSimulation::Impl {
     DataPtr data;
     SceneLayout at;
     std::vector<double> memory;
+    std::vector<JointControl> controls; ///< per robot
     std::array<char, 256> error{};
 
     explicit Impl(std::shared_ptr<const Scene> shared)
         : owner(std::move(shared)), scene(*owner->impl_), model(scene.model.get()), data(make_data(model)),
-          at(scene.robots, static_cast<int>(scene.objects.size())), memory(static_cast<size_t>(at.size)) {}
+          at(scene.robots, static_cast<int>(scene.objects.size())), memory(static_cast<size_t>(at.size)),
+          controls(scene.motors.begin(), scene.motors.end()) {}
 
     double* in(int offset) noexcept { return memory.data() + offset; }
-    const RobotLayout& of(int robot) const noexcept { return at.robots[static_cast<size_t>(robot)]; }
+    const RobotLayout& of(auto robot) const noexcept { return at.robots[static_cast<size_t>(robot)]; }
+    std::uint64_t step() noexcept { return static_cast<std::uint64_t>(*in(at.step)); }
 
     template <typename... Values> bool fail(const char* format, Values... values) noexcept {
         std::snprintf(error.data(), error.size(), format, values...);
@@ -73,9 +66,6 @@ struct SceneSimulation::Impl {
         }
     }
 
-    JointMode mode_of(size_t robot) noexcept {
-        return static_cast<JointMode>(static_cast<int>(*in(at.held[robot].mode)));
-    }
     bool check_inputs() noexcept;
     void apply_inputs() noexcept;
     void measure_now() noexcept;
@@ -87,19 +77,14 @@ struct SceneSimulation::Impl {
 bool SceneSimulation::Impl::check_inputs() noexcept {
     for (size_t r = 0; r < scene.robots.size(); ++r) {
         const SceneRobot& robot = scene.options.robots[r];
-        const double* tau = in(at.held[r].references);
-        const bool is_torque = mode_of(r) == JointMode::torque;
-        for (size_t i = 0; i < robot.options.joints.size(); ++i)
-            if (!(std::abs(tau[i]) <= mjMAXVAL))
-                return !is_torque
-                           ? fail("t = %g s: the reference of joint '%s' of robot '%s' is %g; it must be "
-                                  "finite and below 1e10",
-                                  data->time, robot.options.joints[i].c_str(), robot.name.c_str(), tau[i])
-                           : fail("t = %g s: the torque of joint '%s' of robot '%s' is %g; torques must be "
-                                  "finite "
-                                  "and below 1e10",
-                                  data->time, robot.options.joints[i].c_str(), robot.name.c_str(), tau[i]);
-        const double* wrenches = in(at.held[r].wrenches);
+        const Eigen::VectorXd& reference = controls[r].reference();
+        for (Eigen::Index i = 0; i < reference.size(); ++i)
+            if (!(std::abs(reference[i]) <= mjMAXVAL))
+                return fail("t = %g s: the reference of joint '%s' of robot '%s' is %g; it must be finite "
+                            "and below 1e10",
+                            data->time, robot.options.joints[static_cast<size_t>(i)].c_str(),
+                            robot.name.c_str(), reference[i]);
+        const double* wrenches = in(at.wrenches[r]);
         for (size_t i = 0; i < 6 * robot.options.push_links.size(); ++i)
             if (!(std::abs(wrenches[i]) <= mjMAXVAL))
                 return fail("t = %g s: the wrench on '%s' of robot '%s' has the component %g; it must be "
@@ -118,29 +103,25 @@ void SceneSimulation::Impl::apply_inputs() noexcept {
     bool is_pushed = false;
     for (size_t r = 0; r < scene.robots.size(); ++r) {
         const RobotIndex& robot = scene.robots[r];
-        const double* references = in(at.held[r].references);
-        const JointMode mode = mode_of(r);
-        const Scene::Impl::Loops& loops = scene.loops[r];
-        double* torques = in(at.held[r].torques);
-        if (mode == JointMode::torque) {
-            std::copy_n(references, robot.n(), torques);
-        } else if (static_cast<std::int64_t>(*in(at.ticks)) % loops.every == 0) {
-            const double dt = loops.every * model->opt.timestep;
-            for (size_t i = 0; i < robot.motors.size(); ++i)
-                torques[i] =
-                    joint_torque(mode, loops.gains[i], references[i], dt, data->qpos[robot.position[i]],
-                                 data->qvel[robot.velocity[i]], in(at.held[r].paths)[i]);
+        const int every = scene.periods[r];
+        if (step() % static_cast<std::uint64_t>(every) == 0) {
+            const auto measured = [&](int offset) {
+                return Eigen::Map<const Eigen::VectorXd>(in(offset), robot.n());
+            };
+            controls[r].advance(every * model->opt.timestep, measured(of(r).s), measured(of(r).s_dot),
+                                measured(of(r).tau));
         }
-        for (size_t i = 0; i < robot.motors.size(); ++i) data->ctrl[robot.motors[i]] = torques[i];
+        const Eigen::VectorXd& torques = controls[r].torques();
+        for (size_t i = 0; i < robot.motors.size(); ++i)
+            data->ctrl[robot.motors[i]] = torques[static_cast<Eigen::Index>(i)];
         is_pushed |= !robot.push_sites.empty();
     }
-    *in(at.ticks) += 1.0;
     if (!is_pushed) return;
     std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
     for (size_t r = 0; r < scene.robots.size(); ++r) {
         const RobotIndex& robot = scene.robots[r];
         for (size_t i = 0; i < robot.push_sites.size(); ++i) {
-            const double* wrench = in(at.held[r].wrenches) + 6 * i;
+            const double* wrench = in(at.wrenches[r]) + 6 * i;
             const int site = robot.push_sites[i];
             const int body = model->site_bodyid[site];
             const Eigen::Map<const Eigen::Vector3d> force(wrench), moment(wrench + 3);
@@ -156,10 +137,9 @@ void SceneSimulation::Impl::apply_inputs() noexcept {
 
 void SceneSimulation::Impl::measure_now() noexcept {
     const mjData* d = data.get();
-    const auto step = static_cast<std::uint64_t>(*in(at.step));
     for (size_t r = 0; r < scene.robots.size(); ++r)
         physics::measure_now(model, d, scene.robots[r], at.robots[r], scene.options.robots[r].options.noise,
-                             step, memory.data());
+                             step(), memory.data());
     for (size_t i = 0; i < scene.objects.size(); ++i) {
         const int body = scene.objects[i];
         Eigen::Map<Eigen::Matrix4d>(in(at.poses) + 16 * i) =
@@ -173,10 +153,9 @@ void SceneSimulation::Impl::measure_now() noexcept {
 }
 
 void SceneSimulation::Impl::measure_last_interval() noexcept {
-    const auto step = static_cast<std::uint64_t>(*in(at.step));
     for (size_t r = 0; r < scene.robots.size(); ++r)
         physics::measure_last_interval(data.get(), scene.robots[r], at.robots[r],
-                                       scene.options.robots[r].options.noise, step, memory.data());
+                                       scene.options.robots[r].options.noise, step(), memory.data());
 }
 
 const char* SceneSimulation::Impl::owner_of_velocity(int index) const noexcept {
@@ -216,6 +195,7 @@ void SceneSimulation::reset() noexcept {
     Impl& self = *impl_;
     self.error[0] = '\0';
     std::fill(self.memory.begin(), self.memory.end(), 0.0);
+    for (JointControl& control : self.controls) control.reset();
     self.run([&] {
         mj_resetData(self.model, self.data.get());
         std::copy_n(self.scene.start.data(), self.model->nq, self.data->qpos);
@@ -225,33 +205,22 @@ void SceneSimulation::reset() noexcept {
     self.measure_now();
 }
 
-void SceneSimulation::set_mode(int robot, JointMode mode) noexcept {
-    Impl& self = *impl_;
-    const auto r = static_cast<size_t>(robot);
-    if (self.mode_of(r) == mode) return;
-    *self.in(self.at.held[r].mode) = static_cast<double>(mode);
-    const bool is_position =
-        mode == JointMode::position || mode == JointMode::position_direct || mode == JointMode::impedance;
-    const RobotIndex& index = self.scene.robots[r];
-    for (size_t i = 0; i < index.position.size(); ++i) {
-        const double s = self.data->qpos[index.position[i]];
-        self.in(self.at.held[r].paths)[i] = s;
-        self.in(self.at.held[r].references)[i] = is_position ? s : 0.0;
-    }
+JointControl& SceneSimulation::control(int robot) noexcept {
+    return impl_->controls[static_cast<size_t>(robot)];
 }
 
-void SceneSimulation::set_references(int robot, std::span<const double> references) noexcept {
-    const auto r = static_cast<size_t>(robot);
-    std::copy_n(references.data(), impl_->scene.robots[r].n(), impl_->in(impl_->at.held[r].references));
+void SceneSimulation::set_mode(int robot, ControlMode mode) noexcept {
+    control(robot).set_mode(mode, s(robot));
 }
 
 void SceneSimulation::set_torque(int robot, std::span<const double> tau) noexcept {
-    set_mode(robot, JointMode::torque);
-    set_references(robot, tau);
+    if (control(robot).mode() != ControlMode::torque) set_mode(robot, ControlMode::torque);
+    control(robot).set_reference(
+        Eigen::Map<const Eigen::VectorXd>(tau.data(), impl_->scene.robot(robot).n()));
 }
 
 void SceneSimulation::set_wrench(int robot, int i, const Vector6d& wrench) noexcept {
-    std::copy_n(wrench.data(), 6, impl_->in(impl_->at.held[static_cast<size_t>(robot)].wrenches) + 6 * i);
+    std::copy_n(wrench.data(), 6, impl_->in(impl_->at.wrenches[static_cast<size_t>(robot)]) + 6 * i);
 }
 
 void SceneSimulation::set_control(int actuator, double value) noexcept {
@@ -261,16 +230,16 @@ void SceneSimulation::set_control(int actuator, double value) noexcept {
 bool SceneSimulation::step(int count) noexcept {
     Impl& self = *impl_;
     if (self.error[0] != '\0' || !self.check_inputs()) return false;
-    *self.in(self.at.step) += 1.0;
     self.run([&] {
         for (int i = 0; i < count; ++i) {
             self.apply_inputs();
-            mj_step2(self.model, self.data.get());            // forces at t_k, then q and v at t_k+1
-            if (i + 1 == count) self.measure_last_interval(); // before the contacts of t_k are forgotten
-            mj_step1(self.model, self.data.get());            // kinematics and contacts at t_k+1
+            *self.in(self.at.step) += 1.0;
+            mj_step2(self.model, self.data.get()); // forces at t_k, then q and v at t_k+1
+            self.measure_last_interval();          // before the contacts of t_k are forgotten
+            mj_step1(self.model, self.data.get()); // kinematics and contacts at t_k+1
+            self.measure_now();
         }
     });
-    self.measure_now();
     return self.check_motion();
 }
 
@@ -342,13 +311,19 @@ Eigen::Vector2d SceneSimulation::energy() const noexcept {
 }
 
 int SceneSimulation::state_size() const noexcept {
-    return mj_stateSize(impl_->model, scene_state_signature) + impl_->at.size;
+    int size = mj_stateSize(impl_->model, scene_state_signature) + impl_->at.size;
+    for (const JointControl& control : impl_->controls) size += control.state_size();
+    return size;
 }
 
 void SceneSimulation::save(double* state) const noexcept {
     mj_getState(impl_->model, impl_->data.get(), state, scene_state_signature);
-    std::copy(impl_->memory.begin(), impl_->memory.end(),
-              state + mj_stateSize(impl_->model, scene_state_signature));
+    state = std::copy(impl_->memory.begin(), impl_->memory.end(),
+                      state + mj_stateSize(impl_->model, scene_state_signature));
+    for (const JointControl& control : impl_->controls) {
+        control.save(state);
+        state += control.state_size();
+    }
 }
 
 void SceneSimulation::restore(const double* state) noexcept {
@@ -359,7 +334,13 @@ void SceneSimulation::restore(const double* state) noexcept {
         mj_setState(self.model, self.data.get(), state, scene_state_signature);
         mj_step1(self.model, self.data.get());
     });
-    std::copy_n(state + mj_stateSize(self.model, scene_state_signature), self.at.size, self.memory.begin());
+    state += mj_stateSize(self.model, scene_state_signature);
+    std::copy_n(state, self.at.size, self.memory.begin());
+    state += self.at.size;
+    for (JointControl& control : self.controls) {
+        control.restore(state);
+        state += control.state_size();
+    }
 }
 
 } // namespace bf::physics

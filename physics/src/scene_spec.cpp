@@ -93,6 +93,7 @@ void add_robot(mjSpec* world, SceneRobot& robot, const PhysicsOptions& physics, 
         const Mjcf mjcf = read_mjcf(robot);
         start.mass = mjcf.mass;
         start.positions = mjcf.start;
+        start.gains = mjcf.gains;
         attach(world, robot.name, mjcf.body,
                robot.options.initial_w_H_b.value_or(Eigen::Matrix4d::Identity()));
     } catch (const std::exception& error) {

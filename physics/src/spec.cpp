@@ -284,8 +284,9 @@ std::vector<FollowerAddress> follower_addresses(const mjModel* model, const Robo
     std::vector<FollowerAddress> addresses;
     for (const Follower& follower : options.followers)
         if (!follower.leader.empty())
-            addresses.push_back(
-                {position(follower.joint), position(follower.leader), follower.multiplier, follower.offset});
+            addresses.push_back({position(follower.joint),
+                                 model->jnt_dofadr[id_of(model, mjOBJ_JOINT, prefix + follower.joint)],
+                                 position(follower.leader), follower.multiplier, follower.offset});
     return addresses;
 }
 

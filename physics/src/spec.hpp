@@ -63,7 +63,7 @@ const std::string& floating_link(const Urdf& urdf);
 
 /// Where the position of a follower and that of its leader stand in qpos.
 struct FollowerAddress {
-    int position, leader;
+    int position, velocity, leader; ///< in qpos, qvel, qpos
     double multiplier, offset;
 
     void put(double* qpos) const { qpos[position] = multiplier * qpos[leader] + offset; }

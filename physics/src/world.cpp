@@ -121,6 +121,9 @@ const std::string& World::base_link() const { return impl_->options.base_link; }
 const Eigen::VectorXd& World::lower_limits() const { return impl_->robot.lower_limits; }
 const Eigen::VectorXd& World::upper_limits() const { return impl_->robot.upper_limits; }
 const Eigen::VectorXd& World::effort_limits() const { return impl_->robot.effort_limits; }
+Eigen::VectorXd World::joint_inertias() const {
+    return physics::joint_inertias(impl_->model.get(), impl_->robot, impl_->start);
+}
 const std::vector<std::string>& World::bodies() const { return impl_->bodies; }
 double World::mass() const { return impl_->mass; }
 const std::vector<std::string>& World::warnings() const { return impl_->warnings; }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
+#include <limits>
 
 namespace bf::physics::test::joint_control {
 
@@ -23,14 +24,11 @@ SceneOptions flywheel(double step = 1e-4) {
       <link name="wheel"><inertial><mass value="1"/><inertia ixx="0.5" iyy="0.5" izz="0.5" ixy="0" ixz="0" iyz="0"/></inertial></link>
       <joint name="axle" type="continuous"><axis xyz="0 0 1"/><parent link="stand"/><child link="wheel"/></joint>)");
     robot.options.floating_base = false;
-    robot.loops.kp = {50.0};
-    robot.loops.kd = {4.0};
-    robot.loops.reference_speed = {0.8};
-    robot.loops.torque_constant = {0.3};
-    robot.loops.pwm_gain = {6.0};
-    robot.loops.back_emf = {0.7};
-    robot.loops.stiffness = {20.0};
-    robot.loops.damping = {8.0};
+    robot.motors.position_gains = Eigen::RowVector3d(50.0, 0.0, 4.0);
+    robot.motors.torque_constant = {0.3};
+    robot.motors.k_tau = {2.0};
+    robot.motors.k_bemf = {1.4};
+    robot.motors.impedance_gains = Eigen::RowVector2d(20.0, 8.0);
     return options;
 }
 
@@ -40,12 +38,18 @@ double swing(double k, double d, double x0, double v0, double t) {
     return std::exp(-a * t) * (x0 * std::cos(w * t) + (v0 + a * x0) / w * std::sin(w * t));
 }
 
-/// Runs one second with one reference and compares the position.
-void expect_motion(JointMode mode, double reference, const std::function<double(double)>& s) {
-    SceneSimulation sim(std::make_shared<const Scene>(flywheel()));
-    sim.scene().check_mode(0, mode);
+void drive(SceneSimulation& sim, ControlMode mode, double reference) {
     sim.set_mode(0, mode);
-    sim.set_references(0, std::array{reference});
+    sim.control(0).set_reference(Eigen::VectorXd::Constant(1, reference));
+}
+
+/// Runs one second with one reference and compares the position.
+void expect_motion(ControlMode mode, double reference, const std::function<double(double)>& s,
+                   double limit = std::numeric_limits<double>::infinity(),
+                   const SceneOptions& options = flywheel()) {
+    SceneSimulation sim(std::make_shared<const Scene>(options));
+    drive(sim, mode, reference);
+    sim.control(0).set_trajectory_limit(mode, limit);
     for (int k = 1; k <= 10000; ++k) {
         ASSERT_TRUE(sim.step()) << sim.error();
         ASSERT_NEAR(sim.s(0)[0], s(1e-4 * k), 1e-3) << "t = " << 1e-4 * k;
@@ -55,49 +59,47 @@ void expect_motion(JointMode mode, double reference, const std::function<double(
 } // namespace
 
 TEST(JointControl, TorqueAcceleratesEvenly) {
-    expect_motion(JointMode::torque, 0.4, [](double t) { return 0.5 * 0.4 / I * t * t; });
+    expect_motion(ControlMode::torque, 0.4, [](double t) { return 0.5 * 0.4 / I * t * t; });
 }
 TEST(JointControl, CurrentIsTorqueByItsConstant) {
-    expect_motion(JointMode::current, 2.0, [](double t) { return 0.5 * 2.0 * 0.3 / I * t * t; });
+    expect_motion(ControlMode::current, 2.0, [](double t) { return 0.5 * 2.0 * 0.3 / I * t * t; });
 }
 TEST(JointControl, PwmComesToASpeedAsAMotorDoes) {
-    expect_motion(JointMode::pwm, 0.5, [](double t) { // I v' = pwm_gain r - back_emf v
-        const double v = 6.0 * 0.5 / 0.7, T = I / 0.7;
+    expect_motion(ControlMode::pwm, 6.0, [](double t) { // I v' = (r - k_bemf v) / k_tau
+        const double v = 6.0 / 1.4, T = I * 2.0 / 1.4;
         return v * (t - T * (1 - std::exp(-t / T)));
     });
 }
 TEST(JointControl, PositionDirectSwingsToItsReference) {
-    expect_motion(JointMode::position_direct, 1.0, [](double t) { return 1.0 + swing(50, 4, -1, 0, t); });
+    expect_motion(ControlMode::position_direct, 1.0, [](double t) { return 1.0 + swing(50, 4, -1, 0, t); });
 }
 TEST(JointControl, ImpedanceIsASpringWithADamper) {
     // The damping ratio is 8 / (2 sqrt(20 0.5)) > 1: two real poles.
-    expect_motion(JointMode::impedance, 1.0, [](double t) {
+    expect_motion(ControlMode::impedance, 1.0, [](double t) {
         const double a = 8 / (2 * I), b = std::sqrt(a * a - 20 / I), p = -a + b, q = -a - b;
         return 1.0 + (q * std::exp(p * t) - p * std::exp(q * t)) / (p - q);
     });
 }
 TEST(JointControl, VelocityFollowsWithoutALag) {
-    // x = r t - s begins at 0 with velocity r, and I x'' + kd x' + kp x = 0.
-    expect_motion(JointMode::velocity, 1.5, [](double t) { return 1.5 * t - swing(50, 4, 0, 1.5, t); });
+    // x = r t - s begins at 0 with velocity r, and I x'' + D x' + P x = 0.
+    expect_motion(ControlMode::velocity, 1.5, [](double t) { return 1.5 * t - swing(50, 4, 0, 1.5, t); });
 }
 TEST(JointControl, PositionGoesItsWayWithTheReferenceSpeed) {
-    // On the way I s'' = kp (v t - s) - kd s': x = v t - s - kd v / kp.
-    expect_motion(JointMode::position, 3.0, [](double t) {
-        const double v = 0.8, lag = 4 * v / 50;
-        return v * t - lag - swing(50, 4, -lag, v, t);
-    });
+    // On the way x = v t - s begins at 0 with velocity v, and I x'' + D x' + P x = 0.
+    const double v = 0.8;
+    expect_motion(
+        ControlMode::position, 3.0, [&](double t) { return v * t - swing(50, 4, 0, v, t); }, v);
     SceneSimulation sim(std::make_shared<const Scene>(flywheel(1e-3)));
-    sim.set_mode(0, JointMode::position);
-    sim.set_references(0, std::array{1.0});
+    drive(sim, ControlMode::position, 1.0);
+    sim.control(0).set_trajectory_limit(ControlMode::position, v);
     for (int k = 0; k < 5000; ++k) ASSERT_TRUE(sim.step());
     EXPECT_NEAR(sim.s(0)[0], 1.0, 1e-6) << "and stays there";
 }
 TEST(JointControl, HoldsItsTorqueForThePeriodOfTheLoop) {
     SceneOptions options = flywheel(1e-3);
-    options.robots[0].loops.period = 0.01;
+    options.robots[0].loop_period = 0.01;
     SceneSimulation sim(std::make_shared<const Scene>(options));
-    sim.set_mode(0, JointMode::position_direct);
-    sim.set_references(0, std::array{1.0});
+    drive(sim, ControlMode::position_direct, 1.0);
     double last = 0.0;
     for (int k = 0; k < 100; ++k) {
         const double s = sim.s(0)[0], s_dot = sim.s_dot(0)[0];
@@ -110,13 +112,15 @@ TEST(JointControl, HoldsItsTorqueForThePeriodOfTheLoop) {
     }
 }
 TEST(JointControl, GoesOnBitForBitInEveryMode) {
-    for (const JointMode mode : {JointMode::position, JointMode::velocity, JointMode::pwm}) {
+    for (const ControlMode mode : {ControlMode::position, ControlMode::velocity, ControlMode::torque,
+                                   ControlMode::pwm, ControlMode::impedance}) {
         SceneOptions options = flywheel(1e-3);
-        options.robots[0].loops.period = 0.003;
+        options.robots[0].loop_period = 0.003;
+        options.robots[0].motors.torque_gains = Eigen::RowVector3d(0.5, 0.1, 1e-4);
         SceneSimulation sim(std::make_shared<const Scene>(options)),
             other(std::make_shared<const Scene>(options));
-        sim.set_mode(0, mode);
-        sim.set_references(0, std::array{0.7});
+        drive(sim, mode, 0.7);
+        sim.control(0).set_trajectory_limit(mode, 0.5);
         for (int k = 0; k < 100; ++k) ASSERT_TRUE(sim.step());
         std::vector<double> state(static_cast<size_t>(sim.state_size()));
         sim.save(state.data());
@@ -128,32 +132,62 @@ TEST(JointControl, GoesOnBitForBitInEveryMode) {
         }
     }
 }
-TEST(JointControl, NamesTheGainThatAModeNeeds) {
-    SceneOptions options = flywheel();
-    options.robots[0].loops = {};
-    const Scene scene(options);
-    scene.check_mode(0, JointMode::torque);
-    for (const auto& [mode, gain] : {std::pair{JointMode::position, "kp"},
-                                     {JointMode::velocity, "kd"},
-                                     {JointMode::pwm, "pwm_gain"},
-                                     {JointMode::current, "torque_constant"},
-                                     {JointMode::impedance, "stiffness"}})
-        EXPECT_THROW(
-            try { scene.check_mode(0, mode); } catch (const std::runtime_error& error) {
-                EXPECT_EQ(error.what(),
-                          std::string("robot 'wheel' has no ") + gain +
-                              " for its joint 'axle', which this control mode needs; give it in the "
-                              "world's file");
-                throw;
-            },
-            std::runtime_error);
-    options.robots[0].loops.kp = {1, 2};
-    EXPECT_THROW(Scene{options}, std::runtime_error);
-    options.robots[0].loops.kp = {-1};
-    EXPECT_THROW(Scene{options}, std::runtime_error);
-    options.robots[0].loops.kp = {1};
-    options.robots[0].loops.period = 1.5e-4;
-    EXPECT_THROW(Scene{options}, std::runtime_error);
+TEST(JointControl, VelocityAcceleratesAtTheReferenceAcceleration) {
+    // Until a t = r, x = a t^2 / 2 - s is at rest, but for I x'' + D x' + P x = I a.
+    const double a = 1.2, still = I * a / 50;
+    expect_motion(
+        ControlMode::velocity, 3.0,
+        [&](double t) { return 0.5 * a * t * t - still - swing(50, 4, -still, 0, t); }, a);
+}
+TEST(JointControl, DampsCriticallyWithoutGains) {
+    const auto expect = [](ControlMode mode, double w) {
+        SceneOptions options = flywheel();
+        options.robots[0].motors = {};
+        options.robots[0].options.armature = {0.25};
+        expect_motion(
+            mode, 1.0, [&](double t) { return 1.0 - (1.0 + w * t) * std::exp(-w * t); },
+            std::numeric_limits<double>::infinity(), options);
+    };
+    expect(ControlMode::position_direct, 30);
+    expect(ControlMode::impedance, 10);
+}
+TEST(JointControl, SeesTheInertiaOfFollowersToo) {
+    WorldOptions options;
+    options.urdf = write_urdf("geared", R"(
+      <link name="stand"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="wheel"><inertial><mass value="1"/><inertia ixx="0.5" iyy="0.5" izz="0.5" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="pinion"><inertial><mass value="1"/><inertia ixx="0.3" iyy="0.3" izz="0.3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="axle" type="continuous"><axis xyz="0 0 1"/><parent link="stand"/><child link="wheel"/></joint>
+      <joint name="shaft" type="continuous"><axis xyz="0 0 1"/><parent link="stand"/><child link="pinion"/></joint>)");
+    options.joints = {"axle"};
+    options.followers = {{"shaft", "axle", -2.0, 0.0}};
+    options.floating_base = false;
+    options.armature = {0.1};
+    EXPECT_NEAR(World(options).joint_inertias()[0], 0.5 + 0.1 + 2.0 * 2.0 * 0.3, 1e-12);
+}
+TEST(JointControl, RefusesWhatIsNoGainByItsNameAndJoint) {
+    const auto complaint = [](auto&& change) {
+        SceneOptions options = flywheel();
+        change(options.robots[0]);
+        try {
+            const Scene scene(options);
+        } catch (const std::runtime_error& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_EQ(
+        complaint([](SceneRobot& robot) { robot.motors.position_gains = Eigen::RowVector2d(1, 2); }),
+        "robot 'wheel': 'position_gains' is 1x2; give finite rows P I D, one for all joints or one each");
+    EXPECT_EQ(complaint([](SceneRobot& robot) { robot.motors.k_tau = {0.0}; }),
+              "robot 'wheel': 'k_tau' has 0.000000 for joint 'axle'; give a finite number other than 0");
+    EXPECT_EQ(
+        complaint([](SceneRobot& robot) {
+            robot.motors.gear_ratio = {1, 2};
+        }),
+        "robot 'wheel': 'gear_ratio' has 2 elements, but there are 1 joints; give one for all or one each");
+    EXPECT_EQ(complaint([](SceneRobot& robot) { robot.loop_period = 1.5e-4; }),
+              "robot 'wheel': loop_period is no multiple of the world's step; 0 stands for that");
 }
 
 } // namespace bf::physics::test::joint_control

@@ -102,6 +102,10 @@ TEST(Mjcf, IsTakenAsItIs) {
     EXPECT_NEAR(scene.lower_limits(0)[1], -2 * std::numbers::pi / 3, 1e-12);
     EXPECT_EQ(scene.effort_limits(0), Eigen::Vector2d(40, 7 * 25))
         << "of the actuators that gave way to motors, with the gear that the outer class gives to all";
+    const Gains& gains = sim.control(0).gains(Loop::position);
+    EXPECT_EQ(gains.P[1], 7 * 7 * 30);
+    EXPECT_EQ(gains.D[1], 7 * 7 * 2) << "of the position actuator";
+    EXPECT_NEAR(gains.D[0], gains.P[0] / 15, 1e-12) << "of none, so that it is damped critically";
     EXPECT_EQ(sim.s(0), Eigen::Vector2d(0.4, -0.8)) << "the key frame";
     EXPECT_EQ(sim.s(1), Eigen::Vector2d(0, 0));
     EXPECT_EQ(sim.w_H_b(0).topRightCorner(3, 1), Eigen::Vector3d(3, 0, 0.7))

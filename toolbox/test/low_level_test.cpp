@@ -2,25 +2,67 @@
 #include "running.hpp"
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <unistd.h>
 
 namespace bf::toolbox::test::low_level {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr double h = 0.001;
 
-/// The iCub hanging from its fixed root without gravity, of which one joint moves: a rotor whose inertia is
-/// M.
-std::string arm(const std::string& world_settings, const std::string& blocks, const std::string& lines = {},
-                const std::string& inputs = {}) {
-    return "model: m\nstep: 0.001\n" + inputs +
-           "blocks:\n"
-           "  robot: {block: WholeBodyToolbox/Configuration, joints: \"{'l_shoulder_yaw'}\", floating_base: "
-           "false, "
-           "gravity: \"[0 0 0]\"}\n"
-           "  world: {block: WholeBodyToolbox/MujocoWorld, floor: false, joint_damping: 0, joint_friction: "
-           "0" +
-           world_settings + "}\n" + blocks + (lines.empty() ? "" : "connections:\n" + lines);
+enum class Worlds { mujoco, shared };
+
+/// A folder with the robot: a joint on a fixed root, whose inertia is M, without gravity.
+const fs::path& folder() {
+    static const fs::path made = [] {
+        const fs::path place = fs::path(testing::TempDir()) / ("low_level_" + std::to_string(getpid()));
+        fs::create_directories(place);
+        std::ofstream(place / "arm.urdf") << R"(<robot name="arm">
+  <link name="root"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="arm"><inertial><origin xyz="0 0.05 -0.2"/><mass value="1"/><inertia ixx="0.04" iyy="0.04" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="l_shoulder_yaw" type="revolute"><axis xyz="0 0.6 0.8"/><limit lower="-3" upper="3" effort="100" velocity="2"/>
+    <parent link="root"/><child link="arm"/></joint></robot>)";
+        return place;
+    }();
+    return made;
 }
+
+/// Settings of a MujocoWorld as attributes of a robot of a World, which have the same names.
+std::string attributes(const std::string& settings) {
+    static const std::regex setting(R"(, (\w+): "?\[?([^\]",]*)\]?"?)");
+    return std::regex_replace(std::regex_replace(settings, setting, R"( $1="$2")"), std::regex(";"), " ");
+}
+
+/// The robot, in a world of its own or as one of a shared world.
+class LowLevel : public testing::TestWithParam<Worlds> {
+  protected:
+    static std::string arm(const std::string& settings, const std::string& blocks,
+                           const std::string& lines = {}, const std::string& inputs = {}) {
+        std::string parts;
+        if (GetParam() == Worlds::mujoco) {
+            parts = "  robot: {block: WholeBodyToolbox/Configuration, robot: \"'" +
+                    (folder() / "arm.urdf").string() +
+                    "'\", floating_base: false, gravity: \"[0 0 0]\"}\n"
+                    "  world: {block: WholeBodyToolbox/MujocoWorld, floor: false" +
+                    settings + "}\n";
+        } else {
+            static int count = 0;
+            const fs::path file = folder() / (std::to_string(++count) + ".xml");
+            std::ofstream(file) << "<world gravity='0 0 0'><robot name='arm' file='arm.urdf'"
+                                << attributes(settings) << "/></world>";
+            parts = "  all: {block: WholeBodyToolbox/World, file: \"'" + file.string() +
+                    "'\"}\n  robot: {block: WholeBodyToolbox/Configuration, world_robot: arm}\n"
+                    "  world: {block: WholeBodyToolbox/WorldRobot, robot: arm}\n";
+        }
+        return "model: m\nstep: 0.001\n" + inputs + "blocks:\n" + parts + blocks +
+               (lines.empty() ? "" : "connections:\n" + lines);
+    }
+    static double inertia();
+};
 
 std::string command(const std::string& type, const std::string& settings = {}) {
     return "  motors: {block: WholeBodyToolbox/SetReferences, control_type: " + type + settings + "}\n";
@@ -30,22 +72,31 @@ const std::string command_input = "inputs: {u: {shape: 1}}\n";
 const std::string command_line = "  u: motors\n";
 
 /// Inertia that the joint sees, from a torque of 1 Nm for one step.
-double inertia() {
+double LowLevel::inertia() {
     Running run(arm("", command("Torque"), command_line, command_input));
     run.set("u", 1.0);
     for (int k = 0; k < 3; ++k) EXPECT_TRUE(run.step());
     return 2 * h / run.scalar("world.s_dot");
 }
 
+std::string name_of(const testing::TestParamInfo<Worlds>& info) {
+    return info.param == Worlds::mujoco ? "OfItsOwnWorld" : "OfASharedWorld";
+}
+
+using Modes = LowLevel;
+using LowLevelPIDs = LowLevel;
+using MotorParameters = LowLevel;
+using Limits = LowLevel;
+
 } // namespace
 
-TEST(Modes, TorqueAcceleratesByTheInertia) {
+TEST_P(Modes, TorqueAcceleratesByTheInertia) {
     Running run(arm("", "  M: {block: WholeBodyToolbox/MassMatrix}\n", "  world.s: M.s\n"));
     ASSERT_TRUE(run.step());
     EXPECT_NEAR(inertia(), run.scalar("M"), 1e-3 * run.scalar("M")) << "as the rigid-body library has it";
 }
 
-TEST(Modes, PositionDirectAnswersAsTheDampedOscillatorOfItsGains) {
+TEST_P(Modes, PositionDirectAnswersAsTheDampedOscillatorOfItsGains) {
     // M s'' = P (r - s) - D s', critically damped: s = r (1 - (1 + w t) exp(-w t)).
     Running run(arm("", command("Position Direct"), command_line, command_input));
     run.set("u", 0.2);
@@ -56,7 +107,23 @@ TEST(Modes, PositionDirectAnswersAsTheDampedOscillatorOfItsGains) {
     }
 }
 
-TEST(Modes, PositionMovesAtItsReferenceSpeed) {
+TEST_P(Modes, ImpedanceIsASpringWithADamper) {
+    // M s'' = K (r - s) - D s', critically damped at 10 rad/s where no gains are given.
+    const double M = inertia();
+    for (const double w : {10.0, 20.0}) {
+        const std::string given =
+            ", impedance_gains: \"[" + std::to_string(w * w * M) + " " + std::to_string(2 * w * M) + "]\"";
+        Running run(arm(w == 10.0 ? "" : given, command("Impedance"), command_line, command_input));
+        run.set("u", 0.2);
+        for (int k = 0; k < 300; ++k) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+            const double t = k * h;
+            EXPECT_NEAR(run.scalar("world.s"), 0.2 * (1 - (1 + w * t) * std::exp(-w * t)), 0.003) << k;
+        }
+    }
+}
+
+TEST_P(Modes, PositionMovesAtItsReferenceSpeed) {
     Running run(arm(", position_gains: \"[200 0 10]\"", command("Position", ", reference_speed: 0.5"),
                     command_line, command_input));
     run.set("u", 0.2);
@@ -68,7 +135,7 @@ TEST(Modes, PositionMovesAtItsReferenceSpeed) {
     EXPECT_NEAR(run.scalar("world.s"), 0.2, 1e-4);
 }
 
-TEST(Modes, VelocityAcceleratesAtItsReferenceAcceleration) {
+TEST_P(Modes, VelocityAcceleratesAtItsReferenceAcceleration) {
     Running run(arm(", position_gains: \"[500 0 20]\"", command("Velocity", ", reference_acceleration: 2"),
                     command_line, command_input));
     run.set("u", 0.4);
@@ -79,7 +146,7 @@ TEST(Modes, VelocityAcceleratesAtItsReferenceAcceleration) {
     EXPECT_NEAR(run.scalar("world.s_dot"), 0.4, 1e-3);
 }
 
-TEST(Modes, PwmAndCurrentAreTorquesByTheMotor) {
+TEST_P(Modes, PwmAndCurrentAreTorquesByTheMotor) {
     const double M = inertia();
     // M s'' = (pwm - k_bemf s') / k_tau.
     Running pwm(arm(", k_tau: 4, k_bemf: 2", command("PWM"), command_line, command_input));
@@ -96,7 +163,7 @@ TEST(Modes, PwmAndCurrentAreTorquesByTheMotor) {
     EXPECT_NEAR(current.scalar("world.tau_measured"), 0.5, 1e-12);
 }
 
-TEST(Modes, AreSeenAtTheMotorsToo) {
+TEST_P(Modes, AreSeenAtTheMotorsToo) {
     const auto measure = [](const std::string& name, const std::string& type) {
         return "  " + name + ": {block: WholeBodyToolbox/GetMeasurement, measured_type: " + type + "}\n";
     };
@@ -117,7 +184,7 @@ TEST(Modes, AreSeenAtTheMotorsToo) {
     EXPECT_DOUBLE_EQ(run.scalar("pwm"), 4 * tau + 2 * s_dot);
 }
 
-TEST(Modes, AreLeftByAnotherBlockOnlyWithAReport) {
+TEST_P(Modes, AreLeftByAnotherBlockOnlyWithAReport) {
     Running run(arm("",
                     command("Torque") +
                         "  others: {block: WholeBodyToolbox/SetReferences, control_type: PWM}\n"
@@ -130,7 +197,7 @@ TEST(Modes, AreLeftByAnotherBlockOnlyWithAReport) {
               "SetReferences that drives it");
 }
 
-TEST(Modes, ContinueASnapshotBitForBit) {
+TEST_P(Modes, ContinueASnapshotBitForBit) {
     for (const std::string type : {"Position", "Velocity", "Torque"}) {
         Running run(arm(", position_gains: \"[200 50 10]\", torque_gains: \"[0.5 0.1 0.0001]\", k_bemf: 0.1",
                         command(type, ", reference_acceleration: 2"), command_line, command_input));
@@ -151,7 +218,7 @@ TEST(Modes, ContinueASnapshotBitForBit) {
     }
 }
 
-TEST(LowLevelPIDs, AreReadSetAndPutBack) {
+TEST_P(LowLevelPIDs, AreReadSetAndPutBack) {
     const std::string blocks = command("Position Direct") +
                                "  read: {block: WholeBodyToolbox/GetLowLevelPIDs}\n"
                                "  pid: {block: WholeBodyToolbox/SetLowLevelPID, joints: "
@@ -173,7 +240,7 @@ TEST(LowLevelPIDs, AreReadSetAndPutBack) {
     EXPECT_EQ(run.scalar("read.P"), 50);
 }
 
-TEST(LowLevelPIDs, DecideHowTheRobotMoves) {
+TEST_P(LowLevelPIDs, DecideHowTheRobotMoves) {
     // Twice the frequency of the default: M s'' = P (r - s) - D s'.
     const double M = inertia(), w = 60;
     Running run(arm("",
@@ -188,7 +255,7 @@ TEST(LowLevelPIDs, DecideHowTheRobotMoves) {
     }
 }
 
-TEST(LowLevelPIDs, RefuseWhatTheRobotDoesNotHave) {
+TEST_P(LowLevelPIDs, RefuseWhatTheRobotDoesNotHave) {
     const auto with = [](const std::string& settings) {
         return refusal(arm("", "  pid: {block: WholeBodyToolbox/SetLowLevelPID" + settings + "}\n"));
     };
@@ -202,15 +269,14 @@ TEST(LowLevelPIDs, RefuseWhatTheRobotDoesNotHave) {
     expect_contains(
         run.simulation.failure(),
         "pid: D was not given; give the gain, or keep the robot's by set_P, set_I or set_D: false");
-    expect_contains(refusal(arm(", position_gains: \"[1 2]\"", "")),
-                    "argument 'position_gains' is 1x2; give finite rows P I D");
-    expect_contains(refusal(arm(", k_tau: 0", "")),
-                    "argument 'k_tau' has 0.000000 for joint 'l_shoulder_yaw'");
+    expect_contains(refusal(arm(", position_gains: \"[1 2 3; 4 5 6]\"", "")),
+                    "'position_gains' is 2x3; give finite rows P I D");
+    expect_contains(refusal(arm(", k_tau: 0", "")), "'k_tau' has 0.000000 for joint 'l_shoulder_yaw'");
     expect_contains(refusal(arm(", gear_ratio: \"[1 2]\"", "")),
-                    "argument 'gear_ratio' has 2 elements, but there are 1 joints");
+                    "'gear_ratio' has 2 elements, but there are 1 joints");
 }
 
-TEST(MotorParameters, MakeTheTorqueLoopWrongByWhatTheyMissTheMotor) {
+TEST_P(MotorParameters, MakeTheTorqueLoopWrongByWhatTheyMissTheMotor) {
     // The loop sends PWM = 3 tau, the motor makes (3 tau - 2 s') / 4 of it.
     const double M = inertia();
     Running run(arm(", k_tau: 4, k_bemf: 2",
@@ -226,7 +292,7 @@ TEST(MotorParameters, MakeTheTorqueLoopWrongByWhatTheyMissTheMotor) {
     }
 }
 
-TEST(MotorParameters, SendGainsOfSignalsWhereTheyChange) {
+TEST_P(MotorParameters, SendGainsOfSignalsWhereTheyChange) {
     const std::string blocks =
         command("Torque") +
         "  read: {block: WholeBodyToolbox/GetLowLevelPIDs, control_type: Torque}\n"
@@ -253,11 +319,18 @@ TEST(MotorParameters, SendGainsOfSignalsWhereTheyChange) {
         "motor: argument 'k_tau' has 2 elements, but there are 1 joints; give one for all or one each");
 }
 
-TEST(Limits, OfTheModelHaveVelocities) {
+TEST_P(Limits, OfTheModelHaveVelocities) {
     Running run(arm("", "  limits: {block: WholeBodyToolbox/GetLimits, limit_type: ModelVelocity}\n"));
     ASSERT_TRUE(run.step());
     EXPECT_GT(run.scalar("limits.maximum"), 0);
     EXPECT_EQ(run.scalar("limits.minimum"), -run.scalar("limits.maximum"));
 }
+
+#define BF_IN_BOTH_WORLDS(suite)                                                                             \
+    INSTANTIATE_TEST_SUITE_P(Robot, suite, testing::Values(Worlds::mujoco, Worlds::shared), name_of)
+BF_IN_BOTH_WORLDS(Modes);
+BF_IN_BOTH_WORLDS(LowLevelPIDs);
+BF_IN_BOTH_WORLDS(MotorParameters);
+BF_IN_BOTH_WORLDS(Limits);
 
 } // namespace bf::toolbox::test::low_level

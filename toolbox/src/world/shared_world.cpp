@@ -18,67 +18,33 @@ namespace {
 
 using Simulation = physics::SceneSimulation;
 
-physics::JointMode joint_mode(ControlMode mode) {
-    using physics::JointMode;
-    switch (mode) {
-    case ControlMode::position: return JointMode::position;
-    case ControlMode::position_direct: return JointMode::position_direct;
-    case ControlMode::velocity: return JointMode::velocity;
-    case ControlMode::torque: return JointMode::torque;
-    case ControlMode::pwm: return JointMode::pwm;
-    case ControlMode::current: return JointMode::current;
-    case ControlMode::impedance: return JointMode::impedance;
-    }
-    return JointMode::torque;
-}
-
-/// One robot of a shared world. The world is that of the running diagram, to which its block binds it.
-class WorldRobotConnection final : public RobotConnection {
+/// One robot of a shared world. The world is that of the running diagram, to which its block binds it; it
+/// saves all there is.
+class WorldRobotConnection final : public SimulatedConnection {
   public:
     explicit WorldRobotConnection(int number) : robot_(number) {}
     void bind(Simulation& simulation) { simulation_ = &simulation; }
-
-    bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override {
-        if (!simulation_) return false;
-        switch (what) {
-        case Measurement::joint_position: values = simulation_->s(robot_); return true;
-        case Measurement::joint_velocity: values = simulation_->s_dot(robot_); return true;
-        case Measurement::joint_acceleration: values = simulation_->s_ddot(robot_); return true;
-        case Measurement::joint_torque: values = simulation_->tau(robot_); return true;
-        default: return false;
-        }
-    }
-    bool read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept override {
-        if (!simulation_) return false;
-        if (kind == Sensor::wrench)
-            values = simulation_->ft_wrench(robot_, index);
-        else
-            values << simulation_->imu_rpy(robot_), simulation_->accelerometer(robot_),
-                simulation_->gyro(robot_), Vector3::Zero();
-        return true;
-    }
-    bool set_mode(ControlMode mode) noexcept override {
-        if (!simulation_) return false;
-        simulation_->set_mode(robot_, joint_mode(mode));
-        return true;
-    }
-    bool write(ControlMode, const Eigen::Ref<const Vector>& references) noexcept override {
-        if (!simulation_) return false;
-        simulation_->set_references(robot_, {references.data(), static_cast<std::size_t>(references.size())});
-        return true;
-    }
     const char* error() const noexcept override {
         return simulation_ ? simulation_->error() : "the world's blocks have not started";
     }
-    /// The world saves all there is.
-    bool can_save() const override { return true; }
 
   private:
+    std::optional<View> view() noexcept override {
+        if (!simulation_) return std::nullopt;
+        const Simulation& now = *simulation_;
+        return View{simulation_->control(robot_), now.s(robot_),   now.s_dot(robot_),
+                    now.s_ddot(robot_),           now.tau(robot_), now.imu_rpy(robot_),
+                    now.accelerometer(robot_),    now.gyro(robot_)};
+    }
+    Eigen::Map<const Vector6> ft_wrench(int i) const noexcept override {
+        return simulation_->ft_wrench(robot_, i);
+    }
+
     const int robot_;
     Simulation* simulation_ = nullptr;
 };
 
-class WorldRobotDevice final : public RobotDevice {
+class WorldRobotDevice final : public WithAllModes<RobotDevice> {
   public:
     WorldRobotDevice(const SharedWorld& world, int robot)
         : scene_(world.scene), robot_(robot), sensors_(world.sensors[static_cast<std::size_t>(robot)]) {}
@@ -91,8 +57,6 @@ class WorldRobotDevice final : public RobotDevice {
         const auto& options = scene_->options().robots[static_cast<std::size_t>(robot_)].options;
         return simulated_sensor(kind, name, options.imu_frame, sensors_, "robot");
     }
-    void check_mode(ControlMode mode) const override { scene_->check_mode(robot_, joint_mode(mode)); }
-    void check_measurement(Measurement what) const override { check_simulated_measurement(what); }
     std::shared_ptr<RobotConnection> open() const override {
         return std::make_shared<WorldRobotConnection>(robot_);
     }
@@ -360,8 +324,8 @@ void add_shared_world(Library& library) {
             "WorldRobot",
             "One robot of the World around it: its state now. It is the robot that GetMeasurement, "
             "GetSensor, "
-            "GetLimits and SetReferences in its subsystem and below use; references are held until the next "
-            "ones. Each robot of a world has a subsystem of its own. "
+            "GetLimits, SetReferences, SetLowLevelPID and SetMotorParameters in its subsystem and below use; "
+            "references are held until the next ones. Each robot of a world has a subsystem of its own. "
             "Errors: a name that the world does not have.")
         .add<WorldObject>("WorldObject",
                           "Where an object of the World around it is, and how fast it moves, now. "

@@ -4,46 +4,60 @@
 #include "bf/core/block.hpp"
 #include "bf/toolbox/robot.hpp"
 
-#include <algorithm>
-#include <limits>
-#include <stdexcept>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace bf::toolbox {
 
+/// A running robot: its measurements, its loops and motors.
+class SimulatedConnection : public RobotConnection {
+  public:
+    bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override;
+    bool read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept override;
+    bool set_mode(ControlMode mode) noexcept override;
+    int joint_in_other_mode(ControlMode mode) noexcept override;
+    bool set_trajectory_limit(ControlMode mode, double limit) noexcept override;
+    bool write(ControlMode mode, const Eigen::Ref<const Vector>& references) noexcept override;
+    bool read_gains(Loop loop, Gains& gains) noexcept override;
+    bool write_gains(Loop loop, const Gains& gains) noexcept override;
+    bool read_motor_parameters(MotorParameters& parameters) noexcept override;
+    bool write_motor_parameters(const MotorParameters& parameters) noexcept override;
+    bool can_save() const override { return true; }
+
+  protected:
+    /// What the world tells of the robot, as its simulations name it.
+    struct View {
+        physics::JointControl& control;
+        Eigen::Map<const Vector> s, s_dot, s_ddot, tau;
+        Eigen::Map<const Vector3> imu_rpy, accelerometer, gyro;
+    };
+    /// None before the world runs.
+    virtual std::optional<View> view() noexcept = 0;
+    virtual Eigen::Map<const Vector6> ft_wrench(int i) const noexcept = 0;
+
+  private:
+    /// f(control), if there is one.
+    template <class F> bool with_control(F&& f) noexcept;
+};
+
+/// What every simulated robot has: all modes, measurements, gains and parameters. `Base` is RobotDevice or
+/// derived from it.
+template <class Base> class WithAllModes : public Base {
+  public:
+    void check_mode(ControlMode) const override {}
+    void check_measurement(Measurement) const override {}
+    void check_gains(Loop) const override {}
+    void check_motor_parameters() const override {}
+};
+
 /// Those of positions are the model's; torque motors have no speed limit of their own.
-inline void simulated_limits(Limits which, const Vector& lower, const Vector& upper, Vector& minimum,
-                             Vector& maximum) {
-    if (which == Limits::position) {
-        minimum = lower;
-        maximum = upper;
-    } else {
-        maximum = Vector::Constant(lower.size(), std::numeric_limits<double>::infinity());
-        minimum = -maximum;
-    }
-}
+void simulated_limits(Limits which, const Vector& lower, const Vector& upper, Vector& minimum,
+                      Vector& maximum);
 
 /// RobotDevice::sensor_index of a robot with one inertial sensor, on `imu`, and force/torque sensors. `place`
 /// says where sensors are named.
-inline int simulated_sensor(Sensor kind, const std::string& name, const std::string& imu,
-                            const std::vector<std::string>& sensors, const std::string& place) {
-    if (kind == Sensor::imu) {
-        if (name.empty() || name == imu) return 0;
-        throw std::runtime_error("the simulated robot's inertial sensor is on '" + imu + "', not on '" +
-                                 name + "'; name it in the " + place + "'s imu_frame");
-    }
-    const auto found = std::find(sensors.begin(), sensors.end(), name);
-    if (found != sensors.end()) return static_cast<int>(found - sensors.begin());
-    std::string list;
-    for (const auto& known : sensors) list += (list.empty() ? "" : ", ") + known;
-    throw std::runtime_error("the simulated robot has no force/torque sensor '" + name + "'" +
-                             did_you_mean(name, sensors) + "; sensors: " + (list.empty() ? "none" : list) +
-                             "; name it in the " + place + "'s ft_sensors");
-}
-
-inline void check_simulated_measurement(Measurement what) {
-    if (what > Measurement::joint_torque)
-        throw std::runtime_error(
-            "the simulated robot measures at its joints, not at motors; use a measured_type of Joints");
-}
+int simulated_sensor(Sensor kind, const std::string& name, const std::string& imu,
+                     const std::vector<std::string>& sensors, const std::string& place);
 
 } // namespace bf::toolbox

@@ -88,6 +88,11 @@ class MujocoWorld final : public RobotBlock {
                                   "torque_gains",
                                   {.doc = "rows P I D of the loop behind control_type: Torque, in PWM per "
                                           "Nm, Nm s and Nm/s; none: zeros"}};
+    Argument<Matrix> impedance_gains{
+        this,
+        "impedance_gains",
+        {.doc = "rows K D, stiffness and damping behind control_type: Impedance, in Nm/rad and Nm s/rad; "
+                "none: critical damping of 10 rad/s for the same inertia"}};
     Argument<std::vector<double>> noise{
         this,
         "noise",
@@ -100,9 +105,7 @@ class MujocoWorld final : public RobotBlock {
                                "noise of two worlds differs",
                         .from_path = true}};
 
-    Provides<RobotDevice> device{this, [this]() -> std::shared_ptr<const RobotDevice> {
-                                     return std::make_shared<WorldDevice>(compile(), motors(), *ft_sensors);
-                                 }};
+    Provides<RobotDevice> device{this, [this] { return make_device(); }};
 
     Input<Vector> tau{this,
                       "tau",
@@ -206,73 +209,12 @@ class MujocoWorld final : public RobotBlock {
         return points;
     }
 
-    /// One element for each joint, of one for all or n.
-    Vector of_joints(const std::vector<double>& given, const char* name, bool above_zero) const {
-        const auto n = static_cast<std::size_t>(model().joint_names().size());
-        if (given.size() != 1 && given.size() != n)
-            throw std::runtime_error(std::string("argument '") + name + "' has " +
-                                     std::to_string(given.size()) + " elements, but there are " +
-                                     std::to_string(n) + " joints; give one for all or one each");
-        Vector all(static_cast<Eigen::Index>(n));
-        for (std::size_t i = 0; i < n; ++i) {
-            const double value = given[given.size() == 1 ? 0 : i];
-            if (!std::isfinite(value) || (above_zero && value == 0))
-                throw std::runtime_error(std::string("argument '") + name + "' has " + std::to_string(value) +
-                                         " for joint '" + model().joint_names()[i] +
-                                         "'; give a finite number other than 0");
-            all(static_cast<Eigen::Index>(i)) = value;
-        }
-        return all;
-    }
-
-    Gains gains(const Matrix& given, const char* name, const Gains& without) const {
-        const auto n = static_cast<Eigen::Index>(model().joint_names().size());
-        if (given.size() == 0) return without;
-        if (given.cols() != 3 || (given.rows() != 1 && given.rows() != n) || !given.allFinite())
-            throw std::runtime_error(std::string("argument '") + name + "' is " +
-                                     std::to_string(given.rows()) + "x" + std::to_string(given.cols()) +
-                                     "; give finite rows P I D, one for all joints or one each");
-        Gains all(static_cast<int>(n));
-        for (Eigen::Index i = 0; i < n; ++i) {
-            const auto row = given.row(given.rows() == 1 ? 0 : i);
-            all.P(i) = row(0);
-            all.I(i) = row(1);
-            all.D(i) = row(2);
-        }
-        return all;
-    }
-
-    Motors motors() const {
-        const auto n = static_cast<int>(model().joint_names().size());
-        Motors all;
-        all.gear_ratio = of_joints(*gear_ratio, "gear_ratio", true);
-        all.torque_constant = of_joints(*torque_constant, "torque_constant", true);
-        all.parameters.k_tau = of_joints(*k_tau, "k_tau", true);
-        all.parameters.k_bemf = of_joints(*k_bemf, "k_bemf", false);
-        all.position = gains(*position_gains, "position_gains", stiff_gains());
-        all.torque = gains(*torque_gains, "torque_gains", Gains(n));
-        return all;
-    }
-
-    /// P = M_ii ω², D = 2 M_ii ω.
-    Gains stiff_gains() const {
-        constexpr double omega = 30;
-        const auto n = static_cast<Eigen::Index>(model().joint_names().size());
-        Vector s = Vector::Zero(n);
-        for (std::size_t i = 0; i < initial_joints->size() && i < static_cast<std::size_t>(n); ++i)
-            s(static_cast<Eigen::Index>(i)) = (*initial_joints)[i];
-        if (initial_joints->size() == 1) s.setConstant((*initial_joints)[0]);
-        dynamics::Data data(model());
-        Matrix M(model().velocities(), model().velocities());
-        dynamics::set_position(model(), data, Transform::Identity(), s);
-        dynamics::mass_matrix(model(), data, M);
-        Vector inertia = M.diagonal().tail(n);
-        for (std::size_t i = 0; i < static_cast<std::size_t>(n) && !armature->empty(); ++i)
-            inertia(static_cast<Eigen::Index>(i)) += (*armature)[armature->size() == 1 ? 0 : i];
-        Gains all(static_cast<int>(n));
-        all.P = omega * omega * inertia;
-        all.D = 2 * omega * inertia;
-        return all;
+    std::shared_ptr<const RobotDevice> make_device() const {
+        auto world = compile();
+        physics::MotorOptions options{*gear_ratio,     *torque_constant, *k_tau,          *k_bemf,
+                                      *position_gains, *torque_gains,    *impedance_gains};
+        physics::Motors motors(options, world->joint_names(), world->joint_inertias());
+        return std::make_shared<WorldDevice>(std::move(world), std::move(motors), *ft_sensors);
     }
 
     std::shared_ptr<const physics::World> compile() const {

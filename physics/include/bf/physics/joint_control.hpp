@@ -1,54 +1,132 @@
-// The loops that run on the boards of a robot, one for each joint.
+// What stands between references and torques of a simulated robot: loops of the low level and motors.
 #pragma once
 
-#include <algorithm>
+#include <Eigen/Core>
+#include <string>
 #include <vector>
 
 namespace bf::physics {
 
-/// What the reference of a joint is, and how its motor follows it.
-enum class JointMode { torque, position, position_direct, velocity, pwm, current, impedance };
-
-/// Gains of one joint; 0 where there is none.
-struct JointGains {
-    double kp = 0.0;              ///< Nm/rad, position
-    double kd = 0.0;              ///< Nm s/rad, velocity
-    double reference_speed = 0.0; ///< rad/s, of the way to a position
-    double torque_constant = 0.0; ///< Nm/A, at the joint
-    double pwm_gain = 0.0;        ///< Nm, at a duty cycle of 1 at rest
-    double back_emf = 0.0;        ///< Nm s/rad, what speed takes from that
-    double stiffness = 0.0;       ///< Nm/rad, of the impedance
-    double damping = 0.0;         ///< Nm s/rad, of the impedance
+/// How joints are commanded.
+enum class ControlMode {
+    position,        ///< rad, by a trajectory of the given reference speed
+    position_direct, ///< rad
+    velocity,        ///< rad/s
+    torque,          ///< Nm
+    pwm,             ///< raw
+    current,         ///< raw
+    impedance,       ///< rad, by a spring and a damper of the joint
 };
 
-/// The torque of a joint (Nm) with reference r, position s and velocity s_dot, held for dt:
-///
-/// - torque: r; current: torque_constant r; pwm: pwm_gain r - back_emf s_dot;
-/// - position_direct: kp (r - s) - kd s_dot; impedance: stiffness (r - s) - damping s_dot;
-/// - position: kp (p - s) - kd s_dot, where p goes towards r with reference_speed;
-/// - velocity: kp (p - s) + kd (r - s_dot), where p goes on with r.
-///
-/// `p` is the loop's memory; it begins at the position in which the mode was set.
-inline double joint_torque(JointMode mode, const JointGains& gains, double r, double dt, double s,
-                           double s_dot, double& p) noexcept {
-    switch (mode) {
-    case JointMode::torque: return r;
-    case JointMode::current: return gains.torque_constant * r;
-    case JointMode::pwm: return gains.pwm_gain * r - gains.back_emf * s_dot;
-    case JointMode::position_direct: return gains.kp * (r - s) - gains.kd * s_dot;
-    case JointMode::impedance: return gains.stiffness * (r - s) - gains.damping * s_dot;
-    case JointMode::position:
-        p += std::clamp(r - p, -gains.reference_speed * dt, gains.reference_speed * dt);
-        return gains.kp * (p - s) - gains.kd * s_dot;
-    case JointMode::velocity: p += r * dt; return gains.kp * (p - s) + gains.kd * (r - s_dot);
-    }
-    return 0.0;
-}
+/// Loops of the low level whose gains can be read and changed: those behind the modes position,
+/// position_direct and velocity, and the one behind the mode torque.
+enum class Loop { position, torque };
 
-/// Gains of all joints of a robot. Lists hold no value, one for all joints, or n.
-struct JointLoops {
-    double period = 0.0; ///< s, of the loops, a multiple of the time step; 0: that
-    std::vector<double> kp, kd, reference_speed, torque_constant, pwm_gain, back_emf, stiffness, damping;
+/// Gains of one loop, one element per joint: command = P e + I integral of e + D de/dt for the error e =
+/// reference - measurement. Units are those of the robot.
+struct Gains {
+    explicit Gains(Eigen::Index joints = 0)
+        : P(Eigen::VectorXd::Zero(joints)), I(Eigen::VectorXd::Zero(joints)),
+          D(Eigen::VectorXd::Zero(joints)) {}
+    Eigen::VectorXd P, I, D;
+};
+
+/// What the torque loop knows of the motors, one element per joint: command = k_tau tau + k_bemf s_dot + the
+/// loop's PID. Units are those of the robot.
+struct MotorParameters {
+    explicit MotorParameters(Eigen::Index joints = 0)
+        : k_tau(Eigen::VectorXd::Zero(joints)), k_bemf(Eigen::VectorXd::Zero(joints)) {}
+    Eigen::VectorXd k_tau, k_bemf;
+};
+
+/// Motors of a robot and what its loops begin with, as they are given. Lists hold no value (see there), one
+/// for all joints, or n; matrices have as many rows.
+struct MotorOptions {
+    std::vector<double> gear_ratio;      ///< turns of the motor for one of the joint; none: 1
+    std::vector<double> torque_constant; ///< joint torque per current; none: 1
+    std::vector<double> k_tau, k_bemf;   ///< PWM = k_tau tau + k_bemf s_dot, PWM per Nm and rad/s; none: 1, 0
+    /// P I D: Nm/rad, Nm/(rad s), Nm s/rad; none: critical damping of 30 rad/s for the inertia of the joint.
+    Eigen::MatrixXd position_gains;
+    Eigen::MatrixXd torque_gains; ///< P I D: PWM per Nm, per Nm s, PWM s per Nm; none: 0
+    /// Stiffness and damping, Nm/rad and Nm s/rad; none: critical damping of 10 rad/s.
+    Eigen::MatrixXd impedance_gains;
+};
+
+/// The same, complete: one element per joint.
+struct Motors {
+    /// `inertias` (n) are those that the joints see, kg m2. Throws std::runtime_error that names the option,
+    /// the joint and the remedy.
+    Motors(const MotorOptions& options, const std::vector<std::string>& joints,
+           const Eigen::VectorXd& inertias);
+
+    Eigen::VectorXd gear_ratio, torque_constant;
+    MotorParameters parameters;
+    Gains position, torque;
+    Eigen::VectorXd stiffness, damping;
+};
+
+/// The loops of all joints. The motor torque in each mode, with the reference r, the motor's true k_tau and
+/// k_bemf, and k'_tau and k'_bemf as the loop believes them:
+///
+/// - position_direct: tau = P (s_t - s) + I ∫(s_t - s) + D (s_dot_t - s_dot), s_t = r, s_dot_t = 0;
+/// - position: the same, where s_t goes to r at the speed limit, with the velocity s_dot_t;
+/// - velocity: the same, where s_dot_t goes to r at the acceleration limit, and s_t is its integral;
+/// - torque: PWM = k'_tau r + k'_bemf s_dot + P e + I ∫e + D de/dt, e = r - tau measured;
+/// - pwm: tau = (r - k_bemf s_dot) / k_tau; current: tau = torque_constant r;
+/// - impedance: tau = stiffness (r - s) - damping s_dot.
+///
+/// It begins in torque mode with zero references and without limits of speed and acceleration.
+class JointControl {
+  public:
+    using Vector = Eigen::Ref<const Eigen::VectorXd>;
+
+    explicit JointControl(Motors motors);
+
+    const Motors& motors() const { return motors_; }
+    ControlMode mode() const { return mode_; }
+    const Eigen::VectorXd& reference() const { return reference_; }
+    const Gains& gains(Loop loop) const { return loop == Loop::position ? position_ : torque_; }
+    const MotorParameters& believed() const { return believed_; }
+
+    /// Back to the beginning, gains and parameters included.
+    void reset() noexcept;
+    /// Trajectories begin at the positions s; references are such that nothing moves: s, or zero.
+    void set_mode(ControlMode mode, const Vector& s) noexcept;
+    void set_reference(const Vector& reference) noexcept { reference_ = reference; }
+    /// Largest speed of trajectories of the mode position (rad/s), or acceleration of velocity (rad/s2).
+    void set_trajectory_limit(ControlMode mode, double limit) noexcept;
+    void set_gains(Loop loop, const Gains& gains) noexcept {
+        (loop == Loop::position ? position_ : torque_) = gains;
+    }
+    void set_believed(const MotorParameters& parameters) noexcept { believed_ = parameters; }
+
+    /// Motor torques (n) for the next interval of `period`, from joint positions, velocities and torques
+    /// measured now. Advances trajectories and integrals.
+    const Eigen::VectorXd& advance(double period, const Vector& s, const Vector& s_dot,
+                                   const Vector& tau) noexcept;
+    /// What the last advance gave.
+    const Eigen::VectorXd& torques() const { return command_; }
+
+    /// PWM that a motor has at torques and joint velocities.
+    void pwm(const Vector& tau, const Vector& s_dot, Eigen::Ref<Eigen::VectorXd> values) const noexcept {
+        values = motors_.parameters.k_tau.cwiseProduct(tau) + motors_.parameters.k_bemf.cwiseProduct(s_dot);
+    }
+
+    int state_size() const { return 4 + 14 * static_cast<int>(command_.size()); }
+    void save(double* to) const noexcept;
+    void restore(const double* from) noexcept;
+
+  private:
+    /// f(vector) of all vectors of the state.
+    template <class Self, class F> static void for_each(Self& self, F&& f);
+
+    Motors motors_;
+    ControlMode mode_ = ControlMode::torque;
+    double speed_limit_ = 0, acceleration_limit_ = 0;
+    Gains position_, torque_;
+    MotorParameters believed_;
+    Eigen::VectorXd reference_, s_t_, s_dot_t_, integral_, last_error_, command_;
+    bool has_error_ = false; ///< of the last interval
 };
 
 } // namespace bf::physics

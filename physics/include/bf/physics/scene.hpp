@@ -42,9 +42,6 @@ class Scene {
     int actuator(int robot, const std::string& name) const;
     double mass(int robot) const; ///< kg, of what moves and of a fixed base
 
-    /// Throws std::runtime_error that names the gain which the mode needs and a joint that has none.
-    void check_mode(int robot, JointMode mode) const;
-
     int position_count() const; ///< of the whole scene, see SceneSimulation::q
     /// What moves by itself, each with all that is fixed to it: "robot/link", "object".
     const std::vector<std::string>& bodies() const;
@@ -77,16 +74,15 @@ class SceneSimulation {
 
     const Scene& scene() const noexcept;
 
-    /// Back to t = 0, the start, zero velocities, zero torques and wrenches.
+    /// Back to t = 0, the start, zero velocities, zero torques and wrenches; loops as they began.
     void reset() noexcept;
 
-    /// How the joints of a robot follow their references from now on; Scene::check_mode has accepted it. They
-    /// begin with references that hold: the present positions, or zeros.
-    void set_mode(int robot, JointMode mode) noexcept;
-    /// References (n) of a robot's joints as its mode means them, held until the next ones. What is not
-    /// finite fails the next step.
-    void set_references(int robot, std::span<const double> references) noexcept;
-    /// The same in the mode torque.
+    /// The loops of a robot, which this simulation advances. They hold their references; what is not finite
+    /// fails the next step.
+    JointControl& control(int robot) noexcept;
+    /// JointControl::set_mode with the present positions.
+    void set_mode(int robot, ControlMode mode) noexcept;
+    /// References (n) in the mode torque.
     void set_torque(int robot, std::span<const double> tau) noexcept;
     /// Force (N) and moment (Nm) on push link `i` of a robot, at its centre of mass, world axes; held.
     void set_wrench(int robot, int i, const Vector6d& wrench) noexcept;

@@ -22,9 +22,10 @@ struct SceneRobot {
     /// Joints that are empty: all movable ones of a URDF that mimic no other; those of an MJCF that actuators
     /// drive, or, where it has no actuators, all that no equality makes follow others.
     RobotOptions options{};
-    /// Of the loops on its boards. Where kp and kd are empty, those of an MJCF's position actuators.
-    JointLoops loops{};
-    std::string body{};  ///< the part of the MJCF that is the robot; empty: all there is
+    /// Where position_gains are empty, P and D are those of an MJCF's position actuators, if it has them.
+    MotorOptions motors{};
+    double loop_period = 0.0; ///< s, of the loops, a multiple of the time step; 0: that
+    std::string body{};       ///< the part of the MJCF that is the robot; empty: all there is
     std::string key{};   ///< key frame of the MJCF that the joints start with; empty: its reference positions
     std::string where{}; ///< file and line, which messages begin with; may be empty
 };

@@ -33,7 +33,9 @@ class World {
     const Eigen::VectorXd& lower_limits() const;  ///< n, joint positions; -inf when the URDF has none
     const Eigen::VectorXd& upper_limits() const;  ///< n, joint positions; +inf when the URDF has none
     const Eigen::VectorXd& effort_limits() const; ///< n, |tau| is clamped to it; +inf when the URDF has none
-    double mass() const;                          ///< kg, whole robot
+    /// n, the inertia that each joint sees at the start, its armature and followers included (kg m2)
+    Eigen::VectorXd joint_inertias() const;
+    double mass() const; ///< kg, whole robot
     /// What the world does otherwise than the URDF says: links whose inertia no body can have, and what they
     /// have here.
     const std::vector<std::string>& warnings() const;

@@ -4,6 +4,7 @@
 
 #include "bf/dynamics/data.hpp"
 #include "bf/dynamics/model.hpp"
+#include "bf/physics/joint_control.hpp"
 
 #include <Eigen/Core>
 #include <filesystem>
@@ -43,40 +44,12 @@ enum class Measurement {
     motor_pwm,          ///< raw
 };
 
-/// How joints are commanded.
-enum class ControlMode {
-    position,        ///< rad, by a trajectory of the given reference speed
-    position_direct, ///< rad
-    velocity,        ///< rad/s
-    torque,          ///< Nm
-    pwm,             ///< raw
-    current,         ///< raw
-    impedance,       ///< rad, by a spring and a damper of the joint
-};
+using physics::ControlMode;
+using physics::Gains;
+using physics::Loop;
+using physics::MotorParameters;
 
 enum class Limits { position, velocity };
-
-/// Loops of the low level whose gains can be read and changed: those behind the modes position,
-/// position_direct and velocity, and the one behind the mode torque.
-enum class Loop { position, torque };
-
-/// Gains of one loop, one element per joint: command = P e + I integral of e + D de/dt for the error e =
-/// reference
-/// - measurement. Units are those of the robot.
-struct Gains {
-    explicit Gains(int joints = 0)
-        : P(Eigen::VectorXd::Zero(joints)), I(Eigen::VectorXd::Zero(joints)),
-          D(Eigen::VectorXd::Zero(joints)) {}
-    Eigen::VectorXd P, I, D;
-};
-
-/// What the torque loop knows of the motors, one element per joint: command = k_tau tau + k_bemf s_dot + the
-/// loop's PID. Units are those of the robot.
-struct MotorParameters {
-    explicit MotorParameters(int joints = 0)
-        : k_tau(Eigen::VectorXd::Zero(joints)), k_bemf(Eigen::VectorXd::Zero(joints)) {}
-    Eigen::VectorXd k_tau, k_bemf;
-};
 
 /// Sensors beside the joints.
 enum class Sensor {
@@ -105,7 +78,7 @@ class RobotConnection {
     virtual bool set_mode(ControlMode mode) noexcept = 0;
     /// The first joint that is in another mode than this one, e.g. after a fault; -1: none, or it is not
     /// known.
-    virtual int joint_in_other_mode(ControlMode) const noexcept { return -1; }
+    virtual int joint_in_other_mode(ControlMode) noexcept { return -1; }
     /// Largest speed of trajectories of the mode position (rad/s), or largest acceleration of the mode
     /// velocity (rad/s2), of all joints.
     virtual bool set_trajectory_limit(ControlMode, double) noexcept { return true; }

@@ -1,0 +1,195 @@
+#include "bf/physics/joint_control.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+namespace bf::physics {
+
+namespace {
+
+using Eigen::Index;
+
+/// One element for each joint, of none, one for all or n.
+Eigen::VectorXd of_joints(const std::string& name, const std::vector<double>& given, double otherwise,
+                          bool has_inverse, const std::vector<std::string>& joints) {
+    const size_t n = joints.size();
+    if (given.size() > 1 && given.size() != n)
+        throw std::runtime_error("'" + name + "' has " + std::to_string(given.size()) +
+                                 " elements, but there are " + std::to_string(n) +
+                                 " joints; give one for all or one each");
+    Eigen::VectorXd all = Eigen::VectorXd::Constant(static_cast<Index>(n), otherwise);
+    for (size_t i = 0; i < n && !given.empty(); ++i) {
+        const double value = given[given.size() == 1 ? 0 : i];
+        if (!std::isfinite(value) || (has_inverse && value == 0.0))
+            throw std::runtime_error("'" + name + "' has " + std::to_string(value) + " for joint '" +
+                                     joints[i] + "'; give a finite number" +
+                                     (has_inverse ? " other than 0" : ""));
+        all[static_cast<Index>(i)] = value;
+    }
+    return all;
+}
+
+/// One row for each joint, of none, one for all or n.
+Eigen::MatrixXd rows_of_joints(const std::string& name, const char* columns, const Eigen::MatrixXd& given,
+                               const Eigen::MatrixXd& otherwise) {
+    if (given.size() == 0) return otherwise;
+    const bool is_one = given.rows() == 1;
+    if (given.cols() != otherwise.cols() || (!is_one && given.rows() != otherwise.rows()) ||
+        !given.allFinite())
+        throw std::runtime_error("'" + name + "' is " + std::to_string(given.rows()) + "x" +
+                                 std::to_string(given.cols()) + "; give finite rows " + columns +
+                                 ", one for all joints or one each");
+    if (is_one) return given.replicate(otherwise.rows(), 1);
+    return given;
+}
+
+/// P I D that damp an inertia critically at a frequency (rad/s).
+Eigen::MatrixXd critical(const Eigen::VectorXd& inertias, double frequency) {
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(inertias.size(), 3);
+    rows.col(0) = frequency * frequency * inertias;
+    rows.col(2) = 2.0 * frequency * inertias;
+    return rows;
+}
+
+Gains gains_of(const Eigen::MatrixXd& rows) {
+    Gains all;
+    all.P = rows.col(0);
+    all.I = rows.col(1);
+    all.D = rows.col(2);
+    return all;
+}
+
+} // namespace
+
+Motors::Motors(const MotorOptions& options, const std::vector<std::string>& joints,
+               const Eigen::VectorXd& inertias)
+    : gear_ratio(of_joints("gear_ratio", options.gear_ratio, 1.0, true, joints)),
+      torque_constant(of_joints("torque_constant", options.torque_constant, 1.0, true, joints)),
+      position(gains_of(
+          rows_of_joints("position_gains", "P I D", options.position_gains, critical(inertias, 30.0)))),
+      torque(
+          gains_of(rows_of_joints("torque_gains", "P I D", options.torque_gains, critical(inertias, 0.0)))) {
+    parameters.k_tau = of_joints("k_tau", options.k_tau, 1.0, true, joints);
+    parameters.k_bemf = of_joints("k_bemf", options.k_bemf, 0.0, false, joints);
+    Eigen::MatrixXd soft(inertias.size(), 2);
+    soft << 100.0 * inertias, 20.0 * inertias;
+    const Eigen::MatrixXd impedance = rows_of_joints("impedance_gains", "K D", options.impedance_gains, soft);
+    stiffness = impedance.col(0);
+    damping = impedance.col(1);
+}
+
+JointControl::JointControl(Motors motors) : motors_(std::move(motors)) {
+    const auto n = motors_.gear_ratio.size();
+    for (auto* vector : {&reference_, &s_t_, &s_dot_t_, &integral_, &last_error_, &command_})
+        vector->setZero(n);
+    reset();
+}
+
+void JointControl::reset() noexcept {
+    mode_ = ControlMode::torque;
+    speed_limit_ = acceleration_limit_ = std::numeric_limits<double>::infinity();
+    position_ = motors_.position;
+    torque_ = motors_.torque;
+    believed_ = motors_.parameters;
+    for (auto* vector : {&reference_, &s_t_, &s_dot_t_, &integral_, &last_error_, &command_})
+        vector->setZero();
+    has_error_ = false;
+}
+
+void JointControl::set_mode(ControlMode mode, const Vector& s) noexcept {
+    mode_ = mode;
+    s_t_ = s;
+    s_dot_t_.setZero();
+    integral_.setZero();
+    has_error_ = false;
+    if (mode == ControlMode::position || mode == ControlMode::position_direct ||
+        mode == ControlMode::impedance)
+        reference_ = s;
+    else
+        reference_.setZero();
+}
+
+void JointControl::set_trajectory_limit(ControlMode mode, double limit) noexcept {
+    if (mode == ControlMode::position) speed_limit_ = limit;
+    if (mode == ControlMode::velocity) acceleration_limit_ = limit;
+}
+
+const Eigen::VectorXd& JointControl::advance(double period, const Vector& s, const Vector& s_dot,
+                                             const Vector& tau) noexcept {
+    const auto& k_tau = motors_.parameters.k_tau;
+    const auto& k_bemf = motors_.parameters.k_bemf;
+    for (Eigen::Index i = 0; i < command_.size(); ++i) {
+        const double reference = reference_[i];
+        switch (mode_) {
+        case ControlMode::pwm: command_[i] = (reference - k_bemf[i] * s_dot[i]) / k_tau[i]; continue;
+        case ControlMode::current: command_[i] = motors_.torque_constant[i] * reference; continue;
+        case ControlMode::impedance:
+            command_[i] = motors_.stiffness[i] * (reference - s[i]) - motors_.damping[i] * s_dot[i];
+            continue;
+        case ControlMode::torque: {
+            const double error = reference - tau[i];
+            integral_[i] += error * period;
+            const double slope = has_error_ ? (error - last_error_[i]) / period : 0;
+            last_error_[i] = error;
+            const double pid = torque_.P[i] * error + torque_.I[i] * integral_[i] + torque_.D[i] * slope;
+            // What the loop knows wrongly of the motor is added, so that a right belief gives the reference
+            // itself.
+            command_[i] = reference + ((believed_.k_tau[i] - k_tau[i]) * reference +
+                                       (believed_.k_bemf[i] - k_bemf[i]) * s_dot[i] + pid) /
+                                          k_tau[i];
+            continue;
+        }
+        case ControlMode::position: {
+            const double most = speed_limit_ * period, way = std::clamp(reference - s_t_[i], -most, most);
+            s_dot_t_[i] = way / period;
+            s_t_[i] += way;
+            break;
+        }
+        case ControlMode::velocity: {
+            const double most = acceleration_limit_ * period;
+            s_dot_t_[i] += std::clamp(reference - s_dot_t_[i], -most, most);
+            s_t_[i] += s_dot_t_[i] * period;
+            break;
+        }
+        case ControlMode::position_direct: s_t_[i] = reference; break;
+        }
+        const double error = s_t_[i] - s[i];
+        integral_[i] += error * period;
+        command_[i] = position_.P[i] * error + position_.I[i] * integral_[i] +
+                      position_.D[i] * (s_dot_t_[i] - s_dot[i]);
+    }
+    has_error_ = true;
+    return command_;
+}
+
+template <class Self, class F> void JointControl::for_each(Self& self, F&& f) {
+    for (auto* gains : {&self.position_, &self.torque_})
+        for (auto* vector : {&gains->P, &gains->I, &gains->D}) f(*vector);
+    for (auto* vector : {&self.believed_.k_tau, &self.believed_.k_bemf, &self.reference_, &self.s_t_,
+                         &self.s_dot_t_, &self.integral_, &self.last_error_, &self.command_})
+        f(*vector);
+}
+
+void JointControl::save(double* to) const noexcept {
+    for (const double value :
+         {static_cast<double>(mode_), static_cast<double>(has_error_), speed_limit_, acceleration_limit_})
+        *to++ = value;
+    for_each(*this,
+             [&](const Eigen::VectorXd& vector) { to = std::copy_n(vector.data(), vector.size(), to); });
+}
+
+void JointControl::restore(const double* from) noexcept {
+    mode_ = static_cast<ControlMode>(static_cast<int>(*from++));
+    has_error_ = *from++ != 0;
+    speed_limit_ = *from++;
+    acceleration_limit_ = *from++;
+    for_each(*this, [&](Eigen::VectorXd& vector) {
+        std::copy_n(from, vector.size(), vector.data());
+        from += vector.size();
+    });
+}
+
+} // namespace bf::physics

@@ -499,7 +499,7 @@ class Drawer {
         add_transitions(drawing, routes);
         for (std::size_t n = labels_.size(); n < nets_.size(); ++n) {
             const auto tag_begin = std::ranges::lower_bound(tags_drawn, n, {}, &Tag::net);
-            const auto tag_end = std::ranges::upper_bound(tag_begin, tags_drawn.end(), n, {}, &Tag::net);
+            const auto tag_end = std::ranges::upper_bound(tags_drawn, n, {}, &Tag::net);
             const std::string text = tag_begin != tag_end ? tag_text(n) : label(nets_[n].from);
             std::size_t line = 0;
             for (std::size_t t = 0; t < nets_[n].to.size(); ++t) {

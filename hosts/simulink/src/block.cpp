@@ -179,6 +179,11 @@ double Prototype::period_of_steps(SimStruct* S) const {
 
 void Prototype::learn(SimStruct* S) {
     if (std::any_of(bindings.begin(), bindings.end(), [](const auto& b) { return !b.provider; })) return;
+    // What the block itself provides is the object that its users see, and may tell sizes of its ports.
+    const auto self = Scope::instance().find(ssGetPath(S));
+    for (std::size_t k = 0; self && k < declaration().provisions.size(); ++k)
+        instance_->share(static_cast<int>(k), Scope::instance().description(*self, k),
+                         [self, k] { return Scope::instance().open(*self, k); });
     propagate(instance_->block());
     const auto hear = [&](int slot, int dimensions, const int_T* lengths, DTypeId type) {
         if (dimensions > 0)
@@ -275,11 +280,6 @@ Running::Running(SimStruct* S) : prototype_(S) {
         block.require(static_cast<int>(i), block.resolution().required[i],
                       [from] { return Scope::instance().open(*from.provider, from.provision); });
     }
-    // What the block itself provides is the object that its users see.
-    const auto self = Scope::instance().find(ssGetPath(S));
-    for (std::size_t k = 0; self && k < block.declaration().provisions.size(); ++k)
-        block.share(static_cast<int>(k), Scope::instance().description(*self, k),
-                    [self, k] { return Scope::instance().open(*self, k); });
     const auto port_is_wired = [&](int slot) {
         const auto port = std::find(prototype_.inputs.begin(), prototype_.inputs.end(), slot);
         return ssGetInputPortConnected(S, static_cast<int>(port - prototype_.inputs.begin()));

@@ -105,6 +105,15 @@ const std::multimap<std::string, Arguments>& cases() {
         {"MatchSignalSizes", {}},
         {"DampPinv", {}},
         {"TruncPinv", {}},
+        {"CartesianTask", {{"frame", "l_sole"}, {"what", "position"}}},
+        {"CenterOfMassTask", {}},
+        {"MomentumTask", {}},
+        {"PostureTask", {}},
+        {"RigidContact", {{"frame", "l_sole"}}},
+        {"ContactLimits", {{"frame", "l_sole"}}},
+        {"JointLimits", {}},
+        {"HierarchicalQP", {{"tasks", std::vector<std::string>{"a"}}, {"levels", 1.0}}},
+        {"TaskSpaceInverseDynamics", {}},
         {"DiscreteFilter", {{"filter_type", "MedianFilter"}}},
         {"MinimumJerkTrajectoryGenerator", {}}};
     return all;
@@ -137,19 +146,19 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         std::string text = "model: m\nstep: 0.001\n", wires = "connections:\n";
         if (!inputs.empty()) text += "inputs:\n";
         const std::map<std::string, std::string> shapes{
-            {"w_H_b", "[4 4]"}, {"w_H_b_0", "[4 4]"}, {"H", "[2 2]"},       {"g", "[2]"},
-            {"A", "[1 2]"},     {"ubA", "[1]"},       {"reference", "[3]"}, {"u", "[3]"}};
+            {"w_H_b", "[4 4]"}, {"w_H_b_0", "[4 4]"}, {"H", "[2 2]"}, {"g", "[2]"},  {"A", "[1 2]"},
+            {"ubA", "[1]"},     {"reference", "[3]"}, {"u", "[3]"},   {"a", "[2 5]"}};
         for (const auto& input : inputs) {
-            const auto shape = shapes.find(input);
+            const auto shape = name == "WorldActuator" ? shapes.end() : shapes.find(input); // u is one number
             text += "  " + input + ": {" + (shape == shapes.end() ? "" : "shape: \"" + shape->second + "\"") +
                     "}\n";
-            wires += "  " + input + ": x." + input + "\n";
+            wires += "  " + input + ": tried." + input + "\n";
         }
         text += "blocks:\n";
         if (name != "Configuration" && !is_shared) text += yaml("robot", "Configuration", robot);
         if (!is_world && name != "Configuration") text += yaml("world", around, is_shared ? shared : world);
         if (needs_network) text += yaml("network", "LocalStreams", network("here"));
-        text += yaml("x", name, arguments) + (inputs.empty() ? "" : wires);
+        text += yaml("tried", name, arguments) + (inputs.empty() ? "" : wires);
         Running here(text);
 
         Model there(simstruct_methods, step);
@@ -199,7 +208,7 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
                         << ports[i] << ", step " << k;
                 }
             };
-            compare("x", x, outputs);
+            compare("tried", x, outputs);
             // What a block did to the robot shows in the world.
             if (w != x && is_shared) compare("world", w, {"q"});
             if (w != x && !is_shared) compare("world", w, {"s", "s_dot", "tau_measured"});

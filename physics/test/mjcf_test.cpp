@@ -1,4 +1,5 @@
 #include "bf/physics/scene.hpp"
+#include "complaints.hpp"
 
 #include <array>
 #include <cmath>
@@ -50,17 +51,7 @@ SceneSimulation simulate(std::vector<SceneRobot> robots, std::vector<SceneObject
 }
 
 std::string complaint(const SceneRobot& made) {
-    try {
-        simulate({made});
-        return {};
-    } catch (const std::exception& error) {
-        return error.what();
-    }
-}
-
-void expect_contains(const std::string& text, std::initializer_list<const char*> parts) {
-    for (const char* part : parts)
-        EXPECT_NE(text.find(part), std::string::npos) << part << "\nis not in: " << text;
+    return complaint_of([&] { simulate({made}); });
 }
 
 /// In the style of robots that come as folders: an included file of defaults, classes, meshes in a folder.

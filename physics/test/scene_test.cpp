@@ -1,4 +1,5 @@
 #include "bf/physics/scene.hpp"
+#include "complaints.hpp"
 #include "robots.hpp"
 
 #include <array>
@@ -70,17 +71,7 @@ std::string complaint(const std::string& text) {
     const std::string file = BF_BINARY_DIRECTORY "/scene.xml";
     arm_urdf();
     std::ofstream(file) << text;
-    try {
-        const Scene scene(SceneOptions::read(file));
-        return {};
-    } catch (const std::exception& error) {
-        return error.what();
-    }
-}
-
-void expect_contains(const std::string& text, std::initializer_list<const char*> parts) {
-    for (const char* part : parts)
-        EXPECT_NE(text.find(part), std::string::npos) << part << "\nis not in: " << text;
+    return complaint_of([&] { const Scene scene(SceneOptions::read(file)); });
 }
 
 /// Stiffly at zero, besides what is given.

@@ -1,4 +1,5 @@
 #include "bf/physics/world.hpp"
+#include "complaints.hpp"
 #include "robots.hpp"
 
 #include <array>
@@ -12,17 +13,7 @@ namespace {
 
 /// What World says about `options`; empty when it accepts them.
 std::string complaint(const WorldOptions& options) {
-    try {
-        const World world(options);
-        return {};
-    } catch (const std::exception& error) {
-        return error.what();
-    }
-}
-
-void expect_contains(const std::string& text, std::initializer_list<const char*> parts) {
-    for (const char* part : parts)
-        EXPECT_NE(text.find(part), std::string::npos) << part << "\nis not in: " << text;
+    return complaint_of([&] { const World world(options); });
 }
 
 } // namespace

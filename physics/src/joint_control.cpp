@@ -81,10 +81,11 @@ Motors::Motors(const MotorOptions& options, const std::vector<std::string>& join
     damping = impedance.col(1);
 }
 
-JointControl::JointControl(Motors motors) : motors_(std::move(motors)) {
+JointControl::JointControl(Motors motors, int command_delay) : motors_(std::move(motors)) {
     const auto n = motors_.gear_ratio.size();
-    for (auto* vector : {&reference_, &s_t_, &s_dot_t_, &integral_, &last_error_, &command_})
+    for (auto* vector : {&reference_, &s_t_, &s_dot_t_, &integral_, &last_error_, &command_, &arrived_})
         vector->setZero(n);
+    underway_.setZero(n, command_delay);
     reset();
 }
 
@@ -96,6 +97,8 @@ void JointControl::reset() noexcept {
     believed_ = motors_.parameters;
     for (auto* vector : {&reference_, &s_t_, &s_dot_t_, &integral_, &last_error_, &command_})
         vector->setZero();
+    underway_.setZero();
+    next_ = 0;
     has_error_ = false;
 }
 
@@ -110,6 +113,7 @@ void JointControl::set_mode(ControlMode mode, const Vector& s) noexcept {
         reference_ = s;
     else
         reference_.setZero();
+    underway_.colwise() = reference_;
 }
 
 void JointControl::set_trajectory_limit(ControlMode mode, double limit) noexcept {
@@ -117,12 +121,28 @@ void JointControl::set_trajectory_limit(ControlMode mode, double limit) noexcept
     if (mode == ControlMode::velocity) acceleration_limit_ = limit;
 }
 
+void JointControl::send(const Vector& reference) noexcept {
+    if (underway_.cols() == 0) {
+        arrived_ = reference;
+        return;
+    }
+    arrived_ = underway_.col(next_);
+    underway_.col(next_) = reference;
+    next_ = (next_ + 1) % underway_.cols();
+}
+
+const Eigen::VectorXd& JointControl::pass(const Vector& tau) noexcept {
+    send(tau);
+    return command_ = arrived_;
+}
+
 const Eigen::VectorXd& JointControl::advance(double period, const Vector& s, const Vector& s_dot,
                                              const Vector& tau) noexcept {
     const auto& k_tau = motors_.parameters.k_tau;
     const auto& k_bemf = motors_.parameters.k_bemf;
+    send(reference_);
     for (Eigen::Index i = 0; i < command_.size(); ++i) {
-        const double reference = reference_[i];
+        const double reference = arrived_[i];
         switch (mode_) {
         case ControlMode::pwm: command_[i] = (reference - k_bemf[i] * s_dot[i]) / k_tau[i]; continue;
         case ControlMode::current: command_[i] = motors_.torque_constant[i] * reference; continue;
@@ -171,14 +191,14 @@ template <class Self, class F> void JointControl::for_each(Self& self, F&& f) {
     for (auto* vector : {&self.believed_.k_tau, &self.believed_.k_bemf, &self.reference_, &self.s_t_,
                          &self.s_dot_t_, &self.integral_, &self.last_error_, &self.command_})
         f(*vector);
+    f(self.underway_);
 }
 
 void JointControl::save(double* to) const noexcept {
-    for (const double value :
-         {static_cast<double>(mode_), static_cast<double>(has_error_), speed_limit_, acceleration_limit_})
+    for (const double value : {static_cast<double>(mode_), static_cast<double>(has_error_), speed_limit_,
+                               acceleration_limit_, static_cast<double>(next_)})
         *to++ = value;
-    for_each(*this,
-             [&](const Eigen::VectorXd& vector) { to = std::copy_n(vector.data(), vector.size(), to); });
+    for_each(*this, [&](const auto& matrix) { to = std::copy_n(matrix.data(), matrix.size(), to); });
 }
 
 void JointControl::restore(const double* from) noexcept {
@@ -186,9 +206,10 @@ void JointControl::restore(const double* from) noexcept {
     has_error_ = *from++ != 0;
     speed_limit_ = *from++;
     acceleration_limit_ = *from++;
-    for_each(*this, [&](Eigen::VectorXd& vector) {
-        std::copy_n(from, vector.size(), vector.data());
-        from += vector.size();
+    next_ = static_cast<Eigen::Index>(*from++);
+    for_each(*this, [&](auto& matrix) {
+        std::copy_n(from, matrix.size(), matrix.data());
+        from += matrix.size();
     });
 }
 

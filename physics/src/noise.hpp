@@ -14,10 +14,17 @@ inline std::uint64_t mix(std::uint64_t counter) noexcept {
     return z ^ (z >> 31);
 }
 
+/// Sample of (0, 1) that is spread evenly over it.
+inline double uniform(std::uint64_t bits) noexcept { return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53; }
+
+/// Key of a sample that depends on its arguments alone.
+inline std::uint64_t key_of(std::uint64_t seed, std::uint64_t step, std::uint64_t channel) noexcept {
+    return mix(mix(mix(seed) ^ step) ^ channel);
+}
+
 /// Standard normal sample that depends on its arguments alone (Box-Muller on two mixed counters).
 inline double gaussian(std::uint64_t seed, std::uint64_t step, std::uint64_t channel) noexcept {
-    const std::uint64_t key = mix(mix(mix(seed) ^ step) ^ channel);
-    const auto uniform = [](std::uint64_t bits) { return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53; };
+    const std::uint64_t key = key_of(seed, step, channel);
     return std::sqrt(-2.0 * std::log(uniform(key))) * std::cos(2.0 * std::numbers::pi * uniform(mix(key)));
 }
 

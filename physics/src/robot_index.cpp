@@ -13,12 +13,33 @@ namespace {
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-void add_noise(double* out, const std::vector<int>& source, const mjtNum* values, double deviation,
-               const Noise& noise, std::uint64_t step, std::uint64_t kind) noexcept {
-    for (size_t i = 0; i < source.size(); ++i) out[i] = values[source[i]];
-    if (deviation == 0.0) return;
-    for (size_t i = 0; i < source.size(); ++i) out[i] += deviation * gaussian(noise.seed, step, 3 * i + kind);
+enum Channel : std::uint64_t { of_position, of_velocity, of_torque, channels, of_dropout = ~0ULL };
+
+/// White noise of joint i.
+double noise_of(double deviation, const Noise& noise, std::uint64_t step, Channel channel,
+                size_t i) noexcept {
+    return deviation == 0.0 ? 0.0 : deviation * gaussian(noise.seed, step, channels * i + channel);
 }
+
+/// The joint-wise list, complete.
+Eigen::VectorXd complete(const std::vector<double>& list, Eigen::Index n) {
+    Eigen::VectorXd all(n);
+    for (Eigen::Index i = 0; i < n; ++i) all[i] = entry(list, static_cast<size_t>(i), 0.0);
+    return all;
+}
+
+/// What the last step measured becomes what an encoder measures now.
+struct Encoder {
+    double resolution;
+    bool counts_velocity, is_first;
+    double period;
+
+    void measure(double position, double velocity, double& s, double& s_dot) const noexcept {
+        const double now = resolution > 0.0 ? resolution * std::round(position / resolution) : position;
+        s_dot = !counts_velocity ? velocity : is_first ? 0.0 : (now - s) / period;
+        s = now;
+    }
+};
 
 void measure_rotation(const mjData* d, int site, auto&& out) noexcept { // MuJoCo's are row-major
     out = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(d->site_xmat + 9 * site);
@@ -26,20 +47,41 @@ void measure_rotation(const mjData* d, int site, auto&& out) noexcept { // MuJoC
 
 } // namespace
 
-RobotLayout::RobotLayout(int& at, int n, int ft_sensors) {
+RobotLayout::RobotLayout(int& at, const RobotIndex& robot, const RobotOptions& options) {
     const auto take = [&at](int count) { return std::exchange(at, at + count); };
-    s = take(n);
-    s_dot = take(n);
-    s_ddot = take(n);
-    tau = take(n);
+    const int n = robot.n();
+    for (int* joints : {&s, &s_dot, &s_ddot, &tau, &motor_position, &motor_velocity, &motor_acceleration})
+        *joints = take(n);
+    imu_rpy = take(3);
+    gyro = take(3);
+    accelerometer = take(3);
+    ft_wrenches = take(6 * static_cast<int>(robot.ft_sites.size()));
+    measured = at - s;
     w_H_b = take(16);
     v_b = take(6);
     com = take(3);
     imu_rotation = take(9);
-    imu_rpy = take(3);
-    gyro = take(3);
-    accelerometer = take(3);
-    ft_wrenches = take(6 * ft_sensors);
+    if (robot.delay == 0 && options.imperfections.dropout == 0.0) return;
+    slots = robot.delay + 1;
+    memory = take(slots * measured);
+    delivered = take(measured) - s;
+}
+
+Readings RobotLayout::read(const double* from, int n, int shift) const noexcept {
+    const auto of = [&](int offset) {
+        return Eigen::Map<const Eigen::VectorXd>(from + offset + shift, n);
+    };
+    return {of(s), of(s_dot), of(s_ddot), of(tau), of(motor_position), of(motor_velocity),
+            of(motor_acceleration)};
+}
+
+int steps_of(const char* name, double seconds, double step, const char* of) {
+    const double steps = seconds / step, whole = std::round(steps);
+    if (steps >= 0.0 && steps < 1e6 && std::abs(steps - whole) <= 1e-6 * steps) return static_cast<int>(whole);
+    std::ostringstream text;
+    text << name << " is " << seconds << " s, which is no multiple of " << of << ", " << step
+         << " s; give a whole number of them";
+    throw std::runtime_error(text.str());
 }
 
 Eigen::Matrix4d transform(const mjtNum* position, const mjtNum* rotation) {
@@ -76,7 +118,15 @@ void RobotIndex::find(const mjModel* m, const RobotOptions& options, const std::
             upper_limits[i] = m->jnt_range[2 * joint + 1];
         }
         if (m->jnt_actfrclimited[joint]) effort_limits[i] = m->jnt_actfrcrange[2 * joint + 1];
+        const int play = mj_name2id(
+            m, mjOBJ_JOINT, (prefix + play_of(options.joints[static_cast<size_t>(i)])).c_str());
+        play_position.push_back(play < 0 ? -1 : m->jnt_qposadr[play]);
+        play_velocity.push_back(play < 0 ? -1 : m->jnt_dofadr[play]);
     }
+    encoder_resolution = complete(options.imperfections.encoder_resolution, n);
+    motor_encoder_resolution = complete(options.imperfections.motor_encoder_resolution, n);
+    delay = steps_of("measurement_delay", options.imperfections.delays.measurement, m->opt.timestep,
+                     "the time step");
     followers = follower_addresses(m, options, prefix);
     base_site = site("base");
     imu_site = site("imu");
@@ -114,6 +164,9 @@ void put_joints(const RobotIndex& robot, const RobotOptions& options, double* qp
     for (const FollowerAddress& follower : robot.followers) follower.put(qpos);
 }
 
+namespace {
+
+/// The inertia (n, kg m2) that each joint sees at positions qpos, its armature and followers included.
 Eigen::VectorXd joint_inertias(const mjModel* m, const RobotIndex& robot, const Eigen::VectorXd& qpos) {
     const DataPtr data = make_data(m);
     std::copy_n(qpos.data(), m->nq, data->qpos);
@@ -131,6 +184,16 @@ Eigen::VectorXd joint_inertias(const mjModel* m, const RobotIndex& robot, const 
     return inertias;
 }
 
+} // namespace
+
+void RobotIndex::drive(const mjModel* m, const RobotOptions& options, const MotorOptions& motors_given,
+                       double loop_period, const Eigen::VectorXd& start) {
+    loop_steps = std::max(1, steps_of("loop_period", loop_period, m->opt.timestep, "the time step"));
+    command_delay = steps_of("command_delay", options.imperfections.delays.command,
+                             loop_steps * m->opt.timestep, "the period of the loops");
+    drives.emplace(motors_given, options.joints, joint_inertias(m, *this, start));
+}
+
 void measure_pose(const mjData* d, int site, double* out) noexcept {
     Eigen::Map<Eigen::Matrix4d> H(out);
     measure_rotation(d, site, H.topLeftCorner<3, 3>());
@@ -139,9 +202,25 @@ void measure_pose(const mjData* d, int site, double* out) noexcept {
 }
 
 void measure_now(const mjModel* m, const mjData* d, const RobotIndex& robot, const RobotLayout& at,
-                 const Noise& noise, std::uint64_t step, double* out) noexcept {
-    add_noise(out + at.s, robot.position, d->qpos, noise.position, noise, step, 0);
-    add_noise(out + at.s_dot, robot.velocity, d->qvel, noise.velocity, noise, step, 1);
+                 const RobotOptions& options, std::uint64_t step, double* out) noexcept {
+    const Noise& noise = options.noise;
+    for (size_t i = 0; i < robot.position.size(); ++i) {
+        const auto joint = static_cast<Eigen::Index>(i);
+        const double ratio = robot.drives->gear_ratio[joint];
+        const bool plays = robot.play_position[i] >= 0;
+        const double motor =
+            d->qpos[robot.position[i]] + noise_of(noise.position, noise, step, of_position, i);
+        const double motor_dot =
+            d->qvel[robot.velocity[i]] + noise_of(noise.velocity, noise, step, of_velocity, i);
+        Encoder encoder{robot.encoder_resolution[joint], options.imperfections.velocities_from_encoders,
+                        step == 0, m->opt.timestep};
+        encoder.measure(plays ? motor + d->qpos[robot.play_position[i]] : motor,
+                        plays ? motor_dot + d->qvel[robot.play_velocity[i]] : motor_dot, out[at.s + joint],
+                        out[at.s_dot + joint]);
+        encoder.resolution = robot.motor_encoder_resolution[joint];
+        encoder.measure(ratio * motor, ratio * motor_dot, out[at.motor_position + joint],
+                        out[at.motor_velocity + joint]);
+    }
 
     measure_pose(d, robot.base_site, out + at.w_H_b);
     mjtNum velocity[6]; // angular first
@@ -172,8 +251,15 @@ void measure_now(const mjModel* m, const mjData* d, const RobotIndex& robot, con
 
 void measure_last_interval(const mjData* d, const RobotIndex& robot, const RobotLayout& at,
                            const Noise& noise, std::uint64_t step, double* out) noexcept {
-    add_noise(out + at.s_ddot, robot.velocity, d->qacc, 0.0, noise, step, 0);
-    add_noise(out + at.tau, robot.velocity, d->qfrc_actuator, noise.torque, noise, step, 2);
+    for (size_t i = 0; i < robot.velocity.size(); ++i) {
+        const auto joint = static_cast<Eigen::Index>(i);
+        const double motor = d->qacc[robot.velocity[i]];
+        out[at.s_ddot + joint] =
+            robot.play_velocity[i] < 0 ? motor : motor + d->qacc[robot.play_velocity[i]];
+        out[at.motor_acceleration + joint] = robot.drives->gear_ratio[joint] * motor;
+        out[at.tau + joint] = d->qfrc_actuator[robot.velocity[i]] +
+                              noise_of(noise.torque, noise, step, of_torque, i);
+    }
     std::copy_n(d->sensordata + robot.accelerometer, 3, out + at.accelerometer);
     for (size_t i = 0; i < robot.ft_sites.size(); ++i) {
         // MuJoCo gives what the parent exerts on the child.
@@ -183,6 +269,23 @@ void measure_last_interval(const mjData* d, const RobotIndex& robot, const Robot
             wrench[3 + j] = -d->sensordata[robot.torque_sensors[i] + j];
         }
     }
+}
+
+void deliver(const RobotLayout& at, const RobotOptions& options, std::uint64_t step, double* out) noexcept {
+    if (at.slots == 0) return;
+    const double* fresh = out + at.s;
+    const auto slot = [&](std::uint64_t of) {
+        return out + at.memory + at.measured * static_cast<int>(of % static_cast<std::uint64_t>(at.slots));
+    };
+    if (step == 0) { // as if it had stood there for long
+        for (int i = 0; i < at.slots; ++i)
+            std::copy_n(fresh, at.measured, slot(static_cast<std::uint64_t>(i)));
+    } else {
+        const bool is_lost =
+            uniform(key_of(options.noise.seed, step, of_dropout)) < options.imperfections.dropout;
+        if (!is_lost || at.slots > 1) std::copy_n(is_lost ? slot(step - 1) : fresh, at.measured, slot(step));
+    }
+    std::copy_n(slot(step + 1), at.measured, out + at.s + at.delivered); // the oldest there is
 }
 
 } // namespace bf::physics

@@ -4,6 +4,7 @@
 #include "spec.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace bf::physics {
@@ -23,18 +24,41 @@ struct RobotIndex {
     std::vector<int> roots;
     Eigen::VectorXd lower_limits, upper_limits, effort_limits; ///< n
 
+    /// Of a joint with backlash: where the play of its gear stands in qpos and qvel; -1: its gear is rigid.
+    std::vector<int> play_position, play_velocity;
+    Eigen::VectorXd encoder_resolution, motor_encoder_resolution; ///< n, 0: exact
+    int delay = 0; ///< time steps until a measurement is read
+
+    /// The motors, and the loops that drive them.
+    std::optional<Motors> drives;
+    int loop_steps = 1;    ///< time steps from one advance of the loops to the next
+    int command_delay = 0; ///< advances until references arrive
+
     /// Looks everything up that make_robot named. Throws std::runtime_error for a force/torque sensor that
-    /// carries no mass.
+    /// carries no mass, and for a delay that is no multiple of the time step.
     void find(const mjModel* m, const RobotOptions& options, const std::string& prefix = {});
+    /// Fills in motors and loops. `start` is qpos at the start. Throws std::runtime_error.
+    void drive(const mjModel* m, const RobotOptions& options, const MotorOptions& motors, double loop_period,
+               const Eigen::VectorXd& start);
+    JointControl control() const { return JointControl(*drives, command_delay); }
     int n() const { return static_cast<int>(position.size()); }
 };
 
 /// Where each measurement of a robot stands in a flat vector, which is saved and restored as it is.
 struct RobotLayout {
-    int s, s_dot, s_ddot, tau, w_H_b, v_b, com, imu_rotation, imu_rpy, gyro, accelerometer, ft_wrenches;
+    /// What the low level measures.
+    int s, s_dot, s_ddot, tau, motor_position, motor_velocity, motor_acceleration, imu_rpy, gyro,
+        accelerometer, ft_wrenches;
+    int w_H_b, v_b, com, imu_rotation; ///< what is so, whoever measures
+    int measured = 0;                  ///< how many numbers the former are, from `s` on
+    int slots = 0;     ///< how many of them are remembered, to be read later or again; 0: none has to be
+    int memory = 0;    ///< where these stand
+    int delivered = 0; ///< how far behind `s` and the others stand those that are read now
 
     /// `at` is where the first one stands, and becomes where the next thing may stand.
-    RobotLayout(int& at, int n, int ft_sensors);
+    RobotLayout(int& at, const RobotIndex& robot, const RobotOptions& options);
+
+    Readings read(const double* from, int n, int shift) const noexcept;
 };
 
 /// Homogeneous transform of a site or body after MuJoCo's kinematics (position, row-major rotation).
@@ -45,16 +69,20 @@ void measure_pose(const mjData* d, int site, double* out) noexcept;
 
 /// Writes what a Simulation calls "now" to `out`, laid out as `at` says.
 void measure_now(const mjModel* m, const mjData* d, const RobotIndex& robot, const RobotLayout& at,
-                 const Noise& noise, std::uint64_t step, double* out) noexcept;
+                 const RobotOptions& options, std::uint64_t step, double* out) noexcept;
 /// Writes what it calls "last interval".
 void measure_last_interval(const mjData* d, const RobotIndex& robot, const RobotLayout& at,
                            const Noise& noise, std::uint64_t step, double* out) noexcept;
+
+/// Once all of a step is measured: what of it, or of former steps, is read now.
+void deliver(const RobotLayout& at, const RobotOptions& options, std::uint64_t step, double* out) noexcept;
 
 /// Puts a joint-wise list (none, one for all, n) into the positions of the joints. Throws std::runtime_error
 /// where one lies outside of its limits.
 void put_joints(const RobotIndex& robot, const RobotOptions& options, double* qpos);
 
-/// The inertia (n, kg m2) that each joint sees at positions qpos, its armature and followers included.
-Eigen::VectorXd joint_inertias(const mjModel* m, const RobotIndex& robot, const Eigen::VectorXd& qpos);
+/// How many steps (s) a time (s) is. Throws std::runtime_error where it is no whole number of them; `of` says
+/// what the steps are.
+int steps_of(const char* name, double seconds, double step, const char* of);
 
 } // namespace bf::physics

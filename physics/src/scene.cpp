@@ -109,17 +109,13 @@ void Scene::Impl::make_loops() {
     for (size_t r = 0; r < robots.size(); ++r) {
         const SceneRobot& robot = options.robots[r];
         try {
-            const double steps = robot.loop_period / options.time_step;
-            if (!(steps >= 0.0 && steps < 1e6 && std::abs(steps - std::round(steps)) <= 1e-6 * steps))
-                throw std::runtime_error("loop_period is no multiple of the world's step; 0 stands for that");
-            periods.push_back(std::max(1, static_cast<int>(std::round(steps))));
+            robots[r].drive(model.get(), robot.options, robot.motors, robot.loop_period, start);
             const auto& joints = robot.options.joints;
-            Motors made(robot.motors, joints, joint_inertias(model.get(), robots[r], start));
+            Gains& gains = robots[r].drives->position;
             for (size_t i = 0; i < joints.size() && robot.motors.position_gains.size() == 0; ++i)
                 if (const auto found = starts[r].gains.find(joints[i]); found != starts[r].gains.end())
-                    std::tie(made.position.P[static_cast<Eigen::Index>(i)],
-                             made.position.D[static_cast<Eigen::Index>(i)]) = found->second;
-            motors.push_back(std::move(made));
+                    std::tie(gains.P[static_cast<Eigen::Index>(i)], gains.D[static_cast<Eigen::Index>(i)]) =
+                        found->second;
         } catch (const std::exception& error) {
             throw std::runtime_error(begin_of_message(robot.where) + "robot '" + robot.name +
                                      "': " + error.what());

@@ -151,6 +151,14 @@ SceneRobot read_robot(Element& e, const std::vector<fs::path>& package_paths, si
     if (!(seed >= 0 && seed < 1e15 && seed == std::floor(seed)))
         e.fail("seed=\"" + e.text("seed") + "\" is no whole number from 0 to 1e15");
     o.noise = {noise[0], noise[1], noise[2], static_cast<std::uint64_t>(seed)};
+    Imperfections& i = o.imperfections;
+    i.delays = {e.number("command_delay", 0), e.number("measurement_delay", 0)};
+    i.dropout = e.number("dropout", 0);
+    i.backlash = e.numbers("backlash", 0);
+    i.encoder_resolution = e.numbers("encoder_resolution", 0);
+    i.motor_encoder_resolution = e.numbers("motor_encoder_resolution", 0);
+    i.velocities_from_encoders =
+        e.choice<bool>("velocities_from_encoders", {{"false", false}, {"true", true}});
     o.imu_frame = e.text("imu");
     o.ft_sensors = e.words("ft_sensors");
     o.push_links = e.words("push_links");

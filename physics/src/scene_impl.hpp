@@ -33,8 +33,6 @@ struct Scene::Impl {
     std::vector<int> objects;                        ///< bodies
     std::vector<std::vector<std::string>> actuators; ///< per robot, those of the file
     std::vector<int> controls;                       ///< these, in ctrl
-    std::vector<int> periods;                        ///< per robot, of its loops, in time steps
-    std::vector<Motors> motors;                      ///< per robot
     std::vector<RobotStart> starts;
     std::vector<std::string> warnings, bodies;
     Eigen::VectorXd start; ///< nq, qpos at t = 0

@@ -21,11 +21,11 @@ struct SceneLayout {
     int poses, velocities;     ///< of objects
     int step;                  ///< how many were made
 
-    explicit SceneLayout(const std::vector<RobotIndex>& all, int objects) {
+    SceneLayout(const std::vector<RobotIndex>& all, const SceneOptions& options, int objects) {
         const auto take = [this](int count) { return std::exchange(size, size + count); };
-        for (const RobotIndex& robot : all) {
-            robots.emplace_back(size, robot.n(), static_cast<int>(robot.ft_sites.size()));
-            wrenches.push_back(take(6 * static_cast<int>(robot.push_sites.size())));
+        for (size_t r = 0; r < all.size(); ++r) {
+            robots.emplace_back(size, all[r], options.robots[r].options);
+            wrenches.push_back(take(6 * static_cast<int>(all[r].push_sites.size())));
         }
         poses = take(16 * objects);
         velocities = take(6 * objects);
@@ -47,11 +47,18 @@ struct SceneSimulation::Impl {
 
     explicit Impl(std::shared_ptr<const Scene> shared)
         : owner(std::move(shared)), scene(*owner->impl_), model(scene.model.get()), data(make_data(model)),
-          at(scene.robots, static_cast<int>(scene.objects.size())), memory(static_cast<size_t>(at.size)),
-          controls(scene.motors.begin(), scene.motors.end()) {}
+          at(scene.robots, scene.options, static_cast<int>(scene.objects.size())),
+          memory(static_cast<size_t>(at.size)) {
+        for (const RobotIndex& robot : scene.robots) controls.push_back(robot.control());
+    }
 
     double* in(int offset) noexcept { return memory.data() + offset; }
     const RobotLayout& of(auto robot) const noexcept { return at.robots[static_cast<size_t>(robot)]; }
+    Readings read(int robot, int shift) const noexcept {
+        return of(robot).read(memory.data(), scene.robot(robot).n(), shift);
+    }
+    /// Of the sensors of a robot, `offset` in its layout.
+    const double* reading(int robot, int offset) noexcept { return in(offset + of(robot).delivered); }
     std::uint64_t step() noexcept { return static_cast<std::uint64_t>(*in(at.step)); }
 
     template <typename... Values> bool fail(const char* format, Values... values) noexcept {
@@ -103,13 +110,10 @@ void SceneSimulation::Impl::apply_inputs() noexcept {
     bool is_pushed = false;
     for (size_t r = 0; r < scene.robots.size(); ++r) {
         const RobotIndex& robot = scene.robots[r];
-        const int every = scene.periods[r];
+        const int every = robot.loop_steps;
         if (step() % static_cast<std::uint64_t>(every) == 0) {
-            const auto measured = [&](int offset) {
-                return Eigen::Map<const Eigen::VectorXd>(in(offset), robot.n());
-            };
-            controls[r].advance(every * model->opt.timestep, measured(of(r).s), measured(of(r).s_dot),
-                                measured(of(r).tau));
+            const Readings measured = read(static_cast<int>(r), 0);
+            controls[r].advance(every * model->opt.timestep, measured.s, measured.s_dot, measured.tau);
         }
         const Eigen::VectorXd& torques = controls[r].torques();
         for (size_t i = 0; i < robot.motors.size(); ++i)
@@ -137,9 +141,11 @@ void SceneSimulation::Impl::apply_inputs() noexcept {
 
 void SceneSimulation::Impl::measure_now() noexcept {
     const mjData* d = data.get();
-    for (size_t r = 0; r < scene.robots.size(); ++r)
-        physics::measure_now(model, d, scene.robots[r], at.robots[r], scene.options.robots[r].options.noise,
-                             step(), memory.data());
+    for (size_t r = 0; r < scene.robots.size(); ++r) {
+        const RobotOptions& options = scene.options.robots[r].options;
+        physics::measure_now(model, d, scene.robots[r], at.robots[r], options, step(), memory.data());
+        deliver(at.robots[r], options, step(), memory.data());
+    }
     for (size_t i = 0; i < scene.objects.size(); ++i) {
         const int body = scene.objects[i];
         Eigen::Map<Eigen::Matrix4d>(in(at.poses) + 16 * i) =
@@ -160,6 +166,9 @@ void SceneSimulation::Impl::measure_last_interval() noexcept {
 
 const char* SceneSimulation::Impl::owner_of_velocity(int index) const noexcept {
     if (index < 0 || index >= model->nv) return "?";
+    for (const RobotIndex& robot : scene.robots)
+        for (size_t i = 0; i < robot.velocity.size(); ++i)
+            if (robot.play_velocity[i] == index) index = robot.velocity[i];
     const char* joint = mj_id2name(model, mjOBJ_JOINT, model->dof_jntid[index]);
     return joint && *joint ? joint : mj_id2name(model, mjOBJ_BODY, model->dof_bodyid[index]);
 }
@@ -210,7 +219,7 @@ JointControl& SceneSimulation::control(int robot) noexcept {
 }
 
 void SceneSimulation::set_mode(int robot, ControlMode mode) noexcept {
-    control(robot).set_mode(mode, s(robot));
+    control(robot).set_mode(mode, readings_at_loops(robot).s);
 }
 
 void SceneSimulation::set_torque(int robot, std::span<const double> tau) noexcept {
@@ -246,18 +255,10 @@ bool SceneSimulation::step(int count) noexcept {
 const char* SceneSimulation::error() const noexcept { return impl_->error.data(); }
 double SceneSimulation::time() const noexcept { return impl_->data->time; }
 
-SceneSimulation::VectorView SceneSimulation::s(int robot) const noexcept {
-    return {impl_->in(impl_->of(robot).s), impl_->scene.robot(robot).n()};
+Readings SceneSimulation::readings(int robot) const noexcept {
+    return impl_->read(robot, impl_->of(robot).delivered);
 }
-SceneSimulation::VectorView SceneSimulation::s_dot(int robot) const noexcept {
-    return {impl_->in(impl_->of(robot).s_dot), impl_->scene.robot(robot).n()};
-}
-SceneSimulation::VectorView SceneSimulation::s_ddot(int robot) const noexcept {
-    return {impl_->in(impl_->of(robot).s_ddot), impl_->scene.robot(robot).n()};
-}
-SceneSimulation::VectorView SceneSimulation::tau(int robot) const noexcept {
-    return {impl_->in(impl_->of(robot).tau), impl_->scene.robot(robot).n()};
-}
+Readings SceneSimulation::readings_at_loops(int robot) const noexcept { return impl_->read(robot, 0); }
 SceneSimulation::Matrix4View SceneSimulation::w_H_b(int robot) const noexcept {
     return Matrix4View(impl_->in(impl_->of(robot).w_H_b));
 }
@@ -268,16 +269,16 @@ SceneSimulation::Vector3View SceneSimulation::com(int robot) const noexcept {
     return Vector3View(impl_->in(impl_->of(robot).com));
 }
 SceneSimulation::Vector3View SceneSimulation::imu_rpy(int robot) const noexcept {
-    return Vector3View(impl_->in(impl_->of(robot).imu_rpy));
+    return Vector3View(impl_->reading(robot, impl_->of(robot).imu_rpy));
 }
 SceneSimulation::Vector3View SceneSimulation::gyro(int robot) const noexcept {
-    return Vector3View(impl_->in(impl_->of(robot).gyro));
+    return Vector3View(impl_->reading(robot, impl_->of(robot).gyro));
 }
 SceneSimulation::Vector3View SceneSimulation::accelerometer(int robot) const noexcept {
-    return Vector3View(impl_->in(impl_->of(robot).accelerometer));
+    return Vector3View(impl_->reading(robot, impl_->of(robot).accelerometer));
 }
 SceneSimulation::Vector6View SceneSimulation::ft_wrench(int robot, int i) const noexcept {
-    return Vector6View(impl_->in(impl_->of(robot).ft_wrenches + 6 * i));
+    return Vector6View(impl_->reading(robot, impl_->of(robot).ft_wrenches + 6 * i));
 }
 SceneSimulation::Matrix4View SceneSimulation::w_H_o(int object) const noexcept {
     return Matrix4View(impl_->in(impl_->at.poses + 16 * object));

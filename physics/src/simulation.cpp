@@ -19,7 +19,7 @@ struct Layout {
     RobotLayout robot;
     int foot_poses, foot_wrenches, step;
 
-    Layout(int n, int feet, int ft_sensors) : robot(size, n, ft_sensors) {
+    Layout(const RobotIndex& index, const RobotOptions& options, int feet) : robot(size, index, options) {
         const auto take = [this](int count) { return std::exchange(size, size + count); };
         foot_poses = take(16 * feet);
         foot_wrenches = take(6 * feet);
@@ -42,7 +42,7 @@ struct Simulation::Impl {
 
     explicit Impl(std::shared_ptr<const World> shared)
         : owner(std::move(shared)), world(*owner->impl_), model(world.model.get()), data(make_data(model)),
-          at(world.n(), count(world.foot_sites), count(world.robot.ft_sites)),
+          at(world.robot, world.options, count(world.foot_sites)),
           measured(static_cast<size_t>(at.size)) {}
 
     double* measurement(int offset) noexcept { return measured.data() + offset; }
@@ -57,6 +57,8 @@ struct Simulation::Impl {
     bool disturb(const Disturbance& disturbance) noexcept;
     void measure_now() noexcept;
     void measure_last_interval() noexcept;
+    /// Of the sensors of the robot, `offset` in the layout.
+    const double* reading(int offset) const noexcept { return measurement(offset + at.robot.delivered); }
     std::uint64_t step() const noexcept { return static_cast<std::uint64_t>(*measurement(at.step)); }
     bool check_motion() noexcept;
     const char* owner_of_velocity(int index) const noexcept;
@@ -128,7 +130,8 @@ bool Simulation::Impl::disturb(const Disturbance& disturbance) noexcept {
 
 void Simulation::Impl::measure_now() noexcept {
     const mjData* d = data.get();
-    physics::measure_now(model, d, world.robot, at.robot, world.options.noise, step(), measured.data());
+    physics::measure_now(model, d, world.robot, at.robot, world.options, step(), measured.data());
+    deliver(at.robot, world.options, step(), measured.data());
     for (int i = 0; i < count(world.foot_sites); ++i)
         measure_pose(d, world.foot_sites[static_cast<size_t>(i)], measurement(at.foot_poses + 16 * i));
 }
@@ -160,7 +163,8 @@ void Simulation::Impl::measure_last_interval() noexcept {
 
 const char* Simulation::Impl::owner_of_velocity(int index) const noexcept {
     for (size_t i = 0; i < world.robot.velocity.size(); ++i)
-        if (world.robot.velocity[i] == index) return world.options.joints[i].c_str();
+        if (world.robot.velocity[i] == index || world.robot.play_velocity[i] == index)
+            return world.options.joints[i].c_str();
     return world.options.base_link.c_str();
 }
 
@@ -223,17 +227,11 @@ bool Simulation::step(std::span<const double> tau, std::span<const double> wrenc
 const char* Simulation::error() const noexcept { return impl_->error.data(); }
 double Simulation::time() const noexcept { return impl_->data->time; }
 
-Simulation::VectorView Simulation::s() const noexcept {
-    return {impl_->measurement(impl_->at.robot.s), impl_->world.n()};
+Readings Simulation::readings() const noexcept {
+    return impl_->at.robot.read(impl_->measured.data(), impl_->world.n(), impl_->at.robot.delivered);
 }
-Simulation::VectorView Simulation::s_dot() const noexcept {
-    return {impl_->measurement(impl_->at.robot.s_dot), impl_->world.n()};
-}
-Simulation::VectorView Simulation::s_ddot() const noexcept {
-    return {impl_->measurement(impl_->at.robot.s_ddot), impl_->world.n()};
-}
-Simulation::VectorView Simulation::tau() const noexcept {
-    return {impl_->measurement(impl_->at.robot.tau), impl_->world.n()};
+Readings Simulation::readings_at_loops() const noexcept {
+    return impl_->at.robot.read(impl_->measured.data(), impl_->world.n(), 0);
 }
 Simulation::Matrix4View Simulation::w_H_b() const noexcept {
     return Matrix4View(impl_->measurement(impl_->at.robot.w_H_b));
@@ -248,13 +246,13 @@ Simulation::Matrix3View Simulation::imu_rotation() const noexcept {
     return Matrix3View(impl_->measurement(impl_->at.robot.imu_rotation));
 }
 Simulation::Vector3View Simulation::imu_rpy() const noexcept {
-    return Vector3View(impl_->measurement(impl_->at.robot.imu_rpy));
+    return Vector3View(impl_->reading(impl_->at.robot.imu_rpy));
 }
 Simulation::Vector3View Simulation::gyro() const noexcept {
-    return Vector3View(impl_->measurement(impl_->at.robot.gyro));
+    return Vector3View(impl_->reading(impl_->at.robot.gyro));
 }
 Simulation::Vector3View Simulation::accelerometer() const noexcept {
-    return Vector3View(impl_->measurement(impl_->at.robot.accelerometer));
+    return Vector3View(impl_->reading(impl_->at.robot.accelerometer));
 }
 Simulation::Matrix4View Simulation::foot_pose(int i) const noexcept {
     return Matrix4View(impl_->measurement(impl_->at.foot_poses + 16 * i));
@@ -263,7 +261,7 @@ Simulation::Vector6View Simulation::foot_wrench(int i) const noexcept {
     return Vector6View(impl_->measurement(impl_->at.foot_wrenches + 6 * i));
 }
 Simulation::Vector6View Simulation::ft_wrench(int i) const noexcept {
-    return Vector6View(impl_->measurement(impl_->at.robot.ft_wrenches + 6 * i));
+    return Vector6View(impl_->reading(impl_->at.robot.ft_wrenches + 6 * i));
 }
 
 int Simulation::state_size() const noexcept {

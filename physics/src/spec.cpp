@@ -126,11 +126,6 @@ void keep_shapes(mjSpec* spec, const RobotOptions& options, const Floor& floor, 
     });
 }
 
-/// Entry i of a joint-wise list, or `otherwise` when the list is empty.
-double entry(const std::vector<double>& list, size_t i, double otherwise) {
-    return list.empty() ? otherwise : list[list.size() == 1 ? 0 : i];
-}
-
 /// Takes a joint away and leaves its child where it is at `position`.
 void lock(mjSpec* spec, mjsElement* element, double position) {
     const mjsJoint* joint = mjs_asJoint(element);
@@ -215,6 +210,36 @@ void add_sensor(mjSpec* spec, mjtSensor type, const std::string& name, const std
     sensor->type = type;
     sensor->objtype = mjOBJ_SITE;
     mjs_setString(sensor->objname, site.c_str());
+}
+
+/// Lets the link of a joint move by `backlash` against the joint, whose motor is its armature. Both ends of
+/// the play are as hard as MuJoCo makes a limit, and a link that meets them does not bounce.
+void add_play(mjSpec* spec, const mjsJoint& joint, const std::string& name, double backlash) {
+    mjsBody* body = mjs_getParent(joint.element);
+    if (!(joint.armature > 0.0))
+        throw std::runtime_error("joint '" + name + "' has backlash, but its motor has no inertia, with which "
+                                 "it turns between the flanks; give armature");
+    if (mjs_firstChild(body, mjOBJ_JOINT, 0) != joint.element || mjs_nextChild(body, joint.element, 0))
+        throw std::runtime_error("joint '" + name + "' has backlash, but its link has several joints; "
+                                 "give backlash to joints that are alone");
+    mjsJoint* play = mjs_addJoint(body, nullptr);
+    mjs_setName(play->element, play_of(name).c_str());
+    play->type = joint.type;
+    std::copy_n(joint.pos, 3, play->pos);
+    std::copy_n(joint.axis, 3, play->axis);
+    play->limited = mjLIMITED_TRUE;
+    const bool in_degrees = spec->compiler.degree && joint.type == mjJNT_HINGE;
+    play->range[1] = 0.5 * backlash * (in_degrees ? 180.0 / mjPI : 1.0);
+    play->range[0] = -play->range[1];
+    play->solref_limit[0] = 1e-3; // MuJoCo raises it to two time steps
+    play->solref_limit[1] = 1.0;
+    play->solimp_limit[0] = play->solimp_limit[1] = 0.9999;
+    // Whatever a file's defaults say:
+    play->actfrclimited = mjLIMITED_FALSE;
+    play->ref = play->springref = play->margin = play->frictionloss = play->armature = 0.0;
+    std::fill_n(play->stiffness, std::size(play->stiffness), 0.0);
+    std::fill_n(play->damping, std::size(play->damping), 0.0);
+    std::fill_n(play->springdamper, std::size(play->springdamper), 0.0);
 }
 
 } // namespace
@@ -336,6 +361,8 @@ void add_motors(mjSpec* spec, const RobotOptions& options) {
         motor->ctrllimited = motor->forcelimited = mjLIMITED_FALSE; // whatever a file's defaults say
         std::fill_n(motor->gear, 6, 0.0);
         motor->gear[0] = 1.0;
+        if (const double backlash = entry(options.imperfections.backlash, i, 0.0); backlash > 0.0)
+            add_play(spec, *joint, name, backlash);
     }
 }
 

@@ -46,7 +46,16 @@ inline std::string mark(const std::string& name) { return "bf:" + name; }
 
 /// Adds sites and sensors that carry the measurements of a robot.
 void add_marks(mjSpec* spec, const RobotOptions& options);
-/// Adds motors to the joints of `options` and gives these what it says of them.
+/// The name of the joint between a gear's flanks, behind a joint with backlash.
+inline std::string play_of(const std::string& joint) { return mark("play:" + joint); }
+
+/// Entry i of a joint-wise list, or `otherwise` when the list is empty.
+inline double entry(const std::vector<double>& list, size_t i, double otherwise) {
+    return list.empty() ? otherwise : list[list.size() == 1 ? 0 : i];
+}
+
+/// Adds motors to the joints of `options` and gives these what it says of them. Throws std::runtime_error
+/// for backlash of a joint whose motor has no inertia.
 void add_motors(mjSpec* spec, const RobotOptions& options);
 
 /// MuJoCo's editable model of `options`, whose joint names and links must be complete (World fills them in).

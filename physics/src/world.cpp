@@ -108,6 +108,7 @@ World::World(WorldOptions options) : impl_(std::make_unique<Impl>()) {
     impl_->model = compile(spec.get(), urdf.file);
     impl_->index();
     impl_->place();
+    impl_->robot.drive(impl_->model.get(), impl_->options, impl_->options.motors, 0.0, impl_->start);
 }
 
 World::~World() = default;
@@ -121,9 +122,7 @@ const std::string& World::base_link() const { return impl_->options.base_link; }
 const Eigen::VectorXd& World::lower_limits() const { return impl_->robot.lower_limits; }
 const Eigen::VectorXd& World::upper_limits() const { return impl_->robot.upper_limits; }
 const Eigen::VectorXd& World::effort_limits() const { return impl_->robot.effort_limits; }
-Eigen::VectorXd World::joint_inertias() const {
-    return physics::joint_inertias(impl_->model.get(), impl_->robot, impl_->start);
-}
+JointControl World::control() const { return impl_->robot.control(); }
 const std::vector<std::string>& World::bodies() const { return impl_->bodies; }
 double World::mass() const { return impl_->mass; }
 const std::vector<std::string>& World::warnings() const { return impl_->warnings; }

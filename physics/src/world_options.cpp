@@ -81,6 +81,13 @@ void check(Complaints& complaints, const RobotOptions& r) {
     check_list(complaints, "friction", r.friction, r.joints.size());
     check_list(complaints, "initial_joints", r.initial_joints, r.joints.size(), true);
     check_list(complaints, "noise", {r.noise.position, r.noise.velocity, r.noise.torque}, 3);
+    const Imperfections& i = r.imperfections;
+    check_list(complaints, "delays", {i.delays.command, i.delays.measurement}, 2);
+    complaints.require(i.dropout >= 0.0 && i.dropout < 1.0, "dropout is ", i.dropout,
+                       "; it is a probability, from 0 to below 1");
+    check_list(complaints, "backlash", i.backlash, r.joints.size());
+    check_list(complaints, "encoder_resolution", i.encoder_resolution, r.joints.size());
+    check_list(complaints, "motor_encoder_resolution", i.motor_encoder_resolution, r.joints.size());
     if (r.initial_w_H_b) {
         const Eigen::Matrix4d& H = *r.initial_w_H_b;
         const Eigen::Matrix3d R = H.topLeftCorner<3, 3>();

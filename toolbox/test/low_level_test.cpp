@@ -84,6 +84,7 @@ std::string name_of(const testing::TestParamInfo<Worlds>& info) {
 }
 
 using Modes = LowLevel;
+using Imperfections = LowLevel;
 using LowLevelPIDs = LowLevel;
 using MotorParameters = LowLevel;
 using Limits = LowLevel;
@@ -182,6 +183,88 @@ TEST_P(Modes, AreSeenAtTheMotorsToo) {
     EXPECT_DOUBLE_EQ(run.scalar("a"), 100 * run.scalar("joint"));
     EXPECT_DOUBLE_EQ(run.scalar("i"), tau / 0.5);
     EXPECT_DOUBLE_EQ(run.scalar("pwm"), 4 * tau + 2 * s_dot);
+}
+
+TEST_P(Imperfections, SeparateMotorsFromJointsAndBlocksFromBoth) {
+    const auto measure = [](const std::string& name, const std::string& type) {
+        return "  " + name + ": {block: WholeBodyToolbox/GetMeasurement, measured_type: " + type + "}\n";
+    };
+    const std::string blocks = command("Torque") + measure("p", "Motor Position") + measure("s", "Joints Position");
+    const std::string settings =
+        ", armature: 0.1, gear_ratio: 100, backlash: 0.02, encoder_resolution: 0.001, "
+        "motor_encoder_resolution: 0.01";
+    Running now(arm(settings, blocks, command_line, command_input));
+    Running late(arm(settings + ", measurement_delay: 0.003, command_delay: 0.002", blocks, command_line,
+                     command_input));
+    Running lossy(arm(settings + ", dropout: 0.4", blocks, command_line, command_input));
+    std::vector<double> s{0, 0, 0, 0, 0}, p = s;
+    double widest = 0;
+    int repeats = 0;
+    for (int k = 0; k < 300; ++k) {
+        for (Running* run : {&now, &late, &lossy}) {
+            run->set("u", 0.5);
+            ASSERT_TRUE(run->step()) << run->simulation.failure();
+        }
+        EXPECT_EQ(late.scalar("s"), s[s.size() - 5]) << k;
+        EXPECT_EQ(late.scalar("world.s"), s[s.size() - 5]) << k;
+        EXPECT_EQ(late.scalar("p"), p[p.size() - 5]) << k;
+        repeats += k > 0 && lossy.scalar("p") == p.back();
+        s.push_back(now.scalar("s"));
+        p.push_back(now.scalar("p"));
+        EXPECT_NEAR(std::remainder(s.back(), 0.001), 0, 1e-12);
+        EXPECT_NEAR(std::remainder(p.back(), 0.01), 0, 1e-12);
+        widest = std::max(widest, p.back() / 100 - s.back());
+    }
+    EXPECT_NEAR(widest, 0.01, 0.001) << "the motor leads by half of the backlash";
+    EXPECT_GT(s.back(), 0.05);
+    EXPECT_GT(repeats, 20) << "measurements got lost";
+}
+
+TEST_P(Imperfections, DelayTorquesToo) {
+    const bool has_port = GetParam() == Worlds::mujoco;
+    const auto path = [&](const std::string& delay) {
+        const std::string motors = has_port ? "" : command("Torque");
+        Running run(arm(delay, motors + "  tau: {block: Constant, value: 0.5}\n",
+                        has_port ? "  tau: world.tau\n" : "  tau: motors\n"));
+        std::vector<double> s;
+        for (int k = 0; k < 50; ++k) {
+            EXPECT_TRUE(run.step());
+            s.push_back(run.scalar("world.s"));
+        }
+        return s;
+    };
+    const auto now = path(""), late = path(", command_delay: 0.004");
+    for (std::size_t k = 0; k < now.size(); ++k) EXPECT_EQ(late[k], k < 4 ? 0 : now[k - 4]) << k;
+    EXPECT_GT(now.back(), 1e-3);
+}
+
+TEST_P(Imperfections, ContinueASnapshotBitForBit) {
+    Running run(arm(", armature: 0.1, backlash: 0.02, encoder_resolution: 0.001, measurement_delay: 0.003, "
+                    "command_delay: 0.002, dropout: 0.3, velocities_from_encoders: true",
+                    command("Velocity", ", reference_acceleration: 5"), command_line, command_input));
+    const auto go_on = [&] {
+        std::vector<double> path;
+        for (int k = 0; k < 60; ++k) {
+            EXPECT_TRUE(run.step());
+            for (const char* signal : {"world.s", "world.s_dot", "world.tau_measured"})
+                path.push_back(run.scalar(signal));
+        }
+        return path;
+    };
+    run.set("u", 0.4);
+    const auto before = go_on();
+    const auto snapshot = run.simulation.snapshot();
+    const auto once = go_on();
+    run.simulation.restore(snapshot);
+    EXPECT_EQ(go_on(), once);
+    EXPECT_NE(before, once);
+}
+
+TEST_P(Imperfections, AreRefusedWhereTheTimeStepDoesNotFit) {
+    expect_contains(refusal(arm(", measurement_delay: 0.0015", "")),
+                    "measurement_delay is 0.0015 s, which is no multiple of the time step, 0.001 s");
+    expect_contains(refusal(arm(", dropout: 1", "")), "dropout is 1; it is a probability, from 0 to below 1");
+    expect_contains(refusal(arm(", backlash: 0.1", "")), "its motor has no inertia");
 }
 
 TEST_P(Modes, AreLeftByAnotherBlockOnlyWithAReport) {
@@ -329,6 +412,7 @@ TEST_P(Limits, OfTheModelHaveVelocities) {
 #define BF_IN_BOTH_WORLDS(suite)                                                                             \
     INSTANTIATE_TEST_SUITE_P(Robot, suite, testing::Values(Worlds::mujoco, Worlds::shared), name_of)
 BF_IN_BOTH_WORLDS(Modes);
+BF_IN_BOTH_WORLDS(Imperfections);
 BF_IN_BOTH_WORLDS(LowLevelPIDs);
 BF_IN_BOTH_WORLDS(MotorParameters);
 BF_IN_BOTH_WORLDS(Limits);

@@ -32,9 +32,9 @@ class WorldRobotConnection final : public SimulatedConnection {
     std::optional<View> view() noexcept override {
         if (!simulation_) return std::nullopt;
         const Simulation& now = *simulation_;
-        return View{simulation_->control(robot_), now.s(robot_),   now.s_dot(robot_),
-                    now.s_ddot(robot_),           now.tau(robot_), now.imu_rpy(robot_),
-                    now.accelerometer(robot_),    now.gyro(robot_)};
+        return View{simulation_->control(robot_),   now.readings(robot_),
+                    now.readings_at_loops(robot_),  now.imu_rpy(robot_),
+                    now.accelerometer(robot_),      now.gyro(robot_)};
     }
     Eigen::Map<const Vector6> ft_wrench(int i) const noexcept override {
         return simulation_->ft_wrench(robot_, i);

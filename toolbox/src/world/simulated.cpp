@@ -11,17 +11,19 @@ namespace bf::toolbox {
 bool SimulatedConnection::read(Measurement what, Eigen::Ref<Vector> values) noexcept {
     const auto now = view();
     if (!now) return false;
-    const physics::Motors& motors = now->control.motors();
+    const physics::Readings& joints = now->joints;
     switch (what) {
-    case Measurement::joint_position: values = now->s; break;
-    case Measurement::joint_velocity: values = now->s_dot; break;
-    case Measurement::joint_acceleration: values = now->s_ddot; break;
-    case Measurement::joint_torque: values = now->tau; break;
-    case Measurement::motor_position: values = motors.gear_ratio.cwiseProduct(now->s); break;
-    case Measurement::motor_velocity: values = motors.gear_ratio.cwiseProduct(now->s_dot); break;
-    case Measurement::motor_acceleration: values = motors.gear_ratio.cwiseProduct(now->s_ddot); break;
-    case Measurement::motor_current: values = now->tau.cwiseQuotient(motors.torque_constant); break;
-    case Measurement::motor_pwm: now->control.pwm(now->tau, now->s_dot, values); break;
+    case Measurement::joint_position: values = joints.s; break;
+    case Measurement::joint_velocity: values = joints.s_dot; break;
+    case Measurement::joint_acceleration: values = joints.s_ddot; break;
+    case Measurement::joint_torque: values = joints.tau; break;
+    case Measurement::motor_position: values = joints.motor_position; break;
+    case Measurement::motor_velocity: values = joints.motor_velocity; break;
+    case Measurement::motor_acceleration: values = joints.motor_acceleration; break;
+    case Measurement::motor_current:
+        values = joints.tau.cwiseQuotient(now->control.motors().torque_constant);
+        break;
+    case Measurement::motor_pwm: now->control.pwm(joints.tau, joints.s_dot, values); break;
     }
     return true;
 }
@@ -43,7 +45,7 @@ int SimulatedConnection::joint_in_other_mode(ControlMode mode) noexcept {
 
 bool SimulatedConnection::set_mode(ControlMode mode) noexcept {
     const auto now = view();
-    if (now) now->control.set_mode(mode, now->s);
+    if (now) now->control.set_mode(mode, now->at_loops.s);
     return now.has_value();
 }
 

@@ -29,7 +29,7 @@ class SimulatedConnection : public RobotConnection {
     /// What the world tells of the robot, as its simulations name it.
     struct View {
         physics::JointControl& control;
-        Eigen::Map<const Vector> s, s_dot, s_ddot, tau;
+        physics::Readings joints, at_loops;
         Eigen::Map<const Vector3> imu_rpy, accelerometer, gyro;
     };
     /// None before the world runs.

@@ -3,10 +3,14 @@
 namespace bf::toolbox {
 
 void SimulatedRobot::set_time_step(double period) {
-    if (period == simulation.world().options().time_step) return;
     auto options = simulation.world().options();
+    physics::Delays& delays = options.imperfections.delays;
+    const bool has_delays = delays.command == delays_.command && delays.measurement == delays_.measurement;
+    if (period == options.time_step && has_delays) return;
     options.time_step = period;
+    delays = delays_;
     simulation = physics::Simulation(std::make_shared<const physics::World>(std::move(options)));
+    control = simulation.world().control();
 }
 
 void SimulatedRobot::start() {

@@ -9,18 +9,19 @@ namespace bf::toolbox {
 /// A running robot: the physics, its motors and the loops in front of them.
 class SimulatedRobot final : public SimulatedConnection {
   public:
-    SimulatedRobot(std::shared_ptr<const physics::World> world, const physics::Motors& motors)
-        : simulation(std::move(world)), control(motors) {}
+    SimulatedRobot(std::shared_ptr<const physics::World> world, const physics::Delays& delays)
+        : simulation(std::move(world)), control(simulation.world().control()), delays_(delays) {}
 
     physics::Simulation simulation;
     physics::JointControl control;
 
     /// The time step is the period of the world block; a world compiled for another one is compiled again.
+    /// Throws std::runtime_error for delays that are no multiples of it.
     void set_time_step(double period);
     /// Joint torques of the next interval (n), by the loops from what was commanded last.
     const Vector& next_torques() noexcept {
-        return control.advance(simulation.world().options().time_step, simulation.s(), simulation.s_dot(),
-                               simulation.tau());
+        const physics::Readings now = simulation.readings_at_loops();
+        return control.advance(simulation.world().options().time_step, now.s, now.s_dot, now.tau);
     }
 
     void start() override;
@@ -33,18 +34,25 @@ class SimulatedRobot final : public SimulatedConnection {
 
   protected:
     std::optional<View> view() noexcept override {
-        return View{control,          simulation.s(),       simulation.s_dot(),         simulation.s_ddot(),
-                    simulation.tau(), simulation.imu_rpy(), simulation.accelerometer(), simulation.gyro()};
+        return View{control,
+                    simulation.readings(),
+                    simulation.readings_at_loops(),
+                    simulation.imu_rpy(),
+                    simulation.accelerometer(),
+                    simulation.gyro()};
     }
     Eigen::Map<const Vector6> ft_wrench(int i) const noexcept override { return simulation.ft_wrench(i); }
+
+  private:
+    const physics::Delays delays_;
 };
 
-/// The compiled world and the motors of its robot.
+/// The compiled world, and the delays of its robot, which its time step has yet to fit.
 class WorldDevice final : public WithAllModes<SimulatedDevice> {
   public:
-    WorldDevice(std::shared_ptr<const physics::World> compiled, physics::Motors motors,
+    WorldDevice(std::shared_ptr<const physics::World> compiled, const physics::Delays& delays,
                 std::vector<std::string> sensor_names)
-        : world_(std::move(compiled)), motors_(std::move(motors)), sensors_(std::move(sensor_names)) {}
+        : world_(std::move(compiled)), delays_(delays), sensors_(std::move(sensor_names)) {}
 
     const physics::World& world() const override { return *world_; }
     const std::vector<std::string>& joint_names() const override { return world_->joint_names(); }
@@ -55,12 +63,12 @@ class WorldDevice final : public WithAllModes<SimulatedDevice> {
         return simulated_sensor(kind, name, world_->options().imu_frame, sensors_, "world");
     }
     std::shared_ptr<RobotConnection> open() const override {
-        return std::make_shared<SimulatedRobot>(world_, motors_);
+        return std::make_shared<SimulatedRobot>(world_, delays_);
     }
 
   private:
     std::shared_ptr<const physics::World> world_;
-    physics::Motors motors_;
+    physics::Delays delays_;
     std::vector<std::string> sensors_; ///< force/torque sensors, named as in the model file
 };
 

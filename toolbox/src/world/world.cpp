@@ -105,6 +105,44 @@ class MujocoWorld final : public RobotBlock {
                                "noise of two worlds differs",
                         .from_path = true}};
 
+    Argument<double> command_delay{
+        this,
+        "command_delay",
+        {.initial = 0, .minimum = 0, .doc = "until torques and references arrive, s, a multiple of the period"}};
+    Argument<double> measurement_delay{
+        this,
+        "measurement_delay",
+        {.initial = 0,
+         .minimum = 0,
+         .doc = "until measurements of joints, motors and sensors are read, s, a multiple of the period; the "
+                "loops of the low level have theirs at once"}};
+    Argument<double> dropout{
+        this,
+        "dropout",
+        {.initial = 0,
+         .minimum = 0,
+         .doc = "probability, below 1, that the measurements of a step are lost and the last ones read again; "
+                "which ones the seed decides"}};
+    Argument<std::vector<double>> backlash{
+        this,
+        "backlash",
+        {.minimum = 0,
+         .doc = "play of the gears between motors and joints, rad at the joint from flank to flank; the motor "
+                "turns in it alone, with the joint's armature; none: 0"}};
+    Argument<std::vector<double>> encoder_resolution{
+        this,
+        "encoder_resolution",
+        {.minimum = 0, .doc = "of the encoders at the joints, rad per tick; none: exact"}};
+    Argument<std::vector<double>> motor_encoder_resolution{
+        this,
+        "motor_encoder_resolution",
+        {.minimum = 0, .doc = "of the encoders at the motors, rad of the motor per tick; none: exact"}};
+    Argument<bool> velocities_from_encoders{
+        this,
+        "velocities_from_encoders",
+        {.initial = false,
+         .doc = "true: velocities are differences of what the encoders count in a period"}};
+
     Provides<RobotDevice> device{this, [this] { return make_device(); }};
 
     Input<Vector> tau{this,
@@ -175,11 +213,13 @@ class MujocoWorld final : public RobotBlock {
         auto& simulated = robot_of(at);
         auto& pushes = at[wrenches];
         for (int i = 0; i < push.size(); ++i) pushes.segment<6>(6 * i) = at[push[i]];
-        const double* torque = at.is_connected(tau) ? at[tau].data() : simulated.next_torques().data();
+        const bool is_commanded = at.is_connected(tau);
+        const double* torque = is_commanded ? at[tau].data() : simulated.next_torques().data();
         const auto size = static_cast<std::size_t>(at[tau].size());
         for (int i = 0; i < at[tau].size(); ++i)
             if (!std::isfinite(torque[i]))
                 return Status::failure("{element} is not finite; look at what computes it", tau, i);
+        if (is_commanded) torque = simulated.control.pass(at[tau]).data();
         for (int i = 0; i < push.size(); ++i)
             if (!pushes.segment<6>(6 * i).allFinite())
                 return Status::failure("push wrench {} is not finite; look at what computes it", i + 1);
@@ -210,11 +250,8 @@ class MujocoWorld final : public RobotBlock {
     }
 
     std::shared_ptr<const RobotDevice> make_device() const {
-        auto world = compile();
-        physics::MotorOptions options{*gear_ratio,     *torque_constant, *k_tau,          *k_bemf,
-                                      *position_gains, *torque_gains,    *impedance_gains};
-        physics::Motors motors(options, world->joint_names(), world->joint_inertias());
-        return std::make_shared<WorldDevice>(std::move(world), std::move(motors), *ft_sensors);
+        return std::make_shared<WorldDevice>(compile(), physics::Delays{command_delay, measurement_delay},
+                                             *ft_sensors);
     }
 
     std::shared_ptr<const physics::World> compile() const {
@@ -267,6 +304,14 @@ class MujocoWorld final : public RobotBlock {
         options.damping = *damping;
         options.friction = *joint_friction;
         options.noise = {(*noise)[0], (*noise)[1], (*noise)[2], static_cast<std::uint64_t>(*seed)};
+        physics::Imperfections& imperfections = options.imperfections;
+        imperfections.dropout = dropout;
+        imperfections.backlash = *backlash;
+        imperfections.encoder_resolution = *encoder_resolution;
+        imperfections.motor_encoder_resolution = *motor_encoder_resolution;
+        imperfections.velocities_from_encoders = velocities_from_encoders;
+        options.motors = {*gear_ratio,     *torque_constant, *k_tau,          *k_bemf,
+                          *position_gains, *torque_gains,    *impedance_gains};
         options.initial_joints = *initial_joints;
         auto world = std::make_shared<const physics::World>(std::move(options));
         for (const auto& warning : world->warnings()) bfWarning << warning;

@@ -75,22 +75,24 @@ struct Motors {
 /// - pwm: tau = (r - k_bemf s_dot) / k_tau; current: tau = torque_constant r;
 /// - impedance: tau = stiffness (r - s) - damping s_dot.
 ///
-/// It begins in torque mode with zero references and without limits of speed and acceleration.
+/// References arrive `command_delay` advances after they were set. It begins in torque mode with zero
+/// references and without limits of speed and acceleration.
 class JointControl {
   public:
     using Vector = Eigen::Ref<const Eigen::VectorXd>;
 
-    explicit JointControl(Motors motors);
+    explicit JointControl(Motors motors, int command_delay = 0);
 
     const Motors& motors() const { return motors_; }
     ControlMode mode() const { return mode_; }
-    const Eigen::VectorXd& reference() const { return reference_; }
+    const Eigen::VectorXd& reference() const { return reference_; } ///< as it was set
     const Gains& gains(Loop loop) const { return loop == Loop::position ? position_ : torque_; }
     const MotorParameters& believed() const { return believed_; }
 
     /// Back to the beginning, gains and parameters included.
     void reset() noexcept;
-    /// Trajectories begin at the positions s; references are such that nothing moves: s, or zero.
+    /// Trajectories begin at the positions s; references are such that nothing moves: s, or zero, also those
+    /// on their way.
     void set_mode(ControlMode mode, const Vector& s) noexcept;
     void set_reference(const Vector& reference) noexcept { reference_ = reference; }
     /// Largest speed of trajectories of the mode position (rad/s), or acceleration of velocity (rad/s2).
@@ -104,7 +106,9 @@ class JointControl {
     /// measured now. Advances trajectories and integrals.
     const Eigen::VectorXd& advance(double period, const Vector& s, const Vector& s_dot,
                                    const Vector& tau) noexcept;
-    /// What the last advance gave.
+    /// The same for torques that are commanded past the loops, which arrive as late as references.
+    const Eigen::VectorXd& pass(const Vector& tau) noexcept;
+    /// What the last of them gave.
     const Eigen::VectorXd& torques() const { return command_; }
 
     /// PWM that a motor has at torques and joint velocities.
@@ -112,12 +116,14 @@ class JointControl {
         values = motors_.parameters.k_tau.cwiseProduct(tau) + motors_.parameters.k_bemf.cwiseProduct(s_dot);
     }
 
-    int state_size() const { return 4 + 14 * static_cast<int>(command_.size()); }
+    int state_size() const { return static_cast<int>(5 + 14 * command_.size() + underway_.size()); }
     void save(double* to) const noexcept;
     void restore(const double* from) noexcept;
 
   private:
-    /// f(vector) of all vectors of the state.
+    /// Puts what was sent into `arrived_`, or what was sent earlier.
+    void send(const Vector& reference) noexcept;
+    /// f(matrix) of all matrices of the state.
     template <class Self, class F> static void for_each(Self& self, F&& f);
 
     Motors motors_;
@@ -125,7 +131,9 @@ class JointControl {
     double speed_limit_ = 0, acceleration_limit_ = 0;
     Gains position_, torque_;
     MotorParameters believed_;
-    Eigen::VectorXd reference_, s_t_, s_dot_t_, integral_, last_error_, command_;
+    Eigen::VectorXd reference_, s_t_, s_dot_t_, integral_, last_error_, command_, arrived_;
+    Eigen::MatrixXd underway_; ///< n x delay: references, one column for each advance
+    Eigen::Index next_ = 0;    ///< column that arrives next
     bool has_error_ = false; ///< of the last interval
 };
 

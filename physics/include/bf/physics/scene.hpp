@@ -97,10 +97,12 @@ class SceneSimulation {
     const char* error() const noexcept;
     double time() const noexcept; ///< s
 
-    VectorView s(int robot) const noexcept;      ///< n, joint positions, now, with noise
-    VectorView s_dot(int robot) const noexcept;  ///< n, joint velocities, now, with noise
-    VectorView s_ddot(int robot) const noexcept; ///< n, joint accelerations, last interval
-    VectorView tau(int robot) const noexcept;    ///< n, torques after the limits, last interval, with noise
+    Readings readings(int robot) const noexcept;          ///< as Simulation::readings
+    Readings readings_at_loops(int robot) const noexcept; ///< as Simulation::readings_at_loops
+    VectorView s(int robot) const noexcept { return readings(robot).s; }
+    VectorView s_dot(int robot) const noexcept { return readings(robot).s_dot; }
+    VectorView s_ddot(int robot) const noexcept { return readings(robot).s_ddot; }
+    VectorView tau(int robot) const noexcept { return readings(robot).tau; }
     Matrix4View w_H_b(int robot) const noexcept; ///< pose of the base link, now
     Vector6View v_b(int robot) const noexcept;   ///< velocity of the base link, mixed, now
     Vector3View com(int robot) const noexcept;   ///< centre of mass, now

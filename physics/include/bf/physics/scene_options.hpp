@@ -1,7 +1,6 @@
 // What a Scene is made of: several robots and objects in one environment.
 #pragma once
 
-#include "bf/physics/joint_control.hpp"
 #include "bf/physics/world_options.hpp"
 
 #include <array>

@@ -12,6 +12,14 @@ namespace bf::physics {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
+/// What is measured of joints and of the motors before their gears (n each): positions and velocities now,
+/// accelerations and torques of the last interval. A motor turns gear_ratio times as far as its joint, apart
+/// from backlash.
+struct Readings {
+    Eigen::Map<const Eigen::VectorXd> s, s_dot, s_ddot, tau, motor_position, motor_velocity,
+        motor_acceleration;
+};
+
 /// Compiled physics model of one robot on a floor. Immutable: any number of Simulations, in any threads,
 /// share it.
 class World {
@@ -33,8 +41,8 @@ class World {
     const Eigen::VectorXd& lower_limits() const;  ///< n, joint positions; -inf when the URDF has none
     const Eigen::VectorXd& upper_limits() const;  ///< n, joint positions; +inf when the URDF has none
     const Eigen::VectorXd& effort_limits() const; ///< n, |tau| is clamped to it; +inf when the URDF has none
-    /// n, the inertia that each joint sees at the start, its armature and followers included (kg m2)
-    Eigen::VectorXd joint_inertias() const;
+    /// Motors of the joints and the loops in front of them, as they begin. One advance is one time step.
+    JointControl control() const;
     double mass() const; ///< kg, whole robot
     /// What the world does otherwise than the URDF says: links whose inertia no body can have, and what they
     /// have here.
@@ -101,16 +109,21 @@ class Simulation {
 
     double time() const noexcept; ///< s
 
-    VectorView s() const noexcept;      ///< n, joint positions, now, with noise
-    VectorView s_dot() const noexcept;  ///< n, joint velocities, now, with noise
-    VectorView s_ddot() const noexcept; ///< n, joint accelerations, last interval
-    VectorView tau() const noexcept; ///< n, motor torques after the effort limits, last interval, with noise
+    /// Joints and motors, as they are measured, with RobotOptions::noise and imperfections; torques are those
+    /// after the effort limits.
+    Readings readings() const noexcept;
+    /// The same as the low level has them, without delays and dropouts.
+    Readings readings_at_loops() const noexcept;
+    VectorView s() const noexcept { return readings().s; }
+    VectorView s_dot() const noexcept { return readings().s_dot; }
+    VectorView s_ddot() const noexcept { return readings().s_ddot; }
+    VectorView tau() const noexcept { return readings().tau; }
 
     Matrix4View w_H_b() const noexcept; ///< pose of the base link, now
     Vector6View v_b() const noexcept;   ///< velocity of the base link, mixed, now
     Vector3View com() const noexcept;   ///< centre of mass of the robot in the world, now
 
-    Matrix3View imu_rotation() const noexcept;  ///< w_R_imu, now
+    Matrix3View imu_rotation() const noexcept;  ///< w_R_imu, now, exact
     Vector3View imu_rpy() const noexcept;       ///< w_R_imu = Rz(yaw) Ry(pitch) Rx(roll) (rad), now
     Vector3View gyro() const noexcept;          ///< angular velocity in IMU axes, now
     Vector3View accelerometer() const noexcept; ///< acceleration minus gravity in IMU axes, last interval

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "bf/physics/joint_control.hpp"
+
 #include <Eigen/Dense>
 #include <cstdint>
 #include <filesystem>
@@ -58,6 +60,29 @@ struct Noise {
     std::uint64_t seed = 1;
 };
 
+/// Time between the low level of a robot and who reads and commands it (s).
+struct Delays {
+    double command = 0.0;     ///< until a reference reaches the loops, a multiple of their period
+    double measurement = 0.0; ///< until a measurement is read, a multiple of the time step
+};
+
+/// What measurements and commands suffer besides noise. The loops of the low level sit beside encoders and
+/// motors, so that delays and dropouts are not theirs. Joint-wise lists hold no value, one for all joints, or
+/// n; what is 0 is off.
+struct Imperfections {
+    Delays delays;
+    /// Probability that the measurements of a time step get lost, all of the robot together; the last ones
+    /// are read again. Whether those of step k do depends on (Noise::seed, k) alone.
+    double dropout = 0.0;
+    /// Play of the gear (rad or m at the joint): from one flank of its teeth to the other. In between the
+    /// motor, which is the joint's armature, turns alone, and the joint swings freely.
+    std::vector<double> backlash;
+    std::vector<double> encoder_resolution;       ///< rad or m per tick, behind the gear
+    std::vector<double> motor_encoder_resolution; ///< rad of the motor per tick, before the gear
+    /// Velocities are differences of what the encoders count in a time step, without noise of their own.
+    bool velocities_from_encoders = false;
+};
+
 enum class Integrator { euler, implicit_fast };
 enum class FrictionCone { pyramidal, elliptic };
 
@@ -101,6 +126,7 @@ struct RobotOptions {
     std::vector<double> damping;  ///< viscous joint friction (N m s/rad); empty: the URDF's
     std::vector<double> friction; ///< Coulomb joint friction (N m); empty: the URDF's
     Noise noise;
+    Imperfections imperfections;
 
     std::vector<double> initial_joints; ///< empty: 0
     /// Start pose of the base link. Without it a fixed base starts at the identity, a floating base with feet
@@ -116,6 +142,8 @@ struct RobotOptions {
 
 /// Everything that defines a World: one robot in its environment.
 struct WorldOptions : RobotOptions, PhysicsOptions {
+    MotorOptions motors;
+
     /// Throws std::invalid_argument that lists every value out of range of both.
     void validate() const;
 };

@@ -1,17 +1,11 @@
 // Strict hierarchies of least-squares problems, beside the hierarchical solver that comes with DAQP.
+#include "bare_daqp.hpp"
 #include "bf/qp/hierarchy.hpp"
-
-#include <benchmark/benchmark.h>
 
 #include <Eigen/Dense>
 
 #include <random>
 #include <vector>
-
-extern "C" {
-#include <api.h>
-#include <utils.h>
-}
 
 namespace {
 
@@ -74,7 +68,6 @@ void with_hierarchy(benchmark::State& state) {
 /// penalty, and is satisfied when the violations settle.
 void with_bare_daqp(benchmark::State& state) {
     std::vector<int> ends{n, n + rows, n + 2 * rows, n + 3 * rows};
-    Eigen::VectorXd x(n), multipliers(total);
     const auto problem = [&](std::size_t k) {
         const Problem& p = problems()[k];
         DAQPProblem qp{};
@@ -88,25 +81,7 @@ void with_bare_daqp(benchmark::State& state) {
         qp.break_points = ends.data();
         return qp;
     };
-    DAQPWorkspace work{};
-    DAQPProblem qp = problem(0);
-    setup_daqp(&qp, &work, nullptr);
-    DAQPResult found{};
-    found.x = x.data();
-    found.lam = multipliers.data();
-    std::size_t k = 0;
-    for (auto _ : state) {
-        qp = problem(k++ % problems().size());
-        daqp_update_ldp(DAQP_UPDATE_M | DAQP_UPDATE_d, &work, &qp);
-        daqp_solve(&found, &work);
-        if (found.exitflag < 0) {
-            state.SkipWithError("DAQP failed");
-            break;
-        }
-    }
-    benchmark::DoNotOptimize(x.data());
-    free_daqp_ldp(&work);
-    free_daqp_workspace(&work);
+    bf::benchmarks::run_daqp(state, problem, problems().size(), DAQP_UPDATE_M | DAQP_UPDATE_d, n, total);
 }
 
 BENCHMARK(with_hierarchy)->Name("toolbox.hierarchy_3x60/hierarchy");

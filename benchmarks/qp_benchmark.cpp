@@ -1,11 +1,5 @@
 #include "../toolbox/qp/test/two_feet.hpp"
-
-#include <benchmark/benchmark.h>
-
-extern "C" {
-#include <api.h>
-#include <utils.h>
-}
+#include "bare_daqp.hpp"
 
 namespace {
 
@@ -41,7 +35,7 @@ void with_bare_daqp(benchmark::State& state) {
     for (const auto& p : problems()) {
         A.emplace_back(p.A);
     }
-    Eigen::VectorXd lower = Eigen::VectorXd::Constant(38, -DAQP_INF), x(12);
+    Eigen::VectorXd lower = Eigen::VectorXd::Constant(38, -DAQP_INF);
     const auto problem = [&](std::size_t k) {
         const auto& p = problems()[k];
         DAQPProblem qp{};
@@ -54,25 +48,8 @@ void with_bare_daqp(benchmark::State& state) {
         qp.blower = lower.data();
         return qp;
     };
-    DAQPWorkspace work{};
-    DAQPProblem qp = problem(0);
-    setup_daqp(&qp, &work, nullptr);
-    DAQPResult found{};
-    found.x = x.data();
-    std::size_t k = 0;
-    for (auto _ : state) {
-        qp = problem(k);
-        daqp_update_ldp(DAQP_UPDATE_Rinv | DAQP_UPDATE_M | DAQP_UPDATE_v | DAQP_UPDATE_d, &work, &qp);
-        daqp_solve(&found, &work);
-        if (found.exitflag != DAQP_EXIT_OPTIMAL) {
-            state.SkipWithError("DAQP failed");
-            break;
-        }
-        k = (k + 1) % problems().size();
-    }
-    benchmark::DoNotOptimize(x.data());
-    free_daqp_ldp(&work);
-    free_daqp_workspace(&work);
+    bf::benchmarks::run_daqp(state, problem, problems().size(),
+                             DAQP_UPDATE_Rinv | DAQP_UPDATE_M | DAQP_UPDATE_v | DAQP_UPDATE_d, 12);
 }
 
 BENCHMARK(with_solver)->Name("toolbox.qp_12x38/solver");

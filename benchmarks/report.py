@@ -34,6 +34,7 @@ ROWS = [
     ("toolbox.coriolis_matrix", "us", "toolbox.coriolis_matrix/api", "toolbox.coriolis_matrix/bare_pinocchio", "<= 1.5 x"),
     ("physics.step", "us", "physics.step/block", "physics.step/bare_mj_step", "<= 1.05 x"),
     ("physics.two_robots", "us", "physics.two_robots/world", "physics.two_robots/bare_mj_step", "<= 1.05 x"),
+    ("physics.camera_320x240", "ms", "physics.camera_320x240/block", "physics.camera_320x240/bare_mujoco", "<= 1.1 x"),
     ("loop.icub_100hz", "x", "loop.icub_100hz/diagram", "loop.icub/bare_physics", ">= 45 x"),
     ("loop.icub_1khz", "x", "loop.icub_1khz/diagram", "loop.icub/bare_physics", ">= 15 x"),
     ("editor.open_1000", "ms", "editor.open_1000", "editor.open_100", "< 1000 ms"),

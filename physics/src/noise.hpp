@@ -15,7 +15,9 @@ inline std::uint64_t mix(std::uint64_t counter) noexcept {
 }
 
 /// Sample of (0, 1) that is spread evenly over it.
-inline double uniform(std::uint64_t bits) noexcept { return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53; }
+inline double uniform(std::uint64_t bits) noexcept {
+    return (static_cast<double>(bits >> 11) + 0.5) * 0x1p-53;
+}
 
 /// Key of a sample that depends on its arguments alone.
 inline std::uint64_t key_of(std::uint64_t seed, std::uint64_t step, std::uint64_t channel) noexcept {

@@ -68,16 +68,20 @@ RobotLayout::RobotLayout(int& at, const RobotIndex& robot, const RobotOptions& o
 }
 
 Readings RobotLayout::read(const double* from, int n, int shift) const noexcept {
-    const auto of = [&](int offset) {
-        return Eigen::Map<const Eigen::VectorXd>(from + offset + shift, n);
-    };
-    return {of(s), of(s_dot), of(s_ddot), of(tau), of(motor_position), of(motor_velocity),
+    const auto of = [&](int offset) { return Eigen::Map<const Eigen::VectorXd>(from + offset + shift, n); };
+    return {of(s),
+            of(s_dot),
+            of(s_ddot),
+            of(tau),
+            of(motor_position),
+            of(motor_velocity),
             of(motor_acceleration)};
 }
 
 int steps_of(const char* name, double seconds, double step, const char* of) {
     const double steps = seconds / step, whole = std::round(steps);
-    if (steps >= 0.0 && steps < 1e6 && std::abs(steps - whole) <= 1e-6 * steps) return static_cast<int>(whole);
+    if (steps >= 0.0 && steps < 1e6 && std::abs(steps - whole) <= 1e-6 * steps)
+        return static_cast<int>(whole);
     std::ostringstream text;
     text << name << " is " << seconds << " s, which is no multiple of " << of << ", " << step
          << " s; give a whole number of them";
@@ -118,8 +122,8 @@ void RobotIndex::find(const mjModel* m, const RobotOptions& options, const std::
             upper_limits[i] = m->jnt_range[2 * joint + 1];
         }
         if (m->jnt_actfrclimited[joint]) effort_limits[i] = m->jnt_actfrcrange[2 * joint + 1];
-        const int play = mj_name2id(
-            m, mjOBJ_JOINT, (prefix + play_of(options.joints[static_cast<size_t>(i)])).c_str());
+        const int play =
+            mj_name2id(m, mjOBJ_JOINT, (prefix + play_of(options.joints[static_cast<size_t>(i)])).c_str());
         play_position.push_back(play < 0 ? -1 : m->jnt_qposadr[play]);
         play_velocity.push_back(play < 0 ? -1 : m->jnt_dofadr[play]);
     }
@@ -254,11 +258,10 @@ void measure_last_interval(const mjData* d, const RobotIndex& robot, const Robot
     for (size_t i = 0; i < robot.velocity.size(); ++i) {
         const auto joint = static_cast<Eigen::Index>(i);
         const double motor = d->qacc[robot.velocity[i]];
-        out[at.s_ddot + joint] =
-            robot.play_velocity[i] < 0 ? motor : motor + d->qacc[robot.play_velocity[i]];
+        out[at.s_ddot + joint] = robot.play_velocity[i] < 0 ? motor : motor + d->qacc[robot.play_velocity[i]];
         out[at.motor_acceleration + joint] = robot.drives->gear_ratio[joint] * motor;
-        out[at.tau + joint] = d->qfrc_actuator[robot.velocity[i]] +
-                              noise_of(noise.torque, noise, step, of_torque, i);
+        out[at.tau + joint] =
+            d->qfrc_actuator[robot.velocity[i]] + noise_of(noise.torque, noise, step, of_torque, i);
     }
     std::copy_n(d->sensordata + robot.accelerometer, 3, out + at.accelerometer);
     for (size_t i = 0; i < robot.ft_sites.size(); ++i) {

@@ -27,7 +27,7 @@ struct RobotIndex {
     /// Of a joint with backlash: where the play of its gear stands in qpos and qvel; -1: its gear is rigid.
     std::vector<int> play_position, play_velocity;
     Eigen::VectorXd encoder_resolution, motor_encoder_resolution; ///< n, 0: exact
-    int delay = 0; ///< time steps until a measurement is read
+    int delay = 0;                                                ///< time steps until a measurement is read
 
     /// The motors, and the loops that drive them.
     std::optional<Motors> drives;

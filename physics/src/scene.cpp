@@ -63,6 +63,23 @@ void Scene::Impl::index() {
     for (const SceneObject& object : options.objects) objects.push_back(id_of(m, mjOBJ_BODY, object.name));
 }
 
+void Scene::Impl::index_links(const std::vector<Attached>& all) {
+    std::map<std::string, const Attached*> of_name;
+    for (const Attached& body : all) of_name.emplace(body.name, &body);
+    for (const Attached& link : all) {
+        Frame frame;
+        std::string at = link.name;
+        while (!at.empty() && mj_name2id(model.get(), mjOBJ_BODY, at.c_str()) < 0) {
+            const Attached& part = *of_name.at(at);
+            frame.pose = part.pose * frame.pose;
+            at = part.parent;
+        }
+        if (at.empty() || at == link.name) continue; // a body without a name can not be asked for
+        frame.body = mj_name2id(model.get(), mjOBJ_BODY, at.c_str()) - 1; // the world is 0
+        links.emplace(link.name, frame);
+    }
+}
+
 void Scene::Impl::place() {
     mjModel* m = model.get();
     start = Eigen::Map<const Eigen::VectorXd>(m->qpos0, m->nq);
@@ -127,8 +144,10 @@ Scene::Scene(SceneOptions options) : impl_(std::make_unique<Impl>()) {
     silence_mujoco();
     impl_->options = std::move(options);
     const SpecPtr spec = make_scene(impl_->options, Looks::none, impl_->starts, impl_->warnings);
+    const std::vector<Attached> attached = bodies_of(spec.get());
     impl_->model = compile(spec.get(), "the world");
     impl_->index();
+    impl_->index_links(attached);
     impl_->place();
     impl_->make_loops();
 }
@@ -151,6 +170,17 @@ int Scene::body(const std::string& name) const {
     const auto found = std::find(impl_->bodies.begin(), impl_->bodies.end(), name);
     if (found == impl_->bodies.end()) unknown_part("the world", "body", name, impl_->bodies);
     return static_cast<int>(found - impl_->bodies.begin());
+}
+Frame Scene::frame(const std::string& name, const Eigen::MatrixXd& pose) const {
+    if (!is_rigid(pose))
+        throw std::runtime_error("argument 'pose' is no pose; give [R p; 0 0 0 1] with a rotation R");
+    Frame frame;
+    if (const auto link = impl_->links.find(name); link != impl_->links.end())
+        frame = link->second;
+    else if (!name.empty())
+        frame.body = body(name);
+    frame.pose = frame.pose * pose;
+    return frame;
 }
 int Scene::joint_count(int robot) const { return impl_->robot(robot).n(); }
 const std::vector<std::string>& Scene::joint_names(int robot) const {

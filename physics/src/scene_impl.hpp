@@ -26,6 +26,14 @@ SpecPtr make_scene(SceneOptions& options, Looks looks, std::vector<RobotStart>& 
 /// What a message about something that stands in a file begins with.
 inline std::string begin_of_message(const std::string& where) { return where.empty() ? "" : where + ": "; }
 
+/// A body as it stands in the editable model.
+struct Attached {
+    std::string name, parent;
+    Eigen::Matrix4d pose; ///< in the parent
+};
+/// All bodies; compiling a model takes those away that are fixed to others.
+std::vector<Attached> bodies_of(mjSpec* spec);
+
 struct Scene::Impl {
     SceneOptions options; ///< complete
     ModelPtr model;
@@ -35,10 +43,12 @@ struct Scene::Impl {
     std::vector<int> controls;                       ///< these, in ctrl
     std::vector<RobotStart> starts;
     std::vector<std::string> warnings, bodies;
-    Eigen::VectorXd start; ///< nq, qpos at t = 0
+    std::map<std::string, Frame> links; ///< that are fixed to bodies
+    Eigen::VectorXd start;              ///< nq, qpos at t = 0
 
     const RobotIndex& robot(int i) const { return robots[static_cast<size_t>(i)]; }
     void index();
+    void index_links(const std::vector<Attached>& all);
     void place();
     void make_loops();
 };

@@ -1,3 +1,4 @@
+#include "contacts.hpp"
 #include "scene_impl.hpp"
 
 #include <array>
@@ -5,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <utility>
 
 namespace bf::physics {
@@ -43,6 +45,7 @@ struct SceneSimulation::Impl {
     SceneLayout at;
     std::vector<double> memory;
     std::vector<JointControl> controls; ///< per robot
+    std::optional<ContactMemory> contacts;
     std::array<char, 256> error{};
 
     explicit Impl(std::shared_ptr<const Scene> shared)
@@ -162,6 +165,10 @@ void SceneSimulation::Impl::measure_last_interval() noexcept {
     for (size_t r = 0; r < scene.robots.size(); ++r)
         physics::measure_last_interval(data.get(), scene.robots[r], at.robots[r],
                                        scene.options.robots[r].options.noise, step(), memory.data());
+    if (contacts && !contacts->record(model, data.get()))
+        fail("t = %g s: more than %d contacts at a time, which the sensors of contacts do not remember; give "
+             "bodies simpler shapes",
+             data->time, ContactMemory::most);
 }
 
 const char* SceneSimulation::Impl::owner_of_velocity(int index) const noexcept {
@@ -286,12 +293,64 @@ SceneSimulation::Matrix4View SceneSimulation::w_H_o(int object) const noexcept {
 SceneSimulation::Vector6View SceneSimulation::v_o(int object) const noexcept {
     return Vector6View(impl_->in(impl_->at.velocities + 6 * object));
 }
-void SceneSimulation::measure_rays(int body, const Eigen::Matrix4d& body_H_frame,
-                                   const Eigen::Ref<const Eigen::Matrix3Xd>& directions, double range,
-                                   Eigen::Ref<Eigen::VectorXd> distances) const noexcept {
+Eigen::Matrix4d SceneSimulation::w_H(const Frame& frame) const noexcept {
     const mjData* d = impl_->data.get();
-    const int id = body + 1; // the world is 0
-    const Eigen::Matrix4d w_H_frame = transform(d->xpos + 3 * id, d->xmat + 9 * id) * body_H_frame;
+    const int id = frame.body + 1; // the world is 0
+    return transform(d->xpos + 3 * id, d->xmat + 9 * id) * frame.pose;
+}
+
+void SceneSimulation::remember_contacts() {
+    Impl& self = *impl_;
+    if (self.contacts) return;
+    self.contacts.emplace(self.model);
+    self.contacts->record(self.model, self.data.get());
+}
+
+Contact SceneSimulation::contact(const Frame& frame, std::optional<int> with) const noexcept {
+    Contact sum;
+    if (!impl_->contacts) return sum;
+    const Eigen::Vector3d origin =
+        (impl_->contacts->pose(frame.body + 1) * frame.pose).topRightCorner<3, 1>();
+    impl_->contacts->visit(frame.body + 1, [&](int other, const Eigen::Vector3d& at, const Touch& touch) {
+        if (with && other != *with + 1) return;
+        sum.wrench.head<3>() += touch.force;
+        sum.wrench.tail<3>() += touch.moment + (at - origin).cross(touch.force);
+        ++sum.points;
+    });
+    return sum;
+}
+
+void SceneSimulation::pressures(const Patch& patch, Eigen::Ref<Eigen::MatrixXd> cells) const noexcept {
+    cells.setZero();
+    if (!impl_->contacts) return;
+    const Eigen::Matrix4d patch_H_w = inverse(impl_->contacts->pose(patch.frame.body + 1) * patch.frame.pose);
+    const Eigen::Array2d counts(static_cast<double>(cells.rows()), static_cast<double>(cells.cols()));
+    const double area = patch.size.prod() / counts.prod();
+    impl_->contacts->visit(patch.frame.body + 1, [&](int, const Eigen::Vector3d& at, const Touch& touch) {
+        const Eigen::Vector3d p = (patch_H_w * at.homogeneous()).head<3>();
+        const double force = -patch_H_w.row(2).head<3>().dot(touch.force);
+        const bool is_within = std::abs(p.z()) <= patch.thickness && force > 0.0 &&
+                               (p.head<2>().array().abs() <= 0.5 * patch.size.array()).all();
+        if (!is_within) return;
+        // In cells, from the middle of the first one.
+        const Eigen::Array2d place =
+            ((p.head<2>().array() / patch.size.array() + 0.5) * counts - 0.5).max(0.0).min(counts - 1.0);
+        const Eigen::Array2d first = place.floor().min((counts - 2.0).max(0.0)), part = place - first;
+        for (const int i : {0, 1})
+            for (const int j : {0, 1}) {
+                const double share = (i == 0 ? 1.0 - part[0] : part[0]) * (j == 0 ? 1.0 - part[1] : part[1]);
+                if (share == 0.0) continue; // the neighbour may not be there
+                cells(static_cast<Eigen::Index>(first[0]) + i, static_cast<Eigen::Index>(first[1]) + j) +=
+                    share * force / area;
+            }
+    });
+}
+
+void SceneSimulation::measure_rays(const Frame& frame, const Eigen::Ref<const Eigen::Matrix3Xd>& directions,
+                                   double range, Eigen::Ref<Eigen::VectorXd> distances) const noexcept {
+    const mjData* d = impl_->data.get();
+    const int id = frame.body < 0 ? -1 : frame.body + 1; // what does not see itself
+    const Eigen::Matrix4d w_H_frame = w_H(frame);
     const Eigen::Vector3d origin = w_H_frame.topRightCorner<3, 1>();
     for (Eigen::Index i = 0; i < directions.cols(); ++i) {
         const Eigen::Vector3d along = w_H_frame.topLeftCorner<3, 3>() * directions.col(i);
@@ -314,7 +373,7 @@ Eigen::Vector2d SceneSimulation::energy() const noexcept {
 int SceneSimulation::state_size() const noexcept {
     int size = mj_stateSize(impl_->model, scene_state_signature) + impl_->at.size;
     for (const JointControl& control : impl_->controls) size += control.state_size();
-    return size;
+    return size + (impl_->contacts ? impl_->contacts->state_size() : 0);
 }
 
 void SceneSimulation::save(double* state) const noexcept {
@@ -325,6 +384,7 @@ void SceneSimulation::save(double* state) const noexcept {
         control.save(state);
         state += control.state_size();
     }
+    if (impl_->contacts) std::copy_n(impl_->contacts->data(), impl_->contacts->state_size(), state);
 }
 
 void SceneSimulation::restore(const double* state) noexcept {
@@ -342,6 +402,7 @@ void SceneSimulation::restore(const double* state) noexcept {
         control.restore(state);
         state += control.state_size();
     }
+    if (self.contacts) std::copy_n(state, self.contacts->state_size(), self.contacts->data());
 }
 
 } // namespace bf::physics

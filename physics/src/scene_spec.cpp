@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 namespace bf::physics {
 
@@ -18,12 +20,6 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const std::string& where, const std::string& text) {
     throw std::runtime_error(begin_of_message(where) + text);
-}
-
-bool is_rigid(const Eigen::Matrix4d& H) {
-    const Eigen::Matrix3d R = H.topLeftCorner<3, 3>();
-    return H.allFinite() && (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
-           R.determinant() > 0.0 && H.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
 }
 
 void put(const Eigen::Matrix4d& H, double* position, double* quaternion) {
@@ -218,12 +214,23 @@ Heights read_heights(const SceneObject& object) {
     return heights;
 }
 
+/// MuJoCo says only later, and not of which object, that it cannot read a file.
+void check_png(const SceneObject& object) {
+    const std::string_view signature("\x89PNG\r\n\x1a\n");
+    std::string begin(signature.size(), '\0');
+    std::ifstream(object.file, std::ios::binary).read(begin.data(), std::ssize(begin));
+    if (begin != signature)
+        refuse(object.where, "object '" + object.name + "': '" + object.file.string() +
+                                 "' is no PNG image; give a PNG image, or a text of rows of numbers");
+}
+
 void set_heights(mjSpec* spec, mjsGeom* geom, const SceneObject& object) {
     constexpr double base = 0.1; // what is below the lowest point, m
     mjsHField* field = mjs_addHField(spec);
     mjs_setName(field->element, object.name.c_str());
     double lowest = 0.0, range = object.size[2];
     if (object.file.extension() == ".png") {
+        check_png(object);
         mjs_setString(field->file, fs::absolute(object.file).c_str());
     } else {
         const Heights heights = read_heights(object);
@@ -277,6 +284,33 @@ void add_object(mjSpec* spec, const SceneObject& object, const Floor& floor) {
 }
 
 } // namespace
+
+std::vector<Attached> bodies_of(mjSpec* spec) {
+    std::vector<Attached> all;
+    const auto pose_of = [&](const double* position, const double* quaternion, const mjsOrientation& alt) {
+        double wxyz[4];
+        std::copy_n(quaternion, 4, wxyz);
+        if (alt.type != mjORIENTATION_QUAT)
+            mjs_resolveOrientation(wxyz, spec->compiler.degree, spec->compiler.eulerseq, &alt);
+        Eigen::Matrix4d H = Eigen::Matrix4d::Identity();
+        H.topLeftCorner<3, 3>() =
+            Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized().toRotationMatrix();
+        H.topRightCorner<3, 1>() = Eigen::Map<const Eigen::Vector3d>(position);
+        return H;
+    };
+    for (mjsElement* at = mjs_firstElement(spec, mjOBJ_BODY); at; at = mjs_nextElement(spec, at)) {
+        const mjsBody* body = mjs_asBody(at);
+        const mjsBody* parent = mjs_getParent(at);
+        const std::string name = mjs_getString(mjs_getName(at));
+        if (!parent || name.empty()) continue;
+        Attached found{name, mjs_getString(mjs_getName(parent->element)),
+                       pose_of(body->pos, body->quat, body->alt)};
+        for (mjsFrame* frame = mjs_getFrame(at); frame; frame = mjs_getFrame(frame->element))
+            found.pose = pose_of(frame->pos, frame->quat, frame->alt) * found.pose;
+        all.push_back(std::move(found));
+    }
+    return all;
+}
 
 SpecPtr make_scene(SceneOptions& options, Looks looks, std::vector<RobotStart>& starts,
                    std::vector<std::string>& warnings) {

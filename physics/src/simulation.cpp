@@ -1,4 +1,5 @@
 #include "bf/physics/world.hpp"
+#include "contacts.hpp"
 #include "world_impl.hpp"
 
 #include <array>
@@ -42,8 +43,7 @@ struct Simulation::Impl {
 
     explicit Impl(std::shared_ptr<const World> shared)
         : owner(std::move(shared)), world(*owner->impl_), model(world.model.get()), data(make_data(model)),
-          at(world.robot, world.options, count(world.foot_sites)),
-          measured(static_cast<size_t>(at.size)) {}
+          at(world.robot, world.options, count(world.foot_sites)), measured(static_cast<size_t>(at.size)) {}
 
     double* measurement(int offset) noexcept { return measured.data() + offset; }
     const double* measurement(int offset) const noexcept { return measured.data() + offset; }
@@ -142,16 +142,11 @@ void Simulation::Impl::measure_last_interval() noexcept {
     std::fill_n(measurement(at.foot_wrenches), 6 * world.foot_sites.size(), 0.0);
     for (int i = 0; i < d->ncon; ++i) {
         const mjContact& contact = d->contact[i];
-        if (contact.efc_address < 0 || contact.geom[0] < 0 || contact.geom[1] < 0) continue;
-        // The frame's first row points from the first geom to the second, which is pushed along it.
+        if (!is_active(contact)) continue;
         const bool second = world.foot_of_geom[static_cast<size_t>(contact.geom[1])] >= 0;
         const int foot = world.foot_of_geom[static_cast<size_t>(contact.geom[second])];
         if (foot < 0) continue;
-        mjtNum local[6];
-        mj_contactForce(model, d, i, local);
-        const Eigen::Map<const Eigen::Matrix3d> axes(contact.frame); // rows of MuJoCo's, columns of ours
-        const Eigen::Vector3d force =
-            (second ? 1.0 : -1.0) * (axes * Eigen::Map<const Eigen::Vector3d>(local));
+        const Eigen::Vector3d force = (second ? 1.0 : -1.0) * touch(model, d, i).force;
         const Eigen::Vector3d lever =
             Eigen::Map<const Eigen::Vector3d>(contact.pos) -
             Eigen::Map<const Eigen::Vector3d>(d->site_xpos + 3 * world.foot_sites[static_cast<size_t>(foot)]);

@@ -217,10 +217,12 @@ void add_sensor(mjSpec* spec, mjtSensor type, const std::string& name, const std
 void add_play(mjSpec* spec, const mjsJoint& joint, const std::string& name, double backlash) {
     mjsBody* body = mjs_getParent(joint.element);
     if (!(joint.armature > 0.0))
-        throw std::runtime_error("joint '" + name + "' has backlash, but its motor has no inertia, with which "
+        throw std::runtime_error("joint '" + name +
+                                 "' has backlash, but its motor has no inertia, with which "
                                  "it turns between the flanks; give armature");
     if (mjs_firstChild(body, mjOBJ_JOINT, 0) != joint.element || mjs_nextChild(body, joint.element, 0))
-        throw std::runtime_error("joint '" + name + "' has backlash, but its link has several joints; "
+        throw std::runtime_error("joint '" + name +
+                                 "' has backlash, but its link has several joints; "
                                  "give backlash to joints that are alone");
     mjsJoint* play = mjs_addJoint(body, nullptr);
     mjs_setName(play->element, play_of(name).c_str());

@@ -23,6 +23,9 @@ using DataPtr = std::unique_ptr<mjData, MujocoDeleter>;
 /// which is where we read them, and errors, which would end the process, become std::runtime_error.
 void silence_mujoco();
 
+/// Is it a homogeneous transform?
+bool is_rigid(const Eigen::MatrixXd& H);
+
 /// Which visual parts the model keeps.
 enum class Looks { none, meshes };
 

@@ -1,4 +1,5 @@
 #include "bf/physics/world_options.hpp"
+#include "spec.hpp"
 
 #include <cmath>
 #include <sstream>
@@ -89,17 +90,21 @@ void check(Complaints& complaints, const RobotOptions& r) {
     check_list(complaints, "encoder_resolution", i.encoder_resolution, r.joints.size());
     check_list(complaints, "motor_encoder_resolution", i.motor_encoder_resolution, r.joints.size());
     if (r.initial_w_H_b) {
-        const Eigen::Matrix4d& H = *r.initial_w_H_b;
-        const Eigen::Matrix3d R = H.topLeftCorner<3, 3>();
-        const bool rigid = H.allFinite() && (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
-                           R.determinant() > 0.0 && H.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
         complaints.require(
-            rigid, "initial_w_H_b is no homogeneous transform; its rotation must be orthonormal and its "
-                   "last row (0, 0, 0, 1)");
+            is_rigid(*r.initial_w_H_b),
+            "initial_w_H_b is no homogeneous transform; its rotation must be orthonormal and its "
+            "last row (0, 0, 0, 1)");
     }
 }
 
 } // namespace
+
+bool is_rigid(const Eigen::MatrixXd& H) {
+    if (H.rows() != 4 || H.cols() != 4 || !H.allFinite()) return false;
+    const Eigen::Matrix3d R = H.topLeftCorner<3, 3>();
+    return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < 1e-6 && R.determinant() > 0.0 &&
+           H.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
+}
 
 void PhysicsOptions::validate() const {
     Complaints complaints;

@@ -187,8 +187,10 @@ TEST(JointControl, RefusesWhatIsNoGainByItsNameAndJoint) {
             robot.motors.gear_ratio = {1, 2};
         }),
         "robot 'wheel': 'gear_ratio' has 2 elements, but there are 1 joints; give one for all or one each");
-    EXPECT_EQ(complaint([](SceneRobot& robot) { robot.loop_period = 1.5e-4; }),
-              "robot 'wheel': loop_period is no multiple of the world's step; 0 stands for that");
+    EXPECT_EQ(
+        complaint([](SceneRobot& robot) { robot.loop_period = 1.5e-4; }),
+        "robot 'wheel': loop_period is 0.00015 s, which is no multiple of the time step, 0.0001 s; give a "
+        "whole number of them");
 }
 
 } // namespace bf::physics::test::joint_control

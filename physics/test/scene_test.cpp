@@ -493,7 +493,7 @@ TEST(Scene, MeasuresDistancesAlongRays) {
     directions.col(3) << 0, 0, -1;
     Eigen::VectorXd distances(4);
     Eigen::Matrix4d raised = at(0, 0, 0.2);
-    sim.measure_rays(sim.scene().body("sensor"), raised, directions, 8.0, distances);
+    sim.measure_rays({sim.scene().body("sensor"), raised}, directions, 8.0, distances);
     EXPECT_NEAR(distances[0], 3.0, 1e-9);
     EXPECT_NEAR(distances[1], 3.0 / std::cos(0.5), 1e-9);
     EXPECT_EQ(distances[2], 8.0) << "nothing there";

@@ -104,6 +104,8 @@ const std::multimap<std::string, Arguments>& over_a_robot() {
         {"WorldActuator", {{"robot", "hand"}, {"actuator", "grip"}}},
         {"WorldPush", {{"robot", "arm"}, {"link", "bob"}}},
         {"WorldRays", {{"body", std::string("arm/bob")}}},
+        {"WorldContact", {{"body", std::string("ball")}}},
+        {"WorldTactile", {{"body", std::string("ball")}}},
         {"Configuration", {{"world_robot", "arm"}}}};
     return all;
 }

@@ -22,6 +22,7 @@ extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library&
     bf::toolbox::add_utilities(library);
     bf::toolbox::add_world(library);
     bf::toolbox::add_shared_world(library);
+    bf::toolbox::add_world_sensors(library);
 }
 
 // The same blocks for engines that know only the paper's API.
@@ -35,4 +36,4 @@ BF_LEGACY_BLOCKS(DiscreteFilter, MinimumJerkTrajectoryGenerator, QP, QpOases, OS
                  Holder, Errors, MatchSignalSizes, DampPinv, TruncPinv, MujocoWorld, CartesianTask,
                  CenterOfMassTask, MomentumTask, PostureTask, RigidContact, ContactLimits, JointLimits,
                  HierarchicalQP, TaskSpaceInverseDynamics, World, WorldRobot, WorldObject, WorldActuator,
-                 WorldPush, WorldRays)
+                 WorldPush, WorldRays, WorldContact, WorldTactile)

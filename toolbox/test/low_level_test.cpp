@@ -189,7 +189,8 @@ TEST_P(Imperfections, SeparateMotorsFromJointsAndBlocksFromBoth) {
     const auto measure = [](const std::string& name, const std::string& type) {
         return "  " + name + ": {block: WholeBodyToolbox/GetMeasurement, measured_type: " + type + "}\n";
     };
-    const std::string blocks = command("Torque") + measure("p", "Motor Position") + measure("s", "Joints Position");
+    const std::string blocks =
+        command("Torque") + measure("p", "Motor Position") + measure("s", "Joints Position");
     const std::string settings =
         ", armature: 0.1, gear_ratio: 100, backlash: 0.02, encoder_resolution: 0.001, "
         "motor_encoder_resolution: 0.01";

@@ -1,10 +1,9 @@
 #include "bf/physics/renderer.hpp"
 
 #include "bf/physics/figure.hpp"
-#include "puppet.hpp"
+#include "canvas.hpp"
 #include "scene.hpp"
 
-#include <GL/osmesa.h>
 #include <algorithm>
 #include <optional>
 #include <sstream>
@@ -16,41 +15,6 @@ namespace {
 
 constexpr int max_geoms = 2000;
 constexpr mjtRndFlag scenery[] = {mjRND_SHADOW, mjRND_SKYBOX, mjRND_HAZE};
-
-/// CPU-only OpenGL context. MuJoCo draws into a buffer of its own, so that this one is as small as possible.
-class Canvas {
-  public:
-    Canvas() : context_(OSMesaCreateContextExt(OSMESA_RGBA, 24, 8, 8, nullptr)) {
-        if (!context_)
-            throw std::runtime_error(
-                "cannot create an off-screen OpenGL context; install Mesa's OSMesa library");
-    }
-    ~Canvas() { OSMesaDestroyContext(context_); }
-    Canvas(const Canvas&) = delete;
-    Canvas& operator=(const Canvas&) = delete;
-
-    /// Binds the context to the calling thread; false when OpenGL refuses.
-    bool bind() { return OSMesaMakeCurrent(context_, pixels_, GL_UNSIGNED_BYTE, 8, 8); }
-    void release() { OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0); }
-
-  private:
-    OSMesaContext context_;
-    unsigned char pixels_[8 * 8 * 4] = {};
-};
-
-/// Keeps a canvas bound to this thread while OpenGL is called, so that renderers and threads do not meet.
-class Drawing {
-  public:
-    explicit Drawing(Canvas& canvas) : canvas_(canvas) {
-        if (!canvas_.bind()) throw std::runtime_error("cannot activate the off-screen OpenGL context");
-    }
-    ~Drawing() { canvas_.release(); }
-    Drawing(const Drawing&) = delete;
-    Drawing& operator=(const Drawing&) = delete;
-
-  private:
-    Canvas& canvas_;
-};
 
 } // namespace
 
@@ -70,33 +34,13 @@ void RenderOptions::validate() const {
 struct Renderer::Impl {
     RenderOptions options;
     Puppet puppet;
-    Canvas canvas;
-    mjvScene scene;
-    mjrContext context;
+    Stage stage;
     std::vector<std::uint8_t> overlay;
     std::optional<Eigen::Vector2d> looked_at; ///< x and y of the point that the camera looks at
 
     Impl(const World& world, const RenderOptions& wanted)
-        : options(wanted), puppet(world, [this](mjSpec* spec) { decorate(spec, options); }) {
-        const Drawing active(canvas);
-        mjr_defaultContext(&context);
-        mjr_makeContext(puppet.model(), &context, mjFONTSCALE_100);
-        mjv_defaultScene(&scene);
-        mjv_makeScene(puppet.model(), &scene, max_geoms);
-    }
-
-    ~Impl() {
-        mjv_freeScene(&scene);
-        if (canvas.bind()) mjr_freeContext(&context);
-        canvas.release();
-    }
-
-    void draw(std::vector<std::uint8_t>& pixels) {
-        const mjrRect whole{0, 0, options.width, options.height};
-        mjr_setBuffer(mjFB_OFFSCREEN, &context);
-        mjr_render(whole, &scene, &context);
-        mjr_readPixels(pixels.data(), nullptr, whole, &context);
-    }
+        : options(wanted), puppet(world, [this](mjSpec* spec) { decorate(spec, options); }),
+          stage(puppet.model(), max_geoms) {}
 };
 
 Renderer::Renderer(const World& world, RenderOptions options) {
@@ -134,28 +78,26 @@ void Renderer::render(const Eigen::Matrix4d& w_H_b, std::span<const double> s, s
         self.looked_at = Eigen::Vector2d(w_H_b.topRightCorner<2, 1>());
     std::copy_n(self.looked_at->data(), 2, camera.lookat);
     camera.lookat[2] = self.options.look_at_height;
-    mjv_updateScene(model, data, &option, nullptr, &camera, mjCAT_ALL, &self.scene);
-    for (int i = 0; i < self.scene.nlight;
-         ++i) { // the shadow is drawn around the lamp, so lamps follow the robot
-        if (self.scene.lights[i].headlight) continue;
-        for (int axis : {0, 1}) self.scene.lights[i].pos[axis] += static_cast<float>((*self.looked_at)[axis]);
-    }
-    const int first_arrow = self.scene.ngeom;
-    for (const Arrow& arrow : arrows) add_arrow(self.scene, arrow);
+    mjvScene& scene = self.stage.scene;
+    mjv_updateScene(model, data, &option, nullptr, &camera, mjCAT_ALL, &scene);
+    self.stage.light_around((*self.looked_at)[0], (*self.looked_at)[1]);
+    const int first_arrow = scene.ngeom;
+    for (const Arrow& arrow : arrows) add_arrow(scene, arrow);
 
     const size_t row = 3 * static_cast<size_t>(self.options.width);
     image.width = self.options.width;
     image.height = self.options.height;
     image.pixels.resize(row * static_cast<size_t>(image.height));
-    const Drawing active(self.canvas);
-    for (mjtRndFlag flag : scenery) self.scene.flags[flag] = 1;
-    self.draw(image.pixels);
-    if (self.scene.ngeom > first_arrow) {
-        std::copy(self.scene.geoms + first_arrow, self.scene.geoms + self.scene.ngeom, self.scene.geoms);
-        self.scene.ngeom -= first_arrow;
-        for (mjtRndFlag flag : scenery) self.scene.flags[flag] = 0;
+    const mjrRect whole{0, 0, image.width, image.height};
+    const Drawing active(self.stage.canvas);
+    for (mjtRndFlag flag : scenery) scene.flags[flag] = 1;
+    self.stage.draw(whole, image.pixels.data(), nullptr);
+    if (scene.ngeom > first_arrow) {
+        std::copy(scene.geoms + first_arrow, scene.geoms + scene.ngeom, scene.geoms);
+        scene.ngeom -= first_arrow;
+        for (mjtRndFlag flag : scenery) scene.flags[flag] = 0;
         self.overlay.resize(image.pixels.size());
-        self.draw(self.overlay); // the arrows alone, on black
+        self.stage.draw(whole, self.overlay.data(), nullptr); // the arrows alone, on black
         for (size_t i = 0; i < image.pixels.size(); i += 3) {
             const std::uint8_t* shine = &self.overlay[i];
             if (std::max({shine[0], shine[1], shine[2]}) < 60) continue;

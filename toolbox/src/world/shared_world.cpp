@@ -32,9 +32,8 @@ class WorldRobotConnection final : public SimulatedConnection {
     std::optional<View> view() noexcept override {
         if (!simulation_) return std::nullopt;
         const Simulation& now = *simulation_;
-        return View{simulation_->control(robot_),   now.readings(robot_),
-                    now.readings_at_loops(robot_),  now.imu_rpy(robot_),
-                    now.accelerometer(robot_),      now.gyro(robot_)};
+        return View{simulation_->control(robot_), now.readings(robot_),      now.readings_at_loops(robot_),
+                    now.imu_rpy(robot_),          now.accelerometer(robot_), now.gyro(robot_)};
     }
     Eigen::Map<const Vector6> ft_wrench(int i) const noexcept override {
         return simulation_->ft_wrench(robot_, i);
@@ -229,59 +228,6 @@ class WorldPush final : public Block {
     }
 };
 
-class WorldRays final : public Block {
-  public:
-    using Block::Block;
-    Argument<std::string> body{
-        this, "body", {.doc = "what the sensor is fixed to: an object, or ROBOT/LINK, a link that moves"}};
-    Argument<Matrix> pose{
-        this, "pose", {.initial = Matrix::Identity(4, 4), .doc = "of the sensor in the body, 4 x 4"}};
-    Argument<int> rays{this, "rays", {.initial = 181, .minimum = 1, .maximum = 100000, .doc = "how many"}};
-    Argument<double> from{
-        this, "from", {.initial = -1.5707963267948966, .doc = "angle of the first ray about z from x, rad"}};
-    Argument<double> to{this, "to", {.initial = 1.5707963267948966, .doc = "angle of the last one, rad"}};
-    Argument<double> range{this, "range", {.initial = 10, .above = 0, .doc = "farthest distance, m"}};
-    Requires<SharedWorld> world{this, "the world in which the sensor is"};
-    Dim n{this, "n", [this] { return *rays; }};
-    struct Fan {
-        int body;
-        Eigen::Matrix4d pose;
-        Eigen::Matrix3Xd directions;
-    };
-    Scratch<Fan> fan{this, [this] { return make(); }};
-    Output<Vector> distance{this,
-                            "distance",
-                            {.shape = {n},
-                             .unit = unit<"m">,
-                             .doc = "to what each ray meets first; range where it meets nothing"}};
-
-    void infer(Inference&) const override {
-        if (world.is_bound()) make();
-    }
-    Status output(Now at, Out out) const noexcept override {
-        const Fan& f = at[fan];
-        at[world].simulation.measure_rays(f.body, f.pose, f.directions, *range, out[distance]);
-        return ok;
-    }
-
-  private:
-    Fan make() const {
-        const Matrix& H = *pose;
-        const bool is_pose =
-            H.rows() == 4 && H.cols() == 4 && H.allFinite() &&
-            (H.topLeftCorner(3, 3) * H.topLeftCorner(3, 3).transpose() - Matrix::Identity(3, 3)).norm() <
-                1e-6;
-        if (!is_pose)
-            throw std::runtime_error("argument 'pose' is no pose; give [R p; 0 0 0 1] with a rotation R");
-        Fan f{world->scene->body(*body), H, Eigen::Matrix3Xd(3, *rays)};
-        for (int i = 0; i < *rays; ++i) {
-            const double angle = *rays == 1 ? *from : *from + (*to - *from) * i / (*rays - 1);
-            f.directions.col(i) << std::cos(angle), std::sin(angle), 0;
-        }
-        return f;
-    }
-};
-
 class WorldActuator final : public Block {
   public:
     using Block::Block;
@@ -335,11 +281,6 @@ void add_shared_world(Library& library) {
             "A wrench from outside on a link of a robot in the World around the block. "
             "Errors: a robot that the world does not have, a link that the file does not list among "
             "push_links; a wrench that is not finite ends the run.")
-        .add<WorldRays>("WorldRays",
-                        "A fan of rays, such as a lidar has: distances to what they meet, now, in the "
-                        "x-y plane of a frame that is fixed to a body of the World around the block. What is "
-                        "seen are the shapes that touch; those of the body itself are not. "
-                        "Errors: a body that the world does not have, a pose that is none.")
         .add<WorldActuator>(
             "WorldActuator",
             "Drives an actuator that the MJCF of a robot brings and that belongs to none of the "

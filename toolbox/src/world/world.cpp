@@ -108,7 +108,9 @@ class MujocoWorld final : public RobotBlock {
     Argument<double> command_delay{
         this,
         "command_delay",
-        {.initial = 0, .minimum = 0, .doc = "until torques and references arrive, s, a multiple of the period"}};
+        {.initial = 0,
+         .minimum = 0,
+         .doc = "until torques and references arrive, s, a multiple of the period"}};
     Argument<double> measurement_delay{
         this,
         "measurement_delay",
@@ -121,14 +123,16 @@ class MujocoWorld final : public RobotBlock {
         "dropout",
         {.initial = 0,
          .minimum = 0,
-         .doc = "probability, below 1, that the measurements of a step are lost and the last ones read again; "
-                "which ones the seed decides"}};
+         .doc =
+             "probability, below 1, that the measurements of a step are lost and the last ones read again; "
+             "which ones the seed decides"}};
     Argument<std::vector<double>> backlash{
         this,
         "backlash",
         {.minimum = 0,
-         .doc = "play of the gears between motors and joints, rad at the joint from flank to flank; the motor "
-                "turns in it alone, with the joint's armature; none: 0"}};
+         .doc =
+             "play of the gears between motors and joints, rad at the joint from flank to flank; the motor "
+             "turns in it alone, with the joint's armature; none: 0"}};
     Argument<std::vector<double>> encoder_resolution{
         this,
         "encoder_resolution",
@@ -140,8 +144,7 @@ class MujocoWorld final : public RobotBlock {
     Argument<bool> velocities_from_encoders{
         this,
         "velocities_from_encoders",
-        {.initial = false,
-         .doc = "true: velocities are differences of what the encoders count in a period"}};
+        {.initial = false, .doc = "true: velocities are differences of what the encoders count in a period"}};
 
     Provides<RobotDevice> device{this, [this] { return make_device(); }};
 

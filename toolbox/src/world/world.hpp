@@ -8,5 +8,7 @@ namespace bf::toolbox {
 void add_world(Library& library);
 /// A world that several robots share.
 void add_shared_world(Library& library);
+/// What is seen and felt in it.
+void add_world_sensors(Library& library);
 
 } // namespace bf::toolbox

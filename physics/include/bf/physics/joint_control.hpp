@@ -134,7 +134,7 @@ class JointControl {
     Eigen::VectorXd reference_, s_t_, s_dot_t_, integral_, last_error_, command_, arrived_;
     Eigen::MatrixXd underway_; ///< n x delay: references, one column for each advance
     Eigen::Index next_ = 0;    ///< column that arrives next
-    bool has_error_ = false; ///< of the last interval
+    bool has_error_ = false;   ///< of the last interval
 };
 
 } // namespace bf::physics

@@ -6,11 +6,31 @@
 
 #include <Eigen/Dense>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace bf::physics {
+
+/// A frame that is fixed to a body, by its number in Scene::bodies; -1: to the world.
+struct Frame {
+    int body = -1;
+    Eigen::Matrix4d pose = Eigen::Matrix4d::Identity(); ///< in the body
+};
+
+/// What touches a body in the last interval.
+struct Contact {
+    Vector6d wrench = Vector6d::Zero(); ///< on the body (N, Nm), world axes, at the origin of a frame of it
+    int points = 0;                     ///< in how many
+};
+
+/// A rectangle of tactile cells, in whose frame z points out of the body, at what presses.
+struct Patch {
+    Frame frame;              ///< its origin is the middle
+    Eigen::Vector2d size;     ///< along x and y (m)
+    double thickness = 0.005; ///< m, how far in front and behind contacts are felt
+};
 
 /// Compiled physics model of robots and objects. Immutable: any number of SceneSimulations, in any threads,
 /// share it. Robots and objects are numbered from 0 in the order of the options.
@@ -47,6 +67,9 @@ class Scene {
     const std::vector<std::string>& bodies() const;
     /// Number of one of them, from 0. Throws std::runtime_error that lists them.
     int body(const std::string& name) const;
+    /// A frame at a pose in one of them, or in a link that is fixed to one; no name: in the world. Throws
+    /// std::runtime_error that lists what moves by itself, or says that the pose is none.
+    Frame frame(const std::string& name, const Eigen::MatrixXd& pose = Eigen::Matrix4d::Identity()) const;
     /// What the scene does otherwise than the files say.
     const std::vector<std::string>& warnings() const;
 
@@ -111,14 +134,23 @@ class SceneSimulation {
     Vector3View accelerometer(int robot) const noexcept;
     Vector6View ft_wrench(int robot, int i) const noexcept; ///< as Simulation::ft_wrench
 
-    Matrix4View w_H_o(int object) const noexcept; ///< pose of an object, now
-    Vector6View v_o(int object) const noexcept;   ///< its velocity, mixed, now
+    Matrix4View w_H_o(int object) const noexcept;           ///< pose of an object, now
+    Eigen::Matrix4d w_H(const Frame& frame) const noexcept; ///< pose of a frame, now
+    Vector6View v_o(int object) const noexcept;             ///< its velocity, mixed, now
+
+    /// From now on contacts are remembered, which the functions below need; a saved state has them, too. Call
+    /// it before the first step.
+    void remember_contacts();
+    /// All contacts of a body, or those with one other alone; -1: that with the world.
+    Contact contact(const Frame& frame, std::optional<int> with = {}) const noexcept;
+    /// Pressures (Pa) on n x m cells of a patch, n of them along x, from first to last. The normal force of
+    /// each contact within goes to the four cells around it, by their distances, so that force and, off the
+    /// borders, centre of pressure are kept.
+    void pressures(const Patch& patch, Eigen::Ref<Eigen::MatrixXd> cells) const noexcept;
 
     /// How far (m) the nearest shape of another body is along each ray, now; `range` where there is none
-    /// within. The rays begin at the origin of a frame fixed to a body (its number in Scene::bodies), and
-    /// `directions` are unit vectors there.
-    void measure_rays(int body, const Eigen::Matrix4d& body_H_frame,
-                      const Eigen::Ref<const Eigen::Matrix3Xd>& directions, double range,
+    /// within. The rays begin at the origin of a frame, and `directions` are unit vectors there.
+    void measure_rays(const Frame& frame, const Eigen::Ref<const Eigen::Matrix3Xd>& directions, double range,
                       Eigen::Ref<Eigen::VectorXd> distances) const noexcept;
 
     /// All positions of the scene, now, with which a figure of it is placed: for each body that floats its

@@ -89,6 +89,8 @@ const std::multimap<std::string, Arguments>& cases() {
         {"WorldActuator", {{"robot", "hand"}, {"actuator", "grip"}}},
         {"WorldPush", {{"robot", "arm"}, {"link", "bob"}}},
         {"WorldRays", {{"body", std::string("arm/bob")}}},
+        {"WorldContact", {{"body", std::string("ball")}}},
+        {"WorldTactile", {{"body", std::string("ball")}}},
         {"QP", {}},
         {"QpOases", {}},
         {"OSQP", {}},

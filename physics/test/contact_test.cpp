@@ -81,26 +81,34 @@ TEST(Contact, CarriesTheWeightOfWhatRests) {
 }
 
 TEST(Contact, ExplainsEveryChangeOfMomentum) {
-    SceneOptions options;
-    options.objects = {ball(0, 0, 0.4), box("ramp", {2, 2, 0.1}, at(0, 0, 0.05))};
-    const Eigen::AngleAxisd tilt(0.3, Eigen::Vector3d(1, 2, 0).normalized());
-    options.objects[1].w_H_o.topLeftCorner<3, 3>() = tilt.toRotationMatrix();
-    SceneSimulation sim = simulate(options);
-    const Frame centre = sim.scene().frame("ball");
-    int touching = 0;
-    for (int k = 0; k < 1200; ++k) { // it falls onto the ramp, rolls and slides down, and on along the floor
-        const Vector6d before = sim.v_o(0);
-        ASSERT_TRUE(sim.step());
-        const Contact felt = sim.contact(centre);
-        Vector6d expected = (sim.v_o(0) - before) / h;
-        expected.head<3>() = 0.5 * (expected.head<3>() + Eigen::Vector3d(0, 0, g));
-        expected.tail<3>() *= 0.4 * 0.5 * 0.01; // 2/5 m r²
-        ASSERT_LT((felt.wrench - expected).norm(), 1e-6 * (1 + expected.norm())) << k;
-        touching += felt.points > 0;
-    }
-    EXPECT_GT(touching, 100);
-    EXPECT_LT(touching, 1200);
-    EXPECT_GT(sim.v_o(0).tail<3>().norm(), 1.0) << "it rolls";
+    // Spheres and cubes have the same inertia about all axes: 2/5 m r², m a²/6.
+    const auto falls = [](const SceneObject& falling, double inertia) {
+        SceneOptions options;
+        options.objects = {falling, box("ramp", {2, 2, 0.1}, at(0, 0, 0.05))};
+        const Eigen::AngleAxisd tilt(0.3, Eigen::Vector3d(1, 2, 0).normalized());
+        options.objects[1].w_H_o.topLeftCorner<3, 3>() = tilt.toRotationMatrix();
+        SceneSimulation sim = simulate(options);
+        const Frame centre = sim.scene().frame(falling.name);
+        int touching = 0;
+        for (int k = 0; k < 1200; ++k) { // onto the ramp, down, and on along the floor
+            const Vector6d before = sim.v_o(0);
+            ASSERT_TRUE(sim.step());
+            const Contact felt = sim.contact(centre);
+            Vector6d expected = (sim.v_o(0) - before) / h;
+            expected.head<3>() = 0.5 * (expected.head<3>() + Eigen::Vector3d(0, 0, g));
+            expected.tail<3>() *= inertia;
+            ASSERT_LT((felt.wrench - expected).norm(), 1e-6 * (1 + expected.norm())) << k;
+            touching += felt.points > 0;
+        }
+        EXPECT_GT(touching, 100);
+        EXPECT_LT(touching, 1200);
+        EXPECT_GT((sim.w_H_o(0).topRightCorner<2, 1>().norm()), 0.2) << "it moves";
+    };
+    falls(ball(0, 0, 0.4), 0.4 * 0.5 * 0.01);
+    SceneObject cube = box("cube", {0.2, 0.2, 0.2}, at(0, 0, 0.5), 0.5);
+    cube.w_H_o.topLeftCorner<3, 3>() =
+        Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 0.3, 0.5).normalized()).toRotationMatrix();
+    falls(cube, 0.5 * 0.04 / 6);
 }
 
 TEST(Contact, IsKnownAtTheStart) {

@@ -245,9 +245,11 @@ TEST_F(Verbs, DescribeListsLibrariesAndBlocks) {
 
 TEST_F(Verbs, DoctorSaysWhatThereIs) {
     EXPECT_CONTAINS(bf("doctor").out, "plugin       yes  WholeBodyToolbox");
+    EXPECT_CONTAINS(bf("doctor").out, "plugin       yes  WholeBodyCameras");
     const auto json = nlohmann::json::parse(bf("doctor --json").out);
     EXPECT_EQ(json["version"], "0.1.0");
-    EXPECT_EQ(json["plugins"][0]["name"], "WholeBodyToolbox");
+    EXPECT_EQ(json["plugins"][0]["name"], "WholeBodyCameras");
+    EXPECT_EQ(json["plugins"][1]["name"], "WholeBodyToolbox");
 }
 
 TEST_F(Verbs, PlotDrawsThePanelsOfTheModelOrTheSignalsNamed) {

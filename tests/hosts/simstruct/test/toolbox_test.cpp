@@ -204,9 +204,11 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
             const auto compare = [&](const std::string& block, int number,
                                      const std::vector<std::string>& ports) {
                 for (std::size_t i = 0; i < ports.size(); ++i) {
-                    const Matrix wanted = here.get(block + "." + ports[i]);
-                    EXPECT_EQ(0, std::memcmp(there.output(number, static_cast<int>(i)), wanted.data(),
-                                             static_cast<std::size_t>(wanted.size()) * sizeof(double)))
+                    const auto wanted = here.diagram().find_signal(block + "." + ports[i]);
+                    const Slot& slot = here.diagram().slot(wanted);
+                    EXPECT_EQ(0, std::memcmp(there.output(number, static_cast<int>(i)),
+                                             here.simulation.context().data(wanted.node, wanted.slot),
+                                             static_cast<std::size_t>(slot.size.count() * bytes(slot.type))))
                         << ports[i] << ", step " << k;
                 }
             };

@@ -1,7 +1,7 @@
-"""Runs a scenario and expects every check of the model to pass.
+"""Runs a model and expects every check in it to pass.
 
-Usage: test.py BF MODEL [--compare OPTION...] [-- OPTION...]. With --compare the model is run a second time with those
-options, and both runs must come to the very same figures.
+Usage: checks.py BF MODEL [OPTION...] [--compare OPTION...]. With --compare the model is run a second time with those
+options as well, and both runs must come to the very same figures.
 """
 import json
 import subprocess
@@ -22,6 +22,6 @@ if "--compare" in rest:
 summary = run(bf, model, rest)
 failed = [name for name, value in summary["checks"].items() if value is False]
 assert not failed, f"failed: {failed}; {summary['checks']}"
-assert summary["checks"]["stood"] is True
+assert any(value is True for value in summary["checks"].values()), f"nothing is checked: {summary['checks']}"
 if compare:
     assert run(bf, model, rest + compare)["checks"] == summary["checks"]

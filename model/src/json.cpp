@@ -154,6 +154,26 @@ void refuse_json(const std::string& member, const std::string& expected) {
     throw Errors({{{}, "", "the operation's '" + member + "' is not as it must be", "it is " + expected}});
 }
 
+void read_members(const Json& json, JsonContext& context, const std::string& path,
+                  const std::function<bool(const MemberOfJson&)>& read) {
+    if (!json.is_object()) refuse_json(path, "an object");
+    if (++context.depth > 1000) refuse_json(path, "less deeply nested");
+    for (const auto& [name, value] : json.items()) {
+        const MemberOfJson member{name, value, path.empty() ? name : path + "." + name};
+        const bool is_verb = path.empty() && name == "do";
+        if (!read(member) && !is_verb) refuse_json(member.path, "not known: remove it");
+    }
+    --context.depth;
+}
+
+std::size_t choice_from_json(const Json& json, const Words& words, const std::string& member) {
+    const auto found = std::find(words.begin(), words.end(), json.is_string() ? json.get<std::string>() : "");
+    std::string all;
+    for (const auto& word : words) all += (all.empty() ? "one of " : ", ") + word;
+    if (found == words.end()) refuse_json(member, all);
+    return static_cast<std::size_t>(found - words.begin());
+}
+
 Json variant_to_json(const Operation& operation, JsonContext& context) {
     Json json = {{"do", verbs.at(operation.index())}};
     std::visit([&](const auto& known) { json.update(value_to_json(known, context)); }, operation);

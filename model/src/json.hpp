@@ -2,6 +2,7 @@
 
 #include "fields.hpp"
 
+#include <functional>
 #include <nlohmann/json.hpp>
 
 /// The document's types as JSON: an object of the members that have not their usual value; an expression that
@@ -19,6 +20,20 @@ struct JsonContext {
         nullptr; ///< collects referenced models, or has them
     int depth = 0;
 };
+
+/// One member of an object, and where in the whole it is.
+struct MemberOfJson {
+    const std::string& name;
+    const Json& value;
+    const std::string path;
+
+    bool is_called(const char* other) const { return name == other; }
+};
+/// Calls `read` for each member of an object; refuses those of which it says false.
+void read_members(const Json& json, JsonContext& context, const std::string& path,
+                  const std::function<bool(const MemberOfJson&)>& read);
+/// The number of the word. Refuses what is none.
+std::size_t choice_from_json(const Json& json, const Words& words, const std::string& member);
 
 Json variant_to_json(const Operation& operation, JsonContext& context);
 Operation variant_from_json(const Json& json, JsonContext& context);
@@ -77,12 +92,7 @@ void value_from_json(const Json& json, T& value, JsonContext& context, const std
     } else if constexpr (std::is_same_v<T, Operation>) {
         value = variant_from_json(json, context);
     } else if constexpr (std::is_enum_v<T>) {
-        const auto found =
-            std::find(words->begin(), words->end(), json.is_string() ? json.get<std::string>() : "");
-        std::string all;
-        for (const auto& word : *words) all += (all.empty() ? "one of " : ", ") + word;
-        if (found == words->end()) refuse_json(member, all);
-        value = static_cast<T>(found - words->begin());
+        value = static_cast<T>(choice_from_json(json, *words, member));
     } else if constexpr (is_vector<T>) {
         if (!json.is_array()) refuse_json(member, "a list");
         value.clear();
@@ -93,20 +103,16 @@ void value_from_json(const Json& json, T& value, JsonContext& context, const std
                 value = Expression{.text = json.get<std::string>()};
                 return;
             }
-        if (!json.is_object()) refuse_json(member, "an object");
-        if (++context.depth > 1000) refuse_json(member, "less deeply nested");
         value = T{};
-        for (const auto& [name, item] : json.items()) {
-            bool known = name == "do" && member.empty();
-            for_each_field<T>([&, &name = name, &item = item](const auto& field) {
-                if (name != field.name) return;
-                known = true;
-                value_from_json(item, value.*field.member, context,
-                                member.empty() ? name : member + "." + name, field.words);
+        read_members(json, context, member, [&](const MemberOfJson& given) {
+            bool is_known = false;
+            for_each_field<T>([&](const auto& field) {
+                if (!given.is_called(field.name)) return;
+                is_known = true;
+                value_from_json(given.value, value.*field.member, context, given.path, field.words);
             });
-            if (!known) refuse_json(member.empty() ? name : member + "." + name, "not known: remove it");
-        }
-        --context.depth;
+            return is_known;
+        });
         if constexpr (std::is_same_v<T, Location>) value.file = context.file;
         if constexpr (std::is_same_v<T, Reference>) {
             if (context.files && context.files->contains(value.file))

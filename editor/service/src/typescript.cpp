@@ -174,13 +174,32 @@ std::string typescript_causes() {
     return text + "};\n";
 }
 
-} // namespace
-
-std::string typescript_comment(const std::string& type, const std::string& member,
-                               const std::string& indent) {
-    const auto found = comments().all.find(member.empty() ? type : type + "." + member);
+/// What the declaration of a type or of its member says, as a comment of TypeScript; empty: nothing.
+std::string typescript_comment(const std::string& declared, const std::string& indent) {
+    const auto found = comments().all.find(declared);
     if (found == comments().all.end() || found->second.empty()) return "";
     return indent + "/** " + found->second + " */\n";
+}
+
+} // namespace
+
+std::string typescript_list(const std::string& item) {
+    return item.find(' ') == std::string::npos ? item + "[]" : "(" + item + ")[]";
+}
+
+std::string typescript_choice(const Words& words) {
+    std::string all;
+    for (const auto& word : words) all += (all.empty() ? "\"" : " | \"") + word + "\"";
+    return all;
+}
+
+void add_typescript_member(std::string& members, const std::string& owner, const std::string& name,
+                           const std::string& type) {
+    members += typescript_comment(owner + "." + name, "  ") + "  " + name + ": " + type + ";\n";
+}
+
+std::string typescript_interface(const std::string& name, const std::string& members) {
+    return typescript_comment(name, "") + "export interface " + name + " {\n" + members + "}\n";
 }
 
 std::string typescript_protocol(std::map<std::string, std::string> types, const std::string& methods) {

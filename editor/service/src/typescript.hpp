@@ -8,9 +8,14 @@
 
 namespace bf::service {
 
-/// What the declaration of a type or of its member says, as a comment of TypeScript; empty: nothing.
-std::string typescript_comment(const std::string& type, const std::string& member = {},
-                               const std::string& indent = {});
+// What is the same for all types.
+std::string typescript_list(const std::string& item);
+std::string typescript_choice(const Words& words);
+void add_typescript_member(std::string& members, const std::string& owner, const std::string& name,
+                           const std::string& type);
+/// With what the declarations say of it and of its members, as comments.
+std::string typescript_interface(const std::string& name, const std::string& members);
+
 /// How TypeScript calls T; `types` gets the declarations of it and of all it is made of, by their name.
 /// Members that a request may leave out are there all the same: the page says what it means.
 template <class T>
@@ -18,12 +23,9 @@ std::string typescript_of(std::map<std::string, std::string>& types, const Words
     if constexpr (is_optional<T>) {
         return typescript_of<typename T::value_type>(types, words) + " | null";
     } else if constexpr (is_vector<T>) {
-        const std::string item = typescript_of<typename T::value_type>(types, words);
-        return item.find(' ') == std::string::npos ? item + "[]" : "(" + item + ")[]";
+        return typescript_list(typescript_of<typename T::value_type>(types, words));
     } else if constexpr (std::is_enum_v<T>) {
-        std::string all;
-        for (const auto& word : *words) all += (all.empty() ? "\"" : " | \"") + word + "\"";
-        return all;
+        return typescript_choice(*words);
     } else if constexpr (std::is_same_v<T, Nothing>) {
         return "Record<string, never>";
     } else if constexpr (Listed<T>) {
@@ -34,11 +36,9 @@ std::string typescript_of(std::map<std::string, std::string>& types, const Words
         types[name] = {};
         for_each_field<T>([&](const auto& field) {
             using Member = std::remove_cvref_t<decltype(std::declval<T>().*field.member)>;
-            members += typescript_comment(name, field.name, "  ");
-            members +=
-                "  " + std::string(field.name) + ": " + typescript_of<Member>(types, field.words) + ";\n";
+            add_typescript_member(members, name, field.name, typescript_of<Member>(types, field.words));
         });
-        types[name] = typescript_comment(name) + "export interface " + name + " {\n" + members + "}\n";
+        types[name] = typescript_interface(name, members);
         return name;
     } else if constexpr (std::is_same_v<T, OperationText>) {
         return "object";

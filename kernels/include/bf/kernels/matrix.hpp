@@ -14,6 +14,12 @@ template <class T> constexpr void add_scaled(T* __restrict y, const T* __restric
     for (int i = 0; i < n; ++i) y[i] = add(y[i], multiply(x[i], f));
 }
 
+/// y = a x, a column of a product, of whole numbers, which no register of Lanes holds.
+template <class T> constexpr void product_column(T* y, const T* a, const T* x, int rows, int depth) noexcept {
+    for (int i = 0; i < rows; ++i) y[i] = 0;
+    for (int k = 0; k < depth; ++k) add_scaled(y, a + k * rows, x[k], rows);
+}
+
 /// sum += x f, of numbers or of registers.
 template <class V, class T> constexpr void add_product(V& sum, const V& x, T f) noexcept {
     if constexpr (std::is_same_v<V, T>)
@@ -74,7 +80,8 @@ struct MatrixProduct {
         if constexpr (is_real<Element<Y>>)
             run_widest(*this, y, a, b);
         else
-            run<detail::widest>(y, a, b);
+            for (int j = 0; j < b.cols; ++j)
+                detail::product_column(y.data + j * a.rows, a.data, b.data + j * a.cols, a.rows, a.cols);
     }
     template <int most, class Y, class A, class B>
     constexpr void run(const Y& y, const A& a, const B& b) const noexcept {

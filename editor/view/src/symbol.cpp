@@ -250,8 +250,37 @@ const std::map<std::string_view, Look>& looks() {
         {"WholeBodyToolbox/GetMeasurement", {rectangle, "measure\n{measured_type}"}},
         {"WholeBodyToolbox/GetSensor", {rectangle, "sense\n{sensor}"}},
         {"WholeBodyToolbox/SetReferences", {rectangle, "command\n{control_type}"}},
+        {"WholeBodyToolbox/InverseDynamics", {rectangle, "ν̇ → τ"}},
+        {"WholeBodyToolbox/CentroidalTotalMomentumMatrix", {rectangle, "A"}},
+        {"WholeBodyToolbox/RelativeTransform", {rectangle, "f₁_H_f₂"}},
+        {"WholeBodyToolbox/RelativeJacobian", {rectangle, "J\n{frame}"}},
+        {"WholeBodyToolbox/GetLimits", {rectangle, "limits\n{limit_type}"}},
+        {"WholeBodyToolbox/CartesianTask", {rectangle, "task\n{frame}"}},
+        {"WholeBodyToolbox/CenterOfMassTask", {rectangle, "task\nCoM"}},
+        {"WholeBodyToolbox/MomentumTask", {rectangle, "task\nL"}},
+        {"WholeBodyToolbox/PostureTask", {rectangle, "task\ns"}},
+        {"WholeBodyToolbox/RigidContact", {rectangle, "contact\n{frame}"}},
+        {"WholeBodyToolbox/ContactLimits", {rectangle, "A f ≤ b"}},
+        {"WholeBodyToolbox/JointLimits", {rectangle, "A ν̇ ≤ b"}},
+        {"WholeBodyToolbox/HierarchicalQP", {rectangle, "QP₁, QP₂, …"}},
+        {"WholeBodyToolbox/TaskSpaceInverseDynamics", {rectangle, "tasks → τ"}},
+        {"WholeBodyToolbox/StreamRead", {rectangle, "read\n{stream}"}},
+        {"WholeBodyToolbox/StreamWrite", {rectangle, "write\n{stream}"}},
+        {"WholeBodyToolbox/DampPinv", {rectangle, "A⁺"}},
+        {"WholeBodyToolbox/TruncPinv", {rectangle, "A⁺"}},
         {"WholeBodyToolbox/MujocoWorld", {rectangle, "world"}},
+        {"WholeBodyToolbox/World", {rectangle, "world\n{file}"}},
+        {"WholeBodyToolbox/WorldRobot", {rectangle, "robot\n{robot}"}},
+        {"WholeBodyToolbox/WorldObject", {rectangle, "object\n{object}"}},
+        {"WholeBodyToolbox/WorldPush", {rectangle, "push\n{link}"}},
+        {"WholeBodyToolbox/WorldActuator", {rectangle, "drive\n{actuator}"}},
+        {"WholeBodyToolbox/WorldRays", {rectangle, "rays"}},
+        {"WholeBodyToolbox/WorldContact", {rectangle, "contact\n{body}"}},
+        {"WholeBodyToolbox/WorldTactile", {rectangle, "touch\n{body}"}},
         {"WholeBodyToolbox/QP", {rectangle, "QP"}},
+        {"WholeBodyToolbox/QpOases", {rectangle, "qpOASES"}},
+        {"WholeBodyToolbox/OSQP", {rectangle, "OSQP"}},
+        {"WholeBodyCameras/WorldCamera", {rectangle, "camera"}},
     };
     return all;
 }
@@ -315,6 +344,10 @@ std::string filled(std::string_view text, const SettingText& setting) {
                                                               : inside.substr(colon + 1));
         if (!how.empty()) value = how == "^" ? superscript(value) : polynomial(value, how);
         std::replace(value.begin(), value.end(), '\n', ' ');
+        if (result.ends_with("+ ") && value.starts_with('-') && number_of(value)) {
+            result.replace(result.size() - 2, 2, "− "); // a sum of a negative number is a difference
+            value.erase(0, 1);
+        }
         result += value;
         at = end + 1;
     }

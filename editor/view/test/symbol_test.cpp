@@ -65,6 +65,9 @@ TEST(Symbol, ShowsWhatItsSettingsSay) {
     EXPECT_EQ(text("CompareToConstant", {{"operator", "<="}, {"constant", "3"}}), "≤ 3");
     EXPECT_EQ(text("Relational", {{"operator", "'~='"}}), "≠");
     EXPECT_EQ(text("Selector", {{"indices", "[1 3]"}}), "u([1 3])");
+    EXPECT_EQ(text("Bias", {{"bias", "0.3"}}), "u + 0.3");
+    EXPECT_EQ(text("Bias", {{"bias", "-0.3"}}), "u − 0.3");
+    EXPECT_EQ(text("Bias", {{"bias", "-a+b"}}), "u + -a+b");
     EXPECT_EQ(symbol_of("Product", 2, settings({{"operations", "'*/'"}})).signs,
               (std::vector<std::string>{"×", "÷"}));
 }

@@ -22,6 +22,7 @@ endif()
 set(BF_SHARE ${BF_DEPS}/venv/share) # robot models of the icub-models wheel
 set(BF_DAQP_SOURCES ${BF_DEPS}/src/daqp-0.11.0/csrc)
 set(BF_OSQP_SOURCES ${BF_DEPS}/src/osqp-0.6.7.post3/osqp_sources)
+set(BF_RUCKIG_SOURCES ${BF_DEPS}/src/ruckig-0.19.4)
 
 set(CMAKE_FIND_PACKAGE_PREFER_CONFIG ON) # the module FindBoost does not know the wheel's Boost
 list(PREPEND CMAKE_PREFIX_PATH ${BF_SITE}/cmeel.prefix ${BF_SITE}/idyntree)

@@ -28,6 +28,7 @@ LIBRARIES = {
     "ProxQP": ("proxsuite/",),
     "qpOASES": ("qpOASES.hpp", "qpOASES/"),
     "OSQP": ("osqp.h", "auxil.h", "scaling.h", "qdldl_interface.h"),
+    "Ruckig": ("ruckig/",),
     "CLI11": ("CLI/",),
     "nlohmann-json": ("nlohmann/",),
     "Boost": ("boost/",),

@@ -1,5 +1,7 @@
 #include "bf/dynamics/inverse_kinematics.hpp"
 
+#include "bf/dynamics/lie.hpp"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -17,18 +19,14 @@ using Kind = Target::Kind;
 
 Index rows(Kind kind) { return kind == Kind::pose ? 6 : 3; }
 
-/// The rotation vector of R, world axes.
-Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
-    const Eigen::AngleAxisd turn(R);
-    return turn.angle() * turn.axis();
-}
-
-/// L Lᵀ = A (lower triangle) in place. Its columns are short, so that no blocks are worth it.
+/// L Lᵀ = A (lower triangle) in place. Its columns are short, so that no blocks are worth it, and many
+/// entries are zero: joints of different limbs.
 void factorise(Eigen::Ref<Eigen::MatrixXd> A) {
     const Index n = A.cols();
     for (Index j = 0; j < n; ++j) {
         auto column = A.col(j).tail(n - j);
-        for (Index k = 0; k < j; ++k) column -= A(j, k) * A.col(k).tail(n - j);
+        for (Index k = 0; k < j; ++k)
+            if (const double factor = A(j, k); factor != 0.0) column -= factor * A.col(k).tail(n - j);
         column /= std::sqrt(column[0]);
     }
 }
@@ -83,7 +81,7 @@ void InverseKinematics::evaluate(Point& point) noexcept {
             error.head<3>() = target.pose.topRightCorner<3, 1>() - H.topRightCorner<3, 1>();
         if (target.kind == Kind::orientation || target.kind == Kind::pose)
             error.tail<3>() =
-                rotation_vector(target.pose.topLeftCorner<3, 3>() * H.topLeftCorner<3, 3>().transpose());
+                rotation_log(target.pose.topLeftCorner<3, 3>() * H.topLeftCorner<3, 3>().transpose());
         point.cost += 0.5 * target.weight * error.squaredNorm();
     }
 }
@@ -98,8 +96,23 @@ bool InverseKinematics::is_reached() const noexcept {
     return true;
 }
 
+/// Adds what a target with rows from `row` on asks to the Hessian and the gradient. Few joints move it.
+template <int count> void InverseKinematics::add_square(Eigen::Index row) noexcept {
+    const auto column = [&](Index j) { return J_.col(j).segment<count>(row); };
+    free_.clear();
+    for (Index j = 0; j < J_.cols(); ++j)
+        if (!column(j).isZero(0.0)) free_.push_back(j);
+    for (std::size_t a = 0; a < free_.size(); ++a) {
+        const Eigen::Matrix<double, count, 1> left = column(free_[a]);
+        gradient_[free_[a]] += left.dot(r_.segment<count>(row));
+        for (std::size_t b = a; b < free_.size(); ++b) H_(free_[b], free_[a]) += left.dot(column(free_[b]));
+    }
+}
+
 void InverseKinematics::linearise() noexcept {
     Index row = 0;
+    H_.setZero();
+    gradient_.setZero();
     for (std::size_t i = 0; i < targets.size(); ++i) {
         const Target& target = targets[i];
         const double root = std::sqrt(target.weight);
@@ -113,11 +126,8 @@ void InverseKinematics::linearise() noexcept {
             jacobian(model_, data_, target.frame, of_frame_);
             J_.middleRows(row, count) = root * of_frame_.rightCols(J_.cols()).middleRows(first, count);
         }
+        count == 3 ? add_square<3>(row) : add_square<6>(row);
         row += count;
-    }
-    for (Index j = 0; j < J_.cols(); ++j) {
-        gradient_[j] = J_.col(j).dot(r_);
-        for (Index i = j; i < J_.cols(); ++i) H_(i, j) = J_.col(i).dot(J_.col(j));
     }
     gradient_.tail(posture.size()) += posture_weights.cwiseProduct(posture - found_.s);
     H_.diagonal().tail(posture.size()) += posture_weights;
@@ -131,13 +141,14 @@ bool InverseKinematics::is_pressed(Index column) const noexcept {
            (gradient_[column] < 0.0 && found_.s[joint] <= low_[joint]);
 }
 
-/// Factorises the Hessian of the free columns.
+/// Factorises the Hessian of the free columns, which are from the last to the first: tips before what carries
+/// them, so that limbs stay apart in the factor (Featherstone 2008, §6.4).
 void InverseKinematics::factorise_free(double damping) noexcept {
     const auto count = static_cast<Index>(free_.size());
     auto L = L_.topLeftCorner(count, count);
     for (Index j = 0; j < count; ++j) {
         const Index column = free_[static_cast<std::size_t>(j)];
-        for (Index i = j; i < count; ++i) L(i, j) = H_(free_[static_cast<std::size_t>(i)], column);
+        for (Index i = j; i < count; ++i) L(i, j) = H_(column, free_[static_cast<std::size_t>(i)]);
         L(j, j) += damping;
     }
     factorise(L);
@@ -147,7 +158,7 @@ void InverseKinematics::factorise_free(double damping) noexcept {
 /// the first limit, from there on without the joint that stopped, and so on: each part lowers the cost.
 double InverseKinematics::step(double damping) noexcept {
     free_.clear();
-    for (Index j = 0; j < J_.cols(); ++j)
+    for (Index j = J_.cols(); j-- > 0;)
         if (H_(j, j) > 0.0 && !is_pressed(j)) free_.push_back(j);
     delta_.setZero();
     rest_ = gradient_;
@@ -195,7 +206,7 @@ void InverseKinematics::try_delta() noexcept {
 /// not see that it could bend.
 bool InverseKinematics::bends() noexcept {
     free_.clear();
-    for (Index j = 0; j < J_.cols(); ++j)
+    for (Index j = J_.cols(); j-- > 0;)
         if (H_(j, j) > 0.0) free_.push_back(j);
     if (free_.empty()) return false;
     factorise_free(1e-8 * H_.diagonal().maxCoeff());

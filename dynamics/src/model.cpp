@@ -379,26 +379,59 @@ void number_frames(const pinocchio::Model& tree, Model::Content& content) {
     }
 }
 
-} // namespace
+/// The joint that a cut names.
+urdf::JointSharedPtr find_cut(const urdf::ModelInterface& urdf, const std::string& name,
+                              const fs::path& path) {
+    auto joint = urdf.joints_.find(name);
+    if (joint == urdf.joints_.end()) {
+        const auto link = urdf.links_.find(name);
+        if (link != urdf.links_.end() && link->second->parent_joint)
+            joint = urdf.joints_.find(link->second->parent_joint->name);
+    }
+    if (joint == urdf.joints_.end() || joint->second->type != urdf::Joint::FIXED) {
+        std::vector<std::string> known;
+        for (const auto& [other, of] : urdf.joints_)
+            if (of->type == urdf::Joint::FIXED) known.push_back(other);
+        throw std::runtime_error("'" + name + "' is no fixed joint of '" + path.string() +
+                                 "', where it could be cut; most similar: " + similar(name, known));
+    }
+    return joint->second;
+}
 
-Model Model::load(const fs::path& path, const std::vector<std::string>& joints,
-                  const Eigen::Vector3d& gravity, const std::string& base_link, bool floating_base) {
-    const std::string xml = read(path);
-    check_urdf(xml, path.string());
-    const urdf::ModelInterfaceSharedPtr urdf = parse(xml, path);
-    auto content = std::make_shared<Content>();
-    content->joint_names = joints.empty() ? movable_joints(xml, *urdf) : joints;
-    check_joints(content->joint_names, *urdf, path);
+/// Takes away a link with all that hangs on it.
+void remove(urdf::ModelInterface& urdf, const urdf::LinkSharedPtr& link) {
+    for (const urdf::LinkSharedPtr& child : link->child_links) remove(urdf, child);
+    if (link->parent_joint) urdf.joints_.erase(link->parent_joint->name);
+    urdf.links_.erase(link->name);
+}
+
+/// Leaves what hangs on `root`, without what is behind the fixed joints `cuts`.
+void keep_part(urdf::ModelInterface& urdf, const std::string& root,
+               const std::vector<urdf::JointSharedPtr>& cuts) {
+    for (const urdf::JointSharedPtr& joint : cuts) {
+        const urdf::LinkSharedPtr parent = urdf.links_.at(joint->parent_link_name),
+                                  child = urdf.links_.at(joint->child_link_name);
+        std::erase(parent->child_joints, joint);
+        std::erase(parent->child_links, child);
+        urdf.joints_.erase(joint->name);
+        child->parent_joint.reset();
+        child->setParent(nullptr);
+    }
+    const urdf::LinkSharedPtr kept = urdf.links_.at(root);
+    for (const urdf::JointSharedPtr& joint : cuts)
+        if (joint->child_link_name != root) remove(urdf, urdf.links_.at(joint->child_link_name));
+    if (urdf.root_link_ != kept) remove(urdf, urdf.links_.at(urdf.root_link_->name));
+    urdf.root_link_ = kept;
+}
+
+std::shared_ptr<Model::Content> make_content(const urdf::ModelInterfaceSharedPtr& urdf, const fs::path& path,
+                                             const std::vector<std::string>& joints,
+                                             const Eigen::Vector3d& gravity, bool floating_base) {
+    auto content = std::make_shared<Model::Content>();
+    content->joint_names = joints;
     content->followers = find_followers(content->joint_names, *urdf, path);
     content->base_velocities = floating_base ? 6 : 0;
-    if (!base_link.empty() && !urdf->links_.contains(base_link)) {
-        std::vector<std::string> links;
-        for (const auto& [name, link] : urdf->links_) links.push_back(name);
-        throw std::runtime_error("base link '" + base_link + "' is not a link of '" + path.string() +
-                                 "'; most similar: " + similar(base_link, links));
-    }
     try {
-        if (!base_link.empty()) make_root(*urdf, base_link);
         const pinocchio::Model tree = build(urdf, *content);
         content->name = tree.name;
         number_joints(tree, *content);
@@ -410,7 +443,67 @@ Model Model::load(const fs::path& path, const std::vector<std::string>& joints,
     content->gravity = gravity;
     content->base_link = urdf->getRoot()->name;
     read_limits(*urdf, *content);
-    return Model(std::move(content));
+    return content;
+}
+
+/// The tree of a file with `base_link` as its root.
+struct Tree {
+    urdf::ModelInterfaceSharedPtr urdf;
+    std::vector<std::string> joints;
+
+    Tree(const fs::path& path, const std::vector<std::string>& wanted, const std::string& base_link) {
+        const std::string xml = read(path);
+        check_urdf(xml, path.string());
+        urdf = parse(xml, path);
+        joints = wanted.empty() ? movable_joints(xml, *urdf) : wanted;
+        check_joints(joints, *urdf, path);
+        if (!base_link.empty() && !urdf->links_.contains(base_link)) {
+            std::vector<std::string> links;
+            for (const auto& [name, link] : urdf->links_) links.push_back(name);
+            throw std::runtime_error("base link '" + base_link + "' is not a link of '" + path.string() +
+                                     "'; most similar: " + similar(base_link, links));
+        }
+        if (!base_link.empty()) make_root(*urdf, base_link);
+    }
+};
+
+} // namespace
+
+Model Model::load(const fs::path& path, const std::vector<std::string>& joints,
+                  const Eigen::Vector3d& gravity, const std::string& base_link, bool floating_base) {
+    const Tree tree(path, joints, base_link);
+    return Model(make_content(tree.urdf, path, tree.joints, gravity, floating_base));
+}
+
+std::vector<Model::Part> Model::load_parts(const fs::path& path, const std::vector<std::string>& joints,
+                                           const Eigen::Vector3d& gravity, const std::string& base_link,
+                                           const std::vector<std::string>& cuts) {
+    std::vector<Part> parts;
+    for (std::size_t k = 0; k <= cuts.size(); ++k) {
+        // Cutting takes the tree apart, so that each part begins with a new one.
+        const Tree tree(path, joints, base_link);
+        std::vector<urdf::JointSharedPtr> at;
+        for (const std::string& name : cuts) {
+            at.push_back(find_cut(*tree.urdf, name, path));
+            if (std::count(at.begin(), at.end(), at.back()) > 1)
+                throw std::runtime_error("'" + name + "' is cut twice; list every sensor once");
+            if (!tree.urdf->links_.at(at.back()->child_link_name)->parent_joint ||
+                at.back()->child_link_name.starts_with(inner_name("")))
+                throw std::runtime_error("'" + name + "' lies between the root of '" + path.string() +
+                                         "' and the base link; choose another base link");
+        }
+        const std::string root = k == 0 ? tree.urdf->getRoot()->name : at[k - 1]->child_link_name;
+        const std::string parent_link = k == 0 ? std::string() : at[k - 1]->parent_link_name;
+        keep_part(*tree.urdf, root, at);
+        std::vector<std::string> kept;
+        for (const std::string& name : tree.joints)
+            if (tree.urdf->joints_.contains(name)) kept.push_back(name);
+        parts.push_back({Model(make_content(tree.urdf, path, kept, gravity, true)), -1, parent_link});
+    }
+    for (std::size_t k = 1; k < parts.size(); ++k)
+        for (std::size_t other = 0; other < parts.size(); ++other)
+            if (parts[other].model.has_frame(parts[k].parent_link)) parts[k].parent = static_cast<int>(other);
+    return parts;
 }
 
 const std::vector<std::string>& Model::joint_names() const { return content_->joint_names; }

@@ -1,6 +1,6 @@
 #include "bf/dynamics/tasks.hpp"
 
-#include <Eigen/Geometry>
+#include "bf/dynamics/lie.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -50,6 +50,32 @@ double most(double room, double v, double max_speed, double max_acceleration, do
     return std::max(bound, -max_acceleration);
 }
 
+/// A of the rows of a contact: their upper bounds are 0, but for the row of the normal force.
+void contact_matrix(const Eigen::Ref<const Eigen::Matrix3d>& w_R_c, const ContactLimits& limits,
+                    MatrixOut A) {
+    const Index faces = limits.faces;
+    const auto x = w_R_c.col(0).transpose(), y = w_R_c.col(1).transpose(), z = w_R_c.col(2).transpose();
+    A.setZero();
+    const double slope = limits.friction * std::cos(std::numbers::pi / static_cast<double>(faces));
+    for (Index k = 0; k < faces; ++k) {
+        const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(faces);
+        A.row(k).head<3>() = std::cos(angle) * x + std::sin(angle) * y - slope * z;
+    }
+    A.row(faces).head<3>() = z;
+    if (A.cols() == 3) return;
+    // ±m_z ≤ torsion f_z;  x_min f_z ≤ -m_y ≤ x_max f_z;  y_min f_z ≤ m_x ≤ y_max f_z
+    const auto row = [&](Index k, double of_force, double of_moment, const auto& axis) {
+        A.row(faces + k).head<3>() = of_force * z;
+        A.row(faces + k).segment<3>(3) = of_moment * axis;
+    };
+    row(1, -limits.torsion, 1.0, z);
+    row(2, -limits.torsion, -1.0, z);
+    row(3, limits.x_min, 1.0, y);
+    row(4, -limits.x_max, -1.0, y);
+    row(5, limits.y_min, -1.0, x);
+    row(6, -limits.y_max, 1.0, x);
+}
+
 } // namespace
 
 void cartesian_task(const Model& model, Data& data, Frame frame, Kind kind,
@@ -66,9 +92,7 @@ void cartesian_task(const Model& model, Data& data, Frame frame, Kind kind,
     frame_velocity(model, data, frame, now);
     if (kind != Kind::orientation) error.head<3>() = target.topRightCorner<3, 1>() - H.topRightCorner<3, 1>();
     if (kind != Kind::position) {
-        const Eigen::AngleAxisd turn(
-            Eigen::Matrix3d(target.topLeftCorner<3, 3>() * H.topLeftCorner<3, 3>().transpose()));
-        error.tail<3>() = turn.angle() * turn.axis();
+        error.tail<3>() = rotation_log(target.topLeftCorner<3, 3>() * H.topLeftCorner<3, 3>().transpose());
     }
     rows.leftCols(a) = J.middleRows(first, count);
     answer(rows.col(a), wanted, error, now.segment(first, count), bias.segment(first, count));
@@ -127,33 +151,23 @@ void rigid_contact(const Model& model, Data& data, Frame frame, double damping, 
 
 void contact_limits(const Eigen::Ref<const Eigen::Matrix3d>& w_R_c, const ContactLimits& limits,
                     MatrixOut rows) noexcept {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    const bool is_surface = rows.cols() == 6 + row_extra;
-    const Index a = is_surface ? 6 : 3, faces = limits.faces;
-    const auto x = w_R_c.col(0).transpose(), y = w_R_c.col(1).transpose(), z = w_R_c.col(2).transpose();
-    rows.setZero();
-    rows.col(a).setConstant(-infinity);
+    const Index a = rows.cols() - row_extra, faces = limits.faces;
+    contact_matrix(w_R_c, limits, rows.leftCols(a));
+    rows.col(a).setConstant(-std::numeric_limits<double>::infinity());
+    rows.col(a + 1).setZero();
     rows.col(a + 2).setOnes();
-    const double slope = limits.friction * std::cos(std::numbers::pi / static_cast<double>(faces));
-    for (Index k = 0; k < faces; ++k) {
-        const double angle = 2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(faces);
-        rows.row(k).head<3>() = std::cos(angle) * x + std::sin(angle) * y - slope * z;
-    }
-    rows.row(faces).head<3>() = z;
     rows(faces, a) = limits.min_force;
     rows(faces, a + 1) = limits.max_force;
-    if (!is_surface) return;
-    // ±m_z ≤ torsion f_z;  x_min f_z ≤ -m_y ≤ x_max f_z;  y_min f_z ≤ m_x ≤ y_max f_z
-    const auto row = [&](Index k, double of_force, double of_moment, const auto& axis) {
-        rows.row(faces + k).head<3>() = of_force * z;
-        rows.row(faces + k).segment<3>(3) = of_moment * axis;
-    };
-    row(1, -limits.torsion, 1.0, z);
-    row(2, -limits.torsion, -1.0, z);
-    row(3, limits.x_min, 1.0, y);
-    row(4, -limits.x_max, -1.0, y);
-    row(5, limits.y_min, -1.0, x);
-    row(6, -limits.y_max, 1.0, x);
+}
+
+void contact_inequalities(const Eigen::Ref<const Eigen::Matrix3d>& w_R_c, const ContactLimits& limits,
+                          MatrixOut C, VectorOut d) noexcept {
+    const Index rows = C.rows() - 1, faces = limits.faces;
+    contact_matrix(w_R_c, limits, C.topRows(rows));
+    C.row(rows) = -C.row(faces);
+    d.setZero();
+    d[faces] = limits.max_force;
+    d[rows] = -limits.min_force;
 }
 
 void motion_equations(const Model& model, Data& data, const std::vector<Contact>& contacts, MatrixOut matrix,

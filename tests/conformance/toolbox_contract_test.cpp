@@ -17,6 +17,16 @@ using toolbox::test::Blocks;
 using toolbox::test::Running;
 using toolbox::test::yaml;
 
+/// Model and cost of a double integrator beside other arguments.
+Arguments double_integrator(Arguments arguments) {
+    const Matrix A = (Matrix(2, 2) << 1, 0.1, 0, 1).finished(), B = Eigen::Vector2d(0, 0.1);
+    arguments.emplace_back("A", A);
+    arguments.emplace_back("B", B);
+    arguments.emplace_back("Q", Matrix(Matrix::Identity(2, 2)));
+    arguments.emplace_back("R", Matrix(Matrix::Identity(1, 1)));
+    return arguments;
+}
+
 /// Arguments of the blocks that stand alone. A QP has no bounds here: with some, a second call starts from
 /// the solution of the first and may differ in the last bit.
 const std::multimap<std::string, Arguments>& alone() {
@@ -31,6 +41,12 @@ const std::multimap<std::string, Arguments>& alone() {
         {"TruncPinv", {}},
         {"HierarchicalQP",
          {{"tasks", std::vector<std::string>{"a", "b"}}, {"levels", Matrix(Eigen::RowVector2d(1, 2))}}},
+        {"LQR", double_integrator({})},
+        {"LQR", double_integrator({{"time", "continuous"}})},
+        {"MPC", double_integrator({{"horizon", 4}, {"terminal", "Q"}})},
+        {"MPC", double_integrator({{"horizon", 4}, {"form", "sparse"}, {"terminal", "Q"}})},
+        {"JointTrajectory", {}},
+        {"JointTrajectory", {{"timing", "minimum_jerk"}}},
         {"DiscreteFilter", {}},
         {"DiscreteFilter", {{"filter_type", "FirstOrderLowPassFilter"}, {"y0", 2.0}}},
         {"DiscreteFilter", {{"filter_type", "MedianFilter"}, {"order", 4}}},
@@ -77,6 +93,21 @@ const std::multimap<std::string, Arguments>& over_a_robot() {
         {"RigidContact", {{"frame", "l_sole"}, {"contact", "point"}}},
         {"ContactLimits", {{"frame", "l_sole"}}},
         {"ContactLimits", {{"frame", "l_sole"}, {"contact", "point"}}},
+        {"ContactLimits", {{"frame", "l_sole"}, {"form", "inequalities"}}},
+        {"JointPID", {}},
+        {"JointPID", {{"derivative", "filtered"}}},
+        {"CartesianPID", {}},
+        {"CartesianPID", {{"result", "velocity"}}},
+        {"CartesianTrajectory", {}},
+        {"CartesianTrajectory", {{"path", "screw"}}},
+        {"JointImpedance", {}},
+        {"JointImpedance", {{"compensation", "gravity"}}},
+        {"CartesianImpedance", {{"frame", "l_sole"}}},
+        {"MomentumObserver", {{"frames", Names{"l_sole"}}, {"known", Names{"r_sole"}}}},
+        {"ContactWrenches",
+         {{"sensors", Names{"l_foot_ft_sensor", "l_leg_ft_sensor"}}, {"contacts", Names{"l_sole", "chest"}}}},
+        {"LegOdometry", {}},
+        {"ContactEKF", {{"imu", "imu_frame"}}},
         {"JointLimits", {}},
         {"TaskSpaceInverseDynamics", {}},
         {"GetMeasurement", {}},

@@ -1,11 +1,15 @@
 // The Whole-Body Toolbox: lists its blocks.
 #include "bf/boundary/as_legacy_block.hpp"
+#include "control/control.hpp"
+#include "controllers/controllers.hpp"
+#include "estimators/estimators.hpp"
 #include "filters/filters.hpp"
 #include "qp/qp_block.hpp"
 #include "rigid_body/rigid_body.hpp"
 #include "robot/robot.hpp"
 #include "streams/streams.hpp"
 #include "tasks/tasks.hpp"
+#include "trajectories/trajectories.hpp"
 #include "utilities/utilities.hpp"
 #include "world/world.hpp"
 
@@ -17,6 +21,10 @@ extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library&
     bf::toolbox::add_qp(library);
     bf::toolbox::add_tasks(library);
     bf::toolbox::add_task_solvers(library);
+    bf::toolbox::add_optimal_control(library);
+    bf::toolbox::add_controllers(library);
+    bf::toolbox::add_trajectories(library);
+    bf::toolbox::add_estimators(library);
     bf::toolbox::add_filters(library);
     bf::toolbox::add_streams(library);
     bf::toolbox::add_utilities(library);
@@ -35,5 +43,7 @@ BF_LEGACY_BLOCKS(DiscreteFilter, MinimumJerkTrajectoryGenerator, QP, QpOases, OS
                  StreamWrite, NetworkClock, RealTimeSynchronizer, SimulatorSynchronizer, SimulatorClock,
                  Holder, Errors, MatchSignalSizes, DampPinv, TruncPinv, MujocoWorld, CartesianTask,
                  CenterOfMassTask, MomentumTask, PostureTask, RigidContact, ContactLimits, JointLimits,
-                 HierarchicalQP, TaskSpaceInverseDynamics, World, WorldRobot, WorldObject, WorldActuator,
-                 WorldPush, WorldRays, WorldContact, WorldTactile)
+                 HierarchicalQP, TaskSpaceInverseDynamics, LQR, MPC, JointPID, CartesianPID, JointImpedance,
+                 CartesianImpedance, JointTrajectory, CartesianTrajectory, MomentumObserver, ContactWrenches,
+                 LegOdometry, ContactEKF, World, WorldRobot, WorldObject, WorldActuator, WorldPush, WorldRays,
+                 WorldContact, WorldTactile)

@@ -78,7 +78,17 @@ class Running {
 inline std::string yaml(const Value& value) {
     if (value.kind == Value::Kind::text) return value.text;
     if (value.type == Type::boolean) return value.data.at(0) != 0 ? "true" : "false";
-    if (value.kind == Value::Kind::number) return value.describe();
+    if (value.kind == Value::Kind::number && value.rows * value.cols == 1) return value.describe();
+    if (value.kind == Value::Kind::number) {
+        std::string text = "\"[";
+        for (int i = 0; i < value.rows; ++i) {
+            for (int j = 0; j < value.cols; ++j)
+                text += (j > 0 ? " " : "") +
+                        Value(value.data[static_cast<std::size_t>(i + j * value.rows)]).describe();
+            text += i + 1 < value.rows ? "; " : "]\"";
+        }
+        return text;
+    }
     std::string list;
     for (const auto& item : value.texts) list += (list.empty() ? "'" : ", '") + item + "'";
     return "\"{" + list + "}\"";

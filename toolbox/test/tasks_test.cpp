@@ -17,7 +17,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr int n = 23, v = 29, x_size = v + 12;
 using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-const dynamics::Model& icub() {
+const dynamics::Model& icub_model() {
     static const auto model = dynamics::Model::load(
         BF_SHARE "/iCub/robots/iCubGazeboV2_5/model.urdf",
         {"torso_pitch",    "torso_roll",    "torso_yaw",        "l_shoulder_pitch", "l_shoulder_roll",
@@ -65,7 +65,7 @@ std::string standing(const std::string& solver, const std::string& feet) {
 const std::string wide_feet = "friction: 1e6, torsion: 1e6, x: [-1e6 1e6], y: [-1e6 1e6]";
 const std::string feet = "x: [-0.04 0.09], y: [-0.03 0.03], friction: 0.4, min_force: 5, faces: 6";
 
-struct State {
+struct StandingState {
     Transform w_H_b = Transform::Identity();
     Vector s = Vector::Zero(n), s_dot = Vector::Zero(n);
     Vector6 v_b = Vector6::Zero();
@@ -79,9 +79,9 @@ Matrix of_all(double value) {
 }
 
 /// Bent knees, a little motion.
-State some_state(std::mt19937& random) {
+StandingState some_state(std::mt19937& random) {
     std::normal_distribution<double> normal;
-    State state;
+    StandingState state;
     state.s(14) = state.s(20) = -0.6;
     state.s(11) = state.s(17) = 0.3;
     state.s(15) = state.s(21) = -0.3;
@@ -95,7 +95,7 @@ State some_state(std::mt19937& random) {
     return state;
 }
 
-void set(Running& run, const State& state, std::mt19937& random) {
+void set(Running& run, const StandingState& state, std::mt19937& random) {
     std::normal_distribution<double> normal;
     run.set("w_H_b", state.w_H_b).set("s", state.s).set("v_b", state.v_b).set("s_dot", state.s_dot);
     Transform hand = Transform::Identity();
@@ -107,13 +107,13 @@ void set(Running& run, const State& state, std::mt19937& random) {
 }
 
 /// Base wrench and torques that nu_dot needs beside the contact wrenches, by inverse dynamics.
-Vector needed(const State& state, const Vector& nu_dot, const Vector& f) {
-    dynamics::Data data(icub());
-    dynamics::set_state(icub(), data, state.w_H_b, state.s, state.v_b, state.s_dot);
+Vector needed(const StandingState& state, const Vector& nu_dot, const Vector& f) {
+    dynamics::Data data(icub_model());
+    dynamics::set_state(icub_model(), data, state.w_H_b, state.s, state.v_b, state.s_dot);
     Vector all(v);
-    dynamics::inverse_dynamics(icub(), data, nu_dot.head<6>(), nu_dot.tail(n), all);
-    dynamics::add_wrench(icub(), data, icub().frame("l_sole"), -f.head<6>(), all);
-    dynamics::add_wrench(icub(), data, icub().frame("r_sole"), -f.tail<6>(), all);
+    dynamics::inverse_dynamics(icub_model(), data, nu_dot.head<6>(), nu_dot.tail(n), all);
+    dynamics::add_wrench(icub_model(), data, icub_model().frame("l_sole"), -f.head<6>(), all);
+    dynamics::add_wrench(icub_model(), data, icub_model().frame("r_sole"), -f.tail<6>(), all);
     return all;
 }
 
@@ -144,22 +144,22 @@ struct Dense {
 };
 
 /// Equations of motion of the base and contacts that stand.
-Dense with_contacts(const State& state) {
-    dynamics::Data data(icub());
-    dynamics::set_state(icub(), data, state.w_H_b, state.s, state.v_b, state.s_dot);
+Dense with_contacts(const StandingState& state) {
+    dynamics::Data data(icub_model());
+    dynamics::set_state(icub_model(), data, state.w_H_b, state.s, state.v_b, state.s_dot);
     Matrix A = Matrix::Zero(18, x_size), M(v, v);
     Vector b(18), h(v), nu(v);
     nu << state.v_b, state.s_dot;
-    dynamics::mass_matrix(icub(), data, M);
-    dynamics::bias_forces(icub(), data, h);
+    dynamics::mass_matrix(icub_model(), data, M);
+    dynamics::bias_forces(icub_model(), data, h);
     A.topLeftCorner(6, v) = M.topRows<6>();
     b.head<6>() = -h.head<6>();
     int row = 6;
     for (const char* sole : {"l_sole", "r_sole"}) {
         Matrix6X J(6, v);
         Vector6 bias;
-        dynamics::jacobian(icub(), data, icub().frame(sole), J);
-        dynamics::bias_acceleration(icub(), data, icub().frame(sole), bias);
+        dynamics::jacobian(icub_model(), data, icub_model().frame(sole), J);
+        dynamics::bias_acceleration(icub_model(), data, icub_model().frame(sole), bias);
         A.block(0, v + row - 6, 6, 6) = -J.leftCols<6>().transpose();
         A.block(row, 0, 6, v) = J;
         b.segment<6>(row) = -bias - 10.0 * J * nu;
@@ -195,7 +195,7 @@ TEST(TaskSpaceInverseDynamics, OfOneLevelIsTheWeightedProblemWhereNoLimitIsActiv
     Running run(standing("max_torque: 1e5", wide_feet));
     std::mt19937 random(1);
     for (int k = 0; k < 3; ++k) {
-        const State state = some_state(random);
+        const StandingState state = some_state(random);
         set(run, state, random);
         ASSERT_TRUE(run.step()) << run.simulation.failure();
         ASSERT_EQ(run.scalar("program.status"), 0);
@@ -209,7 +209,7 @@ TEST(TaskSpaceInverseDynamics, OfThreeLevelsIsTheRecursionByNullSpacesWhereNoLim
     Running run(standing("levels: [1 2 3]", wide_feet));
     std::mt19937 random(2);
     for (int k = 0; k < 3; ++k) {
-        const State state = some_state(random);
+        const StandingState state = some_state(random);
         set(run, state, random);
         ASSERT_TRUE(run.step()) << run.simulation.failure();
         ASSERT_EQ(run.scalar("program.status"), 0);
@@ -226,7 +226,7 @@ TEST(TaskSpaceInverseDynamics, GivesTorquesAndWrenchesThatMoveTheRobotSoWithinIt
     Running run(standing("levels: [1 2 3], max_torque: 25", feet));
     std::mt19937 random(3);
     for (int k = 0; k < 5; ++k) {
-        State state = some_state(random);
+        StandingState state = some_state(random);
         set(run, state, random);
         ASSERT_TRUE(run.step()) << run.simulation.failure();
         ASSERT_EQ(run.scalar("program.status"), 0);
@@ -242,15 +242,15 @@ TEST(TaskSpaceInverseDynamics, GivesTorquesAndWrenchesThatMoveTheRobotSoWithinIt
             EXPECT_GE((value - rows.col(6)).minCoeff(), -1e-5);
             EXPECT_LE((value - rows.col(7)).maxCoeff(), 1e-5);
         }
-        dynamics::Data data(icub());
-        dynamics::set_state(icub(), data, state.w_H_b, state.s, state.v_b, state.s_dot);
+        dynamics::Data data(icub_model());
+        dynamics::set_state(icub_model(), data, state.w_H_b, state.s, state.v_b, state.s_dot);
         Vector nu(v);
         nu << state.v_b, state.s_dot;
         for (const char* sole : {"l_sole", "r_sole"}) {
             Matrix6X J(6, v);
             Vector6 bias;
-            dynamics::jacobian(icub(), data, icub().frame(sole), J);
-            dynamics::bias_acceleration(icub(), data, icub().frame(sole), bias);
+            dynamics::jacobian(icub_model(), data, icub_model().frame(sole), J);
+            dynamics::bias_acceleration(icub_model(), data, icub_model().frame(sole), bias);
             EXPECT_LT((J * nu_dot + bias + 10 * J * nu).norm(), 1e-7) << "the contact moves";
         }
     }

@@ -1,11 +1,8 @@
 #include "tasks/tasks.hpp"
 
 #include "bf/dynamics/tasks.hpp"
+#include "checks.hpp"
 #include "rigid_body/robot_block.hpp"
-
-#include <Eigen/LU>
-
-#include <cmath>
 
 namespace bf::toolbox {
 
@@ -15,27 +12,6 @@ constexpr const char* task_rows_doc =
     "rows [A, lower, upper, weight] over nu_dot: A nu_dot from lower to upper, here equal";
 using JacobianMatrix = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 constexpr const char* limit_rows_doc = "rows [A, lower, upper, weight]: A x from lower to upper";
-
-/// The first element that is not finite ends the step.
-template <class Key> Status all_finite(Now at, const Key& key) {
-    const auto value = at[key];
-    for (Eigen::Index i = 0; i < value.size(); ++i)
-        if (!std::isfinite(value.data()[i]))
-            return Status::failure("{element} is not finite; look at what computes it", key,
-                                   static_cast<std::int32_t>(i));
-    return ok;
-}
-template <class Key, class... Keys> Status all_finite(Now at, const Key& key, const Keys&... keys) {
-    const Status status = all_finite(at, key);
-    return status ? all_finite(at, keys...) : status;
-}
-
-template <class Key> Status is_rotation(Now at, const Key& key) {
-    const Eigen::Matrix3d R = at[key].template topLeftCorner<3, 3>();
-    if ((R * R.transpose()).isIdentity(1e-3) && R.determinant() > 0) return ok;
-    return Status::failure(
-        "{element} holds no rotation; its first three columns must be orthonormal and right-handed", key, -1);
-}
 
 class CartesianTask final : public VelocityBlock {
   public:
@@ -280,6 +256,12 @@ class ContactLimits final : public PositionBlock {
         this,
         "faces",
         {.initial = 4, .minimum = 3, .maximum = 64, .doc = "of the pyramid inside the cone of friction"}};
+    Argument<std::string> form{
+        this,
+        "form",
+        {.initial = "rows",
+         .doc = "rows: limits, for the solvers of tasks; inequalities: C f <= d, for a QP",
+         .choices = {"rows", "inequalities"}}};
     Parameter<double> friction{
         this, "friction", {.initial = {0.5}, .minimum = 0, .doc = "Coulomb's coefficient"}};
     Parameter<double> min_force{
@@ -310,11 +292,22 @@ class ContactLimits final : public PositionBlock {
                                   .unit = unit<"m">,
                                   .doc = "from and to: centre of pressure along the y axis of the frame",
                                   .present = is_surface()}};
-    Output<Matrix> limits{this,
-                          "limits",
-                          {.shape = {dynamics::contact_rows(is_surface(), faces), is_surface() ? 9 : 6},
-                           .unit = mixed_units,
-                           .doc = limit_rows_doc}};
+    Output<Matrix> limits{
+        this,
+        "limits",
+        {.shape = {rows(), wide() + 3}, .unit = mixed_units, .doc = limit_rows_doc, .present = has_rows()}};
+    Output<Matrix> C{this,
+                     "C",
+                     {.shape = {rows() + 1, wide()},
+                      .unit = mixed_units,
+                      .doc = "C f <= d over the wrench f, world axes",
+                      .present = !has_rows()}};
+    Output<Vector> d{this,
+                     "d",
+                     {.shape = {rows() + 1},
+                      .unit = unit<"N">,
+                      .doc = "inf in the row of a normal force without a largest one",
+                      .present = !has_rows()}};
 
     void infer(Inference&) const override { frame.resolve(robot); }
     Status output(Now at, Out out) const noexcept override {
@@ -336,11 +329,17 @@ class ContactLimits final : public PositionBlock {
             if (of.y_min > of.y_max)
                 return Status::failure("y goes from a larger to a smaller value; exchange them");
         }
-        dynamics::contact_limits(H.topLeftCorner<3, 3>(), of, out[limits]);
+        if (has_rows())
+            dynamics::contact_limits(H.topLeftCorner<3, 3>(), of, out[limits]);
+        else
+            dynamics::contact_inequalities(H.topLeftCorner<3, 3>(), of, out[C], out[d]);
         return ok;
     }
 
   private:
+    bool has_rows() const { return *form == "rows"; }
+    int wide() const { return is_surface() ? 6 : 3; }
+    int rows() const { return dynamics::contact_rows(is_surface(), faces); }
     bool is_surface() const { return *contact == "surface"; }
 };
 
@@ -450,7 +449,7 @@ void add_tasks(Library& library) {
                                              "sin(t) f_y by friction cos(pi/faces) f_z, "
                                              "and the normal force; of a surface also torsion and the centre "
                                              "of pressure (-m_y, m_x)/f_z within a "
-                                             "rectangle; in the axes of the frame. "
+                                             "rectangle; in the axes of the frame; or the same as C f <= d. "
                                              "Source: S. Caron, Q.-C. Pham, Y. Nakamura, Stability of "
                                              "surface contacts for humanoid robots, 2015. "
                                              "Errors: a frame that the robot does not have; the text lists "

@@ -81,6 +81,7 @@ class InverseKinematics {
     Status descend() noexcept;
     void evaluate(Point& point) noexcept;
     bool is_reached() const noexcept;
+    template <int count> void add_square(Eigen::Index row) noexcept;
     void linearise() noexcept;
     bool is_pressed(Eigen::Index column) const noexcept;
     void factorise_free(double damping) noexcept;

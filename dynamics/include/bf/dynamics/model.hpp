@@ -45,6 +45,18 @@ class Model {
                       const Eigen::Vector3d& gravity = {0.0, 0.0, -9.81}, const std::string& base_link = {},
                       bool floating_base = true);
 
+    struct Part;
+    /// The robot cut at fixed joints, such as those with force/torque sensors: first the part of the base,
+    /// then for each of `cuts` (joints or their child links) what hangs behind it. Each is a robot whose base
+    /// floats, and lists those of `joints` that it has.
+    ///
+    /// Throws as `load`, and for a cut that is no fixed joint, is listed twice, or lies between the root of
+    /// the URDF and the base link.
+    static std::vector<Part> load_parts(const std::filesystem::path& urdf,
+                                        const std::vector<std::string>& joints,
+                                        const Eigen::Vector3d& gravity, const std::string& base_link,
+                                        const std::vector<std::string>& cuts);
+
     const std::vector<std::string>& joint_names() const;
     /// Number of joints, n.
     int joints() const;
@@ -84,6 +96,13 @@ class Model {
     explicit Model(std::shared_ptr<const Content> content) : content_(std::move(content)) {}
 
     std::shared_ptr<const Content> content_;
+};
+
+/// A part of a robot. Its base link is the child of the joint where it was cut off.
+struct Model::Part {
+    Model model;
+    int parent = -1;         ///< number of the part that carries it; -1: that of the base
+    std::string parent_link; ///< link of that part on which it hangs
 };
 
 } // namespace bf::dynamics

@@ -83,6 +83,11 @@ constexpr int contact_rows(bool is_surface, int faces) { return faces + 1 + (is_
 void contact_limits(const Eigen::Ref<const Eigen::Matrix3d>& w_R_c, const ContactLimits& limits,
                     MatrixOut rows) noexcept;
 
+/// The same as C f ≤ d, one row more: the least normal force comes last. Without a largest one its row is f_z
+/// ≤ inf.
+void contact_inequalities(const Eigen::Ref<const Eigen::Matrix3d>& w_R_c, const ContactLimits& limits,
+                          MatrixOut C, VectorOut d) noexcept;
+
 /// A frame on which a wrench (size 6) or a force (3) acts.
 struct Contact {
     Frame frame;

@@ -55,6 +55,17 @@ const Arguments world{{"feet", std::vector<std::string>{"l_sole", "r_sole"}},
 
 const Arguments shared{{"file", toolbox::test::small_world()}};
 
+/// Three states, one input, and a cost beside other arguments.
+Arguments linear(Arguments arguments) {
+    Matrix A = Matrix::Identity(3, 3);
+    A(0, 1) = A(1, 2) = 0.1;
+    arguments.emplace_back("A", A);
+    arguments.emplace_back("B", Matrix(Vector3(0, 0, 0.1)));
+    arguments.emplace_back("Q", Matrix(Matrix::Identity(3, 3)));
+    arguments.emplace_back("R", 0.1);
+    return arguments;
+}
+
 const std::multimap<std::string, Arguments>& cases() {
     static const std::multimap<std::string, Arguments> all{
         {"ForwardKinematics", {{"frame", "l_sole"}}},
@@ -116,6 +127,20 @@ const std::multimap<std::string, Arguments>& cases() {
         {"JointLimits", {}},
         {"HierarchicalQP", {{"tasks", std::vector<std::string>{"a"}}, {"levels", 1.0}}},
         {"TaskSpaceInverseDynamics", {}},
+        {"LQR", linear({})},
+        {"MPC", linear({{"horizon", 4}, {"u_min", -0.1}})},
+        {"JointPID", {{"P", 10.0}}},
+        {"CartesianPID", {}},
+        {"JointImpedance", {}},
+        {"CartesianImpedance", {{"frame", "l_sole"}}},
+        {"JointTrajectory", {}},
+        {"CartesianTrajectory", {{"path", "screw"}}},
+        {"MomentumObserver", {{"frames", std::vector<std::string>{"l_sole"}}}},
+        {"ContactWrenches",
+         {{"sensors", std::vector<std::string>{"l_foot_ft_sensor"}},
+          {"contacts", std::vector<std::string>{"l_sole"}}}},
+        {"LegOdometry", {}},
+        {"ContactEKF", {{"imu", "imu_frame"}}},
         {"DiscreteFilter", {{"filter_type", "MedianFilter"}}},
         {"MinimumJerkTrajectoryGenerator", {}}};
     return all;
@@ -148,8 +173,10 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         std::string text = "model: m\nstep: 0.001\n", wires = "connections:\n";
         if (!inputs.empty()) text += "inputs:\n";
         const std::map<std::string, std::string> shapes{
-            {"w_H_b", "[4 4]"}, {"w_H_b_0", "[4 4]"}, {"H", "[2 2]"}, {"g", "[2]"},  {"A", "[1 2]"},
-            {"ubA", "[1]"},     {"reference", "[3]"}, {"u", "[3]"},   {"a", "[2 5]"}};
+            {"w_H_b", "[4 4]"}, {"w_H_b_0", "[4 4]"}, {"H", "[2 2]"},          {"g", "[2]"},
+            {"A", "[1 2]"},     {"w_H_f", "[4 4]"},   {"w_H_target", "[4 4]"}, {"w_H_0", "[4 4]"},
+            {"target", "[3]"},  {"ubA", "[1]"},       {"reference", "[3]"},    {"u", "[3]"},
+            {"a", "[2 5]"}};
         for (const auto& input : inputs) {
             const auto shape = name == "WorldActuator" ? shapes.end() : shapes.find(input); // u is one number
             text += "  " + input + ": {" + (shape == shapes.end() ? "" : "shape: \"" + shape->second + "\"") +

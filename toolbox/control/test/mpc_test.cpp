@@ -1,0 +1,238 @@
+#include "bf/control/mpc.hpp"
+
+#include <Eigen/Dense>
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+#include <stdexcept>
+
+namespace bf::control::test {
+namespace {
+
+using Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+
+constexpr int n = 4, m = 2;
+
+/// Two masses, coupled by a spring, each pushed by an input; 0.1 s a step.
+struct Masses {
+    Matrix A = Matrix::Identity(n, n), B = Matrix::Zero(n, m), Q = Matrix::Identity(n, n),
+           R = 0.1 * Matrix::Identity(m, m), P = 3.0 * Matrix::Identity(n, n);
+    Masses() {
+        A(0, 2) = A(1, 3) = 0.1;
+        A(2, 0) = A(3, 1) = -0.2;
+        A(2, 1) = A(3, 0) = 0.2;
+        B(2, 0) = 0.1;
+        B(3, 1) = 0.05;
+        Q(0, 1) = 0.4; // only the symmetric part counts
+    }
+};
+
+struct Question {
+    VectorXd x, u_reference, disturbance;
+    Matrix reference;
+};
+
+Question random_question(int columns, std::mt19937& random) {
+    std::normal_distribution<double> normal;
+    const auto draw = [&](Eigen::Index, Eigen::Index) { return normal(random); };
+    return {Matrix::NullaryExpr(n, 1, draw), Matrix::NullaryExpr(m, 1, draw),
+            0.1 * Matrix::NullaryExpr(n, 1, draw), Matrix::NullaryExpr(n, columns, draw)};
+}
+
+Mpc made(Mpc::Form form, int horizon, std::vector<int> bounded = {}, bool is_soft = false,
+         Mpc::Method method = Mpc::Method::daqp) {
+    Mpc::Options options;
+    options.horizon = horizon;
+    options.form = form;
+    options.bounded = std::move(bounded);
+    options.is_soft = is_soft;
+    options.method = method;
+    const Masses of;
+    Mpc mpc(n, m, options);
+    mpc.set_model(of.A, of.B, of.Q, of.R, of.P);
+    return mpc;
+}
+
+qp::Status solve(Mpc& mpc, const Question& of) {
+    return mpc.solve(of.x, of.reference, of.u_reference, of.disturbance).status;
+}
+
+/// All inputs by the equations of Karush, Kuhn and Tucker over inputs, states and multipliers.
+Matrix without_bounds(const Question& question, int N) {
+    const Masses of;
+    const int variables = N * (n + m), rows = N * n;
+    Matrix H = Matrix::Zero(variables, variables), C = Matrix::Zero(rows, variables);
+    VectorXd g = VectorXd::Zero(variables), d = VectorXd::Zero(rows);
+    for (int k = 0; k < N; ++k) {
+        const Matrix cost = k + 1 == N ? of.P : Matrix(0.5 * (of.Q + of.Q.transpose()));
+        H.block(k * m, k * m, m, m) = of.R;
+        H.block(N * m + k * n, N * m + k * n, n, n) = cost;
+        g.segment(k * m, m) = -of.R * question.u_reference;
+        g.segment(N * m + k * n, n) = -cost * question.reference.col(k);
+        C.block(k * n, N * m + k * n, n, n).setIdentity();
+        C.block(k * n, k * m, n, m) = -of.B;
+        if (k > 0) C.block(k * n, N * m + (k - 1) * n, n, n) = -of.A;
+        d.segment(k * n, n) = question.disturbance;
+        if (k == 0) d.head(n) += of.A * question.x;
+    }
+    Matrix all = Matrix::Zero(variables + rows, variables + rows);
+    all << H, C.transpose(), C, Matrix::Zero(rows, rows);
+    VectorXd right(variables + rows);
+    right << -g, d;
+    const VectorXd solution = all.fullPivLu().solve(right);
+    return Eigen::Map<const Matrix>(solution.data(), m, N);
+}
+
+} // namespace
+
+TEST(Mpc, WithoutBoundsIsTheSolutionOfItsOptimalityConditions) {
+    std::mt19937 random(1);
+    for (const auto form : {Mpc::Form::condensed, Mpc::Form::sparse}) {
+        Mpc mpc = made(form, 7);
+        for (int k = 0; k < 5; ++k) {
+            const Question question = random_question(7, random);
+            ASSERT_EQ(solve(mpc, question), qp::Status::solved);
+            const Matrix expected = without_bounds(question, 7);
+            EXPECT_LT((mpc.inputs() - expected).norm(), 1e-7 * expected.norm());
+        }
+    }
+}
+
+TEST(Mpc, WithTheRegulatorsCostToGoIsTheRegulator) {
+    const Masses of;
+    Regulator regulator(n, m, Regulator::Time::discrete);
+    ASSERT_EQ(regulator.solve(of.A, of.B, of.Q, of.R), Regulator::Status::solved);
+    std::mt19937 random(2);
+    for (const auto form : {Mpc::Form::condensed, Mpc::Form::sparse}) {
+        Mpc mpc = made(form, 3);
+        mpc.set_model(of.A, of.B, of.Q, of.R, regulator.X());
+        const Question some = random_question(1, random);
+        const VectorXd zero = VectorXd::Zero(n);
+        ASSERT_EQ(mpc.solve(some.x, zero, VectorXd::Zero(m), zero).status, qp::Status::solved);
+        EXPECT_LT((mpc.inputs().col(0) + regulator.K() * some.x).norm(), 1e-8);
+    }
+}
+
+TEST(Mpc, HasOneSolutionInBothFormsWhereBoundsAreActive) {
+    std::mt19937 random(3);
+    for (const bool is_soft : {false, true}) {
+        Mpc condensed = made(Mpc::Form::condensed, 8, {2, 0}, is_soft),
+            sparse = made(Mpc::Form::sparse, 8, {2, 0}, is_soft);
+        int active = 0;
+        for (int k = 0; k < 20; ++k) {
+            Question question = random_question(8, random);
+            question.x *= 0.3;
+            for (Mpc* mpc : {&condensed, &sparse}) {
+                mpc->u_min.setConstant(-3.0);
+                mpc->u_max << 3.0, 2.0;
+                mpc->x_min << -0.8, -1.2;
+                mpc->x_max << 0.7, 0.9;
+                mpc->slack_weight << 2.0, 1.0;
+                mpc->slack_linear << 0.1, 0.5;
+            }
+            const auto status = solve(condensed, question);
+            ASSERT_EQ(status, solve(sparse, question)) << k;
+            if (status != qp::Status::solved) {
+                EXPECT_FALSE(is_soft);
+                EXPECT_EQ(status, qp::Status::infeasible);
+                continue;
+            }
+            EXPECT_LT((condensed.inputs() - sparse.inputs()).norm(), 1e-5) << k;
+            EXPECT_LT((condensed.states() - sparse.states()).norm(), 1e-5) << k;
+            const double highest = condensed.states().row(2).maxCoeff();
+            if (!is_soft) EXPECT_LT(highest, 0.7 + 1e-5);
+            active += highest > 0.7 - 1e-5;
+            EXPECT_LE(condensed.inputs().row(1).maxCoeff(), 2.0 + 1e-6);
+        }
+        EXPECT_GT(active, 2);
+    }
+}
+
+TEST(Mpc, AgreesWithAMethodOfFirstOrder) {
+    std::mt19937 random(4);
+    for (const auto form : {Mpc::Form::condensed, Mpc::Form::sparse}) {
+        Mpc exact = made(form, 6, {2}, true), approximate = made(form, 6, {2}, true, Mpc::Method::osqp);
+        const Question question = random_question(6, random);
+        for (Mpc* mpc : {&exact, &approximate}) {
+            mpc->u_max.setConstant(1.0);
+            mpc->x_max.setConstant(0.2);
+            ASSERT_EQ(solve(*mpc, question), qp::Status::solved);
+        }
+        EXPECT_LT((exact.inputs() - approximate.inputs()).norm(), 1e-3 * exact.inputs().norm());
+    }
+}
+
+TEST(Mpc, KeepsSoftBoundsWhereItCanAndExceedsThemWhereItMust) {
+    Question question{VectorXd::Zero(n), VectorXd::Zero(m), VectorXd::Zero(n), Matrix::Zero(n, 1)};
+    question.reference(0, 0) = 1.0;
+    for (const auto form : {Mpc::Form::condensed, Mpc::Form::sparse}) {
+        Mpc hard = made(form, 10, {2}), soft = made(form, 10, {2}, true);
+        for (Mpc* mpc : {&hard, &soft}) {
+            mpc->x_max << 0.3;
+            mpc->u_min.setConstant(-1.0);
+            mpc->slack_linear.setConstant(1e4);
+        }
+        ASSERT_EQ(solve(hard, question), qp::Status::solved);
+        ASSERT_EQ(solve(soft, question), qp::Status::solved);
+        EXPECT_NEAR(hard.states().row(2).maxCoeff(), 0.3, 1e-6);
+        EXPECT_LT((hard.inputs() - soft.inputs()).norm(), 1e-5) << "the penalty is exact";
+
+        Question fast = question;
+        fast.x[2] = 1.0; // it cannot be as slow as 0.3 after one step
+        const Matrix before = hard.inputs();
+        EXPECT_EQ(solve(hard, fast), qp::Status::infeasible);
+        EXPECT_EQ(hard.inputs(), before);
+        ASSERT_EQ(solve(soft, fast), qp::Status::solved);
+        EXPECT_NEAR(soft.inputs()(0, 0), -1.0, 1e-6) << "brakes as hard as it can";
+        EXPECT_LT(soft.states()(2, 9), 0.3 + 1e-6);
+    }
+}
+
+TEST(Mpc, MovesBeforeAReferenceThatItSeesComing) {
+    Question question{VectorXd::Zero(n), VectorXd::Zero(m), VectorXd::Zero(n), Matrix::Zero(n, 10)};
+    question.reference.row(0).tail(4).setOnes();
+    Mpc mpc = made(Mpc::Form::condensed, 10);
+    ASSERT_EQ(solve(mpc, question), qp::Status::solved);
+    EXPECT_GT(mpc.inputs()(0, 0), 0.01);
+    question.reference.setZero();
+    ASSERT_EQ(solve(mpc, question), qp::Status::solved);
+    EXPECT_EQ(mpc.inputs().norm(), 0.0);
+}
+
+TEST(Mpc, GoesOnFromASavedStateBitForBit) {
+    std::mt19937 random(5);
+    Mpc mpc = made(Mpc::Form::condensed, 8, {0}, true), other = made(Mpc::Form::condensed, 8, {0}, true);
+    for (Mpc* one : {&mpc, &other}) {
+        one->u_min.setConstant(-1.0);
+        one->u_max.setConstant(1.0);
+        one->x_max.setConstant(0.1);
+    }
+    for (int k = 0; k < 3; ++k) solve(mpc, random_question(8, random));
+    VectorXd saved(mpc.state_size());
+    mpc.save(saved.data());
+    other.restore(saved.data());
+    for (int k = 0; k < 3; ++k) {
+        const Question question = random_question(8, random);
+        EXPECT_EQ(solve(mpc, question), solve(other, question));
+        EXPECT_EQ(mpc.inputs(), other.inputs());
+    }
+}
+
+TEST(Mpc, RefusesWhatIsNoProblem) {
+    Mpc::Options options;
+    EXPECT_THROW(Mpc(0, 1, options), std::invalid_argument);
+    options.bounded = {0, 4};
+    EXPECT_THROW(Mpc(4, 1, options), std::invalid_argument);
+    options.bounded = {1, 1};
+    EXPECT_THROW(Mpc(4, 1, options), std::invalid_argument);
+    options.bounded = {1};
+    options.horizon = 0;
+    EXPECT_THROW(Mpc(4, 1, options), std::invalid_argument);
+    Mpc mpc = made(Mpc::Form::condensed, 3);
+    Question question{VectorXd::Constant(n, NAN), VectorXd::Zero(m), VectorXd::Zero(n), Matrix::Zero(n, 1)};
+    EXPECT_EQ(solve(mpc, question), qp::Status::internal_error);
+}
+
+} // namespace bf::control::test

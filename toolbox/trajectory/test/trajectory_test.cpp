@@ -1,0 +1,287 @@
+#include "bf/trajectory/cartesian_trajectory.hpp"
+#include "bf/trajectory/joint_trajectory.hpp"
+
+#include <Eigen/Geometry>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <random>
+#include <stdexcept>
+
+namespace bf::trajectory::test {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix4d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Timing = JointTrajectory::Timing;
+using Synchronisation = JointTrajectory::Synchronisation;
+using Status = JointTrajectory::Status;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+VectorXd some(Eigen::Index size, std::mt19937& random, double width = 1.0) {
+    std::uniform_real_distribution<double> uniform(-width, width);
+    return VectorXd::NullaryExpr(size, [&](Eigen::Index) { return uniform(random); });
+}
+
+Matrix4d some_pose(std::mt19937& random) {
+    Matrix4d H = Matrix4d::Identity();
+    H.topLeftCorner<3, 3>() = dynamics::rotation_exp(some(3, random, 1.5));
+    H.topRightCorner<3, 1>() = some(3, random);
+    return H;
+}
+
+JointTrajectory one_joint(Timing timing, double way, double v, double a, double j) {
+    JointTrajectory motion(1, timing);
+    motion.question.target << way;
+    motion.question.max_velocity << v;
+    motion.question.max_acceleration << a;
+    motion.question.max_jerk << j;
+    return motion;
+}
+
+struct Instant {
+    VectorXd p, v, a;
+    Instant(const JointTrajectory& of, double t) : p(of.question.target), v(p), a(p) { of.at(t, p, v, a); }
+};
+
+/// Largest factor by which limits are exceeded on the way, sampled; checks that velocities are rates.
+double sampled_excess(const JointTrajectory& of) {
+    double worst = 0.0;
+    const double T = of.duration(), dt = 1e-5 * T;
+    for (int k = 1; k < 400; ++k) {
+        const double t = T * k / 400.0;
+        const Instant now(of, t), after(of, t + dt), before(of, t - dt);
+        EXPECT_LT(((after.p - before.p) / (2 * dt) - now.v).norm(), 1e-3 * (1.0 + now.v.norm()));
+        worst = std::max({worst, now.v.cwiseAbs().cwiseQuotient(of.question.max_velocity).maxCoeff(),
+                          now.a.cwiseAbs().cwiseQuotient(of.question.max_acceleration).maxCoeff()});
+    }
+    return worst;
+}
+
+/// Finite differences of a frame's motion.
+void expect_rates(const CartesianTrajectory& along, double t) {
+    const double dt = 1e-4;
+    const FrameMotion now = along.at(t), after = along.at(t + dt), before = along.at(t - dt);
+    const auto turn = [](const FrameMotion& to, const FrameMotion& from) {
+        return dynamics::rotation_log(to.pose.topLeftCorner<3, 3>() *
+                                      from.pose.topLeftCorner<3, 3>().transpose());
+    };
+    Vector6 velocity;
+    velocity << (after.pose - before.pose).topRightCorner<3, 1>(), turn(after, before);
+    EXPECT_LT((velocity / (2 * dt) - now.velocity).norm(), 1e-5 * (1.0 + now.acceleration.norm())) << t;
+    EXPECT_LT(((after.velocity - before.velocity) / (2 * dt) - now.acceleration).norm(),
+              1e-5 * (1.0 + 100.0 * now.acceleration.norm()))
+        << t;
+    EXPECT_LT(
+        (now.pose.topLeftCorner<3, 3>() * now.pose.topLeftCorner<3, 3>().transpose() - Matrix3d::Identity())
+            .norm(),
+        1e-13);
+}
+
+} // namespace
+
+TEST(Quintic, LeavesTheStartAndRestsAtTheTarget) {
+    std::mt19937 random(1);
+    for (int k = 0; k < 10; ++k) {
+        const VectorXd s = some(4, random);
+        const Quintic motion({s[0], s[1], s[2]}, s[3], 0.7);
+        EXPECT_NEAR(motion.at(0.0).position, s[0], 1e-14);
+        EXPECT_NEAR(motion.at(0.0).velocity, s[1], 1e-14);
+        EXPECT_NEAR(motion.at(0.0).acceleration, s[2], 1e-13);
+        const Motion end = motion.at(0.7 * (1 - 1e-12));
+        EXPECT_NEAR(end.position, s[3], 1e-10);
+        EXPECT_NEAR(end.velocity, 0.0, 1e-9);
+        EXPECT_NEAR(end.acceleration, 0.0, 1e-8);
+        EXPECT_EQ(motion.at(5.0).position, s[3]);
+    }
+}
+
+TEST(Quintic, KnowsItsPeaks) {
+    const Quintic::Peaks rest = Quintic({1.0, 0.0, 0.0}, 3.0, 2.0).peaks();
+    EXPECT_NEAR(rest.velocity, 1.875, 1e-12);
+    EXPECT_NEAR(rest.acceleration, 10.0 / std::sqrt(3.0) * 2.0 / 4.0, 1e-12);
+    EXPECT_NEAR(rest.jerk, 60.0 * 2.0 / 8.0, 1e-12);
+    std::mt19937 random(2);
+    for (int k = 0; k < 50; ++k) {
+        const VectorXd s = some(4, random, 2.0);
+        const Quintic motion({s[0], s[1], s[2]}, s[3], 1.3);
+        double v = 0.0, a = 0.0, j = 0.0;
+        for (int i = 0; i < 4000; ++i) {
+            const double t = 1.3 * i / 4000.0;
+            v = std::max(v, std::abs(motion.at(t).velocity));
+            a = std::max(a, std::abs(motion.at(t).acceleration));
+            j = std::max(j, std::abs(motion.at(t + 1e-5).acceleration - motion.at(t).acceleration) / 1e-5);
+        }
+        const Quintic::Peaks peaks = motion.peaks();
+        EXPECT_NEAR(peaks.velocity, v, 1e-5 * v);
+        EXPECT_NEAR(peaks.acceleration, a, 1e-3 * a);
+        EXPECT_NEAR(peaks.jerk, j, 1e-2 * j);
+    }
+}
+
+TEST(JointTrajectory, TakesTheTimesThatAreKnown) {
+    const auto time = [](Timing timing, double way, double v, double a, double j) {
+        JointTrajectory motion = one_joint(timing, way, v, a, j);
+        EXPECT_EQ(motion.plan(), Status::planned);
+        return motion.duration();
+    };
+    const Timing fast = Timing::time_optimal, smooth = Timing::minimum_jerk;
+    EXPECT_NEAR(time(fast, 3.0, 2.0, 4.0, infinity), 3.0 / 2.0 + 2.0 / 4.0, 1e-9) << "a trapezium";
+    EXPECT_NEAR(time(fast, 0.25, 2.0, 4.0, infinity), 2.0 * std::sqrt(0.25 / 4.0), 1e-9) << "a triangle";
+    EXPECT_NEAR(time(fast, 3.0, 2.0, 4.0, 40.0), 3.0 / 2.0 + 2.0 / 4.0 + 4.0 / 40.0, 1e-9) << "seven phases";
+    EXPECT_NEAR(time(fast, -0.01, 2.0, 4.0, 40.0), 4.0 * std::cbrt(0.01 / 80.0), 1e-9) << "the jerk alone";
+    EXPECT_NEAR(time(smooth, 3.0, 2.0, infinity, infinity), 1.875 * 3.0 / 2.0, 1e-12);
+    EXPECT_NEAR(time(smooth, -3.0, infinity, 4.0, infinity), std::sqrt(10.0 / std::sqrt(3.0) * 3.0 / 4.0),
+                1e-12);
+    EXPECT_NEAR(time(smooth, 3.0, 20.0, 40.0, 40.0), std::cbrt(60.0 * 3.0 / 40.0), 1e-12);
+    EXPECT_EQ(time(fast, 0.0, 1.0, 1.0, 1.0), 0.0);
+    EXPECT_EQ(time(smooth, 0.0, 1.0, 1.0, 1.0), 0.0);
+    JointTrajectory slow = one_joint(smooth, 1.0, infinity, infinity, infinity);
+    slow.question.shortest = 2.5;
+    EXPECT_EQ(slow.plan(), Status::planned);
+    EXPECT_EQ(slow.duration(), 2.5);
+}
+
+TEST(JointTrajectory, KeepsItsLimitsFromRestAndArrives) {
+    std::mt19937 random(3);
+    for (const Timing timing : {Timing::time_optimal, Timing::minimum_jerk})
+        for (int k = 0; k < 10; ++k) {
+            JointTrajectory motion(5, timing);
+            motion.question.position = some(5, random);
+            motion.question.target = some(5, random);
+            motion.question.max_velocity = VectorXd::Constant(5, 1.1) + some(5, random);
+            motion.question.max_acceleration = VectorXd::Constant(5, 4.0) + some(5, random);
+            motion.question.max_jerk.setConstant(50.0);
+            ASSERT_EQ(motion.plan(), Status::planned);
+            const double worst = sampled_excess(motion);
+            EXPECT_LT(worst, 1.0 + 1e-9);
+            EXPECT_GT(worst, 0.6) << "it is as fast as it may";
+            const Instant nearly(motion, motion.duration() - 1e-9), end(motion, motion.duration());
+            EXPECT_LT((nearly.p - motion.question.target).norm(), 1e-7);
+            EXPECT_LT(nearly.v.norm(), 1e-5);
+            EXPECT_EQ(end.p, motion.question.target);
+        }
+}
+
+TEST(JointTrajectory, GoesOnFromAStateUnderWay) {
+    std::mt19937 random(4);
+    for (const Timing timing : {Timing::time_optimal, Timing::minimum_jerk})
+        for (int k = 0; k < 20; ++k) {
+            JointTrajectory motion(3, timing);
+            motion.question.max_velocity.setConstant(2.0);
+            motion.question.max_acceleration.setConstant(6.0);
+            motion.question.max_jerk.setConstant(80.0);
+            motion.question.target = some(3, random, 2.0);
+            ASSERT_EQ(motion.plan(), Status::planned);
+            const Instant turn(motion, 0.4 * motion.duration());
+            motion.question.position = turn.p;
+            motion.question.velocity = turn.v;
+            motion.question.acceleration = turn.a;
+            motion.question.target = some(3, random, 2.0);
+            ASSERT_EQ(motion.plan(), Status::planned);
+            const Instant start(motion, 0.0);
+            EXPECT_LT((start.p - turn.p).norm() + (start.v - turn.v).norm() + (start.a - turn.a).norm(),
+                      1e-9);
+            const double worst = sampled_excess(motion);
+            EXPECT_LT(worst, timing == Timing::time_optimal ? 1.0 + 1e-6 : 1.3);
+        }
+}
+
+TEST(JointTrajectory, SynchronisesAsItIsAsked) {
+    const auto along = [](Synchronisation how, double part) {
+        JointTrajectory motion(2, Timing::time_optimal, how);
+        motion.question.target << 2.0, 0.5;
+        motion.question.max_jerk.setConstant(30.0);
+        EXPECT_EQ(motion.plan(), Status::planned);
+        return Instant(motion, part * motion.duration());
+    };
+    EXPECT_NEAR(along(Synchronisation::none, 0.7).p[1], 0.5, 1e-9);
+    EXPECT_LT(along(Synchronisation::time, 0.7).p[1], 0.49);
+    for (const double part : {0.1, 0.3, 0.8}) {
+        const Instant now = along(Synchronisation::phase, part);
+        EXPECT_NEAR(now.p[1], 0.25 * now.p[0], 1e-9);
+    }
+}
+
+TEST(JointTrajectory, TellsWhatIsNoQuestion) {
+    for (const Timing timing : {Timing::time_optimal, Timing::minimum_jerk}) {
+        JointTrajectory motion = one_joint(timing, NAN, 1.0, 1.0, 1.0);
+        EXPECT_EQ(motion.plan(), Status::not_finite);
+        motion.question.target << 1.0;
+        motion.question.max_jerk << 0.0;
+        EXPECT_EQ(motion.plan(), Status::bad_limits);
+        motion.question.max_jerk << infinity;
+        motion.question.max_acceleration << infinity;
+        motion.question.max_velocity << infinity;
+        EXPECT_EQ(motion.plan(), Status::bad_limits);
+    }
+    EXPECT_EQ(one_joint(Timing::time_optimal, 1e300, 1.0, 1.0, 1.0).plan(), Status::not_found);
+    EXPECT_EQ(one_joint(Timing::time_optimal, 1.0, 1.0, infinity, 1.0).plan(), Status::bad_limits);
+    EXPECT_THROW(JointTrajectory(0, Timing::time_optimal), std::invalid_argument);
+}
+
+TEST(CartesianTrajectory, MovesFromRestAlongTheGeodesics) {
+    std::mt19937 random(5);
+    for (int k = 0; k < 10; ++k) {
+        FrameMotion start;
+        start.pose = some_pose(random);
+        const Matrix4d target = some_pose(random);
+        const CartesianTrajectory straight(start, target, CartesianTrajectory::Path::straight, 1.5),
+            screw(start, target, CartesianTrajectory::Path::screw, 1.5);
+        const Matrix4d twist = Matrix4d(start.pose.inverse() * target).log();
+        for (const double t : {0.0, 0.3, 0.8, 1.4}) {
+            const double part = Quintic({}, 1.0, 1.5).at(t).position;
+            const Matrix4d on_screw = start.pose * Matrix4d(part * twist).exp();
+            EXPECT_LT((screw.at(t).pose - on_screw).norm(), 1e-10) << t;
+            const Matrix3d between =
+                Eigen::Quaterniond(Matrix3d(start.pose.topLeftCorner<3, 3>()))
+                    .slerp(part, Eigen::Quaterniond(Matrix3d(target.topLeftCorner<3, 3>())))
+                    .toRotationMatrix();
+            const Vector3d on_line =
+                (1.0 - part) * start.pose.topRightCorner<3, 1>() + part * target.topRightCorner<3, 1>();
+            EXPECT_LT((straight.at(t).pose.topLeftCorner<3, 3>() - between).norm(), 1e-10) << t;
+            EXPECT_LT((straight.at(t).pose.topRightCorner<3, 1>() - on_line).norm(), 1e-12) << t;
+            if (t > 0.0) expect_rates(straight, t);
+            if (t > 0.0) expect_rates(screw, t);
+        }
+        EXPECT_EQ(screw.at(1.5).pose, target);
+        EXPECT_EQ(screw.at(9.0).velocity.norm(), 0.0);
+    }
+}
+
+TEST(CartesianTrajectory, GoesOnFromAMotionWithoutAJump) {
+    std::mt19937 random(6);
+    for (const auto path : {CartesianTrajectory::Path::straight, CartesianTrajectory::Path::screw})
+        for (int k = 0; k < 10; ++k) {
+            FrameMotion start;
+            start.pose = some_pose(random);
+            start.velocity = some(6, random, 2.0);
+            start.acceleration = some(6, random, 5.0);
+            const Matrix4d target = some_pose(random);
+            const CartesianTrajectory along(start, target, path, 0.8);
+            const FrameMotion now = along.at(0.0), end = along.at(0.8 * (1 - 1e-9));
+            EXPECT_LT((now.pose - start.pose).norm(), 1e-12);
+            EXPECT_LT((now.velocity - start.velocity).norm(), 1e-11);
+            EXPECT_LT((now.acceleration - start.acceleration).norm(), 1e-10);
+            EXPECT_LT((end.pose - target).norm() + end.velocity.norm() + end.acceleration.norm(), 1e-5);
+            for (const double t : {0.1, 0.4, 0.7}) expect_rates(along, t);
+        }
+}
+
+TEST(CartesianTrajectory, KnowsTheTimeThatSpeedsNeed) {
+    FrameMotion start;
+    Matrix4d target = Matrix4d::Identity();
+    target(0, 3) = 0.6;
+    target.topLeftCorner<3, 3>() = dynamics::rotation_exp({0.0, 0.0, 1.0});
+    const double T = CartesianTrajectory::shortest(start.pose, target, 0.5, 4.0);
+    EXPECT_NEAR(T, 1.875 * 0.6 / 0.5, 1e-12);
+    EXPECT_NEAR(CartesianTrajectory::shortest(start.pose, target, infinity, 4.0), 1.875 / 4.0, 1e-12);
+    const CartesianTrajectory along(start, target, CartesianTrajectory::Path::straight, T);
+    EXPECT_NEAR(along.at(0.5 * T).velocity.norm(), std::hypot(0.5, 1.875 / T), 1e-12);
+}
+
+} // namespace bf::trajectory::test

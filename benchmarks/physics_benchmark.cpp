@@ -61,7 +61,7 @@ void step_mujoco(benchmark::State& state) {
     const World world(standing_icub()); // completes the options
     const Simulation start(std::make_shared<const World>(standing_icub()));
     const Urdf urdf = Urdf::read(world.options().urdf);
-    const SpecPtr spec = make_spec(world.options(), urdf, Looks::none);
+    const SpecPtr spec = make_spec(world.options(), world.options(), urdf, Looks::none);
     const ModelPtr model = compile(spec.get(), urdf.file);
     const DataPtr data = make_data(model.get());
     const std::vector<double> target = world.options().initial_joints;

@@ -1,6 +1,5 @@
 #include "puppet.hpp"
 #include "scene_impl.hpp"
-#include "world_impl.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -11,7 +10,7 @@ Puppet::Puppet(const World& world, const std::function<void(mjSpec*)>& decorate)
     WorldOptions drawn = world.options();
     drawn.floating_base = false;
     const Urdf urdf = Urdf::read(drawn.urdf);
-    const SpecPtr spec = make_spec(drawn, urdf, Looks::meshes);
+    const SpecPtr spec = make_spec(drawn, drawn, urdf, Looks::meshes);
     mjsBody* ground = mjs_findBody(spec.get(), "world");
     for (mjsElement* body = mjs_firstChild(ground, mjOBJ_BODY, 0); body;
          body = mjs_nextChild(ground, body, 0))

@@ -1,10 +1,12 @@
 #include "robot_index.hpp"
+#include "contacts.hpp"
 #include "noise.hpp"
 
 #include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 namespace bf::physics {
@@ -45,6 +47,14 @@ void measure_rotation(const mjData* d, int site, auto&& out) noexcept { // MuJoC
     out = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(d->site_xmat + 9 * site);
 }
 
+/// Writes the pose of a site to 16 doubles, column-major.
+void measure_pose(const mjData* d, int site, double* out) noexcept {
+    Eigen::Map<Eigen::Matrix4d> H(out);
+    measure_rotation(d, site, H.topLeftCorner<3, 3>());
+    H.topRightCorner<3, 1>() = Eigen::Map<const Eigen::Vector3d>(d->site_xpos + 3 * site);
+    H.row(3) << 0.0, 0.0, 0.0, 1.0;
+}
+
 } // namespace
 
 RobotLayout::RobotLayout(int& at, const RobotIndex& robot, const RobotOptions& options) {
@@ -61,6 +71,8 @@ RobotLayout::RobotLayout(int& at, const RobotIndex& robot, const RobotOptions& o
     v_b = take(6);
     com = take(3);
     imu_rotation = take(9);
+    foot_poses = take(16 * static_cast<int>(robot.foot_sites.size()));
+    foot_wrenches = take(6 * static_cast<int>(robot.foot_sites.size()));
     if (robot.delay == 0 && options.imperfections.dropout == 0.0) return;
     slots = robot.delay + 1;
     memory = take(slots * measured);
@@ -150,6 +162,16 @@ void RobotIndex::find(const mjModel* m, const RobotOptions& options, const std::
     }
     for (size_t i = 0; i < options.push_links.size(); ++i)
         push_sites.push_back(site("push:" + std::to_string(i)));
+    if (options.feet.empty()) return;
+    foot_of_geom.assign(static_cast<size_t>(m->ngeom), -1);
+    for (size_t i = 0; i < options.feet.size(); ++i) {
+        const std::string name = prefix + "foot:" + std::to_string(i);
+        foot_sites.push_back(id_of(m, mjOBJ_SITE, name));
+        for (int geom = 0; geom < m->ngeom; ++geom)
+            if (const char* shape = mj_id2name(m, mjOBJ_GEOM, geom);
+                shape && std::string_view(shape).starts_with(name + ":"))
+                foot_of_geom[static_cast<size_t>(geom)] = static_cast<int>(i);
+    }
 }
 
 void put_joints(const RobotIndex& robot, const RobotOptions& options, double* qpos) {
@@ -198,13 +220,6 @@ void RobotIndex::drive(const mjModel* m, const RobotOptions& options, const Moto
     drives.emplace(motors_given, options.joints, joint_inertias(m, *this, start));
 }
 
-void measure_pose(const mjData* d, int site, double* out) noexcept {
-    Eigen::Map<Eigen::Matrix4d> H(out);
-    measure_rotation(d, site, H.topLeftCorner<3, 3>());
-    H.topRightCorner<3, 1>() = Eigen::Map<const Eigen::Vector3d>(d->site_xpos + 3 * site);
-    H.row(3) << 0.0, 0.0, 0.0, 1.0;
-}
-
 void measure_now(const mjModel* m, const mjData* d, const RobotIndex& robot, const RobotLayout& at,
                  const RobotOptions& options, std::uint64_t step, double* out) noexcept {
     const Noise& noise = options.noise;
@@ -251,9 +266,11 @@ void measure_now(const mjModel* m, const mjData* d, const RobotIndex& robot, con
     rpy[1] = std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
     rpy[2] = std::atan2(R(1, 0), R(0, 0));
     std::copy_n(d->sensordata + robot.gyro, 3, out + at.gyro);
+    for (size_t i = 0; i < robot.foot_sites.size(); ++i)
+        measure_pose(d, robot.foot_sites[i], out + at.foot_poses + 16 * i);
 }
 
-void measure_last_interval(const mjData* d, const RobotIndex& robot, const RobotLayout& at,
+void measure_last_interval(const mjModel* m, const mjData* d, const RobotIndex& robot, const RobotLayout& at,
                            const Noise& noise, std::uint64_t step, double* out) noexcept {
     for (size_t i = 0; i < robot.velocity.size(); ++i) {
         const auto joint = static_cast<Eigen::Index>(i);
@@ -271,6 +288,22 @@ void measure_last_interval(const mjData* d, const RobotIndex& robot, const Robot
             wrench[j] = -d->sensordata[robot.force_sensors[i] + j];
             wrench[3 + j] = -d->sensordata[robot.torque_sensors[i] + j];
         }
+    }
+    if (robot.foot_sites.empty()) return;
+    std::fill_n(out + at.foot_wrenches, 6 * robot.foot_sites.size(), 0.0);
+    for (int i = 0; i < d->ncon; ++i) {
+        const mjContact& contact = d->contact[i];
+        if (!is_active(contact)) continue;
+        const bool second = robot.foot_of_geom[static_cast<size_t>(contact.geom[1])] >= 0;
+        const int foot = robot.foot_of_geom[static_cast<size_t>(contact.geom[second])];
+        if (foot < 0) continue;
+        const Eigen::Vector3d force = (second ? 1.0 : -1.0) * touch(m, d, i).force;
+        const Eigen::Vector3d lever =
+            Eigen::Map<const Eigen::Vector3d>(contact.pos) -
+            Eigen::Map<const Eigen::Vector3d>(d->site_xpos + 3 * robot.foot_sites[static_cast<size_t>(foot)]);
+        double* wrench = out + at.foot_wrenches + 6 * foot;
+        Eigen::Map<Eigen::Vector3d>{wrench} += force;
+        Eigen::Map<Eigen::Vector3d>{wrench + 3} += lever.cross(force);
     }
 }
 

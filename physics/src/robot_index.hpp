@@ -15,7 +15,9 @@ struct RobotIndex {
     std::vector<int> position; ///< n, joint → index in qpos
     std::vector<int> velocity; ///< n, joint → index in qvel
     std::vector<int> motors;   ///< n, joint → index in ctrl
-    std::vector<int> ft_sites, push_sites;
+    std::vector<int> ft_sites, push_sites, foot_sites;
+    std::vector<int>
+        foot_of_geom; ///< per geom: number of the foot that it belongs to, or -1; without feet none
     std::vector<int> force_sensors, torque_sensors; ///< per F/T sensor: index in sensordata
     std::vector<FollowerAddress> followers;
     int base_site = -1, imu_site = -1;
@@ -49,8 +51,9 @@ struct RobotLayout {
     /// What the low level measures.
     int s, s_dot, s_ddot, tau, motor_position, motor_velocity, motor_acceleration, imu_rpy, gyro,
         accelerometer, ft_wrenches;
-    int w_H_b, v_b, com, imu_rotation; ///< what is so, whoever measures
-    int measured = 0;                  ///< how many numbers the former are, from `s` on
+    /// What is so, whoever measures.
+    int w_H_b, v_b, com, imu_rotation, foot_poses, foot_wrenches;
+    int measured = 0;  ///< how many numbers the former are, from `s` on
     int slots = 0;     ///< how many of them are remembered, to be read later or again; 0: none has to be
     int memory = 0;    ///< where these stand
     int delivered = 0; ///< how far behind `s` and the others stand those that are read now
@@ -64,14 +67,12 @@ struct RobotLayout {
 /// Homogeneous transform of a site or body after MuJoCo's kinematics (position, row-major rotation).
 Eigen::Matrix4d transform(const mjtNum* position, const mjtNum* rotation);
 Eigen::Matrix4d inverse(const Eigen::Matrix4d& H);
-/// Writes the pose of a site to 16 doubles, column-major.
-void measure_pose(const mjData* d, int site, double* out) noexcept;
 
 /// Writes what a Simulation calls "now" to `out`, laid out as `at` says.
 void measure_now(const mjModel* m, const mjData* d, const RobotIndex& robot, const RobotLayout& at,
                  const RobotOptions& options, std::uint64_t step, double* out) noexcept;
 /// Writes what it calls "last interval".
-void measure_last_interval(const mjData* d, const RobotIndex& robot, const RobotLayout& at,
+void measure_last_interval(const mjModel* m, const mjData* d, const RobotIndex& robot, const RobotLayout& at,
                            const Noise& noise, std::uint64_t step, double* out) noexcept;
 
 /// Once all of a step is measured: what of it, or of former steps, is read now.

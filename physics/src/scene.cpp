@@ -2,7 +2,9 @@
 #include "scene_impl.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string_view>
 #include <tuple>
@@ -30,20 +32,42 @@ template <class Items> int number_of_named(const Items& items, const std::string
     unknown_part("the world", kind, name, names);
 }
 
+/// Height of the lowest point of a geom above the world's origin; of other shapes than spheres and boxes that
+/// of the box around them.
+double lowest_point(const mjModel& model, const mjData& data, int geom) {
+    const mjtNum* down = data.geom_xmat + 9 * geom + 6; // z row of the rotation
+    const double height = data.geom_xpos[3 * geom + 2];
+    if (model.geom_type[geom] == mjGEOM_SPHERE) return height - model.geom_size[3 * geom];
+    const mjtNum* centre = model.geom_aabb + 6 * geom;
+    const mjtNum* size = centre + 3;
+    const double middle = down[0] * centre[0] + down[1] * centre[1] + down[2] * centre[2];
+    const double reach =
+        std::abs(down[0]) * size[0] + std::abs(down[1]) * size[1] + std::abs(down[2]) * size[2];
+    return height + middle - reach;
+}
+
+[[noreturn]] void refuse(const SceneRobot& robot, const std::exception& error) {
+    throw std::runtime_error(begin_of_message(robot.where) +
+                             (robot.name.empty() ? "" : "robot '" + robot.name + "': ") + error.what());
+}
+
+/// What stands before the names of a robot's parts.
+std::string prefix_of(const SceneRobot& robot) { return robot.name.empty() ? "" : robot.name + "/"; }
+
 } // namespace
 
 void Scene::Impl::index() {
     const mjModel* m = model.get();
     for (int body = 1; body < m->nbody; ++body) bodies.emplace_back(mj_id2name(m, mjOBJ_BODY, body));
     for (const SceneRobot& robot : options.robots) {
-        const std::string prefix = robot.name + "/";
+        const std::string prefix = prefix_of(robot);
         RobotIndex& found = robots.emplace_back();
         try {
             found.find(m, robot.options, prefix);
         } catch (const std::exception& error) {
-            throw std::runtime_error(begin_of_message(robot.where) + "robot '" + robot.name +
-                                     "': " + error.what());
+            refuse(robot, error);
         }
+        if (prefix.empty()) continue; // it is all there is
         for (int body = 1; body < m->nbody; ++body)
             if (m->body_parentid[body] == 0 && bodies[static_cast<size_t>(body - 1)].starts_with(prefix))
                 found.roots.push_back(body);
@@ -52,7 +76,7 @@ void Scene::Impl::index() {
         auto& names = actuators.emplace_back();
         for (int i = 0; i < m->nu; ++i) {
             const char* name = mj_id2name(m, mjOBJ_ACTUATOR, i);
-            const std::string prefix = robot.name + "/";
+            const std::string prefix = prefix_of(robot);
             if (!name || !std::string_view(name).starts_with(prefix)) continue;
             const std::string own(name + prefix.size());
             if (own.starts_with(mark(""))) continue;
@@ -92,8 +116,7 @@ void Scene::Impl::place() {
         try {
             put_joints(robots[i], options.robots[i].options, start.data());
         } catch (const std::exception& error) {
-            throw std::runtime_error(begin_of_message(options.robots[i].where) + "robot '" +
-                                     options.robots[i].name + "': " + error.what());
+            refuse(options.robots[i], error);
         }
     }
     const DataPtr data = make_data(m);
@@ -122,6 +145,59 @@ void Scene::Impl::place() {
     }
 }
 
+void Scene::Impl::stand() {
+    const RobotIndex& robot = robots[0];
+    const RobotOptions& own = options.robots[0].options;
+    const auto kinematics = [&](const DataPtr& data) {
+        std::copy_n(start.data(), start.size(), data->qpos);
+        mj_kinematics(model.get(), data.get());
+    };
+    start = Eigen::Map<const Eigen::VectorXd>(model->qpos0, model->nq);
+    put_joints(robot, own, start.data());
+    if (own.floating_base) std::copy_n(std::array{0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}.data(), 7, start.data());
+
+    // Move everything by X, so that the base, or the feet, come to lie where they should.
+    DataPtr data = make_data(model.get());
+    kinematics(data);
+    const auto site = [&](int id) { return transform(data->site_xpos + 3 * id, data->site_xmat + 9 * id); };
+    const Eigen::Matrix4d base = site(robot.base_site);
+    Eigen::Matrix4d X = own.initial_w_H_b.value_or(Eigen::Matrix4d::Identity()) * inverse(base);
+    if (!own.initial_w_H_b && own.floating_base && !robot.foot_sites.empty()) {
+        Eigen::Vector3d forward = Eigen::Vector3d::Zero();
+        for (int id : robot.foot_sites) forward += X.topLeftCorner<3, 3>() * site(id).block<3, 1>(0, 0);
+        Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
+        turn.topLeftCorner<3, 3>() =
+            Eigen::AngleAxisd(-std::atan2(forward.y(), forward.x()), Eigen::Vector3d::UnitZ())
+                .toRotationMatrix();
+        X = turn * X;
+        Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+        for (int id : robot.foot_sites) middle += (X * site(id)).topRightCorner<3, 1>();
+        X.topRightCorner<2, 1>() -= middle.head<2>() / static_cast<double>(robot.foot_sites.size());
+    }
+
+    const Eigen::Quaterniond q(Eigen::Matrix3d(X.topLeftCorner<3, 3>()));
+    const std::array<double, 7> pose{X(0, 3), X(1, 3), X(2, 3), q.w(), q.x(), q.y(), q.z()};
+    if (!own.floating_base) {
+        for (int body = 1; body < model->nbody; ++body) {
+            if (model->body_parentid[body] != 0) continue;
+            mjtNum moved[7];
+            mju_mulPose(moved, moved + 3, pose.data(), pose.data() + 3, model->body_pos + 3 * body,
+                        model->body_quat + 4 * body);
+            std::copy_n(moved, 3, model->body_pos + 3 * body);
+            std::copy_n(moved + 3, 4, model->body_quat + 4 * body);
+        }
+        return;
+    }
+    std::copy_n(pose.data(), 7, start.data());
+    if (own.initial_w_H_b || robot.foot_sites.empty()) return;
+    kinematics(data);
+    double lowest = std::numeric_limits<double>::infinity();
+    for (int geom = 0; geom < model->ngeom; ++geom)
+        if (robot.foot_of_geom[static_cast<size_t>(geom)] >= 0)
+            lowest = std::min(lowest, lowest_point(*model, *data, geom));
+    start[2] -= lowest + 0.05e-3;
+}
+
 void Scene::Impl::make_loops() {
     for (size_t r = 0; r < robots.size(); ++r) {
         const SceneRobot& robot = options.robots[r];
@@ -134,8 +210,7 @@ void Scene::Impl::make_loops() {
                     std::tie(gains.P[static_cast<Eigen::Index>(i)], gains.D[static_cast<Eigen::Index>(i)]) =
                         found->second;
         } catch (const std::exception& error) {
-            throw std::runtime_error(begin_of_message(robot.where) + "robot '" + robot.name +
-                                     "': " + error.what());
+            refuse(robot, error);
         }
     }
 }
@@ -149,6 +224,25 @@ Scene::Scene(SceneOptions options) : impl_(std::make_unique<Impl>()) {
     impl_->index();
     impl_->index_links(attached);
     impl_->place();
+    impl_->make_loops();
+}
+
+Scene::Scene(const WorldOptions& options) : impl_(std::make_unique<Impl>()) {
+    options.validate();
+    silence_mujoco();
+    static_cast<PhysicsOptions&>(impl_->options) = options;
+    SceneRobot& robot = impl_->options.robots.emplace_back();
+    robot.options = options;
+    robot.motors = options.motors;
+    const Urdf urdf = Urdf::read(options.urdf);
+    complete(robot.options, urdf);
+    robot.options.validate(); // the number of joints is known only now
+    const SpecPtr spec = make_spec(robot.options, options, urdf, Looks::none, &impl_->warnings);
+    impl_->starts.resize(1);
+    impl_->starts[0].mass = total_mass(spec.get());
+    impl_->model = compile(spec.get(), urdf.file);
+    impl_->index();
+    impl_->stand();
     impl_->make_loops();
 }
 

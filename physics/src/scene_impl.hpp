@@ -50,6 +50,8 @@ struct Scene::Impl {
     void index();
     void index_links(const std::vector<Attached>& all);
     void place();
+    /// Fills `start` of a robot on its feet; places a fixed base.
+    void stand();
     void make_loops();
 };
 

@@ -20,6 +20,7 @@ struct SceneLayout {
     int size = 0;
     std::vector<RobotLayout> robots;
     std::vector<int> wrenches; ///< per robot
+    std::vector<int> torques;  ///< per robot: 1 and torques that pass the loops, or 0
     int poses, velocities;     ///< of objects
     int step;                  ///< how many were made
 
@@ -28,6 +29,7 @@ struct SceneLayout {
         for (size_t r = 0; r < all.size(); ++r) {
             robots.emplace_back(size, all[r], options.robots[r].options);
             wrenches.push_back(take(6 * static_cast<int>(all[r].push_sites.size())));
+            torques.push_back(take(1 + all[r].n()));
         }
         poses = take(16 * objects);
         velocities = take(6 * objects);
@@ -62,6 +64,9 @@ struct SceneSimulation::Impl {
     }
     /// Of the sensors of a robot, `offset` in its layout.
     const double* reading(int robot, int offset) noexcept { return in(offset + of(robot).delivered); }
+    Eigen::Matrix4d w_H(int body) const noexcept {
+        return transform(data->xpos + 3 * body, data->xmat + 9 * body);
+    }
     std::uint64_t step() noexcept { return static_cast<std::uint64_t>(*in(at.step)); }
 
     template <typename... Values> bool fail(const char* format, Values... values) noexcept {
@@ -77,7 +82,8 @@ struct SceneSimulation::Impl {
     }
 
     bool check_inputs() noexcept;
-    void apply_inputs() noexcept;
+    bool check(const Disturbance& disturbance) noexcept;
+    void apply_inputs(const Disturbance& disturbance) noexcept;
     void measure_now() noexcept;
     void measure_last_interval() noexcept;
     bool check_motion() noexcept;
@@ -87,19 +93,24 @@ struct SceneSimulation::Impl {
 bool SceneSimulation::Impl::check_inputs() noexcept {
     for (size_t r = 0; r < scene.robots.size(); ++r) {
         const SceneRobot& robot = scene.options.robots[r];
-        const Eigen::VectorXd& reference = controls[r].reference();
-        for (Eigen::Index i = 0; i < reference.size(); ++i)
-            if (!(std::abs(reference[i]) <= mjMAXVAL))
-                return fail("t = %g s: the reference of joint '%s' of robot '%s' is %g; it must be finite "
-                            "and below 1e10",
-                            data->time, robot.options.joints[static_cast<size_t>(i)].c_str(),
-                            robot.name.c_str(), reference[i]);
+        const bool is_named = !robot.name.empty();
+        const char* const of = is_named ? " of robot '" : "";
+        const char* const end = is_named ? "'" : "";
+        const double* direct = in(at.torques[r]);
+        const bool is_direct = *direct != 0.0;
+        const double* commanded = is_direct ? direct + 1 : controls[r].reference().data();
+        for (int i = 0; i < scene.robots[r].n(); ++i)
+            if (!(std::abs(commanded[i]) <= mjMAXVAL))
+                return fail("t = %g s: the %s of joint '%s'%s%s%s is %g; it must be finite and below 1e10",
+                            data->time, is_direct ? "torque" : "reference",
+                            robot.options.joints[static_cast<size_t>(i)].c_str(), of, robot.name.c_str(), end,
+                            commanded[i]);
         const double* wrenches = in(at.wrenches[r]);
         for (size_t i = 0; i < 6 * robot.options.push_links.size(); ++i)
             if (!(std::abs(wrenches[i]) <= mjMAXVAL))
-                return fail("t = %g s: the wrench on '%s' of robot '%s' has the component %g; it must be "
-                            "finite and below 1e10",
-                            data->time, robot.options.push_links[i / 6].c_str(), robot.name.c_str(),
+                return fail("t = %g s: the wrench on '%s'%s%s%s has the component %g; it must be finite and "
+                            "below 1e10",
+                            data->time, robot.options.push_links[i / 6].c_str(), of, robot.name.c_str(), end,
                             wrenches[i]);
     }
     for (const int i : scene.controls)
@@ -109,37 +120,57 @@ bool SceneSimulation::Impl::check_inputs() noexcept {
     return true;
 }
 
-void SceneSimulation::Impl::apply_inputs() noexcept {
-    bool is_pushed = false;
+bool SceneSimulation::Impl::check(const Disturbance& disturbance) noexcept {
+    if (disturbance.body == 0) return true;
+    if (disturbance.body < 0 || disturbance.body >= model->nbody)
+        return fail("t = %g s: a disturbance acts on body %d; the world has the bodies 1 to %d", data->time,
+                    disturbance.body, model->nbody - 1);
+    const double greatest =
+        std::max(disturbance.point.cwiseAbs().maxCoeff(), disturbance.force.cwiseAbs().maxCoeff());
+    if (!disturbance.point.allFinite() || !disturbance.force.allFinite() || greatest > mjMAXVAL)
+        return fail(
+            "t = %g s: the disturbance of '%s' has the component %g; it must be finite and below 1e10",
+            data->time, scene.bodies[static_cast<size_t>(disturbance.body - 1)].c_str(), greatest);
+    return true;
+}
+
+void SceneSimulation::Impl::apply_inputs(const Disturbance& disturbance) noexcept {
     for (size_t r = 0; r < scene.robots.size(); ++r) {
         const RobotIndex& robot = scene.robots[r];
         const int every = robot.loop_steps;
         if (step() % static_cast<std::uint64_t>(every) == 0) {
             const Readings measured = read(static_cast<int>(r), 0);
-            controls[r].advance(every * model->opt.timestep, measured.s, measured.s_dot, measured.tau);
+            if (const double* direct = in(at.torques[r]); *direct != 0.0)
+                controls[r].pass(Eigen::Map<const Eigen::VectorXd>(direct + 1, robot.n()));
+            else
+                controls[r].advance(every * model->opt.timestep, measured.s, measured.s_dot, measured.tau);
         }
         const Eigen::VectorXd& torques = controls[r].torques();
         for (size_t i = 0; i < robot.motors.size(); ++i)
             data->ctrl[robot.motors[i]] = torques[static_cast<Eigen::Index>(i)];
-        is_pushed |= !robot.push_sites.empty();
     }
-    if (!is_pushed) return;
     std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
+    // MuJoCo applies it at the centre of the body, which is the link with all that is fused to it.
+    const auto apply = [&](int body, const Eigen::Vector3d& force, const Eigen::Vector3d& moment,
+                           const Eigen::Vector3d& at_point) {
+        const Eigen::Vector3d lever = at_point - Eigen::Map<const Eigen::Vector3d>(data->xipos + 3 * body);
+        double* applied = data->xfrc_applied + 6 * body;
+        Eigen::Map<Eigen::Vector3d>{applied} += force;
+        Eigen::Map<Eigen::Vector3d>{applied + 3} += moment + lever.cross(force);
+    };
     for (size_t r = 0; r < scene.robots.size(); ++r) {
         const RobotIndex& robot = scene.robots[r];
         for (size_t i = 0; i < robot.push_sites.size(); ++i) {
             const double* wrench = in(at.wrenches[r]) + 6 * i;
             const int site = robot.push_sites[i];
-            const int body = model->site_bodyid[site];
             const Eigen::Map<const Eigen::Vector3d> force(wrench), moment(wrench + 3);
-            // MuJoCo applies it at the centre of the body, which is the link with all that is fused to it.
-            const Eigen::Vector3d lever = Eigen::Map<const Eigen::Vector3d>(data->site_xpos + 3 * site) -
-                                          Eigen::Map<const Eigen::Vector3d>(data->xipos + 3 * body);
-            double* applied = data->xfrc_applied + 6 * body;
-            Eigen::Map<Eigen::Vector3d>{applied} += force;
-            Eigen::Map<Eigen::Vector3d>{applied + 3} += moment + lever.cross(force);
+            apply(model->site_bodyid[site], force, moment,
+                  Eigen::Map<const Eigen::Vector3d>(data->site_xpos + 3 * site));
         }
     }
+    if (const int body = disturbance.body; body > 0)
+        apply(body, disturbance.force, Eigen::Vector3d::Zero(),
+              (w_H(body) * disturbance.point.homogeneous()).head<3>());
 }
 
 void SceneSimulation::Impl::measure_now() noexcept {
@@ -151,8 +182,7 @@ void SceneSimulation::Impl::measure_now() noexcept {
     }
     for (size_t i = 0; i < scene.objects.size(); ++i) {
         const int body = scene.objects[i];
-        Eigen::Map<Eigen::Matrix4d>(in(at.poses) + 16 * i) =
-            transform(d->xpos + 3 * body, d->xmat + 9 * body);
+        Eigen::Map<Eigen::Matrix4d>(in(at.poses) + 16 * i) = w_H(body);
         mjtNum velocity[6]; // angular first
         mj_objectVelocity(model, d, mjOBJ_XBODY, body, velocity, 0);
         double* out = in(at.velocities) + 6 * i;
@@ -163,7 +193,7 @@ void SceneSimulation::Impl::measure_now() noexcept {
 
 void SceneSimulation::Impl::measure_last_interval() noexcept {
     for (size_t r = 0; r < scene.robots.size(); ++r)
-        physics::measure_last_interval(data.get(), scene.robots[r], at.robots[r],
+        physics::measure_last_interval(model, data.get(), scene.robots[r], at.robots[r],
                                        scene.options.robots[r].options.noise, step(), memory.data());
     if (contacts && !contacts->record(model, data.get()))
         fail("t = %g s: more than %d contacts at a time, which the sensors of contacts do not remember; give "
@@ -235,6 +265,12 @@ void SceneSimulation::set_torque(int robot, std::span<const double> tau) noexcep
         Eigen::Map<const Eigen::VectorXd>(tau.data(), impl_->scene.robot(robot).n()));
 }
 
+void SceneSimulation::command(int robot, std::span<const double> tau) noexcept {
+    double* torques = impl_->in(impl_->at.torques[static_cast<size_t>(robot)]);
+    *torques = tau.empty() ? 0.0 : 1.0;
+    std::copy(tau.begin(), tau.end(), torques + 1);
+}
+
 void SceneSimulation::set_wrench(int robot, int i, const Vector6d& wrench) noexcept {
     std::copy_n(wrench.data(), 6, impl_->in(impl_->at.wrenches[static_cast<size_t>(robot)]) + 6 * i);
 }
@@ -243,12 +279,12 @@ void SceneSimulation::set_control(int actuator, double value) noexcept {
     impl_->data->ctrl[actuator] = value;
 }
 
-bool SceneSimulation::step(int count) noexcept {
+bool SceneSimulation::step(int count, const Disturbance& disturbance) noexcept {
     Impl& self = *impl_;
-    if (self.error[0] != '\0' || !self.check_inputs()) return false;
+    if (self.error[0] != '\0' || !self.check_inputs() || !self.check(disturbance)) return false;
     self.run([&] {
         for (int i = 0; i < count; ++i) {
-            self.apply_inputs();
+            self.apply_inputs(disturbance);
             *self.in(self.at.step) += 1.0;
             mj_step2(self.model, self.data.get()); // forces at t_k, then q and v at t_k+1
             self.measure_last_interval();          // before the contacts of t_k are forgotten
@@ -287,6 +323,15 @@ SceneSimulation::Vector3View SceneSimulation::accelerometer(int robot) const noe
 SceneSimulation::Vector6View SceneSimulation::ft_wrench(int robot, int i) const noexcept {
     return Vector6View(impl_->reading(robot, impl_->of(robot).ft_wrenches + 6 * i));
 }
+Eigen::Map<const Eigen::Matrix3d> SceneSimulation::imu_rotation(int robot) const noexcept {
+    return Eigen::Map<const Eigen::Matrix3d>(impl_->in(impl_->of(robot).imu_rotation));
+}
+SceneSimulation::Matrix4View SceneSimulation::foot_pose(int robot, int i) const noexcept {
+    return Matrix4View(impl_->in(impl_->of(robot).foot_poses + 16 * i));
+}
+SceneSimulation::Vector6View SceneSimulation::foot_wrench(int robot, int i) const noexcept {
+    return Vector6View(impl_->in(impl_->of(robot).foot_wrenches + 6 * i));
+}
 SceneSimulation::Matrix4View SceneSimulation::w_H_o(int object) const noexcept {
     return Matrix4View(impl_->in(impl_->at.poses + 16 * object));
 }
@@ -294,9 +339,7 @@ SceneSimulation::Vector6View SceneSimulation::v_o(int object) const noexcept {
     return Vector6View(impl_->in(impl_->at.velocities + 6 * object));
 }
 Eigen::Matrix4d SceneSimulation::w_H(const Frame& frame) const noexcept {
-    const mjData* d = impl_->data.get();
-    const int id = frame.body + 1; // the world is 0
-    return transform(d->xpos + 3 * id, d->xmat + 9 * id) * frame.pose;
+    return impl_->w_H(frame.body + 1) * frame.pose; // the world is 0
 }
 
 void SceneSimulation::remember_contacts() {

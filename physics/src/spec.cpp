@@ -399,12 +399,12 @@ void set_physics(mjSpec* spec, const PhysicsOptions& options) {
     spec->compiler.fusestatic = 1;
 }
 
-SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks,
+SpecPtr make_spec(const RobotOptions& options, const PhysicsOptions& physics, const Urdf& urdf, Looks looks,
                   std::vector<std::string>* warnings) {
     std::vector<std::string> ignored;
-    SpecPtr spec = make_robot(options, options, urdf, looks, Touching::feet, warnings ? *warnings : ignored);
-    if (options.floor.enabled) add_floor(spec.get(), options.floor);
-    set_physics(spec.get(), options);
+    SpecPtr spec = make_robot(options, physics, urdf, looks, Touching::feet, warnings ? *warnings : ignored);
+    if (physics.floor.enabled) add_floor(spec.get(), physics.floor);
+    set_physics(spec.get(), physics);
     // One robot on a floor is one island, and feet are few shapes: to search for islands, or to arrange the
     // shapes of a foot in a tree, takes longer than it saves.
     spec->option.disableflags |= mjDSBL_ISLAND | mjDSBL_MIDPHASE;

@@ -66,7 +66,7 @@ void add_motors(mjSpec* spec, const RobotOptions& options);
 /// "foot:i:…". Sites "base", "imu", "ft:i", "push:i", sensors "accelerometer", "gyro", "force:i", "torque:i"
 /// and the motors, all with a mark(), and sites "foot:i" carry the measurements. `warnings` receives what is
 /// done otherwise than the URDF says. Throws std::runtime_error.
-SpecPtr make_spec(const WorldOptions& options, const Urdf& urdf, Looks looks,
+SpecPtr make_spec(const RobotOptions& options, const PhysicsOptions& physics, const Urdf& urdf, Looks looks,
                   std::vector<std::string>* warnings = nullptr);
 
 /// The root of the URDF; its first link with inertia where the root is called "world", which is MuJoCo's name

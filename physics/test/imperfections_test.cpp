@@ -268,26 +268,23 @@ TEST(Imperfections, AreThoseOfAWorldOfOneRobot) {
     options.gravity.setZero();
     options.motors.gear_ratio = {100};
     make_everything_imperfect(options);
-    Simulation world(std::make_shared<const World>(options));
-    JointControl control = world.world().control();
+    SceneSimulation world(std::make_shared<const Scene>(options));
     SceneSimulation scene = simulate(with([](SceneRobot& robot) {
         make_everything_imperfect(robot.options);
         robot.motors.gear_ratio = {100};
     }));
-    for (JointControl* one : {&control, &scene.control(0)}) {
-        one->set_mode(ControlMode::position, Eigen::VectorXd::Zero(1));
-        one->set_trajectory_limit(ControlMode::position, 1.0);
-        one->set_reference(Eigen::VectorXd::Constant(1, 0.5));
+    for (SceneSimulation* one : {&world, &scene}) {
+        one->set_mode(0, ControlMode::position);
+        one->control(0).set_trajectory_limit(ControlMode::position, 1.0);
+        one->control(0).set_reference(Eigen::VectorXd::Constant(1, 0.5));
     }
     for (int k = 0; k < 400; ++k) {
-        const Readings at_loops = world.readings_at_loops();
-        const auto& tau = control.advance(h, at_loops.s, at_loops.s_dot, at_loops.tau);
-        ASSERT_TRUE(world.step({tau.data(), 1}));
+        ASSERT_TRUE(world.step());
         ASSERT_TRUE(scene.step());
-        ASSERT_NEAR(world.s()[0], scene.s(0)[0], 1e-12) << k;
-        ASSERT_NEAR(world.readings().motor_position[0], scene.readings(0).motor_position[0], 1e-12) << k;
+        ASSERT_NEAR(world.s(0)[0], scene.s(0)[0], 1e-12) << k;
+        ASSERT_NEAR(world.readings(0).motor_position[0], scene.readings(0).motor_position[0], 1e-12) << k;
     }
-    EXPECT_GT(world.s()[0], 0.1);
+    EXPECT_GT(world.s(0)[0], 0.1);
 }
 
 TEST(Imperfections, ContinueBitForBitFromASavedState) {

@@ -163,8 +163,8 @@ TEST(JointControl, SeesTheInertiaOfFollowersToo) {
     options.followers = {{"shaft", "axle", -2.0, 0.0}};
     options.floating_base = false;
     options.armature = {0.1};
-    EXPECT_NEAR(World(options).control().gains(Loop::position).P[0], 900.0 * (0.5 + 0.1 + 2.0 * 2.0 * 0.3),
-                1e-9);
+    SceneSimulation sim(std::make_shared<const Scene>(options));
+    EXPECT_NEAR(sim.control(0).gains(Loop::position).P[0], 900.0 * (0.5 + 0.1 + 2.0 * 2.0 * 0.3), 1e-9);
 }
 TEST(JointControl, RefusesWhatIsNoGainByItsNameAndJoint) {
     const auto complaint = [](auto&& change) {

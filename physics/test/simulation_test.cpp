@@ -372,14 +372,14 @@ TEST(Simulation, ReportsInputsThatAreNotFinite) {
     tau[14] = std::nan("");
     EXPECT_FALSE(sim.step(tau));
     EXPECT_STREQ(sim.error(),
-                 "t = 0 s: the torque of joint 'l_knee' is nan; torques must be finite and below 1e10");
+                 "t = 0 s: the torque of joint 'l_knee' is nan; it must be finite and below 1e10");
     tau[14] = 0.0;
     EXPECT_FALSE(sim.step(tau)) << "a failed simulation stays failed";
     sim.reset();
     EXPECT_TRUE(sim.step(tau));
     EXPECT_STREQ(sim.error(), "");
     EXPECT_FALSE(sim.step(tau, std::vector<double>{0, INFINITY, 0, 0, 0, 0}));
-    EXPECT_STREQ(sim.error(), "t = 0.001 s: the external wrench on 'chest' has the component inf; it must be "
+    EXPECT_STREQ(sim.error(), "t = 0.001 s: the wrench on 'chest' has the component inf; it must be "
                               "finite and below 1e10");
     sim.reset();
     EXPECT_FALSE(sim.step(std::vector<double>(3)));

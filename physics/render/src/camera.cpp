@@ -120,11 +120,13 @@ bool Camera::look(std::span<const double> q, const Eigen::Matrix4d& w_H_camera) 
 void Camera::colour(Colours picture) const noexcept {
     const Impl& self = *impl_;
     const Eigen::Index width = self.options.width;
-    for (Eigen::Index column = 0; column < width; ++column)
-        for (Eigen::Index row = 0; row < picture.rows(); ++row)
-            for (Eigen::Index part = 0; part < 3; ++part)
-                picture(row, part * width + column) =
-                    self.pixels[3 * self.at(row, column) + static_cast<std::size_t>(part)];
+    for (Eigen::Index column = 0; column < width; ++column) {
+        const unsigned char* pixel = &self.pixels[3 * self.at(0, column)];
+        std::uint8_t* planes[] = {&picture(0, column), &picture(0, width + column),
+                                  &picture(0, 2 * width + column)};
+        for (Eigen::Index row = 0; row < picture.rows(); ++row, pixel -= 3 * width)
+            for (const int part : {0, 1, 2}) planes[part][row] = pixel[part];
+    }
 }
 
 void Camera::depth(Eigen::Ref<Eigen::MatrixXd> picture, std::uint64_t picture_number) const noexcept {

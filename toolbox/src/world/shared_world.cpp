@@ -16,54 +16,14 @@ namespace bf::toolbox {
 
 namespace {
 
-using Simulation = physics::SceneSimulation;
-
-/// One robot of a shared world. The world is that of the running diagram, to which its block binds it; it
-/// saves all there is.
-class WorldRobotConnection final : public SimulatedConnection {
-  public:
-    explicit WorldRobotConnection(int number) : robot_(number) {}
-    void bind(Simulation& simulation) { simulation_ = &simulation; }
-    const char* error() const noexcept override {
-        return simulation_ ? simulation_->error() : "the world's blocks have not started";
-    }
-
-  private:
-    std::optional<View> view() noexcept override {
-        if (!simulation_) return std::nullopt;
-        const Simulation& now = *simulation_;
-        return View{simulation_->control(robot_), now.readings(robot_),      now.readings_at_loops(robot_),
-                    now.imu_rpy(robot_),          now.accelerometer(robot_), now.gyro(robot_)};
-    }
-    Eigen::Map<const Vector6> ft_wrench(int i) const noexcept override {
-        return simulation_->ft_wrench(robot_, i);
-    }
-
-    const int robot_;
-    Simulation* simulation_ = nullptr;
-};
-
-class WorldRobotDevice final : public WithAllModes<RobotDevice> {
+/// A robot of a shared world, which saves all there is.
+class WorldRobotDevice final : public SimulatedAs<RobotDevice> {
   public:
     WorldRobotDevice(const SharedWorld& world, int robot)
-        : scene_(world.scene), robot_(robot), sensors_(world.sensors[static_cast<std::size_t>(robot)]) {}
-
-    const std::vector<std::string>& joint_names() const override { return scene_->joint_names(robot_); }
-    void limits(Limits which, Vector& minimum, Vector& maximum) const override {
-        simulated_limits(which, scene_->lower_limits(robot_), scene_->upper_limits(robot_), minimum, maximum);
-    }
-    int sensor_index(Sensor kind, const std::string& name) const override {
-        const auto& options = scene_->options().robots[static_cast<std::size_t>(robot_)].options;
-        return simulated_sensor(kind, name, options.imu_frame, sensors_, "robot");
-    }
+        : SimulatedAs(world.scene, robot, world.sensors[static_cast<std::size_t>(robot)], "robot") {}
     std::shared_ptr<RobotConnection> open() const override {
-        return std::make_shared<WorldRobotConnection>(robot_);
+        return std::make_shared<SimulatedConnection>(robot_);
     }
-
-  private:
-    std::shared_ptr<const physics::Scene> scene_;
-    const int robot_;
-    const std::vector<std::string> sensors_;
 };
 
 class World final : public Block {
@@ -152,7 +112,7 @@ class WorldRobot final : public Block {
     Scratch<int> number{this, [this] { return world->scene->robot(*robot); }};
 
     void start(Now at) const override {
-        static_cast<WorldRobotConnection&>(at[device]).bind(at[world].simulation);
+        static_cast<SimulatedConnection&>(at[device]).bind(at[world].simulation);
     }
     Status output(Now at, Out out) const noexcept override {
         const auto& simulation = at[world].simulation;

@@ -3,15 +3,14 @@
 #include "bf/core/registry.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 
 namespace bf::toolbox {
 
 bool SimulatedConnection::read(Measurement what, Eigen::Ref<Vector> values) noexcept {
-    const auto now = view();
-    if (!now) return false;
-    const physics::Readings& joints = now->joints;
+    if (!scene_) return false;
+    const physics::Readings joints = scene_->readings(robot_);
+    const physics::JointControl& control = scene_->control(robot_);
     switch (what) {
     case Measurement::joint_position: values = joints.s; break;
     case Measurement::joint_velocity: values = joints.s_dot; break;
@@ -21,38 +20,35 @@ bool SimulatedConnection::read(Measurement what, Eigen::Ref<Vector> values) noex
     case Measurement::motor_velocity: values = joints.motor_velocity; break;
     case Measurement::motor_acceleration: values = joints.motor_acceleration; break;
     case Measurement::motor_current:
-        values = joints.tau.cwiseQuotient(now->control.motors().torque_constant);
+        values = joints.tau.cwiseQuotient(control.motors().torque_constant);
         break;
-    case Measurement::motor_pwm: now->control.pwm(joints.tau, joints.s_dot, values); break;
+    case Measurement::motor_pwm: control.pwm(joints.tau, joints.s_dot, values); break;
     }
     return true;
 }
 
 bool SimulatedConnection::read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept {
-    const auto now = view();
-    if (!now) return false;
+    if (!scene_) return false;
     if (kind == Sensor::wrench)
-        values = ft_wrench(index);
+        values = scene_->ft_wrench(robot_, index);
     else
-        values << now->imu_rpy, now->accelerometer, now->gyro, Vector3::Zero();
+        values << scene_->imu_rpy(robot_), scene_->accelerometer(robot_), scene_->gyro(robot_),
+            Vector3::Zero();
     return true;
 }
 
 int SimulatedConnection::joint_in_other_mode(ControlMode mode) noexcept {
-    const auto now = view();
-    return !now || now->control.mode() == mode ? -1 : 0;
+    return !scene_ || scene_->control(robot_).mode() == mode ? -1 : 0;
 }
 
 bool SimulatedConnection::set_mode(ControlMode mode) noexcept {
-    const auto now = view();
-    if (now) now->control.set_mode(mode, now->at_loops.s);
-    return now.has_value();
+    if (scene_) scene_->set_mode(robot_, mode);
+    return scene_ != nullptr;
 }
 
 template <class F> bool SimulatedConnection::with_control(F&& f) noexcept {
-    const auto now = view();
-    if (now) f(now->control);
-    return now.has_value();
+    if (scene_) f(scene_->control(robot_));
+    return scene_ != nullptr;
 }
 
 bool SimulatedConnection::set_trajectory_limit(ControlMode mode, double limit) noexcept {
@@ -74,19 +70,6 @@ bool SimulatedConnection::write_motor_parameters(const MotorParameters& paramete
     return with_control([&](auto& control) { control.set_believed(parameters); });
 }
 
-void simulated_limits(Limits which, const Vector& lower, const Vector& upper, Vector& minimum,
-                      Vector& maximum) {
-    if (which == Limits::position) {
-        minimum = lower;
-        maximum = upper;
-    } else {
-        maximum = Vector::Constant(lower.size(), std::numeric_limits<double>::infinity());
-        minimum = -maximum;
-    }
-}
-
-/// RobotDevice::sensor_index of a robot with one inertial sensor, on `imu`, and force/torque sensors. `place`
-/// says where sensors are named.
 int simulated_sensor(Sensor kind, const std::string& name, const std::string& imu,
                      const std::vector<std::string>& sensors, const std::string& place) {
     if (kind == Sensor::imu) {

@@ -1,18 +1,25 @@
-// What robots in every physics world have in common.
+// Robots of physics worlds, as robots that can be connected to.
 #pragma once
 
 #include "bf/core/block.hpp"
+#include "bf/physics/scene.hpp"
 #include "bf/toolbox/robot.hpp"
 
-#include <optional>
+#include <limits>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bf::toolbox {
 
-/// A running robot: its measurements, its loops and motors.
+/// A running robot of a scene: its measurements, its loops and motors.
 class SimulatedConnection : public RobotConnection {
   public:
+    explicit SimulatedConnection(int robot) : robot_(robot) {}
+    /// The scene, which outlives this. Before, all calls fail.
+    void bind(physics::SceneSimulation& scene) { scene_ = &scene; }
+
     bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override;
     bool read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept override;
     bool set_mode(ControlMode mode) noexcept override;
@@ -24,40 +31,58 @@ class SimulatedConnection : public RobotConnection {
     bool read_motor_parameters(MotorParameters& parameters) noexcept override;
     bool write_motor_parameters(const MotorParameters& parameters) noexcept override;
     bool can_save() const override { return true; }
-
-  protected:
-    /// What the world tells of the robot, as its simulations name it.
-    struct View {
-        physics::JointControl& control;
-        physics::Readings joints, at_loops;
-        Eigen::Map<const Vector3> imu_rpy, accelerometer, gyro;
-    };
-    /// None before the world runs.
-    virtual std::optional<View> view() noexcept = 0;
-    virtual Eigen::Map<const Vector6> ft_wrench(int i) const noexcept = 0;
+    const char* error() const noexcept override {
+        return scene_ ? scene_->error() : "the world's blocks have not started";
+    }
 
   private:
     /// f(control), if there is one.
     template <class F> bool with_control(F&& f) noexcept;
+
+    const int robot_;
+    physics::SceneSimulation* scene_ = nullptr;
 };
 
-/// What every simulated robot has: all modes, measurements, gains and parameters. `Base` is RobotDevice or
-/// derived from it.
-template <class Base> class WithAllModes : public Base {
+/// What every robot of a scene is: it has all modes, measurements, gains and parameters. `Base` is
+/// RobotDevice or derived from it. `sensors` are its force/torque sensors as they were named, `place` says
+/// where.
+template <class Base> class SimulatedAs : public Base {
   public:
+    SimulatedAs(std::shared_ptr<const physics::Scene> scene, int robot, std::vector<std::string> sensors,
+                const char* place)
+        : scene_(std::move(scene)), robot_(robot), sensors_(std::move(sensors)), place_(place) {}
+
+    const std::vector<std::string>& joint_names() const override { return scene_->joint_names(robot_); }
+    void limits(Limits which, Vector& minimum, Vector& maximum) const override {
+        minimum = scene_->lower_limits(robot_);
+        maximum = scene_->upper_limits(robot_);
+        if (which == Limits::position) return;
+        maximum.setConstant(std::numeric_limits<double>::infinity()); // torque motors have none of their own
+        minimum = -maximum;
+    }
+    int sensor_index(Sensor kind, const std::string& name) const override;
     void check_mode(ControlMode) const override {}
     void check_measurement(Measurement) const override {}
     void check_gains(Loop) const override {}
     void check_motor_parameters() const override {}
-};
 
-/// Those of positions are the model's; torque motors have no speed limit of their own.
-void simulated_limits(Limits which, const Vector& lower, const Vector& upper, Vector& minimum,
-                      Vector& maximum);
+  protected:
+    const std::shared_ptr<const physics::Scene> scene_;
+    const int robot_;
+
+  private:
+    const std::vector<std::string> sensors_;
+    const char* const place_;
+};
 
 /// RobotDevice::sensor_index of a robot with one inertial sensor, on `imu`, and force/torque sensors. `place`
 /// says where sensors are named.
 int simulated_sensor(Sensor kind, const std::string& name, const std::string& imu,
                      const std::vector<std::string>& sensors, const std::string& place);
+
+template <class Base> int SimulatedAs<Base>::sensor_index(Sensor kind, const std::string& name) const {
+    const auto& options = scene_->options().robots[static_cast<std::size_t>(robot_)].options;
+    return simulated_sensor(kind, name, options.imu_frame, sensors_, place_);
+}
 
 } // namespace bf::toolbox

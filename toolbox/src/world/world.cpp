@@ -188,7 +188,6 @@ class MujocoWorld final : public RobotBlock {
         prefixed("wrench_", *feet),
         {.unit = mixed_units,
          .doc = "force [N] and moment [Nm] of the ground at the sole's origin, world axes, last interval"}};
-    Scratch<Vector> wrenches{this, [this] { return Vector::Zero(6 * push.size()); }};
 
     void start(Now at) const override {
         auto& simulated = robot_of(at);
@@ -199,39 +198,35 @@ class MujocoWorld final : public RobotBlock {
 
     Status output(Now at, Out out) const noexcept override {
         const auto& simulation = robot_of(at).simulation;
-        out[s] = simulation.s();
-        out[s_dot] = simulation.s_dot();
-        out[tau_measured] = simulation.tau();
-        out[w_H_b] = simulation.w_H_b();
-        out[v_b] = simulation.v_b();
-        out[com] = simulation.com();
+        out[s] = simulation.s(0);
+        out[s_dot] = simulation.s_dot(0);
+        out[tau_measured] = simulation.tau(0);
+        out[w_H_b] = simulation.w_H_b(0);
+        out[v_b] = simulation.v_b(0);
+        out[com] = simulation.com(0);
         for (int i = 0; i < foot_pose.size(); ++i) {
-            out[foot_pose[i]] = simulation.foot_pose(i);
-            out[foot_wrench[i]] = simulation.foot_wrench(i);
+            out[foot_pose[i]] = simulation.foot_pose(0, i);
+            out[foot_wrench[i]] = simulation.foot_wrench(0, i);
         }
         return ok;
     }
 
     Status update(Now at, Next) const noexcept override {
-        auto& simulated = robot_of(at);
-        auto& pushes = at[wrenches];
-        for (int i = 0; i < push.size(); ++i) pushes.segment<6>(6 * i) = at[push[i]];
+        auto& simulation = robot_of(at).simulation;
         const bool is_commanded = at.is_connected(tau);
-        const double* torque = is_commanded ? at[tau].data() : simulated.next_torques().data();
-        const auto size = static_cast<std::size_t>(at[tau].size());
+        const double* commanded = is_commanded ? at[tau].data() : simulation.control(0).reference().data();
         for (int i = 0; i < at[tau].size(); ++i)
-            if (!std::isfinite(torque[i]))
+            if (!std::isfinite(commanded[i]))
                 return Status::failure("{element} is not finite; look at what computes it", tau, i);
-        if (is_commanded) torque = simulated.control.pass(at[tau]).data();
         for (int i = 0; i < push.size(); ++i)
-            if (!pushes.segment<6>(6 * i).allFinite())
+            if (!at[push[i]].allFinite())
                 return Status::failure("push wrench {} is not finite; look at what computes it", i + 1);
+        if (is_commanded) simulation.command(0, {commanded, static_cast<std::size_t>(at[tau].size())});
+        for (int i = 0; i < push.size(); ++i) simulation.set_wrench(0, i, at[push[i]]);
         const auto& pulled = at[disturbance];
         // What is no number of a body is one that no world has.
         const double body = pulled[0] >= 0 && pulled[0] < 1e6 ? std::round(pulled[0]) : -1;
-        if (simulated.simulation.step({torque, size},
-                                      {pushes.data(), static_cast<std::size_t>(pushes.size())},
-                                      {static_cast<int>(body), pulled.segment<3>(1), pulled.segment<3>(4)}))
+        if (simulation.step(1, {static_cast<int>(body), pulled.segment<3>(1), pulled.segment<3>(4)}))
             return ok;
         if (body < 0 || !pulled.allFinite())
             return Status::failure(

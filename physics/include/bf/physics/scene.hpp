@@ -39,6 +39,9 @@ class Scene {
     /// Throws std::runtime_error that begins with where in the file it is, names what is wrong and the
     /// remedy: two of one name, files, links or joints that are not there, numbers that are none.
     explicit Scene(SceneOptions options);
+    /// One robot without a name, whose feet alone touch the floor; its bodies are called as its links. Throws
+    /// std::invalid_argument (WorldOptions::validate) and std::runtime_error.
+    explicit Scene(const WorldOptions& options);
     ~Scene();
     Scene(Scene&&) noexcept;
     Scene& operator=(Scene&&) noexcept;
@@ -107,15 +110,18 @@ class SceneSimulation {
     void set_mode(int robot, ControlMode mode) noexcept;
     /// References (n) in the mode torque.
     void set_torque(int robot, std::span<const double> tau) noexcept;
+    /// Torques (n) past the loops, in place of references; none: the loops again.
+    void command(int robot, std::span<const double> tau) noexcept;
     /// Force (N) and moment (Nm) on push link `i` of a robot, at its centre of mass, world axes; held.
     void set_wrench(int robot, int i, const Vector6d& wrench) noexcept;
 
     /// The control signal of an actuator, by its number, as the MJCF means it; held.
     void set_control(int actuator, double value) noexcept;
 
-    /// Advances by `count` time steps. False when an input is not finite or the motion diverged; error() says
-    /// why. After a failure every further step fails with the same text until reset() or restore().
-    [[nodiscard]] bool step(int count = 1) noexcept;
+    /// Advances by `count` time steps, in which the disturbance acts. False when an input is not finite or
+    /// the motion diverged; error() says why. After a failure every further step fails with the same text
+    /// until reset() or restore().
+    [[nodiscard]] bool step(int count = 1, const Disturbance& disturbance = {}) noexcept;
     /// Why the last step failed; empty when it did not.
     const char* error() const noexcept;
     double time() const noexcept; ///< s
@@ -132,7 +138,10 @@ class SceneSimulation {
     Vector3View imu_rpy(int robot) const noexcept;
     Vector3View gyro(int robot) const noexcept;
     Vector3View accelerometer(int robot) const noexcept;
-    Vector6View ft_wrench(int robot, int i) const noexcept; ///< as Simulation::ft_wrench
+    Vector6View ft_wrench(int robot, int i) const noexcept;                   ///< as Simulation::ft_wrench
+    Eigen::Map<const Eigen::Matrix3d> imu_rotation(int robot) const noexcept; ///< w_R_imu, now, exact
+    Matrix4View foot_pose(int robot, int i) const noexcept;                   ///< as Simulation::foot_pose
+    Vector6View foot_wrench(int robot, int i) const noexcept;                 ///< as Simulation::foot_wrench
 
     Matrix4View w_H_o(int object) const noexcept;           ///< pose of an object, now
     Eigen::Matrix4d w_H(const Frame& frame) const noexcept; ///< pose of a frame, now

@@ -12,6 +12,8 @@ namespace bf::physics {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
+class Scene;
+
 /// What is measured of joints and of the motors before their gears (n each): positions and velocities now,
 /// accelerations and torques of the last interval. A motor turns gear_ratio times as far as its joint, apart
 /// from backlash.
@@ -32,6 +34,7 @@ class World {
     World(World&&) noexcept;
     World& operator=(World&&) noexcept;
 
+    const std::shared_ptr<const Scene>& scene() const; ///< of which this is the only robot, number 0
     const WorldOptions& options() const;
     int joint_count() const;                             ///< n
     const std::vector<std::string>& joint_names() const; ///< n, order of every joint vector
@@ -41,9 +44,7 @@ class World {
     const Eigen::VectorXd& lower_limits() const;  ///< n, joint positions; -inf when the URDF has none
     const Eigen::VectorXd& upper_limits() const;  ///< n, joint positions; +inf when the URDF has none
     const Eigen::VectorXd& effort_limits() const; ///< n, |tau| is clamped to it; +inf when the URDF has none
-    /// Motors of the joints and the loops in front of them, as they begin. One advance is one time step.
-    JointControl control() const;
-    double mass() const; ///< kg, whole robot
+    double mass() const;                          ///< kg, whole robot
     /// What the world does otherwise than the URDF says: links whose inertia no body can have, and what they
     /// have here.
     const std::vector<std::string>& warnings() const;
@@ -61,7 +62,8 @@ struct Disturbance {
     Eigen::Vector3d force = Eigen::Vector3d::Zero(); ///< in world axes (N)
 };
 
-/// One running copy of a World: its state and what its sensors read.
+/// One running copy of a World, driven by torques past the loops of its Scene: its state and what its sensors
+/// read.
 ///
 /// A step from t_k to t_k+1 = t_k + time_step, with tau and the external wrenches held:
 ///

@@ -256,7 +256,7 @@ TEST(ContactLimits, AreInequalitiesOverTheSameWrenches) {
     ContactLimits limits;
     limits.faces = 6;
     limits.torsion = 0.2;
-    limits.min_force = 0.1;
+    limits.min_force = 0.8;
     limits.max_force = 2.0;
     limits.x_min = limits.y_min = -0.4;
     limits.x_max = limits.y_max = 0.6;

@@ -105,6 +105,8 @@ TEST(Quintic, KnowsItsPeaks) {
     EXPECT_NEAR(rest.velocity, 1.875, 1e-12);
     EXPECT_NEAR(rest.acceleration, 10.0 / std::sqrt(3.0) * 2.0 / 4.0, 1e-12);
     EXPECT_NEAR(rest.jerk, 60.0 * 2.0 / 8.0, 1e-12);
+    // The jerk 30 x - 36 x² is largest within.
+    EXPECT_NEAR(Quintic({0.0, 1.0, -3.0}, 0.15, 1.0).peaks().jerk, 6.25, 1e-12);
     std::mt19937 random(2);
     for (int k = 0; k < 50; ++k) {
         const VectorXd s = some(4, random, 2.0);

@@ -30,6 +30,7 @@ ROWS = [
     ("toolbox.qp_12x38", "us", "toolbox.qp_12x38/block", "toolbox.qp_12x38/bare_daqp", "<= 1.2 x"),
     ("toolbox.hierarchy_3x60", "us", "toolbox.hierarchy_3x60/hierarchy", "toolbox.hierarchy_3x60/bare_daqp", "<= 1.2 x"),
     ("toolbox.ik_30", "us", "toolbox.ik_30/api", "toolbox.ik_30/bare_pinocchio", ""),
+    ("toolbox.walking_plan", "us", "toolbox.walking_plan/diagram", "toolbox.walking_plan/bare_dcm", "< 100 us"),
     ("toolbox.forward_dynamics", "us", "toolbox.forward_dynamics/api", "toolbox.forward_dynamics/bare_pinocchio", "<= 1.5 x"),
     ("toolbox.coriolis_matrix", "us", "toolbox.coriolis_matrix/api", "toolbox.coriolis_matrix/bare_pinocchio", "<= 1.5 x"),
     ("physics.step", "us", "physics.step/block", "physics.step/bare_mj_step", "<= 1.05 x"),

@@ -6,6 +6,7 @@
 #include "bf/elaborate/elaborate.hpp"
 #include "bf/engine/simulation.hpp"
 #include "bf/formats/yaml.hpp"
+#include "bf/walking/dcm.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -167,6 +168,47 @@ void world_block(benchmark::State& run) {
     if (loop.signal("world.com")[2] < 0.45) run.SkipWithError("the robot has fallen");
 }
 
+/// A walk at constant velocity: in each step the footholds, the DCM and the swing foot are planned anew.
+void walking_plan(benchmark::State& run) {
+    Loop loop(R"(
+model: m
+step: 0.005
+inputs: {command: {shape: 3}}
+blocks:
+  left: {block: Constant, value: "[1 0 0 0; 0 1 0 0.075; 0 0 1 0; 0 0 0 1]"}
+  right: {block: Constant, value: "[1 0 0 0; 0 1 0 -0.075; 0 0 1 0; 0 0 0 1]"}
+  feet: {block: WholeBodyToolbox/FootstepPlanner, ground: "[2 0 0.015 0.5 0.5 0.015]"}
+  plan: {block: WholeBodyToolbox/DcmPlanner}
+  soles: {block: WholeBodyToolbox/SwingFoot}
+connections:
+  command: feet.command
+  left: feet.w_H_left
+  right: feet.w_H_right
+  feet.footholds: [plan.footholds, soles.footholds]
+  feet.step: [plan.step, soles.step]
+)");
+    loop.input("command")[0] = 0.15;
+    for (auto _ : run) {
+        if (!loop.simulation.step()) return run.SkipWithError(loop.simulation.failure().c_str());
+        benchmark::ClobberMemory();
+    }
+}
+
+/// The DCM of four steps alone.
+void bare_dcm(benchmark::State& run) {
+    using namespace bf::walking;
+    Eigen::Matrix<double, 4, 6> feet;
+    for (int i = 0; i < 6; ++i) feet.col(i) << 0.1 * i, i % 2 ? -0.075 : 0.075, 0, 0;
+    const double omega = natural_frequency(0.5);
+    Step step{0, 0.25, 0.6, 0.25, Side::right, 4, false};
+    for (auto _ : run) {
+        step.time = step.time > 0.8 ? 0 : step.time + 0.005;
+        benchmark::DoNotOptimize(plan_dcm(feet, step, {{0.03, 0, 0.5}}, omega));
+    }
+}
+
+BENCHMARK(walking_plan)->Name("toolbox.walking_plan/diagram");
+BENCHMARK(bare_dcm)->Name("toolbox.walking_plan/bare_dcm");
 BENCHMARK(whole_body_step)->Name("toolbox.whole_body_step/diagram");
 BENCHMARK(qp_block)->Name("toolbox.qp_12x38/block");
 BENCHMARK(world_block)->Name("physics.step/block");

@@ -109,6 +109,11 @@ const std::multimap<std::string, Arguments>& over_a_robot() {
         {"LegOdometry", {}},
         {"ContactEKF", {{"imu", "imu_frame"}}},
         {"JointLimits", {}},
+        {"FootstepPlanner", {}},
+        {"FootstepPlanner", {{"follow", "goal"}, {"preview", 2}, {"first_foot", "right"}}},
+        {"DcmPlanner", {}},
+        {"SwingFoot", {}},
+        {"DcmController", {}},
         {"TaskSpaceInverseDynamics", {}},
         {"GetMeasurement", {}},
         {"GetMeasurement", {{"measured_type", "Joints Torque"}}},
@@ -168,8 +173,12 @@ std::string diagram_of(const BlockClass& block_class, const Arguments& arguments
     const auto block = block_class.make(arguments);
     for (const auto& slot : block->resolution().slots) {
         if (slot.role != Role::input) continue;
-        inputs +=
-            "  " + slot.name + ": {" + (slot.name.starts_with("w_H_") ? "shape: \"[4 4]\"" : "") + "}\n";
+        const bool is_pose = slot.name.starts_with("w_H_"), are_footholds = slot.name == "footholds";
+        inputs += "  " + slot.name + ": {" +
+                  (is_pose         ? "shape: \"[4 4]\""
+                   : are_footholds ? "shape: \"[4 6]\""
+                                   : "") +
+                  "}\n";
         connections += "  " + slot.name + ": x." + slot.name + "\n";
     }
     const bool has_inputs = connections.size() > 13;
@@ -194,6 +203,7 @@ void randomise_inputs(Running& run, std::mt19937& random) {
             value.topLeftCorner(3, 3).setIdentity();
             value.row(3) << 0, 0, 0, 1;
         }
+        if (port.path == "step") value << 0.3 + uniform(random), 0.2, 0.5, 0.2, 1, 3, 0; // of a walk
         run.set(port.path, value);
     }
 }

@@ -11,6 +11,7 @@
 #include "tasks/tasks.hpp"
 #include "trajectories/trajectories.hpp"
 #include "utilities/utilities.hpp"
+#include "walking/walking.hpp"
 #include "world/world.hpp"
 
 extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library& library) {
@@ -25,6 +26,7 @@ extern "C" __attribute__((visibility("default"))) void bf_plugin_v1(bf::Library&
     bf::toolbox::add_controllers(library);
     bf::toolbox::add_trajectories(library);
     bf::toolbox::add_estimators(library);
+    bf::toolbox::add_walking(library);
     bf::toolbox::add_filters(library);
     bf::toolbox::add_streams(library);
     bf::toolbox::add_utilities(library);
@@ -46,4 +48,4 @@ BF_LEGACY_BLOCKS(DiscreteFilter, MinimumJerkTrajectoryGenerator, QP, QpOases, OS
                  HierarchicalQP, TaskSpaceInverseDynamics, LQR, MPC, JointPID, CartesianPID, JointImpedance,
                  CartesianImpedance, JointTrajectory, CartesianTrajectory, MomentumObserver, ContactWrenches,
                  LegOdometry, ContactEKF, World, WorldRobot, WorldObject, WorldActuator, WorldPush, WorldRays,
-                 WorldContact, WorldTactile)
+                 WorldContact, WorldTactile, FootstepPlanner, DcmPlanner, SwingFoot, DcmController)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <stdexcept>
 #include <string_view>
@@ -295,6 +296,22 @@ int Scene::actuator(int robot, const std::string& name) const {
 }
 double Scene::mass(int robot) const { return impl_->starts[static_cast<size_t>(robot)].mass; }
 int Scene::position_count() const { return static_cast<int>(impl_->model->nq); }
+std::vector<std::string> Scene::position_names() const {
+    const mjModel* m = impl_->model.get();
+    std::vector<std::string> names;
+    const auto add = [&](const char* owner, std::initializer_list<const char*> parts) {
+        for (const char* part : parts) names.push_back(std::string(owner) + part);
+    };
+    for (int joint = 0; joint < m->njnt; ++joint) {
+        const char* body = mj_id2name(m, mjOBJ_BODY, m->jnt_bodyid[joint]);
+        const char* name = mj_id2name(m, mjOBJ_JOINT, joint);
+        const char* const own = name && *name ? name : body;
+        if (m->jnt_type[joint] == mjJNT_FREE) add(body, {".x", ".y", ".z", ".qw", ".qx", ".qy", ".qz"});
+        if (m->jnt_type[joint] == mjJNT_BALL) add(own, {".qw", ".qx", ".qy", ".qz"});
+        if (m->jnt_type[joint] == mjJNT_HINGE || m->jnt_type[joint] == mjJNT_SLIDE) add(own, {""});
+    }
+    return names;
+}
 const std::vector<std::string>& Scene::bodies() const { return impl_->bodies; }
 const std::vector<std::string>& Scene::warnings() const { return impl_->warnings; }
 

@@ -2,6 +2,7 @@
 #include "complaints.hpp"
 #include "robots.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -499,6 +500,26 @@ TEST(Scene, MeasuresDistancesAlongRays) {
     EXPECT_EQ(distances[2], 8.0) << "nothing there";
     EXPECT_NEAR(distances[3], 0.7, 1e-9) << "the floor, through the sensor's own ball";
     EXPECT_THROW(sim.scene().body("wal"), std::runtime_error);
+}
+
+TEST(Scene, NamesAllItsPositions) {
+    SceneOptions options = two_arms();
+    options.robots[1] = arm("right", at(0, -1, 2), true);
+    options.objects = {ball("ball", 0.1, at(1, 2, 3), 1.0)};
+    const Scene scene(options);
+    const std::vector<std::string> names = scene.position_names();
+    ASSERT_EQ(names.size(), static_cast<size_t>(scene.position_count()));
+    SceneSimulation sim(std::make_shared<const Scene>(options));
+    const auto q = [&](const std::string& name) {
+        const auto found = std::find(names.begin(), names.end(), name);
+        EXPECT_NE(found, names.end()) << name;
+        return sim.q()[found - names.begin()];
+    };
+    EXPECT_EQ(q("left/elbow"), -0.3);
+    EXPECT_EQ(q("ball.y"), 2);
+    EXPECT_EQ(q("ball.qw"), 1);
+    EXPECT_NEAR(q("right/stand.y"), -1, 1e-12);
+    EXPECT_EQ(q("right/shoulder"), sim.s(1)[0]);
 }
 
 TEST(Scene, ListsTheRobotsThereAre) {

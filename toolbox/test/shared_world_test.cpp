@@ -132,6 +132,14 @@ TEST(SharedWorld, GivesTheStateOfTheStepToPortsAndMeasurements) {
     EXPECT_NEAR((run.get("left.robot.s") - run.get("right.robot.s")).norm(), 0, 10);
 }
 
+TEST(SharedWorld, NamesThePositionsByJointsAndBodies) {
+    const Running run(model(all_parts));
+    const Diagram& diagram = run.simulation.diagram();
+    const auto names = diagram.element_names(diagram.find_signal("world.q"));
+    for (const char* name : {"left/shoulder", "walker/knee", "walker/body.z", "ball.qw"})
+        EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
+}
+
 TEST(SharedWorld, GoesOnBitForBitFromASnapshot) {
     Running run(model(all_parts)), other(model(all_parts));
     for (int k = 0; k < 40; ++k) ASSERT_TRUE(run.step());

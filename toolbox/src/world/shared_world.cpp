@@ -36,9 +36,7 @@ class World final : public Block {
                const auto* made =
                    static_cast<const SharedWorld*>(resolution().find_provided(SharedWorld::resource));
                if (!made) return std::nullopt;
-               std::vector<std::string> names;
-               for (int i = 0; i < made->scene->position_count(); ++i) names.push_back(std::to_string(i + 1));
-               return names;
+               return made->scene->position_names();
            }};
     Output<Vector> q{this,
                      "q",

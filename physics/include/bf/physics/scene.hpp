@@ -66,6 +66,8 @@ class Scene {
     double mass(int robot) const; ///< kg, of what moves and of a fixed base
 
     int position_count() const; ///< of the whole scene, see SceneSimulation::q
+    /// What these are: "robot/joint", and of a body that floats "body.x" .y .z and .qw .qx .qy .qz.
+    std::vector<std::string> position_names() const;
     /// What moves by itself, each with all that is fixed to it: "robot/link", "object".
     const std::vector<std::string>& bodies() const;
     /// Number of one of them, from 0. Throws std::runtime_error that lists them.

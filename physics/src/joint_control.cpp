@@ -116,6 +116,11 @@ void JointControl::set_mode(ControlMode mode, const Vector& s) noexcept {
     underway_.colwise() = reference_;
 }
 
+void JointControl::preload(const Vector& tau) noexcept {
+    for (Eigen::Index i = 0; i < tau.size(); ++i)
+        integral_[i] = position_.I[i] == 0 ? 0 : tau[i] / position_.I[i];
+}
+
 void JointControl::set_trajectory_limit(ControlMode mode, double limit) noexcept {
     if (mode == ControlMode::position) speed_limit_ = limit;
     if (mode == ControlMode::velocity) acceleration_limit_ = limit;

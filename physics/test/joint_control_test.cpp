@@ -193,4 +193,18 @@ TEST(JointControl, RefusesWhatIsNoGainByItsNameAndJoint) {
         "whole number of them");
 }
 
+TEST(JointControl, BeginsWithTheTorquesThatItIsPreloadedWith) {
+    const Eigen::VectorXd s = Eigen::Vector2d(0.3, -0.2), rest = Eigen::Vector2d::Zero(),
+                          tau = Eigen::Vector2d(4, 5);
+    MotorOptions options;
+    options.position_gains = (Eigen::MatrixXd(2, 3) << 10, 2, 1, 10, 0, 1).finished();
+    JointControl control(Motors(options, {"a", "b"}, Eigen::Vector2d(1, 1)));
+    control.set_mode(ControlMode::position_direct, s);
+    control.preload(tau);
+    control.set_reference(s);
+    const Eigen::VectorXd torques = control.advance(0.001, s, rest, rest);
+    EXPECT_DOUBLE_EQ(torques[0], 4);
+    EXPECT_EQ(torques[1], 0) << "without I it has nothing to hold with";
+}
+
 } // namespace bf::physics::test::joint_control

@@ -95,6 +95,8 @@ class JointControl {
     /// on their way.
     void set_mode(ControlMode mode, const Vector& s) noexcept;
     void set_reference(const Vector& reference) noexcept { reference_ = reference; }
+    /// Integrals with which the position loop gives the torques `tau` (n) at no error, where it has I.
+    void preload(const Vector& tau) noexcept;
     /// Largest speed of trajectories of the mode position (rad/s), or acceleration of velocity (rad/s2).
     void set_trajectory_limit(ControlMode mode, double limit) noexcept;
     void set_gains(Loop loop, const Gains& gains) noexcept {

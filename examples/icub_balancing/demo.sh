@@ -21,14 +21,14 @@ for i in 0 1 2; do
     [ -s "$out/demo/$name.mcap" ] && "$bf" plot "$out/demo/$name.mcap" -o "$out/demo/$name.png"
 done
 
-# film NAME SCENARIO FROM TO SPEED AT: the robot from FROM to TO seconds, and a picture of it at AT.
+# film NAME FROM TO SPEED AT: the robot from FROM to TO seconds, and a picture of it at AT.
 film() {
     echo "film of $1"
-    "$bf" film "$model" "$out/demo/$1.mcap" --set scenario="$2" --from "$3" --to "$4" --speed "$5" --fps 15 \
-        --width 400 --height 400 -o "$out/demo/$1.mp4" --picture "$out/demo/$1_at_$6s.png" --at "$6"
+    "$bf" film "$out/demo/$1.mcap" --from "$2" --to "$3" --speed "$4" --fps 15 \
+        --width 400 --height 400 -o "$out/demo/$1.mp4" --picture "$out/demo/$1_at_$5s.png" --at "$5"
 }
-film push 2 4.5 7.5 1 5.2
-film one_foot 3 1 19 4 8
+film push 4.5 7.5 1 5.2
+film one_foot 1 19 4 8
 
 "$python" - "$bf" "$model" "$out" "${names[@]}" <<'PYTHON'
 import json, pathlib, sys

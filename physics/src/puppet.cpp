@@ -49,6 +49,10 @@ Puppet::Puppet(const Scene& scene, const std::function<void(mjSpec*)>& decorate)
 
 void Puppet::place(std::span<const double> q) {
     std::copy(q.begin(), q.end(), data_->qpos);
+    compute();
+}
+
+void Puppet::compute() {
     mj_kinematics(model_.get(), data_.get());
     mj_comPos(model_.get(), data_.get());
 }
@@ -70,7 +74,7 @@ void Puppet::place_root(const Eigen::Matrix4d& w_H_root) {
         std::copy_n(H.col(3).data(), 3, data_->mocap_pos + 3 * i);
         std::copy_n(rotation, 4, data_->mocap_quat + 4 * i);
     }
-    mj_kinematics(model_.get(), data_.get());
+    compute();
 }
 
 } // namespace bf::physics

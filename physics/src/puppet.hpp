@@ -31,6 +31,7 @@ class Puppet {
     void place(std::span<const double> q);
 
   private:
+    void compute(); ///< what depends on the positions
     void place_root(const Eigen::Matrix4d& w_H_root);
 
     ModelPtr model_;

@@ -428,6 +428,12 @@ std::vector<double> Channel::times() const {
     return times;
 }
 
+std::size_t Channel::sample_at(double time) const noexcept {
+    const auto ns = static_cast<std::int64_t>(time * 1e9 + 0.5);
+    const auto after = std::upper_bound(time_ns.begin(), time_ns.end(), ns);
+    return after == time_ns.begin() ? 0 : static_cast<std::size_t>(after - time_ns.begin()) - 1;
+}
+
 std::span<const std::byte> Channel::sample(std::size_t k) const noexcept {
     return std::span(data).subspan(k * info.bytes(), info.bytes());
 }

@@ -305,7 +305,7 @@ def run(bf, urdf, floating, folder, film):
             raise RuntimeError(f"{what} differs by {error:.1e}")
     mended = done.stderr.count("which no body has") + done.stderr.count("moves without")
     picture = folder / "picture.png"
-    done = subprocess.run([bf, "film", model, recording, *setting, "--picture", picture, "--width", "160", "--height", "160"],
+    done = subprocess.run([bf, "film", recording, "--picture", picture, "--width", "160", "--height", "160"],
                           capture_output=True, text=True) if film else done
     if done.returncode != 0:
         raise RuntimeError("film: " + reason(done.stderr))

@@ -1,4 +1,5 @@
-// bf edit: the page in which a model is drawn, checked, run and watched.
+// bf edit, bf view: the page in which a model is drawn, checked, run and watched, and what of it stands in
+// space.
 #include "bf/base/escape.hpp"
 #include "bf/base/files.hpp"
 #include "bf/formats/yaml.hpp"
@@ -24,10 +25,25 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct EditOptions {
-    std::string file = ".", attach;
+struct PageOptions {
     std::uint16_t port = 0;
-    bool no_browser = false, shows_protocol = false, is_new = false;
+    bool no_browser = false;
+
+    void add_to(CLI::App& app) {
+        app.add_option("--port", port, "of 127.0.0.1; 0: any free one")
+            ->type_name("PORT")
+            ->capture_default_str();
+        app.add_flag("--no-browser", no_browser, "only print the address");
+    }
+};
+
+struct EditOptions : PageOptions {
+    std::string file = ".", attach;
+    bool shows_protocol = false, is_new = false;
+};
+
+struct ViewOptions : PageOptions {
+    std::string file;
 };
 
 /// The desktop's browser, where there is a desktop.
@@ -63,29 +79,46 @@ fs::path made_model(const fs::path& file) {
     return file;
 }
 
+/// Until Ctrl-C. `part` is what of the page is shown, of `name`; `about` tells what an address is good for.
+void serve(service::ServerOptions served, const PageOptions& options, const std::string& name,
+           const char* part, const char* about) {
+    served.page = shared_folder("page");
+    if (!fs::exists(served.page / "index.html"))
+        throw CommandError("the editor's page is not in " + served.page.string() +
+                           "; build it with -DBF_EDITOR=ON, which needs the packages of scripts/deps");
+    served.version = BF_VERSION;
+    served.port = options.port;
+    served.sceneries = scenery_maker();
+    const InterruptGuard interrupt;
+    service::Server server(served);
+    const std::string address = server.address() + part;
+    std::printf("%s is open at\n  %s\nCtrl-C ends. %s\n", escape::terminal(name).c_str(), address.c_str(),
+                about);
+    std::fflush(stdout);
+    if (!options.no_browser) open_browser(address);
+    const std::string lost = server.run([] { return InterruptGuard::signal() == 0; });
+    if (!lost.empty()) throw CommandError(lost);
+}
+
 void execute(const EditOptions& options) {
     if (options.shows_protocol) {
         std::fputs(service::Service::typescript().c_str(), stdout);
         return;
     }
     const fs::path model = options.is_new ? made_model(options.file) : found_model(options.file);
-    const fs::path page = shared_folder("page");
-    if (!fs::exists(page / "index.html"))
-        throw CommandError("the editor's page is not in " + page.string() +
-                           "; build it with -DBF_EDITOR=ON, which needs the packages of scripts/deps");
-    const InterruptGuard interrupt;
-    service::Server server({.file = model,
-                            .page = page,
-                            .version = BF_VERSION,
-                            .port = options.port,
-                            .sceneries = scenery_maker(),
-                            .attach = options.attach});
-    std::printf("%s is open at\n  %s\nCtrl-C ends. Whoever has this address may change the model.\n",
-                escape::terminal(model.string()).c_str(), server.address().c_str());
-    std::fflush(stdout);
-    if (!options.no_browser) open_browser(server.address());
-    const std::string lost = server.run([] { return InterruptGuard::signal() == 0; });
-    if (!lost.empty()) throw CommandError(lost);
+    serve({.file = model, .page = {}, .version = {}, .attach = options.attach}, options, model.string(), "",
+          "Whoever has this address may change the model.");
+}
+
+void execute(const ViewOptions& options) {
+    service::ServerOptions served;
+    if (is_recording(options.file)) {
+        if (!fs::exists(options.file)) throw CommandError("there is no recording " + options.file);
+        served.recording = options.file;
+    } else {
+        served.file = found_model(options.file);
+    }
+    serve(std::move(served), options, options.file, "#view", "Whoever has this address may look.");
 }
 
 } // namespace
@@ -100,19 +133,34 @@ void add_edit(CLI::App& app) {
             "this folder")
         ->type_name("");
     command->add_flag("--new", options->is_new, "make the file first, an empty model");
-    command->add_option("--port", options->port, "of 127.0.0.1; 0: any free one")
-        ->type_name("PORT")
-        ->capture_default_str();
+    options->add_to(*command);
     command
         ->add_option("--attach", options->attach,
                      "watch, tune, start and stop a program that runs the model, instead of simulating it: "
                      "the address "
                      "that bf run --realtime --serve or a generated program printed")
         ->type_name("ADDRESS");
-    command->add_flag("--no-browser", options->no_browser, "only print the address");
     command->add_flag("--protocol", options->shows_protocol,
                       "only print what page and program say to each other, as TypeScript");
     command->footer("Example: bf edit docs/start/motor.yaml");
+    command->callback([options] { execute(*options); });
+}
+
+void add_view(CLI::App& app) {
+    auto* command = app.add_subcommand(
+        "view", "show the robots of a recording, or of a model that runs, in three dimensions");
+    auto options = std::make_shared<ViewOptions>();
+    command
+        ->add_option("FILE", options->file,
+                     "MCAP file that bf run wrote, to be played; or model file, which runs as in bf edit")
+        ->required()
+        ->type_name("");
+    options->add_to(*command);
+    command->footer("A recording is shown with the model that it holds. Of a MujocoWorld it must have w_H_b "
+                    "and s, of a World q.\n"
+                    "Examples:\n"
+                    "  bf view run.mcap\n"
+                    "  bf view examples/two_robots/model.yaml");
     command->callback([options] { execute(*options); });
 }
 

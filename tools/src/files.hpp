@@ -23,6 +23,9 @@ FileSet files_of(const std::filesystem::path& model, std::map<std::filesystem::p
 /// A folder of this installation, share/blockfactory/NAME, where there is one.
 std::filesystem::path shared_folder(const char* name);
 
+/// Is it one by its name?
+inline bool is_recording(const std::filesystem::path& file) { return file.extension() == ".mcap"; }
+
 /// A file that a command writes, and the option that names it. An empty name is no file.
 struct WrittenFile {
     std::string option;

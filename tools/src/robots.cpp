@@ -1,5 +1,6 @@
 #include "robots.hpp"
 
+#include "bf/physics/figure.hpp"
 #include "bf/toolbox/shared_world.hpp"
 #include "bf/toolbox/simulated_robot.hpp"
 
@@ -27,6 +28,34 @@ std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(cons
         if (const void* world = node.block->resolution().find_provided(toolbox::SharedWorld::resource))
             worlds.emplace_back(node.path, static_cast<const toolbox::SharedWorld*>(world)->scene.get());
     return worlds;
+}
+
+std::vector<ContactSensor> contact_sensors_of(const Diagram& diagram, const physics::Scene& scene) {
+    std::vector<ContactSensor> sensors;
+    for (const auto& node : diagram.nodes) {
+        if (node.type != "WholeBodyToolbox/WorldContact") continue;
+        std::string body;
+        Eigen::MatrixXd pose = Eigen::Matrix4d::Identity();
+        for (const auto& [name, value] : node.arguments) {
+            if (name == "body") body = value.text;
+            if (name == "pose")
+                pose = Eigen::Map<const Eigen::MatrixXd>(value.data.data(), value.rows, value.cols);
+        }
+        try {
+            const physics::Frame frame = scene.frame(body, pose);
+            if (frame.body >= 0)
+                sensors.push_back({node.path, frame.body, frame.pose.topRightCorner<3, 1>()});
+        } catch (const std::exception&) { // it is in another world of the model
+        }
+    }
+    return sensors;
+}
+
+std::optional<physics::ContactForce> axial_force(const Eigen::Vector3d& point,
+                                                 const physics::Vector6d& wrench) {
+    const Eigen::Vector3d force = wrench.head<3>(), moment = wrench.tail<3>();
+    if (!(force.norm() >= 1)) return {};
+    return physics::ContactForce{point + force.cross(moment) / force.squaredNorm(), force};
 }
 
 } // namespace bf::tools

@@ -3,6 +3,8 @@
 #include "bf/toolbox/simulated_robot.hpp"
 #include "robots.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <span>
@@ -48,25 +50,61 @@ void write_poses(const physics::Figure& figure, std::vector<double>& values) {
     }
 }
 
+void write_com(const physics::Figure& figure, std::vector<double>& values) {
+    const Eigen::Vector3d com = figure.com();
+    values.insert(values.end(), com.begin(), com.end());
+}
+
+const double* data_of(const Quantity& quantity) { return reinterpret_cast<const double*>(quantity.data); }
+
+/// Null for what a recording lacks.
+const double* data_if_known(const std::vector<Quantity>& signals, const std::string& path) {
+    const auto found = std::ranges::find(signals, path, &Quantity::path);
+    return found == signals.end() ? nullptr : data_of(*found);
+}
+
+void write_contact(const std::optional<physics::ContactForce>& contact, std::vector<double>& values) {
+    const physics::ContactForce shown =
+        contact.value_or(physics::ContactForce{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+    values.insert(values.end(), shown.origin.begin(), shown.origin.end());
+    values.insert(values.end(), shown.force.begin(), shown.force.end());
+}
+
+/// The positions that a signal holds, which a recording may have of another world.
+Quantity positions(const std::vector<Quantity>& signals, const std::string& path, std::size_t count) {
+    Quantity found = find(signals, path);
+    if (found.info.elements() != count)
+        throw std::runtime_error(path + " has " + std::to_string(found.info.elements()) +
+                                 " elements, but the world has " + std::to_string(count) +
+                                 " positions now; its files were changed");
+    return found;
+}
+
 /// A world that several robots share.
 class SharedScenery final : public service::Scenery {
   public:
-    SharedScenery(const physics::Scene& scene, const std::string& path,
+    SharedScenery(const physics::Scene& scene, const std::string& path, std::vector<ContactSensor> sensors,
                   std::shared_ptr<physics::Figure> figure)
-        : figure_(std::move(figure)) {
+        : figure_(std::move(figure)), sensors_(std::move(sensors)), wrenches_(sensors_.size()),
+          position_count_(static_cast<std::size_t>(scene.position_count())) {
         // The scene lives as long as the diagram, which is longer than this function.
         const physics::SceneSimulation start(
             std::shared_ptr<const physics::Scene>(std::shared_ptr<void>(), &scene));
         world_.path = path;
         world_.bodies = figure_->bodies();
         world_.has_floor = scene.options().floor.enabled;
+        for (const auto& sensor : sensors_) world_.feet.push_back(sensor.path);
         world_.shapes = shapes_of(*figure_);
         write({start.q().data(), static_cast<std::size_t>(start.q().size())}, world_.start);
     }
 
     const service::SceneWorld& world() const override { return world_; }
     std::string meshes() const override { return meshes_of(*figure_); }
-    void bind(const std::vector<Quantity>& signals) override { q_ = find(signals, world_.path + ".q"); }
+    void bind(const std::vector<Quantity>& signals) override {
+        q_ = positions(signals, world_.path + ".q", position_count_);
+        for (std::size_t i = 0; i < sensors_.size(); ++i)
+            wrenches_[i] = data_if_known(signals, sensors_[i].path + ".wrench");
+    }
     void look(std::vector<double>& values) noexcept override {
         write({reinterpret_cast<const double*>(q_.data), q_.info.elements()}, values);
     }
@@ -75,12 +113,24 @@ class SharedScenery final : public service::Scenery {
     void write(std::span<const double> q, std::vector<double>& values) {
         figure_->place(q);
         write_poses(*figure_, values);
-        const Eigen::Vector3d com = figure_->com();
-        values.insert(values.end(), com.begin(), com.end());
+        for (std::size_t i = 0; i < sensors_.size(); ++i) {
+            const auto pose = figure_->pose(sensors_[i].body);
+            const Eigen::Vector3d origin =
+                Eigen::Map<const Eigen::Vector3d>(pose.data()) +
+                Eigen::Quaterniond(pose[3], pose[4], pose[5], pose[6]) * sensors_[i].origin;
+            write_contact(wrenches_[i]
+                              ? axial_force(origin, Eigen::Map<const physics::Vector6d>(wrenches_[i]))
+                              : std::nullopt,
+                          values);
+        }
+        write_com(*figure_, values);
     }
 
     const std::shared_ptr<physics::Figure> figure_;
     service::SceneWorld world_;
+    const std::vector<ContactSensor> sensors_;
+    std::vector<const double*> wrenches_; ///< of sensors; null: a recording lacks it
+    const std::size_t position_count_;
     Quantity q_;
 };
 
@@ -88,7 +138,7 @@ class RobotScenery final : public service::Scenery {
   public:
     RobotScenery(const physics::World& world, const std::string& path,
                  std::shared_ptr<physics::Figure> figure)
-        : figure_(std::move(figure)) {
+        : figure_(std::move(figure)), joint_count_(world.joint_names().size()) {
         // The world lives as long as the diagram, which is longer than this function.
         const physics::Simulation start(
             std::shared_ptr<const physics::World>(std::shared_ptr<void>(), &world));
@@ -100,7 +150,7 @@ class RobotScenery final : public service::Scenery {
         world_.shapes = shapes_of(*figure_);
         write(start.w_H_b(), {start.s().data(), static_cast<std::size_t>(start.s().size())}, world_.start);
         for (int i = 0; i < static_cast<int>(world_.feet.size()); ++i)
-            write(physics::contact_force(start.foot_pose(i), start.foot_wrench(i)), world_.start);
+            write_contact(physics::contact_force(start.foot_pose(i), start.foot_wrench(i)), world_.start);
         world_.start.insert(world_.start.end(), start.com().begin(), start.com().end());
     }
 
@@ -109,24 +159,29 @@ class RobotScenery final : public service::Scenery {
     std::string meshes() const override { return meshes_of(*figure_); }
 
     void bind(const std::vector<Quantity>& signals) override {
-        const auto data = [&](const std::string& name) {
-            return reinterpret_cast<const double*>(find(signals, world_.path + "." + name).data);
+        const auto known = [&](const std::string& name) {
+            return data_if_known(signals, world_.path + "." + name);
         };
-        base_ = data("w_H_b");
-        joints_ = find(signals, world_.path + ".s");
-        com_ = data("com");
+        base_ = data_of(find(signals, world_.path + ".w_H_b"));
+        if (joint_count_ > 0) joints_ = positions(signals, world_.path + ".s", joint_count_);
+        com_ = known("com");
         feet_.clear();
-        for (const auto& foot : world_.feet) feet_.emplace_back(data("pose_" + foot), data("wrench_" + foot));
+        for (const auto& foot : world_.feet)
+            feet_.emplace_back(known("pose_" + foot), known("wrench_" + foot));
     }
 
     void look(std::vector<double>& values) noexcept override {
         write(Eigen::Map<const Eigen::Matrix4d>(base_),
-              {reinterpret_cast<const double*>(joints_.data), joints_.info.elements()}, values);
+              {reinterpret_cast<const double*>(joints_.data), joint_count_}, values);
         for (const auto& [pose, wrench] : feet_)
-            write(physics::contact_force(Eigen::Map<const Eigen::Matrix4d>(pose),
-                                         Eigen::Map<const physics::Vector6d>(wrench)),
-                  values);
-        values.insert(values.end(), com_, com_ + 3);
+            write_contact(pose && wrench ? physics::contact_force(Eigen::Map<const Eigen::Matrix4d>(pose),
+                                                                  Eigen::Map<const physics::Vector6d>(wrench))
+                                         : std::nullopt,
+                          values);
+        if (com_)
+            values.insert(values.end(), com_, com_ + 3);
+        else
+            write_com(*figure_, values);
     }
 
   private:
@@ -134,15 +189,9 @@ class RobotScenery final : public service::Scenery {
         figure_->place(w_H_b, s);
         write_poses(*figure_, values);
     }
-    static void write(const std::optional<physics::ContactForce>& contact, std::vector<double>& values) {
-        const physics::ContactForce shown =
-            contact.value_or(physics::ContactForce{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
-        values.insert(values.end(), shown.origin.begin(), shown.origin.end());
-        values.insert(values.end(), shown.force.begin(), shown.force.end());
-    }
-
     const std::shared_ptr<physics::Figure> figure_;
     service::SceneWorld world_;
+    const std::size_t joint_count_;
     const double *base_ = nullptr, *com_ = nullptr;
     Quantity joints_;
     std::vector<std::pair<const double*, const double*>> feet_; ///< pose and wrench
@@ -207,7 +256,8 @@ service::MakeSceneries scenery_maker() {
         for (const auto& [path, world] : worlds_of(diagram))
             all.push_back(std::make_unique<RobotScenery>(*world, path, figure_of(path, *world)));
         for (const auto& [path, scene] : shared_worlds_of(diagram))
-            all.push_back(std::make_unique<SharedScenery>(*scene, path, figure_of(path, *scene)));
+            all.push_back(std::make_unique<SharedScenery>(*scene, path, contact_sensors_of(diagram, *scene),
+                                                          figure_of(path, *scene)));
         *known = std::move(used);
         return all;
     };

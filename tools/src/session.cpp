@@ -30,8 +30,8 @@ CLI::Validator within(const OptionRange& range) {
 }
 CLI::Validator between(double low, double high) { return within({low, high}); }
 
-void ModelOptions::add_to(CLI::App& app) {
-    app.add_option("MODEL", file, "model file (.yaml)")->required()->type_name("");
+void ModelOptions::add_to(CLI::App& app, const char* what) {
+    app.add_option("MODEL", file, what)->required()->type_name("");
     app.add_option("--set", sets,
                    "change a variable, a block's setting, or the model's step, stop, solver, "
                    "relative_tolerance, absolute_tolerance or max_step; may be repeated")

@@ -28,7 +28,7 @@ struct ModelOptions {
     std::vector<std::string> sets = {};   ///< NAME=EXPRESSION
     std::vector<std::string> params = {}; ///< YAML files of names and expressions
 
-    void add_to(CLI::App& app);
+    void add_to(CLI::App& app, const char* what = "model file (.yaml)");
     /// What they change: --params files first, then --set. Throws model::Errors.
     std::vector<Override> overrides() const;
 };

@@ -18,7 +18,9 @@ void add_deploy(CLI::App& app);
 void add_draw(CLI::App& app);
 void add_diff(CLI::App& app);
 void add_edit(CLI::App& app);
+void add_view(CLI::App& app);
 void add_publish(CLI::App& app);
+void add_tune(CLI::App& app);
 void add_doctor(CLI::App& app);
 
 } // namespace bf::tools

@@ -9,11 +9,21 @@ std::filesystem::path urdf_of(const Resolution&) { return {}; }
 
 service::MakeSceneries scenery_maker() { return {}; }
 
-void add_film(CLI::App& app) {
-    auto* command = app.add_subcommand("film", "render a recording of a physics world: not in this build");
-    command->allow_extras()->callback([] {
-        throw CommandError("bf was built without robots; build it with BF_ROBOTS=ON to render films");
+namespace {
+
+void add_missing(CLI::App& app, const char* verb, const std::string& what, const std::string& purpose) {
+    app.add_subcommand(verb, what + ": not in this build")->allow_extras()->callback([purpose] {
+        throw CommandError("bf was built without robots; build it with BF_ROBOTS=ON to " + purpose);
     });
+}
+
+} // namespace
+
+void add_film(CLI::App& app) {
+    add_missing(app, "film", "render recordings of physics worlds", "render films");
+}
+void add_tune(CLI::App& app) {
+    add_missing(app, "tune", "find gains of a robot's position loops, by simulated steps", "tune robots");
 }
 
 } // namespace bf::tools

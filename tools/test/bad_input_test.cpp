@@ -123,10 +123,10 @@ TEST_F(BadInput, MissingMesh) {
           "  world: {block: WholeBodyToolbox/MujocoWorld, period: 0.001}\n",
           "record: [world.w_H_b, world.s]\n");
     EXPECT_EQ(bf("run m.yaml --set step=0.001 --set stop=0.01 --record r.mcap").code, 0) << read(".err");
-    expect_error("film m.yaml r.mcap --set step=0.001 -o film.mp4", "nowhere.stl");
-    expect_error("film m.yaml r.mcap -o film.avi", "-o film.avi: the name of this file ends in .mp4");
-    expect_error("film m.yaml r.mcap --picture p.jpg", "--picture p.jpg: the name of this file ends in .png");
-    expect_error("film m.yaml r.mcap --picture arm.urdf", "--picture arm.urdf: the name of this file ends");
+    expect_error("film r.mcap -o film.mp4", "nowhere.stl");
+    expect_error("film r.mcap -o film.avi", "-o film.avi: the name of this file ends in .mp4");
+    expect_error("film r.mcap --picture p.jpg", "--picture p.jpg: the name of this file ends in .png");
+    expect_error("film r.mcap --picture arm.urdf", "--picture arm.urdf: the name of this file ends");
     EXPECT_FALSE(exists("film.mp4"));
 }
 
@@ -558,12 +558,12 @@ TEST_F(BadInput, EmptyValuesAreNone) {
 
 TEST_F(BadInput, WrongUsageExitsWithTwo) {
     expect_error("", "A subcommand is required\nThe verbs are run, replay", 2);
-    expect_error("runn m.yaml", "there is no verb 'runn'; did you mean 'run'?", 2);
+    expect_error("runn m.yaml", "there is no verb 'runn'; did you mean 'run' or 'tune'?", 2);
     expect_error("run", "MODEL is required\nSee bf run --help", 2);
     expect_error("run m.yaml --record ''", "--record: the value is empty; give one, or leave the option out",
                  2);
     expect_error("run m.yaml --stpo 3", "--stpo; did you mean '--stop'?\nSee bf run --help", 2);
-    expect_error("film m.yaml r.mcap -o f.mp4 --fps 0", "--fps: Value 0 not in range", 2);
+    expect_error("film r.mcap -o f.mp4 --fps 0", "--fps: Value 0 not in range", 2);
     for (const std::string option : {"realtime-factor", "duration", "watchdog"})
         expect_error("run m.yaml --realtime --" + option + " nan", "--" + option + ": Value nan not in range",
                      2);

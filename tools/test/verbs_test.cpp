@@ -327,8 +327,7 @@ record: [world.*]
 )");
     const auto run = bf("run robot.yaml --record run.mcap");
     ASSERT_EQ(run.code, 0) << run.err;
-    const auto film =
-        bf("film robot.yaml run.mcap --picture end.png -o film.mp4 --width 64 --height 48 --fps 10");
+    const auto film = bf("film run.mcap --picture end.png -o film.mp4 --width 64 --height 48 --fps 10");
     EXPECT_EQ(film.code, 0) << film.err;
     EXPECT_EQ(film.out, "end.png\nfilm.mp4\n");
     EXPECT_CONTAINS(film.err, "frame 2 of 2");
@@ -336,17 +335,28 @@ record: [world.*]
     EXPECT_EQ(read("film.mp4").substr(4, 4), "ftyp");
     EXPECT_EQ(files(), "end.png film.mp4 robot.yaml run.mcap sine.yaml");
 
-    const auto nothing = bf("film robot.yaml run.mcap");
+    const auto nothing = bf("film run.mcap");
     EXPECT_EQ(nothing.code, 1);
     EXPECT_CONTAINS(nothing.err, "say what to make: -o FILE.mp4");
-    const auto late = bf("film robot.yaml run.mcap -o late.mp4 --from 7");
+    const auto late = bf("film run.mcap -o late.mp4 --from 7");
     EXPECT_EQ(late.code, 1);
     EXPECT_CONTAINS(late.err, "--from 7 is after the end");
     bf("run sine.yaml --record sine.mcap");
-    const auto other = bf("film robot.yaml sine.mcap -o other.mp4");
+    EXPECT_CONTAINS(bf("film sine.mcap -o other.mp4").err, "sine has no MujocoWorld or World block");
+    std::string less = read("robot.yaml");
+    write("less.yaml", less.replace(less.find("world.*"), 7, "world.s"));
+    bf("run less.yaml --record less.mcap");
+    const auto other = bf("film less.mcap -o other.mp4");
     EXPECT_EQ(other.code, 1);
     EXPECT_CONTAINS(other.err, "world.w_H_b");
     EXPECT_FALSE(exists("other.mp4"));
+
+    const auto both = bf("film run.mcap run.mcap --picture both.png --width 120 --height 48 --com --support "
+                         "--trail l_elbow_1 --follow root_link --at 0.1");
+    EXPECT_EQ(both.out, "both.png\n") << both.err;
+    EXPECT_CONTAINS(bf("film run.mcap --picture no.png --trail nose").err, "there is no body 'nose'");
+    EXPECT_CONTAINS(bf("film run.mcap run.mcap --picture no.png --width 20").err,
+                    "--width 20 is too little for 2 recordings");
 }
 
 } // namespace

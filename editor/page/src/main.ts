@@ -9,5 +9,6 @@ import { choose, chosen } from "./theme.ts";
 
 choose(chosen());
 const token = new URLSearchParams(location.search).get("token") ?? "";
-const session = new Session(new Server(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket?token=${encodeURIComponent(token)}`));
+const server = new Server(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket?token=${encodeURIComponent(token)}`);
+const session = new Session(server, [], location.hash === "#view");
 mount(App, { target: document.getElementById("page")!, props: { session } });

@@ -29,6 +29,7 @@ interface Comparison { file: string; branches: number[]; recordings: string[] }
 type Tried = Omit<Draw, "system" | "show" | "marks_open">;
 const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
+const fast = 20; // seconds of a recording per second, where no speed is wanted
 const no_run: RunState = { state: "none", time: 0, step: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
   branch: 0, branches: [], edit: null, live: null, tuned: [], recorded: "" };
 const state_of = (document: DocumentState | null) => `${document?.file} ${document?.revision} ${document?.is_checked}`;
@@ -105,9 +106,13 @@ export class Session {
   private is_tuning = false;
   private has_run = false;
 
+  /** Is the page for what stands in space alone? */
+  readonly is_viewer: boolean;
+
   /** `recordings` are shown from the beginning. */
-  constructor(where: Place, recordings: string[] = []) {
+  constructor(where: Place, recordings: string[] = [], is_viewer = false) {
     this.where = where;
+    this.is_viewer = is_viewer;
     this.client = new Client(where, {
       opened: () => void this.greet().then(() => { for (const file of recordings.splice(0)) void this.recordings.open(file); }),
       lost: () => {
@@ -619,13 +624,34 @@ export class Session {
     this.samples.keep(state.branches);
     if (is_other || (state.state !== "none" && is_other_branch)) void this.rewatch();
   }
-  play_or_pause(): Promise<void> {
+  /** What was recorded is played by the page, which goes from instant to instant. */
+  is_playing = $state(false);
+  private async play_recorded(): Promise<void> {
+    this.is_playing = true;
+    if (this.run.time >= this.run.reached) await this.command("to", { time: 0 });
+    for (let last = performance.now(); this.is_playing && this.connection === "open" && this.run.time < this.run.reached; ) {
+      await new Promise(requestAnimationFrame);
+      const now = performance.now();
+      await this.command("to", { time: this.run.time + ((this.pace ?? fast) * (now - last)) / 1000 });
+      last = now;
+    }
+    this.is_playing = false;
+  }
+  get is_running(): boolean { return this.run.state === "running" || this.is_playing; }
+  async play_or_pause(): Promise<void> {
+    if (this.run.recorded && !this.is_playing) return this.play_recorded();
+    this.is_playing = false;
+    if (this.run.recorded) return;
     return this.run.state === "running" ? this.command("pause") : this.command("start", { factor: this.pace });
   }
   set_pace(pace: number | null): void {
     this.pace = pace;
     keep("localStorage", "pace", { pace });
-    if (this.run.state !== "none") void this.command("pace", { factor: pace });
+    if (this.run.state !== "none" && !this.run.recorded) void this.command("pace", { factor: pace });
+  }
+  /** One step, or the next instant of a recording. */
+  step(): Promise<void> {
+    return this.run.recorded ? this.command("to", { time: this.run.time + this.run.step }) : this.command("step");
   }
   async command(action: Methods["run"]["params"]["action"], 
     { time = null, factor = null, branch = null, event = "" }: Partial<Methods["run"]["params"]> = {}): Promise<void> {

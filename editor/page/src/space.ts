@@ -2,8 +2,15 @@
 import * as three from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Point, SceneShape, SceneWorld } from "./protocol.ts";
+import { thing_of } from "./stage.svelte.ts";
 
-export interface Shown { forces: boolean; com: boolean; frames: boolean; follows: boolean }
+export interface Shown {
+  forces: boolean; com: boolean; frames: boolean;
+  follows: Followed | null; // null: the camera stays where it is
+  hidden: ReadonlySet<string>; // robots and objects
+}
+/** A world and the number of one of its bodies; -1: its centre of mass. */
+export interface Followed { world: number; body: number }
 /** Where a person takes hold of a body: its number, the point in its frame, and a force in world axes. */
 export interface Hold { world: number; body: number; point: number[]; force: number[] }
 
@@ -115,8 +122,13 @@ class World {
     this.com.position.copy(at(i));
     this.under.position.set(values[i]!, values[i + 1]!, 0.002);
   }
-  show({ forces, com, frames }: Shown): void {
-    for (const { frame } of this.bodies) frame.visible = frames;
+  /** Where a body is, or the centre of mass. */
+  at(body: number): three.Vector3 { return (this.bodies[body]?.group ?? this.com).position; }
+  show({ forces, com, frames, hidden }: Shown): void {
+    this.bodies.forEach(({ group, frame }, i) => {
+      group.visible = !hidden.has(thing_of(this.about, this.about.bodies[i]!));
+      frame.visible = frames;
+    });
     for (const arrow of this.contacts) arrow.traverse((part) => part.layers.set(forces ? 0 : 1));
     this.com.visible = this.under.visible = com;
   }
@@ -133,7 +145,7 @@ export class Space {
   private readonly pull = new Arrow(pull_colour);
   private readonly canvas: HTMLCanvasElement;
   private worlds: World[] = [];
-  private shown: Shown = { forces: true, com: false, frames: false, follows: true };
+  private shown: Shown = { forces: true, com: false, frames: false, follows: { world: 0, body: -1 }, hidden: new Set() };
   private followed = new three.Vector3();
   private request = 0;
   private held: { world: number; body: number; point: three.Vector3; plane: three.Plane } | null = null;
@@ -181,22 +193,33 @@ export class Space {
     const found = this.worlds[world];
     if (!found || values.length !== 7 * found.bodies.length + 6 * found.contacts.length + 3) return;
     found.place(values);
-    if (world === 0) this.follow();
+    if (world === (this.shown.follows?.world ?? 0)) this.follow();
     this.redraw();
   }
   private follow(): void {
-    const at = this.worlds[0]!.com.position.clone().setZ(0), by = at.clone().sub(this.followed);
+    const { world, body } = this.shown.follows ?? { world: 0, body: -1 }, at = this.worlds[world]!.at(body).clone();
+    if (body < 0) at.setZ(0);
+    const by = at.clone().sub(this.followed);
     this.followed.copy(at);
-    this.lamp.position.copy(at).add(new three.Vector3(1.5, 1.2, 3.2));
-    this.lamp.target.position.copy(at);
+    this.lamp.position.copy(at).setZ(0).add(new three.Vector3(1.5, 1.2, 3.2));
+    this.lamp.target.position.copy(at).setZ(0);
     if (!this.shown.follows) return;
     this.camera.position.add(by);
     this.controls.target.add(by);
     this.controls.update();
   }
   show(shown: Shown): void {
+    const { follows } = shown, is_other = follows?.world !== this.shown.follows?.world || follows?.body !== this.shown.follows?.body;
     this.shown = shown;
     for (const world of this.worlds) world.show(shown);
+    const at = follows && is_other && this.worlds[follows.world]?.at(follows.body);
+    if (at) { // it comes to the middle, and is followed from there on
+      this.camera.position.add(at).sub(this.controls.target);
+      this.controls.target.copy(at);
+      this.followed.copy(at);
+      if (follows.body < 0) this.followed.setZ(0);
+      this.controls.update();
+    }
     this.redraw();
   }
   resize(width: number, height: number): void {
@@ -243,7 +266,7 @@ export class Space {
   grab(p: Point): boolean {
     const caster = this.ray(p);
     for (const [number, world] of this.worlds.entries()) {
-      const parts = world.bodies.flatMap(({ group }) => group.children.filter((part) => part.userData.body !== undefined));
+      const parts = world.bodies.filter(({ group }) => group.visible).flatMap(({ group }) => group.children.filter((part) => part.userData.body !== undefined));
       const hit = caster.intersectObjects(parts, false)[0];
       if (!hit) continue;
       const body = hit.object.userData.body as number, towards = this.camera.getWorldDirection(new three.Vector3());

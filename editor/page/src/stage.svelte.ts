@@ -1,8 +1,13 @@
 import type { Client } from "./client.ts";
-import type { Scene } from "./protocol.ts";
+import type { Scene, SceneWorld } from "./protocol.ts";
 
 const first_world = 2 ** 31; // index in binary frames
 const nothing: Scene = { number: 0, worlds: [], failure: "" };
+
+/** The robot or object that a body belongs to: robots that share a world have links "robot/link". */
+export const thing_of = (world: SceneWorld, body: string): string =>
+  (world.bodies.some((other) => other.includes("/")) ? body.split("/")[0]! : world.path);
+export const things_of = (world: SceneWorld): string[] => [...new Set(world.bodies.map((body) => thing_of(world, body)))];
 
 /** What stands in space in the run, and where it is now. */
 export class Stage {

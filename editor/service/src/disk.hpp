@@ -6,6 +6,7 @@
 #include <ctime>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -27,11 +28,11 @@ struct Stamp {
     }
 };
 
-Stamp stamp_of(const std::filesystem::path& file);
-
 /// Puts texts into files, each of which is on the disk before it is said to be written.
 class Disk {
   public:
+    using Texts = std::map<std::filesystem::path, std::string>;
+
     /// A text for a file, and what became of it.
     struct Written {
         std::filesystem::path file;
@@ -41,8 +42,17 @@ class Disk {
         std::string failure = {};
     };
 
-    /// Without a worker files are written at once. `done` is called by the worker, after each of them.
-    Disk(Worker* worker, std::function<void()> done) : worker_(worker), done_(std::move(done)) {}
+    /// Without a worker files are written at once. `done` is called by the worker, after each of them. With
+    /// `texts` these are all the files there are, and none is read or written.
+    Disk(Worker* worker, std::function<void()> done, std::optional<Texts> texts)
+        : worker_(texts ? nullptr : worker), done_(std::move(done)), texts_(std::move(texts)) {}
+
+    /// Removes what programs that were killed left beside the file.
+    void clean(const std::filesystem::path& file) const;
+    Texts texts() const { return texts_.value_or(Texts()); }
+    Stamp stamp(const std::filesystem::path& file) const;
+    /// Throws FileError.
+    std::string read(const std::filesystem::path& file) const;
 
     void write(Written wanted);
     /// What is done since this was asked last.
@@ -55,6 +65,7 @@ class Disk {
 
     Worker* const worker_;
     const std::function<void()> done_;
+    std::optional<Texts> texts_;
     std::mutex mutex_; ///< of the list
     std::vector<Written> written_;
 };

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
 namespace bf::service {
+
+constexpr std::size_t first_world = std::size_t{1} << 31; ///< index of the first world; signals come before
 
 template <class T> void append(std::string& frame, const T& value) {
     frame.append(reinterpret_cast<const char*>(&value), sizeof value);

@@ -33,7 +33,6 @@ constexpr std::size_t most_filled = 4000;                 ///< of a signal on a 
 constexpr std::size_t most_fillings = 32;                 ///< that wait
 constexpr std::size_t most_branches = 16;
 constexpr std::size_t most_bytes = std::size_t{256} << 20; ///< of checkpoints
-constexpr std::size_t first_world = std::size_t{1} << 31;  ///< index in frames
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 } // namespace

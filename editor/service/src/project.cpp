@@ -86,10 +86,10 @@ struct Project::Document {
     std::shared_ptr<const model::Model> shared; ///< the model, for those that refer to it
 };
 
-Project::Project(const fs::path& file, Worker* disk, std::function<void()> written)
-    : disk_(std::make_unique<Disk>(disk, std::move(written))) {
+Project::Project(const fs::path& file, Worker* disk, std::function<void()> written, Texts texts)
+    : disk_(std::make_unique<Disk>(disk, std::move(written), std::move(texts))) {
     open(fs::absolute(file).lexically_normal());
-    for (const auto& document : documents_) remove_abandoned(document->file);
+    for (const auto& document : documents_) disk_->clean(document->file);
     link_all();
 }
 
@@ -118,8 +118,8 @@ Project::Document& Project::open(const fs::path& file) {
     if (Document* document = find(file)) return *document;
     auto made = std::make_unique<Document>();
     made->file = file;
-    made->stamp = stamp_of(file);
-    formats::Files texts;
+    made->stamp = disk_->stamp(file);
+    formats::Files texts = disk_->texts();
     made->model = formats::read_yaml(file, texts);
     made->text = made->written = texts.at(file);
     made->read = std::make_shared<const model::Model>(made->model);
@@ -611,12 +611,12 @@ bool Project::synchronise() {
 
 /// Reads the file where it may have changed; true when that changed the model.
 bool Project::look(Document& document) {
-    const Stamp now = stamp_of(document.file);
+    const Stamp now = disk_->stamp(document.file);
     if (document.stamp == now) return false;
     document.stamp = now;
     std::string text;
     try {
-        text = read_text_file(document.file);
+        text = disk_->read(document.file);
     } catch (const FileError& error) {
         document.is_missing = now.size < 0;
         document.failure = error.what();

@@ -2,9 +2,12 @@
 
 #include "bf/elaborate/diagram.hpp"
 #include "bf/recording/reader.hpp"
+#include "bf/run/recorder.hpp"
 #include "bf/service/protocol.hpp"
+#include "bf/service/scenery.hpp"
 
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -15,8 +18,12 @@ namespace bf::service {
 /// computed.
 class RecordedRun {
   public:
-    /// Throws std::runtime_error when the file is no recording.
-    explicit RecordedRun(const std::filesystem::path& file);
+    /// Throws std::runtime_error when the file is no recording. With `has_model` it is looked at with the
+    /// model that it holds: throws RunError when it holds none.
+    RecordedRun(const std::filesystem::path& file, bool has_model);
+
+    /// The model that it holds, where it is looked at with that.
+    const ModelSource& source() const { return source_; }
 
     /// Signals are found by all names that the model has for them. Until then there is no run.
     void name_signals(const Diagram& diagram);
@@ -27,8 +34,18 @@ class RecordedRun {
     std::string samples(const std::set<int>& signals) const;
     void look_at(double time);
 
+    /// From now on `places` tells where things are in these; null: no longer. Gives why it cannot; empty: it
+    /// does.
+    std::string show(std::shared_ptr<Sceneries> sceneries);
+    /// Where things are at the instant that is looked at, as a binary frame.
+    std::string places();
+
   private:
     const recording::Recording recording_;
+    ModelSource source_;
+    std::shared_ptr<Sceneries> sceneries_;
+    std::vector<std::vector<double>> held_; ///< by channel, what sceneries are bound to; empty: they are not
+    std::vector<double> values_;
     RunState state_;
     std::vector<SignalInfo> signals_; ///< indices are those of channels
 };

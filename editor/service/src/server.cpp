@@ -67,7 +67,7 @@ struct Server::State {
                                [this](std::function<void()> task) { asio::post(io, std::move(task)); },
                                [this](const std::string& text) { broadcast(text, false); },
                                [this](const std::string& frame) { broadcast(frame, true); },
-                               options.sceneries, options.attach}) {
+                               options.sceneries, options.attach, options.recording}) {
         if (options.token.empty()) options.token = realtime::random_token();
         if (options.token.empty()) throw std::runtime_error("the system gives no random token");
         const tcp::endpoint endpoint(asio::ip::address_v4::loopback(), options.port);

@@ -49,10 +49,13 @@ struct Refusal : std::runtime_error {
 
 struct Service::State {
     explicit State(Options o)
-        : options(std::move(o)), folder(fs::absolute(options.file).lexically_normal().parent_path()),
-          alive(std::make_shared<bool>(true)), project(opened(options.file)) {
+        : options(std::move(o)),
+          shown(options.recording.empty()
+                    ? nullptr
+                    : std::make_unique<RecordedRun>(options.recording, options.file.empty())),
+          folder(fs::absolute(first()).lexically_normal().parent_path()), alive(std::make_shared<bool>(true)),
+          project(opened(first())) {
         if (!options.attach.empty()) attach();
-        if (!options.recording.empty()) shown = std::make_unique<RecordedRun>(options.recording);
         check();
     }
 
@@ -60,8 +63,11 @@ struct Service::State {
 
     // ---- the document ----
 
+    const fs::path& first() const { return options.file.empty() ? shown->source().file : options.file; }
     std::unique_ptr<Project> opened(const fs::path& file) {
-        return std::make_unique<Project>(file, &disk, [this] { post([this] { note_written(); }); });
+        return std::make_unique<Project>(
+            file, &disk, [this] { post([this] { note_written(); }); },
+            options.file.empty() ? Project::Texts(shown->source().texts) : std::nullopt);
     }
 
     /// Runs a task in the thread of the service, later, if the service is still there. For any thread.
@@ -84,28 +90,29 @@ struct Service::State {
 
     void check() {
         checked_revision = -1;
-        checker.check(project->as_read(), {project->file(), project->texts(), {}},
-                      [this, revision = project->revision(),
-                       of = project.get()](std::shared_ptr<const ExaminedModel> found) {
-                          post([this, revision, of, found = std::move(found)] {
-                              if (of != project.get()) return;
-                              examined = found;
-                              if (shown && found->diagnostics.empty()) {
-                                  shown->name_signals(found->diagram);
-                                  options.tell(notification("run", to_json(shown->state())));
-                              }
-                              examined_revision = revision;
-                              if (revision == project->revision()) checked_revision = revision;
-                              tell_changed();
-                              if (live_model && checked_revision == revision && found->diagnostics.empty())
-                                  live_model->consider({found, revision,
-                                                        edit_names.since(live_model->there()), last_page,
-                                                        project->moves()});
-                              if (playback && checked_revision == revision && found->diagnostics.empty())
-                                  playback->edit(found, revision, edit_names.since(playback->revision()),
-                                                 project->moves());
-                          });
-                      });
+        checker.check(
+            project->as_read(),
+            {project->file(), project->texts(), shown ? shown->source().overrides : ModelSource().overrides},
+            [this, revision = project->revision(),
+             of = project.get()](std::shared_ptr<const ExaminedModel> found) {
+                post([this, revision, of, found = std::move(found)] {
+                    if (of != project.get()) return;
+                    examined = found;
+                    if (shown && found->diagnostics.empty()) {
+                        shown->name_signals(found->diagram);
+                        options.tell(notification("run", to_json(shown->state())));
+                    }
+                    examined_revision = revision;
+                    if (revision == project->revision()) checked_revision = revision;
+                    tell_changed();
+                    if (live_model && checked_revision == revision && found->diagnostics.empty())
+                        live_model->consider({found, revision, edit_names.since(live_model->there()),
+                                              last_page, project->moves()});
+                    if (playback && checked_revision == revision && found->diagnostics.empty())
+                        playback->edit(found, revision, edit_names.since(playback->revision()),
+                                       project->moves());
+                });
+            });
     }
 
     DocumentState document() const {
@@ -411,11 +418,14 @@ struct Service::State {
 
     Scene scene(int page, const Look& asked) {
         const bool is_right = examined && examined->diagnostics.empty();
-        return stage.look(page, asked.is_wanted,
-                          playback   ? playback->model()
-                          : is_right ? examined
-                                     : nullptr,
-                          playback.get());
+        const std::shared_ptr<const LoadedModel> model = playback   ? playback->model()
+                                                         : is_right ? examined
+                                                                    : nullptr;
+        Scene found = stage.look(page, asked.is_wanted, model, playback.get());
+        if (!shown) return found;
+        if (std::string missing = shown->show(stage.seen()); !missing.empty()) found.failure = missing;
+        post([this] { options.send(shown->places()); }); // after the answer, which pages clear places with
+        return found;
     }
 
     /// The run is that of another program. What its connection finds out comes to the thread of the service.
@@ -463,6 +473,7 @@ struct Service::State {
         if (shown) {
             if (asked.action != Action::to || !asked.time) throw Refusal(shown->state().recorded);
             shown->look_at(*asked.time);
+            options.send(shown->places());
             return run_state();
         }
         if (!playback) {
@@ -548,6 +559,7 @@ struct Service::State {
     }
 
     const Options options;
+    const std::unique_ptr<RecordedRun> shown; ///< where there is a recording in place of a run
     const fs::path folder;
     std::shared_ptr<bool> alive; ///< asked by tasks that come back from other threads
     Worker disk;
@@ -563,8 +575,7 @@ struct Service::State {
     std::unique_ptr<Live> live; ///< where the run is another program's
     std::optional<LiveModel> live_model;
     int live_signals = 0;
-    bool is_connected = false;          ///< to that program
-    std::unique_ptr<RecordedRun> shown; ///< where there is a recording in place of a run
+    bool is_connected = false; ///< to that program
     std::shared_ptr<const LoadedModel> played;
     Stage stage{options.sceneries};
     Recordings recorded{

@@ -17,7 +17,7 @@ void Stage::follow(const std::shared_ptr<const LoadedModel>& model, Playback* pl
         if (number_ == 0 || looks != looks_) ++number_;
         looks_ = std::move(looks);
     }
-    if (playback) playback->show(pages_.empty() ? nullptr : sceneries_);
+    if (playback) playback->show(seen());
 }
 
 Scene Stage::look(int page, bool is_wanted, const std::shared_ptr<const LoadedModel>& model,

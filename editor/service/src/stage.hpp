@@ -24,6 +24,8 @@ class Stage {
     /// Another run began, or a page left. A scene that looks alike keeps its number.
     void follow(const std::shared_ptr<const LoadedModel>& model, Playback* playback);
     void leave(int page) { pages_.erase(page); }
+    /// What pages look at; null: none looks.
+    std::shared_ptr<Sceneries> seen() const { return pages_.empty() ? nullptr : sceneries_; }
 
     /// The meshes of "SCENE/WORLD", where that is what the pages were told.
     std::optional<std::string> meshes(std::string_view what) const;

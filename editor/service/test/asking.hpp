@@ -4,6 +4,7 @@
 #include "folder.hpp"
 
 #include <condition_variable>
+#include <cstring>
 #include <deque>
 #include <functional>
 #include <gtest/gtest.h>
@@ -26,14 +27,17 @@ class AskingTest : public ::testing::Test {
     void open(const std::string& name, MakeSceneries sceneries = {},
               const std::filesystem::path& recording = {}, const std::string& attach = {}) {
         service = std::make_unique<Service>(
-            Service::Options{folder / name, "1.2.3",
+            Service::Options{name.empty() ? std::filesystem::path() : folder / name, "1.2.3",
                              [this](std::function<void()> task) {
                                  const std::lock_guard lock(mutex_);
                                  tasks_.push_back(std::move(task));
                                  wake_.notify_one();
                              },
                              [this](const std::string& text) { told.push_back(Json::parse(text)); },
-                             [this](const std::string& frame) { sent_bytes += frame.size(); },
+                             [this](const std::string& frame) {
+                                 sent_bytes += frame.size();
+                                 if (!frame.empty()) last_frame = frame;
+                             },
                              std::move(sceneries), attach, recording});
     }
 
@@ -82,6 +86,13 @@ class AskingTest : public ::testing::Test {
     int page = 1; ///< that asks
     std::vector<Json> told;
     std::size_t sent_bytes = 0;
+    std::string last_frame;
+    /// Of the last `count` doubles that were sent, the one of that number.
+    double last_value(std::size_t count, std::size_t number) const {
+        double value = 0;
+        std::memcpy(&value, last_frame.data() + last_frame.size() - 8 * (count - number), sizeof value);
+        return value;
+    }
 
   private:
     std::mutex mutex_;

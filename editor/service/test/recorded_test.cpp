@@ -3,7 +3,10 @@
 #include "bf/engine/simulation.hpp"
 #include "bf/library/load.hpp"
 #include "bf/run/recorder.hpp"
+#include "scenery.hpp"
 
+#include <cmath>
+#include <cstring>
 #include <fstream>
 #include <gtest/gtest.h>
 
@@ -82,6 +85,53 @@ TEST_F(RecordedTest, TheModelIsEditedAndTheRecordingStays) {
     const Json all = result("signals")["signals"];
     EXPECT_EQ(all[0]["path"], "part.y"); // as it was recorded
     EXPECT_EQ(result("hello", {{"protocol", protocol_version}})["run"]["state"], "paused");
+}
+
+TEST_F(RecordedTest, TheModelMayBeThatOfTheRecordingWithItsValuesAndInNoFile) {
+    {
+        const LoadedModel loaded = load(folder / "m.yaml", {{"part.double.K", "3", {}}});
+        Simulation run(loaded.diagram);
+        Recorder recorder(run, run.recorded(), folder / "three.mcap", loaded.source);
+        run.add_observer(recorder);
+        run.start();
+        ASSERT_TRUE(run.run_until(1)) << run.failure();
+        recorder.close();
+    }
+    std::filesystem::remove(folder / "m.yaml");
+    double gain = 0;
+    open(
+        "",
+        [&](const Diagram& diagram) {
+            for (const auto& node : diagram.nodes)
+                if (node.path == "part.double")
+                    gain = find(Simulation(diagram).parameters(), "part.double.K")[0];
+            return one_body(diagram, "part.y");
+        },
+        folder / "three.mcap");
+    const Json run = wait_for([](const Json& n) { return n["method"] == "run"; })["params"];
+    EXPECT_EQ(run["recorded"], "this is a recording: it is looked at, and nothing is computed, of a run with "
+                               "part.double.K = 3");
+    EXPECT_EQ(run["time"], 0);
+    EXPECT_EQ(result("hello", {{"protocol", protocol_version}})["document"]["file"], "m.yaml");
+    EXPECT_EQ(result("scene", {{"is_wanted", true}})["worlds"].size(), 1u);
+    EXPECT_EQ(gain, 3);
+    // One world of one body, whose pose and centre of mass are 10 numbers.
+    const auto bytes = sent_bytes;
+    go({{"action", "to"}, {"time", 0.3}});
+    EXPECT_EQ(sent_bytes - bytes, 20 + 8 * 10u);
+    EXPECT_NEAR(last_value(10, 0), 3 * std::sin(0.3), 1e-12);
+    result("edit", {{"operation", {{"do", "rename"}, {"path", "part"}, {"name", "other"}}}});
+    checked();
+    EXPECT_FALSE(std::filesystem::exists(folder / "m.yaml"));
+}
+
+TEST_F(RecordedTest, WhatARecordingLacksToBeShownIsNamed) {
+    open(
+        "", [](const Diagram& diagram) { return one_body(diagram, "source.y"); }, folder / "r.mcap");
+    wait_for([](const Json& n) { return n["method"] == "run"; });
+    const std::string failure = result("scene", {{"is_wanted", true}})["failure"];
+    EXPECT_NE(failure.find("the recording does not tell where things are: "), std::string::npos) << failure;
+    EXPECT_NE(failure.find("source.y"), std::string::npos) << failure;
 }
 
 TEST_F(RecordedTest, AFileThatIsNoRecordingIsRefused) {

@@ -5,6 +5,7 @@
 
 #include <GL/osmesa.h>
 #include <stdexcept>
+#include <string>
 
 namespace bf::physics {
 
@@ -46,10 +47,10 @@ class Drawing {
 /// MuJoCo's scene and OpenGL context of a model.
 class Stage {
   public:
-    Stage(const mjModel* model, int max_geoms) {
+    Stage(const mjModel* model, int max_geoms, mjtFontScale letters = mjFONTSCALE_100) {
         const Drawing active(canvas);
         mjr_defaultContext(&context);
-        mjr_makeContext(model, &context, mjFONTSCALE_100);
+        mjr_makeContext(model, &context, letters);
         mjv_defaultScene(&scene);
         mjv_makeScene(model, &scene, max_geoms);
     }
@@ -61,10 +62,13 @@ class Stage {
     Stage(const Stage&) = delete;
     Stage& operator=(const Stage&) = delete;
 
-    /// Draws the scene and reads what is asked for, rows from bottom to top. The canvas is bound.
-    void draw(const mjrRect& whole, unsigned char* pixels, float* depths) {
+    /// Draws the scene, with a text in the upper left corner, and reads what is asked for, rows from bottom
+    /// to top. The canvas is bound.
+    void draw(const mjrRect& whole, unsigned char* pixels, float* depths, const std::string& caption = {}) {
         mjr_setBuffer(mjFB_OFFSCREEN, &context);
         mjr_render(whole, &scene, &context);
+        if (!caption.empty())
+            mjr_overlay(mjFONT_NORMAL, mjGRID_TOPLEFT, whole, caption.c_str(), nullptr, &context);
         mjr_readPixels(pixels, depths, whole, &context);
     }
 

@@ -76,16 +76,52 @@ void decorate(mjSpec* spec, const RenderOptions& options) {
     }
 }
 
-void add_arrow(mjvScene& scene, const Arrow& arrow) {
-    if (scene.ngeom >= scene.maxgeom || arrow.vector.norm() < 1e-3) return;
+namespace {
+
+using Colour = std::array<float, 4>; ///< red, green, blue, opacity
+
+/// A shape of its own colour, which shines a little; null: the scene is full.
+mjvGeom* add_shape(mjvScene& scene, mjtGeom kind, const Colour& colour) {
+    if (scene.ngeom >= scene.maxgeom) return nullptr;
     mjvGeom& geom = scene.geoms[scene.ngeom++];
-    const std::array<float, 4> contact{0.10F, 0.65F, 0.35F, 1.0F}, push{0.90F, 0.30F, 0.15F, 1.0F};
+    mjv_initGeom(&geom, kind, nullptr, nullptr, nullptr, colour.data());
+    geom.emission = 0.3F;
+    return &geom;
+}
+
+} // namespace
+
+void add_arrow(mjvScene& scene, const Arrow& arrow) {
+    if (arrow.vector.norm() < 1e-3) return;
+    const Colour contact{0.10F, 0.65F, 0.35F, 1.0F}, push{0.90F, 0.30F, 0.15F, 1.0F};
     const Eigen::Vector3d tip =
         arrow.origin + 2.0 * arrow.vector; // MuJoCo draws arrows half as long as it is told
-    mjv_initGeom(&geom, mjGEOM_ARROW, nullptr, nullptr, nullptr,
-                 (arrow.kind == Arrow::Kind::contact ? contact : push).data());
-    mjv_connector(&geom, mjGEOM_ARROW, 0.014, arrow.origin.data(), tip.data());
-    geom.emission = 0.3F;
+    if (mjvGeom* geom = add_shape(scene, mjGEOM_ARROW, arrow.kind == Arrow::Kind::contact ? contact : push))
+        mjv_connector(geom, mjGEOM_ARROW, 0.014, arrow.origin.data(), tip.data());
+}
+
+void add_line(mjvScene& scene, const Line& line) {
+    constexpr std::array<Colour, 6> trails{Colour{0.11F, 0.37F, 0.85F, 1}, Colour{0.85F, 0.37F, 0.05F, 1},
+                                           Colour{0.55F, 0.20F, 0.65F, 1}, Colour{0.05F, 0.55F, 0.55F, 1},
+                                           Colour{0.75F, 0.10F, 0.35F, 1}, Colour{0.35F, 0.45F, 0.10F, 1}};
+    constexpr Colour outline{0.10F, 0.45F, 0.90F, 1};
+    const bool is_trail = line.kind == Line::Kind::trail;
+    const Colour& colour = is_trail ? trails[static_cast<size_t>(line.number) % trails.size()] : outline;
+    for (size_t i = 1; i < line.points.size(); ++i)
+        if (mjvGeom* geom = add_shape(scene, mjGEOM_CAPSULE, colour))
+            mjv_connector(geom, mjGEOM_CAPSULE, is_trail ? 0.004 : 0.005, line.points[i - 1].data(),
+                          line.points[i].data());
+}
+
+void add_centre(mjvScene& scene, const Eigen::Vector3d& centre) {
+    constexpr Colour yellow{0.90F, 0.68F, 0.02F, 1};
+    for (const bool is_shadow : {false, true})
+        if (mjvGeom* geom = add_shape(scene, is_shadow ? mjGEOM_ELLIPSOID : mjGEOM_SPHERE, yellow)) {
+            const std::array<mjtNum, 3> size{0.022, 0.022, is_shadow ? 0.002 : 0.022};
+            const std::array<mjtNum, 3> at{centre.x(), centre.y(), is_shadow ? 0.002 : centre.z()};
+            mjv_initGeom(geom, geom->type, size.data(), at.data(), nullptr, yellow.data());
+            geom->emission = 0.3F;
+        }
 }
 
 } // namespace bf::physics

@@ -105,7 +105,9 @@ TEST(Renderer, DrawsAFixedBase) {
 
 TEST(Renderer, DrawsArrowsToScaleAndThroughTheRobot) {
     Simulation sim = simulate(icub_options());
-    const RenderOptions options{.width = 300, .height = 300, .elevation = 0.0};
+    const double distance = 2.3;
+    const RenderOptions options{
+        .width = 300, .height = 300, .elevation = 0.0, .distance = distance, .look_at_height = 0.5};
     Renderer renderer(sim.world(), options);
     const Eigen::Matrix4d w_H_b = sim.w_H_b();
     const Eigen::Vector3d inside_the_robot(w_H_b(0, 3), w_H_b(1, 3), 0.2);
@@ -122,7 +124,7 @@ TEST(Renderer, DrawsArrowsToScaleAndThroughTheRobot) {
         green_rows += green;
     }
     // 300 rows span 2 distance tan(fovy / 2), fovy = 32 deg
-    const double metres_per_row = 2.0 * options.distance * std::tan(16.0 * std::numbers::pi / 180.0) / 300;
+    const double metres_per_row = 2.0 * distance * std::tan(16.0 * std::numbers::pi / 180.0) / 300;
     EXPECT_NEAR(green_rows * metres_per_row, 0.6, 0.03);
 }
 
@@ -213,6 +215,91 @@ TEST(Renderer, StandsStillOnRequest) {
     w_H_b(1, 3) += 10.0;
     renderer.render(w_H_b, icub_posture(), {}, there);
     EXPECT_GT(difference(here, there), 0.03);
+}
+
+/// A box of 0.4 m, 0.2 m and 0.1 m that stands on the floor, and a ball of 0.1 m beside it.
+Scene box_and_ball() {
+    SceneOptions options;
+    options.robots.push_back({.name = "robot"});
+    auto& robot = options.robots[0].options;
+    robot.urdf = write_urdf("standing_box", R"(
+      <link name="box"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+        <visual><geometry><box size="0.4 0.2 0.1"/></geometry></visual>
+        <collision><geometry><box size="0.4 0.2 0.1"/></geometry></collision></link>)");
+    robot.initial_w_H_b = Eigen::Matrix4d::Identity();
+    (*robot.initial_w_H_b)(2, 3) = 0.0499;
+    options.objects.push_back({.kind = SceneObject::Kind::sphere, .name = "ball"});
+    options.objects[0].w_H_o(1, 3) = 2;
+    options.objects[0].w_H_o(2, 3) = 0.3;
+    options.objects[0].mass = 1;
+    return Scene(options);
+}
+
+TEST(Renderer, DrawsAScene) {
+    const Scene scene = box_and_ball();
+    SceneSimulation start(std::make_shared<const Scene>(box_and_ball()));
+    Eigen::VectorXd q = start.q();
+    Renderer still(scene, {.width = 200, .height = 150}),
+        with_ball(scene, {.width = 200, .height = 150, .followed = "ball"});
+    const auto drawn = [&](Renderer& renderer, const Marks& marks = {}) {
+        renderer.place({q.data(), static_cast<size_t>(q.size())});
+        Image image;
+        renderer.draw(marks, image);
+        return image;
+    };
+    const Image first = drawn(still), followed = drawn(with_ball);
+    EXPECT_LT(difference(drawn(still), first), 0.001);
+    q[7] += 5; // a whole number of squares
+    EXPECT_GT(difference(drawn(still), first), 0.001);
+    EXPECT_GT(difference(drawn(with_ball), followed), 0.001) << "without the box";
+    const Eigen::Vector3d at = with_ball.position(with_ball.body("ball"));
+    EXPECT_EQ(at, Eigen::Vector3d(5, 2, 0.3));
+    EXPECT_EQ(message_of([&] { Renderer renderer(scene, {.followed = "bull"}); }),
+              "there is no body 'bull'; there are: robot/box, ball");
+    EXPECT_GT(difference(drawn(still, {.centres = {{0, 0, 0.05}}}), drawn(still)), 0.0002);
+    EXPECT_GT(difference(drawn(still, {.lines = {{.points = {{0, 0, 0.3}, {0, 1, 0.3}}}}}), drawn(still)),
+              0.001);
+    EXPECT_GT(difference(drawn(still, {.caption = "before"}), drawn(still)), 0.001);
+}
+
+TEST(Renderer, TellsTheSupportPolygonAndTheCentreOfMassOfARobot) {
+    const Scene scene = box_and_ball();
+    const SceneSimulation start(std::make_shared<const Scene>(box_and_ball()));
+    Renderer renderer(scene, {.width = 100, .height = 100});
+    ASSERT_EQ(renderer.robot_count(), 1);
+    Eigen::VectorXd q = start.q();
+    renderer.place({q.data(), static_cast<size_t>(q.size())});
+    const auto polygon = renderer.support(0);
+    ASSERT_EQ(polygon.size(), 4u);
+    double area = 0;
+    for (size_t i = 0; i < 4; ++i) {
+        const auto &a = polygon[i], &b = polygon[(i + 1) % 4];
+        area += (a.x() * b.y() - a.y() * b.x()) / 2;
+        EXPECT_NEAR(std::abs(a.x()), 0.2, 1e-9);
+        EXPECT_NEAR(std::abs(a.y()), 0.1, 1e-9);
+    }
+    EXPECT_NEAR(area, 0.4 * 0.2, 1e-9) << "counterclockwise";
+    EXPECT_LT((renderer.com(0) - Eigen::Vector3d(0, 0, 0.0499)).norm(), 1e-9);
+    q[2] += 0.1;
+    renderer.place({q.data(), static_cast<size_t>(q.size())});
+    EXPECT_TRUE(renderer.support(0).empty()) << "it is in the air";
+}
+
+TEST(Renderer, FindsTheSupportOfAWorldsRobotUnderItsFeet) {
+    Simulation sim = simulate(icub_options());
+    HoldPosture hold(sim.world());
+    for (int k = 0; k < 500; ++k) ASSERT_TRUE(sim.step(hold(sim)));
+    Renderer renderer(sim.world(), {.width = 100, .height = 100});
+    renderer.place(sim.w_H_b(), {sim.s().data(), static_cast<size_t>(sim.s().size())});
+    const auto polygon = renderer.support(0);
+    ASSERT_GE(polygon.size(), 4u);
+    const Eigen::Vector3d com = renderer.com(0);
+    EXPECT_LT((com - Eigen::Vector3d(sim.com())).norm(), 1e-6);
+    for (size_t i = 0; i < polygon.size(); ++i) {
+        const Eigen::Vector3d side = polygon[(i + 1) % polygon.size()] - polygon[i], to = com - polygon[i];
+        EXPECT_GT(side.x() * to.y() - side.y() * to.x(), 0) << "it stands";
+        EXPECT_NEAR(polygon[i].z(), 0, 0.002);
+    }
 }
 
 TEST(Renderer, RefusesWrongSizes) {

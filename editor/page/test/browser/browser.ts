@@ -17,15 +17,15 @@ export const start = (more: string[] = []): Promise<Browser> => chromium.launch(
     "--disable-gpu", ...more],
 });
 
-/** A bf edit of that model, and how to end it. */
-export async function edited(command: string, file: string): Promise<{ address: string; end(): void }> {
-  const program = spawn(command, ["edit", "--no-browser", file], { stdio: ["ignore", "pipe", "inherit"] });
+/** A bf edit of that model, or a bf view of a recording, too, and how to end it. */
+export async function edited(command: string, file: string, verb = "edit"): Promise<{ address: string; end(): void }> {
+  const program = spawn(command, [verb, "--no-browser", file], { stdio: ["ignore", "pipe", "inherit"] });
   const end = () => void program.kill("SIGINT");
   for await (const line of createInterface(program.stdout)) {
     const address = /http:\S+/.exec(line)?.[0];
     if (address) return { address, end };
   }
-  throw new Error(`bf edit ${file} has ended`);
+  throw new Error(`bf ${verb} ${file} has ended`);
 }
 
 /** A page, and all that it complains of. */
@@ -40,7 +40,7 @@ export async function opened(browser: Browser, address: string, options: Browser
     if (new URL(request.url()).origin !== new URL(address).origin) complaints.push(`asks ${request.url()}`);
   });
   await page.goto(address);
-  await page.getByRole("status").filter({ hasText: "saved" }).waitFor();
+  await (address.endsWith("#view") ? page.getByRole("group", { name: "Run" }) : page.getByRole("status").filter({ hasText: "saved" })).waitFor();
   await page.waitForTimeout(100);
   return { page, complaints };
 }

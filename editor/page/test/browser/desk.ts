@@ -11,7 +11,7 @@ import { edited, Hand, opened } from "./browser.ts";
 /** Asks a bf edit as its pages do. */
 export function connected(address: string, listener: Partial<Listener> = {}): Promise<Client> {
   return new Promise((resolve) => {
-    const client: Client = new Client(new Server(address.replace("http:", "ws:").replace("/?", "/socket?")),
+    const client: Client = new Client(new Server(address.replace("http:", "ws:").replace("/?", "/socket?").replace(/#.*/, "")),
       { opened: () => resolve(client), lost() {}, told() {}, sampled() {}, ...listener });
   });
 }

@@ -59,7 +59,7 @@ class Figure {
     void place(const Eigen::Matrix4d& w_H_b, std::span<const double> s) noexcept;
     /// Puts everything where SceneSimulation::q says.
     void place(std::span<const double> q) noexcept;
-    /// Centre of mass of a whole Scene, as it was placed (m).
+    /// Centre of mass of all there is, as it was placed (m).
     Eigen::Vector3d com() const noexcept;
     /// Where a body was placed in the world: x y z (m), qw qx qy qz.
     std::array<double, 7> pose(int body) const noexcept;

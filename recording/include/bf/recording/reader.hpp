@@ -30,6 +30,9 @@ struct Channel {
     /// Time of sample `k` in seconds.
     double time(std::size_t k) const noexcept { return static_cast<double>(time_ns[k]) / 1e9; }
     std::vector<double> times() const;
+    /// The number of the last sample not after `time` (s), of the first where all are after it. There must be
+    /// some.
+    std::size_t sample_at(double time) const noexcept;
 
     /// Bytes of sample `k`.
     std::span<const std::byte> sample(std::size_t k) const noexcept;

@@ -25,11 +25,14 @@ class Disk;
 /// are made again on what that program wrote.
 class Project {
   public:
+    using Texts = std::optional<std::map<std::filesystem::path, std::string>>;
+
     /// Reads the model and all it refers to. A worker writes files beside it, and calls `written` after each;
-    /// without one they are written at once. What programs that were killed left in the folders goes. Throws
-    /// model::Errors, FileError.
+    /// without one they are written at once. What programs that were killed left in the folders goes. With
+    /// `texts` the model is in these, which stand for files: none is read or written. Throws model::Errors,
+    /// FileError.
     explicit Project(const std::filesystem::path& file, Worker* disk = nullptr,
-                     std::function<void()> written = {});
+                     std::function<void()> written = {}, Texts texts = {});
     ~Project(); ///< waits until all is written
 
     const std::filesystem::path& file() const;

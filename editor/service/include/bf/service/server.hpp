@@ -12,7 +12,7 @@
 namespace bf::service {
 
 struct ServerOptions {
-    std::filesystem::path file;                    ///< the model to open
+    std::filesystem::path file;                    ///< the model to open; see Service::Options
     std::filesystem::path page;                    ///< folder with the page's files
     std::string version;                           ///< of the program
     std::string token = {};                        ///< which pages must know; made if it is empty
@@ -20,6 +20,7 @@ struct ServerOptions {
     std::size_t most_pages = 16;                   ///< connections
     MakeSceneries sceneries = {};                  ///< see Service::Options
     std::string attach = {};                       ///< see Service::Options
+    std::filesystem::path recording = {};          ///< see Service::Options
     std::size_t page_bytes = std::size_t{8} << 20; ///< waiting for one page; samples beyond are lost
 };
 

@@ -20,8 +20,10 @@ namespace bf::service {
 class Service {
   public:
     struct Options {
-        std::filesystem::path file; ///< the opened model; all others are looked for in its folder and below
-        std::string version;        ///< of the program
+        /// The opened model; all others are looked for in its folder and below. Empty: that of the recording,
+        /// with the values that the recorded run had; it is in no file, and what is edited is kept nowhere.
+        std::filesystem::path file;
+        std::string version;                             ///< of the program
         std::function<void(std::function<void()>)> post; ///< runs a task in the thread of the service, later
         std::function<void(const std::string& text)> tell;  ///< a notification, for all pages
         std::function<void(const std::string& frame)> send; ///< a binary frame, for all pages
@@ -29,7 +31,7 @@ class Service {
         /// ws://HOST:PORT/?token=TOKEN or unix:PATH?token=TOKEN of a program that runs the model and is
         /// served live: its run is that of the pages. Empty: they have one of their own.
         std::string attach = {};
-        std::filesystem::path recording = {}; ///< of the model, which is looked at in place of a run
+        std::filesystem::path recording = {}; ///< which is looked at in place of a run
     };
 
     /// Throws model::Errors, FileError when the model cannot be read.

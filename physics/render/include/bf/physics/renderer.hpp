@@ -1,11 +1,13 @@
 #pragma once
 
+#include "bf/physics/scene.hpp"
 #include "bf/physics/world.hpp"
 
 #include <Eigen/Dense>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,38 +29,79 @@ struct Arrow {
     Kind kind = Kind::contact;
 };
 
-/// Size of the picture and the camera, which looks at the base from `distance`.
+/// Through points, in world axes (m): where something was, or an outline, which shines through as arrows do.
+struct Line {
+    enum class Kind { trail, outline };
+    std::vector<Eigen::Vector3d> points;
+    Kind kind = Kind::trail;
+    int number = 0; ///< of a trail: each has a colour of its own
+};
+
+/// What is drawn besides the world.
+struct Marks {
+    std::vector<Arrow> arrows{};
+    std::vector<Line> lines{};
+    std::vector<Eigen::Vector3d> centres{}; ///< of mass (m), which shine through, with their shadows on z = 0
+    std::string caption{};                  ///< in the upper left corner
+};
+
+/// Size of the picture and the camera.
 struct RenderOptions {
     int width = 960;
     int height = 720;
     int samples = 8;        ///< anti-aliasing samples per pixel; 0 switches it off
     double azimuth = 150.0; ///< deg, direction of view about z: 0 looks along +x, 180 faces the robot's front
-    double elevation = -10.0;    ///< deg, negative looks down
-    double distance = 2.3;       ///< m
-    double look_at_height = 0.5; ///< m, height of the point looked at
-    bool follows = true; ///< the point looked at follows the base in x and y; else it stays where it is first
+    double elevation = -10.0; ///< deg, negative looks down
+    /// m, of the camera from the point looked at, and the height of that point; none: such that all that
+    /// moves is seen at first.
+    std::optional<double> distance{}, look_at_height{};
+    /// The point looked at follows a body in x and y, and its height, where that was not given; else it stays
+    /// where it is first.
+    bool follows = true;
+    /// The body that is followed; empty: the base of a World's robot, and nothing in a Scene.
+    std::string followed{};
     double metres_per_newton = 0.0015; ///< length of the arrows of force_arrows()
 
     /// Throws std::invalid_argument that lists every value out of range.
     void validate() const;
 };
 
-/// Off-screen pictures of a World's robot, drawn on the CPU. Any thread may use it, one at a time.
+/// Off-screen pictures of a World's robot or of a Scene, drawn on the CPU. Any thread may use it, one at a
+/// time. Robots are those of the Scene; a World has one.
 class Renderer {
   public:
-    /// Loads the visual meshes. Throws std::runtime_error: mesh not found (with the places searched), no
-    /// OpenGL.
+    /// Loads the visual meshes. Throws std::runtime_error: mesh not found (with the places searched), an
+    /// unknown body to follow, no OpenGL.
     Renderer(const World& world, RenderOptions options = {});
+    Renderer(const Scene& scene, RenderOptions options = {});
     ~Renderer();
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;
 
     const RenderOptions& options() const;
+    int robot_count() const;
+    /// The number of a body, from 0. Throws std::runtime_error that names those there are.
+    int body(const std::string& name) const;
 
-    /// Draws the robot with base pose `w_H_b` and joint positions `s` (n, the World's order).
+    /// Puts the base at `w_H_b` and the joints at `s` (n, the World's order). Throws std::invalid_argument
+    /// for a wrong number of them.
+    void place(const Eigen::Matrix4d& w_H_b, std::span<const double> s);
+    /// Puts everything where SceneSimulation::q says. The same.
+    void place(std::span<const double> q);
+
+    /// Where a point that is fixed to a body, its origin or another one (m), was placed.
+    Eigen::Vector3d position(int body, const Eigen::Vector3d& point = Eigen::Vector3d::Zero()) const;
+    Eigen::Vector3d com(int robot) const; ///< centre of mass of a robot, as it was placed (m)
+    /// The support polygon of a robot as it was placed: the convex hull, seen from above and
+    /// counterclockwise, of the points at which it touches what stands still (m). Empty: there are none, or
+    /// its base is fixed.
+    std::vector<Eigen::Vector3d> support(int robot);
+
+    /// Draws what was placed.
+    void draw(const Marks& marks, Image& image);
+    /// Both at once.
     void render(const Eigen::Matrix4d& w_H_b, std::span<const double> s, std::span<const Arrow> arrows,
                 Image& image);
-
     /// Draws what `simulation` shows now, with its contact forces.
     void render(const Simulation& simulation, Image& image);
 

@@ -1,5 +1,7 @@
 #include "bf/physics/joint_control.hpp"
 
+#include "bf/base/numbers.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,9 +26,8 @@ Eigen::VectorXd of_joints(const std::string& name, const std::vector<double>& gi
     for (size_t i = 0; i < n && !given.empty(); ++i) {
         const double value = given[given.size() == 1 ? 0 : i];
         if (!std::isfinite(value) || (has_inverse && value == 0.0))
-            throw std::runtime_error("'" + name + "' has " + std::to_string(value) + " for joint '" +
-                                     joints[i] + "'; give a finite number" +
-                                     (has_inverse ? " other than 0" : ""));
+            throw std::runtime_error("'" + name + "' has " + number_text(value) + " for joint '" + joints[i] +
+                                     "'; give a finite number" + (has_inverse ? " other than 0" : ""));
         all[static_cast<Index>(i)] = value;
     }
     return all;

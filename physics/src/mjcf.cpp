@@ -1,6 +1,7 @@
 #include "mjcf.hpp"
 
 #include "bf/base/names.hpp"
+#include "bf/base/numbers.hpp"
 #include "bf/base/text_file.hpp"
 
 #include <algorithm>
@@ -26,33 +27,45 @@ template <typename Visit> void visit_all(mjSpec* spec, mjtObj type, const Visit&
     }
 }
 
+/// A file that an element of an MJCF names, other than one that is included.
+struct Asset {
+    std::string element, name, where;
+};
+
+/// `file`, as an element in `where` names it, must be in `folder`, also behind symbolic links.
+void check_inside(const std::string& where, const std::string& element, const std::string& name,
+                  const fs::path& file, const fs::path& folder) {
+    const fs::path inside = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
+    if (fs::path(name).is_absolute() || inside.empty() || *inside.begin() == "..")
+        throw std::runtime_error(where + ": <" + element + " file=\"" + name +
+                                 "\"> is outside of the folder '" + folder.string() +
+                                 "'; move the file into it");
+}
+
 /// Reads a file and those that it includes; each must be in `folder`.
-void check_includes(const fs::path& file, const fs::path& folder, std::set<fs::path>& seen) {
+void check_includes(const fs::path& file, const fs::path& folder, std::set<fs::path>& seen,
+                    std::vector<Asset>& assets) {
     if (!seen.insert(file).second) return; // MuJoCo says what it does not include twice
     std::string text;
     if (const std::string wrong = read_file(file.string(), text); !wrong.empty())
         throw std::runtime_error("cannot read the MJCF '" + file.string() + "': " + wrong +
                                  "; check the path, relative ones start at the folder of the description");
     tinyxml2::XMLDocument document;
-    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-        throw std::runtime_error("'" + file.string() + "', line " + std::to_string(document.ErrorLineNum()) +
-                                 ": it is no XML (" + document.ErrorName() + "); correct this line");
+    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) refuse_xml(file, document);
     const auto look = [&](const auto& self, const tinyxml2::XMLElement* element) -> void {
         for (; element; element = element->NextSiblingElement()) {
             const char* name = element->Attribute("file");
+            const std::string where =
+                "'" + file.string() + "', line " + std::to_string(element->GetLineNum());
             if (std::string(element->Name()) == "include" && name) {
                 const fs::path included = (folder / name).lexically_normal();
-                const fs::path inside = included.lexically_relative(folder);
-                if (fs::path(name).is_absolute() || inside.empty() || *inside.begin() == "..")
-                    throw std::runtime_error("'" + file.string() + "', line " +
-                                             std::to_string(element->GetLineNum()) + ": <include file=\"" +
-                                             name + "\"> is outside of the folder '" + folder.string() +
-                                             "'; move the file into it");
+                check_inside(where, "include", name, included, folder);
                 if (!fs::is_regular_file(included))
-                    throw std::runtime_error("'" + file.string() + "', line " +
-                                             std::to_string(element->GetLineNum()) + ": <include file=\"" +
-                                             name + "\">: there is no file '" + included.string() + "'");
-                check_includes(included, folder, seen);
+                    throw std::runtime_error(where + ": <include file=\"" + name + "\">: there is no file '" +
+                                             included.string() + "'");
+                check_includes(included, folder, seen, assets);
+            } else if (name) {
+                assets.push_back({element->Name(), name, where});
             }
             self(self, element->FirstChildElement());
         }
@@ -171,8 +184,14 @@ void read_key(const mjModel* model, const std::string& key, const fs::path& file
     for (int joint = 0; joint < model->njnt; ++joint) {
         const char* name = mj_id2name(model, mjOBJ_JOINT, joint);
         const int type = model->jnt_type[joint];
-        if (name && *name && (type == mjJNT_HINGE || type == mjJNT_SLIDE))
-            robot.start[name] = model->key_qpos[id * model->nq + model->jnt_qposadr[joint]];
+        if (name && *name && (type == mjJNT_HINGE || type == mjJNT_SLIDE)) {
+            const double value = model->key_qpos[id * model->nq + model->jnt_qposadr[joint]];
+            if (!(std::abs(value) <= mjMAXVAL))
+                throw std::runtime_error("key frame '" + key + "' of '" + file.string() + "' puts joint '" +
+                                         name + "' at " + number_text(value) +
+                                         "; positions are finite and at most 1e10");
+            robot.start[name] = value;
+        }
     }
 }
 
@@ -181,11 +200,18 @@ void read_key(const mjModel* model, const std::string& key, const fs::path& file
 bool is_mjcf(const fs::path& file) {
     std::string text;
     tinyxml2::XMLDocument document;
-    if (!read_file(file.string(), text).empty() ||
-        document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-        return false;
+    if (!read_file(file.string(), text).empty()) return false;
+    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) // a URDF may hold <mujoco>, too
+        return text.find("<mujoco") != text.npos && text.find("<robot") == text.npos;
     const auto* root = document.RootElement();
     return root && std::string(root->Name()) == "mujoco";
+}
+
+void refuse_xml(const fs::path& file, const tinyxml2::XMLDocument& document) {
+    const int line = document.ErrorLineNum();
+    throw std::runtime_error("'" + file.string() + "'" + (line > 0 ? ", line " + std::to_string(line) : "") +
+                             ": it is no XML (" + document.ErrorName() + "); " +
+                             (line > 0 ? "correct this line" : "it is empty, or a file of another kind"));
 }
 
 Mjcf read_mjcf(SceneRobot& robot) {
@@ -193,12 +219,22 @@ Mjcf read_mjcf(SceneRobot& robot) {
     options.urdf = fs::absolute(options.urdf).lexically_normal();
     const fs::path& file = options.urdf;
     std::set<fs::path> seen;
-    check_includes(file, file.parent_path(), seen);
+    std::vector<Asset> assets;
+    check_includes(file, file.parent_path(), seen, assets);
     std::array<char, 1024> error{};
     Mjcf result;
     result.spec.reset(mj_parseXML(file.c_str(), nullptr, error.data(), static_cast<int>(error.size())));
     mjSpec* spec = result.spec.get();
     if (!spec) throw std::runtime_error("MuJoCo cannot read '" + file.string() + "': " + error.data());
+    for (const Asset& asset : assets) {
+        const bool is_texture = asset.element == "texture", is_model = asset.element == "model";
+        const fs::path name(asset.name);
+        const std::string directory =
+            is_model ? "" : mjs_getString(is_texture ? spec->compiler.texturedir : spec->compiler.meshdir);
+        check_inside(asset.where, asset.element, asset.name,
+                     file.parent_path() / directory / (spec->strippath ? name.filename() : name),
+                     file.parent_path());
+    }
     mjsBody* world = mjs_findBody(spec, "world");
     const std::vector<std::string> bodies = names_in(world, mjOBJ_BODY);
     const auto require = [&](const std::string& name, const std::string& role) {
@@ -216,6 +252,11 @@ Mjcf read_mjcf(SceneRobot& robot) {
         if (!first) throw std::runtime_error("'" + file.string() + "' has no <body>; a robot has one");
         if (element_name(first).empty()) mjs_setName(first, mark("base").c_str());
         options.base_link = element_name(first);
+    }
+    for (const auto& [type, kind] : {std::pair{mjOBJ_BODY, "body:"}, {mjOBJ_JOINT, "joint:"}}) {
+        int made = 0; // everything here is found by its name
+        for (mjsElement* at = mjs_firstElement(spec, type); at; at = mjs_nextElement(spec, at))
+            if (element_name(at).empty()) mjs_setName(at, mark(kind + std::to_string(++made)).c_str());
     }
     require(options.base_link, "base link");
     if (options.imu_frame.empty()) options.imu_frame = options.base_link;

@@ -7,10 +7,17 @@
 #include <string>
 #include <utility>
 
+namespace tinyxml2 {
+class XMLDocument;
+}
+
 namespace bf::physics {
 
 /// Does the file begin with <mujoco>? False for one that cannot be read.
 bool is_mjcf(const std::filesystem::path& file);
+
+/// Says where a file is no XML, after `document` could not be parsed.
+[[noreturn]] void refuse_xml(const std::filesystem::path& file, const tinyxml2::XMLDocument& document);
 
 /// A robot that an MJCF describes.
 struct Mjcf {

@@ -1,7 +1,9 @@
 #include "robot_index.hpp"
+#include "bf/base/numbers.hpp"
 #include "contacts.hpp"
 #include "noise.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -91,8 +93,12 @@ Readings RobotLayout::read(const double* from, int n, int shift) const noexcept 
 }
 
 int steps_of(const char* name, double seconds, double step, const char* of) {
+    constexpr double most = 1e6;
     const double steps = seconds / step, whole = std::round(steps);
-    if (steps >= 0.0 && steps < 1e6 && std::abs(steps - whole) <= 1e-6 * steps)
+    if (steps >= most)
+        throw std::runtime_error(std::string(name) + " is " + number_text(seconds) + " s, which is " + of +
+                                 ", " + number_text(step) + " s, more than 999999 times; give less");
+    if (steps >= 0.0 && steps < most && std::abs(steps - whole) <= 1e-6 * steps)
         return static_cast<int>(whole);
     std::ostringstream text;
     text << name << " is " << seconds << " s, which is no multiple of " << of << ", " << step
@@ -177,12 +183,14 @@ void RobotIndex::find(const mjModel* m, const RobotOptions& options, const std::
 void put_joints(const RobotIndex& robot, const RobotOptions& options, double* qpos) {
     for (int i = 0; i < robot.n(); ++i) {
         const auto& s = options.initial_joints;
-        const double value = s.empty() ? 0.0 : s[s.size() == 1 ? 0 : static_cast<size_t>(i)];
+        // A joint whose limits exclude zero would be thrown to them.
+        const double value = s.empty() ? std::clamp(0.0, robot.lower_limits[i], robot.upper_limits[i])
+                                       : s[s.size() == 1 ? 0 : static_cast<size_t>(i)];
         qpos[robot.position[static_cast<size_t>(i)]] = value;
         if (!s.empty() && (value < robot.lower_limits[i] || value > robot.upper_limits[i])) {
             std::ostringstream text;
-            text << "initial_joints puts joint '" << options.joints[static_cast<size_t>(i)] << "' at "
-                 << value << "; the URDF limits it to [" << robot.lower_limits[i] << ", "
+            text << "the initial position of joint '" << options.joints[static_cast<size_t>(i)] << "' is "
+                 << value << "; the robot's file limits it to [" << robot.lower_limits[i] << ", "
                  << robot.upper_limits[i] << "]";
             throw std::runtime_error(text.str());
         }

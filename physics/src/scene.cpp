@@ -221,11 +221,17 @@ Scene::Scene(SceneOptions options) : impl_(std::make_unique<Impl>()) {
     impl_->options = std::move(options);
     const SpecPtr spec = make_scene(impl_->options, Looks::none, impl_->starts, impl_->warnings);
     const std::vector<Attached> attached = bodies_of(spec.get());
-    impl_->model = compile(spec.get(), "the world");
+    try {
+        impl_->model = compile(spec.get(), "the world");
+    } catch (const std::runtime_error&) {
+        check_each_object(impl_->options);
+        throw;
+    }
     impl_->index();
     impl_->index_links(attached);
     impl_->place();
     impl_->make_loops();
+    impl_->make_fingerprint();
 }
 
 Scene::Scene(const WorldOptions& options) : impl_(std::make_unique<Impl>()) {
@@ -245,6 +251,7 @@ Scene::Scene(const WorldOptions& options) : impl_(std::make_unique<Impl>()) {
     impl_->index();
     impl_->stand();
     impl_->make_loops();
+    impl_->make_fingerprint();
 }
 
 Scene::~Scene() = default;

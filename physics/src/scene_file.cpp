@@ -1,5 +1,6 @@
 // The XML description of a scene.
 #include "bf/base/names.hpp"
+#include "bf/base/numbers.hpp"
 #include "bf/base/text_file.hpp"
 #include "bf/base/value_text.hpp"
 #include "bf/physics/scene_options.hpp"
@@ -50,8 +51,9 @@ class Element {
         for (std::string word; stream >> word;) all.push_back(word);
         return all;
     }
-    /// Any count of numbers where `count` is 0.
-    Numbers numbers(const char* name, size_t count, Numbers otherwise = {}) {
+    /// Any count of numbers where `count` is 0. MuJoCo takes what is larger than 1e10 for a motion that
+    /// diverged.
+    Numbers numbers(const char* name, size_t count, Numbers otherwise = {}, double most = 1e10) {
         if (!has(name)) return known_.insert(name), otherwise;
         Numbers values;
         for (const std::string& word : words(name)) {
@@ -59,6 +61,9 @@ class Element {
             if (!read_value(word, value).empty() || !std::isfinite(value))
                 fail(std::string(name) + "=\"" + text(name) + "\": '" + word +
                      "' is no finite number; write digits with a point, e.g. 1.5 or 2e-3");
+            if (std::abs(value) > most)
+                fail(std::string(name) + "=\"" + text(name) + "\": '" + word +
+                     "' is too large; give numbers from " + number_text(-most) + " to " + number_text(most));
             values.push_back(value);
         }
         if (count != 0 && values.size() != count)
@@ -74,7 +79,23 @@ class Element {
                  " numbers; give " + std::to_string(columns) + ", or as many for each joint");
         return Eigen::Map<Eigen::MatrixXd>(all.data(), columns, std::ssize(all) / columns).transpose();
     }
-    double number(const char* name, double otherwise) { return numbers(name, 1, {otherwise})[0]; }
+    double number(const char* name, double otherwise, double most = 1e10) {
+        return numbers(name, 1, {otherwise}, most)[0];
+    }
+    double number_from(double least, double most, const char* name, double otherwise) {
+        const double value = number(name, otherwise);
+        if (value < least || value > most)
+            fail(std::string(name) + "=\"" + text(name) + "\" is out of range; give a number from " +
+                 number_text(least) + " to " + number_text(most));
+        return value;
+    }
+    int whole_from(int least, int most, const char* name, int otherwise) {
+        const double value = number(name, otherwise);
+        if (value < least || value > most || value != std::floor(value))
+            fail(std::string(name) + "=\"" + text(name) + "\" is no whole number from " +
+                 std::to_string(least) + " to " + std::to_string(most));
+        return static_cast<int>(value);
+    }
     template <class T> T choice(const char* name, std::initializer_list<std::pair<const char*, T>> choices) {
         const std::string value = text(name, choices.begin()->first);
         std::string list;
@@ -96,7 +117,18 @@ class Element {
         return H;
     }
     fs::path path(const char* name, const char* example) {
-        return fs::path(file_).parent_path() / needed(name, example);
+        fs::path path = fs::path(file_).parent_path() / needed(name, example);
+        if (!fs::is_regular_file(path))
+            fail(std::string(name) + "=\"" + text(name) + "\": there is no file '" + path.string() +
+                 "'; names of files begin at the folder of the description");
+        return path;
+    }
+    /// Refuses text in it.
+    void check_content() const {
+        for (const auto* node = xml_.FirstChild(); node; node = node->NextSibling())
+            if (node->ToText())
+                fail("it holds the text '" + std::string(node->Value()) +
+                     "', which says nothing here; give attributes and elements, or a comment");
     }
 
     /// Refuses attributes that nobody asked for.
@@ -147,7 +179,7 @@ SceneRobot read_robot(Element& e, const std::vector<fs::path>& package_paths, si
     m.torque_gains = e.rows("torque_gains", 3);
     m.impedance_gains = e.rows("impedance_gains", 2);
     const Numbers noise = e.numbers("noise", 3, {0, 0, 0});
-    const double seed = e.number("seed", static_cast<double>(number + 1));
+    const double seed = e.number("seed", static_cast<double>(number + 1), 1e15);
     if (!(seed >= 0 && seed < 1e15 && seed == std::floor(seed)))
         e.fail("seed=\"" + e.text("seed") + "\" is no whole number from 0 to 1e15");
     o.noise = {noise[0], noise[1], noise[2], static_cast<std::uint64_t>(seed)};
@@ -200,7 +232,7 @@ SceneObject read_object(Element& e, SceneObject::Kind kind) {
         break;
     case Kind::steps:
         object.size = {e.number("depth", 0.3), e.number("width", 1), e.number("height", 0.15)};
-        object.count = static_cast<int>(std::clamp(e.number("count", 3), -1.0, 1e6));
+        object.count = e.whole_from(1, 1000, "count", 3);
         break;
     case Kind::heights: {
         object.file = e.path("file", "ground.png");
@@ -228,17 +260,20 @@ SceneOptions SceneOptions::read(const fs::path& file, const std::vector<fs::path
         throw std::runtime_error("cannot read the world '" + file.string() + "': " + wrong +
                                  "; check the path, relative ones start at the model's folder");
     tinyxml2::XMLDocument document;
-    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-        throw std::runtime_error("'" + file.string() + "', line " + std::to_string(document.ErrorLineNum()) +
-                                 ": it is no XML (" + document.ErrorName() + "); correct this line");
+    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) refuse_xml(file, document);
     const auto* root = document.RootElement();
     if (!root || std::string(root->Name()) != "world")
         throw std::runtime_error("'" + file.string() + "' does not begin with <world>, but with <" +
                                  (root ? root->Name() : "") + ">; a description of a world is expected");
     SceneOptions options;
+    if (const auto* second = root->NextSiblingElement())
+        throw std::runtime_error("'" + file.string() + "', line " + std::to_string(second->GetLineNum()) +
+                                 ": a file describes one world; put what follows </world> into it, or remove "
+                                 "it");
     Element world(*root, file.string());
-    options.time_step = world.number("step", options.time_step);
-    options.impratio = world.number("impratio", options.impratio);
+    world.check_content();
+    options.time_step = world.number_from(1e-6, 0.1, "step", options.time_step);
+    options.impratio = world.number_from(1e-6, 1e6, "impratio", options.impratio);
     const Numbers g = world.numbers("gravity", 3, {0, 0, -9.81});
     options.gravity = {g[0], g[1], g[2]};
     options.cone = world.choice<FrictionCone>(
@@ -247,12 +282,16 @@ SceneOptions SceneOptions::read(const fs::path& file, const std::vector<fs::path
         "integrator", {{"implicit_fast", Integrator::implicit_fast}, {"euler", Integrator::euler}});
     world.finish();
     options.floor.enabled = false;
+    std::string floor; // where it stands
     for (const auto* xml = root->FirstChildElement(); xml; xml = xml->NextSiblingElement()) {
         Element e(*xml, file.string());
         const std::string kind = e.kind();
         if (kind == "floor") {
+            if (options.floor.enabled)
+                e.fail("there is a floor already, " + floor + "; leave one of them out");
             options.floor.enabled = true;
-            options.floor.friction = e.number("friction", options.floor.friction);
+            floor = e.where();
+            options.floor.friction = e.number_from(0, 1e6, "friction", options.floor.friction);
         } else if (kind == "robot") {
             options.robots.push_back(read_robot(e, package_paths, options.robots.size()));
         } else if (const auto known = kinds().find(kind); known != kinds().end()) {
@@ -261,14 +300,10 @@ SceneOptions SceneOptions::read(const fs::path& file, const std::vector<fs::path
             e.fail("a world holds floor, robot, box, sphere, cylinder, mesh, slope, steps and heights");
         }
         e.finish();
+        e.check_content();
         if (xml->FirstChildElement())
             e.fail("it holds <" + std::string(xml->FirstChildElement()->Name()) +
                    ">, which belongs beside it, into <world>");
-    }
-    try {
-        options.PhysicsOptions::validate();
-    } catch (const std::exception& error) {
-        throw std::runtime_error("'" + file.string() + "': " + error.what());
     }
     return options;
 }

@@ -23,6 +23,9 @@ struct RobotStart {
 SpecPtr make_scene(SceneOptions& options, Looks looks, std::vector<RobotStart>& starts,
                    std::vector<std::string>& warnings);
 
+/// Throws std::runtime_error for the first object that MuJoCo cannot compile alone.
+void check_each_object(const SceneOptions& options);
+
 /// What a message about something that stands in a file begins with.
 inline std::string begin_of_message(const std::string& where) { return where.empty() ? "" : where + ": "; }
 
@@ -45,6 +48,7 @@ struct Scene::Impl {
     std::vector<std::string> warnings, bodies;
     std::map<std::string, Frame> links; ///< that are fixed to bodies
     Eigen::VectorXd start;              ///< nq, qpos at t = 0
+    double fingerprint = 0.0;           ///< a whole number, of all that decides how a state goes on
 
     const RobotIndex& robot(int i) const { return robots[static_cast<size_t>(i)]; }
     void index();
@@ -53,6 +57,7 @@ struct Scene::Impl {
     /// Fills `start` of a robot on its feet; places a fixed base.
     void stand();
     void make_loops();
+    void make_fingerprint();
 };
 
 } // namespace bf::physics

@@ -13,6 +13,8 @@ namespace bf::physics {
 
 namespace {
 
+using Cause = Failure::Cause;
+
 constexpr int scene_state_signature = mjSTATE_INTEGRATION; // warm start included
 
 /// Where everything that is measured or held stands in one flat vector, which is saved and restored as it is.
@@ -49,6 +51,7 @@ struct SceneSimulation::Impl {
     std::vector<JointControl> controls; ///< per robot
     std::optional<ContactMemory> contacts;
     std::array<char, 256> error{};
+    Failure failure; ///< what `error` says
 
     explicit Impl(std::shared_ptr<const Scene> shared)
         : owner(std::move(shared)), scene(*owner->impl_), model(scene.model.get()), data(make_data(model)),
@@ -69,15 +72,21 @@ struct SceneSimulation::Impl {
     }
     std::uint64_t step() noexcept { return static_cast<std::uint64_t>(*in(at.step)); }
 
-    template <typename... Values> bool fail(const char* format, Values... values) noexcept {
+    template <typename... Values>
+    bool fail(const Failure& why, const char* format, Values... values) noexcept {
+        failure = why;
         std::snprintf(error.data(), error.size(), format, values...);
         return false;
+    }
+    void forget_failure() noexcept {
+        error[0] = '\0';
+        failure = {};
     }
     template <typename Stages> void run(const Stages& stages) noexcept {
         try {
             stages();
         } catch (const std::exception& problem) {
-            fail("t = %g s: %s", data->time, problem.what());
+            fail({Cause::motion}, "t = %g s: %s", data->time, problem.what());
         }
     }
 
@@ -101,21 +110,24 @@ bool SceneSimulation::Impl::check_inputs() noexcept {
         const double* commanded = is_direct ? direct + 1 : controls[r].reference().data();
         for (int i = 0; i < scene.robots[r].n(); ++i)
             if (!(std::abs(commanded[i]) <= mjMAXVAL))
-                return fail("t = %g s: the %s of joint '%s'%s%s%s is %g; it must be finite and below 1e10",
+                return fail({Cause::reference, static_cast<int>(r), i},
+                            "t = %g s: the %s of joint '%s'%s%s%s is %g; it must be finite and below 1e10",
                             data->time, is_direct ? "torque" : "reference",
                             robot.options.joints[static_cast<size_t>(i)].c_str(), of, robot.name.c_str(), end,
                             commanded[i]);
         const double* wrenches = in(at.wrenches[r]);
         for (size_t i = 0; i < 6 * robot.options.push_links.size(); ++i)
             if (!(std::abs(wrenches[i]) <= mjMAXVAL))
-                return fail("t = %g s: the wrench on '%s'%s%s%s has the component %g; it must be finite and "
+                return fail({Cause::wrench, static_cast<int>(r), static_cast<int>(i / 6)},
+                            "t = %g s: the wrench on '%s'%s%s%s has the component %g; it must be finite and "
                             "below 1e10",
                             data->time, robot.options.push_links[i / 6].c_str(), of, robot.name.c_str(), end,
                             wrenches[i]);
     }
     for (const int i : scene.controls)
         if (!(std::abs(data->ctrl[i]) <= mjMAXVAL))
-            return fail("t = %g s: the control of actuator '%s' is %g; it must be finite and below 1e10",
+            return fail({Cause::control, 0, i},
+                        "t = %g s: the control of actuator '%s' is %g; it must be finite and below 1e10",
                         data->time, mj_id2name(model, mjOBJ_ACTUATOR, i), data->ctrl[i]);
     return true;
 }
@@ -123,12 +135,14 @@ bool SceneSimulation::Impl::check_inputs() noexcept {
 bool SceneSimulation::Impl::check(const Disturbance& disturbance) noexcept {
     if (disturbance.body == 0) return true;
     if (disturbance.body < 0 || disturbance.body >= model->nbody)
-        return fail("t = %g s: a disturbance acts on body %d; the world has the bodies 1 to %d", data->time,
+        return fail({Cause::motion},
+                    "t = %g s: a disturbance acts on body %d; the world has the bodies 1 to %d", data->time,
                     disturbance.body, model->nbody - 1);
     const double greatest =
         std::max(disturbance.point.cwiseAbs().maxCoeff(), disturbance.force.cwiseAbs().maxCoeff());
     if (!disturbance.point.allFinite() || !disturbance.force.allFinite() || greatest > mjMAXVAL)
         return fail(
+            {Cause::motion},
             "t = %g s: the disturbance of '%s' has the component %g; it must be finite and below 1e10",
             data->time, scene.bodies[static_cast<size_t>(disturbance.body - 1)].c_str(), greatest);
     return true;
@@ -196,7 +210,8 @@ void SceneSimulation::Impl::measure_last_interval() noexcept {
         physics::measure_last_interval(model, data.get(), scene.robots[r], at.robots[r],
                                        scene.options.robots[r].options.noise, step(), memory.data());
     if (contacts && !contacts->record(model, data.get()))
-        fail("t = %g s: more than %d contacts at a time, which the sensors of contacts do not remember; give "
+        fail({Cause::contacts},
+             "t = %g s: more than %d contacts at a time, which the sensors of contacts do not remember; give "
              "bodies simpler shapes",
              data->time, ContactMemory::most);
 }
@@ -217,12 +232,13 @@ bool SceneSimulation::Impl::check_motion() noexcept {
                                         {mjWARN_BADQPOS, "position"}})
         if (data->warning[warning].number > 0)
             return fail(
+                {Cause::motion},
                 "t = %g s: the simulation diverged, the %s of '%s' is not finite or above 1e10; lower "
                 "the gains or the time step, or add armature",
                 data->time, what, owner_of_velocity(data->warning[warning].lastinfo));
     for (int i = 0; i < mjNWARNING; ++i)
         if (data->warning[i].number > 0)
-            return fail("t = %g s: %s", data->time,
+            return fail({Cause::motion}, "t = %g s: %s", data->time,
                         mju_warningText(i, static_cast<size_t>(data->warning[i].lastinfo)));
     return true;
 }
@@ -239,7 +255,7 @@ const Scene& SceneSimulation::scene() const noexcept { return *impl_->owner; }
 
 void SceneSimulation::reset() noexcept {
     Impl& self = *impl_;
-    self.error[0] = '\0';
+    self.forget_failure();
     std::fill(self.memory.begin(), self.memory.end(), 0.0);
     for (JointControl& control : self.controls) control.reset();
     self.run([&] {
@@ -296,6 +312,7 @@ bool SceneSimulation::step(int count, const Disturbance& disturbance) noexcept {
 }
 
 const char* SceneSimulation::error() const noexcept { return impl_->error.data(); }
+Failure SceneSimulation::failure() const noexcept { return impl_->failure; }
 double SceneSimulation::time() const noexcept { return impl_->data->time; }
 
 Readings SceneSimulation::readings(int robot) const noexcept {
@@ -414,12 +431,13 @@ Eigen::Vector2d SceneSimulation::energy() const noexcept {
 }
 
 int SceneSimulation::state_size() const noexcept {
-    int size = mj_stateSize(impl_->model, scene_state_signature) + impl_->at.size;
+    int size = 1 + mj_stateSize(impl_->model, scene_state_signature) + impl_->at.size;
     for (const JointControl& control : impl_->controls) size += control.state_size();
     return size + (impl_->contacts ? impl_->contacts->state_size() : 0);
 }
 
 void SceneSimulation::save(double* state) const noexcept {
+    *state++ = impl_->scene.fingerprint;
     mj_getState(impl_->model, impl_->data.get(), state, scene_state_signature);
     state = std::copy(impl_->memory.begin(), impl_->memory.end(),
                       state + mj_stateSize(impl_->model, scene_state_signature));
@@ -430,9 +448,14 @@ void SceneSimulation::save(double* state) const noexcept {
     if (impl_->contacts) std::copy_n(impl_->contacts->data(), impl_->contacts->state_size(), state);
 }
 
+bool SceneSimulation::is_of_this_scene(const double* state) const noexcept {
+    return *state == impl_->scene.fingerprint;
+}
+
 void SceneSimulation::restore(const double* state) noexcept {
     Impl& self = *impl_;
-    self.error[0] = '\0';
+    ++state; // the fingerprint
+    self.forget_failure();
     self.run([&] {
         for (mjWarningStat& warning : self.data->warning) warning = {};
         mj_setState(self.model, self.data.get(), state, scene_state_signature);

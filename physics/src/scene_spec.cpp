@@ -1,3 +1,4 @@
+#include "bf/base/numbers.hpp"
 #include "bf/base/text_file.hpp"
 #include "bf/base/value_text.hpp"
 #include "mesh.hpp"
@@ -99,28 +100,45 @@ void add_robot(mjSpec* world, SceneRobot& robot, const PhysicsOptions& physics, 
 
 bool is_terrain(SceneObject::Kind kind) { return kind >= SceneObject::Kind::slope; }
 
+/// What the elements of SceneObject::size are called in a file.
+std::vector<const char*> names_of_sizes(SceneObject::Kind kind) {
+    using Kind = SceneObject::Kind;
+    switch (kind) {
+    case Kind::sphere: return {"radius"};
+    case Kind::cylinder: return {"radius", "length"};
+    case Kind::mesh: return {"scale", "scale", "scale"};
+    case Kind::slope: return {"length", "width", "height"};
+    case Kind::steps: return {"depth", "width", "height"};
+    case Kind::heights: return {"size", "size", "height"};
+    case Kind::box: break;
+    }
+    return {"size", "size", "size"};
+}
+
 void check_object(const SceneObject& object) {
     const auto require = [&](bool rule, const std::string& text) {
         if (!rule) refuse(object.where, "object '" + object.name + "': " + text);
     };
     require(is_rigid(object.w_H_o), "its pose is no homogeneous transform; its numbers must be finite");
-    const int sizes = object.kind == SceneObject::Kind::sphere     ? 1
-                      : object.kind == SceneObject::Kind::cylinder ? 2
-                                                                   : 3;
-    for (int i = 0; i < sizes; ++i)
-        require(std::isfinite(object.size[i]) && object.size[i] > 0.0 && object.size[i] < 1e6,
-                "its size is not above 0 and below 1e6 m");
+    const auto& sizes = names_of_sizes(object.kind);
+    for (size_t i = 0; i < sizes.size(); ++i) {
+        const double size = object.size[static_cast<Eigen::Index>(i)];
+        require(size > 1e-9 && size < 1e6, "its " + std::string(sizes[i]) + " has " + number_text(size) +
+                                               "; give numbers above 1e-9 and below 1e6");
+    }
     require(object.count >= 1 && object.count <= 1000,
             "it has " + std::to_string(object.count) + " steps; give 1 to 1000");
     if (object.mass) {
         require(!is_terrain(object.kind), "terrain has no mass, as it is fixed to the world; leave it out");
         require(*object.mass >= 1e-9 && *object.mass < 1e9,
-                "its mass is not above 1e-9 and below 1e9 kg; what is fixed to the world has none");
+                "its mass is " + number_text(*object.mass) +
+                    " kg; give at least 1e-9 and less than 1e9 kg; what is fixed to the world has none");
     }
-    require(object.friction >= 0.0 && std::isfinite(object.friction),
-            "its friction is below 0 or not finite");
+    require(object.friction >= 0.0 && object.friction <= 1e6,
+            "its friction is " + number_text(object.friction) + "; give 0 to 1e6");
     for (const float part : object.colour)
-        require(part >= 0.0F && part <= 1.0F, "its colour has a part that is not from 0 to 1");
+        require(part >= 0.0F && part <= 1.0F,
+                "its colour has " + number_text(part) + "; its parts are numbers from 0 to 1");
     if (object.kind == SceneObject::Kind::mesh || object.kind == SceneObject::Kind::heights)
         require(fs::is_regular_file(object.file),
                 "there is no file '" + object.file.string() +
@@ -284,6 +302,17 @@ void add_object(mjSpec* spec, const SceneObject& object, const Floor& floor) {
 }
 
 } // namespace
+
+void check_each_object(const SceneOptions& options) {
+    for (const SceneObject& object : options.objects) {
+        const SpecPtr alone(mj_makeSpec());
+        add_object(alone.get(), object, options.floor);
+        if (const ModelPtr model{mj_compile(alone.get(), nullptr)}) continue;
+        const std::string error = mjs_getError(alone.get());
+        refuse(object.where, "object '" + object.name + "': MuJoCo cannot make it (" +
+                                 error.substr(0, error.find('\n')) + "); look at its file and its numbers");
+    }
+}
 
 std::vector<Attached> bodies_of(mjSpec* spec) {
     std::vector<Attached> all;

@@ -290,7 +290,17 @@ void complete(RobotOptions& options, const Urdf& urdf) {
     urdf.require_link(options.imu_frame, "frame of the IMU");
     for (const Foot& foot : options.feet) urdf.require_link(foot.frame, "frame of a foot");
     for (const std::string& link : options.push_links) urdf.require_link(link, "link to push");
+    const auto moves = [&](const std::string& joint) {
+        return seen.contains(joint) ||
+               std::any_of(options.followers.begin(), options.followers.end(),
+                           [&](const Follower& follower) { return follower.joint == joint; });
+    };
     for (std::string& sensor : options.ft_sensors) {
+        for (const UrdfJoint& joint : urdf.joints)
+            if ((joint.name == sensor || joint.child == sensor) && moves(joint.name))
+                throw std::runtime_error("force/torque sensor at '" + sensor + "': the joint '" + joint.name +
+                                         "' moves, its type is " + joint.type +
+                                         "; name the fixed joint that carries the sensor");
         if (const UrdfJoint* joint = urdf.find_joint(sensor)) sensor = joint->child;
         urdf.require_link(sensor, "child of a force/torque sensor (name the fixed joint or its child link)");
         if (sensor == urdf.root())
@@ -375,6 +385,14 @@ SpecPtr make_robot(const RobotOptions& options, const PhysicsOptions& physics, c
     keep_shapes(spec, options, physics.floor, urdf, looks, touching);
     set_joints(spec, options, physics.time_step, urdf);
     repair_inertias(spec, urdf, warnings);
+    for (const UrdfJoint& joint : urdf.joints) {
+        const bool is_base = options.floating_base && joint.child == floating_link(urdf);
+        if ((joint.type == "floating" || joint.type == "planar") && !is_base)
+            warnings.push_back("joint '" + joint.name + "' of '" + urdf.file.filename().string() + "' is " +
+                               joint.type +
+                               ", and what moves here are revolute, continuous and prismatic joints: it is "
+                               "locked where it begins");
+    }
 
     for (size_t i = 0; i < options.feet.size(); ++i) {
         const std::string name = "foot:" + std::to_string(i);

@@ -69,7 +69,7 @@ Urdf Urdf::read(const fs::path& file) {
     std::string text_of_file;
     if (const std::string wrong = read_file(file.string(), text_of_file); !wrong.empty())
         throw std::runtime_error("cannot read the URDF '" + file.string() + "': " + wrong +
-                                 "; check the path, relative ones start at the working directory");
+                                 "; check the path");
     Urdf urdf;
     urdf.file = fs::absolute(file).lexically_normal();
     check_urdf(text_of_file, urdf.file.string());
@@ -152,7 +152,12 @@ std::vector<Follower> Urdf::followers_of(const std::vector<std::string>& listed)
                 throw std::runtime_error("joint '" + joint.name + "' of '" + file.string() +
                                          "' mimics itself through others; list one of them as a joint");
             const UrdfJoint* leader = find_joint(follower.leader);
-            if (!leader || leader->leader.empty()) {
+            if (!leader)
+                throw std::runtime_error("joint '" + joint.name + "' of '" + file.string() + "' mimics '" +
+                                         follower.leader +
+                                         "', which is no joint there; correct the name in <mimic>, or leave "
+                                         "<mimic> out");
+            if (leader->leader.empty()) {
                 follower.leader.clear(); // which is locked at zero
                 break;
             }

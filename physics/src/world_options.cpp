@@ -2,6 +2,7 @@
 #include "spec.hpp"
 
 #include <cmath>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -45,18 +46,34 @@ void check_list(Complaints& complaints, const char* name, const std::vector<doub
     complaints.require(values.size() <= 1 || n == 0 || values.size() == n, name, " holds ", values.size(),
                        " values; give none, one for all joints, or one for each of the ", n, " joints");
     for (double value : values)
-        complaints.require(std::isfinite(value) && (may_be_negative || value >= 0.0), name, " holds ", value,
-                           "; it must be finite", may_be_negative ? "" : " and not negative");
+        complaints.require(std::abs(value) <= mjMAXVAL && (may_be_negative || value >= 0.0), name, " holds ",
+                           value, "; it must be finite, ", may_be_negative ? "" : "not negative, ",
+                           "and at most 1e10");
+}
+
+/// Positions are divided by it.
+void check_resolution(Complaints& complaints, const char* name, const std::vector<double>& values, size_t n) {
+    check_list(complaints, name, values, n);
+    for (double value : values)
+        complaints.require(!(value > 0.0 && value < 1e-12), name, " holds ", value,
+                           "; give 0, which is exact, or at least 1e-12");
+}
+
+void check_names(Complaints& complaints, const char* list, const std::vector<std::string>& names) {
+    std::set<std::string> seen;
+    for (const std::string& name : names)
+        complaints.require(seen.insert(name).second, list, " names '", name, "' twice; name it once");
 }
 
 void check(Complaints& complaints, const PhysicsOptions& p) {
     complaints.require(p.time_step > 0.0 && p.time_step <= 0.1, "time_step is ", p.time_step,
                        " s; it must be above 0 and at most 0.1 (0.001 suits torque control)");
-    complaints.require(p.impratio > 0.0 && std::isfinite(p.impratio), "impratio is ", p.impratio,
+    complaints.require(p.impratio > 0.0 && p.impratio <= mjMAXVAL, "impratio is ", p.impratio,
                        "; it must be positive (1 to 100)");
-    complaints.require(p.gravity.allFinite(), "gravity is not finite");
-    complaints.require(p.floor.friction >= 0.0 && std::isfinite(p.floor.friction), "floor.friction is ",
-                       p.floor.friction, "; it must not be negative");
+    complaints.require(p.gravity.cwiseAbs().maxCoeff() <= mjMAXVAL && p.gravity.allFinite(), "gravity is (",
+                       p.gravity.transpose(), "); it must be finite and at most 1e10");
+    complaints.require(p.floor.friction >= 0.0 && p.floor.friction <= mjMAXVAL, "floor.friction is ",
+                       p.floor.friction, "; it must not be negative, and at most 1e10");
     complaints.require(p.floor.solref.allFinite() && (p.floor.solref.array() > 0.0).all(),
                        "floor.solref is (", p.floor.solref.transpose(),
                        "); time constant and damping ratio must be positive, as in (0.005, 1)");
@@ -80,15 +97,18 @@ void check(Complaints& complaints, const RobotOptions& r) {
     check_list(complaints, "armature", r.armature, r.joints.size());
     check_list(complaints, "damping", r.damping, r.joints.size());
     check_list(complaints, "friction", r.friction, r.joints.size());
-    check_list(complaints, "initial_joints", r.initial_joints, r.joints.size(), true);
+    check_list(complaints, "the list of initial positions", r.initial_joints, r.joints.size(), true);
     check_list(complaints, "noise", {r.noise.position, r.noise.velocity, r.noise.torque}, 3);
     const Imperfections& i = r.imperfections;
-    check_list(complaints, "delays", {i.delays.command, i.delays.measurement}, 2);
+    check_list(complaints, "command_delay", {i.delays.command}, 1);
+    check_list(complaints, "measurement_delay", {i.delays.measurement}, 1);
     complaints.require(i.dropout >= 0.0 && i.dropout < 1.0, "dropout is ", i.dropout,
                        "; it is a probability, from 0 to below 1");
     check_list(complaints, "backlash", i.backlash, r.joints.size());
-    check_list(complaints, "encoder_resolution", i.encoder_resolution, r.joints.size());
-    check_list(complaints, "motor_encoder_resolution", i.motor_encoder_resolution, r.joints.size());
+    check_resolution(complaints, "encoder_resolution", i.encoder_resolution, r.joints.size());
+    check_resolution(complaints, "motor_encoder_resolution", i.motor_encoder_resolution, r.joints.size());
+    check_names(complaints, "ft_sensors", r.ft_sensors);
+    check_names(complaints, "push_links", r.push_links);
     if (r.initial_w_H_b) {
         complaints.require(
             is_rigid(*r.initial_w_H_b),

@@ -245,6 +245,7 @@ TEST(Contact, IsRefusedWhereThereAreTooMany) {
     SceneSimulation sim = simulate(options);
     EXPECT_FALSE(sim.step());
     expect_contains(sim.error(), {"more than 256 contacts at a time"});
+    EXPECT_EQ(sim.failure().cause, Failure::Cause::contacts);
 }
 
 } // namespace bf::physics::test::contacts

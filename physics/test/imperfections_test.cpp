@@ -312,7 +312,7 @@ TEST(Imperfections, AreRefusedByNameValueAndRemedy) {
     expect_contains(complaint([](auto& o) { o.imperfections.dropout = 1.0; }),
                     {"robot 'wheel'", "dropout is 1; it is a probability, from 0 to below 1"});
     expect_contains(complaint([](auto& o) { o.imperfections.backlash = {-0.1}; }),
-                    {"backlash holds -0.1; it must be finite and not negative"});
+                    {"backlash holds -0.1; it must be finite, not negative, and at most 1e10"});
     expect_contains(complaint([](auto& o) {
                         o.imperfections.encoder_resolution = {1, 2};
                     }),

@@ -181,7 +181,7 @@ TEST(JointControl, RefusesWhatIsNoGainByItsNameAndJoint) {
         complaint([](SceneRobot& robot) { robot.motors.position_gains = Eigen::RowVector2d(1, 2); }),
         "robot 'wheel': 'position_gains' is 1x2; give finite rows P I D, one for all joints or one each");
     EXPECT_EQ(complaint([](SceneRobot& robot) { robot.motors.k_tau = {0.0}; }),
-              "robot 'wheel': 'k_tau' has 0.000000 for joint 'axle'; give a finite number other than 0");
+              "robot 'wheel': 'k_tau' has 0 for joint 'axle'; give a finite number other than 0");
     EXPECT_EQ(
         complaint([](SceneRobot& robot) {
             robot.motors.gear_ratio = {1, 2};

@@ -205,6 +205,18 @@ TEST(Mjcf, HoldsABallInAGripper) {
         std::runtime_error);
 }
 
+TEST(Mjcf, MayHaveBodiesJointsAndActuatorsWithoutNames) {
+    const Folder folder("nameless");
+    SceneSimulation sim = simulate({robot("a", folder.write("a.xml", R"(<mujoco><worldbody>
+      <body name="q"><geom size="0.1"/><joint name="first"/><body pos="1 0 0"><joint/><geom size="0.1"/>
+        <body pos="1 0 0"><geom size="0.1"/></body></body></body></worldbody>
+      <actuator><motor joint="first"/></actuator></mujoco>)"))});
+    EXPECT_TRUE(sim.step());
+    EXPECT_EQ(sim.scene().bodies(), (std::vector<std::string>{"a/q", "a/bf:body:1"}));
+    EXPECT_EQ(sim.scene().joint_names(0), std::vector<std::string>{"first"});
+    EXPECT_EQ(sim.scene().position_names(), (std::vector<std::string>{"a/first", "a/bf:joint:1"}));
+}
+
 TEST(Mjcf, RefusesWhatIsWrongWithFileAndLine) {
     const Folder folder("wrong");
     const auto with = [&](const std::string& text) {
@@ -230,7 +242,27 @@ TEST(Mjcf, RefusesWhatIsWrongWithFileAndLine) {
     expect_contains(with("<mujoco/>"), {"has no <body>; a robot has one"});
     expect_contains(with("<mujoco><worldbody><body name='ghost'><joint/></body></worldbody></mujoco>"),
                     {"robot 'a': MuJoCo cannot compile '", "mass", "ghost"});
-    SceneRobot made = robot("a", folder.write("a.xml", "<mujoco>" + body + "</mujoco>"));
+    expect_contains(with("<mujoco>\n<worldbody>"), {"a.xml', line ", "it is no XML"});
+    fs::create_symlink("../outside.xml", folder / "link.xml");
+    expect_contains(with("<mujoco><include file='link.xml'/>" + body + "</mujoco>"),
+                    {"<include file=\"link.xml\"> is outside of the folder"});
+    folder.write("../outside.obj", tetrahedron);
+    folder.write("assets/part.obj", tetrahedron);
+    const auto mesh = [&](const std::string& settings, const std::string& file) {
+        return with("<mujoco><compiler " + settings + "/>\n<asset><mesh name='m' file='" + file +
+                    "'/></asset>" + body + "</mujoco>");
+    };
+    EXPECT_EQ(mesh("meshdir='assets'", "part.obj"), "");
+    EXPECT_EQ(mesh("meshdir='assets' strippath='true'", "../part.obj").find("outside"), std::string::npos);
+    expect_contains(mesh("", "../outside.obj"),
+                    {"a.xml', line 2: <mesh file=\"../outside.obj\"> is outside of the folder"});
+    expect_contains(mesh("meshdir='..'", "outside.obj"), {"<mesh file=\"outside.obj\"> is outside"});
+    SceneRobot made = robot(
+        "a", folder.write("a.xml", "<mujoco>" + body +
+                                       R"(<keyframe><key name="far" qpos="nan"/></keyframe></mujoco>)"));
+    made.key = "far";
+    expect_contains(complaint(made), {"key frame 'far' of '", "puts joint 'j' at nan"});
+    made = robot("a", folder.write("a.xml", "<mujoco>" + body + "</mujoco>"));
     made.options.joints = {"jj"};
     expect_contains(complaint(made), {"has no joint 'jj'; similar names: j"});
     made.options.joints = {"j", "j"};

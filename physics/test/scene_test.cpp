@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 #include <numbers>
@@ -356,7 +357,7 @@ TEST(Terrain, HasTheHeightsOfAFile) {
     EXPECT_EQ(
         complaint("<world><slope name='s' length='1' height='0.2'/><steps name='t' count='2'/></world>"), "");
     expect_contains(complaint("<world><steps name='t' count='0'/></world>"),
-                    {"object 't': it has 0 steps; give 1 to 1000"});
+                    {"<steps>: count=\"0\" is no whole number from 1 to 1000"});
     expect_contains(complaint("<world><slope name='t' mass='2'/></world>"),
                     {"object 't': terrain has no mass"});
 }
@@ -367,6 +368,9 @@ TEST(Scene, TellsBadTorquesByRobotAndJoint) {
     EXPECT_FALSE(sim.step());
     EXPECT_STREQ(sim.error(), "t = 0 s: the reference of joint 'elbow' of robot 'right' is nan; it must be "
                               "finite and below 1e10");
+    EXPECT_EQ(sim.failure().cause, Failure::Cause::reference);
+    EXPECT_EQ(sim.failure().robot, 1);
+    EXPECT_EQ(sim.failure().part, 1);
     sim.reset();
     EXPECT_TRUE(sim.step());
     std::array<double, 2> torque{1e9, -1e9};
@@ -425,37 +429,139 @@ TEST(Scene, RefusesWhatAFileSaysWrongWithItsLine) {
     EXPECT_EQ(in_world(robot), "");
     expect_contains(complaint("<world>\n<robot</world>"), {"scene.xml', line ", "it is no XML"});
     expect_contains(complaint("<scene/>"), {"does not begin with <world>, but with <scene>"});
-    expect_contains(complaint("<world step='0'/>"), {"scene.xml'", "time_step is 0 s"});
+    expect_contains(complaint("<world step='0'/>"),
+                    {"scene.xml', line 1: <world>: step=\"0\" is out of range"});
     expect_contains(complaint("<world stepp='1'/>"),
                     {"line 1: <world>: it knows no attribute 'stepp'; did you mean 'step'?"});
     expect_contains(in_world("<ball name='a'/>"), {"line 2: <ball>: a world holds floor, robot, box"});
     expect_contains(in_world("<box/>"), {"line 2: <box>: it has no name; add one, e.g. name=\"parcel\""});
     expect_contains(in_world("<box name='a' size='1 2'/>"), {"size=\"1 2\" has 2 numbers; give 3"});
     expect_contains(in_world("<box name='a' mass='nan'/>"), {"mass=\"nan\": 'nan' is no finite number"});
-    expect_contains(in_world("<box name='a' mass='0'/>"), {"line 2: object 'a': its mass is not above 1e-9"});
+    expect_contains(in_world("<box name='a' mass='0'/>"),
+                    {"line 2: object 'a': its mass is 0 kg; give at least 1e-9"});
     expect_contains(in_world("<box name='a' size='1 1 0'/>"),
-                    {"line 2: object 'a': its size is not above 0"});
-    expect_contains(in_world("<box name='a' colour='1 0 2'/>"), {"object 'a': its colour"});
-    expect_contains(in_world("<box name='a' friction='-1'/>"), {"object 'a': its friction is below 0"});
+                    {"line 2: object 'a': its size has 0; give numbers above"});
+    expect_contains(in_world("<box name='a' colour='1 0 2'/>"),
+                    {"object 'a': its colour has 2; its parts are numbers from 0 to 1"});
+    expect_contains(in_world("<box name='a' friction='-1'/>"),
+                    {"object 'a': its friction is -1; give 0 to 1e"});
     expect_contains(in_world("<box name='a/b'/>"), {"line 2: the object 'a/b' has a '/'"});
     expect_contains(in_world("<box name='a'><box name='b'/></box>"), {"belongs beside it, into <world>"});
-    expect_contains(in_world("<mesh name='a' file='none.stl'/>"),
-                    {"line 2: object 'a': there is no file '", "none.stl"});
+    expect_contains(
+        in_world("<mesh name='a' file='none.stl'/>"),
+        {"line 2: <mesh>: file=\"none.stl\": there is no file '", "begin at the folder of the description"});
     expect_contains(in_world(robot + "\n" + robot),
                     {"line 3: the name 'a' is taken at '", "line 2; rename this robot"});
     expect_contains(in_world("<robot name='a' file='none.urdf'/>"),
-                    {"line 2: robot 'a': cannot read the URDF '", "none.urdf", "check the path"});
+                    {"line 2: <robot>: file=\"none.urdf\": there is no file '"});
     expect_contains(in_world("<robot name='a' file='arm.urdf' base='flying'/>"),
                     {"base=\"flying\" is none of: fixed, floating"});
     expect_contains(in_world("<robot name='a' file='arm.urdf' joints='sholder'/>"),
                     {"line 2: robot 'a': ", "has no joint 'sholder'; similar names: shoulder"});
     expect_contains(in_world("<robot name='a' file='arm.urdf' joints='elbow elbow'/>"),
                     {"line 2: robot 'a': joint 'elbow' is listed twice"});
-    expect_contains(in_world("<robot name='a' file='arm.urdf' initial='4'/>"),
-                    {"line 2: robot 'a': initial_joints puts joint 'shoulder' at 4"});
+    expect_contains(
+        in_world("<robot name='a' file='arm.urdf' initial='4'/>"),
+        {"line 2: robot 'a': the initial position of joint 'shoulder' is 4; the robot's file limits"});
     expect_contains(in_world("<robot name='a' file='arm.urdf' imu='head'/>"),
                     {"line 2: robot 'a': ", "has no link 'head', wanted as frame of the IMU"});
     EXPECT_NE(complaint(std::string("<world>") + robot + "<box name='floor'/></world>"), "");
+}
+
+TEST(Scene, RefusesNumbersThatMujocoTakesForADivergedMotionWhereTheyStand) {
+    const auto in_world = [](const std::string& text) {
+        return complaint("<world>\n" + text + "\n</world>");
+    };
+    for (const auto* attribute : {"position", "noise", "rpy"})
+        expect_contains(
+            in_world("<robot name='a' file='arm.urdf' " + std::string(attribute) + "='0 1e308 0'/>"),
+            {"scene.xml', line 2: <robot>: ", attribute, "=\"0 1e308 0\": '1e308' is too large"});
+    expect_contains(complaint("<world gravity='0 0 -1e308'/>"),
+                    {"<world>: gravity=", "'-1e308' is too large"});
+    expect_contains(in_world("<floor friction='1e308'/>"), {"line 2: <floor>: friction=\"1e308\""});
+    expect_contains(
+        in_world("<robot name='a' file='arm.urdf' encoder_resolution='1e-320'/>"),
+        {"line 2: robot 'a'", "encoder_resolution holds ", "give 0, which is exact, or at least"});
+    EXPECT_EQ(in_world("<robot name='a' file='arm.urdf' seed='1e14'/>"), "");
+}
+
+TEST(Scene, RefusesWhatItWouldPassOver) {
+    expect_contains(complaint("<world/>\n<world><floor/></world>"), {"line 2: a file describes one world"});
+    expect_contains(complaint("<world>hello<floor/></world>"), {"<world>: it holds the text 'hello'"});
+    expect_contains(complaint("<world><floor>flat</floor></world>"), {"<floor>: it holds the text 'flat'"});
+    expect_contains(complaint("<world><floor/>\n<floor friction='0.1'/></world>"),
+                    {"line 2: <floor>: there is a floor already, '", "line 1; leave one of them out"});
+    for (const auto* count : {"2.5", "-3", "1e9"})
+        expect_contains(complaint("<world><steps name='s' count='" + std::string(count) + "'/></world>"),
+                        {"<steps>: count=\"", count, "\" is no whole number from 1 to 1000"});
+    expect_contains(complaint("<world><robot name='a' file='arm.urdf' push_links='fore fore'/></world>"),
+                    {"robot 'a'", "push_links names 'fore' twice"});
+    expect_contains(complaint("<world><robot name='a' file='arm.urdf' ft_sensors='elbow'/></world>"),
+                    {"force/torque sensor at 'elbow': the joint 'elbow' moves, its type is revolute"});
+    expect_contains(complaint("<world><robot name='a' file='arm.urdf' command_delay='-0.001'/></world>"),
+                    {"command_delay holds -0.001"});
+    expect_contains(complaint("<world><robot name='a' file='arm.urdf' measurement_delay='1000'/></world>"),
+                    {"measurement_delay is 1000 s, which is the time step, 0.001 s, more than 999999 times"});
+    expect_contains(complaint("<world><robot name='a' file='arm.urdf' k_tau='0'/></world>"),
+                    {"'k_tau' has 0 for joint"});
+    std::ofstream(BF_BINARY_DIRECTORY "/flat.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    expect_contains(complaint("<world><floor/>\n<mesh name='m' mass='1' file='flat.obj'/></world>"),
+                    {"scene.xml', line 2: object 'm': MuJoCo cannot make it ("});
+    expect_contains(complaint(""), {"scene.xml': it is no XML (XML_ERROR_EMPTY_DOCUMENT); it is empty"});
+}
+
+TEST(Scene, StartsWithinTheLimitsAndNamesWhatOfAUrdfItLeavesOut) {
+    const std::string mass =
+        R"("><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>)";
+    const auto with = [&](const std::string& joint) {
+        SceneOptions options;
+        options.robots = {{"odd"}};
+        options.robots[0].options.floating_base = false;
+        options.robots[0].options.urdf =
+            write_urdf("odd", "<link name=\"a" + mass + "<link name=\"b" + mass + "<joint name=\"j\" " +
+                                  joint + "<parent link=\"a\"/><child link=\"b\"/></joint>");
+        return options;
+    };
+    const SceneSimulation sim =
+        simulate(with(R"(type="revolute"><limit lower="1" upper="2" effort="1" velocity="1"/>)"));
+    EXPECT_EQ(sim.s(0)[0], 1.0);
+    for (const std::string type : {"floating", "planar"}) {
+        const Scene scene(with("type=\"" + type + "\">"));
+        ASSERT_EQ(scene.warnings().size(), 1u);
+        expect_contains(scene.warnings()[0],
+                        {"robot 'odd': joint 'j' of 'odd.urdf' is ", type.c_str(), "locked"});
+    }
+    expect_contains(complaint(with(R"(type="continuous"><mimic joint="zz"/>)")),
+                    {"robot 'odd': joint 'j' of '", "mimics 'zz', which is no joint there"});
+}
+
+TEST(Scene, KnowsStatesOfOtherWorlds) {
+    SceneOptions options = two_arms();
+    options.objects = {ball("ball", 0.1, at(0, 1, 0.1), 0.3)};
+    const auto state_of = [](const SceneOptions& of) {
+        const SceneSimulation sim = simulate(of);
+        std::vector<double> state(static_cast<size_t>(sim.state_size()));
+        sim.save(state.data());
+        return state;
+    };
+    const SceneSimulation sim = simulate(options);
+    EXPECT_TRUE(sim.is_of_this_scene(state_of(options).data()));
+    EXPECT_TRUE(sim.is_of_this_scene(state_of(sim.scene().options()).data())) << "names filled in";
+    const auto is_known = [&](const std::function<void(SceneOptions&)>& change) {
+        SceneOptions other = options;
+        change(other);
+        const auto state = state_of(other);
+        EXPECT_EQ(std::ssize(state), sim.state_size());
+        return sim.is_of_this_scene(state.data());
+    };
+    EXPECT_FALSE(is_known([](auto& o) { o.objects[0].mass = 3.0; }));
+    EXPECT_FALSE(is_known([](auto& o) { o.objects[0].friction = 0.5; }));
+    EXPECT_FALSE(is_known([](auto& o) { o.gravity[2] = -1.6; }));
+    EXPECT_FALSE(is_known([](auto& o) { o.time_step = 0.002; }));
+    EXPECT_FALSE(is_known([](auto& o) { o.robots[1].options.noise.seed = 7; }));
+    EXPECT_FALSE(is_known([](auto& o) { o.robots[1].options.imperfections.encoder_resolution = {0.01}; }));
+    EXPECT_FALSE(is_known([](auto& o) { o.robots[0].motors.k_tau = {2.0}; }));
+    EXPECT_FALSE(is_known([](auto& o) { o.robots[0].options.initial_w_H_b = at(0, 2, 2); }));
 }
 
 TEST(Scene, HasNoiseThatIsAnotherOneForEachRobotAndTheSameInEachRun) {

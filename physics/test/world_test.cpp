@@ -81,7 +81,8 @@ TEST(World, ListsEveryValueOutOfRangeAtOnce) {
 TEST(World, RefusesAStartOutsideTheJointLimits) {
     WorldOptions options = icub_options();
     options.initial_joints[14] = 1.0;
-    expect_contains(complaint(options), {"initial_joints puts joint 'l_knee' at 1; the URDF limits it to ["});
+    expect_contains(complaint(options),
+                    {"the initial position of joint 'l_knee' is 1; the robot's file limits it to ["});
 }
 
 TEST(World, GivesMovingLinksWithoutMassALittleAndNamesThem) {

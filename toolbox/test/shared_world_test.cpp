@@ -1,4 +1,5 @@
 // Several robots and objects in one world, through blocks and beside dynamics/.
+#include "BlockFactory/Core/Log.h"
 #include "bf/dynamics/algorithms.hpp"
 #include "bf/physics/scene.hpp"
 #include "running.hpp"
@@ -156,6 +157,30 @@ TEST(SharedWorld, GoesOnBitForBitFromASnapshot) {
             ASSERT_EQ(again->get("world.q"), seen[static_cast<std::size_t>(k)]) << k;
         }
     }
+}
+
+TEST(SharedWorld, WarnsOfASnapshotOfAnotherWorld) {
+    using blockfactory::core::Log;
+    const fs::path file = folder() / "changing.xml";
+    const auto write = [&](const std::string& attribute) {
+        std::ofstream(file) << "<world><floor/><sphere name='ball' mass='1' " << attribute << "/></world>";
+        return "model: m\nstep: 0.001\nblocks:\n  world: {block: WholeBodyToolbox/World, file: \"'" +
+               file.string() + "'\"}\n";
+    };
+    Running run(write("position='0 0 1'"));
+    ASSERT_TRUE(run.step());
+    const auto snapshot = run.simulation.snapshot();
+    Log::getSingleton().clear();
+    run.simulation.restore(snapshot);
+    EXPECT_EQ(Log::getSingleton().getWarnings(), "");
+    for (const std::string change : {"friction='0.5'", "radius='0.06'"}) {
+        Log::getSingleton().clear();
+        Running other(write(change));
+        other.simulation.restore(snapshot);
+        expect_contains(Log::getSingleton().getWarnings(),
+                        "is of another world than '" + file.string() + "' describes now");
+    }
+    Log::getSingleton().clear();
 }
 
 TEST(SharedWorld, TakesSeveralOfItsStepsInAPeriod) {

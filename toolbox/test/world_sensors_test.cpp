@@ -98,6 +98,25 @@ TEST(WorldSensors, AreRefusedByName) {
     expect_contains(one("WorldContact, body: ball, pose: [1 2]"), "x: argument 'pose' is no pose");
     expect_contains(one("WorldTactile, body: table, size: 1"),
                     "x: argument 'size' has 1 elements; give the lengths along x and y");
+    for (const std::string angle : {"nan", "inf", "1e308"})
+        expect_contains(one("WorldRays, body: ball, from: " + angle), "'from'");
+    expect_contains(one("WorldRays, body: ball, range: inf"), "'range'");
+}
+
+TEST(WorldSensors, SayThatThereAreMoreContactsThanTheyRemember) {
+    const fs::path file = fs::path(testing::TempDir()) / ("crowd_" + std::to_string(getpid()) + ".xml");
+    std::ofstream out(file);
+    out << "<world><floor/>";
+    for (int i = 0; i < 80; ++i)
+        out << "<box name='b" << i << "' mass='1' position='" << i % 20 * 0.11 << " " << i / 20 * 0.11
+            << " 0.05'/>";
+    out << "</world>";
+    out.close();
+    Running run("model: m\nstep: 0.001\nblocks:\n  world: {block: WholeBodyToolbox/World, file: \"'" +
+                file.string() + "'\"}\n  x: {block: WholeBodyToolbox/WorldContact, body: b0}\n");
+    bool goes_on = true;
+    for (int k = 0; k < 3 && goes_on; ++k) goes_on = run.step();
+    expect_contains(run.simulation.failure(), "there are more than 256 contacts at a time");
 }
 
 } // namespace bf::toolbox::test::sensors

@@ -3,8 +3,10 @@
 #include "bf/base/value_text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <tinyxml2.h>
@@ -46,6 +48,10 @@ class Check {
     void joint(const XMLElement& joint) const {
         origin(joint, joint);
         const std::string type = text_of(joint, "type");
+        constexpr std::array types{"revolute", "continuous", "prismatic", "fixed", "floating", "planar"};
+        if (std::find(types.begin(), types.end(), type) == types.end())
+            fail(joint, joint, "type",
+                 "a joint is revolute, continuous, prismatic, fixed, floating or planar; choose one of them");
         const bool has_limits = type == "revolute" || type == "prismatic";
         if (const auto* axis = joint.FirstChildElement("axis")) {
             const auto xyz = finite(joint, *axis, "xyz", 3);
@@ -55,7 +61,9 @@ class Check {
                 fail(joint, *axis, "xyz", "an axis has a direction; give one, e.g. 0 0 1");
         }
         if (const auto* limit = joint.FirstChildElement("limit")) {
-            for (const char* name : {"effort", "velocity"}) numbers(joint, *limit, name, 1);
+            for (const char* name : {"effort", "velocity"})
+                for (const double value : numbers(joint, *limit, name, 1))
+                    if (value < 0) fail(joint, *limit, name, "it is negative; give 0 or more");
             const auto lower = numbers(joint, *limit, "lower", 1), upper = numbers(joint, *limit, "upper", 1);
             if (has_limits && (lower.empty() ? 0 : lower[0]) > (upper.empty() ? 0 : upper[0]))
                 fail(joint, *limit, "lower",
@@ -65,6 +73,13 @@ class Check {
             for (const char* name : {"damping", "friction"}) finite(joint, *dynamics, name, 1);
         if (const auto* mimic = joint.FirstChildElement("mimic"))
             for (const char* name : {"multiplier", "offset"}) finite(joint, *mimic, name, 1);
+    }
+
+    /// No two links, or joints, have one name.
+    void is_new(const XMLElement& element, std::set<std::string>& names) const {
+        if (!names.insert(text_of(element, "name")).second)
+            fail(element, element, "name",
+                 std::string("another ") + element.Name() + " has this name; rename one of them");
     }
 
     /// What the joints say of links and of each other.
@@ -124,7 +139,10 @@ class Check {
                                std::size_t count) const {
         const auto values = numbers(owner, element, attribute, count);
         for (const double value : values)
-            if (std::isinf(value)) fail(owner, element, attribute, "it is infinite; give a finite number");
+            if (std::isinf(value))
+                fail(owner, element, attribute, "it is infinite; give a finite number");
+            else if (std::abs(value) > 1e10) // whose squares and products may overflow
+                fail(owner, element, attribute, "it is too large; give numbers from -1e10 to 1e10");
         return values;
     }
 
@@ -162,11 +180,15 @@ void check_urdf(const std::string& xml, const std::string& file) {
                                  " links; a robot has at most " + std::to_string(most_links) +
                                  ": join those that fixed joints hold together");
     const Check check(file);
-    for (const auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link"))
+    std::set<std::string> names_of_links, names_of_joints;
+    for (const auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link")) {
+        check.is_new(*link, names_of_links);
         check.link(*link);
+    }
     std::vector<const XMLElement*> joints;
     for (const auto* joint = robot->FirstChildElement("joint"); joint;
          joint = joint->NextSiblingElement("joint")) {
+        check.is_new(*joint, names_of_joints);
         check.joint(*joint);
         joints.push_back(joint);
     }

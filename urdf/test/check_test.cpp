@@ -47,6 +47,23 @@ TEST(UrdfCheck, NamesFileLineLinkAttributeValueAndRemedy) {
               "them");
 }
 
+TEST(UrdfCheck, RefusesNumbersTypesAndNamesThatNoRobotHas) {
+    EXPECT_EQ(wrong("effort=\"10\"", "effort=\"-10\""),
+              "'r.urdf', line 8: joint 'j', <limit effort=\"-10\">: it is negative; give 0 or more");
+    EXPECT_EQ(wrong("0 1 0", "1e308 0 0"), "'r.urdf', line 7: joint 'j', <axis xyz=\"1e308 0 0\">: it is too "
+                                           "large; give numbers from -1e10 to 1e10");
+    EXPECT_EQ(
+        wrong("continuous", "ball"),
+        "'r.urdf', line 9: joint 'k', <joint type=\"ball\">: a joint is revolute, continuous, prismatic, "
+        "fixed, floating or planar; choose one of them");
+    EXPECT_EQ(
+        wrong("<link name=\"c\"", "<link name=\"a\""),
+        "'r.urdf', line 6: link 'a', <link name=\"a\">: another link has this name; rename one of them");
+    EXPECT_EQ(wrong("name=\"k\"", "name=\"j\""),
+              "'r.urdf', line 9: joint 'j', <joint name=\"j\">: another joint has this name; rename one of "
+              "them");
+}
+
 TEST(UrdfCheck, RefusesWhatIsNoFiniteNumber) {
     for (const auto* text : {"1kg", "nan", "1e400", "0x10", "1d2", "1 2", "inf", "--1"})
         EXPECT_NE(wrong("1.5", text), "") << text;

@@ -38,6 +38,9 @@ void CameraOptions::validate() const {
     };
     require(width > 0 && width <= 8192, "width", width, "it must be 1 to 8192 pixels");
     require(height > 0 && height <= 8192, "height", height, "it must be 1 to 8192 pixels");
+    // A picture takes time that nothing interrupts.
+    require(static_cast<double>(width) * height <= 9e6, "width times height", 1.0 * width * height,
+            "it must be at most 9e6 pixels, of which 3840 x 2160 are 8.3e6");
     require(field_of_view > 0.0 && field_of_view < 3.0, "field_of_view", field_of_view,
             "it must be above 0 and below 3 rad");
     require(range > 0.0 && std::isfinite(range), "range", range, "it must be positive (m)");

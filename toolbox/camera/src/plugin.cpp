@@ -38,10 +38,11 @@ class WorldCamera final : public Block {
         {.initial = {0, 0},
          .minimum = 0,
          .doc = "a b: the standard deviation of a depth z is a + b z^2, in m and 1/m"}};
-    Argument<int> seed{
-        this,
-        "seed",
-        {.doc = "of the noise; without one the block's path in the model decides", .from_path = true}};
+    Argument<int> seed{this,
+                       "seed",
+                       {.minimum = 0,
+                        .doc = "of the noise; without one the block's path in the model decides",
+                        .from_path = true}};
 
     Output<Array<std::uint8_t>> colour{
         this,

@@ -154,6 +154,10 @@ TEST(WorldCamera, IsRefusedByName) {
     expect_contains(refusal(model(", body: bal")), "the world has no body 'bal'; did you mean 'ball'?");
     expect_contains(refusal(model(", with_depth: true, depth_noise: 1")),
                     "argument 'depth_noise' has 1 elements; give a and b of a + b z^2");
+    expect_contains(refusal(model(", seed: -1")), "'seed'");
+    std::string large = model("");
+    large.replace(large.find("width: 160, height: 120"), 23, "width: 8192, height: 8192");
+    expect_contains(refusal(large), "width times height is 6.71089e+07; it must be at most 9e6 pixels");
     const std::string skew = model("");
     const auto at = skew.find(ahead);
     expect_contains(refusal(std::string(skew).replace(at, ahead.size(), "\"2 * eye(4)\"")),

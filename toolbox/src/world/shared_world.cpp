@@ -64,8 +64,7 @@ class World final : public Block {
     }
     Status update(Now at, Next) const noexcept override {
         if (at[world].simulation.step(at[substeps])) return ok;
-        return Status::failure(
-            "the physics diverged; look at the gains, the contact parameters and the step");
+        return failed_step(at[world].simulation.failure());
     }
 
   private:
@@ -210,6 +209,14 @@ class WorldActuator final : public Block {
 };
 
 } // namespace
+
+void SharedWorld::Live::restore(const double* from) {
+    if (!simulation.is_of_this_scene(from))
+        bfWarning << "the state that is restored is of another world than '" + file.string() +
+                         "' describes now: masses, shapes, seeds or others of its numbers, or a file that it "
+                         "names, have changed; the run goes on in the new one";
+    simulation.restore(from);
+}
 
 void add_shared_world(Library& library) {
     library.group("world")

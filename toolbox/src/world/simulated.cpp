@@ -70,6 +70,30 @@ bool SimulatedConnection::write_motor_parameters(const MotorParameters& paramete
     return with_control([&](auto& control) { control.set_believed(parameters); });
 }
 
+Status failed_step(const physics::Failure& failure) {
+    using Cause = physics::Failure::Cause;
+    switch (failure.cause) {
+    case Cause::reference:
+        return Status::failure("the reference of joint {} of the robot {} of the world is not finite or not "
+                               "below 1e10; look at what computes it",
+                               failure.part + 1, failure.robot + 1);
+    case Cause::wrench:
+        return Status::failure("the wrench on push link {} of the robot {} of the world is not finite or not "
+                               "below 1e10; look at what computes it",
+                               failure.part + 1, failure.robot + 1);
+    case Cause::control:
+        return Status::failure("the signal of an actuator is not finite or not below 1e10; look at what "
+                               "computes it");
+    case Cause::contacts:
+        return Status::failure("there are more than 256 contacts at a time, which the blocks that feel "
+                               "contacts do not remember; give bodies simpler shapes, or leave these blocks "
+                               "out");
+    case Cause::none:
+    case Cause::motion: break;
+    }
+    return Status::failure("the physics diverged; look at the gains, the contact parameters and the step");
+}
+
 int simulated_sensor(Sensor kind, const std::string& name, const std::string& imu,
                      const std::vector<std::string>& sensors, const std::string& place) {
     if (kind == Sensor::imu) {

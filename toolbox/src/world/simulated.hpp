@@ -43,6 +43,9 @@ class SimulatedConnection : public RobotConnection {
     physics::SceneSimulation* scene_ = nullptr;
 };
 
+/// What a block says of a step of a scene that failed.
+Status failed_step(const physics::Failure& failure);
+
 /// What every robot of a scene is: it has all modes, measurements, gains and parameters. `Base` is
 /// RobotDevice or derived from it. `sensors` are its force/torque sensors as they were named, `place` says
 /// where.

@@ -42,7 +42,9 @@ class MujocoWorld final : public RobotBlock {
     Argument<std::vector<std::string>> push_links{
         this, "push_links", {.doc = "links that external wrenches may push"}};
     Argument<std::vector<double>> initial_joints{
-        this, "initial_joints", {.doc = "joint positions at the start, rad; none: zeros"}};
+        this,
+        "initial_joints",
+        {.doc = "joint positions at the start, rad; none: zero, or the limit next to it"}};
     Argument<bool> floating_base{this,
                                  "floating_base",
                                  {.initial = true,
@@ -101,7 +103,8 @@ class MujocoWorld final : public RobotBlock {
          .doc = "standard deviation of measured positions [rad], velocities [rad/s], torques [Nm]"}};
     Argument<int> seed{this,
                        "seed",
-                       {.doc = "of the noise; without one the block's path in the model decides, so that the "
+                       {.minimum = 0,
+                        .doc = "of the noise; without one the block's path in the model decides, so that the "
                                "noise of two worlds differs",
                         .from_path = true}};
 
@@ -232,8 +235,7 @@ class MujocoWorld final : public RobotBlock {
             return Status::failure(
                 "{element} is no disturbance; give the number of a body, a point and a force", disturbance,
                 0);
-        return Status::failure(
-            "the physics diverged; look at the gains, the contact parameters and the step");
+        return failed_step(simulation.failure());
     }
 
   private:

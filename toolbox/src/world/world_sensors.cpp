@@ -20,10 +20,20 @@ class WorldRays final : public Block {
     Argument<std::string> body{this, "body", {.doc = body_doc}};
     Argument<Matrix> pose{this, "pose", {.initial = Matrix::Identity(4, 4), .doc = pose_doc}};
     Argument<int> rays{this, "rays", {.initial = 181, .minimum = 1, .maximum = 100000, .doc = "how many"}};
-    Argument<double> from{
-        this, "from", {.initial = -1.5707963267948966, .doc = "angle of the first ray about z from x, rad"}};
-    Argument<double> to{this, "to", {.initial = 1.5707963267948966, .doc = "angle of the last one, rad"}};
-    Argument<double> range{this, "range", {.initial = 10, .above = 0, .doc = "farthest distance, m"}};
+    Argument<double> from{this,
+                          "from",
+                          {.initial = -1.5707963267948966,
+                           .minimum = -100,
+                           .maximum = 100,
+                           .doc = "angle of the first ray about z from x, rad"}};
+    Argument<double> to{this,
+                        "to",
+                        {.initial = 1.5707963267948966,
+                         .minimum = -100,
+                         .maximum = 100,
+                         .doc = "angle of the last one, rad"}};
+    Argument<double> range{
+        this, "range", {.initial = 10, .above = 0, .maximum = 1e10, .doc = "farthest distance, m"}};
     Requires<SharedWorld> world{this, "the world in which the sensor is"};
     Dim n{this, "n", [this] { return *rays; }};
     struct Fan {

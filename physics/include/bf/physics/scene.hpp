@@ -85,6 +85,14 @@ class Scene {
     std::unique_ptr<Impl> impl_;
 };
 
+/// Why a step failed, for those who cannot pass a text on. Robots and their parts are numbered from 0.
+struct Failure {
+    enum class Cause { none, reference, wrench, control, contacts, motion };
+    Cause cause = Cause::none;
+    int robot = 0;
+    int part = 0; ///< joint, push link, or number of the actuator in MuJoCo's model
+};
+
 /// One running copy of a Scene. A step is that of a Simulation, and so is what "now" and "last interval"
 /// mean. Every returned map is a view that stays valid and changes with the next step.
 class SceneSimulation {
@@ -126,7 +134,8 @@ class SceneSimulation {
     [[nodiscard]] bool step(int count = 1, const Disturbance& disturbance = {}) noexcept;
     /// Why the last step failed; empty when it did not.
     const char* error() const noexcept;
-    double time() const noexcept; ///< s
+    Failure failure() const noexcept; ///< the same
+    double time() const noexcept;     ///< s
 
     Readings readings(int robot) const noexcept;          ///< as Simulation::readings
     Readings readings_at_loops(int robot) const noexcept; ///< as Simulation::readings_at_loops
@@ -175,6 +184,8 @@ class SceneSimulation {
     void save(double* state) const noexcept;
     /// Continues, bit for bit, from a state that save() wrote for the same Scene.
     void restore(const double* state) noexcept;
+    /// Did a Scene of the same model, noise, imperfections and motors write a state of this size?
+    bool is_of_this_scene(const double* state) const noexcept;
 
   private:
     struct Impl;

@@ -128,7 +128,7 @@ struct RobotOptions {
     Noise noise;
     Imperfections imperfections;
 
-    std::vector<double> initial_joints; ///< empty: 0
+    std::vector<double> initial_joints; ///< empty: 0, or the limit next to it
     /// Start pose of the base link. Without it a fixed base starts at the identity, a floating base with feet
     /// upright (z axis of the base vertical), the origin of the world midway between the feet's frames, their
     /// mean x axis forward, and the lowest contact point 0.05 mm below the floor; a floating base without

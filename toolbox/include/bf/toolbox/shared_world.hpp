@@ -16,12 +16,15 @@ struct SharedWorld {
     static constexpr const char* resource = "world";
 
     struct Live {
-        explicit Live(std::shared_ptr<const physics::Scene> scene) : simulation(std::move(scene)) {}
+        Live(std::shared_ptr<const physics::Scene> scene, std::filesystem::path its_file)
+            : simulation(std::move(scene)), file(std::move(its_file)) {}
         physics::SceneSimulation simulation;
+        std::filesystem::path file;
 
         int state_size() const { return simulation.state_size(); }
         void save(double* to) const { simulation.save(to); }
-        void restore(const double* from) { simulation.restore(from); }
+        /// Warns, naming the file, of a state that was saved of another world.
+        void restore(const double* from);
     };
 
     std::filesystem::path file;
@@ -30,7 +33,7 @@ struct SharedWorld {
     /// Per robot: its force/torque sensors, named as in the file.
     std::vector<std::vector<std::string>> sensors;
 
-    std::shared_ptr<Live> open() const { return std::make_shared<Live>(scene); }
+    std::shared_ptr<Live> open() const { return std::make_shared<Live>(scene, file); }
 };
 
 } // namespace bf::toolbox

@@ -127,6 +127,11 @@ int declare(Block& owner, Role role, std::string name, const About& about, Shape
         slot.limits = {about.minimum, about.above, about.maximum};
         slot.at_least = about.at_least;
     }
+    if (role == Role::input || role == Role::output)
+        for (const auto& other : d.slots)
+            if (other.role == role && other.name == slot.name)
+                d.problems.push_back("there are two " + std::string(bf::name(role)) + "s '" + slot.name +
+                                     "'; name once what they are called after");
     d.types = std::max(d.types, symbol + 1);
     d.slots.push_back(std::move(slot));
     return static_cast<int>(d.slots.size()) - 1;

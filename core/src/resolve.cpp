@@ -52,6 +52,26 @@ bool known_size(const Resolution& r, const Slot& slot, Size& size) {
     return size.rows >= 0 && size.cols >= 0;
 }
 
+/// Asks the rules of lengths, which know more once resources are bound. Throws where a value that was given
+/// before has decided otherwise.
+void ask_rules(Resolution& r) {
+    const auto& dims = r.declaration().dims;
+    for (std::size_t i = 0; i < dims.size(); ++i) {
+        if (!dims[i].rule) continue;
+        const int known = dims[i].rule();
+        if (known < 0) continue;
+        r.dims[i] = known;
+        for (const auto& slot : r.slots) {
+            if (!slot.size_known || slot.shape.symbol >= 0) continue;
+            const auto check = [&](const Extent& extent, int actual) {
+                if (extent.dim == static_cast<int>(i)) unify_extent(r, slot, extent, actual);
+            };
+            check(slot.shape.rows, slot.size.rows);
+            check(slot.shape.cols, slot.size.cols);
+        }
+    }
+}
+
 /// Throws when the element types that wiring decided are not among those that a rule can work on.
 void check_types(const Resolution& r) {
     for (const Phase phase : phases)
@@ -178,9 +198,7 @@ void give_defaults(Resolution& r) {
 
 bool propagate(Block& block) {
     Resolution& r = block.resolution();
-    const auto& dims = block.declaration().dims;
-    for (std::size_t i = 0; i < dims.size(); ++i)
-        if (dims[i].rule && r.dims[i] < 0) r.dims[i] = dims[i].rule();
+    ask_rules(r);
     bool learned = false;
     for (bool again = true; again;) {
         again = false;

@@ -287,6 +287,7 @@ InverseKinematics::Status InverseKinematics::search(Eigen::Ref<Eigen::Matrix4d> 
     std::swap(best_, found_);
     std::minstd_rand random;
     for (int k = 0; k < restarts && best != Status::reached; ++k) {
+        if (options_.is_interrupted && options_.is_interrupted()) break;
         found_.w_H_b = w_H_b;
         for (Index i = 0; i < s.size(); ++i) {
             const double unit = static_cast<double>(random()) / static_cast<double>(std::minstd_rand::max());

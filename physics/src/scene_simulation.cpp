@@ -160,8 +160,10 @@ void SceneSimulation::Impl::apply_inputs(const Disturbance& disturbance) noexcep
                 controls[r].advance(every * model->opt.timestep, measured.s, measured.s_dot, measured.tau);
         }
         const Eigen::VectorXd& torques = controls[r].torques();
+        // MuJoCo takes no larger number, and clamps to the limits of effort only what it has taken.
         for (size_t i = 0; i < robot.motors.size(); ++i)
-            data->ctrl[robot.motors[i]] = torques[static_cast<Eigen::Index>(i)];
+            data->ctrl[robot.motors[i]] =
+                std::clamp(torques[static_cast<Eigen::Index>(i)], -mjMAXVAL, mjMAXVAL);
     }
     std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
     // MuJoCo applies it at the centre of the body, which is the link with all that is fused to it.

@@ -1,3 +1,4 @@
+#include "bf/core/interrupt.hpp"
 #include "running.hpp"
 
 #include <Eigen/Geometry>
@@ -127,6 +128,26 @@ TEST(InverseKinematics, RefusesWhatItCannotLookFor) {
     expect_contains(with("pose: \"{'r_hand'}\", weights: [1 2]", hand_pose, to_pose), "weights");
     expect_contains(with("pose: \"{'r_hand'}\""), "ik: input 'w_H_r_hand' is not connected");
     expect_contains(with("posture: true", "q: {shape: 3}", "  q: ik.posture\n"), "'posture' needs");
+}
+
+TEST(InverseKinematics, EndsALongSearchWhenTheEndIsAskedFor) {
+    static volatile std::sig_atomic_t asked = 0;
+    asked = 0;
+    Running run(
+        hand_model("position: \"{'r_hand'}\", restarts: 10000", "p: {shape: 3}", "  p: ik.p_r_hand\n"));
+    run.set("p", Vector3(-3.0, 0.5, 0.2));
+    look_for_interrupt(&asked);
+    asked = 2;
+    EXPECT_FALSE(run.step());
+    look_for_interrupt(nullptr);
+    EXPECT_EQ(run.simulation.failure(), std::string("ik: ") + interrupted);
+    for (const std::string most : {"restarts: 1000000000", "iterations: 1000000000"})
+        expect_contains(
+            refusal(hand_model("position: \"{'r_hand'}\", " + most, "p: {shape: 3}", "  p: ik.p_r_hand\n")),
+            "ik: argument '" + most.substr(0, most.find(':')) + "'");
+    expect_contains(
+        refusal(hand_model("position: \"{'r_hand', 'r_hand'}\"", "p: {shape: 3}", "  p: ik.p_r_hand\n")),
+        "ik: there are two inputs 'p_r_hand'; name once what they are called after");
 }
 
 TEST(InverseKinematics, StopsAtTargetsThatAreNone) {

@@ -339,6 +339,38 @@ TEST_P(LowLevelPIDs, DecideHowTheRobotMoves) {
     }
 }
 
+TEST_P(LowLevelPIDs, AreAsManyAsTheJoints) {
+    const auto with = [](const std::string& settings) {
+        return refusal(
+            arm("", "  pid: {block: WholeBodyToolbox/SetLowLevelPID, I: 0, D: 0" + settings + "}\n"));
+    };
+    EXPECT_EQ(with(", P: 5"), "");
+    for (const std::string joints : {"", ", joints: \"{'l_shoulder_yaw'}\""}) {
+        expect_contains(with(joints + ", P: \"[1; 2; 3; 4]\""),
+                        "parameter 'P' needs m = 4, but m is already 1");
+        expect_contains(with(joints + ", P: \"ones(10000, 1)\""), "parameter 'P' needs m = 10000");
+    }
+    // Every length that a robot decides.
+    expect_contains(refusal(arm("",
+                                "  ik: {block: WholeBodyToolbox/InverseKinematics, com: true, max_speed: "
+                                "\"[1; 2]\"}\n  c: {block: Constant, value: [0; 0; 0]}\n",
+                                "  c: ik.com\n")),
+                    "ik: parameter 'max_speed' needs n = 2, but n is already 1");
+}
+
+TEST_P(Modes, ClampReferencesHoweverLargeToTheEffortLimits) {
+    for (const std::string type :
+         {"Torque", "Position", "Position Direct", "Velocity", "PWM", "Current", "Impedance"})
+        for (const double reference : {1e9, 1.1e10, -1e300}) {
+            Running run(arm("", command(type), command_line, command_input));
+            run.set("u", reference);
+            for (int k = 0; k < 3; ++k) ASSERT_TRUE(run.step()) << type << ' ' << run.simulation.failure();
+            EXPECT_LE(std::abs(run.scalar("world.tau_measured")), 100) << type;
+            if (type != "Position" && type != "Velocity")
+                EXPECT_EQ(run.scalar("world.tau_measured"), std::copysign(100.0, reference)) << type;
+        }
+}
+
 TEST_P(LowLevelPIDs, RefuseWhatTheRobotDoesNotHave) {
     const auto with = [](const std::string& settings) {
         return refusal(arm("", "  pid: {block: WholeBodyToolbox/SetLowLevelPID" + settings + "}\n"));
@@ -374,6 +406,23 @@ TEST_P(MotorParameters, MakeTheTorqueLoopWrongByWhatTheyMissTheMotor) {
         const double rate = 2 / (4 * M), last = 0.3 / 2;
         EXPECT_NEAR(run.scalar("world.s_dot"), last * (1 - std::exp(-rate * k * h)), 0.005) << k;
     }
+}
+
+TEST_P(MotorParameters, AreFiniteAndDoNotSwitchTheTorqueOff) {
+    const auto with = [](const std::string& settings) {
+        return refusal(
+            arm("", "  motor: {block: WholeBodyToolbox/SetMotorParameters, set_P: false" + settings + "}\n"));
+    };
+    EXPECT_EQ(with(", set_k_tau: true, k_tau: -2, set_bemf: true"), "");
+    EXPECT_EQ(with(", k_tau: 0"), "") << "it is not set";
+    expect_contains(with(", set_k_tau: true"),
+                    "motor: argument 'k_tau' has 0 elements, but there are 1 joints");
+    expect_contains(with(", set_k_tau: true, k_tau: 0"),
+                    "motor: argument 'k_tau' has 0; give finite numbers other than 0");
+    expect_contains(with(", set_k_tau: true, k_tau: nan"),
+                    "motor: argument 'k_tau' has nan; give finite numbers other than 0");
+    expect_contains(with(", set_bemf: true, bemf: inf"),
+                    "motor: argument 'bemf' has inf; give finite numbers");
 }
 
 TEST_P(MotorParameters, SendGainsOfSignalsWhereTheyChange) {

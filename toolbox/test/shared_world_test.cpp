@@ -251,6 +251,16 @@ TEST(SharedWorld, SaysWhatIsWrongOnceAndWhere) {
     EXPECT_EQ(robot.find("the world has no"), robot.rfind("the world has no")) << robot;
     expect_contains(one("WorldObject, object: bal"),
                     "x: the world has no object 'bal'; did you mean 'ball'?");
+    for (const std::string given : {"robot: left.urdf", "gravity: [0 0 -1]", "floating_base: true",
+                                    "joints: elbow", "base_link: upper"})
+        expect_contains(
+            one("Configuration, world_robot: left, " + given),
+            "x: argument '" + given.substr(0, given.find(':')) +
+                "' stands beside world_robot, and the world says it of 'left'; leave one of the two out");
+    for (const std::string g : {"nan", "inf"})
+        expect_contains(one("Configuration, robot: \"'" + (folder() / "arm.urdf").string() +
+                            "'\", gravity: \"[0 0 " + g + "]\""),
+                        "x: argument 'gravity' has ");
     expect_contains(one("Configuration, world_robot: none"), "x: the world has no robot 'none'");
     expect_contains(
         refusal("model: m\nstep: 0.001\nblocks:\n  x: {block: WholeBodyToolbox/WorldRobot, robot: a}\n"),

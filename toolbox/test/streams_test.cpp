@@ -1,5 +1,6 @@
 // Streams between runs, clocks, and simulators that other runs step.
 #include "BlockFactory/Core/Log.h"
+#include "bf/core/interrupt.hpp"
 #include "running.hpp"
 
 #include <atomic>
@@ -253,6 +254,21 @@ TEST(RealTimeSynchronizer, TellsOverrunsAtTheEnd) {
                     "RealTimeSynchronizer: 1 of 2 steps came after their time, the worst 0.0");
 }
 
+TEST(RealTimeSynchronizer, RefusesIntervalsThatNoScheduleHolds) {
+    const std::string limits = "argument 'interval' must be from 0 to 1000000000, but is ";
+    for (const auto& [interval, wrong] :
+         {std::pair<std::string, std::string>("1e300", limits + "1e+300"),
+          {"inf", limits + "inf"},
+          {"1e-300",
+           "argument 'interval' is 1e-300 s; give at least 1e-9, or 0 for the block's sample time"}}) {
+        expect_contains(refusal(synchronized(", interval: " + interval)), wrong);
+        expect_contains(refusal("model: m\nstep: 0.01\nblocks:\n" + network("no") +
+                                "  x: {block: WholeBodyToolbox/SimulatorSynchronizer, interval: " + interval +
+                                "}\n"),
+                        wrong);
+    }
+}
+
 namespace {
 
 /// A simulator of step 0.001 that counts its steps, and sends the count before it waits.
@@ -305,14 +321,68 @@ TEST(SimulatorSynchronizer, StepsAnotherModelByItsInterval) {
             Log::getSingleton().getWarnings(),
             "SimulatorSynchronizer: an interval of 0.0104 s is 10.4 steps of the simulator; it runs 10");
     }
+    expect_contains(refusal("model: m\nstep: 0.01\nblocks:\n" + network("sim") +
+                            "  clock: {block: WholeBodyToolbox/SimulatorClock}\n"),
+                    "clock: another simulator is called '/clock/rpc'; end it");
     expect_contains(refusal(client("sim", "0.0004")),
-                    "sync: an interval of 0.000400 s is no number of steps of 0.001000 s of the simulator");
+                    "sync: an interval of 0.0004 s is no number of steps of 0.001 s of the simulator");
     goes_on = false;
     other.join();
     served.simulation.stop();
     auto alone = client("sim", "0.01");
     alone.replace(alone.find("timeout: 20"), 11, "timeout: 0.1");
-    expect_contains(refusal(alone), "sync: no simulator answers at '/clock/rpc' within 0.100000 s");
+    expect_contains(refusal(alone), "sync: no simulator answers at '/clock/rpc' within 0.1 s");
+}
+
+namespace {
+
+/// The end is asked for a little later, while one lives.
+class AskedToEnd {
+  public:
+    AskedToEnd()
+        : thread_([this] {
+              std::this_thread::sleep_for(std::chrono::milliseconds(50));
+              flag_ = 1;
+          }) {
+        look_for_interrupt(&flag_);
+    }
+    ~AskedToEnd() {
+        thread_.join();
+        look_for_interrupt(nullptr);
+    }
+
+  private:
+    volatile std::sig_atomic_t flag_ = 0;
+    std::thread thread_;
+};
+
+} // namespace
+
+TEST(Interrupt, EndsEveryBlockThatWaits) {
+    const std::string head =
+        "model: m\nstep: 0.01\nblocks:\n" + network("end") + "  x: {block: WholeBodyToolbox/";
+    for (const std::string block :
+         {"StreamRead, autoconnect: false, wait_for_data: true, timeout: 1e9",
+          "RealTimeSynchronizer, interval: 1e9", "RealTimeSynchronizer, interval: 1e9, clock: network",
+          "SimulatorSynchronizer, timeout: 1e9"}) {
+        const AskedToEnd asked;
+        Running run(head + block + "}\n");
+        while (run.step()) continue;
+        EXPECT_EQ(run.simulation.failure(), std::string("x: ") + interrupted) << block;
+    }
+    // A simulator that is paused, by a client that neither steps it nor lets it go.
+    Running served(head + "SimulatorClock, timeout: 1e9}\n");
+    ASSERT_TRUE(served.step());
+    std::thread other([&] {
+        while (served.step()) continue;
+    });
+    Running run("model: m\nstep: 0.01\nblocks:\n" + network("end") +
+                "  x: {block: WholeBodyToolbox/SimulatorSynchronizer, timeout: 20}\n");
+    ASSERT_TRUE(run.step()) << run.simulation.failure();
+    const AskedToEnd asked;
+    other.join();
+    EXPECT_EQ(served.simulation.failure(), std::string("x: ") + interrupted);
+    served.simulation.stop(); // whose client would wait for it otherwise
 }
 
 } // namespace bf::toolbox::test::streams

@@ -71,7 +71,7 @@ void execute(const ReplayOptions& options) {
         if (wall.count() > 1 && line.is_due())
             line.show("  t = " + number(simulation.time()) + " / " + number(until) + " s");
     }
-    const std::string failure = simulation.failure();
+    const std::string failure = without_interruption(simulation.failure());
     const double end = simulation.time();
     simulation.stop();
     if (recorder) recorder->close();

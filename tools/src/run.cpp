@@ -76,7 +76,7 @@ RunResult run(Simulation& simulation, double stop, const RunHooks& hooks) {
     result.simulated = simulation.time();
     result.from = static_cast<double>(first) * simulation.diagram().step;
     result.steps = simulation.steps() - first;
-    result.failure = simulation.failure();
+    result.failure = without_interruption(simulation.failure());
     result.checks = simulation.checks();
     simulation.stop();
     return result;

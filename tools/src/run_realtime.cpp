@@ -1,11 +1,11 @@
 #include "run_realtime.hpp"
 
-#include "bf/realtime/interrupt.hpp"
 #include "bf/realtime/server.hpp"
 #include "bf/realtime/statistics_json.hpp"
 #include "bf/realtime/token.hpp"
 #include "bf/realtime/watchdog.hpp"
 #include "session.hpp"
+#include "terminal.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -171,7 +171,7 @@ RunResult run_realtime(Run& run, const RealtimeOptions& options, SimulationEditi
     result.wall = runner.wall();
     result.simulated = runner.stepped().time();
     result.steps = runner.stepped().steps();
-    result.failure = runner.failure();
+    result.failure = without_interruption(runner.failure());
     if (server)
         server->end(result.failure.empty() && recorder ? recorder->status() : result.failure,
                     InterruptGuard::signal() != 0);

@@ -90,6 +90,10 @@ void refuse_incomplete(const recording::Recording& recording, const std::string&
                            ", which is damaged or cut");
 }
 
+std::string without_interruption(std::string failure) {
+    return InterruptGuard::signal() != 0 && failure.ends_with(interrupted) ? std::string() : failure;
+}
+
 void show_warnings() {
     auto& log = blockfactory::core::Log::getSingleton();
     std::istringstream lines(log.getWarnings());

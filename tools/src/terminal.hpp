@@ -1,6 +1,7 @@
 // What a person sees while a verb works: a line on standard error, and Ctrl-C.
 #pragma once
 
+#include "bf/core/interrupt.hpp"
 #include "bf/realtime/interrupt.hpp"
 #include "bf/recording/reader.hpp"
 #include "session.hpp"
@@ -57,6 +58,13 @@ struct Interrupted : CommandError {
     int signal;
 };
 
-using realtime::InterruptGuard;
+/// While one lives, blocks that wait end early at a signal, too.
+struct InterruptGuard : realtime::InterruptGuard {
+    InterruptGuard() { look_for_interrupt(flag()); }
+    ~InterruptGuard() { look_for_interrupt(nullptr); }
+};
+
+/// Why a run failed; nothing where it only ended a wait because of a signal.
+std::string without_interruption(std::string failure);
 
 } // namespace bf::tools

@@ -64,6 +64,20 @@ TEST_F(Realtime, SignalsEndARunAsItsStopTimeDoes) {
     }
 }
 
+TEST_F(Realtime, ASignalEndsTheWaitOfABlock) {
+    write("waits.yaml", "model: m\nplugins: [WholeBodyToolbox]\nstep: 0.01\nstop: 1\nblocks:\n"
+                        "  hold: {block: WholeBodyToolbox/RealTimeSynchronizer, interval: 1e9}\n");
+    for (const std::string options : {"", "--realtime --priority 0 --watchdog 100 "}) {
+        const auto run = shell("'" BF_PROGRAM "' run waits.yaml --quiet " + options +
+                               "--summary s.json & sleep 1; kill -TERM $!; wait $!");
+        EXPECT_EQ(run.code, 143) << run.err;
+        EXPECT_CONTAINS(run.err, "m stopped at t = 0.01 s: interrupted");
+        const auto json = this->json("s.json");
+        EXPECT_EQ(json["outcome"], "interrupted");
+        EXPECT_FALSE(json.contains("failure")) << json;
+    }
+}
+
 TEST_F(Realtime, DurationIsOnTheClock) {
     const auto run = bf("run sine.yaml --realtime --priority 0 --stop Inf --duration 0.2 --json");
     EXPECT_EQ(run.code, 0) << run.err;

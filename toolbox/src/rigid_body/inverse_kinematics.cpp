@@ -1,5 +1,6 @@
 #include "bf/dynamics/inverse_kinematics.hpp"
 
+#include "bf/core/interrupt.hpp"
 #include "rigid_body/rigid_body.hpp"
 #include "rigid_body/robot_block.hpp"
 
@@ -27,11 +28,15 @@ class InverseKinematics final : public RobotBlock {
         "finds_base",
         {.initial = false, .doc = "the base moves, too; otherwise it is where it is said to be"}};
     Argument<int> iterations{
-        this, "iterations", {.initial = 50, .minimum = 1, .doc = "most of one search: those of a step"}};
-    Argument<int> restarts{
         this,
-        "restarts",
-        {.initial = 50, .minimum = 0, .doc = "most searches that the first step adds from other postures"}};
+        "iterations",
+        {.initial = 50, .minimum = 1, .maximum = 10'000, .doc = "most of one search: those of a step"}};
+    Argument<int> restarts{this,
+                           "restarts",
+                           {.initial = 50,
+                            .minimum = 0,
+                            .maximum = 10'000,
+                            .doc = "most searches that the first step adds from other postures"}};
     Argument<double> tolerance{
         this,
         "tolerance",
@@ -114,10 +119,11 @@ class InverseKinematics final : public RobotBlock {
     DiscreteState<Transform> last_w_H_b{
         this, "last_w_H_b", {.unit = mixed_units, .doc = "and its base pose"}};
     DiscreteState<bool> goes_on{this, "goes_on", {.doc = "there is a last solution"}};
-    Scratch<dynamics::InverseKinematics> solver{
-        this, [this] {
-            return dynamics::InverseKinematics(model(), targets_, finds_base, {iterations, tolerance});
-        }};
+    Scratch<dynamics::InverseKinematics> solver{this, [this] {
+                                                    return dynamics::InverseKinematics(
+                                                        model(), targets_, finds_base,
+                                                        {iterations, tolerance, is_interrupted});
+                                                }};
 
     bool needs(int input) const override {
         return RobotBlock::needs(input) &&
@@ -191,6 +197,7 @@ class InverseKinematics final : public RobotBlock {
         const auto speed = at[max_speed];
         ik.reach = speed.array().isInf().select(speed, speed * at.period()); // a period may be 0
         out[status] = static_cast<double>(first ? ik.search(base, found, restarts) : ik.follow(base, found));
+        if (first && is_interrupted()) return Status::failure(interrupted);
         if (error.is_present()) out[error] = ik.error();
         return ok;
     }

@@ -162,7 +162,7 @@ class SetMotorParameters final : public LoopBlock {
     Argument<std::string> control_type{this, "control_type", about_loop()};
     Argument<bool> set_k_tau{this, "set_k_tau", {.initial = false, .doc = "set k_tau"}};
     Argument<std::vector<double>> k_tau{
-        this, "k_tau", {.initial = {0}, .doc = "command per torque, one for all joints or one each"}};
+        this, "k_tau", {.doc = "command per torque, one for all joints or one each, to be given"}};
     Argument<bool> set_bemf{this, "set_bemf", {.initial = false, .doc = "set bemf"}};
     Argument<std::vector<double>> bemf{
         this, "bemf", {.initial = {0}, .doc = "command per joint velocity, one for all joints or one each"}};
@@ -229,6 +229,12 @@ class SetMotorParameters final : public LoopBlock {
                                      std::to_string(values.size()) + " elements, but there are " +
                                      std::to_string(robot->joints()) +
                                      " joints; give one for all or one each");
+        const bool has_inverse = std::string(name) == "k_tau";
+        for (const double value : values)
+            if (!std::isfinite(value) || (has_inverse && value == 0))
+                throw std::runtime_error(std::string("argument '") + name + "' has " +
+                                         Value(value).describe() + "; give finite numbers" +
+                                         (has_inverse ? " other than 0" : ""));
     }
     static void put(bool is_set, const std::vector<double>& values, Vector& to) {
         for (Eigen::Index i = 0; is_set && i < to.size(); ++i)

@@ -49,7 +49,14 @@ Unit unit_of(Measurement what) {
 
 class Configuration final : public Block {
   public:
-    explicit Configuration(const Arguments& arguments) : Block(arguments), folder_(path_of(".")) {}
+    explicit Configuration(const Arguments& arguments) : Block(arguments), folder_(path_of(".")) {
+        if (world_robot->empty()) return;
+        for (const auto& given : arguments)
+            if (given.first != "world_robot")
+                problem("argument '" + given.first +
+                        "' stands beside world_robot, and the world says it of '" + *world_robot +
+                        "'; leave one of the two out");
+    }
     Argument<std::string> robot{this,
                                 "robot",
                                 {.initial = "iCubGazeboV2_5",
@@ -96,6 +103,10 @@ class Configuration final : public Block {
         if (gravity->size() != 3)
             throw std::runtime_error("argument 'gravity' has " + std::to_string(gravity->size()) +
                                      " elements; give three, e.g. [0 0 -9.81]");
+        for (const double g : *gravity)
+            if (!std::isfinite(g))
+                throw std::runtime_error("argument 'gravity' has " + Value(g).describe() +
+                                         "; give finite numbers, m/s2");
         const std::vector<std::filesystem::path> directories{folder_, std::filesystem::path(BF_ROBOT_MODELS),
                                                              std::filesystem::path(BF_ROBOT_MODELS) / "iCub"};
         const auto urdf = dynamics::find_urdf(*robot, directories);

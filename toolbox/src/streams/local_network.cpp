@@ -1,5 +1,7 @@
 #include "streams/local_network.hpp"
 
+#include "bf/core/interrupt.hpp"
+#include "bf/core/value.hpp"
 #include "streams/segment.hpp"
 
 #include <algorithm>
@@ -26,11 +28,11 @@ void sleep(double duration) noexcept {
     }
 }
 
-/// Looks every half of a millisecond whether `done`, at most `timeout` seconds.
+/// Looks every half of a millisecond whether `done`, at most `timeout` seconds or until it is interrupted.
 template <class F> bool wait_until(double timeout, F&& done) noexcept {
     const double end = seconds(CLOCK_MONOTONIC) + timeout;
     while (!done()) {
-        if (seconds(CLOCK_MONOTONIC) >= end) return false;
+        if (seconds(CLOCK_MONOTONIC) >= end || is_interrupted()) return false;
         sleep(0.5e-3);
     }
     return true;
@@ -91,7 +93,7 @@ class LocalSimulator final : public SimulatorConnection {
           number_(static_cast<double>(requests_.newest())), timeout_(timeout) {
         if (!ask(Command::tell, 0))
             throw std::runtime_error("no simulator answers at '" + name + "' within " +
-                                     std::to_string(timeout) +
+                                     Value(timeout).describe() +
                                      " s; start the one that serves it, or correct the name");
     }
     double step_size() const noexcept override { return reply_[1]; }
@@ -108,10 +110,15 @@ class LocalSimulator final : public SimulatorConnection {
             const auto taken = replies_.read(reply_, time);
             return taken != Segment::torn && taken != Segment::misfit && reply_[0] == number_;
         };
-        if (command != Command::step) return wait_until(timeout_, is_answered);
+        // One that has ended answers nothing more; one that is asked first may only begin.
+        const auto is_over = [&] {
+            return is_answered() || (command != Command::tell && !replies_.has(Segment::Role::writer));
+        };
+        if (command != Command::step) return wait_until(timeout_, is_over) && is_answered();
         // Steps take as long as they take; only the end of the simulator ends them.
         for (int looked = 0; !is_answered(); ++looked) {
             if (!replies_.has(Segment::Role::writer)) return is_answered();
+            if (is_interrupted()) return false;
             sleep(looked < 1000 ? 20e-6 : 0.5e-3);
         }
         return true;
@@ -187,15 +194,25 @@ class LocalConnection final : public StreamConnection {
     }
     std::shared_ptr<SimulatorConnection> open_simulator(const std::string& server, const std::string&,
                                                         double timeout) override {
+        if (has_writer(requests_of(server)))
+            throw std::runtime_error("another program steps the simulator '" + server +
+                                     "'; end it, or step another simulator");
         return std::make_shared<LocalSimulator>(folder_, server, timeout);
     }
     std::shared_ptr<SimulatorServer> serve_simulator(const std::string& name, double step_size) override {
+        if (has_writer(replies_of(name)))
+            throw std::runtime_error("another simulator is called '" + name +
+                                     "'; end it, or give this one another name");
         return std::make_shared<LocalServer>(folder_, name, step_size);
     }
     double now() const noexcept override { return seconds(CLOCK_REALTIME); }
     void sleep_until(double time) const noexcept override { sleep(time - now()); }
 
   private:
+    bool has_writer(const std::string& stream) const {
+        return Segment(folder_, stream, 1, Segment::Role::reader).has(Segment::Role::writer);
+    }
+
     std::string folder_;
 };
 

@@ -2,6 +2,7 @@
 
 #include "BlockFactory/Core/Log.h"
 #include "bf/core/block.hpp"
+#include "bf/core/interrupt.hpp"
 #include "bf/toolbox/streams.hpp"
 #include "streams/local_network.hpp"
 
@@ -99,7 +100,9 @@ class StreamRead final : public Block {
         stamp = {at[last_stamp](0), at[last_stamp](1)};
         auto& end = *at[reader].end;
         if (wait_for_data && !end.wait(timeout))
-            return Status::failure("no message came within the timeout; look at the sender");
+            return is_interrupted()
+                       ? Status::failure(interrupted)
+                       : Status::failure("no message came within the timeout; look at the sender");
         switch (end.take(values, stamp)) {
         case Taken::wrong_size:
             return Status::failure("a message has {} elements, but argument 'size' is {}",
@@ -175,13 +178,27 @@ void sleep_until(double end) noexcept {
     }
 }
 
+/// 31 years: no run takes longer, and times of the schedule fit.
+constexpr double longest_interval = 1e9;
+
+/// What an interval between steps may be, s; 0: that of the sample time.
+std::string wrong_interval(double interval) {
+    if (interval == 0 || interval >= 1e-9) return {};
+    return "argument 'interval' is " + Value(interval).describe() +
+           " s; give at least 1e-9, or 0 for the block's sample time";
+}
+
 class RealTimeSynchronizer final : public Block {
   public:
-    using Block::Block;
-    Argument<double> interval{
-        this,
-        "interval",
-        {.initial = 0, .minimum = 0, .doc = "between two steps, s; 0: the block's sample time"}};
+    explicit RealTimeSynchronizer(const Arguments& arguments) : Block(arguments) {
+        if (auto wrong = wrong_interval(interval); !wrong.empty()) problem(std::move(wrong));
+    }
+    Argument<double> interval{this,
+                              "interval",
+                              {.initial = 0,
+                               .minimum = 0,
+                               .maximum = longest_interval,
+                               .doc = "between two steps, s; 0: the block's sample time"}};
     Argument<std::string> clock{this,
                                 "clock",
                                 {.initial = "system",
@@ -223,10 +240,15 @@ class RealTimeSynchronizer final : public Block {
         if (s.steps == 0) s.begin = now;
         const double due = s.begin + static_cast<double>(s.next) * T;
         if (now < due) {
-            if (network.index() >= 0)
-                at[network].sleep_until(due);
-            else
-                sleep_until(due);
+            // In parts, so that somebody can interrupt it.
+            for (double part = now; part < due && !is_interrupted();) {
+                part = std::min(part + 0.1, due);
+                if (network.index() >= 0)
+                    at[network].sleep_until(part);
+                else
+                    sleep_until(part);
+            }
+            if (is_interrupted()) return Status::failure(interrupted);
         } else if (s.steps > 0) {
             late = now - due;
             ++s.overruns;
@@ -257,11 +279,15 @@ class RealTimeSynchronizer final : public Block {
 
 class SimulatorSynchronizer final : public Block {
   public:
-    using Block::Block;
-    Argument<double> interval{
-        this,
-        "interval",
-        {.initial = 0, .minimum = 0, .doc = "of simulated time, s; 0: the block's sample time"}};
+    explicit SimulatorSynchronizer(const Arguments& arguments) : Block(arguments) {
+        if (auto wrong = wrong_interval(interval); !wrong.empty()) problem(std::move(wrong));
+    }
+    Argument<double> interval{this,
+                              "interval",
+                              {.initial = 0,
+                               .minimum = 0,
+                               .maximum = longest_interval,
+                               .doc = "of simulated time, s; 0: the block's sample time"}};
     Argument<std::string> server{
         this, "server", {.initial = "/clock/rpc", .doc = "name under which the simulator is stepped"}};
     Argument<std::string> client{
@@ -286,11 +312,17 @@ class SimulatorSynchronizer final : public Block {
                 "argument 'interval' is 0, but the block has no sample time; give one of both");
         Session& s = at[session];
         s = {};
-        s.simulator = at[network].open_simulator(*server, *client, timeout);
+        try {
+            s.simulator = at[network].open_simulator(*server, *client, timeout);
+        } catch (const std::runtime_error&) {
+            if (is_interrupted()) return; // the first step tells
+            throw;
+        }
         const double ratio = T / s.simulator->step_size();
         if (!(ratio > 0.5 && ratio < 1e9))
-            throw std::runtime_error("an interval of " + std::to_string(T) + " s is no number of steps of " +
-                                     std::to_string(s.simulator->step_size()) + " s of the simulator");
+            throw std::runtime_error("an interval of " + Value(T).describe() +
+                                     " s is no number of steps of " +
+                                     Value(s.simulator->step_size()).describe() + " s of the simulator");
         s.steps = static_cast<int>(std::lround(ratio));
         if (std::abs(ratio - s.steps) > 1e-6 * ratio)
             bfWarning << "SimulatorSynchronizer: an interval of " << T << " s is " << ratio
@@ -298,10 +330,14 @@ class SimulatorSynchronizer final : public Block {
     }
     Status output(Now at, Out) const noexcept override {
         Session& s = at[session];
+        if (!s.simulator) return Status::failure(interrupted);
         if (!s.is_paused && !s.simulator->pause())
-            return Status::failure("the simulator did not pause; look whether it still runs");
+            return is_interrupted()
+                       ? Status::failure(interrupted)
+                       : Status::failure("the simulator did not pause; look whether it still runs");
         s.is_paused = true;
         if (s.simulator->step(s.steps)) return ok;
+        if (is_interrupted()) return Status::failure(interrupted);
         return Status::failure("the simulator did not do its steps; look whether it still runs");
     }
     void stop(Now at) const noexcept override {
@@ -333,6 +369,7 @@ class SimulatorClock final : public Block {
     void stop(Now at) const noexcept override { at[end].end.reset(); }
     Status output(Now at, Out) const noexcept override {
         if (at[end].end->next(timeout)) return ok;
+        if (is_interrupted()) return Status::failure(interrupted);
         return Status::failure("nobody stepped the paused simulator within the timeout; look at its client");
     }
 };

@@ -55,7 +55,9 @@ bool SimulatedConnection::set_trajectory_limit(ControlMode mode, double limit) n
     return with_control([&](auto& control) { control.set_trajectory_limit(mode, limit); });
 }
 bool SimulatedConnection::write(ControlMode, const Eigen::Ref<const Vector>& references) noexcept {
-    return with_control([&](auto& control) { control.set_reference(references); });
+    // What is beyond the numbers that a scene takes asks for all that the joint can give, as they do.
+    return with_control(
+        [&](auto& control) { control.set_reference(references.cwiseMax(-1e10).cwiseMin(1e10)); });
 }
 bool SimulatedConnection::read_gains(Loop loop, Gains& gains) noexcept {
     return with_control([&](auto& control) { gains = control.gains(loop); });

@@ -42,6 +42,8 @@ class InverseKinematics {
     struct Options {
         int iterations = 50;     ///< most of one search
         double tolerance = 1e-6; ///< m and rad, of each target
+        /// Asked before each search from another posture whether to leave it.
+        bool (*is_interrupted)() noexcept = nullptr;
     };
 
     /// `moves_base`: the base pose is found, too. It cannot be where the robot's base is fixed.

@@ -31,6 +31,8 @@ class InterruptGuard {
 
     /// The number of the signal that came, or 0.
     static int signal() noexcept { return came_; }
+    /// Where that number stands.
+    static const volatile std::sig_atomic_t* flag() noexcept { return &came_; }
 
   private:
     struct sigaction before_ {};                        ///< SIGHUP

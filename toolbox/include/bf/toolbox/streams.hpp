@@ -8,6 +8,8 @@
 
 namespace bf::toolbox {
 
+// What waits here ends early when bf::is_interrupted(), as if the timeout had come.
+
 /// What belongs to a message.
 struct Stamp {
     double count = 0; ///< number of the message, as its sender counts

@@ -1,0 +1,20 @@
+// What blocks that wait look at, so that a run ends when it is asked to.
+#pragma once
+
+#include <csignal>
+
+namespace bf {
+
+/// Was the end of the run asked for, by Ctrl-C or a service manager? A block that waits for something
+/// outside, or searches for long, looks at it a few times a second, and then fails with `interrupted`.
+bool is_interrupted() noexcept;
+
+/// Whoever catches the signals of the process says which flag they set; it lasts until another one is said.
+/// Null: nobody catches them. Any thread may ask; the flag outlives the runs.
+void look_for_interrupt(const volatile std::sig_atomic_t* flag) noexcept;
+
+/// The message of a step that ended early because of it. A program that was asked to end does not call that a
+/// failure.
+inline constexpr char interrupted[] = "the wait was interrupted";
+
+} // namespace bf

@@ -1,0 +1,20 @@
+#include "bf/core/interrupt.hpp"
+
+#include <atomic>
+
+namespace bf {
+
+namespace {
+std::atomic<const volatile std::sig_atomic_t*> interrupt{nullptr}; // signals belong to the process, too
+} // namespace
+
+bool is_interrupted() noexcept {
+    const auto* flag = interrupt.load(std::memory_order_acquire);
+    return flag && *flag != 0;
+}
+
+void look_for_interrupt(const volatile std::sig_atomic_t* flag) noexcept {
+    interrupt.store(flag, std::memory_order_release);
+}
+
+} // namespace bf

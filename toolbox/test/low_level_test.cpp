@@ -366,8 +366,8 @@ TEST_P(Modes, ClampReferencesHoweverLargeToTheEffortLimits) {
             run.set("u", reference);
             for (int k = 0; k < 3; ++k) ASSERT_TRUE(run.step()) << type << ' ' << run.simulation.failure();
             EXPECT_LE(std::abs(run.scalar("world.tau_measured")), 100) << type;
-            if (type != "Position" && type != "Velocity")
-                EXPECT_EQ(run.scalar("world.tau_measured"), std::copysign(100.0, reference)) << type;
+            if (type == "Position" || type == "Velocity") continue; // they go there slowly
+            EXPECT_EQ(run.scalar("world.tau_measured"), std::copysign(100.0, reference)) << type;
         }
 }
 

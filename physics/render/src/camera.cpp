@@ -97,7 +97,7 @@ bool Camera::look(std::span<const double> q, const Eigen::Matrix4d& w_H_camera) 
     R.rightCols<2>() *= -1.0;
     std::copy_n(w_H_camera.col(3).data(), 3, data->cam_xpos + 3 * self.camera.fixedcamid);
     std::copy_n(R.data(), 9, data->cam_xmat + 9 * self.camera.fixedcamid);
-    mjv_updateScene(model, data, &self.visible, nullptr, &self.camera, mjCAT_ALL, &self.stage.scene);
+    self.stage.update(model, data, self.visible, self.camera);
     self.stage.light_around(w_H_camera(0, 3), w_H_camera(1, 3));
     if (!self.stage.canvas.bind()) return false;
     mjvScene& scene = self.stage.scene;

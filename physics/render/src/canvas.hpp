@@ -62,6 +62,13 @@ class Stage {
     Stage(const Stage&) = delete;
     Stage& operator=(const Stage&) = delete;
 
+    /// Fills the scene with what the camera sees, as a function of nothing else: MuJoCo puts floors without
+    /// end around the camera that the scene has before.
+    void update(const mjModel* model, mjData* data, const mjvOption& visible, mjvCamera& camera) {
+        mjv_updateCamera(model, data, &camera, &scene);
+        mjv_updateScene(model, data, &visible, nullptr, &camera, mjCAT_ALL, &scene);
+    }
+
     /// Draws the scene, with a text in the upper left corner, and reads what is asked for, rows from bottom
     /// to top. The canvas is bound.
     void draw(const mjrRect& whole, unsigned char* pixels, float* depths, const std::string& caption = {}) {

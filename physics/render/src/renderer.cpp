@@ -249,7 +249,7 @@ void Renderer::draw(const Marks& marks, Image& image) {
     camera.distance = self.distance;
     std::copy_n(self.looked_at->data(), 3, camera.lookat);
     mjvScene& scene = self.stage.scene;
-    mjv_updateScene(model, data, &option, nullptr, &camera, mjCAT_ALL, &scene);
+    self.stage.update(model, data, option, camera);
     self.stage.light_around((*self.looked_at)[0], (*self.looked_at)[1]);
     for (const Line& line : marks.lines)
         if (line.kind == Line::Kind::trail) add_line(scene, line);

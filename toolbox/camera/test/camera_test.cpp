@@ -108,6 +108,20 @@ TEST(WorldCamera, GivesThePlanesOfColoursBesideEachOther) {
     EXPECT_LT((at(60, 75) - at(60, 85)).norm(), 30) << "alike";
 }
 
+TEST(WorldCamera, GivesThePictureOfItsStateWhateverItDrewBefore) {
+    std::string text = model(", with_depth: true, period: 0.01"); // above a floor that has no end
+    text.replace(text.find(ahead), ahead.size(), "\"[0 0 -1 2; 1 0 0 0; 0 -1 0 0.8; 0 0 0 1]\"");
+    Running used(text);
+    for (int k = 0; k < 15; ++k) ASSERT_TRUE(used.step()) << used.simulation.failure();
+    const auto snapshot = used.simulation.snapshot();
+    Running fresh(text);
+    fresh.simulation.restore(snapshot);
+    for (Running* run : {&used, &fresh})
+        for (int k = 0; k < 10; ++k) ASSERT_TRUE(run->step()); // one more picture
+    EXPECT_EQ(used.get("camera.colour"), fresh.get("camera.colour"));
+    EXPECT_EQ(used.get("camera.depth"), fresh.get("camera.depth"));
+}
+
 TEST(WorldCamera, GivesDepthsTheNoiseThatIsAskedFor) {
     const std::string noisy = ", with_depth: true, depth_noise: \"[0.01 0.005]\"";
     const auto depths = [](Running& run, int steps = 1) {

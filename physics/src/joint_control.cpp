@@ -2,6 +2,7 @@
 
 #include "bf/base/numbers.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +14,13 @@ namespace bf::physics {
 namespace {
 
 using Eigen::Index;
+
+/// Greatest absolute eigenvalue of the linear map next(x, y).
+template <class Next> double spectral_radius(const Next& next) {
+    Eigen::Matrix3d A;
+    for (Index i = 0; i < 3; ++i) A.col(i) = next(Eigen::Vector3d(Eigen::Vector3d::Unit(i)));
+    return A.eigenvalues().cwiseAbs().maxCoeff();
+}
 
 /// One element for each joint, of none, one for all or n.
 Eigen::VectorXd of_joints(const std::string& name, const std::vector<double>& given, double otherwise,
@@ -80,6 +88,26 @@ Motors::Motors(const MotorOptions& options, const std::vector<std::string>& join
     const Eigen::MatrixXd impedance = rows_of_joints("impedance_gains", "K D", options.impedance_gains, soft);
     stiffness = impedance.col(0);
     damping = impedance.col(1);
+}
+
+double LoopGrowth::position(double inertia, double damping, double step, int steps) const {
+    return spectral_radius([&](Eigen::Vector3d x) { // position, velocity, integral of the error
+        x[2] -= x[0] * step * steps;
+        const double tau = -P * x[0] + I * x[2] - D * x[1];
+        for (int k = 0; k < steps; ++k) {
+            x[1] = (inertia * x[1] + step * tau) / (inertia + step * damping);
+            x[0] += step * x[1];
+        }
+        return x;
+    });
+}
+
+double LoopGrowth::torque(double k_tau, double period) const {
+    return spectral_radius([&](const Eigen::Vector3d& x) { // torque, integral of the error, last error
+        const double error = -x[0], integral = x[1] + error * period;
+        const double pid = P * error + I * integral + D * (error - x[2]) / period;
+        return Eigen::Vector3d(pid / k_tau, integral, error);
+    });
 }
 
 JointControl::JointControl(Motors motors, int command_delay) : motors_(std::move(motors)) {
@@ -189,6 +217,19 @@ const Eigen::VectorXd& JointControl::advance(double period, const Vector& s, con
     }
     has_error_ = true;
     return command_;
+}
+
+double JointControl::damping(Eigen::Index i) const noexcept {
+    switch (mode_) {
+    case ControlMode::position:
+    case ControlMode::position_direct:
+    case ControlMode::velocity: return position_.D[i];
+    case ControlMode::impedance: return motors_.damping[i];
+    case ControlMode::pwm: return motors_.parameters.k_bemf[i] / motors_.parameters.k_tau[i];
+    case ControlMode::torque:
+    case ControlMode::current: break;
+    }
+    return 0.0;
 }
 
 template <class Self, class F> void JointControl::for_each(Self& self, F&& f) {

@@ -172,6 +172,17 @@ void take_actuators(mjSpec* spec, const RobotOptions& options, Mjcf& robot) {
     });
 }
 
+/// An actuator with torque = -control velocity, which MuJoCo's implicit integrator takes as it takes the
+/// damping of position actuators.
+void add_damper(mjSpec* spec, const std::string& joint) {
+    mjsActuator* damper = add_motor(spec, damper_of(joint), joint);
+    damper->gaintype = mjGAIN_AFFINE;
+    std::fill_n(damper->gainprm, mjNGAIN, 0.0);
+    damper->gainprm[2] = -1.0;
+    damper->armature = 0.0; // the motor has what the file's defaults say
+    std::fill_n(damper->damping, mjNPOLY + 1, 0.0);
+}
+
 void read_key(const mjModel* model, const std::string& key, const fs::path& file, Mjcf& robot) {
     if (key.empty()) return;
     const int id = mj_name2id(model, mjOBJ_KEY, key.c_str());
@@ -272,6 +283,7 @@ Mjcf read_mjcf(SceneRobot& robot) {
     visit_all(spec, mjOBJ_KEY, [&](mjsElement* element) { mjs_delete(spec, element); });
     take_actuators(spec, options, result);
     add_motors(spec, options);
+    for (const auto& [joint, gains] : result.gains) add_damper(spec, joint);
     add_marks(spec, options);
     visit_all(spec, mjOBJ_BODY, [&](mjsElement* element) { // a fixed base keeps its mass and its place
         const mjsBody* parent = mjs_getParent(element);

@@ -135,6 +135,8 @@ void RobotIndex::find(const mjModel* m, const RobotOptions& options, const std::
         position.push_back(m->jnt_qposadr[joint]);
         velocity.push_back(m->jnt_dofadr[joint]);
         motors.push_back(id_of(m, mjOBJ_ACTUATOR, prefix + mark(options.joints[static_cast<size_t>(i)])));
+        dampers.push_back(mj_name2id(m, mjOBJ_ACTUATOR,
+                                     (prefix + damper_of(options.joints[static_cast<size_t>(i)])).c_str()));
         if (m->jnt_limited[joint]) {
             lower_limits[i] = m->jnt_range[2 * joint];
             upper_limits[i] = m->jnt_range[2 * joint + 1];
@@ -225,7 +227,54 @@ void RobotIndex::drive(const mjModel* m, const RobotOptions& options, const Moto
     loop_steps = std::max(1, steps_of("loop_period", loop_period, m->opt.timestep, "the time step"));
     command_delay = steps_of("command_delay", options.imperfections.delays.command,
                              loop_steps * m->opt.timestep, "the period of the loops");
-    drives.emplace(motors_given, options.joints, joint_inertias(m, *this, start));
+    inertias = joint_inertias(m, *this, start);
+    drives.emplace(motors_given, options.joints, inertias);
+    // MuJoCo's other integrator takes no actuator implicitly, and what is held for longer is not implicit.
+    if (loop_steps > 1 || m->opt.integrator != mjINT_IMPLICITFAST) dampers.assign(motors.size(), -1);
+}
+
+std::vector<std::string> RobotIndex::unstable_loops(const mjModel* m, const RobotOptions& options) const {
+    const double step = m->opt.timestep, period = loop_steps * step;
+    std::vector<std::string> all;
+    const auto check = [&](double growth, const std::string& joint, const auto&... text) {
+        if (growth <= 1.0 + 1e-4) return; // what grows more slowly is lost in friction
+        std::ostringstream line;
+        line << "joint '" << joint << "': ";
+        (line << ... << text);
+        line << "; as it is, what disturbs the loop grows " << growth << "-fold in each period";
+        all.push_back(line.str());
+    };
+    for (Eigen::Index i = 0; i < n(); ++i) {
+        const auto at = static_cast<size_t>(i);
+        const std::string& joint = options.joints[at];
+        const double inertia = inertias[i], damping = m->dof_damping[velocity[at]];
+        const auto growth = [&](double P, double I, double D) {
+            const bool is_implicit = dampers[at] >= 0;
+            return LoopGrowth{P, I, is_implicit ? 0.0 : D}.position(
+                inertia, is_implicit ? damping + D : damping, step, loop_steps);
+        };
+        const auto remedy = [&] {
+            std::ostringstream text;
+            text
+                << ", which a loop of " << period << " s cannot hold with the inertia of " << inertia
+                << " that the joint sees at the start; lower the gains (D is to be below 2 inertia / period, "
+                << 2 * inertia / period << ", P below 4 inertia / period^2, "
+                << 4 * inertia / (period * period) << "), shorten the step or loop_period, or add armature";
+            return text.str();
+        };
+        const Gains& p = drives->position;
+        check(growth(p.P[i], p.I[i], p.D[i]), joint, "its position_gains are P ", p.P[i], ", I ", p.I[i],
+              ", D ", p.D[i], remedy());
+        const double K = drives->stiffness[i], D = drives->damping[i];
+        check(growth(K, 0.0, D), joint, "its impedance_gains are K ", K, ", D ", D, remedy());
+        const Gains& t = drives->torque;
+        const double k_tau = drives->parameters.k_tau[i];
+        check(LoopGrowth{t.P[i], t.I[i], t.D[i]}.torque(k_tau, period), joint, "its torque_gains are P ",
+              t.P[i], ", I ", t.I[i], ", D ", t.D[i], " at a k_tau of ", k_tau,
+              ", but the loop measures the torque of its last period; keep P + 2 D / period + I period / 2 "
+              "below k_tau");
+    }
+    return all;
 }
 
 void measure_now(const mjModel* m, const mjData* d, const RobotIndex& robot, const RobotLayout& at,

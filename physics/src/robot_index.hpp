@@ -15,6 +15,8 @@ struct RobotIndex {
     std::vector<int> position; ///< n, joint → index in qpos
     std::vector<int> velocity; ///< n, joint → index in qvel
     std::vector<int> motors;   ///< n, joint → index in ctrl
+    /// n, joint → index in ctrl of the actuator that makes the velocity's part of the loop implicit, or -1.
+    std::vector<int> dampers;
     std::vector<int> ft_sites, push_sites, foot_sites;
     std::vector<int>
         foot_of_geom; ///< per geom: number of the foot that it belongs to, or -1; without feet none
@@ -33,8 +35,9 @@ struct RobotIndex {
 
     /// The motors, and the loops that drive them.
     std::optional<Motors> drives;
-    int loop_steps = 1;    ///< time steps from one advance of the loops to the next
-    int command_delay = 0; ///< advances until references arrive
+    Eigen::VectorXd inertias; ///< n, kg m2, that the joints see at the start
+    int loop_steps = 1;       ///< time steps from one advance of the loops to the next
+    int command_delay = 0;    ///< advances until references arrive
 
     /// Looks everything up that make_robot named. Throws std::runtime_error for a force/torque sensor that
     /// carries no mass, and for a delay that is no multiple of the time step.
@@ -42,6 +45,8 @@ struct RobotIndex {
     /// Fills in motors and loops. `start` is qpos at the start. Throws std::runtime_error.
     void drive(const mjModel* m, const RobotOptions& options, const MotorOptions& motors, double loop_period,
                const Eigen::VectorXd& start);
+    /// A text for each loop that lets a disturbance grow at its period, by joint, gains and remedy.
+    std::vector<std::string> unstable_loops(const mjModel* m, const RobotOptions& options) const;
     JointControl control() const { return JointControl(*drives, command_delay); }
     int n() const { return static_cast<int>(position.size()); }
 };

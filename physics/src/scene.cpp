@@ -210,6 +210,9 @@ void Scene::Impl::make_loops() {
                 if (const auto found = starts[r].gains.find(joints[i]); found != starts[r].gains.end())
                     std::tie(gains.P[static_cast<Eigen::Index>(i)], gains.D[static_cast<Eigen::Index>(i)]) =
                         found->second;
+            for (const std::string& line : robots[r].unstable_loops(model.get(), robot.options))
+                loop_warnings.push_back(begin_of_message(robot.where) +
+                                        (robot.name.empty() ? "" : "robot '" + robot.name + "': ") + line);
         } catch (const std::exception& error) {
             refuse(robot, error);
         }
@@ -321,5 +324,6 @@ std::vector<std::string> Scene::position_names() const {
 }
 const std::vector<std::string>& Scene::bodies() const { return impl_->bodies; }
 const std::vector<std::string>& Scene::warnings() const { return impl_->warnings; }
+const std::vector<std::string>& Scene::loop_warnings() const { return impl_->loop_warnings; }
 
 } // namespace bf::physics

@@ -45,7 +45,7 @@ struct Scene::Impl {
     std::vector<std::vector<std::string>> actuators; ///< per robot, those of the file
     std::vector<int> controls;                       ///< these, in ctrl
     std::vector<RobotStart> starts;
-    std::vector<std::string> warnings, bodies;
+    std::vector<std::string> warnings, loop_warnings, bodies;
     std::map<std::string, Frame> links; ///< that are fixed to bodies
     Eigen::VectorXd start;              ///< nq, qpos at t = 0
     double fingerprint = 0.0;           ///< a whole number, of all that decides how a state goes on

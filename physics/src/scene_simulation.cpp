@@ -160,10 +160,19 @@ void SceneSimulation::Impl::apply_inputs(const Disturbance& disturbance) noexcep
                 controls[r].advance(every * model->opt.timestep, measured.s, measured.s_dot, measured.tau);
         }
         const Eigen::VectorXd& torques = controls[r].torques();
-        // MuJoCo takes no larger number, and clamps to the limits of effort only what it has taken.
-        for (size_t i = 0; i < robot.motors.size(); ++i)
-            data->ctrl[robot.motors[i]] =
-                std::clamp(torques[static_cast<Eigen::Index>(i)], -mjMAXVAL, mjMAXVAL);
+        for (size_t i = 0; i < robot.motors.size(); ++i) {
+            const auto joint = static_cast<Eigen::Index>(i);
+            double& torque = data->ctrl[robot.motors[i]];
+            // MuJoCo takes no larger number, and clamps to the limits of effort only what it has taken.
+            torque = std::clamp(torques[joint], -mjMAXVAL, mjMAXVAL);
+            if (robot.dampers[i] < 0) continue;
+            // Motor and damper give the torque together, as far as it depends on the velocity by the damper,
+            // which the integrator differentiates. What stands at its limit does not depend on it.
+            const bool depends = *in(at.torques[r]) == 0.0 && std::abs(torque) < robot.effort_limits[joint];
+            const double damping = depends ? controls[r].damping(joint) : 0.0;
+            data->ctrl[robot.dampers[i]] = damping;
+            torque = std::clamp(torque + damping * data->qvel[robot.velocity[i]], -mjMAXVAL, mjMAXVAL);
+        }
     }
     std::fill_n(data->xfrc_applied, 6 * model->nbody, 0.0);
     // MuJoCo applies it at the centre of the body, which is the link with all that is fused to it.

@@ -358,6 +358,18 @@ void add_marks(mjSpec* spec, const RobotOptions& options) {
     }
 }
 
+mjsActuator* add_motor(mjSpec* spec, const std::string& name, const std::string& joint) {
+    mjsActuator* motor = mjs_addActuator(spec, nullptr);
+    motor->trntype = mjTRN_JOINT;
+    mjs_setName(motor->element, name.c_str());
+    mjs_setString(motor->target, joint.c_str());
+    mjs_setToMotor(motor);
+    motor->ctrllimited = motor->forcelimited = mjLIMITED_FALSE; // whatever a file's defaults say
+    std::fill_n(motor->gear, 6, 0.0);
+    motor->gear[0] = 1.0;
+    return motor;
+}
+
 void add_motors(mjSpec* spec, const RobotOptions& options) {
     for (size_t i = 0; i < options.joints.size(); ++i) {
         const std::string& name = options.joints[i];
@@ -365,14 +377,7 @@ void add_motors(mjSpec* spec, const RobotOptions& options) {
         joint->armature = entry(options.armature, i, joint->armature);
         joint->damping[0] = entry(options.damping, i, joint->damping[0]);
         joint->frictionloss = entry(options.friction, i, joint->frictionloss);
-        mjsActuator* motor = mjs_addActuator(spec, nullptr);
-        motor->trntype = mjTRN_JOINT;
-        mjs_setName(motor->element, mark(name).c_str());
-        mjs_setString(motor->target, name.c_str());
-        mjs_setToMotor(motor);
-        motor->ctrllimited = motor->forcelimited = mjLIMITED_FALSE; // whatever a file's defaults say
-        std::fill_n(motor->gear, 6, 0.0);
-        motor->gear[0] = 1.0;
+        add_motor(spec, mark(name), name);
         if (const double backlash = entry(options.imperfections.backlash, i, 0.0); backlash > 0.0)
             add_play(spec, *joint, name, backlash);
     }

@@ -57,6 +57,11 @@ inline double entry(const std::vector<double>& list, size_t i, double otherwise)
     return list.empty() ? otherwise : list[list.size() == 1 ? 0 : i];
 }
 
+/// An actuator that gives a joint the torque that is its control, without limits.
+mjsActuator* add_motor(mjSpec* spec, const std::string& name, const std::string& joint);
+/// The name of the actuator whose control is a damping of the joint.
+inline std::string damper_of(const std::string& joint) { return mark("damper:" + joint); }
+
 /// Adds motors to the joints of `options` and gives these what it says of them. Throws std::runtime_error
 /// for backlash of a joint whose motor has no inertia.
 void add_motors(mjSpec* spec, const RobotOptions& options);

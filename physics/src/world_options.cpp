@@ -30,15 +30,17 @@ class Complaints {
   public:
     template <typename... Parts> void require(bool rule, const Parts&... parts) {
         if (rule) return;
-        text_ << "\n- ";
+        text_ << (count_++ > 0 ? "\n- " : "");
         (text_ << ... << parts);
     }
     void report() const {
-        if (!text_.str().empty()) throw std::invalid_argument("world options:" + text_.str());
+        if (count_ == 0) return;
+        throw std::invalid_argument((count_ > 1 ? "world options:\n- " : "") + text_.str());
     }
 
   private:
     std::ostringstream text_;
+    int count_ = 0;
 };
 
 void check_list(Complaints& complaints, const char* name, const std::vector<double>& values, size_t n,

@@ -1,4 +1,5 @@
 #include "bf/physics/scene.hpp"
+#include "complaints.hpp"
 #include "robots.hpp"
 
 #include <array>
@@ -6,6 +7,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <limits>
+#include <tuple>
 
 namespace bf::physics::test::joint_control {
 
@@ -165,6 +167,80 @@ TEST(JointControl, SeesTheInertiaOfFollowersToo) {
     options.armature = {0.1};
     SceneSimulation sim(std::make_shared<const Scene>(options));
     EXPECT_NEAR(sim.control(0).gains(Loop::position).P[0], 900.0 * (0.5 + 0.1 + 2.0 * 2.0 * 0.3), 1e-9);
+}
+TEST(JointControl, WarnsOfGainsExactlyWhereALoopCannotHoldThem) {
+    struct Case {
+        Eigen::RowVector3d gains; ///< P I D
+        double loop_period;
+        bool grows;
+    };
+    const std::vector<Case> cases{
+        {{1, 0, 0.99 * 2 * I / 1e-3}, 0, false}, // D = 2 I / T
+        {{1, 0, 1.01 * 2 * I / 1e-3}, 0, true},
+        {{1, 0, 0.99 * 2 * I / 1e-2}, 1e-2, false},
+        {{1, 0, 1.01 * 2 * I / 1e-2}, 1e-2, true},
+        {{0.99 * 4 * I / 1e-6, 0, 0}, 0, false}, // P = 4 I / T^2
+        {{1.01 * 4 * I / 1e-6, 0, 0}, 0, true},
+        {{0.99 * 2 * I / 1e-6, 0, 0.99 * I / 1e-3}, 0, false},
+        {{1.01 * 2 * I / 1e-6, 0, 1.01 * I / 1e-3}, 0, true},
+        {{5000, 0, 25}, 1e-2, false}, // D = P T 9 / 20, as ten steps hold the torque
+        {{5000, 0, 20}, 1e-2, true},
+        {{50, 300, 4}, 0, false}, // the integral = P D / I
+        {{50, 500, 4}, 0, true}};
+    for (const Case& given : cases) {
+        SceneOptions options = flywheel(1e-3);
+        options.robots[0].loop_period = given.loop_period;
+        options.robots[0].motors.position_gains = given.gains;
+        const auto scene = std::make_shared<const Scene>(options);
+        SceneSimulation sim(scene);
+        drive(sim, ControlMode::position_direct, 1e-9);
+        double early = 0.0, late = 0.0; // speeds
+        for (int k = 0; k < 8000 && late <= 2 * early + 1e-6; ++k) {
+            ASSERT_TRUE(sim.step()) << sim.error();
+            double& greatest = k < 1000 ? early : late;
+            greatest = std::max(greatest, std::abs(sim.s_dot(0)[0]));
+            if (early > 1.0) break;
+        }
+        EXPECT_EQ(early > 1.0 || late > 2 * early, given.grows) << given.gains;
+        EXPECT_EQ(scene->loop_warnings().size(), given.grows ? 1u : 0u) << given.gains;
+    }
+}
+TEST(JointControl, WarnsOfATorqueLoopThatMultipliesItsError) {
+    for (const auto& [P, I, D, grows] : {std::tuple{1.9, 0.0, 0.0, false},
+                                         {2.1, 0.0, 0.0, true},
+                                         {0.0, 3900.0, 0.0, false},
+                                         {0.0, 4100.0, 0.0, true},
+                                         {0.0, 0.0, 0.9e-3, false},
+                                         {0.0, 0.0, 1.1e-3, true}}) {
+        SceneOptions options = flywheel(1e-3);
+        options.robots[0].motors.torque_gains = Eigen::RowVector3d(P, I, D);
+        const auto scene = std::make_shared<const Scene>(options);
+        SceneSimulation sim(scene);
+        drive(sim, ControlMode::torque, 1e-6);
+        for (int k = 0; k < 500; ++k) ASSERT_TRUE(sim.step()) << sim.error();
+        EXPECT_EQ(std::abs(sim.tau(0)[0]) > 1e-4, grows) << P << " " << I << " " << D;
+        EXPECT_EQ(scene->loop_warnings().size(), grows ? 1u : 0u) << P << " " << I << " " << D;
+    }
+}
+TEST(JointControl, NamesRobotJointGainsAndRemedyOfAnUnstableLoop) {
+    SceneOptions options = flywheel(1e-3);
+    options.robots[0].where = "'world.xml', line 3";
+    options.robots[0].motors.position_gains = Eigen::RowVector3d(5000, 0, 2000);
+    options.robots[0].motors.impedance_gains = Eigen::RowVector2d(0, 2000);
+    options.robots[0].motors.torque_gains = Eigen::RowVector3d(3, 0, 0);
+    const Scene scene(options);
+    ASSERT_EQ(scene.loop_warnings().size(), 3u);
+    EXPECT_EQ(scene.loop_warnings()[0],
+              "'world.xml', line 3: robot 'wheel': joint 'axle': its position_gains are P 5000, I 0, D 2000, "
+              "which a loop of 0.001 s cannot hold with the inertia of 0.5 that the joint sees at the start; "
+              "lower the gains (D is to be below 2 inertia / period, 1000, P below 4 inertia / period^2, "
+              "2e+06), shorten the step or loop_period, or add armature; as it is, what disturbs the loop "
+              "grows 3.0075-fold in each period");
+    expect_contains(scene.loop_warnings()[1], {"its impedance_gains are K 0, D 2000, which a loop of"});
+    EXPECT_EQ(scene.loop_warnings()[2],
+              "'world.xml', line 3: robot 'wheel': joint 'axle': its torque_gains are P 3, I 0, D 0 at a "
+              "k_tau of 2, but the loop measures the torque of its last period; keep P + 2 D / period + I "
+              "period / 2 below k_tau; as it is, what disturbs the loop grows 1.5-fold in each period");
 }
 TEST(JointControl, RefusesWhatIsNoGainByItsNameAndJoint) {
     const auto complaint = [](auto&& change) {

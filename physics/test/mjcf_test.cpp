@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <memory>
+#include <mujoco/mujoco.h>
 #include <numbers>
 
 namespace bf::physics::test::mjcf {
@@ -111,6 +113,56 @@ TEST(Mjcf, IsTakenAsItIs) {
     sim.set_torque(1, std::array{2.0, 0.0});
     ASSERT_TRUE(sim.step());
     EXPECT_EQ(sim.tau(1)[0], 2.0) << "no gear and no limit of the file's default for motors";
+}
+
+TEST(Mjcf, MovesAsMujocoMovesItWithItsPositionActuators) {
+    // The second joint's damping alone would turn its velocity over 4 times in each explicit step.
+    const Folder folder("stiff");
+    const fs::path file =
+        folder.write("stiff.xml", R"(<mujoco><option integrator="implicitfast" timestep="0.001"/>
+      <worldbody><body name="base"><geom type="box" size=".05 .05 .05" mass="1"/>
+        <body name="l1" pos="0 0 .5"><joint name="a1" axis="0 1 0" damping="0.1"/><geom type="capsule" fromto="0.05 0 0 .3 0 0" size=".02" mass="1"/>
+          <body name="l2" pos=".4 0 0"><joint name="a2" axis="0 1 0"/><geom type="capsule" fromto="0.05 0 0 .3 0 0" size=".02" mass=".5"/></body></body></body></worldbody>
+      <actuator><position joint="a1" kp="50" kv="3" forcerange="-20 20"/><position joint="a2" kp="1000" kv="100" forcerange="-500 500"/></actuator></mujoco>)");
+    std::array<char, 256> error{};
+    const std::unique_ptr<mjModel, decltype(&mj_deleteModel)> model(
+        mj_loadXML(file.c_str(), nullptr, error.data(), std::ssize(error)), mj_deleteModel);
+    ASSERT_TRUE(model) << error.data();
+    for (const double size : {0.3, 0.6}) { // within the limits of the forces, and beyond at first
+        const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(model.get()), mj_deleteData);
+        SceneSimulation sim = simulate({robot("arm", file)});
+        EXPECT_TRUE(sim.scene().loop_warnings().empty());
+        sim.set_mode(0, ControlMode::position_direct);
+        const Eigen::Vector2d reference(size, -0.7 * size);
+        sim.control(0).set_reference(reference);
+        std::copy_n(reference.data(), 2, data->ctrl);
+        std::vector<double> state(static_cast<size_t>(sim.state_size()));
+        for (int k = 0; k < 400; ++k) {
+            ASSERT_TRUE(sim.step()) << sim.error();
+            mj_step(model.get(), data.get());
+            ASSERT_NEAR(sim.s(0)[0], data->qpos[0], 1e-9) << size << " " << k;
+            ASSERT_NEAR(sim.s(0)[1], data->qpos[1], 1e-9) << size << " " << k;
+            ASSERT_NEAR(sim.tau(0)[1], data->qfrc_actuator[1], 1e-6) << size << " " << k;
+            if (k == 100) sim.save(state.data());
+        }
+        const Eigen::Vector2d end = sim.s(0);
+        sim.restore(state.data());
+        for (int k = 101; k < 400; ++k) ASSERT_TRUE(sim.step());
+        EXPECT_EQ(sim.s(0), end);
+        sim.set_torque(0, std::array{0.5, -0.25}); // nothing of the loops is left in it
+        ASSERT_TRUE(sim.step());
+        EXPECT_EQ(sim.tau(0), Eigen::Vector2d(0.5, -0.25));
+    }
+    SceneOptions explicit_loops;
+    explicit_loops.robots = {robot("arm", file)};
+    explicit_loops.integrator = Integrator::euler;
+    const Scene euler(explicit_loops);
+    ASSERT_EQ(euler.loop_warnings().size(), 1u);
+    expect_contains(euler.loop_warnings()[0],
+                    {"robot 'arm': joint 'a2': its position_gains are P 1000, I 0, D 100, which a loop of"});
+    explicit_loops.integrator = Integrator::implicit_fast;
+    explicit_loops.robots[0].loop_period = 0.002;
+    EXPECT_EQ(Scene(explicit_loops).loop_warnings().size(), 1u);
 }
 
 TEST(Mjcf, MayBeOneOfSeveralBodiesOfAFile) {

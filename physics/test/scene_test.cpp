@@ -463,6 +463,11 @@ TEST(Scene, RefusesWhatAFileSaysWrongWithItsLine) {
     expect_contains(
         in_world("<robot name='a' file='arm.urdf' initial='4'/>"),
         {"line 2: robot 'a': the initial position of joint 'shoulder' is 4; the robot's file limits"});
+    EXPECT_TRUE(in_world("<robot name='a' file='arm.urdf' dropout='1'/>")
+                    .ends_with("line 2: robot 'a': dropout is 1; it is a probability, from 0 to below 1"));
+    const std::string missing = in_world("<robot name='a' file='armx.urdf'/>");
+    expect_contains(missing, {"line 2: robot 'a': cannot read the URDF '", "armx.urdf"});
+    EXPECT_EQ(missing.find("working directory"), missing.npos) << "the folder of the description is meant";
     expect_contains(in_world("<robot name='a' file='arm.urdf' imu='head'/>"),
                     {"line 2: robot 'a': ", "has no link 'head', wanted as frame of the IMU"});
     EXPECT_NE(complaint(std::string("<world>") + robot + "<box name='floor'/></world>"), "");

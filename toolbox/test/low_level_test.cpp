@@ -1,4 +1,5 @@
 // Modes, loops and motors of the simulated robot, and the blocks that read and change them.
+#include "BlockFactory/Core/Log.h"
 #include "running.hpp"
 
 #include <cmath>
@@ -371,6 +372,27 @@ TEST_P(Modes, ClampReferencesHoweverLargeToTheEffortLimits) {
         }
 }
 
+TEST_P(LowLevelPIDs, WarnAtThePeriodThatTheyHave) {
+    using blockfactory::core::Log;
+    const double most = 2 * inertia() / h; // D that a loop of a period h holds
+    for (const double D : {0.9 * most, 1.1 * most}) {
+        Log::getSingleton().clear();
+        const Running run(arm(", position_gains: \"[0 0 " + std::to_string(D) + "]\"", ""));
+        const std::string warnings = Log::getSingleton().getWarnings();
+        if (D < most)
+            EXPECT_EQ(warnings, "");
+        else
+            expect_contains(warnings, "joint 'l_shoulder_yaw': its position_gains are P 0, I 0, D ");
+    }
+    if (GetParam() == Worlds::mujoco) { // whose period is that of its block
+        Log::getSingleton().clear();
+        const Running run(
+            arm(", period: 0.01, position_gains: \"[0 0 " + std::to_string(0.2 * most) + "]\"", ""));
+        expect_contains(Log::getSingleton().getWarnings(), "which a loop of 0.01 s cannot hold");
+    }
+    Log::getSingleton().clear();
+}
+
 TEST_P(LowLevelPIDs, RefuseWhatTheRobotDoesNotHave) {
     const auto with = [](const std::string& settings) {
         return refusal(arm("", "  pid: {block: WholeBodyToolbox/SetLowLevelPID" + settings + "}\n"));
@@ -387,7 +409,7 @@ TEST_P(LowLevelPIDs, RefuseWhatTheRobotDoesNotHave) {
         "pid: D was not given; give the gain, or keep the robot's by set_P, set_I or set_D: false");
     expect_contains(refusal(arm(", position_gains: \"[1 2 3; 4 5 6]\"", "")),
                     "'position_gains' is 2x3; give finite rows P I D");
-    expect_contains(refusal(arm(", k_tau: 0", "")), "'k_tau' has 0.000000 for joint 'l_shoulder_yaw'");
+    expect_contains(refusal(arm(", k_tau: 0", "")), "'k_tau' has 0 for joint 'l_shoulder_yaw'");
     expect_contains(refusal(arm(", gear_ratio: \"[1 2]\"", "")),
                     "'gear_ratio' has 2 elements, but there are 1 joints");
 }

@@ -308,7 +308,9 @@ void add_robot(Library& library) {
             "Errors: a measured_type that the robot does not have; a measurement that fails in a step.")
         .add<GetSensor>("GetSensor",
                         "Reading of a force/torque sensor or an inertial sensor of the robot. "
-                        "wrench: 6, force [N] and moment [Nm] in sensor axes. imu: 12, roll pitch yaw [rad], "
+                        "wrench: 6, force [N] and moment [Nm] at the sensor in sensor axes; of a simulated "
+                        "robot what the child's side exerts on the parent's, so that a tool at rest with z "
+                        "up reads -m g in z. imu: 12, roll pitch yaw [rad], "
                         "acceleration minus gravity [m/s2] and "
                         "angular velocity [rad/s] in sensor axes, magnetic field. "
                         "Errors: a sensor that the robot does not have; the text lists those it has.")

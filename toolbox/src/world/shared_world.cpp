@@ -79,6 +79,7 @@ class World final : public Block {
         for (const auto& robot : options.robots) made->sensors.push_back(robot.options.ft_sensors);
         made->scene = std::make_shared<const physics::Scene>(std::move(options));
         for (const auto& warning : made->scene->warnings()) bfWarning << warning;
+        for (const auto& warning : made->scene->loop_warnings()) bfWarning << warning;
         return made;
     }
     const std::string file_, folder_;
@@ -97,12 +98,13 @@ class WorldRobot final : public Block {
               if (!world.is_bound()) return std::nullopt;
               return world->scene->joint_names(world->scene->robot(*robot));
           }};
-    Output<Vector> s{this, "s", {.shape = {n}, .unit = unit<"rad">, .doc = "joint positions"}};
-    Output<Vector> s_dot{this, "s_dot", {.shape = {n}, .unit = unit<"rad/s">, .doc = "joint velocities"}};
+    Output<Vector> s{this, "s", {.shape = {n}, .unit = unit<"rad">, .doc = "measured joint positions"}};
+    Output<Vector> s_dot{
+        this, "s_dot", {.shape = {n}, .unit = unit<"rad/s">, .doc = "measured joint velocities"}};
     Output<Vector> tau_measured{
         this,
         "tau_measured",
-        {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques of the last interval"}};
+        {.shape = {n}, .unit = unit<"Nm">, .doc = "measured joint torques of the last interval"}};
     Output<Transform> w_H_b{this, "w_H_b", {.unit = mixed_units, .doc = "pose of the base in the world"}};
     Output<Vector6> v_b{this, "v_b", {.unit = mixed_units, .doc = base_velocity_doc}};
     Output<Vector3> com{this, "com", {.unit = unit<"m">, .doc = "centre of mass of the robot in the world"}};
@@ -233,7 +235,9 @@ void add_shared_world(Library& library) {
             "ends the run.")
         .add<WorldRobot>(
             "WorldRobot",
-            "One robot of the World around it: its state now. It is the robot that GetMeasurement, "
+            "One robot of the World around it now: what its joints measure, with noise, delays, dropouts and "
+            "ticks, as GetMeasurement reads it, and where base and centre of mass truly are. True joint "
+            "positions are among `q` of the World. It is the robot that GetMeasurement, "
             "GetSensor, "
             "GetLimits, SetReferences, SetLowLevelPID and SetMotorParameters in its subsystem and below use; "
             "references are held until the next ones. Each robot of a world has a subsystem of its own. "

@@ -69,7 +69,10 @@ class MujocoWorld final : public RobotBlock {
         "joint_friction",
         {.minimum = 0, .doc = "Coulomb friction of the joints, Nm; 0 switches it off; none: the URDF's"}};
     Argument<std::vector<double>> gear_ratio{
-        this, "gear_ratio", {.initial = {1}, .doc = "turns of the motors for one of the joints"}};
+        this,
+        "gear_ratio",
+        {.initial = {1},
+         .doc = "turns of the motors for one of the joints; below 0 they turn the other way"}};
     Argument<std::vector<double>> torque_constant{
         this,
         "torque_constant",
@@ -89,7 +92,8 @@ class MujocoWorld final : public RobotBlock {
     Argument<Matrix> torque_gains{this,
                                   "torque_gains",
                                   {.doc = "rows P I D of the loop behind control_type: Torque, in PWM per "
-                                          "Nm, Nm s and Nm/s; none: zeros"}};
+                                          "Nm, Nm s and Nm/s; stable while P + 2 D / period < k_tau; none: "
+                                          "zeros"}};
     Argument<Matrix> impedance_gains{
         this,
         "impedance_gains",
@@ -175,12 +179,13 @@ class MujocoWorld final : public RobotBlock {
              "a force that takes hold of the robot: number of a body, as the editor counts them (0: none); "
              "x y z of a point in its frame, m; force there in world axes, N"}};
 
-    Output<Vector> s{this, "s", {.shape = {n}, .unit = unit<"rad">, .doc = "joint positions"}};
-    Output<Vector> s_dot{this, "s_dot", {.shape = {n}, .unit = unit<"rad/s">, .doc = "joint velocities"}};
+    Output<Vector> s{this, "s", {.shape = {n}, .unit = unit<"rad">, .doc = "measured joint positions"}};
+    Output<Vector> s_dot{
+        this, "s_dot", {.shape = {n}, .unit = unit<"rad/s">, .doc = "measured joint velocities"}};
     Output<Vector> tau_measured{
         this,
         "tau_measured",
-        {.shape = {n}, .unit = unit<"Nm">, .doc = "joint torques of the last interval"}};
+        {.shape = {n}, .unit = unit<"Nm">, .doc = "measured joint torques of the last interval"}};
     Output<Transform> w_H_b{this, "w_H_b", {.unit = mixed_units, .doc = base_pose_doc}};
     Output<Vector6> v_b{this, "v_b", {.unit = mixed_units, .doc = base_velocity_doc}};
     Output<Vector3> com{this, "com", {.unit = unit<"m">, .doc = "centre of mass of the robot in the world"}};
@@ -324,7 +329,8 @@ class MujocoWorld final : public RobotBlock {
 void add_world(Library& library) {
     library.group("world").add<MujocoWorld>(
         "MujocoWorld",
-        "The configured robot in a MuJoCo physics world, in lockstep: outputs are the state now, the update "
+        "The configured robot in a MuJoCo physics world, in lockstep: outputs are of now, those of joints as "
+        "GetMeasurement reads them, with noise and imperfections, the others true; the update "
         "advances the world by the "
         "block's period. "
         "Inputs are held over the interval: joint torques `tau` [n], clamped to the URDF's effort limits, "

@@ -65,6 +65,21 @@ struct Motors {
     Eigen::VectorXd stiffness, damping;
 };
 
+/// What one loop is, for its stability: by how much a disturbance grows in a period T, which is the spectral
+/// radius of the loop from one sampling instant to the next (K. Åström, B. Wittenmark, Computer-Controlled
+/// Systems, 1997, chapter 3). It is stable below 1.
+struct LoopGrowth {
+    double P, I, D;
+
+    /// Of a loop of positions, whose torque is held for `steps` time steps of `step` s, on a joint of an
+    /// inertia (kg m2) and a damping (Nm s/rad) that the integrator takes implicitly. Of one time step and
+    /// without I and damping it is stable while D > 0 and 2 D T / inertia + P T^2 / inertia < 4.
+    double position(double inertia, double damping, double step, int steps) const;
+    /// Of a loop of torques, which measures the torque of the last period: stable while
+    /// P + 2 D / T + I T / 2 < k_tau and |D| / T < k_tau.
+    double torque(double k_tau, double period) const;
+};
+
 /// The loops of all joints. The motor torque in each mode, with the reference r, the motor's true k_tau and
 /// k_bemf, and k'_tau and k'_bemf as the loop believes them:
 ///
@@ -112,6 +127,8 @@ class JointControl {
     const Eigen::VectorXd& pass(const Vector& tau) noexcept;
     /// What the last of them gave.
     const Eigen::VectorXd& torques() const { return command_; }
+    /// How much less the torque of joint i in the mode is for each rad/s, Nm s/rad.
+    double damping(Eigen::Index i) const noexcept;
 
     /// PWM that a motor has at torques and joint velocities.
     void pwm(const Vector& tau, const Vector& s_dot, Eigen::Ref<Eigen::VectorXd> values) const noexcept {

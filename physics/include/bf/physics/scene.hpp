@@ -77,6 +77,8 @@ class Scene {
     Frame frame(const std::string& name, const Eigen::MatrixXd& pose = Eigen::Matrix4d::Identity()) const;
     /// What the scene does otherwise than the files say.
     const std::vector<std::string>& warnings() const;
+    /// Loops of robots whose gains, as given, are unstable at the period of the loop, by robot and joint.
+    const std::vector<std::string>& loop_warnings() const;
 
   private:
     friend class SceneSimulation;

@@ -21,7 +21,9 @@ struct SceneRobot {
     /// Joints that are empty: all movable ones of a URDF that mimic no other; those of an MJCF that actuators
     /// drive, or, where it has no actuators, all that no equality makes follow others.
     RobotOptions options{};
-    /// Where position_gains are empty, P and D are those of an MJCF's position actuators, if it has them.
+    /// Where position_gains are empty, P and D are those of an MJCF's position actuators, if it has them. Of
+    /// the joints of these the damping of all loops is implicit, as theirs is in MuJoCo, where the loops have
+    /// the period of the time step and the integrator is implicit_fast.
     MotorOptions motors{};
     double loop_period = 0.0; ///< s, of the loops, a multiple of the time step; 0: that
     std::string body{};       ///< the part of the MJCF that is the robot; empty: all there is

@@ -466,7 +466,8 @@ TEST(Scene, RefusesWhatAFileSaysWrongWithItsLine) {
     EXPECT_TRUE(in_world("<robot name='a' file='arm.urdf' dropout='1'/>")
                     .ends_with("line 2: robot 'a': dropout is 1; it is a probability, from 0 to below 1"));
     const std::string missing = in_world("<robot name='a' file='armx.urdf'/>");
-    expect_contains(missing, {"line 2: robot 'a': cannot read the URDF '", "armx.urdf"});
+    expect_contains(missing, {"line 2: <robot>: file=\"armx.urdf\": there is no file '",
+                              "begin at the folder of the description"});
     EXPECT_EQ(missing.find("working directory"), missing.npos) << "the folder of the description is meant";
     expect_contains(in_world("<robot name='a' file='arm.urdf' imu='head'/>"),
                     {"line 2: robot 'a': ", "has no link 'head', wanted as frame of the IMU"});

@@ -140,6 +140,10 @@ const std::multimap<std::string, Arguments>& cases() {
          {{"sensors", std::vector<std::string>{"l_foot_ft_sensor"}},
           {"contacts", std::vector<std::string>{"l_sole"}}}},
         {"LegOdometry", {}},
+        {"FootstepPlanner", {}},
+        {"DcmPlanner", {}},
+        {"SwingFoot", {}},
+        {"DcmController", {}},
         {"ContactEKF", {{"imu", "imu_frame"}}},
         {"DiscreteFilter", {{"filter_type", "MedianFilter"}}},
         {"MinimumJerkTrajectoryGenerator", {}}};
@@ -173,10 +177,10 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
         std::string text = "model: m\nstep: 0.001\n", wires = "connections:\n";
         if (!inputs.empty()) text += "inputs:\n";
         const std::map<std::string, std::string> shapes{
-            {"w_H_b", "[4 4]"}, {"w_H_b_0", "[4 4]"}, {"H", "[2 2]"},          {"g", "[2]"},
-            {"A", "[1 2]"},     {"w_H_f", "[4 4]"},   {"w_H_target", "[4 4]"}, {"w_H_0", "[4 4]"},
-            {"target", "[3]"},  {"ubA", "[1]"},       {"reference", "[3]"},    {"u", "[3]"},
-            {"a", "[2 5]"}};
+            {"w_H_b", "[4 4]"}, {"w_H_b_0", "[4 4]"},  {"H", "[2 2]"},          {"g", "[2]"},
+            {"A", "[1 2]"},     {"w_H_f", "[4 4]"},    {"w_H_target", "[4 4]"}, {"w_H_0", "[4 4]"},
+            {"target", "[3]"},  {"ubA", "[1]"},        {"reference", "[3]"},    {"u", "[3]"},
+            {"a", "[2 5]"},     {"w_H_left", "[4 4]"}, {"w_H_right", "[4 4]"},  {"footholds", "[4 4]"}};
         for (const auto& input : inputs) {
             const auto shape = name == "WorldActuator" ? shapes.end() : shapes.find(input); // u is one number
             text += "  " + input + ": {" + (shape == shapes.end() ? "" : "shape: \"" + shape->second + "\"") +
@@ -222,6 +226,7 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
                     value.row(3) << 0, 0, 0, 1;
                 }
                 if (inputs[i] == "H") value = Matrix::Identity(size.rows, size.cols);
+                if (inputs[i] == "step") value << 0.1, 0.2, 0.6, 0.2, 1, 2, 0; // of a walk
                 here.set(inputs[i], value);
                 std::memcpy(there.input(sources[i]), value.data(),
                             static_cast<std::size_t>(value.size()) * sizeof(double));

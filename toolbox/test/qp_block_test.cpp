@@ -115,6 +115,24 @@ TEST(QP, HoldsTheLastSolutionWhileItFails) {
     EXPECT_LT((run.get("qp.x") - Eigen::Vector2d(-0.5, -0.25)).norm(), 1e-12);
 }
 
+TEST(QP, HoldsTheObjectiveOfTheLastSolutionWhileItFails) {
+    for (const auto* block : {"QP", "QpOases", "OSQP"}) {
+        Running run(
+            problem(2, 1, ", use_lb: true, compute_objective: true", {"H", "g", "A", "ubA", "lb"}, block));
+        set_small(run);
+        run.set("lb", Eigen::Vector2d(-9, -9));
+        ASSERT_TRUE(run.step());
+        const double solved = run.scalar("qp.objective");
+        EXPECT_NEAR(solved, -1.5, 0.01) << block;
+        for (const double bad : {2.0, nan, -infinity}) { // infeasible; at fault; unbounded
+            run.set("lb", Eigen::Vector2d(bad, bad)).set("g", Eigen::Vector2d(-5, -6));
+            if (bad == -infinity) run.set("H", Matrix::Zero(2, 2)).set("A", Eigen::RowVector2d(0, 0));
+            ASSERT_TRUE(run.step());
+            EXPECT_EQ(run.scalar("qp.objective"), solved) << block << ' ' << bad;
+        }
+    }
+}
+
 TEST(QP, ReportsItsOutcomeWithTheNumbersOfQpOases) {
     Running run(problem(2, 2, ", use_lbA: true", {"H", "g", "A", "lbA", "ubA"}));
     const Vector free = Vector::Constant(2, infinity);

@@ -356,16 +356,19 @@ TEST(HierarchicalQP, HoldsTheLastSolutionWhileTheConstraintsFail) {
 
 TEST(HierarchicalQP, StopsTheRunWithTheEntryAtFault) {
     const std::vector<std::pair<Matrix, std::string>> cases = {
-        {row(1, nan, 0, 1), "qp: a[1][2] is not finite; look at what computes it"},
+        {row(1, nan, 0, 1), "qp: a[1][2] is not finite or above 1e100; look at what computes it"},
+        {row(1, 1e300, 0, 1), "qp: a[1][2] is not finite or above 1e100; look at what computes it"},
         {row(1, 1, nan, 1),
          "qp: a[1][3] or the upper bound beside it is no bound; use -inf and inf where there is none"},
         {row(1, 1, 2, 1), "qp: a[1][3] is above the upper bound beside it; look at what computes them"},
-        {row(1, 1, 0, 1, -1), "qp: a[1][5] is no weight; it must be finite and at least 0"}};
+        {row(1, 1, 0, 1, -1), "qp: a[1][5] is no weight; it must be from 0 to 1e100"},
+        {row(1, 1, 0, 1, 1e308), "qp: a[1][5] is no weight; it must be from 0 to 1e100"}};
     for (const auto& [bad, text] : cases) {
         Running run(small(", stop_when_fails: true"));
         run.set("c", row(0, 1, 0, 1)).set("b", row(0, 1, 0, 0)).set("a", bad);
         EXPECT_FALSE(run.step());
         EXPECT_EQ(run.simulation.failure(), text);
+        EXPECT_EQ(run.scalar("qp.status"), -1) << "nothing that must hold is at fault";
     }
     Running run(small(", stop_when_fails: true"));
     run.set("c", row(0, 0, 1, 1)).set("b", row(0, 1, 0, 0)).set("a", row(1, 0, 0, 0));

@@ -111,9 +111,11 @@ class Daqp final : public Solver {
         }
         result.status = status_of(found.exitflag);
         result.iterations += std::min(found.iter, budget);
-        result.objective = found.fval;
         if (result.status == Status::solved && !std::isfinite(x_.sum())) {
             result.status = Status::internal_error;
+        }
+        if (result.status == Status::solved) {
+            result.objective = found.fval;
         }
     }
 

@@ -1,5 +1,6 @@
 #include "data.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -103,6 +104,7 @@ Data::Data(int variables, int constraints, const Options& options)
                                     " constraints was asked for: it needs at least 1 and at least 0");
     }
     H.setIdentity(n, n);
+    factor_ = H;
     g.setZero(n);
     A.setZero(m, n);
     lower.setConstant(n + m, -infinity);
@@ -133,6 +135,19 @@ Result Data::load(const Problem& p, Eigen::Index size_of_x) noexcept {
         sound &= lower[i] - upper[i] <= tolerance; // false for NaN and for equal infinities too
     }
     return sound ? Result{} : find_fault(p);
+}
+
+bool Data::is_convex() noexcept {
+    const double by = shift();
+    if (by == 0.0) return true; // H = 0
+    factor_ = H;
+    factor_.diagonal().array() += by;
+    const Eigen::LLT<Eigen::Ref<RowMajor>> cholesky(factor_);
+    return cholesky.info() == Eigen::Success;
+}
+
+double Data::objective(const Eigen::VectorXd& x) const noexcept {
+    return 0.5 * x.dot(H.lazyProduct(x)) + g.dot(x);
 }
 
 Term Data::wrong_size(const Problem& p, Eigen::Index size_of_x) const noexcept {

@@ -14,6 +14,11 @@ struct Data {
     /// Copies `problem`; its result is `solved` when nothing was found at fault.
     Result load(const Problem& problem, Eigen::Index size_of_x) noexcept;
 
+    /// Is H + shift() 1 positive definite? Its negative curvature is then at most that of rounding.
+    bool is_convex() noexcept;
+    double shift() const noexcept { return 1e-5 * H.cwiseAbs().maxCoeff(); }
+    double objective(const Eigen::VectorXd& x) const noexcept;
+
     int n, m;
     double tolerance;
     RowMajor H;            // n × n
@@ -24,6 +29,8 @@ struct Data {
     bool bounded = false;  // lb or ub is present
 
   private:
+    RowMajor factor_; // n × n
+
     Result find_fault(const Problem& problem) const noexcept;
     Term wrong_size(const Problem& problem, Eigen::Index size_of_x) const noexcept;
 };

@@ -161,24 +161,26 @@ Hierarchy::Content::Content(int variables, std::vector<int> rows_of_levels, cons
 bool Hierarchy::Content::find_spans(Result& result) {
     const auto at_fault = [&](Fault fault, Index row, Index column) {
         result.fault = fault;
-        result.status = fault == Fault::crossing ? Status::infeasible : Status::internal_error;
         result.level = 0;
         while (row >= first[static_cast<std::size_t>(result.level) + 1]) ++result.level;
+        result.status = fault == Fault::crossing && result.level == 0 ? Status::infeasible // it must hold
+                                                                      : Status::internal_error;
         result.row = static_cast<int>(row) - first[static_cast<std::size_t>(result.level)];
         result.column = static_cast<int>(column);
         return false;
     };
     for (Index row = 0; row < total; ++row) {
         const auto a = A.row(row);
-        if (!a.allFinite()) {
+        if (!(a.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= Hierarchy::largest_entry)) {
             Index column = 0;
-            while (std::isfinite(a[column])) ++column;
+            while (std::abs(a[column]) <= Hierarchy::largest_entry) ++column;
             return at_fault(Fault::matrix, row, column);
         }
         if (std::isnan(lower[row]) || std::isnan(upper[row]) || lower[row] == infinity ||
             upper[row] == -infinity)
             return at_fault(Fault::bound, row, -1);
-        if (!(weight[row] >= 0.0 && weight[row] < infinity)) return at_fault(Fault::weight, row, -1);
+        if (!(weight[row] >= 0.0 && weight[row] <= Hierarchy::largest_entry))
+            return at_fault(Fault::weight, row, -1);
         if (weight[row] > 0.0 && lower[row] > upper[row]) return at_fault(Fault::crossing, row, -1);
         Index from = 0, to = n;
         while (from < to && a[from] == 0.0) ++from;
@@ -560,6 +562,10 @@ Hierarchy::Result Hierarchy::solve(Eigen::Ref<VectorXd> x) noexcept {
     }
     if (result.status == Status::solved) result.status = c.least_norm(result);
     if (result.status == Status::infeasible && c.feasible) result.status = Status::internal_error;
+    if (!c.x.allFinite()) { // bounds of numbers that cannot be computed with
+        result.status = Status::internal_error;
+        result.levels = 0;
+    }
     if (result.status != Status::solved && result.levels == 0) return result;
     c.measure();
     x = c.x;

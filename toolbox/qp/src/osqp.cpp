@@ -103,7 +103,7 @@ class Osqp final : public Solver {
         x = x_;
         result.objective = work_->info->obj_val;
         if (result.osqp_status == OSQP_MAX_ITER_REACHED) {
-            result.objective = 0.5 * x_.dot(data_.H.selfadjointView<Eigen::Upper>() * x_) + data_.g.dot(x_);
+            result.objective = data_.objective(x_);
         }
         return result;
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <qpOASES.hpp>
 
 namespace bf::qp {
@@ -35,6 +36,9 @@ class QpOases final : public Solver {
                 clear();
                 run(result);
             }
+            if ((result.status == Status::unbounded || result.status == Status::internal_error) &&
+                data_.is_convex())
+                approach(result);
         } catch (...) {
             result.status = Status::internal_error;
         }
@@ -43,6 +47,7 @@ class QpOases final : public Solver {
         }
         if (result.status == Status::solved) {
             x = x_;
+            result.objective = data_.objective(x_);
         }
         return result;
     }
@@ -110,12 +115,25 @@ class QpOases final : public Solver {
         if (result.status != Status::solved) return;
         problem.getPrimalSolution(x_.data());
         problem.getDualSolution(y_.data());
-        result.objective = problem.getObjVal();
         knows_ = Known::solution;
         if (!x_.allFinite())
             result.status = Status::internal_error;
-        else if (!is_stationary())
+        else if (is_at_far_bound() || !is_stationary())
             result.status = Status::unbounded;
+    }
+
+    /// Is x held where no bound is? It looks for a minimum within bounds so far away that they pass for none,
+    /// and one of a singular H may lie on them, where nothing is left of its digits.
+    bool is_at_far_bound() {
+        const auto holds = [&](qpoases::SubjectToStatus status, int i) {
+            return (status == qpoases::ST_LOWER && data_.lower[i] <= -qpoases::INFTY) ||
+                   (status == qpoases::ST_UPPER && data_.upper[i] >= qpoases::INFTY);
+        };
+        for (int i = 0; i < data_.n; ++i)
+            if (holds(bounds_.getStatus(i), i)) return true;
+        for (int i = 0; i < data_.m; ++i)
+            if (holds(constraints_.getStatus(i), data_.n + i)) return true;
+        return false;
     }
 
     /// Hx + g = Aᵀy + the multipliers of the bounds that there are. It regularises an H that is zero and puts
@@ -129,9 +147,36 @@ class QpOases final : public Solver {
             const double bound = y_[i] > 0 ? data_.lower[i] : data_.upper[i];
             if (std::abs(bound) < qpoases::INFTY) gradient_[i] -= y_[i];
         }
-        const double scale =
-            data_.g.cwiseAbs().maxCoeff() + data_.H.cwiseAbs().maxCoeff() * x_.cwiseAbs().maxCoeff();
-        return gradient_.cwiseAbs().maxCoeff() <= 1e-6 * (1 + scale);
+        const double rounding = 1e-9 * data_.H.cwiseAbs().maxCoeff() * x_.cwiseAbs().maxCoeff();
+        return gradient_.cwiseAbs().maxCoeff() <= 1e-6 * (1 + data_.g.cwiseAbs().maxCoeff()) + rounding;
+    }
+
+    /// Proximal point iterations x ← argmin objective + ½ shift |. − x|², each of a definite H. The gradient
+    /// of the Lagrangian at the next x is shift times the step, which vanishes if there is a minimum and
+    /// tends to the slope that goes on for ever if there is none.
+    void approach(Result& result) {
+        const Data::RowMajor H = data_.H;
+        const Eigen::VectorXd g = data_.g;
+        const double steepest = g.cwiseAbs().maxCoeff(), allowed = 1e-7 * (1.0 + steepest);
+        const double curvature = H.cwiseAbs().maxCoeff();
+        const double shift = 1e-7 * (curvature > 0.0 ? curvature : 1.0 + steepest);
+        Eigen::VectorXd center = Eigen::VectorXd::Zero(data_.n);
+        data_.H.diagonal().array() += shift;
+        clear();
+        double slope = std::numeric_limits<double>::infinity();
+        for (bool is_falling = true; is_falling && slope > allowed;) {
+            data_.g = g - shift * center;
+            run(result);
+            if (result.status != Status::solved) break;
+            const double next = shift * (x_ - center).cwiseAbs().maxCoeff();
+            is_falling = next < 0.9 * slope;
+            slope = next;
+            center = x_;
+        }
+        data_.H = H;
+        data_.g = g;
+        knows_ = Known::nothing; // a start from there would run to the limit of iterations
+        if (result.status == Status::solved && slope > allowed) result.status = Status::unbounded;
     }
 
     Data data_;

@@ -272,6 +272,21 @@ TEST(Hierarchy, SharesAViolationThatCannotBeAvoidedByTheWeights) {
     EXPECT_NEAR(hierarchy.violation()[0], std::sqrt(3.0 * 0.25 + 2.25), 1e-6);
 }
 
+TEST(Hierarchy, TakesWeightsAndEntriesOfAllSizesThatItAllows) {
+    for (const double weight : {1e-100, 1e-10, 1.0, 1e10, 1e100})
+        for (const double entry : {1e-50, 1.0, 1e50, 1e100}) {
+            Hierarchy hierarchy(2, {0, 2}, {});
+            auto rows = hierarchy.level(1);
+            rows.A << entry, 0, 0, 1;
+            rows.lower << entry, 2;
+            rows.upper = rows.lower;
+            rows.weight << weight, 1 / weight;
+            VectorXd x(2);
+            ASSERT_EQ(hierarchy.solve(x).status, Status::solved) << weight << ' ' << entry;
+            EXPECT_LT((x - Eigen::Vector2d(1, 2)).norm(), 1e-9) << weight << ' ' << entry;
+        }
+}
+
 TEST(Hierarchy, BeginsWithTheActiveRowsOfTheLastSolve) {
     std::mt19937 random(5);
     const int n = 20;
@@ -346,7 +361,17 @@ TEST(Hierarchy, SaysWhichRowIsAtFaultAndKeepsX) {
     solve([&](Hierarchy& h) { h.level(1).lower[0] = infinity; }, broken, Fault::bound, 1, 0, -1);
     solve([&](Hierarchy& h) { h.level(1).upper[0] = -infinity; }, broken, Fault::bound, 1, 0, -1);
     solve([&](Hierarchy& h) { h.level(1).weight[1] = -1; }, broken, Fault::weight, 1, 1, -1);
-    solve([&](Hierarchy& h) { h.level(1).lower[1] = 2; }, Status::infeasible, Fault::crossing, 1, 1, -1);
+    solve([&](Hierarchy& h) { h.level(1).weight[1] = 1e308; }, broken, Fault::weight, 1, 1, -1);
+    solve([&](Hierarchy& h) { h.level(1).A(0, 1) = -1e300; }, broken, Fault::matrix, 1, 0, 1);
+    solve([&](Hierarchy& h) { h.level(0).A(1, 2) = 1e300; }, broken, Fault::matrix, 0, 1, 2);
+    solve([&](Hierarchy& h) { h.level(0).lower[1] = 2; }, Status::infeasible, Fault::crossing, 0, 1, -1);
+    solve([&](Hierarchy& h) { h.level(1).lower[1] = 2; }, broken, Fault::crossing, 1, 1, -1);
+    solve( // a x that overflows
+        [&](Hierarchy& h) {
+            h.level(1).A(1, 2) = 1e-100;
+            h.level(1).lower[1] = h.level(1).upper[1] = 1e300;
+        },
+        broken, Fault::none, -1, -1, -1);
     solve(
         [&](Hierarchy& h) {
             h.level(0).A.row(1) = h.level(0).A.row(0);

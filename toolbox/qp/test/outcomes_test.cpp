@@ -77,6 +77,19 @@ std::vector<Case> cases() {
     p.ubA = Vector2d(1, 1);
     all.push_back({"redundant_equality", p, Status::solved, {1}, {0, 1}});
 
+    p = feasible(); // least on the line x1 + x2 = -1, which nothing bounds
+    p.H.setOnes();
+    p.g = Vector2d(1, 1);
+    p.A.setZero();
+    all.push_back({"flat_along_a_line", p, Status::solved, {1}});
+
+    p.H << 4, 2, 2, 1; // on 2 x1 + x2 = -1
+    p.g = Vector2d(2, 1);
+    all.push_back({"flat_along_another_line", p, Status::solved, {1}});
+
+    p.g = Vector2d(2, 1.5); // and with a slope along it
+    all.push_back({"falling_along_a_line", p, Status::unbounded, {-4}});
+
     return all;
 }
 
@@ -96,6 +109,7 @@ TEST_P(Outcomes, AreTheSameOfTheExactSolvers) {
             EXPECT_EQ(r.osqp_status, 0);
             if (expected != Status::solved) {
                 EXPECT_EQ(x, VectorXd::Constant(n, 7));
+                EXPECT_TRUE(std::isnan(r.objective)) << "no x, no value at x";
                 continue;
             }
             if (solution.empty()) { // multipliers of constraints that depend on each other are not unique
@@ -105,6 +119,25 @@ TEST_P(Outcomes, AreTheSameOfTheExactSolvers) {
             for (std::size_t i = 0; i < solution.size(); ++i)
                 EXPECT_NEAR(x[static_cast<Eigen::Index>(i)], solution[i], 1e-7);
         }
+    }
+}
+
+TEST_P(Outcomes, OfProxQpAreThoseOfTheExactSolvers) {
+    const auto& [name, p, expected, osqp, solution] = GetParam();
+    const int n = static_cast<int>(p.g.size()), m = static_cast<int>(p.A.rows());
+    const auto solver = make_proxqp(n, m);
+    VectorXd x = VectorXd::Constant(n, 7);
+    for (int k = 0; k < 3; ++k) {
+        const auto r = solver->solve(p.problem(), x);
+        ASSERT_EQ(r.status, expected) << describe(r);
+        if (expected == Status::solved) {
+            EXPECT_NEAR(r.objective, p.objective(x), 1e-8);
+        } else {
+            EXPECT_EQ(x, VectorXd::Constant(n, 7));
+            EXPECT_TRUE(std::isnan(r.objective)) << "no x, no value at x";
+        }
+        for (std::size_t i = 0; i < solution.size(); ++i)
+            EXPECT_NEAR(x[static_cast<Eigen::Index>(i)], solution[i], 1e-5);
     }
 }
 
@@ -131,13 +164,14 @@ TEST_P(Outcomes, OfOsqpHaveItsOwnNumbers) {
     }
 }
 
-TEST(NonConvex, IsAnInternalErrorOfDaqpAndOsqpNumberSeven) {
+TEST(NonConvex, IsAnInternalErrorOfDaqpAndProxQpAndOsqpNumberSeven) {
     auto p = feasible();
     p.H << 1, 0, 0, -1;
     p.lb = Vector2d(-2, -2);
     p.ub = Vector2d(2, 2);
     VectorXd x = Vector2d(7, 8);
     EXPECT_EQ(make_daqp(2, 1)->solve(p.problem(), x).status, Status::internal_error);
+    EXPECT_EQ(make_proxqp(2, 1)->solve(p.problem(), x).status, Status::internal_error);
     const auto osqp = make_osqp(2, 1)->solve(p.problem(), x);
     EXPECT_EQ(osqp.status, Status::internal_error);
     EXPECT_EQ(osqp.osqp_status, -7);
@@ -147,6 +181,78 @@ TEST(NonConvex, IsAnInternalErrorOfDaqpAndOsqpNumberSeven) {
     EXPECT_TRUE(qpoases.status == Status::internal_error || qpoases.status == Status::solved ||
                 qpoases.status == Status::unbounded)
         << describe(qpoases);
+}
+
+TEST(NonConvex, IsNoticedByProxQpWhereASaddleIsFeasible) {
+    std::mt19937 random(12);
+    for (int k = 0; k < 50; ++k) {
+        auto p = random_problem(random, 6, 0, true);
+        p.H -= (k % 5 + 1.0) * MatrixXd::Identity(6, 6);
+        const bool is_convex = Eigen::SelfAdjointEigenSolver<MatrixXd>(p.H).eigenvalues()[0] >= 0;
+        VectorXd x(6);
+        const auto r = make_proxqp(6, 0)->solve(p.problem(), x);
+        EXPECT_EQ(r.status, is_convex ? Status::solved : Status::internal_error) << k;
+    }
+}
+
+TEST(ProxQp, NoticesEndlessDescentAndDoesNotSolveContradictions) {
+    std::mt19937 random(13);
+    for (int k = 0; k < 20; ++k) {
+        auto p = random_problem(random, 6, 4, false);
+        p.A.conservativeResize(5, 6);
+        p.lbA.conservativeResize(5);
+        p.ubA.conservativeResize(5);
+        p.A.row(4) = p.A.row(0) + p.A.row(1); // above the sum of what the two may be
+        p.lbA.head(2).setConstant(-1);
+        p.ubA.head(2).setConstant(1);
+        p.lbA[4] = 2.5 + k;
+        p.ubA[4] = infinity;
+        VectorXd x = VectorXd::Constant(6, 7);
+        const auto solver = make_proxqp(6, 5);
+        const auto contradicting = solver->solve(p.problem(), x).status;
+        EXPECT_TRUE(contradicting == Status::infeasible || contradicting == Status::iteration_limit) << k;
+        p.lbA[4] = 1.5;
+        EXPECT_EQ(solver->solve(p.problem(), x).status, Status::solved) << k;
+
+        p = random_problem(random, 6, 0, false);
+        p.H = p.H.topRows(3).transpose() * p.H.topRows(3); // of rank 3, and g has a part beside its range
+        const auto r = make_proxqp(6, 0)->solve(p.problem(), x);
+        EXPECT_EQ(r.status, Status::unbounded) << k << ' ' << describe(r);
+    }
+}
+
+TEST(ProxQp, SolvesObjectivesOfHugeNumbers) {
+    Owned p{1e200 * Matrix2d::Identity(), Vector2d(1e200, -2e200), {}, {}, {}, {}, {}};
+    VectorXd x(2);
+    const auto r = make_proxqp(2, 0)->solve(p.problem(), x);
+    ASSERT_EQ(r.status, Status::solved);
+    EXPECT_LT((x - Vector2d(-1, 2)).norm(), 1e-6);
+    EXPECT_NEAR(r.objective / 1e200, -2.5, 1e-6);
+}
+
+TEST(QpOases, FindsAMinimumAlongPlanesThatNothingBounds) {
+    std::mt19937 random(14);
+    int limited = 0;
+    for (int k = 0; k < 40; ++k) {
+        auto p = random_problem(random, 8, 6, false);
+        const MatrixXd B = p.A.topRows(3);
+        p.H = B.transpose() * B; // rank 3 of 8
+        p.g = B.transpose() * p.g.head(3);
+        VectorXd x(8), y(8);
+        const auto solver = make_qpoases(8, 6, {.max_iterations = 100});
+        for (int again = 0; again < 2; ++again) {
+            const auto r = solver->solve(p.problem(), x);
+            if (r.status == Status::iteration_limit) {
+                ++limited;
+                break;
+            }
+            ASSERT_EQ(r.status, Status::solved) << k << ' ' << describe(r);
+            ASSERT_EQ(make_daqp(8, 6, {.tolerance = 1e-9})->solve(p.problem(), y).status, Status::solved);
+            EXPECT_NEAR(r.objective, p.objective(y), 1e-6 * (1 + std::abs(p.objective(y)))) << k;
+            EXPECT_LT(x.norm(), 1e3) << "no far bound holds it";
+        }
+    }
+    EXPECT_LE(limited, 4) << "of 40 are not solved within 100 changes of the working set";
 }
 
 TEST(Osqp, AgreesWithDaqpOnRandomProblems) {

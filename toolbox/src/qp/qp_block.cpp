@@ -2,6 +2,8 @@
 
 #include "bf/qp/solver.hpp"
 
+#include <cmath>
+
 namespace bf::toolbox {
 
 namespace {
@@ -45,8 +47,12 @@ class QuadraticProgram : public Block {
         this, "x", {.shape = {n}, .unit = any_unit, .doc = "solution; the last one while there is none"}};
     Output<double> status{this, "status", {.doc = outcomes_}};
     Output<double> objective{
-        this, "objective", {.unit = any_unit, .doc = "value at x", .present = compute_objective}};
+        this,
+        "objective",
+        {.unit = any_unit, .doc = "value at x of the problem that it solves", .present = compute_objective}};
     DiscreteState<Vector> last{this, "last", {.shape = {n}, .unit = any_unit, .doc = "last solution"}};
+    DiscreteState<double> last_objective{
+        this, "last_objective", {.unit = any_unit, .doc = "its objective", .present = compute_objective}};
     OutsideState<qp::Solver> workspace{this, [this] { return make_solver(); }};
 
     Status reset(Now at, After) const noexcept override {
@@ -67,13 +73,15 @@ class QuadraticProgram : public Block {
         solution = at[last];
         const qp::Result result = at[workspace].solve(problem, solution);
         out[status] = number(result);
-        if (objective.is_present()) out[objective] = result.objective;
+        if (objective.is_present())
+            out[objective] = std::isnan(result.objective) ? at[last_objective] : result.objective;
         if (result.status == qp::Status::solved || !stop_when_fails) return ok;
         return failure(result);
     }
 
     Status update(Now at, Next next) const noexcept override {
         next[last] = at[x];
+        if (objective.is_present()) next[last_objective] = at[objective];
         return ok;
     }
 
@@ -151,7 +159,7 @@ class QpOases final : public QuadraticProgram {
         this,
         "solver",
         {.initial = "qpoases",
-         .doc = "qpoases allocates in a step; daqp: the same numbers and outcomes in real time",
+         .doc = "qpoases allocates in a step; daqp: in real time, and what is not convex is always -1",
          .choices = {"qpoases", "daqp"}}};
 
   private:
@@ -214,7 +222,8 @@ void add_qp(Library& library) {
             "QpOases",
             "Quadratic program as QP, solved by qpOASES with its default options and at most 100 changes of "
             "the working set in a step. It starts from the solution and working set of the step before and, "
-            "if that fails, once more from nothing. While the status is not 0, x keeps the last solution "
+            "if that fails, once more from nothing; where these options find no minimum because H is "
+            "singular, by proximal point iterations. While the status is not 0, x keeps the last solution "
             "(zero before the first). "
             "Source: H. J. Ferreau et al., qpOASES: a parametric active-set algorithm for quadratic "
             "programming, 2014. "

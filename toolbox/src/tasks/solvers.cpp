@@ -16,7 +16,8 @@ using Fault = qp::Hierarchy::Fault;
 constexpr const char* held_doc = "rows [A, lower, upper, weight] that must hold";
 constexpr const char* wanted_doc = "rows [A, lower, upper, weight] that are violated as little as possible";
 constexpr const char* status_doc =
-    "0 solved, 1 iteration limit, -1 internal error, -2 the constraints contradict each other";
+    "0 solved, 1 iteration limit, -1 internal error or a row at fault, -2 the constraints contradict each "
+    "other";
 
 /// Ports of rows, each with as many as are wired.
 class RowPorts {
@@ -111,7 +112,7 @@ Status failure(const qp::Hierarchy::Result& result, const Layout& layout) {
         const auto element = [&](int column) { return result.row - place->first + column * place->rows; };
         switch (result.fault) {
         case Fault::matrix:
-            return Status::failure("{element} is not finite; look at what computes it", port,
+            return Status::failure("{element} is not finite or above 1e100; look at what computes it", port,
                                    element(result.column - place->column));
         case Fault::bound:
             return Status::failure(
@@ -119,7 +120,7 @@ Status failure(const qp::Hierarchy::Result& result, const Layout& layout) {
                 "there is none",
                 port, element(place->columns));
         case Fault::weight:
-            return Status::failure("{element} is no weight; it must be finite and at least 0", port,
+            return Status::failure("{element} is no weight; it must be from 0 to 1e100", port,
                                    element(place->columns + 2));
         case Fault::crossing:
             return Status::failure("{element} is above the upper bound beside it; look at what computes them",

@@ -26,6 +26,10 @@ class Hierarchy {
   public:
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+    /// Of matrix entries and weights: squares of their products are numbers still. What is below its inverse
+    /// counts as nothing beside it.
+    static constexpr double largest_entry = 1e100;
+
     struct Options {
         int max_iterations = 1000; ///< most changes of active sets in one solve, all levels together
         /// Largest violation of a row that can be satisfied, in its units.
@@ -40,10 +44,10 @@ class Hierarchy {
     /// What is wrong with the data.
     enum class Fault {
         none,
-        matrix,    ///< an entry of a is not finite
+        matrix,    ///< an entry of a is not finite, or its magnitude above `largest_entry`
         bound,     ///< a bound is NaN, +inf from below or -inf from above
-        weight,    ///< a weight is negative or not finite
-        crossing,  ///< lower is above upper
+        weight,    ///< a weight is negative, not finite, or above `largest_entry`
+        crossing,  ///< lower is above upper: `infeasible` of level 0, else an `internal_error`
         dependent, ///< a hard equality contradicts those before it
     };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -23,7 +24,8 @@ enum class Term { none, H, g, A, lbA, ubA, lb, ub, x };
 struct Result {
     Status status = Status::solved;
     int iterations = 0; ///< working-set changes (DAQP, qpOASES), inner Newton steps (ProxQP) or steps (OSQP)
-    double objective = 0.0; ///< ½ xᵀHx + gᵀx at the x that was written
+    /// ½ xᵀHx + gᵀx at the x that was written; NaN when none was.
+    double objective = std::numeric_limits<double>::quiet_NaN();
     /// OSQP's own number of the outcome: 1 solved, 2 solved inaccurately, 3 and 4 infeasible and unbounded by
     /// inaccurate certificates, −2 iteration limit, −3 infeasible, −4 unbounded, −7 non-convex, −10 not tried
     /// because an input is at fault. 0 of the other solvers.
@@ -107,19 +109,22 @@ std::unique_ptr<Solver> make_daqp(int variables, int constraints, const Options&
 
 /// ProxQP, a proximal augmented Lagrangian method: the independent second opinion, some ten times slower.
 ///
-/// It allocates while it solves, so it does not belong into a hard real-time step. Infeasible and unbounded
-/// problems mostly end as `iteration_limit`; an indefinite H is not detected. It continues from the previous
-/// x and multipliers, and starts over once, with all iterations again, when that fails. Throws
-/// std::invalid_argument unless variables ≥ 1 and constraints ≥ 0.
+/// It allocates while it solves, so it does not belong into a hard real-time step. Where its iterations end
+/// at their limit, certificates tell problems that are infeasible or unbounded; without a certificate, as of
+/// many infeasible ones, it stays an `iteration_limit`. An indefinite H is an `internal_error`, as of DAQP.
+/// It continues from the previous x and multipliers, and starts over once, with all iterations again, when
+/// that fails. Throws std::invalid_argument unless variables ≥ 1 and constraints ≥ 0.
 std::unique_ptr<Solver> make_proxqp(int variables, int constraints, const Options& options = {});
 
 /// qpOASES, a parametric active-set method: exact. It allocates while it solves.
 ///
 /// Each solve begins at the solution and working set of the one before; when that fails for another reason
-/// than the limit of iterations, it begins anew with the iterations that are left. An indefinite H is not
-/// detected in general. The limit of iterations is one of working-set changes. Source: H. J. Ferreau et al.,
-/// qpOASES: a parametric active-set algorithm for quadratic programming, 2014. Throws std::invalid_argument
-/// unless variables ≥ 1 and constraints ≥ 0.
+/// than the limit of iterations, it begins anew with the iterations that are left. Its default options
+/// neither regularise a singular H nor, then, tell a minimum along a line or plane from none at all: what
+/// they end at without a minimum is solved by proximal-point iterations, which find it if there is one. An
+/// indefinite H is not detected in general. The limit of iterations is one of working-set changes. Source: H.
+/// J. Ferreau et al., qpOASES: a parametric active-set algorithm for quadratic programming, 2014. Throws
+/// std::invalid_argument unless variables ≥ 1 and constraints ≥ 0.
 std::unique_ptr<Solver> make_qpoases(int variables, int constraints, const Options& options = {});
 
 /// OSQP, an operator-splitting method of first order: approximate, `tolerance` is its absolute and relative

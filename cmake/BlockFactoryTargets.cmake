@@ -85,6 +85,10 @@ target_compile_options(bf_test_headers PRIVATE ${BF_TEST_OPTIONS})
 target_precompile_headers(bf_test_headers PRIVATE
     <gtest/gtest.h> <algorithm> <cmath> <filesystem> <fstream> <functional> <random> <sstream>)
 
+# Counts the calls of the heap in the test programs that link it.
+add_library(bf_heap OBJECT EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/heap/heap.cpp)
+target_include_directories(bf_heap INTERFACE ${CMAKE_SOURCE_DIR}/tests/heap)
+
 # bf_test(NAME SOURCES file... LINK target... [SHARDS n]): one GoogleTest program bf_NAME_test and, as its cases are
 # quicker than the start of a process, one ctest entry; SHARDS makes n of it, each with a part of the cases.
 function(bf_test name)

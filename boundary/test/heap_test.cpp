@@ -1,7 +1,7 @@
 // Steps at the boundary do not use the heap, in either direction.
 #include "../../blocks/test/run_block.hpp"
-#include "../../tests/conformance/heap.hpp"
 #include "BlockFactory/Core/Signal.h"
+#include "heap.hpp"
 #include "legacy_class.hpp"
 
 #include <gtest/gtest.h>
@@ -9,11 +9,11 @@
 namespace bf::boundary {
 namespace {
 
-using conformance::heap_calls;
+using test::heap_calls;
 namespace core = blockfactory::core;
 
 TEST(BoundaryHeap, IsNotUsedToReadASignal) {
-    if (!conformance::heap_is_counted()) GTEST_SKIP() << "not counted here";
+    if (!test::heap_is_counted()) GTEST_SKIP() << "not counted here";
     std::vector<double> memory(23, 2.0);
     core::Signal signal;
     signal.initializeBufferFromContiguousZeroCopy(memory.data(), memory.size());
@@ -27,7 +27,7 @@ TEST(BoundaryHeap, IsNotUsedToReadASignal) {
 }
 
 TEST(BoundaryHeap, IsNotUsedByAHostedStep) {
-    if (!conformance::heap_is_counted()) GTEST_SKIP() << "not counted here";
+    if (!test::heap_is_counted()) GTEST_SKIP() << "not counted here";
     Registry registry;
     registry.add_search_path(BF_TEST_PLUGINS);
     test::RunBlock run(registry.find("LegacyPlugin/Accumulate"),
@@ -42,7 +42,7 @@ TEST(BoundaryHeap, IsNotUsedByAHostedStep) {
 }
 
 TEST(BoundaryHeap, IsNotUsedByAStepAsLegacy) {
-    if (!conformance::heap_is_counted()) GTEST_SKIP() << "not counted here";
+    if (!test::heap_is_counted()) GTEST_SKIP() << "not counted here";
     auto legacy = std::make_shared<const LegacyClass>(std::string(BF_TEST_PLUGINS) + "/NativePlugin.so",
                                                       "NativePlugin", "Accumulate");
     LegacyObject object(legacy,

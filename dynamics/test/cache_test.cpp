@@ -1,4 +1,5 @@
 #include "bf/dynamics/inverse_kinematics.hpp"
+#include "heap.hpp"
 #include "robots.hpp"
 
 #include <gtest/gtest.h>
@@ -9,20 +10,10 @@
 #include <random>
 #include <thread>
 
-#ifndef __SANITIZE_ADDRESS__ // which has an allocator of its own
-namespace {
-thread_local long allocations = 0;
-}
-extern "C" void* __libc_malloc(std::size_t);
-// Every allocation of C++, C and Eigen goes through here.
-extern "C" void* malloc(std::size_t size) {
-    ++allocations;
-    return __libc_malloc(size);
-}
-#endif
-
 namespace bf::dynamics::test {
 namespace {
+
+using bf::test::heap_calls;
 
 class Cache : public testing::Test {
   protected:
@@ -161,13 +152,13 @@ TEST_F(Cache, ModelIsSharedByThreadsWithTheirOwnData) {
     EXPECT_TRUE(right);
 }
 
-#ifndef __SANITIZE_ADDRESS__
 TEST_F(Cache, AlgorithmsDoNotAllocate) {
+    if (!bf::test::heap_is_counted()) GTEST_SKIP() << "not counted here";
     Quantities result(model);
-    long before = allocations;
+    long before = heap_calls();
     const Eigen::VectorXd counted(10);
-    ASSERT_GT(allocations, before) << "the counter must see Eigen";
-    before = allocations;
+    ASSERT_GT(heap_calls(), before) << "the counter must see Eigen";
+    before = heap_calls();
     for (int i = 0; i < 3; ++i) {
         set(model, data, state);
         result.compute(model, data, frame, reference, nu_dot);
@@ -176,7 +167,7 @@ TEST_F(Cache, AlgorithmsDoNotAllocate) {
         set_joint_position(model, data, state.s);
         result.compute(model, data, frame, reference, nu_dot);
     }
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(heap_calls(), before);
 }
 
 TEST_F(Cache, InverseKinematicsDoesNotAllocate) {
@@ -188,11 +179,9 @@ TEST_F(Cache, InverseKinematicsDoesNotAllocate) {
     ik.posture_weights.setConstant(1e-3);
     Eigen::Matrix4d w_H_b = state.w_H_b;
     Eigen::VectorXd s = state.s;
-    const long before = allocations;
+    const long before = heap_calls();
     ik.search(w_H_b, s, 3);
     ik.follow(w_H_b, s);
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(heap_calls(), before);
 }
-#endif
-
 } // namespace bf::dynamics::test

@@ -1,3 +1,4 @@
+#include "heap.hpp"
 #include "support.hpp"
 
 #include "bf/realtime/server.hpp"
@@ -8,23 +9,6 @@
 #include <filesystem>
 #include <functional>
 #include <gtest/gtest.h>
-
-// Interposes the C library's heap to count calls: the loop must make none.
-namespace {
-thread_local long heap_calls = 0;
-}
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void __libc_free(void*);
-void* malloc(std::size_t size) { return ++heap_calls, __libc_malloc(size); }
-void* calloc(std::size_t count, std::size_t size) { return ++heap_calls, __libc_calloc(count, size); }
-void* realloc(void* pointer, std::size_t size) { return ++heap_calls, __libc_realloc(pointer, size); }
-void free(void* pointer) { return ++heap_calls, __libc_free(pointer); }
-}
-#endif
 
 namespace bf::realtime {
 namespace {
@@ -266,8 +250,8 @@ struct Watched : Simulation::Observer {
     void observe(const bf::Run& run) noexcept override {
         const auto& simulation = static_cast<const Simulation&>(run);
         outputs.push_back(*static_cast<const double*>(simulation.context().data(end.node, end.slot)));
-        if (outputs.size() == 100) calls = heap_calls;
-        if (outputs.size() == outputs.capacity()) calls = heap_calls - calls;
+        if (outputs.size() == 100) calls = bf::test::heap_calls();
+        if (outputs.size() == outputs.capacity()) calls = bf::test::heap_calls() - calls;
     }
     Node::End end;
     std::vector<double> outputs;

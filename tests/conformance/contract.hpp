@@ -12,6 +12,9 @@
 
 namespace bf::conformance {
 
+using test::heap_calls;
+using test::heap_is_counted;
+
 /// One block with its inputs wired in one way.
 struct Wiring {
     std::vector<Size> sizes; ///< of the inputs, in order

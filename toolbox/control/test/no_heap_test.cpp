@@ -1,26 +1,13 @@
 #include "bf/control/mpc.hpp"
+#include "heap.hpp"
 
 #include <cstdlib>
 #include <gtest/gtest.h>
 
-// Counts every allocation of the program, C's included; the sanitizers bring an allocator of their own.
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-
-namespace {
-int allocations = 0;
-}
-
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void* malloc(std::size_t size) { return ++allocations, __libc_malloc(size); }
-void* calloc(std::size_t count, std::size_t size) { return ++allocations, __libc_calloc(count, size); }
-void* realloc(void* old, std::size_t size) { return ++allocations, __libc_realloc(old, size); }
-}
-
 namespace bf::control {
 namespace {
+
+using test::heap_calls;
 
 TEST(Control, AllocatesNothingWhileItSolvesOrTakesAnotherModel) {
     constexpr int n = 12, m = 4;
@@ -39,17 +26,15 @@ TEST(Control, AllocatesNothingWhileItSolvesOrTakesAnotherModel) {
             mpc.u_max.setConstant(0.1);
             mpc.x_max.setConstant(0.3);
             Regulator regulator(n, m, time);
-            allocations = 0;
+            const long before = heap_calls();
             for (const auto* now : {&A, &second}) {
                 EXPECT_EQ(regulator.solve(*now, B, Q, R), Regulator::Status::solved);
                 mpc.set_model(*now, B, Q, R, regulator.X());
                 EXPECT_EQ(mpc.solve(x, reference, u, d).status, qp::Status::solved);
             }
-            EXPECT_EQ(allocations, 0);
+            EXPECT_EQ(heap_calls() - before, 0);
         }
 }
 
 } // namespace
 } // namespace bf::control
-
-#endif

@@ -1,22 +1,12 @@
 #include "bf/trajectory/joint_trajectory.hpp"
+#include "heap.hpp"
 
-#include <cstdlib>
 #include <gtest/gtest.h>
-
-// Counts every allocation of the program; the sanitizers bring an allocator of their own.
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-
-namespace {
-int allocations = 0;
-}
-
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* malloc(std::size_t size) { return ++allocations, __libc_malloc(size); }
-}
 
 namespace bf::trajectory {
 namespace {
+
+using test::heap_calls;
 
 TEST(JointTrajectory, AllocatesNothingWhilePlanning) {
     using Timing = JointTrajectory::Timing;
@@ -25,7 +15,7 @@ TEST(JointTrajectory, AllocatesNothingWhilePlanning) {
              {JointTrajectory::Synchronisation::time, JointTrajectory::Synchronisation::phase}) {
             JointTrajectory motion(23, timing, how);
             Eigen::VectorXd p(23), v(23), a(23);
-            allocations = 0;
+            const long before = heap_calls();
             for (int k = 0; k < 5; ++k) {
                 motion.question.target.setLinSpaced(-1.0, 0.3 + k);
                 EXPECT_EQ(motion.plan(), JointTrajectory::Status::planned);
@@ -34,11 +24,9 @@ TEST(JointTrajectory, AllocatesNothingWhilePlanning) {
                 motion.question.velocity = v;
                 motion.question.acceleration = a;
             }
-            EXPECT_EQ(allocations, 0);
+            EXPECT_EQ(heap_calls() - before, 0);
         }
 }
 
 } // namespace
 } // namespace bf::trajectory
-
-#endif

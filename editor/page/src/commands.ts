@@ -123,9 +123,9 @@ export const commands: Command[] = [
   { title: "Compare with an earlier version", group: "Look", keys: ["Shift+D"], run: (s) => (s.dialog = { kind: "earlier" }) },
   { title: "Keys", group: "Look", keys: ["Shift+?", "?"], run: (s) => (s.dialog = { kind: "help" }) },
 
-  { title: "Run or pause", group: "Run", keys: ["P"], can: has_time, run: (s) => s.play_or_pause() },
+  { title: "Run or pause", group: "Run", keys: ["P"], can: has_time, run: (s) => s.transport.play_or_pause() },
   { title: "Sliders of variables and parameters", group: "Run", keys: [], can: (s) => is_simulated(s) && s.run.state === "none", run: (s) => s.command("to", { time: 0 }) },
-  { title: "One step", group: "Run", keys: ["S"], can: has_time, run: (s) => s.step() },
+  { title: "One step", group: "Run", keys: ["S"], can: has_time, run: (s) => s.transport.step() },
   { title: "Back to the beginning", group: "Run", keys: ["Home"], can: (s) => is_simulated(s) && s.run.state !== "none", run: (s) => s.command("stop") },
   { title: "Start the program", group: "Run", keys: [], can: (s) => s.attached.is_in_control && s.attached.waits, run: (s) => s.command("start") },
   { title: "Stop the program in order", group: "Run", keys: [], can: (s) => s.attached.is_in_control, run: (s) => s.command("stop") },

@@ -20,6 +20,7 @@ import { Refinement } from "./refinement.ts";
 import { Samples, type Track } from "./samples.ts";
 import { Stage } from "./stage.svelte.ts";
 import { choose, chosen, colours, type Choice, type Colours } from "./theme.ts";
+import { Transport } from "./transport.svelte.ts";
 
 export type Show = "sizes" | "types" | "rates" | "units";
 type Part = "run" | "model";
@@ -29,7 +30,6 @@ interface Comparison { file: string; branches: number[]; recordings: string[] }
 type Tried = Omit<Draw, "system" | "show" | "marks_open">;
 const nothing_tried: Tried = { moved: [], moved_notes: [], bent: [] };
 
-const fast = 20; // seconds of a recording per second, where no speed is wanted
 const no_run: RunState = { state: "none", time: 0, step: 0, stop: null, factor: null, reached: 0, is_current: true, message: "",
   branch: 0, branches: [], edit: null, live: null, tuned: [], recorded: "" };
 const state_of = (document: DocumentState | null) => `${document?.file} ${document?.revision} ${document?.is_checked}`;
@@ -48,7 +48,6 @@ export class Session {
   run = $state.raw<RunState>(no_run);
   readonly attached = new Attached(() => this.run);
   signals = $state.raw<SignalInfo[]>([]);
-  pace = $state<number | null>((kept<{ pace: number | null }>("localStorage", "pace") ?? { pace: 1 }).pace); // seconds of the model per second, of the next start
 
   selection = $state.raw<ReadonlySet<string>>(new Set());
   focus = $state<string | null>(null); // where arrow keys go on from
@@ -93,6 +92,7 @@ export class Session {
   readonly recordings: Recordings;
   readonly refinement: Refinement;
   readonly drafts = new Drafts();
+  readonly transport = new Transport(() => this.run, () => this.connection === "open", (action, given) => this.command(action, given));
   private asked_panels = "";
   private readonly client: Client;
   private readonly where: Place;
@@ -106,8 +106,7 @@ export class Session {
   private is_tuning = false;
   private has_run = false;
 
-  /** Is the page for what stands in space alone? */
-  readonly is_viewer: boolean;
+  readonly is_viewer: boolean; // is the page for what stands in space alone?
 
   /** `recordings` are shown from the beginning. */
   constructor(where: Place, recordings: string[] = [], is_viewer = false) {
@@ -624,36 +623,7 @@ export class Session {
     this.samples.keep(state.branches);
     if (is_other || (state.state !== "none" && is_other_branch)) void this.rewatch();
   }
-  /** What was recorded is played by the page, which goes from instant to instant. */
-  is_playing = $state(false);
-  private async play_recorded(): Promise<void> {
-    this.is_playing = true;
-    if (this.run.time >= this.run.reached) await this.command("to", { time: 0 });
-    for (let last = performance.now(); this.is_playing && this.connection === "open" && this.run.time < this.run.reached; ) {
-      await new Promise(requestAnimationFrame);
-      const now = performance.now();
-      await this.command("to", { time: this.run.time + ((this.pace ?? fast) * (now - last)) / 1000 });
-      last = now;
-    }
-    this.is_playing = false;
-  }
-  get is_running(): boolean { return this.run.state === "running" || this.is_playing; }
-  async play_or_pause(): Promise<void> {
-    if (this.run.recorded && !this.is_playing) return this.play_recorded();
-    this.is_playing = false;
-    if (this.run.recorded) return;
-    return this.run.state === "running" ? this.command("pause") : this.command("start", { factor: this.pace });
-  }
-  set_pace(pace: number | null): void {
-    this.pace = pace;
-    keep("localStorage", "pace", { pace });
-    if (this.run.state !== "none" && !this.run.recorded) void this.command("pace", { factor: pace });
-  }
-  /** One step, or the next instant of a recording. */
-  step(): Promise<void> {
-    return this.run.recorded ? this.command("to", { time: this.run.time + this.run.step }) : this.command("step");
-  }
-  async command(action: Methods["run"]["params"]["action"], 
+  async command(action: Methods["run"]["params"]["action"],
     { time = null, factor = null, branch = null, event = "" }: Partial<Methods["run"]["params"]> = {}): Promise<void> {
     const state = await this.ask("run", { action, time, factor, branch, event }, "run");
     if (!state) {

@@ -56,10 +56,8 @@ bool SimulatedConnection::set_trajectory_limit(ControlMode mode, double limit) n
 }
 bool SimulatedConnection::write(ControlMode, const Eigen::Ref<const Vector>& references) noexcept {
     // What is beyond the numbers that a scene takes asks for all that the joint can give, as they do.
-    if (!scene_) return false;
-    clamped_ = references.cwiseMax(-1e10).cwiseMin(1e10);
-    scene_->control(robot_).set_reference(clamped_);
-    return true;
+    return with_control(
+        [&](auto& control) { control.set_reference(references.cwiseMax(-1e10).cwiseMin(1e10)); });
 }
 bool SimulatedConnection::read_gains(Loop loop, Gains& gains) noexcept {
     return with_control([&](auto& control) { gains = control.gains(loop); });

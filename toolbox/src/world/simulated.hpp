@@ -18,10 +18,7 @@ class SimulatedConnection : public RobotConnection {
   public:
     explicit SimulatedConnection(int robot) : robot_(robot) {}
     /// The scene, which outlives this. Before, all calls fail.
-    void bind(physics::SceneSimulation& scene) {
-        scene_ = &scene;
-        clamped_.resize(scene.scene().joint_count(robot_));
-    }
+    void bind(physics::SceneSimulation& scene) { scene_ = &scene; }
 
     bool read(Measurement what, Eigen::Ref<Vector> values) noexcept override;
     bool read(Sensor kind, int index, Eigen::Ref<Vector> values) noexcept override;
@@ -44,7 +41,6 @@ class SimulatedConnection : public RobotConnection {
 
     const int robot_;
     physics::SceneSimulation* scene_ = nullptr;
-    Vector clamped_; ///< references; its memory is kept, for a step takes none
 };
 
 /// What a block says of a step of a scene that failed.

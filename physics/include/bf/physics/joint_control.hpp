@@ -109,7 +109,9 @@ class JointControl {
     /// Trajectories begin at the positions s; references are such that nothing moves: s, or zero, also those
     /// on their way.
     void set_mode(ControlMode mode, const Vector& s) noexcept;
-    void set_reference(const Vector& reference) noexcept { reference_ = reference; }
+    template <class Expression> void set_reference(const Eigen::MatrixBase<Expression>& reference) noexcept {
+        reference_ = reference;
+    }
     /// Integrals with which the position loop gives the torques `tau` (n) at no error, where it has I.
     void preload(const Vector& tau) noexcept;
     /// Largest speed of trajectories of the mode position (rad/s), or acceleration of velocity (rad/s2).

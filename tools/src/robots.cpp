@@ -33,20 +33,10 @@ std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(cons
 std::vector<ContactSensor> contact_sensors_of(const Diagram& diagram, const physics::Scene& scene) {
     std::vector<ContactSensor> sensors;
     for (const auto& node : diagram.nodes) {
-        if (node.type != "WholeBodyToolbox/WorldContact") continue;
-        std::string body;
-        Eigen::MatrixXd pose = Eigen::Matrix4d::Identity();
-        for (const auto& [name, value] : node.arguments) {
-            if (name == "body") body = value.text;
-            if (name == "pose")
-                pose = Eigen::Map<const Eigen::MatrixXd>(value.data.data(), value.rows, value.cols);
-        }
-        try {
-            const physics::Frame frame = scene.frame(body, pose);
-            if (frame.body >= 0)
-                sensors.push_back({node.path, frame.body, frame.pose.topRightCorner<3, 1>()});
-        } catch (const std::exception&) { // it is in another world of the model
-        }
+        const auto* sensor = dynamic_cast<const toolbox::ContactSensor*>(node.block.get());
+        if (!sensor || &sensor->scene() != &scene) continue;
+        const physics::Frame frame = sensor->frame();
+        if (frame.body >= 0) sensors.push_back({node.path, frame.body, frame.pose.topRightCorner<3, 1>()});
     }
     return sensors;
 }

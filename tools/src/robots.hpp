@@ -29,8 +29,8 @@ std::vector<std::pair<std::string, const physics::World*>> worlds_of(const Diagr
 /// Those that several robots share.
 std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(const Diagram& diagram);
 
-/// A WorldContact of a Scene, whose signal PATH.wrench is what all that touches a body exerts on it at a
-/// point.
+/// A toolbox::ContactSensor in a Scene, whose signal PATH.wrench is what all that touches a body exerts on it
+/// at a point.
 struct ContactSensor {
     std::string path;
     int body = 0;           ///< its number in Scene::bodies

@@ -67,7 +67,7 @@ class WorldRays final : public Block {
     }
 };
 
-class WorldContact final : public Block {
+class WorldContact final : public Block, public ContactSensor {
   public:
     using Block::Block;
     Argument<std::string> body{this, "body", {.doc = body_doc}};
@@ -99,14 +99,16 @@ class WorldContact final : public Block {
         out[touches] = contact.points > 0;
         return ok;
     }
+    const physics::Scene& scene() const override { return *world->scene; }
+    physics::Frame frame() const override { return scene().frame(*body, *pose); }
 
   private:
     Pair find() const {
-        Pair found{world->scene->frame(*body, *pose), {}};
+        Pair found{frame(), {}};
         if (*with == "floor")
             found.with = -1;
         else if (!with->empty())
-            found.with = world->scene->frame(*with).body;
+            found.with = scene().frame(*with).body;
         return found;
     }
 };

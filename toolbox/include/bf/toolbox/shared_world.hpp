@@ -36,4 +36,13 @@ struct SharedWorld {
     std::shared_ptr<Live> open() const { return std::make_shared<Live>(scene, file); }
 };
 
+/// A block that tells, as its output `wrench`, what all that touches a body exerts on it at a frame's origin,
+/// for those who draw it.
+class ContactSensor {
+  public:
+    virtual ~ContactSensor() = default;
+    virtual const physics::Scene& scene() const = 0; ///< in which the body is
+    virtual physics::Frame frame() const = 0;
+};
+
 } // namespace bf::toolbox

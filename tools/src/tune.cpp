@@ -157,7 +157,12 @@ std::string with_gains(std::string text, const std::string& robot, const std::st
         }
         return {0, 0};
     };
+    const auto is_in_comment = [&](std::size_t at) {
+        const std::size_t begin = text.rfind("<!--", at);
+        return begin != text.npos && text.find("-->", begin) > at;
+    };
     for (std::size_t at = text.find("<robot"); at != text.npos; at = text.find("<robot", at + 1)) {
+        if (is_in_comment(at)) continue;
         std::size_t end = at;
         for (char quote = 0; end < text.size() && (quote != 0 || text[end] != '>'); ++end)
             if (text[end] == '"' || text[end] == '\'')

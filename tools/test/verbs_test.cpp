@@ -1,4 +1,5 @@
 // What every verb does with right input.
+#include "bf/base/files.hpp"
 #include "command.hpp"
 
 namespace bf::tools {
@@ -357,6 +358,19 @@ record: [world.*]
     EXPECT_CONTAINS(bf("film run.mcap --picture no.png --trail nose").err, "there is no body 'nose'");
     EXPECT_CONTAINS(bf("film run.mcap run.mcap --picture no.png --width 20").err,
                     "--width 20 is too little for 2 recordings");
+}
+
+TEST_F(Verbs, TuneWritesTheGainsOfTheRobotThatIsMeant) {
+    write("arm.urdf", read_text_file(BF_SOURCE_DIRECTORY "/examples/two_robots/arm.urdf"));
+    const std::string head = "<world step=\"0.001\">\n  <!-- <robot name=\"left\" file=\"old.urdf\"/> -->\n";
+    const std::string left = "  <robot name=\"left\" file=\"arm.urdf\" initial=\"0 -0.6 2.2\"";
+    const std::string rest = "/>\n  <robot name='right' file='arm.urdf' position='1 0 0'/>\n</world>\n";
+    write("world.xml", head + left + rest);
+    const auto tuned = bf("tune world.xml --robot left --frequency 15 -o tuned.xml");
+    ASSERT_EQ(tuned.code, 0) << tuned.err;
+    const std::string text = read("tuned.xml"), before = head + left + " position_gains=\"";
+    ASSERT_EQ(text.substr(0, before.size()), before);
+    EXPECT_EQ(text.substr(text.find('"', before.size())), "\"" + rest);
 }
 
 } // namespace

@@ -30,8 +30,13 @@ void Bench::step() {
 
 namespace {
 
-/// Starts there, where there is something.
-void start_at(physics::RobotOptions& options, const std::vector<double>& pose) {
+/// The robot alone, exact and held, which starts at the pose, where there is one.
+void leave_alone(physics::PhysicsOptions& world, physics::RobotOptions& options,
+                 const std::vector<double>& pose) {
+    world.floor.enabled = false;
+    options.floating_base = false;
+    options.noise = {};
+    options.imperfections = {};
     if (pose.empty()) return;
     if (pose.size() != options.joints.size())
         throw std::runtime_error("the pose has " + std::to_string(pose.size()) +
@@ -57,15 +62,14 @@ bool moves_base(physics::SceneSimulation& simulation) {
 class SceneBench final : public Bench {
   public:
     SceneBench(std::shared_ptr<const physics::Scene> scene, Gains safe, bool is_held)
-        : simulation_(std::move(scene)), safe_(std::move(safe)), is_held_(is_held) {}
+        : simulation_(std::move(scene)), given_(simulation_.control(0).motors().position),
+          safe_(std::move(safe)), is_held_(is_held) {}
 
     const std::vector<std::string>& joints() const override { return simulation_.scene().joint_names(0); }
     const Eigen::VectorXd& effort_limits() const override { return simulation_.scene().effort_limits(0); }
     const Eigen::VectorXd& lower_limits() const override { return simulation_.scene().lower_limits(0); }
     const Eigen::VectorXd& upper_limits() const override { return simulation_.scene().upper_limits(0); }
-    const Gains& given() const override {
-        return const_cast<physics::SceneSimulation&>(simulation_).control(0).motors().position;
-    }
+    const Gains& given() const override { return given_; }
     const Gains& safe() const override { return safe_; }
     double period() const override { return simulation_.scene().options().time_step; }
     double loop_period() const override {
@@ -85,7 +89,7 @@ class SceneBench final : public Bench {
     const char* error() const override { return simulation_.error(); }
 
     physics::SceneSimulation simulation_;
-    const Gains safe_;
+    const Gains given_, safe_;
     const bool is_held_;
 };
 
@@ -101,12 +105,8 @@ std::unique_ptr<Bench> bench_of(const physics::World& world, double period, cons
         options.initial_w_H_b = start.w_H_b();
     }
     options.time_step = period;
-    options.floating_base = false;
-    options.floor.enabled = false;
     options.feet.clear();
-    options.noise = {};
-    options.imperfections = {};
-    start_at(options, pose);
+    leave_alone(options, options, pose);
     physics::WorldOptions with_safe_gains = options;
     with_safe_gains.motors.position_gains.resize(0, 0);
     const auto alone = physics::World(std::move(options)).scene();
@@ -119,13 +119,9 @@ std::unique_ptr<Bench> bench_of(const physics::Scene& scene, int robot, const st
     physics::SceneOptions options = scene.options();
     options.robots = {options.robots.at(static_cast<std::size_t>(robot))};
     options.objects.clear();
-    options.floor.enabled = false;
     physics::RobotOptions& alone = options.robots[0].options;
     const bool is_held = alone.floating_base && !scene.is_mjcf(robot);
-    alone.floating_base = false;
-    alone.noise = {};
-    alone.imperfections = {};
-    start_at(alone, pose);
+    leave_alone(options, alone, pose);
     physics::SceneOptions with_safe_gains = options;
     with_safe_gains.robots[0].motors.position_gains.resize(0, 0);
     physics::SceneSimulation safe(std::make_shared<const physics::Scene>(std::move(with_safe_gains)));

@@ -88,8 +88,9 @@ TEST(Tasks, OfAFrameAccelerateItByFeedForwardAndErrors) {
         // The error leads to the target: p + e = p_target, exp(e) R = R_target.
         Eigen::Matrix4d H;
         forward_kinematics(robot(), data, hand, H);
-        if (kind != Kind::orientation)
+        if (kind != Kind::orientation) {
             EXPECT_LT((H.block<3, 1>(0, 3) + error.head<3>() - target.block<3, 1>(0, 3)).norm(), 1e-12);
+        }
         if (kind == Kind::position) continue;
         const Eigen::Vector3d e = error.tail<3>();
         EXPECT_LE(e.norm(), M_PI + 1e-12);

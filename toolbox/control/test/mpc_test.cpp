@@ -142,7 +142,9 @@ TEST(Mpc, HasOneSolutionInBothFormsWhereBoundsAreActive) {
             EXPECT_LT((condensed.inputs() - sparse.inputs()).norm(), 1e-5) << k;
             EXPECT_LT((condensed.states() - sparse.states()).norm(), 1e-5) << k;
             const double highest = condensed.states().row(2).maxCoeff();
-            if (!is_soft) EXPECT_LT(highest, 0.7 + 1e-5);
+            if (!is_soft) {
+                EXPECT_LT(highest, 0.7 + 1e-5);
+            }
             active += highest > 0.7 - 1e-5;
             EXPECT_LE(condensed.inputs().row(1).maxCoeff(), 2.0 + 1e-6);
         }

@@ -7,7 +7,7 @@
 namespace bf::control {
 namespace {
 
-using test::heap_calls;
+using bf::test::heap_calls;
 
 TEST(Control, AllocatesNothingWhileItSolvesOrTakesAnotherModel) {
     constexpr int n = 12, m = 4;

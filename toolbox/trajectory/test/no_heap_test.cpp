@@ -6,7 +6,7 @@
 namespace bf::trajectory {
 namespace {
 
-using test::heap_calls;
+using bf::test::heap_calls;
 
 TEST(JointTrajectory, AllocatesNothingWhilePlanning) {
     using Timing = JointTrajectory::Timing;

@@ -250,8 +250,10 @@ Scene::Scene(const WorldOptions& options) : impl_(std::make_unique<Impl>()) {
     const SpecPtr spec = make_spec(robot.options, options, urdf, Looks::none, &impl_->warnings);
     impl_->starts.resize(1);
     impl_->starts[0].mass = total_mass(spec.get());
+    const std::vector<Attached> attached = bodies_of(spec.get());
     impl_->model = compile(spec.get(), urdf.file);
     impl_->index();
+    impl_->index_links(attached);
     impl_->stand();
     impl_->make_loops();
     impl_->make_fingerprint();

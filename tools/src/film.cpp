@@ -3,6 +3,7 @@
 #include "bf/physics/renderer.hpp"
 #include "bf/recording/reader.hpp"
 #include "bf/run/replay.hpp"
+#include "bf/toolbox/shared_world.hpp"
 #include "files.hpp"
 #include "robots.hpp"
 #include "terminal.hpp"
@@ -51,6 +52,7 @@ class Take {
         if (const auto worlds = worlds_of(loaded_.diagram); !worlds.empty()) {
             const auto& [path, world] = worlds.back();
             path_ = path;
+            scene_ = world->scene().get();
             base_ = &samples_of("w_H_b", 16);
             if (world->joint_count() > 0)
                 positions_ = &samples_of("s", static_cast<std::size_t>(world->joint_count()));
@@ -58,13 +60,14 @@ class Take {
         } else if (const auto shared = shared_worlds_of(loaded_.diagram); !shared.empty()) {
             const auto& [path, scene] = shared.back();
             path_ = path;
+            scene_ = scene;
             positions_ = &samples_of("q", static_cast<std::size_t>(scene->position_count()));
             renderer_.emplace(*scene, picture);
-            for (const auto& sensor : contact_sensors_of(loaded_.diagram, *scene)) {
-                const auto wrench = std::ranges::find(recording_.channels, sensor.path + ".wrench",
-                                                      &recording::Channel::name);
+            for (const auto& [block, sensor] : contact_sensors_of(loaded_.diagram, *scene)) {
+                const auto wrench =
+                    std::ranges::find(recording_.channels, block + ".wrench", &recording::Channel::name);
                 if (wrench != recording_.channels.end() && wrench->samples() > 0)
-                    sensors_.emplace_back(sensor, &*wrench);
+                    sensors_.emplace_back(sensor->frame(), &*wrench);
             }
         } else {
             throw CommandError(loaded_.diagram.name +
@@ -85,10 +88,9 @@ class Take {
         trails_.clear();
         bodies_.clear();
         for (const auto& name : options_.trails) {
-            const int body = renderer_->body(name);
+            bodies_.push_back(scene_->frame(name));
             physics::Line& line = trails_.emplace_back();
             line.number = static_cast<int>(trails_.size()) - 1;
-            bodies_.push_back(body);
         }
         trailed_ = t;
     }
@@ -108,9 +110,8 @@ class Take {
             if (!outline.points.empty()) outline.points.push_back(outline.points.front());
             marks.lines.push_back(std::move(outline));
         }
-        for (const auto& [sensor, wrench] : sensors_)
-            add(axial_force(renderer_->position(sensor.body, sensor.origin), values(*wrench, t)),
-                marks.arrows);
+        for (const auto& [frame, wrench] : sensors_)
+            add(axial_force(renderer_->position(frame), values(*wrench, t)), marks.arrows);
         for (const auto& channel : recording_.channels) {
             if (channel.samples() == 0) continue;
             if (channel.name.starts_with(path_ + ".wrench_")) add_contact(channel, t, marks.arrows);
@@ -176,13 +177,15 @@ class Take {
     recording::Recording recording_;
     LoadedModel loaded_;
     std::string path_; ///< of the world's block
+    const physics::Scene* scene_ = nullptr;
     std::optional<physics::Renderer> renderer_;
     const recording::Channel* base_ = nullptr; ///< of a MujocoWorld
     const recording::Channel* positions_ =
         nullptr; ///< of its joints, or all of a World; none: it has no joints
-    std::vector<std::pair<ContactSensor, const recording::Channel*>> sensors_;
-    std::vector<physics::Line> trails_; ///< until `trailed_`
-    std::vector<int> bodies_;           ///< that have them
+    std::vector<std::pair<physics::Frame, const recording::Channel*>>
+        sensors_;                        ///< of contacts, with wrenches
+    std::vector<physics::Line> trails_;  ///< until `trailed_`
+    std::vector<physics::Frame> bodies_; ///< that have them
     double trailed_ = 0;
 };
 

@@ -30,13 +30,13 @@ std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(cons
     return worlds;
 }
 
-std::vector<ContactSensor> contact_sensors_of(const Diagram& diagram, const physics::Scene& scene) {
-    std::vector<ContactSensor> sensors;
+std::vector<std::pair<std::string, const toolbox::ContactSensor*>> contact_sensors_of(
+    const Diagram& diagram, const physics::Scene& scene) {
+    std::vector<std::pair<std::string, const toolbox::ContactSensor*>> sensors;
     for (const auto& node : diagram.nodes) {
         const auto* sensor = dynamic_cast<const toolbox::ContactSensor*>(node.block.get());
-        if (!sensor || &sensor->scene() != &scene) continue;
-        const physics::Frame frame = sensor->frame();
-        if (frame.body >= 0) sensors.push_back({node.path, frame.body, frame.pose.topRightCorner<3, 1>()});
+        if (sensor && &sensor->scene() == &scene && sensor->frame().body >= 0)
+            sensors.emplace_back(node.path, sensor);
     }
     return sensors;
 }

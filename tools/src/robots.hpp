@@ -17,6 +17,9 @@ class World;
 struct ContactForce;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 } // namespace bf::physics
+namespace bf::toolbox {
+class ContactSensor;
+}
 
 namespace bf::tools {
 
@@ -29,14 +32,9 @@ std::vector<std::pair<std::string, const physics::World*>> worlds_of(const Diagr
 /// Those that several robots share.
 std::vector<std::pair<std::string, const physics::Scene*>> shared_worlds_of(const Diagram& diagram);
 
-/// A toolbox::ContactSensor in a Scene, whose signal PATH.wrench is what all that touches a body exerts on it
-/// at a point.
-struct ContactSensor {
-    std::string path;
-    int body = 0;           ///< its number in Scene::bodies
-    Eigen::Vector3d origin; ///< in the body (m)
-};
-std::vector<ContactSensor> contact_sensors_of(const Diagram& diagram, const physics::Scene& scene);
+/// The sensors of contacts on what moves in a Scene, with the paths of their blocks.
+std::vector<std::pair<std::string, const toolbox::ContactSensor*>> contact_sensors_of(
+    const Diagram& diagram, const physics::Scene& scene);
 
 /// A force of at least 1 N at the point of the wrench's axis that is nearest to the point that the wrench (N,
 /// Nm) refers to: origin = point + force x moment / |force|². Source: L. Poinsot, Éléments de statique, 1803.

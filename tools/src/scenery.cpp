@@ -1,5 +1,6 @@
 #include "scenery.hpp"
 #include "bf/physics/figure.hpp"
+#include "bf/toolbox/shared_world.hpp"
 #include "bf/toolbox/simulated_robot.hpp"
 #include "robots.hpp"
 
@@ -83,9 +84,10 @@ Quantity positions(const std::vector<Quantity>& signals, const std::string& path
 /// A world that several robots share.
 class SharedScenery final : public service::Scenery {
   public:
-    SharedScenery(const physics::Scene& scene, const std::string& path, std::vector<ContactSensor> sensors,
+    SharedScenery(const physics::Scene& scene, const std::string& path,
+                  const std::vector<std::pair<std::string, const toolbox::ContactSensor*>>& sensors,
                   std::shared_ptr<physics::Figure> figure)
-        : figure_(std::move(figure)), sensors_(std::move(sensors)), wrenches_(sensors_.size()),
+        : figure_(std::move(figure)), wrenches_(sensors.size()),
           position_count_(static_cast<std::size_t>(scene.position_count())) {
         // The scene lives as long as the diagram, which is longer than this function.
         const physics::SceneSimulation start(
@@ -93,7 +95,10 @@ class SharedScenery final : public service::Scenery {
         world_.path = path;
         world_.bodies = figure_->bodies();
         world_.has_floor = scene.options().floor.enabled;
-        for (const auto& sensor : sensors_) world_.feet.push_back(sensor.path);
+        for (const auto& [block, sensor] : sensors) {
+            world_.feet.push_back(block);
+            sensors_.push_back(sensor->frame());
+        }
         world_.shapes = shapes_of(*figure_);
         write({start.q().data(), static_cast<std::size_t>(start.q().size())}, world_.start);
     }
@@ -103,7 +108,7 @@ class SharedScenery final : public service::Scenery {
     void bind(const std::vector<Quantity>& signals) override {
         q_ = positions(signals, world_.path + ".q", position_count_);
         for (std::size_t i = 0; i < sensors_.size(); ++i)
-            wrenches_[i] = data_if_known(signals, sensors_[i].path + ".wrench");
+            wrenches_[i] = data_if_known(signals, world_.feet[i] + ".wrench");
     }
     void look(std::vector<double>& values) noexcept override {
         write({reinterpret_cast<const double*>(q_.data), q_.info.elements()}, values);
@@ -115,9 +120,9 @@ class SharedScenery final : public service::Scenery {
         write_poses(*figure_, values);
         for (std::size_t i = 0; i < sensors_.size(); ++i) {
             const auto pose = figure_->pose(sensors_[i].body);
-            const Eigen::Vector3d origin =
-                Eigen::Map<const Eigen::Vector3d>(pose.data()) +
-                Eigen::Quaterniond(pose[3], pose[4], pose[5], pose[6]) * sensors_[i].origin;
+            const Eigen::Vector3d in_body = sensors_[i].pose.topRightCorner<3, 1>();
+            const Eigen::Vector3d origin = Eigen::Map<const Eigen::Vector3d>(pose.data()) +
+                                           Eigen::Quaterniond(pose[3], pose[4], pose[5], pose[6]) * in_body;
             write_contact(wrenches_[i]
                               ? axial_force(origin, Eigen::Map<const physics::Vector6d>(wrenches_[i]))
                               : std::nullopt,
@@ -128,7 +133,7 @@ class SharedScenery final : public service::Scenery {
 
     const std::shared_ptr<physics::Figure> figure_;
     service::SceneWorld world_;
-    const std::vector<ContactSensor> sensors_;
+    std::vector<physics::Frame> sensors_; ///< of the contacts that are the world's `feet`
     std::vector<const double*> wrenches_; ///< of sensors; null: a recording lacks it
     const std::size_t position_count_;
     Quantity q_;

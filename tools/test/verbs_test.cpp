@@ -353,9 +353,9 @@ record: [world.*]
     EXPECT_FALSE(exists("other.mp4"));
 
     const auto both = bf("film run.mcap run.mcap --picture both.png --width 120 --height 48 --com --support "
-                         "--trail l_elbow_1 --follow root_link --at 0.1");
+                         "--trail l_elbow_1 --trail l_sole --follow root_link --at 0.1");
     EXPECT_EQ(both.out, "both.png\n") << both.err;
-    EXPECT_CONTAINS(bf("film run.mcap --picture no.png --trail nose").err, "there is no body 'nose'");
+    EXPECT_CONTAINS(bf("film run.mcap --picture no.png --trail nose").err, "the world has no body 'nose'");
     EXPECT_CONTAINS(bf("film run.mcap run.mcap --picture no.png --width 20").err,
                     "--width 20 is too little for 2 recordings");
 }

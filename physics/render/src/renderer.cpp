@@ -1,6 +1,5 @@
 #include "bf/physics/renderer.hpp"
 
-#include "bf/base/names.hpp"
 #include "bf/physics/figure.hpp"
 #include "canvas.hpp"
 #include "scene.hpp"
@@ -69,7 +68,7 @@ struct Renderer::Impl {
     Puppet puppet;
     size_t positions; ///< how many place it
     std::vector<Robot> robots;
-    std::optional<int> followed; ///< id of a body
+    std::optional<Frame> followed;
     Stage stage;
     std::vector<std::uint8_t> overlay;
     std::optional<Eigen::Vector3d> base;             ///< of a World's robot
@@ -78,22 +77,13 @@ struct Renderer::Impl {
     double distance = 0;
 
     template <class Made>
-    Impl(const Made& made, const RenderOptions& wanted, size_t count)
+    Impl(const Made& made, const Scene& scene, const RenderOptions& wanted, size_t count)
         : options(wanted), puppet(made, [this](mjSpec* spec) { decorate(spec, options); }), positions(count),
           stage(puppet.model(), max_geoms, options.height < 900 ? mjFONTSCALE_100 : mjFONTSCALE_200) {
-        if (!options.followed.empty()) followed = body(options.followed) + 1;
+        if (!options.followed.empty()) followed = scene.frame(options.followed);
     }
 
     const char* name_of(int id) const { return mj_id2name(puppet.model(), mjOBJ_BODY, id); }
-
-    int body(const std::string& name) const {
-        std::vector<std::string> names;
-        for (int id = 1; id < puppet.model()->nbody; ++id) {
-            if (name == name_of(id)) return id - 1;
-            names.emplace_back(name_of(id));
-        }
-        throw std::runtime_error("there is no body '" + name + "'; there are: " + name_list(names));
-    }
 
     /// A part of the model that begins with `prefix`.
     void add_robot(const std::string& prefix, bool floats) {
@@ -109,8 +99,11 @@ struct Renderer::Impl {
                                         " joint positions; the robot has " + std::to_string(positions));
     }
 
-    Eigen::Vector3d position(int id) const {
-        return Eigen::Map<const Eigen::Vector3d>(puppet.data()->xpos + 3 * id);
+    Eigen::Vector3d position(const Frame& frame) const {
+        const int id = frame.body + 1; // the world is 0
+        const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(puppet.data()->xmat + 9 * id);
+        return Eigen::Map<const Eigen::Vector3d>(puppet.data()->xpos + 3 * id) +
+               R * frame.pose.topRightCorner<3, 1>();
     }
 
     /// The box around all that is seen of robots and of what moves.
@@ -162,13 +155,13 @@ struct Renderer::Impl {
 
 Renderer::Renderer(const World& world, RenderOptions options) {
     options.validate();
-    impl_ = std::make_unique<Impl>(world, options, world.joint_names().size());
+    impl_ = std::make_unique<Impl>(world, *world.scene(), options, world.joint_names().size());
     impl_->add_robot("", world.options().floating_base);
 }
 
 Renderer::Renderer(const Scene& scene, RenderOptions options) {
     options.validate();
-    impl_ = std::make_unique<Impl>(scene, options, static_cast<size_t>(scene.position_count()));
+    impl_ = std::make_unique<Impl>(scene, scene, options, static_cast<size_t>(scene.position_count()));
     const mjModel* m = impl_->puppet.model();
     for (const SceneRobot& robot : scene.options().robots) {
         const std::string prefix = robot.name + "/";
@@ -186,12 +179,7 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 const RenderOptions& Renderer::options() const { return impl_->options; }
 int Renderer::robot_count() const { return static_cast<int>(impl_->robots.size()); }
-int Renderer::body(const std::string& name) const { return impl_->body(name); }
-Eigen::Vector3d Renderer::position(int body, const Eigen::Vector3d& point) const {
-    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(impl_->puppet.data()->xmat +
-                                                                           9 * (body + 1));
-    return impl_->position(body + 1) + R * point;
-}
+Eigen::Vector3d Renderer::position(const Frame& frame) const { return impl_->position(frame); }
 
 void Renderer::place(const Eigen::Matrix4d& w_H_b, std::span<const double> s) {
     impl_->require(s.size());

@@ -252,10 +252,10 @@ TEST(Renderer, DrawsAScene) {
     q[7] += 5; // a whole number of squares
     EXPECT_GT(difference(drawn(still), first), 0.001);
     EXPECT_GT(difference(drawn(with_ball), followed), 0.001) << "without the box";
-    const Eigen::Vector3d at = with_ball.position(with_ball.body("ball"));
+    const Eigen::Vector3d at = with_ball.position(scene.frame("ball"));
     EXPECT_EQ(at, Eigen::Vector3d(5, 2, 0.3));
     EXPECT_EQ(message_of([&] { Renderer renderer(scene, {.followed = "bull"}); }),
-              "there is no body 'bull'; there are: robot/box, ball");
+              "the world has no body 'bull'; did you mean 'ball'? there are: robot/box, ball");
     EXPECT_GT(difference(drawn(still, {.centres = {{0, 0, 0.05}}}), drawn(still)), 0.0002);
     EXPECT_GT(difference(drawn(still, {.lines = {{.points = {{0, 0, 0.3}, {0, 1, 0.3}}}}}), drawn(still)),
               0.001);

@@ -80,8 +80,6 @@ class Renderer {
 
     const RenderOptions& options() const;
     int robot_count() const;
-    /// The number of a body, from 0. Throws std::runtime_error that names those there are.
-    int body(const std::string& name) const;
 
     /// Puts the base at `w_H_b` and the joints at `s` (n, the World's order). Throws std::invalid_argument
     /// for a wrong number of them.
@@ -89,8 +87,8 @@ class Renderer {
     /// Puts everything where SceneSimulation::q says. The same.
     void place(std::span<const double> q);
 
-    /// Where a point that is fixed to a body, its origin or another one (m), was placed.
-    Eigen::Vector3d position(int body, const Eigen::Vector3d& point = Eigen::Vector3d::Zero()) const;
+    /// Where the origin of a frame of the Scene, or of the World's, was placed (m).
+    Eigen::Vector3d position(const Frame& frame) const;
     Eigen::Vector3d com(int robot) const; ///< centre of mass of a robot, as it was placed (m)
     /// The support polygon of a robot as it was placed: the convex hull, seen from above and
     /// counterclockwise, of the points at which it touches what stands still (m). Empty: there are none, or

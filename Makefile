@@ -2,7 +2,7 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test check-all wasm docs mutate fuzz bench peers robots lint format build aarch64 configure deps lock clean
+.PHONY: demo test check-all wasm docs mutate fuzz bench peers robots lint format build aarch64 configure deps lock lock-python clean
 
 # What a build says while it goes on: how much is done, and since when.
 export NINJA_STATUS = [%p, %es] 
@@ -89,6 +89,12 @@ lint: deps
 # Rewrites the sources in the project's format.
 format: deps
 	git ls-files '*.hpp' '*.cpp' | xargs clang-format-14 -i
+
+# The same of what the Python package is built and tested with.
+lock-python: deps
+	python3 -m venv .deps/lock && .deps/lock/bin/pip install -q pip-tools
+	.deps/lock/bin/pip-compile -q --no-header --no-annotate --generate-hashes --strip-extras --allow-unsafe --no-emit-index-url \
+	    --no-emit-trusted-host --no-emit-find-links python/requirements.in -o python/requirements.txt
 
 # Pins what requirements.in names, with hashes, in requirements.txt.
 lock: deps

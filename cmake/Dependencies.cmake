@@ -9,6 +9,7 @@ endif()
 # Components that a build may leave out. Folders are tested where both are there, what is left by tests/reduced.
 option(BF_SUNDIALS "CVODE's solvers and the solution of algebraic loops" ON)
 option(BF_ROBOTS "the Whole-Body Toolbox, its physics, and films" ON)
+option(BF_PYTHON_API "the Python package, for which scripts/deps-python installs what it needs" OFF)
 if(BF_SUNDIALS AND BF_ROBOTS)
     set(BF_EVERYTHING ON)
 endif()

@@ -30,6 +30,7 @@ LIBRARIES = {
     "OSQP": ("osqp.h", "auxil.h", "scaling.h", "qdldl_interface.h"),
     "Ruckig": ("ruckig/",),
     "CLI11": ("CLI/",),
+    "nanobind": ("nanobind/", "Python.h"),
     "nlohmann-json": ("nlohmann/",),
     "Boost": ("boost/",),
     "iDynTree": ("iDynTree/",),

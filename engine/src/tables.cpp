@@ -7,27 +7,28 @@ namespace bf {
 
 static_assert(constant_rate == 0, "as bf::Quantity says");
 
-Quantity Simulation::quantity(const SignalName& name) const {
-    const Slot& slot = diagram_.slot(name.end);
-    Quantity quantity{
-        name.path,
-        slot.type,
-        {},
-        std::max(diagram_.nodes[static_cast<std::size_t>(name.end.node)].rate, constant_rate),
-        static_cast<std::byte*>(const_cast<Context&>(context_).data(name.end.node, name.end.slot))};
-    recording::ChannelInfo& info = quantity.info;
+recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end) {
+    const Slot& slot = diagram.slot(end);
+    const int rate = std::max(diagram.nodes[static_cast<std::size_t>(end.node)].rate, constant_rate);
+    recording::ChannelInfo info;
     info.type = element_type(slot.type);
     info.rows = static_cast<std::uint32_t>(slot.size.rows);
     info.cols = static_cast<std::uint32_t>(slot.size.cols);
     info.is_matrix = slot.size.is_matrix;
     if (slot.unit.kind == Unit::Kind::exact && slot.unit.text != "1") info.unit = slot.unit.text;
     info.doc = slot.doc;
-    info.period = diagram_.period(quantity.rate);
-    for (const auto& named : diagram_.enumerated)
-        if (named.end.node == name.end.node && named.end.slot == name.end.slot) info.names = named.names;
-    info.element_names = diagram_.element_names(name.end);
-    info.is_held = !diagram_.rates[static_cast<std::size_t>(quantity.rate)].is_continuous;
-    return quantity;
+    info.period = diagram.period(rate);
+    for (const auto& named : diagram.enumerated)
+        if (named.end.node == end.node && named.end.slot == end.slot) info.names = named.names;
+    info.element_names = diagram.element_names(end);
+    info.is_held = !diagram.rates[static_cast<std::size_t>(rate)].is_continuous;
+    return info;
+}
+
+Quantity Simulation::quantity(const SignalName& name) const {
+    return {name.path, diagram_.slot(name.end).type, channel_info(diagram_, name.end),
+            std::max(diagram_.nodes[static_cast<std::size_t>(name.end.node)].rate, constant_rate),
+            static_cast<std::byte*>(const_cast<Context&>(context_).data(name.end.node, name.end.slot))};
 }
 
 std::vector<Quantity> Simulation::quantities(const std::vector<SignalName>& names) const {

@@ -99,8 +99,9 @@ ExaminedModel examine(const fs::path& file, const std::vector<Override>& overrid
     return examine(ModelSource{file, {}, {}}, file, overrides);
 }
 
-LoadedModel load(const fs::path& file, const std::vector<Override>& overrides) {
-    return load(ModelSource{file, {}, {}}, file, overrides);
+LoadedModel load(const fs::path& file, const std::vector<Override>& overrides,
+                 std::map<fs::path, std::string> texts) {
+    return load(ModelSource{file, std::move(texts), {}}, file, overrides);
 }
 
 LoadedModel load(const ModelSource& source) {
@@ -121,8 +122,10 @@ ExaminedModel examine(const model::Model& model, const fs::path& file,
     return examine(source_of(model, file), file, overrides);
 }
 
-ExaminedModel examine(const model::Model& model, ModelSource source, const std::set<fs::path>* files) {
-    ExaminedModel found{{make_registry(), std::move(source), {}}, {}};
+ExaminedModel examine(const model::Model& model, ModelSource source, const std::set<fs::path>* files,
+                      std::unique_ptr<Registry> registry) {
+    if (!registry) registry = make_registry();
+    ExaminedModel found{{std::move(registry), std::move(source), {}}, {}};
     std::vector<Override> overrides;
     for (const auto& [name, text] : found.source.overrides) overrides.push_back({name, text, {}});
     Examined elaborated =

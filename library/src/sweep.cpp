@@ -71,7 +71,7 @@ SweepRow run_point(const Sweep& sweep, const Point& point) {
     try {
         std::vector<Override> overrides = sweep.overrides;
         for (const auto& [name, value] : point) overrides.push_back({name, value});
-        const LoadedModel loaded = load(sweep.file, overrides);
+        const LoadedModel loaded = load(sweep.file, overrides, sweep.texts);
         const Diagram& diagram = loaded.diagram;
         if (!std::isfinite(diagram.stop))
             throw RunError(diagram.name + " does not say how long it runs: give --stop SECONDS, or write "

@@ -34,26 +34,28 @@ recording::Metadata numbered(const std::vector<std::pair<std::string, std::strin
 
 } // namespace
 
-Recorder::Recorder(const Run& run, const std::vector<Quantity>& signals, const std::filesystem::path& file,
-                   const ModelSource& source, const recording::WriterOptions& options)
-    : writer_(file, {{"model", run.name()}, {"step", number_text(run.period())}}, options) {
-    // A subsystem's output is the signal of a block inside: recorded once, under the name that comes first.
-    std::vector<std::pair<Quantity, std::vector<std::string>>> named; // with other names
+std::vector<Quantity> to_record(const Run& run, const std::vector<Quantity>& signals) {
+    std::vector<Quantity> all;
     std::map<std::pair<const std::byte*, std::size_t>, std::size_t> position;
     const auto add = [&](const Quantity& signal, bool has_new_name) {
         if (signal.info.elements() == 0) return;
-        const auto [found, is_new] = position.try_emplace({signal.data, signal.info.bytes()}, named.size());
-        if (is_new) return static_cast<void>(named.emplace_back(signal, std::vector<std::string>()));
-        auto& [known, others] = named[found->second];
+        const auto [found, is_new] = position.try_emplace({signal.data, signal.info.bytes()}, all.size());
+        if (is_new) return static_cast<void>(all.emplace_back(signal));
+        Quantity& known = all[found->second];
+        auto& others = known.info.other_names;
         if (has_new_name && known.path != signal.path &&
             std::find(others.begin(), others.end(), signal.path) == others.end())
             others.push_back(signal.path);
     };
     for (const auto& signal : signals) add(signal, true);
     for (const auto& signal : run.outside()) add(signal, false);
+    return all;
+}
 
-    for (auto& [signal, others] : named) {
-        signal.info.other_names = std::move(others);
+Recorder::Recorder(const Run& run, const std::vector<Quantity>& signals, const std::filesystem::path& file,
+                   const ModelSource& source, const recording::WriterOptions& options)
+    : writer_(file, {{"model", run.name()}, {"step", number_text(run.period())}}, options) {
+    for (const auto& signal : to_record(run, signals)) {
         const auto id = writer_.add_channel(signal.path, signal.info);
         channels_.push_back({signal.path, signal.type, signal.info.rows, signal.info.cols, id});
         samples_[signal.rate].push_back({id, signal.data});

@@ -22,6 +22,9 @@ namespace bf {
 /// count, values of parameters do not.
 std::uint64_t fingerprint(const Diagram& diagram);
 
+/// What a recording keeps of a signal or parameter, all but its other names.
+recording::ChannelInfo channel_info(const Diagram& diagram, const Node::End& end);
+
 /// The path that the block or subsystem of a path had in another diagram; none: it was not there. What is in
 /// a block, such as a state of a chart, has a path under that of the block.
 using Origin = std::function<std::optional<std::string>(const std::string& path)>;

@@ -7,6 +7,7 @@
 #include "bf/run/recorder.hpp"
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <set>
 #include <vector>
@@ -28,8 +29,10 @@ struct LoadedModel {
 using Override = ElaborateOptions::Override;
 
 /// Reads and elaborates the file with these changes; the last one of a name counts. Throws model::Errors with
-/// all that is wrong, FileError when the file cannot be read.
-LoadedModel load(const std::filesystem::path& file, const std::vector<Override>& overrides = {});
+/// all that is wrong, FileError when the file cannot be read. Of files of which there are `texts`, by their
+/// absolute paths, these count.
+LoadedModel load(const std::filesystem::path& file, const std::vector<Override>& overrides = {},
+                 std::map<std::filesystem::path, std::string> texts = {});
 
 /// What can be known of a model, right or wrong.
 struct ExaminedModel : LoadedModel {
@@ -54,9 +57,11 @@ ExaminedModel examine(const model::Model& model, const std::filesystem::path& fi
 
 /// The same for a model that was read from these texts, with the models of all files that it refers to, and
 /// is changed as the source says.
-/// `files`: the only ones that arguments may name; null: any.
+/// `files`: the only ones that arguments may name; null: any. `registry`: has the blocks; null: that of
+/// make_registry.
 ExaminedModel examine(const model::Model& model, ModelSource source,
-                      const std::set<std::filesystem::path>* files = nullptr);
+                      const std::set<std::filesystem::path>* files = nullptr,
+                      std::unique_ptr<Registry> registry = nullptr);
 
 /// The changes that a YAML file of names and expressions makes: Gain: {Kp: 1} changes Gain.Kp. Throws
 /// model::Errors, FileError.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -61,6 +62,8 @@ struct Sweep {
     std::vector<Override> overrides = {}; ///< in all runs; those of a point win
     std::vector<std::string> finals = {}; ///< paths of signals whose last values are results, too
     int jobs = 0;                         ///< processes; 0: one per processor
+    /// Of the model and of files that it refers to, by their absolute path; others are read from the disk.
+    std::map<std::filesystem::path, std::string> texts = {};
 };
 
 /// The rows in the order of the points. Runs go on in other processes, so that one that crashes is a row with

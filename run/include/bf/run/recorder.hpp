@@ -24,6 +24,10 @@ struct ModelSource {
         overrides; ///< names and expressions, the last one counts
 };
 
+/// What a recording of signals holds: each once, under the name that comes first and with its other ones, as
+/// the output of a subsystem is the signal of a block inside; and what reaches the model from outside.
+std::vector<Quantity> to_record(const Run& run, const std::vector<Quantity>& signals);
+
 /// Writes signals to an MCAP file, each at its own rate, as the observers of a step see them. A signal with
 /// several names, such as the output of a subsystem, is stored once. For a replay it adds the inputs of the
 /// root and what comes from devices, and

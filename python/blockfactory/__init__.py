@@ -1,0 +1,65 @@
+"""Robot controllers as block diagrams: load, edit, run, record and look at models.
+
+    import blockfactory as bf
+
+    m = bf.load("motor.yaml", {"Gain.Kp": 0.2})
+    with m.simulate() as sim:
+        recording = sim.record()
+        sim.run(1.2)
+        print(sim["motor.omega"])
+    recording.to_xarray()
+"""
+
+from __future__ import annotations
+
+from . import operations
+from ._model import Drawing, LoadedModel, Model, examine, load
+from ._native import BlockInfo, Diagnostic, Recorder, Signal
+from ._recording import Recording, Series, read_recording
+from ._simulation import Inputs, Parameters, Simulation, Variables
+from ._sweep import SweepResult, SweepRow, sweep
+from .errors import (
+    Error,
+    FileError,
+    GenerationError,
+    ModelError,
+    PluginError,
+    RunError,
+    StepError,
+    UnknownName,
+    WrongValue,
+)
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "BlockInfo",
+    "Diagnostic",
+    "Drawing",
+    "Error",
+    "FileError",
+    "GenerationError",
+    "Inputs",
+    "LoadedModel",
+    "Model",
+    "ModelError",
+    "Parameters",
+    "PluginError",
+    "Recorder",
+    "Recording",
+    "RunError",
+    "Series",
+    "Signal",
+    "Simulation",
+    "StepError",
+    "SweepResult",
+    "SweepRow",
+    "UnknownName",
+    "Variables",
+    "WrongValue",
+    "examine",
+    "load",
+    "operations",
+    "read_recording",
+    "sweep",
+]

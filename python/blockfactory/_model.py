@@ -1,0 +1,339 @@
+"""Models: as documents that are edited, and elaborated, ready to run."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from . import _native, operations
+from ._expression import changes, expression
+from .errors import UnknownName
+
+if TYPE_CHECKING:
+    from ._native import BlockInfo, Diagnostic, Signal
+    from ._simulation import Simulation
+
+T = TypeVar("T")
+
+_SHOWN = ("sizes", "types", "rates", "units")
+
+
+def _show(show: str | Iterable[str]) -> list[str]:
+    words = [show] if isinstance(show, str) else list(show)
+    for word in words:
+        if word not in _SHOWN:
+            raise UnknownName(f"beside wires stands no '{word}'; known are {', '.join(_SHOWN)}")
+    return words
+
+
+class Named(Mapping[str, T], Generic[T]):
+    """What a model has, by its path, in the order of the document; a block stands for its only port."""
+
+    def __init__(self, kind: str, items: Mapping[str, T]) -> None:
+        self._kind = kind
+        self._items = items
+
+    def __getitem__(self, path: str) -> T:
+        try:
+            return self._items[path]
+        except KeyError:
+            only = [one for one in self._items if one.rpartition(".")[0] == path]
+            if len(only) == 1 and self._kind != "block":
+                return self._items[only[0]]
+            raise UnknownName(f"there is no {self._kind} '{path}'{_near(path, self._items)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} {self._kind}s: {', '.join(list(self)[:8])}{', ...' if len(self) > 8 else ''}>"
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self)
+
+
+def _near(name: str, known: Iterable[str]) -> str:
+    import difflib
+
+    near = difflib.get_close_matches(str(name), list(known), n=3)
+    return "; did you mean " + " or ".join(f"'{one}'" for one in near) + "?" if near else ""
+
+
+class LoadedModel:
+    """An elaborated model: every size, type, rate and the order are known. It does not change; `simulate` runs it, as
+    often and in as many threads as you like."""
+
+    def __init__(self, native: _native.LoadedModel) -> None:
+        self._native = native
+
+    @property
+    def name(self) -> str:
+        """Of the model."""
+        return self._native.name
+
+    @property
+    def file(self) -> Path:
+        """Of the model, absolute."""
+        return Path(self._native.file)
+
+    @property
+    def step(self) -> float:
+        """Base period [s]."""
+        return self._native.step
+
+    @property
+    def stop(self) -> float:
+        """How long the model says that it runs [s]; inf where it does not say."""
+        return self._native.stop
+
+    @property
+    def overrides(self) -> dict[str, str]:
+        """Names and expressions that it was loaded with."""
+        return dict(self._native.overrides)
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        """What is wrong; a model of `load` has none."""
+        return self._native.diagnostics
+
+    @property
+    def plots(self) -> dict[str, list[str]]:
+        """Signals that the model draws, by the titles of panels."""
+        return dict(self._native.plots)
+
+    @property
+    def blocks(self) -> Named[BlockInfo]:
+        """Every block by its path, 'controller.pd': type, arguments, ports and parameters."""
+        return Named("block", {block.path: block for block in self._native._blocks()})
+
+    @property
+    def signals(self) -> Named[Signal]:
+        """Every signal by its path: shape, type, unit, meaning, period."""
+        return Named("signal", {one.path: one for one in self._native._signals()})
+
+    @property
+    def parameters(self) -> Named[Signal]:
+        """Every parameter by its path, with its limits."""
+        return Named("parameter", {one.path: one for one in self._native._parameters()})
+
+    @property
+    def inputs(self) -> Named[Signal]:
+        """Of the root: who runs the model writes them."""
+        return Named("input", {one.path: one for one in self._native._inputs()})
+
+    @property
+    def outputs(self) -> Named[Signal]:
+        """Of the root."""
+        return Named("output", {one.path: one for one in self._native._outputs()})
+
+    def edit(self) -> Model:
+        """The document, to be edited; this model stays as it is."""
+        return Model.parse(self._native.files[os.fspath(self.file)], self.file)
+
+    def simulate(self) -> Simulation:
+        """A run of this model, started: `with m.simulate() as sim: sim.run(10)`."""
+        from ._simulation import Simulation
+
+        sim = Simulation(self._native)
+        sim.start()
+        return sim
+
+    def draw(self, system: str = "", *, show: str | Iterable[str] = (), dark: bool = False) -> Drawing:
+        """A picture of a subsystem or a state machine, of the model itself without a path. `show`: what stands beside
+        wires, of 'sizes', 'types', 'rates', 'units'."""
+        return Drawing(self._native._draw(system, _show(show), dark))
+
+    def _repr_svg_(self) -> str:
+        return self.draw().svg
+
+    def __repr__(self) -> str:
+        wrong = f", {len(self.diagnostics)} mistakes" if self.diagnostics else ""
+        return f"<LoadedModel {self.name}: {len(self.blocks)} blocks, step {self.step:g} s{wrong}>"
+
+
+class Drawing:
+    """A picture as SVG, which notebooks show."""
+
+    def __init__(self, svg: str) -> None:
+        self.svg = svg
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Writes an SVG file."""
+        Path(file).write_text(self.svg, encoding="utf-8")
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+
+class Model(_native.Model):
+    """The document that a person writes, as a value: blocks, connections, variables, everything in order. It is
+    changed by operations, which hold or leave it as it was, and which `undo` takes back; what is renamed or removed is
+    followed by all that refers to it.
+
+        m = bf.Model("oscillator")
+        m.set_variable("k", 40, minimum=0, unit="N/m")
+        m.add("force", "Sum", signs="--")
+        m.add("velocity", "Integrator")
+        m.connect("force", "velocity")
+    """
+
+    @classmethod
+    def read(cls, file: str | os.PathLike[str]) -> Model:
+        """Of a YAML file. Throws ModelError, FileError."""
+        model = cls("")
+        model._read(Path(file))
+        return model
+
+    @classmethod
+    def parse(cls, text: str, file: str | os.PathLike[str] = "model.yaml") -> Model:
+        """Of YAML; `file` stands for the file in messages, and what it refers to is meant from there."""
+        model = cls("")
+        model._parse(text, Path(file))
+        return model
+
+    def copy(self) -> Model:
+        """Another one, without the history."""
+        model = type(self)("")
+        model._copy(self)
+        return model
+
+    def save(self, file: str | os.PathLike[str] | None = None) -> None:
+        """Writes the file whole or not at all; comments and spelling stay where nothing changed."""
+        if file is not None:
+            self.file = Path(file)
+        self._save(self.file)
+
+    def edit(self, *edits: operations.Operation | Mapping[str, Any] | str) -> Model:
+        """Does operations, all of them or none: values of blockfactory.operations, or their JSON."""
+        texts = [one if isinstance(one, str) else json.dumps(operations.to_json(one)) for one in edits]
+        if len(texts) == 1:
+            self._edit(texts[0])
+        elif texts:
+            self._edit('{"do": "batch", "operations": [' + ", ".join(texts) + "]}")
+        return self
+
+    # The operations that are wanted most, in short; the others are in blockfactory.operations.
+
+    def add(self, path: str, type: str, /, **settings: Any) -> Model:
+        """A new block of that type at a dotted path, with settings: m.add('controller.pd', 'Gain', K='Kp')."""
+        system, _, name = path.rpartition(".")
+        written = [operations.Setting(key, expression(value)) for key, value in settings.items()]
+        return self.edit(operations.Add(system, operations.Block(name, type=type, settings=written)))
+
+    def add_subsystem(self, path: str, /, inputs: Sequence[str] = (), outputs: Sequence[str] = ()) -> Model:
+        """A new virtual subsystem with these ports."""
+        system, _, name = path.rpartition(".")
+        content = operations.System(
+            inputs=[operations.Port(port) for port in inputs], outputs=[operations.Port(port) for port in outputs]
+        )
+        return self.edit(operations.Add(system, operations.Block(name, system=content)))
+
+    def remove(self, path: str) -> Model:
+        """A block, a port or a signal's name, with its wires and all that refers to it."""
+        return self.edit(operations.Remove(path))
+
+    def rename(self, path: str, name: str) -> Model:
+        """All that refers to it follows."""
+        return self.edit(operations.Rename(path, name))
+
+    def connect(self, source: str, *to: str, system: str = "") -> Model:
+        """Wires from one end to others, written as in the file: 'pd.y', 'pd' (its only port), 'tau' (an own port)."""
+        return self.edit(*(operations.Connect(system, source, end) for end in to))
+
+    def disconnect(self, to: str, *, source: str = "", system: str = "") -> Model:
+        """Removes the wire to an end."""
+        return self.edit(operations.Disconnect(system, source, to))
+
+    def set(self, path: str, /, **settings: Any) -> Model:
+        """Settings of a block, m.set('pd', K=3), or of the model: m.set('', stop=10, solver='rk4'). None: as if it were
+        not written."""
+        return self.edit(
+            *(
+                operations.Set(path, name, None if value is None else expression(value))
+                for name, value in settings.items()
+            )
+        )
+
+    def set_variable(
+        self,
+        name: str,
+        value: Any,
+        *,
+        system: str = "",
+        minimum: Any = None,
+        above: Any = None,
+        maximum: Any = None,
+        unit: str = "",
+        doc: str = "",
+    ) -> Model:
+        """Declares a variable or a field of a struct, 'Gain.Kp'; None as value removes it."""
+        written = None
+        if value is not None:
+            text = [None if limit is None else expression(limit) for limit in (minimum, above, maximum)]
+            written = operations.Variable(
+                name.rpartition(".")[2], expression(value), minimum=text[0], above=text[1], maximum=text[2], unit=unit, doc=doc
+            )
+        return self.edit(operations.SetVariable(system, name, written))
+
+    def record(self, *paths: str) -> Model:
+        """Signals, or patterns of signals, that runs record."""
+        return self.edit(*(operations.Record(path) for path in paths))
+
+    def plot(self, title: str, signals: Sequence[str] | None) -> Model:
+        """A panel that runs draw; None removes it."""
+        return self.edit(operations.Plot(title, None if signals is None else list(signals)))
+
+    @property
+    def blocks(self) -> Named[str]:
+        """Types by paths, '' of subsystems."""
+        return Named("block", dict(self._blocks()))
+
+    def settings(self, path: str) -> dict[str, str]:
+        """Of a block, as expressions."""
+        self.blocks[path]
+        return self._settings(path)
+
+    def draw(self, system: str = "", *, show: str | Iterable[str] = (), dark: bool = False) -> Drawing:
+        """As LoadedModel.draw; mistakes are marked."""
+        return Drawing(self._draw(system, _show(show), dark))
+
+    def _repr_svg_(self) -> str:
+        return self.draw().svg
+
+    def __repr__(self) -> str:
+        return f"<Model {self.name}: {len(self.blocks)} blocks>"
+
+
+def examine(
+    model: str | os.PathLike[str] | Model,
+    overrides: Mapping[str, Any] | None = None,
+    /,
+    **variables: Any,
+) -> LoadedModel:
+    """As `load`, but a model that can be read and is wrong is no exception: its `diagnostics` say what is wrong, and
+    what can be known is there nevertheless: sizes, types, rates."""
+    target = model if isinstance(model, _native.Model) else Path(model)
+    return LoadedModel(_native._examine(target, changes(overrides, variables)))
+
+
+def load(
+    model: str | os.PathLike[str] | Model,
+    overrides: Mapping[str, Any] | None = None,
+    /,
+    **variables: Any,
+) -> LoadedModel:
+    """Reads and elaborates a file or a document, with other values of variables, of settings of blocks, or of the
+    model's step, stop and solver:
+
+        m = bf.load("balancing.yaml", {"Gain.Kp": 3, "controller.pd.K": [1, 2]}, scenario=2, stop=5)
+
+    Texts are expressions of the model. Throws ModelError with all that is wrong, FileError."""
+    loaded = examine(model, overrides, **variables)
+    loaded._native._require_right()
+    return loaded

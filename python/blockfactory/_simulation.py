@@ -1,0 +1,186 @@
+"""Runs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Union
+
+from . import _native
+from .errors import RunError, UnknownName
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ._native import Recorder
+    from ._recording import Recording
+
+
+class _Values(MutableMapping[str, Any]):
+    def __delitem__(self, path: str) -> None:
+        raise RunError(f"'{path}' cannot be removed from a run")
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {', '.join(list(self)[:8])}{', ...' if len(self) > 8 else ''}>"
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self)
+
+
+class Parameters(_Values):
+    """Of a run, by their paths: `sim.parameters['controller.pd.K'] = 3`. Reading gives a view that follows the run;
+    `set` changes several at once, all or none. Throws WrongValue for another shape, for NaN, and for what lies outside of
+    the limits that `model.parameters` shows."""
+
+    def __init__(self, run: _native.Simulation) -> None:
+        self._run = run
+
+    def __getitem__(self, path: str) -> NDArray[Any]:
+        return self._run._parameter(path)
+
+    def __setitem__(self, path: str, value: Any) -> None:
+        self.set({path: value})
+
+    def set(self, values: Mapping[str, Any]) -> None:
+        """All of them, or none where one is refused."""
+        self._run._set_parameters(list(values.items()), False)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._run._parameters())
+
+    def __len__(self) -> int:
+        return len(self._run._parameters())
+
+
+class Variables(_Values):
+    """Of the model, by their names: `sim.variables['Gain.Kp'] = 3` changes all parameters that follow from it, in the
+    run. Throws WrongValue for a variable that is fixed, with the reason."""
+
+    def __init__(self, run: _native.Simulation) -> None:
+        self._run = run
+
+    def __getitem__(self, name: str) -> Any:
+        for known, values in self._run._variables():
+            if known == name:
+                return values[0] if len(values) == 1 else values
+        raise UnknownName(f"the model has no variable '{name}' of numbers; known are {', '.join(self)}")
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        self.set({name: value})
+
+    def set(self, values: Mapping[str, Any]) -> None:
+        """All of them, or none where one is refused."""
+        for name in values:
+            self[name]
+        self._run._set_parameters(list(values.items()), True)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([name for name, _ in self._run._variables()])
+
+    def __len__(self) -> int:
+        return len(self._run._variables())
+
+
+class Inputs(_Values):
+    """Of the root, by their paths: written between two steps, they keep their value."""
+
+    def __init__(self, run: _native.Simulation) -> None:
+        self._run = run
+
+    def __getitem__(self, path: str) -> NDArray[Any]:
+        return self._run._input(path)
+
+    def __setitem__(self, path: str, value: Any) -> None:
+        self._run._set_input(path, value)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._run._inputs())
+
+    def __len__(self) -> int:
+        return len(self._run._inputs())
+
+
+#: What ends a run: a comparison, 'controller.x > 0.3', asked in every step when its outputs are there; or a function of
+#: the simulation, asked after every step.
+Event = Union[str, "Callable[[Simulation], object]"]
+
+
+class Simulation(_native.Simulation):
+    """A running model. One thread at a time steps it, and C++ computes without the GIL; several simulations do not know of
+    one another. Signals are arrays: `sim['controller.tau']` is a view of what the signal is now."""
+
+    @property
+    def parameters(self) -> Parameters:
+        """By path, to be read and set."""
+        return Parameters(self)
+
+    @property
+    def variables(self) -> Variables:
+        """Of the model, by name, to be read and set."""
+        return Variables(self)
+
+    @property
+    def inputs(self) -> Inputs:
+        """Of the root, to be read and set."""
+        return Inputs(self)
+
+    def keys(self) -> list[str]:
+        """Paths of all signals, under all their names."""
+        return self._signals()
+
+    def run(self, duration: float | None = None, *, to: float | None = None, until: Event | None = None) -> bool:
+        """Steps on for `duration` seconds, to the time `to`, or to the model's own stop time. `until` ends it early: then
+        it returns True. Throws StepError where a step fails; Ctrl-C ends it between two steps."""
+        if until is None or isinstance(until, str):
+            return self._run(duration, to, until or "")
+        if duration is None and to is None:
+            to = self.model.stop
+        end = self.time + duration if duration is not None else to
+        assert end is not None
+        while self.time < end - 0.5 * self.period:
+            self.step()
+            if until(self):
+                return True
+        return False
+
+    def record(self, signals: str | Sequence[str] | None = None) -> Recording:
+        """Records in memory from now on: what the model asks for, or these signals (also patterns, 'controller.*'). The
+        recording grows while the run goes on."""
+        from ._recording import Recording
+
+        recording = Recording()
+        _native._record_memory(self, _listed(signals), recording._native)
+        return recording
+
+    def record_to(self, file: str | os.PathLike[str], signals: str | Sequence[str] | None = None) -> Recorder:
+        """Records into an MCAP file, with all that `bf replay` needs, until it is closed:
+        `with sim.record_to('run.mcap'): sim.run(10)`."""
+        return _native._record_file(self, Path(file), _listed(signals))
+
+    def end_record(self, recording: Recording) -> None:
+        """A recording in memory grows no longer."""
+        _native._end_record(self, recording._native)
+
+    def observe(self, function: Callable[[Simulation], object]) -> Callable[[], None]:
+        """Calls a function in each step when its outputs are there, and at events; what it raises ends `run`. Returns what
+        ends it."""
+
+        self._observe(function)
+        return lambda: self._forget(function)
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, type: object, value: object, traceback: object, /) -> None:
+        self.stop()
+
+    def __repr__(self) -> str:
+        return f"<Simulation of {self.model.name} at {self.time:g} s>"
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.keys()
+
+
+def _listed(signals: str | Sequence[str] | None) -> list[str] | None:
+    return [signals] if isinstance(signals, str) else None if signals is None else list(signals)

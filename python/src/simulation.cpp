@@ -1,0 +1,412 @@
+// Runs in Python.
+#include "simulation.hpp"
+
+#include "bf/core/registry.hpp"
+#include "bf/run/comparison.hpp"
+#include "bf/run/snapshot.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace bf::python {
+
+namespace {
+
+/// One thread at a time steps, restores or changes a run.
+class InUse {
+  public:
+    explicit InUse(PythonRun& run) : run_(run) {
+        if (run_.is_in_use.exchange(true))
+            raise("RunError",
+                  "the simulation is being stepped by another thread, or by its own observer; give each "
+                  "thread a simulation of its own, or wait");
+    }
+    ~InUse() { run_.is_in_use = false; }
+    InUse(const InUse&) = delete;
+    InUse& operator=(const InUse&) = delete;
+
+  private:
+    PythonRun& run_;
+};
+
+[[noreturn]] void raise_failure(PythonRun& self) {
+    const std::string text = self.run.failure();
+    const nb::object type = nb::module_::import_("blockfactory.errors").attr("StepError");
+    const nb::object cause = self.pending.take();
+    const std::string about =
+        cause.is_valid() ? text + ": " + nb::cast<std::string>(nb::str(cause.type().attr("__name__"))) +
+                               ": " + nb::cast<std::string>(nb::str(cause))
+                         : text;
+    const nb::object error = type(about, self.run.time());
+    if (cause.is_valid()) error.attr("__cause__") = cause;
+    PyErr_SetObject(type.ptr(), error.ptr());
+    throw nb::python_error();
+}
+
+/// Calls a function of Python when observers see a step.
+class PythonObserver final : public Run::Observer {
+  public:
+    PythonObserver(nb::object function, PythonRun& run) : function_(std::move(function)), run_(run) {}
+    ~PythonObserver() override {
+        const nb::gil_scoped_acquire python;
+        function_.reset();
+    }
+    void observe(const Run&) noexcept override {
+        if (is_ending() || run_.pending.is_there()) return;
+        const nb::gil_scoped_acquire python;
+        try {
+            function_(nb::find(run_));
+        } catch (nb::python_error& error) {
+            run_.pending.keep(error);
+        } catch (...) {
+        }
+    }
+    bool calls(nb::handle function) const { return function_.equal(function); }
+
+  private:
+    nb::object function_;
+    PythonRun& run_;
+};
+
+/// Looks at Ctrl-C about twenty times a second, however long a step takes.
+class Pauses {
+  public:
+    /// How many steps until the next look.
+    std::int64_t steps() const { return steps_; }
+    void look() {
+        using namespace std::chrono;
+        const auto now = steady_clock::now();
+        const auto spent = now - last_;
+        if (spent < 20ms && steps_ < (std::int64_t{1} << 40)) steps_ *= 2;
+        if (spent > 80ms) steps_ = std::max<std::int64_t>(1, steps_ / 2);
+        last_ = now;
+    }
+
+  private:
+    std::int64_t steps_ = 1;
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Steps until so many were done in all, or until the event. True: it happened.
+bool advance(PythonRun& self, std::int64_t last, const std::string& until) {
+    const InUse use(self);
+    self.require_started();
+    std::optional<Comparison> event;
+    if (!until.empty()) event.emplace(self.run, until);
+    Pauses pauses;
+    while (self.run.steps() < last) {
+        const std::int64_t next =
+            std::min(last, self.run.steps() + std::min(pauses.steps(), last - self.run.steps()));
+        bool happened = false, failed = false;
+        {
+            const WithoutGil parallel;
+            if (event) {
+                const double limit = static_cast<double>(next) * self.run.period();
+                happened = self.run.run_until([&](const Simulation&) { return (*event)(); }, limit);
+                failed = !self.run.failure().empty();
+            } else {
+                while (!failed && self.run.steps() < next && !self.pending.is_there() && !is_ending())
+                    failed = !self.run.step();
+            }
+            pauses.look();
+        }
+        if (failed) raise_failure(self);
+        self.pending.raise();
+        if (happened) return true;
+        if (is_ending()) raise("RunError", "the interpreter ends");
+        if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    }
+    return false;
+}
+
+void step(PythonRun& self, std::int64_t count) {
+    if (count != 1) {
+        if (count < 0)
+            raise("RunError", "a run makes no " + std::to_string(count) + " steps; give a number from 0");
+        advance(self, self.run.steps() + count, "");
+        return;
+    }
+    const InUse use(self);
+    self.require_started();
+    bool failed = false;
+    {
+        const WithoutGil parallel;
+        failed = !self.run.step();
+    }
+    if (failed) raise_failure(self);
+    self.pending.raise();
+}
+
+bool run(PythonRun& self, std::optional<double> duration, std::optional<double> time,
+         const std::string& until) {
+    double end = std::numeric_limits<double>::infinity();
+    if (duration && time) raise("RunError", "both a duration and a time were given; give one");
+    if (duration)
+        end = self.run.time() + *duration;
+    else if (time)
+        end = *time;
+    else
+        end = self.run.stop_time();
+    if (std::isnan(end) || end < 0) raise("RunError", "a run does not end at " + std::to_string(end) + " s");
+    if (std::isinf(end) && until.empty())
+        raise("RunError", self.run.name() +
+                              " does not say how long it runs: give a duration, run(10), or write "
+                              "'stop: SECONDS' in the model");
+    const std::int64_t last =
+        std::isinf(end) ? std::numeric_limits<std::int64_t>::max() : self.run.steps_before(end);
+    return advance(self, last, until);
+}
+
+const Quantity& signal(PythonRun& self, const std::string& path) {
+    const auto found = self.signal_numbers.find(path);
+    if (found != self.signal_numbers.end()) return self.signals[found->second];
+    try {
+        return find(self.signals, path);
+    } catch (const RunError& error) {
+        raise("UnknownName", error.what());
+    }
+}
+
+const Quantity& named(const std::vector<Quantity>& all, const std::string& path, const char* kind) {
+    std::vector<std::string> names;
+    for (const auto& quantity : all) {
+        if (quantity.path == path) return quantity;
+        names.push_back(quantity.path);
+    }
+    raise("UnknownName",
+          std::string("the run has no ") + kind + " '" + path + "'" + did_you_mean(path, names));
+}
+
+/// Numbers of Python for a quantity; one expands.
+std::vector<double> values_for(const std::string& path, const nb::object& shape, nb::handle value) {
+    const nb::object numpy = nb::module_::import_("numpy");
+    nb::object array;
+    try {
+        array = numpy.attr("asarray")(value, numpy.attr("float64"));
+    } catch (nb::python_error& error) {
+        raise("WrongValue", path + ": " + nb::cast<std::string>(nb::str(error.value())));
+    }
+    const nb::object given = array.attr("shape");
+    if (nb::len(given) > 0 && !given.equal(shape))
+        raise("WrongValue", path + " has shape " + nb::cast<std::string>(nb::str(shape)) +
+                                ", but the value has shape " + nb::cast<std::string>(nb::str(given)) +
+                                "; give one of that shape, or one number for all "
+                                "elements");
+    return numbers_of(array);
+}
+
+using Asked = std::vector<std::pair<std::string, nb::object>>;
+
+void set_parameters(PythonRun& self, const Asked& asked, bool are_variables) {
+    const InUse use(self);
+    std::vector<ParameterValue> values;
+    for (const auto& [path, value] : asked) {
+        if (are_variables) {
+            values.push_back({path, numbers_of(value)});
+        } else {
+            const Quantity& parameter = named(self.parameters, path, "parameter");
+            values.push_back({path, values_for(path, shape_of(parameter.info), value)});
+        }
+    }
+    try {
+        ParameterChange change = self.run.prepare(self.run.follow(values));
+        if (const Status status = self.run.apply(change); !status) throw RunError(change.why_refused(status));
+        self.run.accept(values);
+    } catch (const std::runtime_error& error) {
+        raise("WrongValue", error.what());
+    }
+    for (const auto& recorder : self.recorders)
+        for (const auto& [path, all] : values)
+            if (!are_variables) recorder->parameter_changed(self.run.steps(), path, all);
+}
+
+void set_input(PythonRun& self, const std::string& path, const nb::object& value) {
+    const InUse use(self);
+    const Quantity& input = named(self.inputs, path, "input");
+    write_values(input.data, input.type, static_cast<int>(input.info.elements()),
+                 values_for(path, shape_of(input.info), value));
+}
+
+std::vector<std::string> paths(const std::vector<Quantity>& quantities) {
+    std::vector<std::string> all;
+    for (const auto& quantity : quantities) all.push_back(quantity.path);
+    return all;
+}
+
+nb::dict checks(const PythonRun& self) {
+    nb::dict all;
+    for (const auto& check : self.run.checks())
+        all[check.name.c_str()] = check.is_boolean ? nb::cast(check.value != 0) : nb::cast(check.value);
+    return all;
+}
+
+} // namespace
+
+void Pending::keep(nb::python_error& error) noexcept {
+    if (!error_.is_valid()) error_ = nb::borrow(error.value());
+    is_there_ = true;
+}
+nb::object Pending::take() noexcept {
+    is_there_ = false;
+    return std::move(error_);
+}
+void Pending::raise() {
+    if (!is_there_) return;
+    const nb::object error = take();
+    PyErr_SetObject(error.type().ptr(), error.ptr());
+    throw nb::python_error();
+}
+
+thread_local Pending* stepping = nullptr;
+
+PythonRun::PythonRun(std::shared_ptr<PythonModel> of)
+    : model(std::move(of)), run(model->examined.diagram), signals(run.signals()), inputs(run.inputs()),
+      parameters(run.parameters()) {
+    for (auto& input : inputs) signals.push_back(input);
+    for (std::size_t i = 0; i < signals.size(); ++i) signal_numbers.try_emplace(signals[i].path, i);
+}
+
+PythonRun::~PythonRun() {
+    const WithoutGil parallel;
+    run.stop();
+}
+
+void PythonRun::require_started() const {
+    if (!is_started) raise("RunError", "the simulation was stopped; start() begins anew");
+}
+
+void bind_simulation(nb::module_& m) {
+    nb::class_<PythonRun>(m, "Simulation")
+        .def(
+            "__init__",
+            [](PythonRun* self, std::shared_ptr<PythonModel> model) {
+                if (!model->examined.diagnostics.empty()) throw model::Errors(model->examined.diagnostics);
+                new (self) PythonRun(std::move(model));
+            },
+            nb::arg("model"))
+        .def(
+            "start",
+            [](PythonRun& self) {
+                const InUse use(self);
+                const WithoutGil parallel;
+                self.run.start();
+                self.is_started = true;
+            },
+            "Begins anew, at 0 s. Throws RunError where a device cannot be opened.")
+        .def(
+            "stop",
+            [](PythonRun& self) {
+                const InUse use(self);
+                self.is_started = false;
+                const WithoutGil parallel;
+                self.run.stop();
+            },
+            "Closes devices and puts actuators back; signals keep their values.")
+        .def(
+            "step", [](PythonRun& self) { step(self, 1); }, "One base step. Throws StepError.")
+        .def("step", step, nb::arg("count"), "So many base steps.")
+        .def("_run", run, nb::arg("duration") = nb::none(), nb::arg("time") = nb::none(),
+             nb::arg("until") = "")
+        .def_prop_ro(
+            "time", [](const PythonRun& self) { return self.run.time(); }, "Of the next step [s].")
+        .def_prop_ro(
+            "steps", [](const PythonRun& self) { return self.run.steps(); }, "That were done.")
+        .def_prop_ro(
+            "period", [](const PythonRun& self) { return self.run.period(); }, "Of a base step [s].")
+        .def_prop_ro(
+            "failure", [](const PythonRun& self) { return self.run.failure(); },
+            "'block: message' of a step that failed, else empty.")
+        .def_prop_ro("checks", checks, nb::sig("def checks(self) -> dict[str, bool | float]"),
+                     "What the model's check blocks say now.")
+        .def_prop_ro("model", [](const PythonRun& self) { return self.model; })
+        .def(
+            "__getitem__",
+            [](nb::handle self, const std::string& path) {
+                const Quantity& found = signal(nb::cast<PythonRun&>(self), path);
+                return view(found.data, found.info, self);
+            },
+            nb::arg("path"), nb::sig("def __getitem__(self, path: str, /) -> NDArray[Any]"),
+            "What the signal is now: a view that follows the run, keeps it alive, and cannot be written. () "
+            "of a "
+            "scalar, (n,), or (rows, columns).")
+        .def(
+            "__contains__",
+            [](PythonRun& self, nb::handle path) {
+                std::string name;
+                return nb::try_cast(path, name) && self.signal_numbers.contains(name);
+            },
+            nb::arg("path"), nb::sig("def __contains__(self, path: object, /) -> bool"))
+        .def("_signals", [](const PythonRun& self) { return paths(self.signals); })
+        .def("_inputs", [](const PythonRun& self) { return paths(self.inputs); })
+        .def("_parameters", [](const PythonRun& self) { return paths(self.parameters); })
+        .def(
+            "_parameter",
+            [](nb::handle self, const std::string& path) {
+                const Quantity& found = named(nb::cast<PythonRun&>(self).parameters, path, "parameter");
+                return view(found.data, found.info, self);
+            },
+            nb::arg("path"), nb::sig("def _parameter(self, path: str) -> NDArray[Any]"))
+        .def(
+            "_input",
+            [](nb::handle self, const std::string& path) {
+                const Quantity& found = named(nb::cast<PythonRun&>(self).inputs, path, "input");
+                return view(found.data, found.info, self);
+            },
+            nb::arg("path"), nb::sig("def _input(self, path: str) -> NDArray[Any]"))
+        .def("_set_parameters", set_parameters, nb::arg("values"), nb::arg("are_variables"))
+        .def("_set_input", set_input, nb::arg("path"), nb::arg("value"))
+        .def("_variables",
+             [](const PythonRun& self) {
+                 std::vector<std::pair<std::string, std::vector<double>>> all;
+                 for (auto& [path, values] : self.run.variables()) all.emplace_back(path, values);
+                 return all;
+             })
+        .def(
+            "snapshot",
+            [](PythonRun& self) {
+                const InUse use(self);
+                const auto bytes = make_snapshot(self.run);
+                return nb::bytes(bytes.data(), bytes.size());
+            },
+            "All that the run needs to go on bit for bit, as the content of a snapshot file. Throws RunError "
+            "where a "
+            "block cannot be saved.")
+        .def(
+            "restore",
+            [](PythonRun& self, nb::bytes snapshot) {
+                const InUse use(self);
+                self.require_started();
+                const auto* data = static_cast<const std::byte*>(snapshot.data());
+                restore_snapshot(self.run, {data, snapshot.size()}, "given");
+                self.pending.take();
+            },
+            nb::arg("snapshot"),
+            "Goes on from there, also after a failure. Throws RunError for a snapshot of another model.")
+        .def(
+            "_observe",
+            [](PythonRun& self, nb::object function) {
+                const InUse use(self);
+                auto observer = std::make_unique<PythonObserver>(std::move(function), self);
+                self.run.add_observer(*observer);
+                self.observers.push_back(std::move(observer));
+            },
+            nb::arg("function"))
+        .def(
+            "_forget",
+            [](PythonRun& self, nb::handle function) {
+                const InUse use(self);
+                const auto found =
+                    std::find_if(self.observers.begin(), self.observers.end(), [&](const auto& o) {
+                        return static_cast<const PythonObserver&>(*o).calls(function);
+                    });
+                if (found == self.observers.end())
+                    raise("UnknownName", "the simulation does not call this function");
+                self.run.remove_observer(**found);
+                self.observers.erase(found);
+            },
+            nb::arg("function"));
+}
+
+} // namespace bf::python

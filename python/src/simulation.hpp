@@ -1,0 +1,41 @@
+// A run in Python, with all that lives as long as it.
+#pragma once
+
+#include "native.hpp"
+
+#include <unordered_map>
+
+namespace bf::python {
+
+/// The first exception of Python in a step, which its caller gets when the step is done.
+class Pending {
+  public:
+    bool is_there() const noexcept { return is_there_; }
+    /// The GIL is held, as in the next ones.
+    void keep(nb::python_error& error) noexcept;
+    nb::object take() noexcept;
+    void raise(); ///< throws it, if it is there
+
+  private:
+    nb::object error_;
+    std::atomic<bool> is_there_ = false;
+};
+
+struct PythonRun {
+    explicit PythonRun(std::shared_ptr<PythonModel> of);
+    ~PythonRun();
+
+    std::shared_ptr<PythonModel> model;
+    Simulation run;
+    std::vector<Quantity> signals, inputs, parameters;
+    std::unordered_map<std::string, std::size_t> signal_numbers;
+    std::vector<std::unique_ptr<Run::Observer>> observers;
+    std::vector<std::shared_ptr<Recorder>> recorders;
+    Pending pending;
+    std::atomic<bool> is_in_use = false;
+    bool is_started = false;
+
+    void require_started() const;
+};
+
+} // namespace bf::python

@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 from . import operations
+from ._block import Argument, At, Block, ContinuousState, DiscreteState, Input, Output, Parameter, Writer, block
 from ._model import Drawing, LoadedModel, Model, examine, load
 from ._native import BlockInfo, Diagnostic, Recorder, Signal
 from ._recording import Recording, Series, read_recording
@@ -33,16 +34,24 @@ from .errors import (
 __version__ = "0.1.0"
 
 __all__ = [
+    "Argument",
+    "At",
+    "Block",
     "BlockInfo",
+    "ContinuousState",
     "Diagnostic",
+    "DiscreteState",
     "Drawing",
     "Error",
     "FileError",
     "GenerationError",
+    "Input",
     "Inputs",
     "LoadedModel",
     "Model",
     "ModelError",
+    "Output",
+    "Parameter",
     "Parameters",
     "PluginError",
     "Recorder",
@@ -56,7 +65,9 @@ __all__ = [
     "SweepRow",
     "UnknownName",
     "Variables",
+    "Writer",
     "WrongValue",
+    "block",
     "examine",
     "load",
     "operations",

@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from . import _native, operations
 from ._expression import changes, expression
-from .errors import UnknownName
+from .errors import UnknownName, WrongValue
 
 if TYPE_CHECKING:
     from ._native import BlockInfo, Diagnostic, Signal
     from ._simulation import Simulation
 
 T = TypeVar("T")
+
+#: Blocks that are written in Python: classes derived from Block, and functions with @block.
+Blocks = Sequence[Any]
 
 _SHOWN = ("sizes", "types", "rates", "units")
 
@@ -69,8 +72,9 @@ class LoadedModel:
     """An elaborated model: every size, type, rate and the order are known. It does not change; `simulate` runs it, as
     often and in as many threads as you like."""
 
-    def __init__(self, native: _native.LoadedModel) -> None:
+    def __init__(self, native: _native.LoadedModel, blocks: Blocks = ()) -> None:
         self._native = native
+        self._python_blocks = tuple(blocks)
 
     @property
     def name(self) -> str:
@@ -143,6 +147,14 @@ class LoadedModel:
         sim = Simulation(self._native)
         sim.start()
         return sim
+
+    def generate(self, folder: str | os.PathLike[str], *, language: str = "c++") -> None:
+        """Writes a project that computes what the model computes, bit for bit, in 'c++' or 'c'. Throws GenerationError, also
+        for blocks that are written in Python."""
+        if language not in ("c++", "c"):
+            raise WrongValue(f"code is generated in 'c++' or 'c', not in '{language}'")
+        self._native._require_right()
+        self._native._generate(Path(folder), language == "c")
 
     def draw(self, system: str = "", *, show: str | Iterable[str] = (), dark: bool = False) -> Drawing:
         """A picture of a subsystem or a state machine, of the model itself without a path. `show`: what stands beside
@@ -299,9 +311,11 @@ class Model(_native.Model):
         self.blocks[path]
         return self._settings(path)
 
-    def draw(self, system: str = "", *, show: str | Iterable[str] = (), dark: bool = False) -> Drawing:
+    def draw(
+        self, system: str = "", *, show: str | Iterable[str] = (), dark: bool = False, blocks: Blocks = ()
+    ) -> Drawing:
         """As LoadedModel.draw; mistakes are marked."""
-        return Drawing(self._draw(system, _show(show), dark))
+        return Drawing(self._draw(system, _show(show), dark, list(blocks)))
 
     def _repr_svg_(self) -> str:
         return self.draw().svg
@@ -314,18 +328,22 @@ def examine(
     model: str | os.PathLike[str] | Model,
     overrides: Mapping[str, Any] | None = None,
     /,
+    *,
+    blocks: Blocks = (),
     **variables: Any,
 ) -> LoadedModel:
     """As `load`, but a model that can be read and is wrong is no exception: its `diagnostics` say what is wrong, and
     what can be known is there nevertheless: sizes, types, rates."""
     target = model if isinstance(model, _native.Model) else Path(model)
-    return LoadedModel(_native._examine(target, changes(overrides, variables)))
+    return LoadedModel(_native._examine(target, changes(overrides, variables), list(blocks)), blocks)
 
 
 def load(
     model: str | os.PathLike[str] | Model,
     overrides: Mapping[str, Any] | None = None,
     /,
+    *,
+    blocks: Blocks = (),
     **variables: Any,
 ) -> LoadedModel:
     """Reads and elaborates a file or a document, with other values of variables, of settings of blocks, or of the
@@ -333,7 +351,8 @@ def load(
 
         m = bf.load("balancing.yaml", {"Gain.Kp": 3, "controller.pd.K": [1, 2]}, scenario=2, stop=5)
 
-    Texts are expressions of the model. Throws ModelError with all that is wrong, FileError."""
-    loaded = examine(model, overrides, **variables)
+    Texts are expressions of the model; `blocks` are those that are written in Python, whose type is
+    'python/NAME' in the model. Throws ModelError with all that is wrong, FileError."""
+    loaded = examine(model, overrides, blocks=blocks, **variables)
     loaded._native._require_right()
     return loaded

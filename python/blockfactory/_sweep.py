@@ -104,10 +104,15 @@ def sweep(
 
     Values and names are those of `load`. `finals`: signals whose last values are results, too. `jobs`: processes, 0 one per
     processor. `progress`: True shows a bar (by tqdm, where it is installed), or a function of how many runs are done, and of
-    how many. Throws ModelError, RunError."""
+    how many. Throws ModelError, RunError; a model with blocks in Python is refused."""
     texts: dict[str, str] = {}
     given: list[tuple[str, str]] = []
     if isinstance(model, LoadedModel):
+        if model._python_blocks:
+            raise errors.RunError(
+                f"{model.name} has blocks that are written in Python, which the processes of a sweep do not have; run it in "
+                "threads: concurrent.futures.ThreadPoolExecutor().map"
+            )
         texts, given = dict(model._native.files), list(model._native.overrides)
         file = os.fspath(model.file)
     elif isinstance(model, Model):

@@ -38,19 +38,26 @@ model::Model empty_model(std::string name) {
 
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
-std::shared_ptr<PythonModel> elaborated(fs::path file, formats::Files texts, const Overrides& changes) {
+using Blocks = std::vector<nb::object>; ///< classes in Python
+
+std::shared_ptr<PythonModel> elaborated(fs::path file, formats::Files texts, const Overrides& changes,
+                                        const Blocks& blocks) {
+    auto registry = make_registry();
+    if (!blocks.empty()) registry->add(library_of(blocks));
     const WithoutGil parallel;
     auto made = std::make_shared<PythonModel>();
     ModelSource source{fs::absolute(file).lexically_normal(), std::move(texts), changes};
     made->document = formats::read_yaml(file, source.texts);
-    static_cast<ExaminedModel&>(made->examined) = examine(made->document, std::move(source));
+    static_cast<ExaminedModel&>(made->examined) =
+        examine(made->document, std::move(source), nullptr, std::move(registry));
     return made;
 }
 
 /// Of a document the texts of all files that it refers to, so that what was edited there counts.
-std::shared_ptr<PythonModel> elaborated(const Document& document, const Overrides& changes) {
+std::shared_ptr<PythonModel> elaborated(const Document& document, const Overrides& changes,
+                                        const Blocks& blocks) {
     const fs::path file = fs::absolute(document.file).lexically_normal();
-    return elaborated(file, {{file, formats::write_yaml(document.model)}}, changes);
+    return elaborated(file, {{file, formats::write_yaml(document.model)}}, changes, blocks);
 }
 
 std::string drawn(const model::Model& model, const Diagram& diagram,
@@ -316,12 +323,12 @@ void bind_documents(nb::module_& m) {
         .def(
             "_draw",
             [](const Document& self, const std::string& system, const std::vector<std::string>& show,
-               bool dark) {
-                const auto made = elaborated(self, {});
+               bool dark, const Blocks& blocks) {
+                const auto made = elaborated(self, {}, blocks);
                 return drawn(self.model, made->examined.diagram, made->examined.diagnostics, system, show,
                              dark);
             },
-            nb::arg("system"), nb::arg("show"), nb::arg("dark"));
+            nb::arg("system"), nb::arg("show"), nb::arg("dark"), nb::arg("blocks"));
 }
 
 } // namespace
@@ -364,6 +371,24 @@ void bind_model(nb::module_& m) {
                 return panels;
             },
             "Titles of panels, and the signals that the model draws there.")
+        .def(
+            "_generate",
+            [](const PythonModel& self, const fs::path& folder, bool c) {
+                std::string in_python;
+                for (const auto& node : self.examined.diagram.nodes)
+                    if (node.library == "python")
+                        in_python += (in_python.empty() ? "" : ", ") + node.path + " (" + node.type + ")";
+                if (!in_python.empty())
+                    throw codegen::GenerationError("blocks that are written in Python are not generated: " +
+                                                   in_python + "; write them in C++, or of standard blocks");
+                const WithoutGil parallel;
+                codegen::Options options;
+                if (c) options.language = codegen::Language::c;
+                codegen::write(
+                    codegen::generate(self.examined.diagram, generation_options(self.examined, options)),
+                    folder);
+            },
+            nb::arg("folder"), nb::arg("c"))
         .def("_require_right",
              [](const PythonModel& self) {
                  if (!self.examined.diagnostics.empty()) throw model::Errors(self.examined.diagnostics);
@@ -408,12 +433,16 @@ void bind_model(nb::module_& m) {
     m.attr("_operations") = std::variant_size_v<model::Operation>;
     m.def(
         "_examine",
-        [](const fs::path& file, const Overrides& changes) { return elaborated(file, {}, changes); },
-        nb::arg("file"), nb::arg("changes"));
+        [](const fs::path& file, const Overrides& changes, const Blocks& blocks) {
+            return elaborated(file, {}, changes, blocks);
+        },
+        nb::arg("file"), nb::arg("changes"), nb::arg("blocks"));
     m.def(
         "_examine",
-        [](const Document& document, const Overrides& changes) { return elaborated(document, changes); },
-        nb::arg("document"), nb::arg("changes"));
+        [](const Document& document, const Overrides& changes, const Blocks& blocks) {
+            return elaborated(document, changes, blocks);
+        },
+        nb::arg("document"), nb::arg("changes"), nb::arg("blocks"));
 }
 
 } // namespace bf::python

@@ -1,4 +1,4 @@
-// What the module says of quantities.
+// What the module says of quantities, and blocks that are written in Python.
 #pragma once
 
 #include "native.hpp"
@@ -13,5 +13,8 @@ struct PythonQuantity {
     std::optional<Limits> limits = {}; ///< of a parameter
     std::string at_least = {};
 };
+
+/// A library of blocks that are written in Python: classes derived from blockfactory.Block.
+Library library_of(const std::vector<nb::object>& blocks);
 
 } // namespace bf::python

@@ -14,6 +14,8 @@ namespace bf::python {
 
 namespace {
 
+thread_local Pending* stepping = nullptr; ///< of the run that this thread is in
+
 /// One thread at a time steps, restores or changes a run.
 class InUse {
   public:
@@ -23,24 +25,22 @@ class InUse {
                   "the simulation is being stepped by another thread, or by its own observer; give each "
                   "thread a simulation of its own, or wait");
     }
-    ~InUse() { run_.is_in_use = false; }
+    ~InUse() {
+        stepping = around_;
+        run_.is_in_use = false;
+    }
     InUse(const InUse&) = delete;
     InUse& operator=(const InUse&) = delete;
 
   private:
     PythonRun& run_;
+    Pending* const around_ = std::exchange(stepping, &run_.pending);
 };
 
 [[noreturn]] void raise_failure(PythonRun& self) {
-    const std::string text = self.run.failure();
     const nb::object type = nb::module_::import_("blockfactory.errors").attr("StepError");
-    const nb::object cause = self.pending.take();
-    const std::string about =
-        cause.is_valid() ? text + ": " + nb::cast<std::string>(nb::str(cause.type().attr("__name__"))) +
-                               ": " + nb::cast<std::string>(nb::str(cause))
-                         : text;
-    const nb::object error = type(about, self.run.time());
-    if (cause.is_valid()) error.attr("__cause__") = cause;
+    const nb::object error = type(self.run.failure(), self.run.time());
+    if (const nb::object cause = self.pending.take(); cause.is_valid()) error.attr("__cause__") = cause;
     PyErr_SetObject(type.ptr(), error.ptr());
     throw nb::python_error();
 }
@@ -259,7 +259,9 @@ void Pending::raise() {
     throw nb::python_error();
 }
 
-thread_local Pending* stepping = nullptr;
+void keep_cause(nb::python_error& error) noexcept {
+    if (stepping) stepping->keep(error);
+}
 
 PythonRun::PythonRun(std::shared_ptr<PythonModel> of)
     : model(std::move(of)), run(model->examined.diagram), signals(run.signals()), inputs(run.inputs()),
@@ -269,6 +271,7 @@ PythonRun::PythonRun(std::shared_ptr<PythonModel> of)
 }
 
 PythonRun::~PythonRun() {
+    const nb::error_scope around; // of an exception on whose way the run is let go
     const WithoutGil parallel;
     run.stop();
 }

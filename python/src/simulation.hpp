@@ -21,6 +21,9 @@ class Pending {
     std::atomic<bool> is_there_ = false;
 };
 
+/// Of the run that this thread steps, the exception that a block raised.
+void keep_cause(nb::python_error& error) noexcept;
+
 struct PythonRun {
     explicit PythonRun(std::shared_ptr<PythonModel> of);
     ~PythonRun();

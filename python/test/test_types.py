@@ -24,6 +24,11 @@ def test_the_package_and_programs_pass_mypy_in_strict_mode(tmp_path):
         "x: float = float(sim['a'].max())\n"
         "sim.parameters['a.K'] = [1, 2]\n"
         "names: list[str] = list(m.blocks)\n"
+        "class Twice(bf.Block):\n"
+        "    u = bf.Input('n')\n"
+        "    y = bf.Output('n')\n"
+        "    def output(self, at: bf.At, out: bf.Writer, /) -> None:\n"
+        "        out.y = 2 * at.u\n"
     )
     (tmp_path / "right.py").write_text(right)
     (tmp_path / "wrong.py").write_text("import blockfactory as bf\nbf.load('m.yaml').simulate().run('long')\nbf.load(3)\n")

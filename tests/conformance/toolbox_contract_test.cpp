@@ -45,6 +45,7 @@ const std::multimap<std::string, Arguments>& alone() {
         {"LQR", double_integrator({{"time", "continuous"}})},
         {"MPC", double_integrator({{"horizon", 4}, {"terminal", "Q"}})},
         {"MPC", double_integrator({{"horizon", 4}, {"form", "sparse"}, {"terminal", "Q"}})},
+        {"MPC", double_integrator({{"horizon", 4}, {"limit_rates", true}, {"terminal", "Q"}})},
         {"JointTrajectory", {}},
         {"JointTrajectory", {{"timing", "minimum_jerk"}}},
         {"DiscreteFilter", {}},

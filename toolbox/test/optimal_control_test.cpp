@@ -101,6 +101,38 @@ TEST(MpcBlock, DrivesACartWithinItsBoundsInBothForms) {
     EXPECT_LT((way[0] - way[1]).cwiseAbs().maxCoeff(), 1e-5);
 }
 
+TEST(MpcBlock, ChangesItsInputAsFastAsItMay) {
+    for (const std::string form : {"condensed", "sparse"}) {
+        Running run(predicted(", horizon: 10, limit_rates: true, du_min: -0.5, du_max: 0.25, form: " + form));
+        run.set("r", Eigen::Vector2d(10, 0));
+        double last = 0, fastest = 0;
+        for (int k = 0; k < 40; ++k) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+            ASSERT_EQ(run.scalar("mpc.status"), 0) << form << k;
+            const double rate = run.scalar("mpc.u") - last;
+            if (k < 4) {
+                EXPECT_NEAR(rate, 0.25, 1e-6) << form << k;
+            }
+            EXPECT_LT(rate, 0.25 + 1e-6);
+            fastest = std::min(fastest, rate);
+            last = run.scalar("mpc.u");
+        }
+        EXPECT_NEAR(fastest, -0.5, 1e-6) << form;
+    }
+}
+
+TEST(MpcBlock, CountsRatesFromWhatIsInForce) {
+    std::string model = predicted(", horizon: 5, limit_rates: true, du_min: -0.5, du_max: 0.5, u_max: 3");
+    model.replace(model.find("d: {shape: 2}"), 1, "v: {}, d");
+    Running run(model + "  v: mpc.u_last\n");
+    run.set("r", Eigen::Vector2d(10, 0)).set("v", Eigen::VectorXd::Constant(1, 2.0));
+    ASSERT_TRUE(run.step()) << run.simulation.failure();
+    EXPECT_NEAR(run.scalar("mpc.u"), 2.5, 1e-6);
+    run.set("v", Eigen::VectorXd::Constant(1, 4.0)); // 3.5 is the least that is left
+    ASSERT_TRUE(run.step());
+    EXPECT_EQ(run.scalar("mpc.status"), -2);
+}
+
 TEST(MpcBlock, WithoutBoundsIsTheRegulator) {
     Running run(predicted(", horizon: 3, terminal: lqr")), gain(regulated(cart));
     run.set("d", Eigen::Vector2d(0.1, -0.2));
@@ -142,6 +174,12 @@ TEST(MpcBlock, RefusesAndStopsWithItsReasons) {
     EXPECT_FALSE(run.step());
     expect_contains(run.simulation.failure(),
                     "mpc: no inputs within their bounds keep the states within theirs");
+    Running slow(predicted(
+        ", horizon: 5, bounded: 1, x_min: 0.5, limit_rates: true, du_max: 0.1, stop_when_fails: true"));
+    EXPECT_FALSE(slow.step());
+    expect_contains(slow.simulation.failure(), "no inputs within their bounds and rates keep the states");
+    expect_contains(refusal(predicted(", limit_rates: true, du_min: 1, du_max: -1")), "du_max");
+    expect_contains(refusal(predicted(", du_max: 1")), "du_max");
     Running broken(predicted(", horizon: 5, stop_when_fails: true"));
     broken.set("r", Eigen::Vector2d(NAN, 0));
     EXPECT_FALSE(broken.step());

@@ -38,10 +38,14 @@ Mpc::Mpc(int states, int inputs, Options options)
     variables_ = first_slack_ + (options_.is_soft ? N_ * c_ : 0);
     equations_ = is_sparse_ ? N_ * n_ : 0;
     // Hard bounds of states that are variables are bounds of variables.
-    constraints_ = equations_ + (options_.is_soft ? 2 * N_ * c_ : is_sparse_ ? 0 : N_ * c_);
+    first_rate_ = equations_ + (options_.is_soft ? 2 * N_ * c_ : is_sparse_ ? 0 : N_ * c_);
+    constraints_ = first_rate_ + (options_.limits_rates ? N_ * m_ : 0);
 
     u_min = Eigen::VectorXd::Constant(m_, -infinity);
     u_max = Eigen::VectorXd::Constant(m_, infinity);
+    du_min = u_min;
+    du_max = u_max;
+    u_last = Eigen::VectorXd::Zero(m_);
     x_min = Eigen::VectorXd::Constant(c_, -infinity);
     x_max = Eigen::VectorXd::Constant(c_, infinity);
     slack_weight = Eigen::VectorXd::Ones(c_);
@@ -121,10 +125,14 @@ void Mpc::form_sparse() noexcept {
     }
 }
 
-/// Rows of the bounded states: x_k, or of soft bounds x_k + s and x_k - s.
+/// Rows of the bounded states: x_k, or of soft bounds x_k + s and x_k - s. Then those of limited rates.
 void Mpc::set_bound_rows() noexcept {
     const int sides = options_.is_soft ? 2 : 1;
-    for (int k = 1; k <= N_ && constraints_ > equations_; ++k)
+    for (int k = 0; k < N_ && options_.limits_rates; ++k) {
+        rows_.block(first_rate_ + k * m_, input_at(k), m_, m_).setIdentity();
+        if (k > 0) rows_.block(first_rate_ + k * m_, input_at(k - 1), m_, m_).diagonal().setConstant(-1.0);
+    }
+    for (int k = 1; k <= N_ && first_rate_ > equations_; ++k)
         for (int i = 0; i < c_; ++i) {
             const int state = options_.bounded[static_cast<std::size_t>(i)];
             for (int side = 0; side < sides; ++side) {
@@ -143,6 +151,13 @@ void Mpc::set_bounds() noexcept {
     for (int k = 0; k < N_; ++k) {
         low_.segment(input_at(k), m_) = u_min;
         high_.segment(input_at(k), m_) = u_max;
+        if (options_.limits_rates) {
+            auto low = lower_.segment(first_rate_ + k * m_, m_),
+                 high = upper_.segment(first_rate_ + k * m_, m_);
+            low = du_min;
+            high = du_max;
+            if (k == 0) low += u_last, high += u_last;
+        }
         for (int i = 0; i < c_; ++i) {
             const int state = options_.bounded[static_cast<std::size_t>(i)];
             const double offset = is_sparse_ ? 0.0 : free_(state, k);

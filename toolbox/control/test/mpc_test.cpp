@@ -42,8 +42,9 @@ Question random_question(int columns, std::mt19937& random) {
 }
 
 Mpc made(Mpc::Form form, int horizon, std::vector<int> bounded = {}, bool is_soft = false,
-         Mpc::Method method = Mpc::Method::daqp) {
+         Mpc::Method method = Mpc::Method::daqp, bool limits_rates = false) {
     Mpc::Options options;
+    options.limits_rates = limits_rates;
     options.horizon = horizon;
     options.form = form;
     options.bounded = std::move(bounded);
@@ -85,7 +86,100 @@ Matrix without_bounds(const Question& question, int N) {
     return Eigen::Map<const Matrix>(solution.data(), m, N);
 }
 
+/// The program of another form: the rates v_k = u_k - u_{k-1} are its variables, so that their limits are its
+/// bounds, and inputs and bounded states are rows; solved by another method.
+qp::Result in_rates(const Mpc& mpc, const Question& question, int N, const std::vector<int>& bounded,
+                    Matrix& inputs) {
+    const Masses of;
+    const Matrix Q = 0.5 * (of.Q + of.Q.transpose());
+    const Matrix sums = Matrix::NullaryExpr(
+        N * m, N * m, [](Eigen::Index i, Eigen::Index j) { return j <= i && (i - j) % m == 0 ? 1.0 : 0.0; });
+    const VectorXd before = mpc.u_last.replicate(N, 1);
+    // x_k = free_k + Γ_k u with u = before + sums v.
+    Matrix H = Matrix::Zero(N * m, N * m), Gamma = Matrix::Zero(n, N * m);
+    VectorXd g = VectorXd::Zero(N * m), free = question.x;
+    const auto c = static_cast<Eigen::Index>(bounded.size());
+    Matrix rows(N * (m + c), N * m);
+    VectorXd lower(rows.rows()), upper(rows.rows());
+    for (int k = 0; k < N; ++k) {
+        Gamma = (of.A * Gamma).eval();
+        Gamma.middleCols(k * m, m) += of.B;
+        free = (of.A * free + question.disturbance).eval();
+        const Matrix cost = k + 1 == N ? of.P : Q, in = Gamma * sums;
+        const VectorXd at = free + Gamma * before;
+        H += in.transpose() * cost * in;
+        g += in.transpose() * cost * (at - question.reference.col(k));
+        const Matrix input = sums.middleRows(k * m, m);
+        H += input.transpose() * of.R * input;
+        g += input.transpose() * of.R * (mpc.u_last - question.u_reference);
+        rows.middleRows(k * (m + c), m) = input;
+        lower.segment(k * (m + c), m) = mpc.u_min - mpc.u_last;
+        upper.segment(k * (m + c), m) = mpc.u_max - mpc.u_last;
+        for (Eigen::Index i = 0; i < c; ++i) {
+            const int state = bounded[static_cast<std::size_t>(i)];
+            rows.row(k * (m + c) + m + i) = in.row(state);
+            lower[k * (m + c) + m + i] = mpc.x_min[i] - at[state];
+            upper[k * (m + c) + m + i] = mpc.x_max[i] - at[state];
+        }
+    }
+    const VectorXd low = mpc.du_min.replicate(N, 1), high = mpc.du_max.replicate(N, 1);
+    VectorXd v = VectorXd::Zero(N * m);
+    const auto solver = qp::make_proxqp(N * m, static_cast<int>(rows.rows()), {10000, 1e-9});
+    const qp::Result result = solver->solve({H, g, rows, lower, upper, low, high}, v);
+    const VectorXd u = before + sums * v;
+    inputs = Eigen::Map<const Matrix>(u.data(), m, N);
+    return result;
+}
+
 } // namespace
+
+TEST(Mpc, LimitsRatesAsTheProgramWhoseVariablesTheyAre) {
+    std::mt19937 random(6);
+    constexpr int N = 8;
+    const std::vector<int> bounded{2, 0};
+    int at_limit = 0, from_last = 0;
+    for (int k = 0; k < 20; ++k) {
+        Question question = random_question(N, random);
+        question.x *= 0.3;
+        const VectorXd last = 0.5 * random_question(N, random).u_reference;
+        Matrix expected;
+        for (const auto form : {Mpc::Form::condensed, Mpc::Form::sparse}) {
+            Mpc mpc = made(form, N, bounded, false, Mpc::Method::daqp, true);
+            mpc.u_min.setConstant(-3.0);
+            mpc.u_max << 3.0, 2.0;
+            mpc.du_min << -0.6, -1.0;
+            mpc.du_max << 0.4, 0.7;
+            mpc.u_last = last;
+            mpc.x_min << -1.5, -2.0;
+            mpc.x_max << 1.4, 2.0;
+            const auto status = in_rates(mpc, question, N, bounded, expected).status;
+            ASSERT_EQ(solve(mpc, question), status) << k;
+            if (status != qp::Status::solved) continue;
+            EXPECT_LT((mpc.inputs() - expected).cwiseAbs().maxCoeff(), 1e-5) << k;
+            Matrix before(m, N);
+            before << last, mpc.inputs().leftCols(N - 1);
+            const Matrix rates = mpc.inputs() - before;
+            at_limit += rates.row(0).maxCoeff() > 0.4 - 1e-6;
+            from_last += std::abs(rates(0, 0) - 0.4) < 1e-6 || std::abs(rates(0, 0) + 0.6) < 1e-6;
+        }
+    }
+    EXPECT_GT(at_limit, 10);
+    EXPECT_GT(from_last, 4);
+}
+
+TEST(Mpc, FindsNoPlanWhereLimitedRatesDoNotLeadIntoTheBounds) {
+    const Question question{VectorXd::Zero(n), VectorXd::Zero(m), VectorXd::Zero(n), Matrix::Zero(n, 1)};
+    for (const auto form : {Mpc::Form::condensed, Mpc::Form::sparse}) {
+        Mpc mpc = made(form, 3, {}, false, Mpc::Method::daqp, true);
+        mpc.u_max.setConstant(1.0);
+        mpc.du_min.setConstant(-0.5);
+        mpc.u_last << 1.4, 0.0;
+        ASSERT_EQ(solve(mpc, question), qp::Status::solved);
+        EXPECT_NEAR(mpc.inputs()(0, 0), 0.9, 1e-6);
+        mpc.u_last << 1.6, 0.0;
+        EXPECT_EQ(solve(mpc, question), qp::Status::infeasible);
+    }
+}
 
 TEST(Mpc, WithoutBoundsIsTheSolutionOfItsOptimalityConditions) {
     std::mt19937 random(1);

@@ -119,6 +119,10 @@ class PredictiveControl final : public Block {
         this,
         "soft",
         {.initial = false, .doc = "bounds of states may be exceeded, at the cost of the slack_ parameters"}};
+    Argument<bool> limit_rates{
+        this,
+        "limit_rates",
+        {.initial = false, .doc = "u changes from step to step within the bounds du_min and du_max"}};
     Argument<int> max_iterations{
         this, "max_iterations", {.initial = 1000, .minimum = 1, .doc = "of one solve"}};
     Argument<bool> stop_when_fails{
@@ -154,6 +158,21 @@ class PredictiveControl final : public Block {
                              .at_least = u_min.index(),
                              .unit = any_unit,
                              .doc = "of the inputs"}};
+    Parameter<Vector> du_min{this,
+                             "du_min",
+                             {.shape = {m},
+                              .initial = {-bf::Limits::infinity},
+                              .unit = any_unit,
+                              .doc = "of u(k) - u(k-1)",
+                              .present = limit_rates}};
+    Parameter<Vector> du_max{this,
+                             "du_max",
+                             {.shape = {m},
+                              .initial = {bf::Limits::infinity},
+                              .at_least = du_min.index(),
+                              .unit = any_unit,
+                              .doc = "of u(k) - u(k-1)",
+                              .present = limit_rates}};
     Parameter<Vector> x_min{this,
                             "x_min",
                             {.shape = {c},
@@ -200,6 +219,15 @@ class PredictiveControl final : public Block {
         this,
         "disturbance",
         {.shape = {n}, .unit = any_unit, .doc = "added to the state in each step", .optional = true}};
+    Input<Vector> u_last{this,
+                         "u_last",
+                         {.shape = {m},
+                          .unit = any_unit,
+                          .doc =
+                              "input that is in force, from which u may go away by du_min to du_max; open: u "
+                              "of the step before, zero at first",
+                          .present = limit_rates,
+                          .optional = true}};
     Output<Vector> u{this, "u", {.shape = {m}, .unit = any_unit, .doc = "first input of the plan"}};
     Output<Matrix> plan{
         this, "plan", {.shape = {m, N}, .unit = any_unit, .doc = "inputs of now and the next steps"}};
@@ -256,6 +284,14 @@ class PredictiveControl final : public Block {
             mpc.slack_weight = at[slack_weight];
             mpc.slack_linear = at[slack_linear];
         }
+        if (limit_rates) {
+            mpc.du_min = at[du_min];
+            mpc.du_max = at[du_max];
+            if (at.is_connected(u_last))
+                mpc.u_last = at[u_last];
+            else
+                mpc.u_last = at[last_plan].col(0);
+        }
         const qp::Result result = mpc.solve(at[x], at[reference], at[u_reference], at[disturbance]);
         out[status] = static_cast<double>(result.status);
         if (result.status == qp::Status::solved) {
@@ -283,6 +319,7 @@ class PredictiveControl final : public Block {
         options.method = *solver == "osqp" ? Mpc::Method::osqp : Mpc::Method::daqp;
         for (const int number : *bounded) options.bounded.push_back(number - 1);
         options.is_soft = soft && has_bounds();
+        options.limits_rates = limit_rates;
         options.max_iterations = max_iterations;
         if (*solver == "osqp") options.tolerance = 1e-5;
         return options;
@@ -297,9 +334,14 @@ class PredictiveControl final : public Block {
         to.col(rest) = from.col(rest);
     }
     Status failure(Now at, const qp::Result& result) const noexcept {
-        if (const Status good = all_finite(at, x, reference, u_reference, disturbance); !good) return good;
+        if (const Status good = all_finite(at, x, reference, u_reference, disturbance, u_last); !good)
+            return good;
         switch (result.status) {
         case qp::Status::infeasible:
+            if (limit_rates)
+                return Status::failure("no inputs within their bounds and rates keep the states within "
+                                       "theirs; relax u_min, u_max, "
+                                       "du_min, du_max, x_min or x_max, or let soft be true");
             return Status::failure(
                 "no inputs within their bounds keep the states within theirs; relax them, or "
                 "let soft be true");
@@ -336,6 +378,7 @@ void add_optimal_control(Library& library) {
                                 "u_reference|^2_R within the bounds of "
                                 "inputs and states, of which the first is u. The references of the whole "
                                 "horizon may be known before. "
+                                "With limit_rates, du_min <= u(k) - u(k-1) <= du_max all along the plan. "
                                 "Soft bounds are exceeded by s at a cost of slack_linear s + 1/2 "
                                 "slack_weight s^2 for each step and "
                                 "state. It starts from the active bounds of the step before. While status is "

@@ -12,7 +12,8 @@ namespace bf::control {
 /// Model predictive control of x⁺ = A x + B u + d (n states, m inputs) over a horizon of N steps:
 ///
 ///   min ½ Σ_{k=1}^{N-1} |x_k - r_k|²_Q + ½ |x_N - r_N|²_P + ½ Σ_{k=0}^{N-1} |u_k - u_r|²_R + Σ penalties
-///   subject to u_min ≤ u_k ≤ u_max,  x_min ≤ x_k ≤ x_max of the bounded states, k = 1 … N
+///   subject to u_min ≤ u_k ≤ u_max,  x_min ≤ x_k ≤ x_max of the bounded states, k = 1 … N,
+///   and of limited rates Δu_min ≤ u_k - u_{k-1} ≤ Δu_max, k = 0 … N-1, where u_{-1} is in force already
 ///
 /// in one of two forms of one problem: `condensed` has the inputs alone as variables, `sparse` inputs and
 /// states under the equations of motion (J. B. Rawlings, D. Q. Mayne, M. M. Diehl, Model Predictive Control:
@@ -31,8 +32,9 @@ class Mpc {
         int horizon = 20;
         Form form = Form::condensed;
         Method method = Method::daqp;
-        std::vector<int> bounded; ///< states with bounds, from 0
-        bool is_soft = false;     ///< their bounds may be exceeded
+        std::vector<int> bounded;  ///< states with bounds, from 0
+        bool is_soft = false;      ///< their bounds may be exceeded
+        bool limits_rates = false; ///< inputs change within bounds from step to step
         int max_iterations = 1000;
         double tolerance = 1e-6;
         /// Throws std::invalid_argument naming the option that is out of range.
@@ -42,7 +44,9 @@ class Mpc {
     /// Throws std::invalid_argument unless there is a state and an input.
     Mpc(int states, int inputs, Options options);
 
-    Eigen::VectorXd u_min, u_max; ///< (m), infinite at first
+    Eigen::VectorXd u_min, u_max;   ///< (m), infinite at first
+    Eigen::VectorXd du_min, du_max; ///< (m) of limited rates, in a step; infinite at first
+    Eigen::VectorXd u_last; ///< u_{-1} (m), from which the first of limited rates counts; zeros at first
     Eigen::VectorXd x_min, x_max; ///< of the bounded states, infinite at first
     Eigen::VectorXd slack_weight; ///< of the bounded states, at least 0; ones at first
     Eigen::VectorXd slack_linear; ///< alike; zeros at first
@@ -82,7 +86,7 @@ class Mpc {
 
     Options options_;
     bool is_sparse_, has_model_ = false;
-    int n_, m_, N_, c_, first_slack_, variables_, equations_, constraints_;
+    int n_, m_, N_, c_, first_slack_, variables_, equations_, first_rate_, constraints_;
     Eigen::MatrixXd A_, B_, Q_, R_, P_;
     Eigen::MatrixXd powers_; ///< Aᵏ B (n×mN), condensed
     Eigen::MatrixXd W_, WB_, AW_, state_weight_, terminal_weight_, input_weight_;

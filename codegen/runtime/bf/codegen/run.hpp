@@ -7,6 +7,7 @@
 #include "bf/codegen/input_file.hpp"
 #include "bf/codegen/live.hpp"
 #include "bf/codegen/parameter_file.hpp"
+#include "bf/core/interrupt.hpp"
 #include "bf/kernels/steps.hpp"
 #include "bf/realtime/control.hpp"
 #include "bf/realtime/interrupt.hpp"
@@ -246,6 +247,7 @@ template <class Model> int run(int argc, char** argv) {
         return 1;
     }
     const realtime::InterruptGuard guard; // whoever reads the line below may end the program at once
+    if constexpr (detail::HasFolder<Model>::value) look_for_interrupt(guard.flag()); // so do blocks that wait
     std::optional<CommandPort> commands;
     if (options.commands) {
         commands.emplace(*model);
@@ -350,14 +352,15 @@ template <class Model> int run(int argc, char** argv) {
     const auto fails = [&](const std::string& text) {
         if (!text.empty()) failure += (failure.empty() ? "" : "\n") + text;
     };
-    if (!good) {
+    const int signal = realtime::InterruptGuard::signal();
+    if (!good &&
+        !(signal && std::strcmp(model->failure(), interrupted) == 0)) { // no failure: a wait that ended
         const std::string block = model->failed_block();
         fails(block + (block.empty() ? "" : ": ") + model->failure());
     }
     if (csv.error()) fails("cannot write " + options.csv + ": " + write_error(csv.error()));
     if (good && options.overrun == realtime::Overrun::stop && pacer)
         fails(realtime::missed_deadline(pacer->statistics()));
-    const int signal = realtime::InterruptGuard::signal();
     if (live) live->end(failure, signal != 0);
     if (live) fails(live->emergency());
     if (!failure.empty()) {

@@ -347,6 +347,13 @@ void Inference::set(int slot, Type type) {
 void Inference::same_elements(SameElements elements) {
     resolution_->same_elements.push_back(std::move(elements));
 }
+void Inference::claim(Claim claim) {
+    auto& claims = resolution_->claims;
+    const bool is_new = std::none_of(claims.begin(), claims.end(), [&](const Claim& made) {
+        return made.of == claim.of && made.what == claim.what;
+    });
+    if (is_new) claims.push_back(std::move(claim));
+}
 void Inference::refuse(const std::string& message) const { throw ResolutionError(message); }
 
 } // namespace bf

@@ -73,6 +73,7 @@ Examined examine(const model::Model& model, Registry& registry, const ElaborateO
     elaboration::bind_resources(e);
     elaboration::wire(e);
     elaboration::infer_shapes(e);
+    elaboration::check_claims(e);
     if (e.report.is_empty()) elaboration::name_elements(e);
     elaboration::assign_rates(e);
     // Shapes that depend on a loop have been reported with it.

@@ -1,6 +1,10 @@
-// Blocks get the resources that other blocks of their subsystem, or of one around it, provide.
+// Blocks get the resources that other blocks of their subsystem, or of one around it, provide. What several
+// would set in one step is refused.
 #include "stages.hpp"
 
+#include <algorithm>
+#include <map>
+#include <string_view>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -102,5 +106,32 @@ class Binding {
 } // namespace
 
 void bind_resources(Elaboration& e) { Binding(e).run(); }
+
+void check_claims(Elaboration& e) {
+    const auto stands_in = [&](int condition, int around) {
+        for (; condition >= 0; condition = e.diagram.conditions[static_cast<std::size_t>(condition)].parent)
+            if (condition == around) return true;
+        return false;
+    };
+    std::map<std::pair<const void*, std::string_view>, std::vector<int>> claimed;
+    for (int n = 0; n < static_cast<int>(e.diagram.nodes.size()); ++n)
+        for (const Claim& claim : e.resolution(n).claims) {
+            const DiagramNode& node = e.node(n);
+            if (claim.input >= 0 && node.sources[static_cast<std::size_t>(claim.input)].node < 0) continue;
+            auto& others = claimed[{claim.of, claim.what}];
+            const auto other = std::find_if(others.begin(), others.end(), [&](int o) {
+                return stands_in(e.node(o).condition, node.condition) ||
+                       stands_in(node.condition, e.node(o).condition);
+            });
+            const int first = other == others.end() ? -1 : *other;
+            others.push_back(n);
+            if (first < 0) continue;
+            e.report.add(node.where, node.path,
+                         "sets " + claim.what + ", which " + e.node(first).path +
+                             " sets in the same step, so that the one that runs later would undo the other",
+                         "keep one of them, or put each into a conditional subsystem of its own");
+            break; // of the same other block there is as much to say
+        }
+}
 
 } // namespace bf::elaboration

@@ -224,6 +224,7 @@ void flatten(Elaboration& e);        ///< scopes, nodes with arguments and param
 void bind_resources(Elaboration& e); ///< what blocks provide to each other
 void wire(Elaboration& e);           ///< sources of inputs, conditions, named signals
 void infer_shapes(Elaboration& e);   ///< sizes and types
+void check_claims(Elaboration& e);   ///< what several blocks would set outside
 void name_elements(Elaboration& e);  ///< names of the elements of vectors
 void assign_rates(Elaboration& e);   ///< sample times
 void sort(Elaboration& e);           ///< the plan

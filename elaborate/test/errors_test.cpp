@@ -176,14 +176,55 @@ class FrameBlock final : public Block {
     Output<Vector> y{this, "y", {.shape = {n}}};
 };
 
+/// Sets a thing outside, which several may name; without `u` only where that is wired.
+class Setter final : public Block {
+  public:
+    using Block::Block;
+    Argument<std::string> thing{this, "thing", {.initial = "the lamp"}};
+    Argument<bool> needs_u{this, "needs_u", {.initial = false}};
+    Input<double> u{this, "u", {.optional = true}};
+    void infer(Inference& inference) const override {
+        static const int room = 0;
+        inference.claim({&room, *thing, needs_u ? u.index() : -1});
+    }
+};
+
 std::string wrong_with_robots(const std::string& blocks) {
     Library library("");
     library.group("test")
         .add<Angle>("Angle", "")
         .add<Ruler>("Ruler", "")
         .add<RobotBlock>("Robot", "")
+        .add<Setter>("Setter", "")
         .add<FrameBlock>("Frame", "");
     return errors_of("model: m\nstep: 0.1\nblocks:\n" + blocks, {}, &library);
+}
+
+TEST(Errors, WhatTwoBlocksWouldSetInOneStepIsNamed) {
+    const auto undone = [](const std::string& second, const std::string& first) {
+        return second + ": sets the lamp, which " + first +
+               " sets in the same step, so that the one that runs later would undo the other; keep one of "
+               "them, or "
+               "put each into a conditional subsystem of its own";
+    };
+    EXPECT_EQ(wrong_with_robots(
+                  "  a: {block: Setter}\n  b: {block: Setter, thing: the door}\n  c: {block: Setter}\n"),
+              "m.yaml:6:3: " + undone("c", "a"));
+    EXPECT_EQ(wrong_with_robots("  a: {block: Setter}\n  b: {block: Setter, needs_u: true}\n"), "");
+    EXPECT_EQ(
+        wrong_with_robots("  one: {block: Constant}\n  a: {block: Setter}\n  b: {block: Setter, needs_u: "
+                          "true}\nconnections: {one: b}\n"),
+        "m.yaml:6:3: " + undone("b", "a"));
+    // Each in a subsystem of its own, of which one is on; one that stands around them runs with both.
+    const std::string on = "  one: {block: Constant}\n", wires = "connections: {one: [x.enable, y.enable]}\n";
+    const auto subsystem = [](const std::string& name, const std::string& more = {}) {
+        return "  " + name + ":\n    execution: enabled\n    blocks:\n      a: {block: Setter}\n" + more;
+    };
+    EXPECT_EQ(wrong_with_robots(on + subsystem("x") + subsystem("y") + wires), "");
+    EXPECT_EQ(wrong_with_robots(on + subsystem("x") + subsystem("y") + "  all: {block: Setter}\n" + wires),
+              "m.yaml:13:3: " + undone("all", "x.a"));
+    EXPECT_EQ(wrong_with_robots(on + subsystem("x", "      b: {block: Setter}\n") + subsystem("y") + wires),
+              "m.yaml:9:7: " + undone("x.b", "x.a"));
 }
 
 TEST(Errors, UnitsThatDifferAreNamed) {

@@ -25,6 +25,9 @@ std::vector<std::string> choices(const std::array<std::pair<const char*, T>, N>&
     return names;
 }
 
+/// What blocks that command the joints of a robot claim.
+inline constexpr char claimed_references[] = "the references of the robot's joints";
+
 /// Base of the blocks over a robot device.
 class DeviceBlock : public Block {
   public:

@@ -37,6 +37,14 @@ class LoopBlock : public DeviceBlock {
         return given.is_present() && at[given] != at[last];
     }
 
+    /// Claims the gains of that letter, of one joint each.
+    void claim(Inference& inference, bool is_set, const char* letter, const std::string& control_type,
+               const std::vector<std::string>& joints) const {
+        for (std::size_t i = 0; is_set && i < joints.size(); ++i)
+            inference.claim({robot->identity(), std::string(letter) + " of joint '" + joints[i] +
+                                                    "' in its " + control_type + " loop"});
+    }
+
     static constexpr char not_read[] = "the robot did not tell its gains; look at its connection";
     static constexpr char not_written[] = "the robot did not accept the gains";
 };
@@ -101,7 +109,7 @@ class SetLowLevelPID final : public LoopBlock {
     DiscreteState<Vector> last_D{this, "last_D", about("D as it was sent", set_D)};
     DiscreteState<bool> is_sent{this, "is_sent", {.doc = "the gains were sent"}};
 
-    void infer(Inference&) const override {
+    void infer(Inference& inference) const override {
         if (!robot.is_bound()) return;
         robot->check_gains(loop_of(*control_type));
         const auto& known = robot->joint_names();
@@ -117,6 +125,10 @@ class SetLowLevelPID final : public LoopBlock {
                 throw std::runtime_error("argument 'joints' names '" + name + "' twice; name it once");
             rows_.push_back(found - known.begin());
         }
+        const auto& whose = joints->empty() ? known : *joints;
+        claim(inference, set_P, "P", *control_type, whose);
+        claim(inference, set_I, "I", *control_type, whose);
+        claim(inference, set_D, "D", *control_type, whose);
     }
     Status output(Now at, Out) const noexcept override {
         if (at[is_sent] && !changed(at, P, last_P) && !changed(at, I, last_I) && !changed(at, D, last_D))
@@ -175,12 +187,17 @@ class SetMotorParameters final : public LoopBlock {
     DiscreteState<bool> is_sent{this, "is_sent", {.doc = "gains and parameters were sent"}};
     Scratch<MotorParameters> parameters{this, [this] { return MotorParameters(value(n)); }};
 
-    void infer(Inference&) const override {
+    void infer(Inference& inference) const override {
         if (!robot.is_bound()) return;
         if (set_P || set_I || set_D) robot->check_gains(loop_of(*control_type));
         if (set_k_tau || set_bemf) robot->check_motor_parameters();
         check(set_k_tau, "k_tau", *k_tau);
         check(set_bemf, "bemf", *bemf);
+        claim(inference, set_P, "P", *control_type, robot->joint_names());
+        claim(inference, set_I, "I", *control_type, robot->joint_names());
+        claim(inference, set_D, "D", *control_type, robot->joint_names());
+        if (set_k_tau) inference.claim({robot->identity(), "k_tau of the robot's motors"});
+        if (set_bemf) inference.claim({robot->identity(), "bemf of the robot's motors"});
     }
     Status output(Now at, Out) const noexcept override {
         auto& connection = at[robot];

@@ -243,8 +243,10 @@ class SetReferences final : public DeviceBlock {
                                 .doc = "references of the step before",
                                 .present = mode() == ControlMode::position}};
 
-    void infer(Inference&) const override {
-        if (robot.is_bound()) robot->check_mode(mode());
+    void infer(Inference& inference) const override {
+        if (!robot.is_bound()) return;
+        robot->check_mode(mode());
+        inference.claim({robot->identity(), claimed_references});
     }
     Status output(Now at, Out) const noexcept override {
         auto& connection = at[robot];
@@ -254,8 +256,9 @@ class SetReferences final : public DeviceBlock {
                 return Status::failure("the robot did not accept the control mode");
         } else if (const int joint = connection.joint_in_other_mode(mode()); joint >= 0) {
             return Status::failure(
-                "{element} has left its control mode; look for a fault of the robot, or for "
-                "another SetReferences that drives it",
+                "{element} has left its control mode; look for a fault of the robot, or let the subsystem "
+                "reset "
+                "its states when it is enabled, where another SetReferences drove the robot in between",
                 u, joint);
         }
         for (int i = 0; i < at[u].size(); ++i)
@@ -328,8 +331,11 @@ void add_robot(Library& library) {
             "back. Position moves at most at reference_speed and sends references where they change; "
             "Velocity "
             "accelerates at most with reference_acceleration. "
-            "Errors: a control_type that the robot does not have; a reference that is not finite or a joint "
-            "that has left its mode ends the run.");
+            "Errors: a control_type that the robot does not have; two that command one robot in the same "
+            "step, "
+            "unless each stands in a conditional subsystem of its own, which resets its states when it is "
+            "enabled; a "
+            "reference that is not finite or a joint that has left its mode ends the run.");
 }
 
 } // namespace bf::toolbox

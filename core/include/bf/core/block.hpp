@@ -36,6 +36,9 @@ class Inference {
     void set(int slot, Type type);
     /// Elements keep their names from one vector to another, where no common shape says so already.
     void same_elements(SameElements elements);
+    /// The block sets something outside. Elaboration refuses a second block that sets the same, unless each
+    /// stands in a conditional subsystem of its own.
+    void claim(Claim claim);
     /// A wiring that the block cannot accept, in words that name the ports.
     [[noreturn]] void refuse(const std::string& message) const;
 

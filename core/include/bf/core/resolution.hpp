@@ -24,6 +24,13 @@ struct SameElements {
     std::vector<int> picked = {};
 };
 
+/// Something outside that a block sets, and that another one must not set in the same step.
+struct Claim {
+    const void* of;   ///< the object that it is part of, which outlives the diagram
+    std::string what; ///< as messages call it; with `of` it says whether two claims are of the same
+    int input = -1;   ///< slot: the block sets it only where this input is wired
+};
+
 /// Begins with what the declaration alone says; the functions of resolve.hpp add to it.
 struct Resolution {
     explicit Resolution(const Declaration& declaration);
@@ -33,6 +40,7 @@ struct Resolution {
     std::vector<std::optional<Size>> shapes;
     std::vector<std::optional<Type>> types;
     std::vector<SameElements> same_elements; ///< besides those of vectors of one Dim or AnyShape
+    std::vector<Claim> claims;
     std::vector<std::shared_ptr<const void>> required, provided; ///< resources; null: not yet
 
     /// Index of the slot of that name (and role), or -1.

@@ -109,6 +109,8 @@ class RobotDevice {
 
     virtual ~RobotDevice() = default;
     virtual const std::vector<std::string>& joint_names() const = 0;
+    /// The same for all devices that are the same robot: of what blocks set of it, they claim it.
+    virtual const void* identity() const { return this; }
     int joints() const { return static_cast<int>(joint_names().size()); }
     /// Limits of the control boards (n), infinite where there are none.
     virtual void limits(Limits which, Eigen::VectorXd& minimum, Eigen::VectorXd& maximum) const = 0;

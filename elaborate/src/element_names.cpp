@@ -46,6 +46,8 @@ class Naming {
         // as what it is used for.
         settled_ = names_;
         spread(named, false);
+        for (int n = 0; n < count(); ++n)
+            for (int s = 0; s < slots(n); ++s) check_order(n, s);
         settled_ = names_;
         for (std::size_t v = 0; v < names_.size(); ++v)
             if (!names_[v].empty()) named.push_back(static_cast<int>(v));
@@ -142,6 +144,23 @@ class Naming {
             for (const int l : entering_[v])
                 if (backward) take(links_[static_cast<std::size_t>(l)], true);
         }
+    }
+
+    /// Elements that a block knows by name do not arrive in another order.
+    void check_order(int n, int s) {
+        const auto& from = e_.node(n).sources[static_cast<std::size_t>(s)];
+        if (from.node < 0) return;
+        const Names wanted = e_.node(n).block->declaration().element_names(s),
+                    &given = names_[at(from.node, from.slot)];
+        if (wanted == given || !std::is_permutation(wanted.begin(), wanted.end(), given.begin(), given.end()))
+            return;
+        const auto [w, g] = std::mismatch(wanted.begin(), wanted.end(), given.begin());
+        const std::string number = std::to_string(w - wanted.begin() + 1);
+        e_.report.add(e_.node(n).where, e_.node(n).path,
+                      "element " + number + " of input '" + slot(n, s).name + "' is '" + *w +
+                          "', but that of " + e_.diagram.end_path(from) + " is '" + *g +
+                          "': both have the same elements in another order",
+                      "give both blocks one order, or put a Selector in between");
     }
 
     /// What occurs twice in a vector names neither element.

@@ -186,6 +186,7 @@ class Spreading {
                 if (offer(r, end.slot, news)) push(end.node);
             } catch (const ResolutionError& error) {
                 const bool is_of_types = dynamic_cast<const TypeError*>(&error) != nullptr;
+                if (is_told(to, is_of_types ? 3 : 2)) return; // what both ends say is one thing
                 report(to.node,
                        std::string(error.what()) + " (" + e_.diagram.end_path(from) + " -> " +
                            e_.diagram.end_path(to) + ")",
@@ -203,10 +204,10 @@ class Spreading {
             tell(source, from, *type_of_b);
     }
 
-    /// Each input hears its source's size and type once.
+    /// Each input hears its source's size (0) and type (1) once, and of each is reported once (2, 3).
     bool is_told(const Node::End& to, int what) {
         const std::uint64_t key =
-            (static_cast<std::uint64_t>(to.node) << 24 | static_cast<std::uint64_t>(to.slot) << 1) |
+            (static_cast<std::uint64_t>(to.node) << 24 | static_cast<std::uint64_t>(to.slot) << 2) |
             static_cast<std::uint64_t>(what);
         return !told_.insert(key).second;
     }

@@ -121,6 +121,23 @@ TEST(ElementNames, ThatContradictAreDroppedWhereTheyMeet) {
     EXPECT_EQ(names("of_sum"), "hip -");
 }
 
+TEST(ElementNames, AreRefusedInAnotherOrder) {
+    const auto wrong = [](const std::string& names, const std::string& between, const std::string& wires) {
+        return errors_of("model: m\nstep: 1\nblocks:\n  a: {block: Named/Source, names: \"{" + names +
+                             "}\"}\n  motors: {block: Named/Sink}\n" + between + "connections: {" + wires +
+                             "}\n",
+                         {}, &library());
+    };
+    const std::string gain = "  g: {block: Gain, K: 2}\n";
+    EXPECT_EQ(
+        wrong("'knee', 'hip'", gain, "a: g, g: motors"),
+        "m.yaml:5:3: motors: element 1 of input 'u' is 'hip', but that of g.y is 'knee': both have the same "
+        "elements in another order; give both blocks one order, or put a Selector in between");
+    EXPECT_EQ(wrong("'hip', 'knee'", gain, "a: g, g: motors"), "");
+    EXPECT_EQ(wrong("'knee', 'hip'", "  g: {block: Selector, indices: [2, 1]}\n", "a: g, g: motors"), "");
+    EXPECT_EQ(wrong("'knee', 'ankle'", gain, "a: g, g: motors"), "") << "of another robot";
+}
+
 TEST(ElementNames, ThatCouldBeMistakenAreNone) {
     const Model names("  s: {block: Named/Source, names: \"{'12', 'a[1]', 'a,b', '', 'l knee', 'j2'}\"}\n");
     EXPECT_EQ(names("s.y"), "- - - - l knee j2");

@@ -85,6 +85,7 @@ class Check {
     /// What the joints say of links and of each other.
     void tree(const std::vector<const XMLElement*>& joints) const {
         std::map<std::string, std::string> parent_joints; // of a link
+        std::map<std::string, const XMLElement*> above;   // a link, by its name
         for (const auto* joint : joints) {
             const std::string name = text_of(*joint, "name");
             const auto* parent = joint->FirstChildElement("parent");
@@ -94,6 +95,7 @@ class Check {
                 if (link == text_of(*parent, "link"))
                     fail(*joint, *child, "link", "it is the parent of this joint, too; give two links");
                 const auto [known, is_first] = parent_joints.emplace(link, name);
+                above.emplace(link, joint);
                 if (!is_first)
                     fail(*joint, *child, "link",
                          "it is the child of the joint '" + known->second +
@@ -103,6 +105,22 @@ class Check {
             // One of another file, of which this is a part, is left out by whoever reads it.
             if (mimic && text_of(*mimic, "joint") == name)
                 fail(*joint, *mimic, "joint", "a joint cannot mimic itself; name another one");
+        }
+        std::set<const XMLElement*> checked; // they lead to a link without a parent
+        for (const auto* joint : joints) {
+            std::set<const XMLElement*> way;
+            for (const auto* at = joint; at && !checked.contains(at);) {
+                const auto* parent = at->FirstChildElement("parent");
+                if (!parent || !at->FirstChildElement("child")) break;
+                if (!way.insert(at).second)
+                    fail(*at, *parent, "link",
+                         "it hangs on this joint's own child, in a loop; the joints of a robot form a tree: "
+                         "leave one "
+                         "of them out");
+                const auto next = above.find(text_of(*parent, "link"));
+                at = next == above.end() ? nullptr : next->second;
+            }
+            checked.insert(way.begin(), way.end());
         }
     }
 

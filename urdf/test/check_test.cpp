@@ -82,6 +82,10 @@ TEST(UrdfCheck, RefusesJointsThatFormNoTree) {
         wrong("<parent link=\"b\"/><child link=\"c\"/>", "<parent link=\"a\"/><child link=\"b\"/>"),
         "'r.urdf', line 9: joint 'k', <child link=\"b\">: it is the child of the joint 'j' already; the "
         "joints of a robot form a tree: leave one of them out");
+    EXPECT_EQ(wrong("parent link=\"a\"", "parent link=\"c\""),
+              "'r.urdf', line 7: joint 'j', <parent link=\"c\">: it hangs on this joint's own child, in a "
+              "loop; the "
+              "joints of a robot form a tree: leave one of them out");
     EXPECT_EQ(
         wrong("mimic joint=\"j\"", "mimic joint=\"k\""),
         "'r.urdf', line 9: joint 'k', <mimic joint=\"k\">: a joint cannot mimic itself; name another one");

@@ -7,6 +7,7 @@
 #include "bf/engine/simulation.hpp"
 #include "bf/formats/yaml.hpp"
 #include "bf/walking/dcm.hpp"
+#include "whole_body_frames.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -52,9 +53,24 @@ struct Loop {
     }
 };
 
-/// M, h, poses, Jacobians and bias accelerations of both soles, centre of mass and its Jacobian, centroidal
-/// momentum and its matrix; each step in a new state.
-void whole_body_step(benchmark::State& run) {
+/// M, h, centre of mass and its Jacobian, centroidal momentum and its matrix; poses, Jacobians and bias
+/// accelerations of the frames; each step in a new state.
+void whole_body_step(benchmark::State& run, const std::vector<std::string>& frames) {
+    std::string blocks, base, joint_positions, velocities;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        for (const char* type : {"ForwardKinematics", "Jacobian", "DotJNu"}) {
+            const std::string name = type + std::to_string(i);
+            blocks += "  " + name + ": {block: WholeBodyToolbox/" + type + ", frame: " + frames[i] + "}\n";
+            base += ", " + name + ".w_H_b";
+            joint_positions += ", " + name + ".s";
+            if (type[0] == 'D') velocities += ", " + name + ".VELOCITY";
+        }
+    const auto of = [&](const std::string& port) {
+        std::string all = velocities;
+        for (std::size_t at = all.find("VELOCITY"); at != all.npos; at = all.find("VELOCITY"))
+            all.replace(at, 8, port);
+        return all;
+    };
     Loop loop(
         "model: m\nstep: 0.01\n"
         "inputs: {w_H_b: {shape: \"[4 4]\"}, s: {shape: 23}, v_b: {shape: 6}, s_dot: {shape: 23}}\nblocks:\n"
@@ -66,18 +82,10 @@ void whole_body_step(benchmark::State& run) {
   A: {block: WholeBodyToolbox/CentroidalTotalMomentumMatrix}
   com: {block: WholeBodyToolbox/ForwardKinematics, frame: com}
   J_com: {block: WholeBodyToolbox/Jacobian, frame: com}
-  l: {block: WholeBodyToolbox/ForwardKinematics, frame: l_sole}
-  J_l: {block: WholeBodyToolbox/Jacobian, frame: l_sole}
-  dot_l: {block: WholeBodyToolbox/DotJNu, frame: l_sole}
-  r: {block: WholeBodyToolbox/ForwardKinematics, frame: r_sole}
-  J_r: {block: WholeBodyToolbox/Jacobian, frame: r_sole}
-  dot_r: {block: WholeBodyToolbox/DotJNu, frame: r_sole}
-connections:
-  w_H_b: [M.w_H_b, h.w_H_b, H.w_H_b, A.w_H_b, com.w_H_b, J_com.w_H_b, l.w_H_b, J_l.w_H_b, dot_l.w_H_b, r.w_H_b, J_r.w_H_b, dot_r.w_H_b]
-  s: [M.s, h.s, H.s, A.s, com.s, J_com.s, l.s, J_l.s, dot_l.s, r.s, J_r.s, dot_r.s]
-  v_b: [h.v_b, H.v_b, dot_l.v_b, dot_r.v_b]
-  s_dot: [h.s_dot, H.s_dot, dot_l.s_dot, dot_r.s_dot]
-)");
+)" + blocks +
+        "connections:\n  w_H_b: [M.w_H_b, h.w_H_b, H.w_H_b, A.w_H_b, com.w_H_b, J_com.w_H_b" + base +
+        "]\n  s: [M.s, h.s, H.s, A.s, com.s, J_com.s" + joint_positions + "]\n  v_b: [h.v_b, H.v_b" +
+        of("v_b") + "]\n  s_dot: [h.s_dot, H.s_dot" + of("s_dot") + "]\n");
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     struct State {
@@ -209,7 +217,9 @@ void bare_dcm(benchmark::State& run) {
 
 BENCHMARK(walking_plan)->Name("toolbox.walking_plan/diagram");
 BENCHMARK(bare_dcm)->Name("toolbox.walking_plan/bare_dcm");
-BENCHMARK(whole_body_step)->Name("toolbox.whole_body_step/diagram");
+BENCHMARK_CAPTURE(whole_body_step, soles, bf::benchmarks::two_soles)->Name("toolbox.whole_body_step/diagram");
+BENCHMARK_CAPTURE(whole_body_step, thirty, bf::benchmarks::eight_frames)
+    ->Name("toolbox.whole_body_step_30/diagram");
 BENCHMARK(qp_block)->Name("toolbox.qp_12x38/block");
 BENCHMARK(world_block)->Name("physics.step/block");
 

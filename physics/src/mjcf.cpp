@@ -9,6 +9,7 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 #include <tinyxml2.h>
 
 namespace bf::physics {
@@ -29,17 +30,16 @@ template <typename Visit> void visit_all(mjSpec* spec, mjtObj type, const Visit&
 
 /// A file that an element of an MJCF names, other than one that is included.
 struct Asset {
-    std::string element, name, where;
+    std::string element, attribute, name, where;
 };
 
 /// `file`, as an element in `where` names it, must be in `folder`, also behind symbolic links.
-void check_inside(const std::string& where, const std::string& element, const std::string& name,
+void check_inside(const std::string& where, const std::string& what, const std::string& name,
                   const fs::path& file, const fs::path& folder) {
     const fs::path inside = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
     if (fs::path(name).is_absolute() || inside.empty() || *inside.begin() == "..")
-        throw std::runtime_error(where + ": <" + element + " file=\"" + name +
-                                 "\"> is outside of the folder '" + folder.string() +
-                                 "'; move the file into it");
+        throw std::runtime_error(where + ": <" + what + "=\"" + name + "\"> is outside of the folder '" +
+                                 folder.string() + "'; move the file into it");
 }
 
 /// Reads a file and those that it includes; each must be in `folder`.
@@ -59,18 +59,33 @@ void check_includes(const fs::path& file, const fs::path& folder, std::set<fs::p
                 "'" + file.string() + "', line " + std::to_string(element->GetLineNum());
             if (std::string(element->Name()) == "include" && name) {
                 const fs::path included = (folder / name).lexically_normal();
-                check_inside(where, "include", name, included, folder);
+                check_inside(where, "include file", name, included, folder);
                 if (!fs::is_regular_file(included))
                     throw std::runtime_error(where + ": <include file=\"" + name + "\">: there is no file '" +
                                              included.string() + "'");
                 check_includes(included, folder, seen, assets);
-            } else if (name) {
-                assets.push_back({element->Name(), name, where});
+            } else {
+                // A texture may have a file for each side of a cube: fileright, fileleft, ...
+                for (const auto* a = element->FirstAttribute(); a; a = a->Next())
+                    if (std::string_view(a->Name()).starts_with("file"))
+                        assets.push_back({element->Name(), a->Name(), a->Value(), where});
             }
             self(self, element->FirstChildElement());
         }
     };
     look(look, document.FirstChildElement());
+}
+
+/// Names of files are what follows their last folder.
+void strip_paths(mjSpec* spec) {
+    // MuJoCo's strings have the layout of another library.
+    const auto strip = [](mjString* file) {
+        mjs_setString(file, fs::path(mjs_getString(file)).filename().c_str());
+    };
+    visit_all(spec, mjOBJ_MESH, [&](mjsElement* element) { strip(mjs_asMesh(element)->file); });
+    visit_all(spec, mjOBJ_HFIELD, [&](mjsElement* element) { strip(mjs_asHField(element)->file); });
+    visit_all(spec, mjOBJ_SKIN, [&](mjsElement* element) { strip(mjs_asSkin(element)->file); });
+    visit_all(spec, mjOBJ_TEXTURE, [&](mjsElement* element) { strip(mjs_asTexture(element)->file); });
 }
 
 bool is_single(const mjsJoint* joint) { return joint->type == mjJNT_HINGE || joint->type == mjJNT_SLIDE; }
@@ -148,6 +163,16 @@ void check_joints(mjSpec* spec, mjsBody* body, const RobotOptions& options) {
     }
 }
 
+/// What floats with the link stands where it begins.
+void hold(mjsBody* link) {
+    for (mjsBody* body = link; body; body = mjs_getParent(body->element))
+        for (mjsElement* at = mjs_firstChild(body, mjOBJ_JOINT, 0); at;) {
+            mjsElement* const joint = at;
+            at = mjs_nextChild(body, joint, 0);
+            if (mjs_asJoint(joint)->type == mjJNT_FREE) mjs_delete(mjs_getSpec(joint), joint);
+        }
+}
+
 /// The file's actuators of controlled joints go, and leave their limits and gains.
 void take_actuators(mjSpec* spec, const RobotOptions& options, Mjcf& robot) {
     visit_all(spec, mjOBJ_ACTUATOR, [&](mjsElement* element) {
@@ -195,14 +220,15 @@ void read_key(const mjModel* model, const std::string& key, const fs::path& file
     for (int joint = 0; joint < model->njnt; ++joint) {
         const char* name = mj_id2name(model, mjOBJ_JOINT, joint);
         const int type = model->jnt_type[joint];
-        if (name && *name && (type == mjJNT_HINGE || type == mjJNT_SLIDE)) {
-            const double value = model->key_qpos[id * model->nq + model->jnt_qposadr[joint]];
+        if (!name || !*name || type == mjJNT_FREE) continue; // what floats is placed as a whole
+        const mjtNum* begin = model->key_qpos + id * model->nq + model->jnt_qposadr[joint];
+        const std::vector<double> values(begin, begin + (type == mjJNT_BALL ? 4 : 1));
+        for (const double value : values)
             if (!(std::abs(value) <= mjMAXVAL))
                 throw std::runtime_error("key frame '" + key + "' of '" + file.string() + "' puts joint '" +
                                          name + "' at " + number_text(value) +
                                          "; positions are finite and at most 1e10");
-            robot.start[name] = value;
-        }
+        robot.start[name] = values;
     }
 }
 
@@ -242,10 +268,11 @@ Mjcf read_mjcf(SceneRobot& robot) {
         const fs::path name(asset.name);
         const std::string directory =
             is_model ? "" : mjs_getString(is_texture ? spec->compiler.texturedir : spec->compiler.meshdir);
-        check_inside(asset.where, asset.element, asset.name,
+        check_inside(asset.where, asset.element + ' ' + asset.attribute, asset.name,
                      file.parent_path() / directory / (spec->strippath ? name.filename() : name),
                      file.parent_path());
     }
+    if (spec->strippath) strip_paths(spec); // a spec that is attached loses the setting
     mjsBody* world = mjs_findBody(spec, "world");
     const std::vector<std::string> bodies = names_in(world, mjOBJ_BODY);
     const auto require = [&](const std::string& name, const std::string& role) {
@@ -281,6 +308,7 @@ Mjcf read_mjcf(SceneRobot& robot) {
     result.mass = model->body_subtreemass[mj_name2id(model.get(), mjOBJ_BODY,
                                                      robot.body.empty() ? "world" : robot.body.c_str())];
     visit_all(spec, mjOBJ_KEY, [&](mjsElement* element) { mjs_delete(spec, element); });
+    if (robot.is_held) hold(mjs_findBody(spec, options.base_link.c_str()));
     take_actuators(spec, options, result);
     add_motors(spec, options);
     for (const auto& [joint, gains] : result.gains) add_damper(spec, joint);

@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace tinyxml2 {
 class XMLDocument;
@@ -21,10 +22,11 @@ bool is_mjcf(const std::filesystem::path& file);
 
 /// A robot that an MJCF describes.
 struct Mjcf {
-    SpecPtr spec;                        ///< with motors and marks, as make_robot has them
-    mjsBody* body;                       ///< what of it is attached
-    double mass = 0.0;                   ///< kg
-    std::map<std::string, double> start; ///< joint positions of the key frame
+    SpecPtr spec;      ///< with motors and marks, as make_robot has them
+    mjsBody* body;     ///< what of it is attached
+    double mass = 0.0; ///< kg
+    std::map<std::string, std::vector<double>>
+        start; ///< joint positions of the key frame, of a ball a quaternion
     /// P and D of the position actuators that gave way, by joint.
     std::map<std::string, std::pair<double, double>> gains;
 };

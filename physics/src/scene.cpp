@@ -110,9 +110,9 @@ void Scene::Impl::place() {
     start = Eigen::Map<const Eigen::VectorXd>(m->qpos0, m->nq);
     for (size_t i = 0; i < robots.size(); ++i) {
         const std::string prefix = options.robots[i].name + "/";
-        for (const auto& [joint, value] : starts[i].positions)
+        for (const auto& [joint, values] : starts[i].positions)
             if (const int id = mj_name2id(m, mjOBJ_JOINT, (prefix + joint).c_str()); id >= 0)
-                start[m->jnt_qposadr[id]] = value;
+                std::copy(values.begin(), values.end(), start.data() + m->jnt_qposadr[id]);
         if (starts[i].is_mjcf && options.robots[i].options.initial_joints.empty()) continue;
         try {
             put_joints(robots[i], options.robots[i].options, start.data());

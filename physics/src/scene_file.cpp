@@ -149,7 +149,21 @@ class Element {
     std::set<std::string> known_;
 };
 
-SceneRobot read_robot(Element& e, const std::vector<fs::path>& package_paths, size_t number) {
+Surface read_surface(Element& e, Surface surface) {
+    surface.friction = e.number("friction", surface.friction);
+    const Numbers solref = e.numbers("solref", 2, {surface.solref[0], surface.solref[1]});
+    surface.solref = {solref[0], solref[1]};
+    const Numbers solimp = e.numbers("solimp", 0);
+    if (solimp.size() > surface.solimp.size())
+        e.fail("solimp has " + std::to_string(solimp.size()) +
+               " numbers; give impedance at the surface and below it, width, midpoint and power, or the "
+               "first of them");
+    std::copy(solimp.begin(), solimp.end(), surface.solimp.begin());
+    return surface;
+}
+
+SceneRobot read_robot(Element& e, const Surface& floor, const std::vector<fs::path>& package_paths,
+                      size_t number) {
     SceneRobot robot;
     robot.where = e.where();
     robot.name = e.needed("name", "left");
@@ -162,6 +176,8 @@ SceneRobot read_robot(Element& e, const std::vector<fs::path>& package_paths, si
     if (e.has("base") && is_mjcf(o.urdf))
         e.fail("an MJCF says itself whether its base floats; leave base out");
     o.floating_base = e.choice<bool>("base", {{"fixed", false}, {"floating", true}});
+    const Surface surface = read_surface(e, floor);
+    if (e.has("friction") || e.has("solref") || e.has("solimp")) o.surface = surface;
     o.initial_w_H_b = e.pose();
     o.joints = e.words("joints");
     o.base_link = e.text("base_link");
@@ -243,7 +259,7 @@ SceneObject read_object(Element& e, SceneObject::Kind kind) {
     }
     if (e.has("mass")) object.mass = e.number("mass", 0);
     e.text("mass"); // known also where it is left out
-    object.friction = e.number("friction", 1);
+    object.surface = read_surface(e, object.surface);
     const Numbers colour = e.numbers("colour", 0, {0.8, 0.6, 0.3});
     if (colour.size() != 3 && colour.size() != 4)
         e.fail("colour has " + std::to_string(colour.size()) +
@@ -282,7 +298,12 @@ SceneOptions SceneOptions::read(const fs::path& file, const std::vector<fs::path
         "integrator", {{"implicit_fast", Integrator::implicit_fast}, {"euler", Integrator::euler}});
     world.finish();
     options.floor.enabled = false;
-    std::string floor; // where it stands
+    std::string floor;        // where it stands
+    Surface surface_of_floor; // which robots have that stand before it
+    if (const auto* xml = root->FirstChildElement("floor")) {
+        Element e(*xml, file.string());
+        surface_of_floor = read_surface(e, {});
+    }
     for (const auto* xml = root->FirstChildElement(); xml; xml = xml->NextSiblingElement()) {
         Element e(*xml, file.string());
         const std::string kind = e.kind();
@@ -291,9 +312,10 @@ SceneOptions SceneOptions::read(const fs::path& file, const std::vector<fs::path
                 e.fail("there is a floor already, " + floor + "; leave one of them out");
             options.floor.enabled = true;
             floor = e.where();
-            options.floor.friction = e.number_from(0, 1e6, "friction", options.floor.friction);
+            static_cast<Surface&>(options.floor) = read_surface(e, {});
+            if (const std::string wrong = options.floor.complaint(); !wrong.empty()) e.fail("its " + wrong);
         } else if (kind == "robot") {
-            options.robots.push_back(read_robot(e, package_paths, options.robots.size()));
+            options.robots.push_back(read_robot(e, surface_of_floor, package_paths, options.robots.size()));
         } else if (const auto known = kinds().find(kind); known != kinds().end()) {
             options.objects.push_back(read_object(e, known->second));
         } else {

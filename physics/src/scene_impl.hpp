@@ -14,7 +14,7 @@ namespace bf::physics {
 struct RobotStart {
     bool is_mjcf = false;
     double mass = 0.0;                                      ///< kg
-    std::map<std::string, double> positions;                ///< of joints, from a key frame
+    std::map<std::string, std::vector<double>> positions;   ///< of joints, from a key frame
     std::map<std::string, std::pair<double, double>> gains; ///< P and D of its position actuators, by joint
 };
 

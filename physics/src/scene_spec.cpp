@@ -87,6 +87,9 @@ void add_robot(mjSpec* world, SceneRobot& robot, const PhysicsOptions& physics, 
             add_urdf(world, robot, physics, looks, start, warnings);
             return;
         }
+        if (robot.options.surface)
+            throw std::runtime_error(
+                "an MJCF says itself how its shapes touch; leave friction, solref and solimp out");
         const Mjcf mjcf = read_mjcf(robot);
         start.mass = mjcf.mass;
         start.positions = mjcf.start;
@@ -134,8 +137,7 @@ void check_object(const SceneObject& object) {
                 "its mass is " + number_text(*object.mass) +
                     " kg; give at least 1e-9 and less than 1e9 kg; what is fixed to the world has none");
     }
-    require(object.friction >= 0.0 && object.friction <= 1e6,
-            "its friction is " + number_text(object.friction) + "; give 0 to 1e6");
+    require(object.surface.complaint().empty(), "its " + object.surface.complaint());
     for (const float part : object.colour)
         require(part >= 0.0F && part <= 1.0F,
                 "its colour has " + number_text(part) + "; its parts are numbers from 0 to 1");
@@ -145,12 +147,11 @@ void check_object(const SceneObject& object) {
                     "'; names of files begin at the folder of the description");
 }
 
-mjsGeom* add_geom(mjsBody* body, const SceneObject& object, const Floor& floor) {
+mjsGeom* add_geom(mjsBody* body, const SceneObject& object) {
     mjsGeom* geom = mjs_addGeom(body, nullptr);
     geom->mass = object.mass.value_or(0.0);
     geom->condim = 4; // a box that lies flat resists turning by itself; what rolls or is held needs this
-    geom->friction[0] = object.friction;
-    std::copy_n(floor.solref.data(), 2, geom->solref);
+    set_surface(geom, object.surface);
     std::copy_n(object.colour.data(), 4, geom->rgba);
     return geom;
 }
@@ -267,7 +268,7 @@ void set_heights(mjSpec* spec, mjsGeom* geom, const SceneObject& object) {
     mjs_setString(geom->hfieldname, object.name.c_str());
 }
 
-void add_object(mjSpec* spec, const SceneObject& object, const Floor& floor) {
+void add_object(mjSpec* spec, const SceneObject& object) {
     using Kind = SceneObject::Kind;
     check_object(object);
     mjsBody* body = mjs_addBody(mjs_findBody(spec, "world"), nullptr);
@@ -275,7 +276,7 @@ void add_object(mjSpec* spec, const SceneObject& object, const Floor& floor) {
     body->fuse = 0; // it is asked for by its name
     put(object.w_H_o, body->pos, body->quat);
     if (object.mass) mjs_addFreeJoint(body);
-    mjsGeom* geom = add_geom(body, object, floor);
+    mjsGeom* geom = add_geom(body, object);
     const Eigen::Vector3d& size = object.size;
     switch (object.kind) {
     case Kind::box: set_box(geom, Eigen::Vector3d::Zero(), size); break;
@@ -292,7 +293,7 @@ void add_object(mjSpec* spec, const SceneObject& object, const Floor& floor) {
     case Kind::slope: set_slope(geom, object); break;
     case Kind::steps:
         for (int i = 0; i < object.count; ++i) {
-            if (i > 0) geom = add_geom(body, object, floor);
+            if (i > 0) geom = add_geom(body, object);
             const double height = (i + 1) * size[2];
             set_box(geom, {(i + 0.5) * size[0], 0.0, height / 2}, {size[0], size[1], height});
         }
@@ -306,7 +307,7 @@ void add_object(mjSpec* spec, const SceneObject& object, const Floor& floor) {
 void check_each_object(const SceneOptions& options) {
     for (const SceneObject& object : options.objects) {
         const SpecPtr alone(mj_makeSpec());
-        add_object(alone.get(), object, options.floor);
+        add_object(alone.get(), object);
         if (const ModelPtr model{mj_compile(alone.get(), nullptr)}) continue;
         const std::string error = mjs_getError(alone.get());
         refuse(object.where, "object '" + object.name + "': MuJoCo cannot make it (" +
@@ -353,7 +354,7 @@ SpecPtr make_scene(SceneOptions& options, Looks looks, std::vector<RobotStart>& 
     starts.resize(options.robots.size());
     for (size_t i = 0; i < options.robots.size(); ++i)
         add_robot(spec.get(), options.robots[i], options, looks, starts[i], warnings);
-    for (const SceneObject& object : options.objects) add_object(spec.get(), object, options.floor);
+    for (const SceneObject& object : options.objects) add_object(spec.get(), object);
     set_physics(spec.get(), options); // what robots were attached with is forgotten
     return spec;
 }

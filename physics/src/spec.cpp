@@ -62,25 +62,24 @@ SpecPtr parse(const Urdf& urdf, Looks looks) {
     return spec;
 }
 
-void set_contact(mjsGeom* geom, const Floor& floor) {
+void set_contact(mjsGeom* geom, const Surface& surface) {
     geom->condim = 3;
-    geom->friction[0] = floor.friction;
-    std::copy_n(floor.solref.data(), 2, geom->solref);
+    set_surface(geom, surface);
 }
 
-void make_foot_shape(mjsGeom* geom, const std::string& name, const Floor& floor) {
+void make_foot_shape(mjsGeom* geom, const std::string& name, const Surface& surface) {
     mjs_setName(geom->element, name.c_str());
     geom->mass = 0.0;
     geom->group = 3; // not drawn
     geom->contype = foot_bit;
     geom->conaffinity = floor_bit;
-    set_contact(geom, floor);
+    set_contact(geom, surface);
 }
 
 /// Collision shapes go, but for those that a foot touches with; visual ones stay on request. The files of
 /// their meshes are found.
-void keep_shapes(mjSpec* spec, const RobotOptions& options, const Floor& floor, const Urdf& urdf, Looks looks,
-                 Touching touching) {
+void keep_shapes(mjSpec* spec, const RobotOptions& options, const Surface& surface, const Urdf& urdf,
+                 Looks looks, Touching touching) {
     const bool all = touching == Touching::everything;
     std::set<std::string> used, seen; // meshes; links with visual shapes
     if (all && looks != Looks::none)
@@ -98,11 +97,12 @@ void keep_shapes(mjSpec* spec, const RobotOptions& options, const Floor& floor, 
             return;
         }
         if (geom->contype != 0 && all) {
-            set_contact(geom, floor);
+            set_contact(geom, surface);
             if (seen.contains(link)) geom->group = 3; // not drawn
         } else if (geom->contype != 0) {
             const auto i = static_cast<size_t>(foot - options.feet.begin());
-            make_foot_shape(geom, "foot:" + std::to_string(i) + ":urdf" + std::to_string(shapes[i]++), floor);
+            make_foot_shape(geom, "foot:" + std::to_string(i) + ":urdf" + std::to_string(shapes[i]++),
+                            surface);
         }
         geom->mass = 0.0;
         const std::string mesh_name = mjs_getString(geom->meshname);
@@ -187,12 +187,13 @@ void set_joints(mjSpec* spec, const RobotOptions& options, double time_step, con
     }
 }
 
-void add_foot_shape(mjsBody* body, const ContactShape& shape, const std::string& name, const Floor& floor) {
+void add_foot_shape(mjsBody* body, const ContactShape& shape, const std::string& name,
+                    const Surface& surface) {
     mjsGeom* geom = mjs_addGeom(body, nullptr);
     geom->type = shape.kind == ContactShape::Kind::sphere ? mjGEOM_SPHERE : mjGEOM_BOX;
     std::copy_n(shape.size.data(), 3, geom->size);
     std::copy_n(shape.position.data(), 3, geom->pos);
-    make_foot_shape(geom, name, floor);
+    make_foot_shape(geom, name, surface);
 }
 
 mjsSite* add_site(mjsBody* body, const std::string& name) {
@@ -254,6 +255,12 @@ void silence_mujoco() {
                 throw std::runtime_error(std::string("MuJoCo: ") + message->subject);
         });
     });
+}
+
+void set_surface(mjsGeom* geom, const Surface& surface) {
+    geom->friction[0] = surface.friction;
+    std::copy_n(surface.solref.data(), 2, geom->solref);
+    std::copy(surface.solimp.begin(), surface.solimp.end(), geom->solimp);
 }
 
 void complete(RobotOptions& options, const Urdf& urdf) {
@@ -387,7 +394,8 @@ SpecPtr make_robot(const RobotOptions& options, const PhysicsOptions& physics, c
                    Touching touching, std::vector<std::string>& warnings) {
     SpecPtr owner = parse(urdf, looks);
     mjSpec* spec = owner.get();
-    keep_shapes(spec, options, physics.floor, urdf, looks, touching);
+    const Surface surface = options.surface.value_or(physics.floor);
+    keep_shapes(spec, options, surface, urdf, looks, touching);
     set_joints(spec, options, physics.time_step, urdf);
     repair_inertias(spec, urdf, warnings);
     for (const UrdfJoint& joint : urdf.joints) {
@@ -405,7 +413,7 @@ SpecPtr make_robot(const RobotOptions& options, const PhysicsOptions& physics, c
         add_site(body, name);
         const auto& shapes = options.feet[i].shapes;
         for (size_t j = 0; j < shapes.size(); ++j)
-            add_foot_shape(body, shapes[j], name + ":" + std::to_string(j), physics.floor);
+            add_foot_shape(body, shapes[j], name + ":" + std::to_string(j), surface);
     }
 
     add_marks(spec, options);

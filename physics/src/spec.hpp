@@ -44,6 +44,8 @@ void add_floor(mjSpec* spec, const Floor& floor);
 SpecPtr make_robot(const RobotOptions& options, const PhysicsOptions& physics, const Urdf& urdf, Looks looks,
                    Touching touching, std::vector<std::string>& warnings);
 
+void set_surface(mjsGeom* geom, const Surface& surface);
+
 /// The name of what we add to a model, which nothing in a file has.
 inline std::string mark(const std::string& name) { return "bf:" + name; }
 

@@ -74,11 +74,8 @@ void check(Complaints& complaints, const PhysicsOptions& p) {
                        "; it must be positive (1 to 100)");
     complaints.require(p.gravity.cwiseAbs().maxCoeff() <= mjMAXVAL && p.gravity.allFinite(), "gravity is (",
                        p.gravity.transpose(), "); it must be finite and at most 1e10");
-    complaints.require(p.floor.friction >= 0.0 && p.floor.friction <= mjMAXVAL, "floor.friction is ",
-                       p.floor.friction, "; it must not be negative, and at most 1e10");
-    complaints.require(p.floor.solref.allFinite() && (p.floor.solref.array() > 0.0).all(),
-                       "floor.solref is (", p.floor.solref.transpose(),
-                       "); time constant and damping ratio must be positive, as in (0.005, 1)");
+    const std::string floor = p.floor.complaint();
+    complaints.require(floor.empty(), "floor.", floor);
 }
 
 void check(Complaints& complaints, const RobotOptions& r) {
@@ -109,6 +106,8 @@ void check(Complaints& complaints, const RobotOptions& r) {
     check_list(complaints, "backlash", i.backlash, r.joints.size());
     check_resolution(complaints, "encoder_resolution", i.encoder_resolution, r.joints.size());
     check_resolution(complaints, "motor_encoder_resolution", i.motor_encoder_resolution, r.joints.size());
+    const std::string surface = r.surface.value_or(Surface()).complaint();
+    complaints.require(surface.empty(), surface);
     check_names(complaints, "ft_sensors", r.ft_sensors);
     check_names(complaints, "push_links", r.push_links);
     if (r.initial_w_H_b) {
@@ -126,6 +125,23 @@ bool is_rigid(const Eigen::MatrixXd& H) {
     const Eigen::Matrix3d R = H.topLeftCorner<3, 3>();
     return (R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < 1e-6 && R.determinant() > 0.0 &&
            H.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
+}
+
+std::string Surface::complaint() const {
+    std::ostringstream text;
+    const auto [least, most, width, midpoint, power] = solimp;
+    if (!(friction >= 0.0 && friction <= 1e6))
+        text << "friction is " << friction << "; give 0 to 1e6";
+    else if (!((solref.array() > 0.0).all() && (solref.array() <= 1e6).all()))
+        text << "solref is (" << solref.transpose()
+             << "); time constant and damping ratio must be positive, as in (0.005, 1)";
+    else if (!(least > 0.0 && least < 1.0 && most > 0.0 && most < 1.0 && width > 0.0 && width <= 1e6 &&
+               midpoint > 0.0 && midpoint < 1.0 && power >= 1.0 && power <= 1e6))
+        text << "solimp is (" << least << ' ' << most << ' ' << width << ' ' << midpoint << ' ' << power
+             << "); impedances and midpoint lie between 0 and 1, the width is above 0 and the power at least "
+                "1, as in "
+                "(0.9 0.95 0.001 0.5 2)";
+    return text.str();
 }
 
 void PhysicsOptions::validate() const {

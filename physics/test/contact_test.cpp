@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <memory>
 
@@ -55,6 +56,82 @@ SceneOptions table() {
 }
 
 } // namespace
+
+TEST(Surface, SinksInAsFarAsItsParametersSay) {
+    // At rest m g = f and MuJoCo's constraint g / d = a_ref + g, a_ref = d depth / (d_max T Z)^2 where all
+    // impedances are d (its documentation, Modeling, Solver parameters), so that depth = g (1 - d) (T Z)^2.
+    const std::string folder = BF_BINARY_DIRECTORY;
+    std::ofstream(folder + "/ball.urdf")
+        << R"(<robot name="ball"><link name="ball"><inertial><mass value="2"/>
+      <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>)";
+    const auto depths = [&](const std::string& floor, const std::string& others) {
+        std::ofstream(folder + "/surfaces.xml")
+            << "<world><robot name='a' file='ball.urdf' base='floating' position='0 0 0.1' " << others
+            << "/><sphere name='b' radius='0.1' mass='3' position='1 0 0.1' " << others << "/><floor "
+            << floor << "/></world>";
+        SceneSimulation sim = simulate(SceneOptions::read(folder + "/surfaces.xml"));
+        settle(sim);
+        return Eigen::Vector2d(0.1 - sim.w_H_b(0)(2, 3), 0.1 - sim.w_H_o(0)(2, 3));
+    };
+    const auto expected = [](double T, double Z, double d) { return g * (1 - d) * T * T * Z * Z; };
+    const std::string soft = "solref='0.03 1.5' solimp='0.8 0.8'";
+    for (const double depth : depths(soft, soft)) EXPECT_NEAR(depth, expected(0.03, 1.5, 0.8), 1e-6);
+    // The mean of both surfaces.
+    for (const double depth : depths("solref='0.01 1' solimp='0.7 0.7'", "solref='0.03 2' solimp='0.9 0.9'"))
+        EXPECT_NEAR(depth, expected(0.02, 1.5, 0.8), 1e-6);
+    // A robot that says nothing is like the floor, an object is not.
+    const Eigen::Vector2d unlike = depths(soft, "");
+    EXPECT_NEAR(unlike[0], expected(0.03, 1.5, 0.8), 1e-6);
+    EXPECT_LT(unlike[1], 0.5 * unlike[0]);
+}
+
+TEST(Surface, OfARobotSlidesAsCoulombSays) {
+    std::ofstream(BF_BINARY_DIRECTORY "/block.urdf")
+        << R"(<robot name="block"><link name="block"><inertial><mass
+      value="2"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><geometry><box size="0.4 0.4 0.1"/></geometry></collision></link></robot>)";
+    for (const double mu : {0.2, 0.7}) {
+        const std::string file = BF_BINARY_DIRECTORY "/sliding.xml";
+        std::ofstream(file)
+            << "<world gravity='3 0 -10'><floor friction='0.1'/><robot name='a' file='block.urdf' "
+               "base='floating' position='0 0 0.05' friction='"
+            << mu << "'/></world>";
+        SceneSimulation sim = simulate(SceneOptions::read(file));
+        settle(sim, 300);
+        const double before = sim.v_b(0)[0];
+        settle(sim, 500);
+        EXPECT_NEAR((sim.v_b(0)[0] - before) / 0.5, std::max(3 - 10 * mu, 0.0), 0.03) << mu;
+    }
+}
+
+TEST(Surface, IsRefusedWhereItIsOutOfRange) {
+    const std::string file = BF_BINARY_DIRECTORY "/rough.xml";
+    std::ofstream(BF_BINARY_DIRECTORY "/hinge.xml") << "<mujoco><worldbody><body name='b'><joint name='j'/>"
+                                                       "<geom size='0.1'/></body></worldbody></mujoco>";
+    const auto with = [&](const std::string& element) {
+        std::ofstream(file) << "<world>\n" << element << "\n</world>";
+        return complaint_of([&] { const Scene scene(SceneOptions::read(file)); });
+    };
+    EXPECT_EQ(with("<floor friction='0' solref='0.02 1' solimp='0.9 0.95 0.001'/>"), "");
+    expect_contains(with("<floor friction='-1'/>"), {"line 2: <floor>: its friction is -1; give 0 to 1e6"});
+    expect_contains(
+        with("<sphere name='a' solref='0 1'/>"),
+        {"line 2: object 'a': its solref is (0 1); time constant and damping ratio must be positive"});
+    expect_contains(
+        with("<sphere name='a' solimp='0.9 1'/>"),
+        {"object 'a': its solimp is (0.9 1 0.001 0.5 2); impedances and midpoint lie between 0 and 1"});
+    expect_contains(with("<sphere name='a' solimp='1 2 3 4 5 6'/>"),
+                    {"line 2: <sphere>: solimp has 6 numbers"});
+    expect_contains(with("<robot name='a' file='block.urdf' base='floating' solref='1 nan'/>"),
+                    {"line 2: <robot>: solref=\"1 nan\": 'nan' is no finite number"});
+    expect_contains(with("<robot name='a' file='block.urdf' base='floating' friction='-2'/>"),
+                    {"line 2: robot 'a': friction is -2; give 0 to 1e6"});
+    expect_contains(
+        with("<robot name='a' file='hinge.xml' friction='2'/>"),
+        {"line 2: robot 'a': an MJCF says itself how its shapes touch; leave friction, solref and solimp "
+         "out"});
+}
 
 TEST(Contact, CarriesTheWeightOfWhatRests) {
     SceneSimulation sim = simulate(table());

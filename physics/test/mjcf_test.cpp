@@ -165,6 +165,76 @@ TEST(Mjcf, MovesAsMujocoMovesItWithItsPositionActuators) {
     EXPECT_EQ(Scene(explicit_loops).loop_warnings().size(), 1u);
 }
 
+/// What the robots of public collections use, and more: degrees and Euler angles, nested classes, frames and
+/// copies, tendons of both kinds with springs and limits, equalities of all kinds, springs, references, dry
+/// friction, gravity compensation, exclusions and pairs of contacts, meshes without a name behind stripped
+/// paths.
+fs::path everything(const Folder& folder) {
+    folder.write("assets/part.obj", tetrahedron);
+    return folder.write("all.xml", R"(<mujoco model="all">
+      <compiler angle="degree" eulerseq="zyx" meshdir="assets" strippath="true" autolimits="true" boundmass="0.001"/>
+      <option timestep="0.001" integrator="implicitfast" cone="elliptic" impratio="100"/>
+      <default><joint armature="0.01" damping="0.1" axis="0 1 0"/><geom density="500" solref="0.01 1"/>
+        <default class="chain"><joint range="-80 80" solreflimit="0.01 1"/><geom type="capsule" size="0.02" friction="0.6"/>
+          <default class="soft"><joint stiffness="2" springref="10" frictionloss="0.05"/></default></default>
+        <default class="shell"><geom type="mesh" contype="0" conaffinity="0" group="2"/></default></default>
+      <asset><mesh file="a/b/part.obj" scale="0.5 0.5 0.5"/></asset>
+      <worldbody><geom name="ground" type="plane" size="5 5 .1" pos="0 0 -0.6" euler="0 5 0"/>
+        <body name="base" pos="0 0 0.6"><geom class="shell" mesh="part" mass="1"/><geom type="box" size=".1 .1 .05"/>
+          <site name="anchor" pos="0.1 0 0.1"/><site name="around" pos="0.2 0 0.2"/>
+          <frame euler="0 0 20" childclass="chain">
+            <body name="a1" pos="0.1 0 0" euler="10 20 30"><joint name="a1"/><geom fromto="0 0 0 .3 0 0"/><geom name="pulley" class="chain" type="cylinder" size="0.03 0.02" pos="0.1 0 0" euler="0 0 90" contype="0" conaffinity="0" mass="0"/>
+              <body name="a2" pos=".3 0 0" gravcomp="0.5"><joint name="a2" class="soft"/><geom fromto="0 0 0 .3 0 0"/><site name="tip" pos=".2 0 0"/>
+                <body name="a3" pos=".3 0 0"><joint name="a3" ref="5" axis="1 0 0"/><geom fromto="0 0 0 0 .2 0"/></body></body></body></frame>
+          <body name="b1" pos="-0.1 0 0"><joint name="b1" range="-90 90"/><geom type="capsule" size=".02" fromto="0 0 0 -.3 0 0"/>
+            <body name="b2" pos="-.3 0 0"><joint name="b2"/><geom type="capsule" size=".02" fromto="0 0 0 0 0 -.3"/><site name="b_end" pos="0 0 -.3"/></body></body>
+          <body name="c1" pos="-0.4 0 -0.3"><joint name="c1" type="ball" damping="0.05"/><geom size=".03"/><site name="c_top"/></body>
+          <replicate count="2" offset="0 0.1 0"><body pos="0 0.3 0"><joint type="slide" axis="0 0 1" range="-0.2 0.1" stiffness="20"/><geom size=".03"/></body></replicate></body>
+        <body name="loose" pos="0.3 0 -0.4"><freejoint/><geom type="box" size=".05 .05 .05"/></body>
+        <body name="welded" pos="0 1 0"><freejoint/><geom size=".05"/></body></worldbody>
+      <tendon><fixed name="sum" stiffness="3" springlength="0.2"><joint joint="a1" coef="0.5"/><joint joint="b1" coef="-0.5"/></fixed>
+        <spatial name="cable" range="0 0.5" solreflimit="0.01 1"><site site="anchor"/><geom geom="pulley" sidesite="around"/><site site="tip"/></spatial>
+        <spatial name="spring" stiffness="40" damping="0.5" springlength="0 0.1"><site site="tip"/><site site="anchor"/><pulley divisor="2"/><site site="anchor"/><site site="b_end"/></spatial></tendon>
+      <equality><connect body1="c1" body2="b2" anchor="0 0 0" solref="0.01 1"/><weld body1="welded" relpose="0 -1 0.01 1 0 0 0"/>
+        <joint joint1="a3" joint2="b2" polycoef="0.1 0.5 0.2 0 0" solref="0.01 1"/><tendon tendon1="sum" active="false"/></equality>
+      <contact><exclude body1="a1" body2="a3"/><pair geom1="pulley" geom2="ground" friction="1 1 0.005 0.0001 0.0001"/></contact>
+      <actuator><general name="pull" tendon="cable" gainprm="4" biasprm="0 -2 -0.5" biastype="affine" dyntype="filter" dynprm="0.05" ctrlrange="-5 5"/>
+        <motor name="first" joint="a1" gear="1"/></actuator>
+      <sensor><framequat objtype="site" objname="tip"/><tendonpos tendon="cable"/><touch site="c_top"/></sensor>
+      <keyframe><key name="begin" qpos="0.2 -0.3 0.087 -0.1 0.2 0.8 0.6 0 0 0 -0.05 0.3 0 -0.4 1 0 0 0 0 1 0 1 0 0 0"/></keyframe></mujoco>)");
+}
+
+TEST(Mjcf, MovesAsMujocoMovesItWithAllThatAFileMayHave) {
+    const Folder folder("everything");
+    const fs::path file = everything(folder);
+    std::array<char, 512> error{};
+    const std::unique_ptr<mjModel, decltype(&mj_deleteModel)> model(
+        mj_loadXML(file.c_str(), nullptr, error.data(), std::ssize(error)), mj_deleteModel);
+    ASSERT_TRUE(model) << error.data();
+    const std::unique_ptr<mjData, decltype(&mj_deleteData)> data(mj_makeData(model.get()), mj_deleteData);
+    mj_resetDataKeyframe(model.get(), data.get(), 0);
+    SceneRobot made = robot("a", file);
+    made.key = "begin";
+    SceneSimulation sim = simulate({made});
+    ASSERT_EQ(sim.q().size(), model->nq);
+    ASSERT_EQ(sim.scene().actuators(0), std::vector<std::string>{"pull"});
+    double farthest = 0;
+    for (int k = 0; k < 1000; ++k) {
+        const double pull = 5 * std::sin(0.01 * k), torque = std::cos(0.02 * k);
+        sim.set_control(sim.scene().actuator(0, "pull"), pull);
+        sim.set_torque(0, std::array{torque});
+        data->ctrl[0] = pull;
+        data->ctrl[1] = torque;
+        ASSERT_TRUE(sim.step()) << sim.error();
+        mj_step(model.get(), data.get());
+        for (int i = 0; i < model->nq; ++i)
+            ASSERT_NEAR(sim.q()[i], data->qpos[i], 1e-9) << i << " in step " << k;
+        farthest = std::max(farthest, std::abs(data->qpos[0] - model->key_qpos[0]));
+    }
+    EXPECT_GT(farthest, 0.1);
+    EXPECT_GT(data->ncon, 0) << "it touches the ground";
+}
+
 TEST(Mjcf, MayBeOneOfSeveralBodiesOfAFile) {
     const Folder folder("several");
     const fs::path file = folder.write("scene.xml", R"(<mujoco><worldbody><geom type="plane" size="1 1 1"/>
@@ -305,9 +375,12 @@ TEST(Mjcf, RefusesWhatIsWrongWithFileAndLine) {
                     "'/></asset>" + body + "</mujoco>");
     };
     EXPECT_EQ(mesh("meshdir='assets'", "part.obj"), "");
-    EXPECT_EQ(mesh("meshdir='assets' strippath='true'", "../part.obj").find("outside"), std::string::npos);
+    EXPECT_EQ(mesh("meshdir='assets' strippath='true'", "../part.obj"), "");
     expect_contains(mesh("", "../outside.obj"),
                     {"a.xml', line 2: <mesh file=\"../outside.obj\"> is outside of the folder"});
+    expect_contains(with("<mujoco><asset><texture name='t' type='cube' fileright='../outside.png'/></asset>" +
+                         body + "</mujoco>"),
+                    {"line 1: <texture fileright=\"../outside.png\"> is outside of the folder"});
     expect_contains(mesh("meshdir='..'", "outside.obj"), {"<mesh file=\"outside.obj\"> is outside"});
     SceneRobot made = robot(
         "a", folder.write("a.xml", "<mujoco>" + body +

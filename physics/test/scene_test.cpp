@@ -285,12 +285,12 @@ TEST(Terrain, LetsABoxSlideAsCoulombSays) {
         slope.kind = SceneObject::Kind::slope;
         slope.name = "slope";
         slope.size = {2.0, 1.0, height};
-        slope.friction = mu;
+        slope.surface.friction = mu;
         SceneObject& box = options.objects[1];
         box.name = "box";
         box.size = {0.2, 0.2, 0.1};
         box.mass = 2.0;
-        box.friction = mu;
+        box.surface.friction = mu;
         const Eigen::Matrix3d R = Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
         box.w_H_o.topLeftCorner<3, 3>() = R;
         box.w_H_o.topRightCorner<3, 1>() = Eigen::Vector3d(1.5, 0, 0.75 * height) + 0.05 * R.col(2);
@@ -561,7 +561,7 @@ TEST(Scene, KnowsStatesOfOtherWorlds) {
         return sim.is_of_this_scene(state.data());
     };
     EXPECT_FALSE(is_known([](auto& o) { o.objects[0].mass = 3.0; }));
-    EXPECT_FALSE(is_known([](auto& o) { o.objects[0].friction = 0.5; }));
+    EXPECT_FALSE(is_known([](auto& o) { o.objects[0].surface.friction = 0.5; }));
     EXPECT_FALSE(is_known([](auto& o) { o.gravity[2] = -1.6; }));
     EXPECT_FALSE(is_known([](auto& o) { o.time_step = 0.002; }));
     EXPECT_FALSE(is_known([](auto& o) { o.robots[1].options.noise.seed = 7; }));

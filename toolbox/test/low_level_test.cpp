@@ -269,17 +269,59 @@ TEST_P(Imperfections, AreRefusedWhereTheTimeStepDoesNotFit) {
     expect_contains(refusal(arm(", backlash: 0.1", "")), "its motor has no inertia");
 }
 
-TEST_P(Modes, AreLeftByAnotherBlockOnlyWithAReport) {
-    Running run(arm("",
-                    command("Torque") +
-                        "  others: {block: WholeBodyToolbox/SetReferences, control_type: PWM}\n"
-                        "  zero: {block: Constant, value: 0}\n",
-                    command_line + "  zero: others\n", command_input));
-    ASSERT_TRUE(run.step());
-    EXPECT_FALSE(run.step());
-    EXPECT_EQ(run.simulation.failure(),
-              "motors: u has left its control mode; look for a fault of the robot, or for another "
-              "SetReferences that drives it");
+TEST_P(Modes, BelongToOneBlockInAStep) {
+    const std::string others = "  others: {block: WholeBodyToolbox/SetReferences, control_type: PWM}\n"
+                               "  zero: {block: Constant, value: 0}\n";
+    expect_contains(
+        refusal(arm("", command("Torque") + others, command_line + "  zero: others\n", command_input)),
+        "others: sets the references of the robot's joints, which motors sets in the same step");
+    if (GetParam() == Worlds::shared) {
+        expect_contains(
+            refusal(arm("",
+                        command("Torque") + "  part:\n    blocks:\n      same: {block: "
+                                            "WholeBodyToolbox/WorldRobot, robot: arm}\n      zero: "
+                                            "{block: Constant, value: 0}\n      send: {block: "
+                                            "WholeBodyToolbox/SetReferences}\n    connections: "
+                                            "{zero: send}\n",
+                        command_line, command_input)),
+            "part.send: sets the references of the robot's joints, which motors sets in the same step");
+        return;
+    }
+    expect_contains(refusal(arm("", command("Torque"), "  u: [motors, world.tau]\n", command_input)),
+                    "motors: sets the references of the robot's joints, which world sets in the same step");
+}
+
+/// Two blocks that take turns: while `first` is above 0 Torque, else PWM.
+std::string by_turns(const std::string& settings) {
+    std::string blocks = "  other: {block: Logic, operator: NOT}\n";
+    for (const std::string mode : {"Torque", "PWM"})
+        blocks += "  " + mode + ":\n    execution: enabled\n" + settings +
+                  "    blocks:\n      zero: {block: Constant, value: 0}\n"
+                  "      motors: {block: WholeBodyToolbox/SetReferences, control_type: " +
+                  mode + "}\n    connections: {zero: motors}\n";
+    return blocks;
+}
+
+TEST_P(Modes, AreSwitchedWhileTheRobotRunsByBlocksThatTakeTurns) {
+    const std::string lines = "  first: [Torque.enable, other]\n  other: PWM.enable\n";
+    for (const bool begins_anew : {true, false}) {
+        Running run(
+            arm("", by_turns(begins_anew ? "    states: reset\n" : ""), lines, "inputs: {first: {}}\n"));
+        run.set("first", 1.0);
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        run.set("first", 0.0);
+        ASSERT_TRUE(run.step()) << run.simulation.failure();
+        run.set("first", 1.0);
+        if (begins_anew) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+            continue;
+        }
+        ASSERT_FALSE(run.step());
+        EXPECT_EQ(
+            run.simulation.failure(),
+            "Torque.motors: u has left its control mode; look for a fault of the robot, or let the subsystem "
+            "reset its states when it is enabled, where another SetReferences drove the robot in between");
+    }
 }
 
 TEST_P(Modes, ContinueASnapshotBitForBit) {
@@ -391,6 +433,22 @@ TEST_P(LowLevelPIDs, WarnAtThePeriodThatTheyHave) {
         expect_contains(Log::getSingleton().getWarnings(), "which a loop of 0.01 s cannot hold");
     }
     Log::getSingleton().clear();
+}
+
+TEST_P(LowLevelPIDs, BelongToOneBlockInAStep) {
+    const auto both = [](const std::string& first, const std::string& second) {
+        const auto block = [](const std::string& type) { return "{block: WholeBodyToolbox/" + type + "}\n"; };
+        return refusal(arm("", "  a: " + block(first) + "  b: " + block(second)));
+    };
+    const std::string names = ", joints: \"{'l_shoulder_yaw'}\"";
+    expect_contains(
+        both("SetLowLevelPID, set_I: false, set_D: false", "SetLowLevelPID" + names),
+        "b: sets P of joint 'l_shoulder_yaw' in its Position loop, which a sets in the same step");
+    EXPECT_EQ(both("SetLowLevelPID, set_P: false", "SetLowLevelPID, set_I: false, set_D: false"), "");
+    EXPECT_EQ(both("SetLowLevelPID", "SetLowLevelPID, control_type: Torque"), "");
+    expect_contains(both("SetMotorParameters, set_P: false, set_k_tau: true, k_tau: 1",
+                         "SetMotorParameters, set_P: false, set_k_tau: true, k_tau: 2"),
+                    "b: sets k_tau of the robot's motors, which a sets in the same step");
 }
 
 TEST_P(LowLevelPIDs, RefuseWhatTheRobotDoesNotHave) {

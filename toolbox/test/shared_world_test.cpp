@@ -240,6 +240,42 @@ TEST(SharedWorld, IsPushedAndSeenByRays) {
                     "x: robot 'left' has no link 'stand' that may be pushed; name it in push_links");
 }
 
+TEST(SharedWorld, IsSetByOneBlockInAStep) {
+    std::ofstream(folder() / "hand.xml")
+        << R"(<mujoco><worldbody><body name="palm"><geom size="0.1" mass="1"/>
+      <body name="finger"><joint name="f" type="slide" axis="1 0 0" damping="2"/><geom size="0.05" mass="0.5" contype="0" conaffinity="0"/></body></body></worldbody>
+      <tendon><fixed name="t"><joint joint="f" coef="1"/></fixed></tendon>
+      <actuator><motor name="pull" tendon="t" gear="3"/><motor name="other" tendon="t"/></actuator></mujoco>)";
+    std::ofstream(folder() / "hands.xml")
+        << "<world gravity='0 0 0'><robot name='a' file='hand.xml'/><robot name='b' "
+           "file='hand.xml'/></world>";
+    const auto hands = [](const std::string& blocks) {
+        return "model: m\nstep: 0.001\ninputs: {u: {}}\nblocks:\n  world: {block: WholeBodyToolbox/World, "
+               "file: \"'" +
+               (folder() / "hands.xml").string() + "'\"}\n" + blocks;
+    };
+    const auto actuator = [](const std::string& name, const std::string& robot, const std::string& of) {
+        return "  " + name + ": {block: WholeBodyToolbox/WorldActuator, robot: " + robot +
+               ", actuator: " + of + "}\n";
+    };
+    const std::string one = actuator("one", "a", "pull");
+    expect_contains(refusal(hands(one + actuator("two", "a", "pull") + "connections: {u: [one, two]}\n")),
+                    "two: sets actuator 'pull' of robot 'a', which one sets in the same step");
+    // m v' = 3 u - d v.
+    Running run(hands(one + actuator("two", "b", "pull") + actuator("three", "a", "other") +
+                      "  none: {block: Constant, value: 0}\nconnections: {u: [one, two], none: three}\n"));
+    run.set("u", 0.4);
+    for (int k = 0; k < 300; ++k) ASSERT_TRUE(run.step()) << run.simulation.failure();
+    const double t = 0.299, T = 0.5 / 2, v = 3 * 0.4 / 2, expected = v * (t - T * (1 - std::exp(-t / T)));
+    EXPECT_NEAR(run.get("world.q")(0), expected, 1e-3 * expected);
+    EXPECT_EQ(run.get("world.q")(0), run.get("world.q")(1));
+
+    const std::string push = ": {block: WholeBodyToolbox/WorldPush, robot: walker, link: body}\n";
+    expect_contains(refusal(model("  c: {block: Constant, value: \"zeros(6, 1)\"}\n  x" + push + "  y" +
+                                  push + "connections: {c: [x, y]}\n")),
+                    "y: sets the wrench on link 'body' of robot 'walker', which x sets in the same step");
+}
+
 TEST(SharedWorld, SaysWhatIsWrongOnceAndWhere) {
     const auto one = [](const std::string& block) {
         return refusal(model("  x: {block: WholeBodyToolbox/" + block + "}\n"));

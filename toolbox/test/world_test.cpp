@@ -1,3 +1,4 @@
+#include "BlockFactory/Core/Log.h"
 #include "bf/physics/world.hpp"
 #include "bf/recording/reader.hpp"
 #include "bf/run/recorder.hpp"
@@ -162,6 +163,19 @@ TEST(World, TakesItsStepFromItsSampleTime) {
     }
 }
 
+TEST(World, SinksDeeperIntoSofterGround) {
+    const auto height = [](const std::string& settings) {
+        std::string text = by_ports;
+        text.replace(text.find("    initial_joints"), 0, settings);
+        Running run(text);
+        for (int k = 0; k < 500; ++k) EXPECT_TRUE(run.step()) << run.simulation.failure();
+        return run.get("world.pose_l_sole")(2, 3);
+    };
+    const double firm = height(""),
+                 soft = height("    solref: [0.02 1]\n    solimp: [0.8 0.8 0.001 0.5 2]\n");
+    EXPECT_GT(firm, soft + 1e-4);
+}
+
 TEST(World, IsPushedByTheWrenchOfItsPort) {
     const std::string text =
         "model: m\nstep: 0.001\ninputs: {push: {shape: 6}}\nblocks:\n" + robot +
@@ -264,6 +278,9 @@ TEST(World, RefusesImpossibleArguments) {
              {"noise: [1 2]", "argument 'noise' has 2 elements; give three: position, velocity, torque"},
              {"initial_joints: [1 2]", "initial"},
              {"friction: -1", "friction"},
+             {"solref: 0.01", "argument 'solref' has 1 elements; give two: time constant, damping ratio"},
+             {"solref: [0 1]", "floor.solref is (0 1); time constant and damping ratio must be positive"},
+             {"solimp: [0.9 0.95]", "argument 'solimp' has 2 elements; give five: impedance at the surface"},
              {"push_links: \"{'nobody'}\"", "nobody"},
              {"imu_frame: nowhere", "nowhere"}}) {
         expect_contains(text(settings), "model.yaml:5:3: world: ");
@@ -346,6 +363,27 @@ TEST(World, HasNoiseOfItsOwnUnlessItIsGivenASeed) {
     EXPECT_EQ(measured("left", ""), measured("left", ""));
     EXPECT_NE(measured("left", ""), measured("right", ""));
     EXPECT_EQ(measured("left", "    seed: 3\n"), measured("right", "    seed: 3\n"));
+}
+
+TEST(World, WarnsOfASnapshotOfAnotherWorld) {
+    using blockfactory::core::Log;
+    const auto model = [](const std::string& settings) {
+        return "model: m\nstep: 0.001\nblocks:\n" + robot + world(settings);
+    };
+    Running run(model("    seed: 1\n"));
+    ASSERT_TRUE(run.step());
+    const auto snapshot = run.simulation.snapshot();
+    Log::getSingleton().clear();
+    run.simulation.restore(snapshot);
+    EXPECT_EQ(Log::getSingleton().getWarnings(), "");
+    for (const std::string change : {"    seed: 2\n", "    seed: 1\n    friction: 0.5\n"}) {
+        Running other(model(change));
+        Log::getSingleton().clear();
+        other.simulation.restore(snapshot);
+        expect_contains(Log::getSingleton().getWarnings(),
+                        "is of another world than its MujocoWorld describes now");
+    }
+    Log::getSingleton().clear();
 }
 
 TEST(World, ContinuesASnapshotWithQpAndFiltersBitForBit) {

@@ -120,17 +120,26 @@ std::unique_ptr<Bench> bench_of(const physics::Scene& scene, int robot, const st
     options.robots = {options.robots.at(static_cast<std::size_t>(robot))};
     options.objects.clear();
     physics::RobotOptions& alone = options.robots[0].options;
-    const bool is_held = alone.floating_base && !scene.is_mjcf(robot);
+    const bool is_mjcf = scene.is_mjcf(robot);
+    bool is_held = alone.floating_base && !is_mjcf;
     leave_alone(options, alone, pose);
-    physics::SceneOptions with_safe_gains = options;
-    with_safe_gains.robots[0].motors.position_gains.resize(0, 0);
-    physics::SceneSimulation safe(std::make_shared<const physics::Scene>(std::move(with_safe_gains)));
-    const bool moves = moves_base(safe);
-    if (!pose.empty() && !scene.is_mjcf(robot)) require_standing(moves, alone.base_link);
-    if (moves && scene.is_mjcf(robot))
-        throw std::runtime_error("the base of robot '" + options.robots[0].name +
-                                 "' floats, as its MJCF says, and cannot be held: tune a copy of the file "
-                                 "without its free joint");
+    const auto with_safe_gains = [&] {
+        physics::SceneOptions safe = options;
+        safe.robots[0].motors.position_gains.resize(0, 0);
+        return physics::SceneSimulation(std::make_shared<const physics::Scene>(std::move(safe)));
+    };
+    physics::SceneSimulation safe = with_safe_gains();
+    bool moves = moves_base(safe);
+    if (moves && is_mjcf) {
+        options.robots[0].is_held = is_held = true;
+        safe = with_safe_gains();
+        moves = moves_base(safe);
+    }
+    if (!pose.empty() && !is_mjcf) require_standing(moves, alone.base_link);
+    if (moves && is_mjcf)
+        throw std::runtime_error("the base link '" + alone.base_link + "' of robot '" +
+                                 options.robots[0].name +
+                                 "' moves with its joints; make the link that stands still the base link");
     return std::make_unique<SceneBench>(std::make_shared<const physics::Scene>(std::move(options)),
                                         safe.control(0).motors().position, is_held);
 }

@@ -284,6 +284,39 @@ TEST(Bench, TakesARobotOutOfAScene) {
     EXPECT_EQ(joints[1].remark, "lowered to 50 rad/s: its loop runs every 0.004 s");
 }
 
+TEST(Bench, HoldsTheBaseOfAnMjcfThatFloats) {
+    const auto file = [](const std::string& name, const std::string& joint) {
+        const auto path = std::filesystem::path(BF_BINARY_DIRECTORY) / (name + ".xml");
+        std::ofstream(path)
+            << R"(<mujoco><compiler angle="radian"/><worldbody><body name="trunk" pos="0 0 1">)" << joint
+            << R"(<geom size="0.2" mass="1"/><site name="s"/>
+          <body name="arm"><joint name="swing" axis="0 0 1" range="-3 3"/><inertial mass="2" pos="0 0 0" diaginertia="0.3 0.3 0.5"/>
+          </body></body></worldbody><actuator><motor joint="swing" ctrlrange="-100 100"/></actuator>
+          <sensor><gyro site="s"/></sensor><keyframe><key name="home" qpos=")"
+            << (joint.find("free") == joint.npos ? "" : "0 0 2 1 0 0 0 ")
+            << (joint.find("turn") == joint.npos ? "" : "0 ") << R"(0.4"/></keyframe></mujoco>)";
+        physics::SceneOptions options;
+        options.robots = {{.name = "arm"}};
+        options.robots[0].options.urdf = path;
+        options.robots[0].key = "home";
+        return options;
+    };
+    const physics::Scene floating(file("floating", "<freejoint name='root'/>")),
+        standing(file("standing", ""));
+    const auto held = bench_of(floating, 0), fixed = bench_of(standing, 0);
+    EXPECT_TRUE(held->is_held());
+    EXPECT_FALSE(fixed->is_held());
+    EXPECT_EQ(held->s()[0], 0.4) << "of the key frame";
+    const auto joints = tune(*held), same = tune(*fixed);
+    EXPECT_NEAR(joints[0].plant.inertia, 0.5, 1e-3) << "without what the base would give way";
+    EXPECT_EQ(joints[0].after.P, same[0].after.P);
+    EXPECT_EQ(joints[0].after.D, same[0].after.D);
+    const physics::Scene turning(file("turning", "<joint name='turn' axis='0 0 1'/>"));
+    EXPECT_EQ(complaint([&] { bench_of(turning, 0); }), "the base link 'trunk' of robot 'arm' moves with its "
+                                                        "joints; make the link that stands still the base "
+                                                        "link");
+}
+
 TEST(Tune, SaysWhatItCannotDo) {
     const auto bench = turntable_bench("complaining_turntable");
     EXPECT_EQ(

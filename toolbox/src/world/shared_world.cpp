@@ -21,6 +21,9 @@ class WorldRobotDevice final : public SimulatedAs<RobotDevice> {
   public:
     WorldRobotDevice(const SharedWorld& world, int robot)
         : SimulatedAs(world.scene, robot, world.sensors[static_cast<std::size_t>(robot)], "robot") {}
+    const void* identity() const override {
+        return &scene_->options().robots[static_cast<std::size_t>(robot_)];
+    }
     std::shared_ptr<RobotConnection> open() const override {
         return std::make_shared<SimulatedConnection>(robot_);
     }
@@ -162,8 +165,10 @@ class WorldPush final : public Block {
          .doc =
              "force [N] and moment [Nm] on the link's centre of mass, world axes, held until the next one"}};
 
-    void infer(Inference&) const override {
-        if (world.is_bound()) find();
+    void infer(Inference& inference) const override {
+        if (!world.is_bound()) return;
+        find();
+        inference.claim({world->scene.get(), "the wrench on link '" + *link + "' of robot '" + *robot + "'"});
     }
     Status output(Now at, Out) const noexcept override {
         for (int i = 0; i < 6; ++i)
@@ -197,8 +202,10 @@ class WorldActuator final : public Block {
     Input<double> u{
         this, "u", {.unit = any_unit, .doc = "control signal as the MJCF means it, held until the next one"}};
 
-    void infer(Inference&) const override {
-        if (world.is_bound()) find();
+    void infer(Inference& inference) const override {
+        if (!world.is_bound()) return;
+        find();
+        inference.claim({world->scene.get(), "actuator '" + *actuator + "' of robot '" + *robot + "'"});
     }
     Status output(Now at, Out) const noexcept override {
         if (!std::isfinite(at[u])) return Status::failure("u is not finite; look at what computes it");
@@ -213,10 +220,7 @@ class WorldActuator final : public Block {
 } // namespace
 
 void SharedWorld::Live::restore(const double* from) {
-    if (!simulation.is_of_this_scene(from))
-        bfWarning << "the state that is restored is of another world than '" + file.string() +
-                         "' describes now: masses, shapes, seeds or others of its numbers, or a file that it "
-                         "names, have changed; the run goes on in the new one";
+    warn_of_another_world(simulation, from, "'" + file.string() + "'");
     simulation.restore(from);
 }
 

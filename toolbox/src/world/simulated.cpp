@@ -1,11 +1,20 @@
 #include "world/simulated.hpp"
 
+#include "BlockFactory/Core/Log.h"
 #include "bf/core/registry.hpp"
 
 #include <algorithm>
 #include <stdexcept>
 
 namespace bf::toolbox {
+
+void warn_of_another_world(const physics::SceneSimulation& simulation, const double* state,
+                           const std::string& describes) {
+    if (!simulation.is_of_this_scene(state))
+        bfWarning << "the state that is restored is of another world than " + describes +
+                         " describes now: masses, shapes, seeds or others of its numbers, or a file that it "
+                         "names, have changed; the run goes on in the new one";
+}
 
 bool SimulatedConnection::read(Measurement what, Eigen::Ref<Vector> values) noexcept {
     if (!scene_) return false;

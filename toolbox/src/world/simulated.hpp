@@ -43,6 +43,10 @@ class SimulatedConnection : public RobotConnection {
     physics::SceneSimulation* scene_ = nullptr;
 };
 
+/// Warns of a saved state that is of another world than the one that `describes` it now.
+void warn_of_another_world(const physics::SceneSimulation& simulation, const double* state,
+                           const std::string& describes);
+
 /// What a block says of a step of a scene that failed.
 Status failed_step(const physics::Failure& failure);
 

@@ -25,7 +25,10 @@ class SimulatedRobot final : public SimulatedConnection {
 
     int state_size() const override { return simulation.state_size(); }
     void save(double* to) const override { simulation.save(to); }
-    void restore(const double* from) override { simulation.restore(from); }
+    void restore(const double* from) override {
+        warn_of_another_world(simulation, from, "its MujocoWorld");
+        simulation.restore(from);
+    }
 
   private:
     std::shared_ptr<const physics::World> world_;

@@ -3,9 +3,11 @@
 #include "BlockFactory/Core/Log.h"
 #include "bf/physics/world.hpp"
 #include "rigid_body/robot_block.hpp"
+#include "robot/device_block.hpp"
 #include "world/simulated_robot.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -53,6 +55,17 @@ class MujocoWorld final : public RobotBlock {
     Argument<bool> has_floor{this, "floor", {.initial = true, .doc = "ground plane z = 0"}};
     Argument<double> friction{
         this, "friction", {.initial = 1, .minimum = 0, .doc = "Coulomb friction of the ground"}};
+    Argument<std::vector<double>> solref{
+        this,
+        "solref",
+        {.initial = {0.005, 1},
+         .doc = "MuJoCo's time constant, s, and damping ratio with which ground and feet come apart"}};
+    Argument<std::vector<double>> solimp{
+        this,
+        "solimp",
+        {.initial = {0.9, 0.95, 0.001, 0.5, 2},
+         .doc =
+             "MuJoCo's impedance of ground and feet: at the surface, below it, width, m, midpoint, power"}};
     Argument<double> impratio{this,
                               "impratio",
                               {.initial = 100,
@@ -197,6 +210,11 @@ class MujocoWorld final : public RobotBlock {
         {.unit = mixed_units,
          .doc = "force [N] and moment [Nm] of the ground at the sole's origin, world axes, last interval"}};
 
+    void infer(Inference& inference) const override {
+        if (const auto* made =
+                static_cast<const RobotDevice*>(resolution().find_provided(RobotDevice::resource)))
+            inference.claim({made->identity(), claimed_references, tau.index()});
+    }
     void start(Now at) const override {
         auto& simulated = robot_of(at);
         simulated.set_time_step(at.period());
@@ -254,6 +272,17 @@ class MujocoWorld final : public RobotBlock {
         return points;
     }
 
+    template <std::size_t size>
+    static std::array<double, size> list(const std::vector<double>& values, const char* name,
+                                         const char* all) {
+        if (values.size() != size)
+            throw std::runtime_error(std::string("argument '") + name + "' has " +
+                                     std::to_string(values.size()) + " elements; give " + all);
+        std::array<double, size> array{};
+        std::copy(values.begin(), values.end(), array.begin());
+        return array;
+    }
+
     std::shared_ptr<const RobotDevice> make_device() const {
         return std::make_shared<WorldDevice>(compile(), physics::Delays{command_delay, measurement_delay},
                                              *ft_sensors);
@@ -274,9 +303,6 @@ class MujocoWorld final : public RobotBlock {
                     "are counted from 1 to " +
                     std::to_string(feet->size()));
         }
-        if (noise->size() != 3)
-            throw std::runtime_error("argument 'noise' has " + std::to_string(noise->size()) +
-                                     " elements; give three: position, velocity, torque");
         physics::WorldOptions options;
         options.urdf = robot->urdf;
         options.package_paths = robot->search_directories;
@@ -288,6 +314,11 @@ class MujocoWorld final : public RobotBlock {
         options.floating_base = floating_base && model().has_floating_base();
         options.floor.enabled = has_floor;
         options.floor.friction = friction;
+        const auto [time_constant, damping_ratio] =
+            list<2>(solref, "solref", "two: time constant, damping ratio");
+        options.floor.solref = {time_constant, damping_ratio};
+        options.floor.solimp =
+            list<5>(solimp, "solimp", "five: impedance at the surface and below it, width, midpoint, power");
         options.impratio = impratio;
         options.gravity = model().gravity();
         for (std::size_t k = 0; k < feet->size(); ++k) {
@@ -308,7 +339,9 @@ class MujocoWorld final : public RobotBlock {
         options.armature = *armature;
         options.damping = *damping;
         options.friction = *joint_friction;
-        options.noise = {(*noise)[0], (*noise)[1], (*noise)[2], static_cast<std::uint64_t>(*seed)};
+        const auto [position, velocity, torque] =
+            list<3>(noise, "noise", "three: position, velocity, torque");
+        options.noise = {position, velocity, torque, static_cast<std::uint64_t>(*seed)};
         physics::Imperfections& imperfections = options.imperfections;
         imperfections.dropout = dropout;
         imperfections.backlash = *backlash;

@@ -14,8 +14,8 @@ namespace bf::physics {
 /// A robot of a Scene. All its shapes touch whatever comes near; `options.feet` has none.
 ///
 /// `options.urdf` is a URDF, or an MJCF, which is taken as it is: then `floating_base` and `package_paths`
-/// say nothing, `initial_w_H_b` is where the origin of the file comes to lie, joints that are not controlled
-/// move as the file says, and links are its bodies.
+/// say nothing, `surface` must be none, `initial_w_H_b` is where the origin of the file comes to lie, joints
+/// that are not controlled move as the file says, and links are its bodies.
 struct SceneRobot {
     std::string name;
     /// Joints that are empty: all movable ones of a URDF that mimic no other; those of an MJCF that actuators
@@ -27,6 +27,8 @@ struct SceneRobot {
     MotorOptions motors{};
     double loop_period = 0.0; ///< s, of the loops, a multiple of the time step; 0: that
     std::string body{};       ///< the part of the MJCF that is the robot; empty: all there is
+    bool is_held =
+        false; ///< an MJCF's free joint above the base link is left out, so that it stands where it begins
     std::string key{};   ///< key frame of the MJCF that the joints start with; empty: its reference positions
     std::string where{}; ///< file and line, which messages begin with; may be empty
 };
@@ -51,7 +53,7 @@ struct SceneObject {
     std::filesystem::path file{};
     Eigen::Matrix4d w_H_o = Eigen::Matrix4d::Identity();
     std::optional<double> mass{}; ///< kg, spread evenly over the volume
-    double friction = 1.0;        ///< Coulomb; of two shapes that touch the greater one counts
+    Surface surface{};
     std::array<float, 4> colour{0.8F, 0.6F, 0.3F, 1.0F}; ///< red, green, blue, opacity
     std::string where{};
 };

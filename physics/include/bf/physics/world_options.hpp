@@ -3,6 +3,7 @@
 #include "bf/physics/joint_control.hpp"
 
 #include <Eigen/Dense>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -43,11 +44,21 @@ struct Follower {
     double offset = 0.0; ///< rad or m
 };
 
-/// Plane z = 0. `friction` is the Coulomb coefficient of floor and feet.
-struct Floor {
+/// How a shape touches others. Of two that touch, the greater friction counts and the mean of all else.
+/// Source: MuJoCo's documentation, Modeling, Contact parameters and Solver parameters.
+struct Surface {
+    double friction = 1.0;              ///< Coulomb's coefficient
+    Eigen::Vector2d solref{0.005, 1.0}; ///< time constant (s) and damping ratio with which a contact recedes
+    /// Impedance at the surface and `width` below it, width (m), midpoint and power of the curve in between.
+    std::array<double, 5> solimp{0.9, 0.95, 0.001, 0.5, 2.0};
+
+    /// Empty, or which value is out of range, and the remedy.
+    std::string complaint() const;
+};
+
+/// Plane z = 0.
+struct Floor : Surface {
     bool enabled = true;
-    double friction = 1.0;
-    Eigen::Vector2d solref{0.005, 1.0}; ///< MuJoCo's contact time constant (s) and damping ratio
 };
 
 /// White noise added to measured joint quantities; each value is a standard deviation per step, 0 switches it
@@ -115,7 +126,8 @@ struct RobotOptions {
     std::string base_link; ///< link that w_H_b describes; empty: the first link with inertia from the root
     bool floating_base = true;
 
-    std::vector<Foot> feet; ///< the only parts of the robot that collide in a World
+    std::vector<Foot> feet;         ///< the only parts of the robot that collide in a World
+    std::optional<Surface> surface; ///< of all shapes that collide; none: that of the floor
     std::vector<std::string>
         ft_sensors;        ///< fixed joint (or its child link) cut by a six-axis force/torque sensor
     std::string imu_frame; ///< link that carries the IMU; empty: the base link

@@ -56,7 +56,8 @@ class Bench {
 /// where the base link moves with the joints.
 std::unique_ptr<Bench> bench_of(const physics::World& world, double period,
                                 const std::vector<double>& pose = {});
-/// A robot of a scene, by its number. Throws std::runtime_error, too, for one whose MJCF lets it float.
+/// A robot of a scene, by its number. A base that floats by a free joint of an MJCF is held as one of a URDF
+/// is.
 std::unique_ptr<Bench> bench_of(const physics::Scene& scene, int robot, const std::vector<double>& pose = {});
 
 } // namespace bf::tuning

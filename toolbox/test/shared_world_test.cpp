@@ -267,7 +267,7 @@ TEST(SharedWorld, IsSetByOneBlockInAStep) {
     run.set("u", 0.4);
     for (int k = 0; k < 300; ++k) ASSERT_TRUE(run.step()) << run.simulation.failure();
     const double t = 0.299, T = 0.5 / 2, v = 3 * 0.4 / 2, expected = v * (t - T * (1 - std::exp(-t / T)));
-    EXPECT_NEAR(run.get("world.q")(0), expected, 1e-3 * expected);
+    EXPECT_NEAR(run.get("world.q")(0), expected, 5e-3 * expected); // steps of 1 ms
     EXPECT_EQ(run.get("world.q")(0), run.get("world.q")(1));
 
     const std::string push = ": {block: WholeBodyToolbox/WorldPush, robot: walker, link: body}\n";

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 
 namespace bf {
@@ -376,8 +377,58 @@ Task Context::task(int node, Phase phase, int i) {
     }
     if (version == 0 && call.is_arithmetic && !has_memory_outside_)
         fill_registers(call, resolution, operands_.back().get());
-    const auto run = are_scalars && version == 0 && call.run_scalars ? call.run_scalars : call.run[version];
+    const auto run = version > 0 || !call.run_widest   ? call.run[version]
+                     : are_scalars && call.run_scalars ? call.run_scalars
+                                                       : call.run_widest;
     return {run, operands_.back().get(), static_cast<int>(call.operands.size())};
+}
+
+bool join(Move& move, const Move& next) {
+    const int count = move.count + next.count;
+    const std::less_equal<const double*> is_before;
+    const bool is_apart = is_before(move.from + count, move.to) || is_before(move.to + count, move.from);
+    if (move.to + move.count != next.to || move.from + move.count != next.from || !is_apart) return false;
+    move.count = count;
+    return true;
+}
+
+/// The kernel runs once on operands whose elements are numbered: the numbers in its results say where they
+/// come from.
+std::vector<Move> Context::moves(const Task& task, int node, Phase phase, int i) const {
+    const Node& n = nodes_[static_cast<std::size_t>(node)];
+    const auto& calls = n.block->declaration().rules(phase);
+    if (i >= static_cast<int>(calls.size()) || !calls[static_cast<std::size_t>(i)].is_move) return {};
+    const auto& references = calls[static_cast<std::size_t>(i)].operands;
+    const auto* const real = static_cast<const Operand*>(task.data);
+    constexpr std::uint64_t numbered = 0x7ff8'bf00'0000'0000; // NaNs that no constant is
+    std::vector<std::vector<double>> numbers(references.size());
+    std::vector<Operand> operands(real, real + references.size());
+    std::vector<const double*> places;
+    for (std::size_t k = 0; k < references.size(); ++k) {
+        if (references[k].constants) continue;
+        if (references[k].slot < 0 ||
+            n.block->resolution().slots[static_cast<std::size_t>(references[k].slot)].type != Type::float64)
+            return {};
+        for (int e = 0; e < real[k].rows * real[k].cols; ++e) {
+            numbers[k].push_back(references[k].is_written ? 0
+                                                          : std::bit_cast<double>(numbered + places.size()));
+            if (!references[k].is_written) places.push_back(static_cast<const double*>(real[k].data) + e);
+        }
+        operands[k].data = numbers[k].data();
+    }
+    if (!task.run(operands.data(), task.count)) return {};
+    std::vector<Move> all;
+    for (std::size_t k = 0; k < references.size(); ++k) {
+        if (!references[k].is_written) continue;
+        auto* to = static_cast<double*>(real[k].data);
+        for (const double number : numbers[k]) {
+            const auto place = std::bit_cast<std::uint64_t>(number) - numbered;
+            if (place >= places.size()) return {};
+            const Move next{to++, places[place], 1};
+            if (all.empty() || !join(all.back(), next)) all.push_back(next);
+        }
+    }
+    return all;
 }
 
 /// x := x⁺ for all states of a node, which begin as x⁻, after `write`.

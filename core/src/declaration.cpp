@@ -122,7 +122,7 @@ int declare(Block& owner, Role role, std::string name, const About& about, Shape
     slot.from_path = about.from_path;
     slot.initial_from = about.initial_from;
     slot.initial = about.initial;
-    slot.value_names = about.value_names;
+    slot.value_names.assign(about.value_names.begin(), about.value_names.end());
     if (role == Role::parameter) {
         slot.limits = {about.minimum, about.above, about.maximum};
         slot.at_least = about.at_least;

@@ -1,8 +1,11 @@
 // Claims about the memory that blocks of one diagram share.
 #include "bf/core/context.hpp"
 #include "bf/core/resolve.hpp"
+#include "bf/kernels/elementwise.hpp"
+#include "bf/kernels/routing.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <gtest/gtest.h>
 
@@ -223,6 +226,59 @@ TEST(Context, IsSavedUnlessItHoldsStateOutsideThatCannotBe) {
     time = 8;
     saved.restore(bytes.data());
     EXPECT_EQ(time, 3);
+}
+
+struct Routes : Block {
+    using Block::Block;
+    Parameter<double> k{this, "k", {.initial = {2}}};
+    Input<Vector> u{this, "u", {.shape = {3}}};
+    Output<Vector> copied{this, "copied", {.shape = {3}}};
+    Output<Vector> picked{this, "picked", {.shape = {2}}};
+    Output<Vector> outside{this, "outside", {.shape = {1}}};
+    Output<Vector> chosen{this, "chosen", {.shape = {1}}};
+    Output<Vector> doubled{this, "doubled", {.shape = {3}}};
+    Output<Array<std::int32_t>> whole{this, "whole", {.shape = {3}}};
+    OutputRule copy{this, kernels::Copy{}, copied, u};
+    OutputRule pick{this, kernels::Select{}, picked, Constants({3, 1}), u};
+    OutputRule pick_outside{this, kernels::Select{}, outside, Constants({4}), u};
+    OutputRule choose{this, kernels::Select{}, chosen, k, u};
+    OutputRule gain{this, kernels::Gain{}, doubled, k, u};
+    OutputRule round{this, kernels::Copy{}, whole, u};
+};
+
+TEST(Context, KnowsWhichTasksOnlyMoveNumbersAndWhereFrom) {
+    Routes block;
+    propagate(block);
+    Context context({{&block, methods_of<Routes>(), {}, {}, 0}});
+    ASSERT_TRUE(context.initialize(0));
+    const auto* const u = static_cast<const double*>(context.data(0, block.u.index()));
+    const auto moves = [&](int rule) {
+        return context.moves(context.task(0, Phase::output, rule), 0, Phase::output, rule);
+    };
+    const auto copy = moves(0), pick = moves(1);
+    ASSERT_EQ(copy.size(), 1U);
+    EXPECT_EQ(copy[0].to, context.data(0, block.copied.index()));
+    EXPECT_EQ(copy[0].from, u);
+    EXPECT_EQ(copy[0].count, 4) << "to the end of the last register";
+    ASSERT_EQ(pick.size(), 2U);
+    EXPECT_EQ(pick[0].from, u + 2);
+    EXPECT_EQ(pick[1].from, u);
+    EXPECT_EQ(pick[1].to, static_cast<double*>(context.data(0, block.picked.index())) + 1);
+    EXPECT_TRUE(moves(2).empty()) << "the index lies outside, which is a failure in every step";
+    EXPECT_TRUE(moves(3).empty()) << "the index is a parameter, which may change";
+    EXPECT_TRUE(moves(4).empty()) << "it computes";
+    EXPECT_TRUE(moves(5).empty()) << "it converts";
+}
+
+TEST(Move, IsJoinedOnlyWithWhatGoesOnAndReadsNothingThatItWrites) {
+    std::array<double, 8> a{};
+    Move first{&a[4], &a[0], 2};
+    EXPECT_FALSE(join(first, {&a[7], &a[2], 1})) << "it leaves one out";
+    EXPECT_FALSE(join(first, {&a[6], &a[3], 1})) << "it leaves one out";
+    EXPECT_TRUE(join(first, {&a[6], &a[2], 2}));
+    EXPECT_EQ(first.count, 4);
+    Move shift{&a[1], &a[0], 1};
+    EXPECT_FALSE(join(shift, {&a[2], &a[1], 1})) << "the second moves what the first has written";
 }
 
 } // namespace

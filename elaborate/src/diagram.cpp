@@ -112,6 +112,8 @@ std::vector<char> Diagram::needed_inside_a_step() const {
     while (!pending.empty()) {
         const auto& node = nodes[static_cast<std::size_t>(pending.back())];
         pending.pop_back();
+        const auto& rate = rates[static_cast<std::size_t>(node.rate)];
+        if (!rate.is_continuous && rate.trigger == 0) continue; // runs in no solver's step
         for (const auto& from : node.sources) need(from.node);
     }
     return is_needed;

@@ -232,12 +232,16 @@ TEST(NeededInsideAStep, IsWhatDerivativesGuardsAndConditionsDependOn) {
   shown: {block: Gain}
   sign: {block: Sign}
   decides: {block: Gain}
+  before: {block: Gain}
+  sampled: {block: Gain, period: 0.2}
+  sum: {block: Sum}
   part:
     execution: enabled
     inputs: [u]
     blocks: {g: {block: Gain}, end: {block: Terminator}}
     connections: {u: g, g: end}
-connections: {u: slope, slope: x, x: [shown, sign, decides, part.u], decides: part.enable}
+connections: {u: slope, slope: sum.u1, sum: x, x: [shown, sign, decides, before, part.u], decides: part.enable,
+  before: sampled, sampled: sum.u2}
 )";
     const auto needed = [&](const std::string& solver) {
         const auto m = elaborate_text("model: m\nstep: 0.1\nsolver: " + solver + "\n" + text);
@@ -247,8 +251,8 @@ connections: {u: slope, slope: x, x: [shown, sign, decides, part.u], decides: pa
             if (is_needed[n]) paths += (paths.empty() ? "" : " ") + m.diagram.nodes[n].path;
         return paths;
     };
-    EXPECT_EQ(needed("rk4"), "u slope x decides part.g part.end");
-    EXPECT_EQ(needed("dormand_prince45"), "u slope x sign decides part.g part.end");
+    EXPECT_EQ(needed("rk4"), "u slope x decides sampled sum part.g part.end");
+    EXPECT_EQ(needed("dormand_prince45"), "u slope x sign decides sampled sum part.g part.end");
 }
 
 // ---- rates

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace bf {
 
@@ -54,7 +55,10 @@ std::vector<std::span<std::byte>> Simulation::Machine::state() {
     return parts;
 }
 
+/// Whoever looks at tasks sees all of them from now on.
 void Simulation::Machine::visit_tasks(const TaskVisitor& visit) {
+    for (const auto& [place, begin, end] : std::exchange(moving_, {}))
+        code_[static_cast<std::size_t>(place)] = {Op::tasks, true, begin, end};
     for (std::size_t i = first_visited_; i < tasks_.size(); ++i) {
         const auto& node = simulation_.diagram_.nodes[static_cast<std::size_t>(bound_[i].node)];
         visit(tasks_[i], bound_[i].phase, node.path, node.rate);
@@ -118,10 +122,7 @@ Simulation::Machine::Signal Simulation::Machine::signal(const Node::End& end) {
 
 void Simulation::Machine::emit(const Statement& s, program::Pass pass) {
     switch (s.kind) {
-    case Kind::run:
-        tasks_.push_back(context_.task(s.node, s.phase, s.index));
-        bound_.push_back({s.phase, s.node});
-        return emit_range(Op::tasks, tasks_.size() - 1, tasks_.size());
+    case Kind::run: return emit_task(s);
     case Kind::commit: return emit_commits(s);
     case Kind::reset: emit(Op::reset, s.node); return;
     case Kind::rest: emit(Op::rest, s.node); return;
@@ -178,6 +179,25 @@ void Simulation::Machine::emit(const Statement& s, program::Pass pass) {
         return;
     case Kind::call: emit(Op::call, s.number); return;
     }
+}
+
+/// Blocks that only move numbers, as those that join and split signals, are most of some diagrams, and a call
+/// costs more than what it moves.
+void Simulation::Machine::emit_task(const Statement& s) {
+    const auto task = static_cast<int>(tasks_.size());
+    tasks_.push_back(context_.task(s.node, s.phase, s.index));
+    bound_.push_back({s.phase, s.node});
+    const auto moves = context_.moves(tasks_.back(), s.node, s.phase, s.index);
+    if (moves.empty()) return emit_range(Op::tasks, tasks_.size() - 1, tasks_.size());
+    for (const auto& move : moves) {
+        const bool goes_on = landed_ < static_cast<int>(code_.size()) && code_.back().op == Op::moves;
+        if (goes_on && join(moves_.back(), move)) continue;
+        moves_.push_back(move);
+        emit_range(Op::moves, moves_.size() - 1, moves_.size());
+    }
+    const auto place = static_cast<int>(code_.size()) - 1;
+    if (moving_.empty() || moving_.back().place != place) moving_.push_back({place, task, task});
+    moving_.back().end = task + 1;
 }
 
 void Simulation::Machine::emit_commits(const Statement& s) {
@@ -293,6 +313,18 @@ bool Simulation::Machine::commit(const Commit& commit) noexcept {
     return true;
 }
 
+namespace {
+void move(const Move& move) noexcept {
+    constexpr int few = 8; // are copied sooner than memcpy begins
+    if (move.count > few) {
+        std::memcpy(move.to, move.from, static_cast<std::size_t>(move.count) * sizeof(double));
+        return;
+    }
+    double* const to = move.to;
+    for (int i = 0; i < move.count; ++i) to[i] = move.from[i];
+}
+} // namespace
+
 bool Simulation::Machine::run(int entry) noexcept {
     Simulation& s = simulation_;
     const Instruction* const code = code_.data();
@@ -311,6 +343,9 @@ bool Simulation::Machine::run(int entry) noexcept {
                     return s.fail(status, bound_[static_cast<std::size_t>(task - tasks_.data())].node);
             break;
         }
+        case Op::moves:
+            for (std::size_t m = a; m < b; ++m) move(moves_[m]);
+            break;
         case Op::commits:
             for (std::size_t c = a; c < b; ++c)
                 if (!commit(commits_[c])) [[unlikely]]

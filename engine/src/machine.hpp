@@ -36,6 +36,7 @@ class Simulation::Machine {
     enum class Op : std::uint8_t {
         end,
         tasks, ///< a to b
+        moves,
         commits,
         hits,
         jump, ///< to b
@@ -126,6 +127,7 @@ class Simulation::Machine {
     void emit_range(Op op, std::size_t a, std::size_t b);
     std::vector<int> emit_tests(const std::vector<program::Literal>& when); ///< their jumps
     void land(const std::vector<int>& jumps);                               ///< here
+    void emit_task(const program::Statement& statement);
     void emit_commits(const program::Statement& statement);
     void emit_repeat(const program::Statement& statement, program::Pass pass);
     void emit_solve(const program::Statement& statement, program::Pass pass);
@@ -145,6 +147,12 @@ class Simulation::Machine {
     std::vector<Instruction> code_;
     std::vector<Task> tasks_;
     std::vector<Bound> bound_; ///< what each task is
+    std::vector<Move> moves_;
+    struct Moving {
+        int place;      ///< of the instruction
+        int begin, end; ///< tasks that do the same
+    };
+    std::vector<Moving> moving_;
     std::vector<Commit> commits_;
     std::vector<Answer> answers_;
     std::vector<Signal> signals_;

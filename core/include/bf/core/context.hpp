@@ -38,6 +38,16 @@ struct Task {
     Status operator()() const { return run(data, count); }
 };
 
+/// Doubles that are copied, one after the other.
+struct Move {
+    double* to;
+    const double* from;
+    int count;
+};
+
+/// Becomes one with what is moved next, if it goes on there and writes nothing that is read then.
+bool join(Move& move, const Move& next);
+
 /// Owns signals, parameters, states, workspaces and opened resources of all nodes. Construction allocates
 /// everything that a run will need.
 class Context {
@@ -61,6 +71,8 @@ class Context {
     int activities(int node, Phase phase) const;
     /// Binds activity i of a node in a phase. Valid as long as the context.
     Task task(int node, Phase phase, int i);
+    /// What that task does, where it does nothing but copy doubles from place to place; else none.
+    std::vector<Move> moves(const Task& task, int node, Phase phase, int i) const;
 
     /// A quantity := what is at `source`, of which one element expands, or `values` where that is none. Of a
     /// state x⁻ and x⁺ agree afterwards.

@@ -11,6 +11,7 @@
 #include <initializer_list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -123,7 +124,7 @@ struct About {
     bool from_path = false;  ///< parameters: the default is a whole number that the block's path decides
     /// Discrete states, outputs, parameters: number k stands for the k-th of these, from 1. A run that goes
     /// on with an edited model takes over what the number stands for.
-    std::vector<std::string> value_names = {};
+    std::span<const std::string> value_names = {};
 };
 
 /// Everything an engine, exporter or editor may ask about one declared quantity.

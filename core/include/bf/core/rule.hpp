@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string_view>
 #include <tuple>
 #include <vector>
@@ -71,8 +72,10 @@ struct Call {
     int list_size = 0;
     bool can_fail = false;      ///< the kernel returns whether it could do its work
     bool is_arithmetic = false; ///< see kernels::Arithmetic
+    bool is_move = false;       ///< each result is an element of an operand
     int symbols = 0;            ///< how many element types the wiring decides
-    std::vector<Run> run;       ///< by element type (symbols = 1) or pair of types; null: not accepted
+    std::span<const Run> run;   ///< by element type (symbols = 1) or pair of types; null: not accepted
+    Run run_widest = nullptr;   ///< for doubles, with the widest registers of this processor
     Run run_scalars = nullptr;  ///< where all operands but constants are of type double with one element
 
     bool writes(int slot) const {
@@ -211,16 +214,6 @@ struct Instance<Kernel, T0, T1, scalars, std::integer_sequence<bool, written...>
     }
 };
 
-template <class Kernel, class T0, class T1, int scalars = 0, bool... written, class... Keys>
-Call::Run instance(std::integer_sequence<bool, written...> w, std::type_identity<std::tuple<Keys...>> keys) {
-    constexpr Call::Run run =
-        Instance<Kernel, T0, T1, scalars, decltype(w), typename decltype(keys)::type>::run;
-    if constexpr (requires { Kernel::is_elementwise; } && scalars == 0 && std::is_same_v<T0, double>)
-        return kernels::Widest<run>::get();
-    else
-        return run;
-}
-
 template <class Kernel, bool... written, class... Keys>
 constexpr bool can_fail(std::integer_sequence<bool, written...>, std::type_identity<std::tuple<Keys...>>) {
     return std::is_same_v<decltype(Kernel{}(operand<Keys, written, double, double, 0>(nullptr, 0, 0)...)),
@@ -241,31 +234,30 @@ using ElementTypes = std::tuple<double, float, std::int8_t, std::uint8_t, std::i
 template <int symbol, class... Keys>
 inline constexpr bool has_symbol = ((type_symbol<typename OperandTraits<Keys>::Quantity> == symbol) || ...);
 
-template <int symbols, class Kernel, class Written, class... Keys, std::size_t... i>
-std::vector<Call::Run> instances(Written written, std::type_identity<std::tuple<Keys...>> keys,
-                                 std::index_sequence<i...>) {
-    std::vector<Call::Run> run;
-    // A type that no operand has makes no difference: the kernel is compiled for one of them only.
-    constexpr bool has_first = has_symbol<0, Keys...>;
-    const auto add = [&]<class T0, class T1>(std::type_identity<T0>, std::type_identity<T1>) {
-        using First = std::conditional_t<has_first, T0, double>;
-        if constexpr (symbols == 0 || accepted<Kernel, std::conditional_t<has_first, T0, T1>>())
-            run.push_back(instance<Kernel, First, T1>(written, keys));
-        else
-            run.push_back(nullptr);
-    };
-    if constexpr (symbols == 0) {
-        add(std::type_identity<double>{}, std::type_identity<double>{});
-    } else if constexpr (symbols == 1) {
-        (add(std::type_identity<std::tuple_element_t<i, ElementTypes>>{}, std::type_identity<double>{}), ...);
-    } else {
-        const auto row = [&]<class T0>(std::type_identity<T0> t0) {
-            (add(t0, std::type_identity<std::tuple_element_t<i, ElementTypes>>{}), ...);
-        };
-        (row(std::type_identity<std::tuple_element_t<i, ElementTypes>>{}), ...);
-    }
-    return run;
+/// The kernel for element type t, or for the pair of types t / type_count and t % type_count. A type that no
+/// operand has makes no difference: the kernel is compiled for one of them only.
+template <int symbols, class Kernel, class Written, std::size_t t, class... Keys>
+constexpr Call::Run instance() {
+    constexpr std::size_t first = symbols == 2 ? t / type_count : t,
+                          second = symbols == 2 ? t % type_count : 0;
+    using T1 = std::tuple_element_t<second, ElementTypes>;
+    using T0 = std::conditional_t<has_symbol<0, Keys...>, std::tuple_element_t<first, ElementTypes>, double>;
+    using Symbol = std::conditional_t<has_symbol<0, Keys...>, T0, T1>;
+    if constexpr (symbols == 0 || accepted<Kernel, Symbol>())
+        return Instance<Kernel, T0, T1, 0, Written, std::tuple<Keys...>>::run;
+    else
+        return nullptr;
 }
+
+template <int symbols, class Kernel, class Written, class... Keys> struct Instances {
+    static constexpr std::size_t count = symbols == 0   ? 1
+                                         : symbols == 1 ? type_count
+                                                        : type_count * type_count;
+    static constexpr std::array<Call::Run, count> run = []<std::size_t... t>(std::index_sequence<t...>) {
+        return std::array<Call::Run, count>{instance<symbols, Kernel, Written, t, Keys...>()...};
+    }
+    (std::make_index_sequence<count>{});
+};
 
 /// Which operands a rule writes: workspaces, and the targets before the first operand that is read.
 template <class... Keys> constexpr auto written_operands() {
@@ -295,15 +287,19 @@ template <class Kernel, class... Keys> Call make_call(Kernel, const Keys&... key
         constexpr auto first = written_operands<Keys...>();
         using Written = std::integer_sequence<bool, (first[n] || is_workspace<Keys>)...>;
         c.is_arithmetic = requires { Kernel::is_arithmetic; };
+        c.is_move = requires { Kernel::is_move; };
         c.can_fail = can_fail<Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{});
-        c.run = instances<symbols, Kernel>(Written{}, std::type_identity<std::tuple<Keys...>>{},
-                                           std::make_index_sequence<type_count>{});
-        if constexpr (symbols <= 1 && requires { Kernel::is_elementwise; }) {
-            using Operands = std::type_identity<std::tuple<Keys...>>;
-            c.run_scalars = instance<Kernel, double, double, -1>(Written{}, Operands{});
-            if constexpr ((OperandTraits<Keys>::is_list || ...)) // most have two
-                if (c.list_size == 2)
-                    c.run_scalars = instance<Kernel, double, double, 2>(Written{}, Operands{});
+        using Operands = std::tuple<Keys...>;
+        c.run = Instances<symbols, Kernel, Written, Keys...>::run;
+        if constexpr (requires { Kernel::is_elementwise; }) {
+            c.run_widest =
+                kernels::Widest<Instance<Kernel, double, double, 0, Written, Operands>::run>::get();
+            if constexpr (symbols <= 1) {
+                c.run_scalars = Instance<Kernel, double, double, -1, Written, Operands>::run;
+                if constexpr ((OperandTraits<Keys>::is_list || ...)) // most have two
+                    if (c.list_size == 2)
+                        c.run_scalars = Instance<Kernel, double, double, 2, Written, Operands>::run;
+            }
         }
     }
     (call, std::index_sequence_for<Keys...>{});

@@ -39,6 +39,7 @@ template <class F, class Kind = Elementwise> struct Binary : Kind {
 /// y = u.
 struct Copy : Unary<Copy, Arithmetic> {
     static constexpr const char* name = "bf::kernels::Copy{}";
+    static constexpr bool is_move = true;
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class T> static constexpr T apply(T x) noexcept { return x; }
 };

@@ -5,11 +5,13 @@
 
 /// Stacking, splitting and picking of elements. Indices are one-based, as in models. A reshape is `Copy`.
 /// Kernels that take indices return false when one lies outside; that element then is 0, or is not assigned.
+/// `is_move`: each element of the result is an element of an operand, and which one only indices decide.
 namespace bf::kernels {
 
 /// y = operands one after the other: vectors into a vector, or matrices of equal height side by side.
 struct Concatenate {
     static constexpr const char* name = "bf::kernels::Concatenate{}";
+    static constexpr bool is_move = true;
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
         int next = 0;
@@ -37,6 +39,7 @@ struct PartOf {
 /// y = matrices of equal width, one above the other.
 struct ConcatenateVertically {
     static constexpr const char* name = "bf::kernels::ConcatenateVertically{}";
+    static constexpr bool is_move = true;
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class L> constexpr void operator()(const Y& y, const L& u) const noexcept {
         int top = 0;
@@ -67,6 +70,7 @@ struct BlockDiagonal {
 /// The outputs of the list y receive the elements of u one after the other.
 struct Split {
     static constexpr const char* name = "bf::kernels::Split{}";
+    static constexpr bool is_move = true;
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class L, class U> constexpr void operator()(const L& y, const U& u) const noexcept {
         int next = 0;
@@ -101,6 +105,7 @@ struct Place {
 /// y_i = u(index_i).
 struct Select {
     static constexpr const char* name = "bf::kernels::Select{}";
+    static constexpr bool is_move = true;
     static constexpr char failure[] = "an index is outside the signal";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class I, class U>
@@ -118,6 +123,7 @@ struct Select {
 /// y_ij = u(row_i, col_j).
 struct SelectMatrix {
     static constexpr const char* name = "bf::kernels::SelectMatrix{}";
+    static constexpr bool is_move = true;
     static constexpr char failure[] = "an index is outside the matrix";
     template <class T> static constexpr bool accepts = is_any<T>;
     template <class Y, class I, class J, class U>

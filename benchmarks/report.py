@@ -6,6 +6,8 @@ the machine disturbs least; the ratio is value / reference of the same run.
 """
 import collections
 import json
+import os
+import pathlib
 import re
 import subprocess
 import sys
@@ -57,6 +59,10 @@ ROWS = [
     ("restore.icub", "us", "restore.icub", "snapshot.icub/memcpy", "< 1000 us"),
     ("record.overhead", "ms", "record.overhead/all_signals/process_time/wall", "record.overhead/no_recording/process_time/wall", "<= 1.10 x"),
     ("record.overhead_cpu", "ms", "record.overhead/all_signals/process_time", "record.overhead/no_recording/process_time", ""),
+    ("python.step_overhead", "ns", "python.step_overhead", "python.step/engine", "< 150 ns"),
+    ("python.read", "ns", "python.read", "python.read/numpy_view", ""),
+    ("python.block", "us", "python.block", "python.step/engine", ""),
+    ("python.import", "ms", "python.import", "python.import/numpy", "< 300 ms"),
     ("profile.overhead", "ms", "profile.overhead/profiled/process_time", "record.overhead/no_recording/process_time", ""),
 ]
 
@@ -84,9 +90,22 @@ def measure(program, pattern):
     return {name: min(seconds) for name, seconds in runs.items()}
 
 
+def measure_python(build):
+    """The same of the Python package, where it was built."""
+    root = pathlib.Path(__file__).parent.parent
+    python = root / ".deps/python/bin/python"
+    if not list(build.glob("python/blockfactory/_native*.so")) or not python.exists():
+        return {}
+    return json.loads(subprocess.run([python, root / "benchmarks/python_benchmark.py"], check=True, stdout=subprocess.PIPE,
+                                     env={**os.environ, "PYTHONPATH": str(build / "python")}).stdout)
+
+
 def main():
     program, output = sys.argv[1:3]
-    times = measure(program, sys.argv[3] if len(sys.argv) > 3 else "")
+    pattern = sys.argv[3] if len(sys.argv) > 3 else ""
+    times = measure(program, pattern)
+    if re.search(pattern, "python"):
+        times |= measure_python(pathlib.Path(program).resolve().parent.parent)
     rows = []
     for name, unit, ours, reference, target in ROWS:
         if ours not in times or reference not in times:

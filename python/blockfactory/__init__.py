@@ -16,6 +16,7 @@ from . import operations
 from ._block import Argument, At, Block, ContinuousState, DiscreteState, Input, Output, Parameter, Writer, block
 from ._model import Drawing, LoadedModel, Model, examine, load
 from ._native import BlockInfo, Diagnostic, Recorder, Signal
+from ._packages import example, prefix
 from ._recording import Recording, Series, read_recording
 from ._simulation import Inputs, Parameters, Simulation, Variables
 from ._sweep import SweepResult, SweepRow, sweep
@@ -69,8 +70,10 @@ __all__ = [
     "WrongValue",
     "block",
     "examine",
+    "example",
     "load",
     "operations",
+    "prefix",
     "read_recording",
     "sweep",
 ]

@@ -162,7 +162,7 @@ class Writer:
 
 
 class Block:
-    """A block in Python, for prototypes: each call costs some microseconds, and generated code refuses it by name. Its
+    """A block in Python, for prototypes: each call costs a microsecond or two, and generated code refuses it by name. Its
     members declare, its methods compute, as in C++:
 
         class LowPass(bf.Block):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from . import _native, operations
 from ._expression import changes, expression
+from ._packages import find_robots
 from .errors import UnknownName, WrongValue
 
 if TYPE_CHECKING:
@@ -148,6 +149,12 @@ class LoadedModel:
         sim.start()
         return sim
 
+    def state_space(self, path: str) -> Any:
+        """A block StateSpace or DiscreteStateSpace as control.StateSpace of python-control."""
+        from ._control import from_block
+
+        return from_block(self, path)
+
     def generate(self, folder: str | os.PathLike[str], *, language: str = "c++") -> None:
         """Writes a project that computes what the model computes, bit for bit, in 'c++' or 'c'. Throws GenerationError, also
         for blocks that are written in Python."""
@@ -237,6 +244,14 @@ class Model(_native.Model):
         system, _, name = path.rpartition(".")
         written = [operations.Setting(key, expression(value)) for key, value in settings.items()]
         return self.edit(operations.Add(system, operations.Block(name, type=type, settings=written)))
+
+    def add_state_space(self, path: str, system: Any) -> Model:
+        """A block of x' = A x + B u, y = C x + D u: a system of python-control, which may be a transfer function, or
+        (A, B, C, D). One of discrete time, or (A, B, C, D, period), has that period [s]."""
+        from ._control import to_block
+
+        around, _, name = path.rpartition(".")
+        return self.edit(operations.Add(around, to_block(name, system)))
 
     def add_subsystem(self, path: str, /, inputs: Sequence[str] = (), outputs: Sequence[str] = ()) -> Model:
         """A new virtual subsystem with these ports."""
@@ -334,6 +349,7 @@ def examine(
 ) -> LoadedModel:
     """As `load`, but a model that can be read and is wrong is no exception: its `diagnostics` say what is wrong, and
     what can be known is there nevertheless: sizes, types, rates."""
+    find_robots()
     target = model if isinstance(model, _native.Model) else Path(model)
     return LoadedModel(_native._examine(target, changes(overrides, variables), list(blocks)), blocks)
 

@@ -56,6 +56,7 @@ def plot(recording: Recording, signals: Sequence[str] | Mapping[str, Sequence[st
                     flat[:, i],
                     label=series.path + element,
                     linewidth=1.2,
+                    linestyle="--" if series.path.endswith("reference") else "-",
                     drawstyle="steps-post" if flat.dtype.kind in "biu" else "default",
                 )
                 curves += 1

@@ -109,3 +109,11 @@ def test_a_diagram_draws_itself(motor):
         motor.draw(show="colours")
     with pytest.raises(bf.ModelError, match="nowhere"):
         motor.draw("nowhere")
+
+
+def test_examples_come_with_the_package():
+    assert bf.load(bf.example("cart_pole/model.yaml")).name == "cart_pole"
+    with pytest.raises(bf.FileError, match="no example 'none.yaml'; there is .*cart_pole/model.yaml"):
+        bf.example("none.yaml")
+    with pytest.raises(bf.FileError, match="build folder"):
+        bf.prefix()

@@ -2,7 +2,7 @@
 BUILD ?= build
 CMAKE_FLAGS ?=
 
-.PHONY: demo test check-all wasm docs mutate fuzz bench peers robots lint format build aarch64 configure deps lock lock-python clean
+.PHONY: demo test check-all wasm docs mutate fuzz bench peers robots lint python format build aarch64 configure deps lock lock-python clean
 
 # What a build says while it goes on: how much is done, and since when.
 export NINJA_STATUS = [%p, %es] 
@@ -16,8 +16,8 @@ test: build
 	scripts/deps test
 	ctest --test-dir $(BUILD) --output-on-failure -j2
 
-# The whole tree and its tests once more, with Debian's clang, a build without robots and SUNDIALS, one for aarch64, and
-# published pages with the site of the documentation.
+# The whole tree and its tests once more, with Debian's clang, a build without robots and SUNDIALS, one for aarch64, the
+# Python package, and published pages with the site of the documentation.
 check-all: build
 	scripts/deps test
 	@test -f $(BUILD)/clang/build.ninja || CC=clang-14 CXX=clang++-14 cmake -S . -B $(BUILD)/clang -G Ninja -DBF_EVERY_COMPILER=ON $(CMAKE_FLAGS)
@@ -28,6 +28,7 @@ check-all: build
 	ninja -C $(BUILD)/reduced
 	ctest --test-dir $(BUILD)/reduced --output-on-failure -j2
 	tests/install/package_for_aarch64.sh $(abspath $(BUILD))/bin/bf $(CURDIR) $(abspath $(BUILD))
+	$(MAKE) python
 	$(MAKE) docs
 	ctest --test-dir $(BUILD) --output-on-failure -R '^editor.(publish|page)'
 
@@ -85,6 +86,13 @@ deps:
 
 lint: deps
 	scripts/lint
+
+# The Python package with its tests; `scripts/release` makes the wheel.
+python: configure
+	scripts/deps-python
+	cmake -S . -B $(BUILD) -DBF_PYTHON_API=ON --log-level=WARNING
+	ninja -C $(BUILD) bf bf_python
+	ctest --test-dir $(BUILD) --output-on-failure -R '^python$$'
 
 # Rewrites the sources in the project's format.
 format: deps

@@ -19,7 +19,11 @@ if [ "$(id -u)" = 0 ] && command -v debootstrap >/dev/null; then
     debootstrap --variant=minbase --include=python3-venv "$release" debian "$mirror" >debootstrap.log ||
         { tail debootstrap.log; exit 1; }
     root=$folder/debian
-    inside() { chroot "$root" /usr/bin/env -i PATH=/usr/bin:/bin HOME=/root sh -c "$1"; }
+    # With /proc, by which the loader of programs knows where a program is.
+    inside() {
+        unshare --mount sh -c 'mount -t proc proc "$0/proc" && exec chroot "$0" /usr/bin/env -i PATH=/usr/bin:/bin HOME=/root sh -c "$1"' \
+            "$root" "$1"
+    }
     if inside "command -v cc || command -v c++"; then
         echo "that Debian is not bare" >&2
         exit 1

@@ -208,7 +208,7 @@ void bare_dcm(benchmark::State& run) {
     Eigen::Matrix<double, 4, 6> feet;
     for (int i = 0; i < 6; ++i) feet.col(i) << 0.1 * i, i % 2 ? -0.075 : 0.075, 0, 0;
     const double omega = natural_frequency(0.5);
-    Step step{0, 0.25, 0.6, 0.25, Side::right, 4, false};
+    Step step{0, 0.25, 0.6, 0.25, 0.6, Side::right, 4, false};
     for (auto _ : run) {
         step.time = step.time > 0.8 ? 0 : step.time + 0.005;
         benchmark::DoNotOptimize(plan_dcm(feet, step, {{0.03, 0, 0.5}}, omega));

@@ -15,6 +15,7 @@ Puppet::Puppet(const World& world, const std::function<void(mjSpec*)>& decorate)
     for (mjsElement* body = mjs_firstChild(ground, mjOBJ_BODY, 0); body;
          body = mjs_nextChild(ground, body, 0))
         mjs_asBody(body)->mocap = 1;
+    for (const SceneObject& object : drawn.terrain) add_object(spec.get(), object);
     if (decorate) decorate(spec.get());
     model_ = compile(spec.get(), urdf.file);
     data_ = make_data(model_.get());

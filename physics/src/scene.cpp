@@ -52,10 +52,33 @@ double lowest_point(const mjModel& model, const mjData& data, int geom) {
                              (robot.name.empty() ? "" : "robot '" + robot.name + "': ") + error.what());
 }
 
+void add_terrain(mjSpec* spec, const SceneOptions& options) {
+    for (const SceneObject& object : options.objects) {
+        const std::string begin = begin_of_message(object.where) + "object '" + object.name + "': ";
+        if (object.mass)
+            throw std::runtime_error(begin +
+                                     "feet touch what is fixed to the world, and it has a mass; leave mass "
+                                     "out, or use a World");
+        if (mjs_findBody(spec, object.name.c_str()))
+            throw std::runtime_error(begin +
+                                     "a link, the world or an object before it has this name; rename it");
+        add_object(spec, object);
+    }
+}
+
 /// What stands before the names of a robot's parts.
 std::string prefix_of(const SceneRobot& robot) { return robot.name.empty() ? "" : robot.name + "/"; }
 
 } // namespace
+
+void Scene::Impl::compile_all(mjSpec* spec, const std::filesystem::path& file) {
+    try {
+        model = compile(spec, file);
+    } catch (const std::runtime_error&) {
+        check_each_object(options);
+        throw;
+    }
+}
 
 void Scene::Impl::index() {
     const mjModel* m = model.get();
@@ -180,7 +203,9 @@ void Scene::Impl::stand() {
     const std::array<double, 7> pose{X(0, 3), X(1, 3), X(2, 3), q.w(), q.x(), q.y(), q.z()};
     if (!own.floating_base) {
         for (int body = 1; body < model->nbody; ++body) {
-            if (model->body_parentid[body] != 0) continue;
+            if (model->body_parentid[body] != 0 ||
+                std::find(objects.begin(), objects.end(), body) != objects.end())
+                continue;
             mjtNum moved[7];
             mju_mulPose(moved, moved + 3, pose.data(), pose.data() + 3, model->body_pos + 3 * body,
                         model->body_quat + 4 * body);
@@ -224,12 +249,7 @@ Scene::Scene(SceneOptions options) : impl_(std::make_unique<Impl>()) {
     impl_->options = std::move(options);
     const SpecPtr spec = make_scene(impl_->options, Looks::none, impl_->starts, impl_->warnings);
     const std::vector<Attached> attached = bodies_of(spec.get());
-    try {
-        impl_->model = compile(spec.get(), "the world");
-    } catch (const std::runtime_error&) {
-        check_each_object(impl_->options);
-        throw;
-    }
+    impl_->compile_all(spec.get(), "the world");
     impl_->index();
     impl_->index_links(attached);
     impl_->place();
@@ -250,8 +270,10 @@ Scene::Scene(const WorldOptions& options) : impl_(std::make_unique<Impl>()) {
     const SpecPtr spec = make_spec(robot.options, options, urdf, Looks::none, &impl_->warnings);
     impl_->starts.resize(1);
     impl_->starts[0].mass = total_mass(spec.get());
+    impl_->options.objects = options.terrain;
+    add_terrain(spec.get(), impl_->options);
     const std::vector<Attached> attached = bodies_of(spec.get());
-    impl_->model = compile(spec.get(), urdf.file);
+    impl_->compile_all(spec.get(), urdf.file);
     impl_->index();
     impl_->index_links(attached);
     impl_->stand();

@@ -51,6 +51,8 @@ struct Scene::Impl {
     double fingerprint = 0.0;           ///< a whole number, of all that decides how a state goes on
 
     const RobotIndex& robot(int i) const { return robots[static_cast<size_t>(i)]; }
+    /// Throws std::runtime_error, for an object that MuJoCo cannot make with its place.
+    void compile_all(mjSpec* spec, const std::filesystem::path& file);
     void index();
     void index_links(const std::vector<Attached>& all);
     void place();

@@ -268,6 +268,8 @@ void set_heights(mjSpec* spec, mjsGeom* geom, const SceneObject& object) {
     mjs_setString(geom->hfieldname, object.name.c_str());
 }
 
+} // namespace
+
 void add_object(mjSpec* spec, const SceneObject& object) {
     using Kind = SceneObject::Kind;
     check_object(object);
@@ -301,8 +303,6 @@ void add_object(mjSpec* spec, const SceneObject& object) {
     case Kind::heights: set_heights(spec, geom, object); break;
     }
 }
-
-} // namespace
 
 void check_each_object(const SceneOptions& options) {
     for (const SceneObject& object : options.objects) {

@@ -39,6 +39,8 @@ void complete(RobotOptions& options, const Urdf& urdf);
 void set_physics(mjSpec* spec, const PhysicsOptions& options);
 /// The plane z = 0, a geom "floor".
 void add_floor(mjSpec* spec, const Floor& floor);
+/// A body with the name and the shapes of `object`. Throws std::runtime_error for what is wrong with it.
+void add_object(mjSpec* spec, const SceneObject& object);
 
 /// MuJoCo's editable model of a robot alone; otherwise as make_spec.
 SpecPtr make_robot(const RobotOptions& options, const PhysicsOptions& physics, const Urdf& urdf, Looks looks,

@@ -1,3 +1,4 @@
+#include "bf/base/numbers.hpp"
 #include "bf/dynamics/lie.hpp"
 
 #include "running.hpp"
@@ -5,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
+#include <random>
 
 namespace bf::toolbox::test {
 namespace {
@@ -207,6 +209,73 @@ TEST(ContactEkfBlock, FindsTheTiltOfARobotThatMovesAndItsBias) {
     EXPECT_LT((run.get("x.v_b") - run.get("world.v_b")).norm(), 0.1);
     EXPECT_LT((run.get("x.bias").topRows<2>() - Eigen::Vector2d(0.01, -0.02)).norm(), 0.006);
     EXPECT_GT(run.get("x.covariance").diagonal().minCoeff(), -1e-12);
+}
+
+TEST(ContactEkfBlock, IsAsSureAsItIsRight) {
+    // The normalised estimation error squared e' P^-1 e of what is observable: tilt and velocity. Its mean is
+    // 5, their number, where the covariance is that of the errors. Over a seed's 600 correlated samples it
+    // varies widely.
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal;
+    const auto about = [&](double deviation) {
+        return deviation * Vector3(normal(random), normal(random), normal(random));
+    };
+    const Eigen::Matrix<double, 5, 1> deviation{0.05, 0.05, 0.001, 0.01, 0.05};
+    double mean = 0, largest_tilt = 0, largest_speed = 0;
+    const int seeds = 6;
+    for (int seed = 1; seed <= seeds; ++seed) {
+        const Vector3 gyroscope_bias = about(deviation[3]), accelerometer_bias = about(deviation[4]);
+        const auto list = [](const Vector3& v) {
+            return "\"[" + number_text(v[0]) + "; " + number_text(v[1]) + "; " + number_text(v[2]) + "]\"";
+        };
+        const std::string number = std::to_string(seed);
+        std::string text = held_icub(
+            "ContactEKF, imu: root_link, gyroscope_noise: 3.2e-4, accelerometer_noise: 3.2e-3, "
+            "contact_noise: 3e-4, "
+            "joint_noise: 2e-4, kinematics_noise: 5e-5, initial_deviation: [0.05 0.05 0.001 0.01 0.05]",
+            "start: {shape: \"[4 4]\"}",
+            "  world.s: x.s\n  world.s_dot: x.s_dot\n  both: x.contacts\n  start: x.w_H_b_0\n  noisy: off\n  "
+            "off: "
+            "x.gyroscope\n  accel: pushed.u1\n  shake: pushed.u2\n  pushed: x.accelerometer\n",
+            ", noise: [2e-4 1e-2 0], seed: " + number,
+            "  off: {block: Bias, bias: " + list(gyroscope_bias) +
+                "}\n  both: {block: Constant, value: \"[1; 1]\"}\n"
+                "  shake: {block: RandomNormal, mean: " +
+                list(accelerometer_bias) + ", variance: \"[0.01; 0.01; 0.01]\", seed: 1" + number +
+                "}\n  pushed: {block: Sum}\n");
+        text.replace(text.find("imu_frame: imu_frame"), 20, "imu_frame: root_link");
+        text.replace(text.find("seed: 3}"), 8, "seed: 2" + number + "}");
+        Running run(text);
+        Transform start = begin_of_held_icub();
+        const Vector3 tilt = about(deviation[0]);
+        start.topLeftCorner<3, 3>() = Eigen::AngleAxisd(tilt.norm(), tilt.normalized()).toRotationMatrix() *
+                                      start.topLeftCorner<3, 3>();
+        run.set("start", start);
+        for (int k = 0; k < 1200; ++k) {
+            ASSERT_TRUE(run.step()) << run.simulation.failure();
+            if (k < 600) continue;
+            const Transform estimate = run.get("x.w_H_b"), truth = run.get("world.w_H_b");
+            const Eigen::Matrix3d R =
+                estimate.topLeftCorner<3, 3>() * truth.topLeftCorner<3, 3>().transpose();
+            const Eigen::AngleAxisd turn(R);
+            const Vector3 xi = turn.angle() * turn.axis();
+            const Vector3 v = run.get("x.v_b").topRows<3>() - R * run.get("world.v_b").topRows<3>();
+            Eigen::Matrix<double, 5, 1> e;
+            e << xi.head<2>(), v;
+            const Matrix P = run.get("x.covariance");
+            Eigen::Matrix<double, 5, 5> of_these;
+            const int at[] = {0, 1, 3, 4, 5};
+            for (int i = 0; i < 5; ++i)
+                for (int j = 0; j < 5; ++j) of_these(i, j) = P(at[i], at[j]);
+            mean += e.dot(of_these.llt().solve(e)) / (600.0 * seeds);
+            largest_tilt = std::max(largest_tilt, xi.head<2>().norm());
+            largest_speed = std::max(largest_speed, v.norm());
+        }
+    }
+    EXPECT_GT(mean, 1.5);
+    EXPECT_LT(mean, 15);
+    EXPECT_LT(largest_tilt, 0.02);
+    EXPECT_LT(largest_speed, 0.03);
 }
 
 } // namespace bf::toolbox::test

@@ -7,9 +7,12 @@
 #include "bf/engine/simulation.hpp"
 #include "bf/formats/yaml.hpp"
 
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <stdexcept>
 #include <string>
+#include <unistd.h>
 #include <vector>
 
 namespace bf::toolbox::test {
@@ -73,6 +76,13 @@ class Running {
   public:
     Simulation simulation;
 };
+
+/// Path of a file with this text, in the folder of temporary files.
+inline std::string temporary_file(const std::string& name, const std::string& text) {
+    const auto path = std::filesystem::temp_directory_path() / (std::to_string(getpid()) + "_" + name);
+    std::ofstream(path) << text;
+    return path.string();
+}
 
 /// An argument as a model has it.
 inline std::string yaml(const Value& value) {

@@ -78,6 +78,48 @@ TEST(World, StandsUnderJointPdThroughBlocksOnly) {
     EXPECT_NEAR(run.get("world.pose_l_sole")(2, 3), 0, 2e-3);
 }
 
+TEST(World, TerrainCarriesTheRobotAsTheFloorDoes) {
+    // A box whose upper side is the plane z = 0 takes the place of the floor.
+    const auto standing = [](const std::string& boxes) {
+        const std::string file = temporary_file("terrain.xml", "<world>" + boxes + "</world>");
+        std::string text = by_ports;
+        text.replace(text.find(world()), world().size(),
+                     world("    floor: false\n    terrain: " + file + "\n"));
+        auto run = std::make_unique<Running>(text);
+        for (int k = 0; k < 1500; ++k) EXPECT_TRUE(run->step()) << run->simulation.failure();
+        return run;
+    };
+    Running floor(by_ports);
+    for (int k = 0; k < 1500; ++k) ASSERT_TRUE(floor.step());
+    const auto box = standing(R"(<box name="block" size="2 2 0.4" position="0 0 -0.2"/>)");
+    EXPECT_LT((box->get("world.com") - floor.get("world.com")).norm(), 1e-4);
+    EXPECT_LT((box->get("world.wrench_l_sole") - floor.get("world.wrench_l_sole")).norm(), 1);
+    EXPECT_GT(box->get("world.wrench_l_sole")(2, 0), 100);
+    const auto lower =
+        standing(R"(<steps name="block" count="2" depth="2" width="2" height="0.1" position="-1 0 -0.12"/>)");
+    EXPECT_NEAR(lower->get("world.com")(2, 0), floor.get("world.com")(2, 0) - 0.02, 0.003);
+}
+
+TEST(World, RefusesTerrainThatIsNone) {
+    const auto with = [](const std::string& parts) {
+        const std::string file = temporary_file("wrong.xml", "<world>\n" + parts + "</world>");
+        return refusal("model: m\nstep: 0.001\nblocks:\n" + robot + world("    terrain: " + file + "\n"));
+    };
+    expect_contains(
+        with(R"(<box name="parcel" mass="1"/>)"),
+        "wrong.xml', line 2: object 'parcel': feet touch what is fixed to the world, and it has a mass");
+    expect_contains(
+        with(R"(<box name="chest"/>)"),
+        "wrong.xml', line 2: object 'chest': a link, the world or an object before it has this name");
+    expect_contains(with(R"(<box name="a"/><box name="a"/>)"), "object 'a': a link, the world or an object");
+    const std::string urdf = temporary_file("wrong.urdf", R"(<robot name="r"><link name="base"/></robot>)");
+    expect_contains(
+        with("<robot name=\"second\" file=\"" + std::filesystem::path(urdf).filename().string() + "\"/>"),
+        "line 2: robot 'second' is no terrain; take it out, or use a World");
+    expect_contains(refusal("model: m\nstep: 0.001\nblocks:\n" + robot + world("    terrain: nowhere.xml\n")),
+                    "cannot read the world '");
+}
+
 TEST(World, WithoutTorqueFalls) {
     Running run("model: m\nstep: 0.001\nblocks:\n" + robot + world());
     ASSERT_TRUE(run.step());

@@ -4,8 +4,10 @@
 #include "bf/walking/dcm.hpp"
 #include "bf/walking/swing.hpp"
 #include "checks.hpp"
+#include "world/terrain.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace bf::toolbox {
 
@@ -20,13 +22,14 @@ constexpr const char* footholds_doc =
     "columns [x y z yaw] of soles: the foot that moves, where it comes from; the foot that stands; where the "
     "first one goes; the steps after it [m, rad]";
 constexpr const char* step_doc =
-    "of the step: time in it, duration on both feet, on one foot, and on both in the next one [s], the "
+    "of the step: time in it, duration on both feet, on one foot, and both in the next one [s], the "
     "standing foot (1 left, 2 right), "
     "how many steps are planned, this one included (0: it stands), whether the weight begins midway (1 or 0)";
 
 Dim::Names step_names() {
-    return std::vector<std::string>{"time",   "double_support", "single_support", "next_double_support",
-                                    "stance", "ahead",          "from_rest"};
+    return std::vector<std::string>{
+        "time",   "double_support", "single_support", "next_double_support", "next_single_support",
+        "stance", "ahead",          "from_rest"};
 }
 
 /// Blocks that follow a FootstepPlanner.
@@ -34,9 +37,9 @@ class StepBlock : public Block {
   public:
     using Block::Block;
     Dim k{this, "k"};
-    Dim seven{this, "step", [] { return step_names(); }};
+    Dim numbers{this, "step", [] { return step_names(); }};
     Input<Matrix> footholds{this, "footholds", {.shape = {4, k}, .unit = mixed_units, .doc = footholds_doc}};
-    Input<Vector> step{this, "step", {.shape = {seven}, .unit = mixed_units, .doc = step_doc}};
+    Input<Vector> step{this, "step", {.shape = {numbers}, .unit = mixed_units, .doc = step_doc}};
 
   protected:
     /// Reads both inputs.
@@ -56,7 +59,8 @@ class StepBlock : public Block {
 
 class FootstepPlanner final : public Block {
   public:
-    using Block::Block;
+    explicit FootstepPlanner(const Arguments& arguments)
+        : Block(arguments), terrain_(terrain->empty() ? "" : path_of(*terrain)) {}
     Argument<std::string> follow{
         this,
         "follow",
@@ -73,9 +77,14 @@ class FootstepPlanner final : public Block {
                             "ground",
                             {.initial = Matrix(0, 6),
                              .doc = "boxes on the plane z = 0: rows x y z a b c, centre and half-sizes, m"}};
+    Argument<std::string> terrain{
+        this,
+        "terrain",
+        {.doc =
+             "XML file of a world, as World and MujocoWorld read it, whose boxes and steps are ground, too"}};
 
     Dim k{this, "k", [this] { return *preview + 2; }};
-    Dim seven{this, "step", [] { return step_names(); }};
+    Dim numbers{this, "step", [] { return step_names(); }};
     Input<Transform> w_H_left{
         this,
         "w_H_left",
@@ -96,6 +105,12 @@ class FootstepPlanner final : public Block {
          .doc = "moves where the foot lands, x y in world axes, in each step of the block",
          .feedthrough = false,
          .optional = true}};
+    Input<double> delay{this,
+                        "delay",
+                        {.unit = unit<"s">,
+                         .doc = "by which the foot lands later, in each step of the block",
+                         .feedthrough = false,
+                         .optional = true}};
     Parameter<double> steps{this,
                             "steps",
                             {.initial = {Limits::infinity},
@@ -120,6 +135,14 @@ class FootstepPlanner final : public Block {
         this,
         "single_support",
         {.initial = {0.6}, .above = 0, .unit = unit<"s">, .doc = "duration on one foot"}};
+    Parameter<double> min_single_support{
+        this,
+        "min_single_support",
+        {.initial = {0.3}, .minimum = 0, .unit = unit<"s">, .doc = "to which delay may shorten it"}};
+    Parameter<double> max_single_support{
+        this,
+        "max_single_support",
+        {.initial = {1}, .minimum = 0, .unit = unit<"s">, .doc = "to which delay may lengthen it"}};
     Parameter<double> width{
         this, "width", {.initial = {0.15}, .above = 0, .unit = unit<"m">, .doc = "between the soles"}};
     Parameter<double> max_forward{
@@ -148,7 +171,7 @@ class FootstepPlanner final : public Block {
                              {.initial = {0.1},
                               .minimum = 0,
                               .unit = unit<"s">,
-                              .doc = "before landing, in which the foothold moves no more"}};
+                              .doc = "before landing, in which neither foothold nor time change"}};
     Parameter<Eigen::Vector2d> x{
         this,
         "x",
@@ -163,20 +186,28 @@ class FootstepPlanner final : public Block {
         {.initial = {0.02}, .minimum = 0, .unit = unit<"m">, .doc = "of the soles from edges of the ground"}};
 
     Output<Matrix> footholds{this, "footholds", {.shape = {4, k}, .unit = mixed_units, .doc = footholds_doc}};
-    Output<Vector> step{this, "step", {.shape = {seven}, .unit = mixed_units, .doc = step_doc}};
+    Output<Vector> step{this, "step", {.shape = {numbers}, .unit = mixed_units, .doc = step_doc}};
     Output<Eigen::Vector2d> contacts{
         this, "contacts", {.doc = "1 where the left and the right foot stand, 0 where not"}};
     Output<double> steps_done{this, "steps_done", {.doc = "feet that have landed"}};
     DiscreteState<Eigen::Matrix<double, 4, 3>> feet{
         this, "feet", {.unit = mixed_units, .doc = "the first three footholds"}};
-    DiscreteState<Vector> now{this, "now", {.shape = {seven}, .unit = mixed_units, .doc = "the step"}};
+    DiscreteState<Vector> now{this, "now", {.shape = {numbers}, .unit = mixed_units, .doc = "the step"}};
     DiscreteState<double> done{this, "done", {.doc = "feet that have landed"}};
 
     void infer(Inference& inference) const override {
         try {
-            ground_ = walking::Ground(*ground);
+            Matrix boxes = *ground;
+            if (!terrain_.empty()) {
+                const Matrix more = read_boxes(terrain_);
+                boxes.conservativeResize(boxes.rows() + more.rows(), 6);
+                boxes.bottomRows(more.rows()) = more;
+            }
+            ground_ = walking::Ground(boxes);
         } catch (const std::invalid_argument& error) {
             inference.refuse(std::string("argument 'ground': ") + error.what());
+        } catch (const std::exception& error) {
+            inference.refuse(error.what());
         }
     }
     Status output(Now at, Out out) const noexcept override {
@@ -193,9 +224,18 @@ class FootstepPlanner final : public Block {
         Plan plan;
         if (const Status good = make(at, plan); !good) return good;
         if (const Status good = all_finite(at, shift); !good) return good;
+        if (!std::isfinite(at[delay]))
+            return Status::failure("{element} is not finite; look at what computes it", delay, -1);
         Step& s = plan.step;
         auto lifted = plan.footholds.col(0), stance = plan.footholds.col(1), target = plan.footholds.col(2);
-        if (!s.on_both_feet() && s.duration() - s.time > at[freeze] && !at[shift].isZero(0)) {
+        const bool is_free = !s.on_both_feet() && s.duration() - s.time > at[freeze];
+        // Twice as fast as planned at most, and never back, so that the foot in the air follows.
+        if (is_free)
+            s.single_support = std::clamp(s.single_support + std::clamp(at[delay], -at.period(), at.period()),
+                                          std::max(std::min(at[min_single_support], s.single_support),
+                                                   s.time + at[freeze] - s.double_support),
+                                          std::max(at[max_single_support], s.single_support));
+        if (is_free && !at[shift].isZero(0)) {
             Foothold moved = target;
             moved.head<2>() += at[shift];
             moved = walking::within_reach(moved, stance, s.stance, reach(at));
@@ -274,6 +314,7 @@ class FootstepPlanner final : public Block {
         s.double_support = from_rest ? at[first_double_support] : at[double_support];
         s.single_support = at[single_support];
         s.next_double_support = at[double_support];
+        s.next_single_support = at[single_support];
         plan.footholds.col(2) = goes_on ? target : Foothold(plan.footholds.col(0));
     }
     /// The step of the state, and the steps after it.
@@ -287,6 +328,7 @@ class FootstepPlanner final : public Block {
                  at[double_support],
                  at[single_support],
                  at[double_support],
+                 at[single_support],
                  *first_foot == "left" ? Side::right : Side::left,
                  0,
                  true};
@@ -315,6 +357,7 @@ class FootstepPlanner final : public Block {
         return ok;
     }
 
+    const std::string terrain_;
     mutable walking::Ground ground_;
 };
 
@@ -369,7 +412,15 @@ class SwingFoot final : public StepBlock {
         {.initial = {0},
          .minimum = 0,
          .maximum = 0.5,
-         .doc = "part of the single support in which it rises only, as before a step of the ground"}};
+         .doc = "part of the single support in which it rises only, as before a step up of the ground"}};
+    Parameter<double> sink{this,
+                           "sink",
+                           {.initial = {0},
+                            .minimum = 0,
+                            .maximum = 0.4,
+                            .doc = "part of the single support, at its end, in which it sinks only, as "
+                                   "behind a step down; the planner's "
+                                   "freeze should be longer"}};
     Parameter<double> pitch{this,
                             "pitch",
                             {.initial = {0},
@@ -394,6 +445,7 @@ class SwingFoot final : public StepBlock {
         "along",
         {.unit = mixed_units,
          .doc = "position, velocity and acceleration on the way without the apex, while one foot stands"}};
+    DiscreteState<double> phase{this, "phase", {.doc = "part of the way up and down that is over"}};
 
     Status output(Now at, Out out) const noexcept override {
         Step now;
@@ -401,10 +453,15 @@ class SwingFoot final : public StepBlock {
         walking::SwingState moves, stands;
         stands.pose = walking::pose_of(at[footholds].col(1));
         moves.pose = walking::pose_of(at[footholds].col(0));
-        if (!now.on_both_feet())
-            moves = walking::swing(on_the_way(at, now), walking::yaw_rotation(at[footholds](3, 0)),
-                                   walking::yaw_rotation(at[footholds](3, 2)), at[apex], at[pitch],
-                                   now.time - now.double_support, now.single_support);
+        if (!now.on_both_feet()) {
+            // The duration of a swing that goes on like this.
+            const double x = phase_of(at, now), left = now.duration() - now.time,
+                         T = x < 1 && left > 0 ? left / (1 - x) : now.single_support;
+            walking::Motion motion = on_the_way(at, now);
+            walking::climb(motion, at[footholds](2, 0), at[footholds](2, 2), x * T, T);
+            moves = walking::swing(motion, walking::yaw_rotation(at[footholds](3, 0)),
+                                   walking::yaw_rotation(at[footholds](3, 2)), at[apex], at[pitch], x * T, T);
+        }
         const bool left_stands = now.stance == Side::left;
         const auto &left = left_stands ? stands : moves, &right = left_stands ? moves : stands;
         out[w_H_left] = left.pose;
@@ -420,15 +477,28 @@ class SwingFoot final : public StepBlock {
         if (const Status good = read(at, now); !good) return good;
         walking::Motion motion{at[footholds].col(0).head<3>(), Vector3::Zero(), Vector3::Zero()};
         if (goes_along(at, now))
-            motion = walking::towards(on_the_way(at, now), at[footholds].col(2).head<3>(),
-                                      now.duration() - now.time, at.period());
+            motion = walking::towards(on_the_way(at, now), at[footholds].col(2).head<3>(), time_left(at, now),
+                                      at.period());
         next[along].col(0) = motion.position;
         next[along].col(1) = motion.velocity;
         next[along].col(2) = motion.acceleration;
+        // What is left of the way takes the time that is left, also where that has changed.
+        const double x = phase_of(at, now), left = now.duration() - now.time;
+        next[phase] = left > at.period() ? x + (1 - x) * at.period() / left : 1.0;
         return ok;
     }
 
   private:
+    /// Part of the way up and down that is over; it begins with the single support.
+    double phase_of(Now at, const Step& now) const {
+        const double time = now.time - now.double_support;
+        return time > at.period() / 2 ? at[phase] : std::max(time, 0.0) / now.single_support;
+    }
+    /// Until it is where it sinks; what moves then takes the time until it lands.
+    double time_left(Now at, const Step& now) const {
+        const double left = now.duration() - now.time, until = left - at[sink] * now.single_support;
+        return until > at.period() ? until : left;
+    }
     /// Has it been lifted before it goes along?
     bool goes_along(Now at, const Step& now) const {
         const double start = now.double_support + at[lift] * now.single_support;
@@ -478,6 +548,14 @@ class DcmController final : public StepBlock {
          .maximum = 1,
          .doc =
              "part of the room in the sole that the ankles are trusted with; the foothold takes the rest"}};
+    Parameter<double> delay_cost{this,
+                                 "delay_cost",
+                                 {.initial = {Limits::infinity},
+                                  .above = 0,
+                                  .unit = unit<"m/s">,
+                                  .doc = "shift of the foothold that is as bad as a second by which it is "
+                                         "reached earlier or later; infinite: "
+                                         "steps keep their time"}};
     Output<Vector3> com_ddot{
         this, "com_ddot", {.unit = unit<"m/s2">, .doc = "wanted acceleration of the centre of mass"}};
     Output<Vector3> vrp{this, "vrp", {.unit = unit<"m">, .doc = "virtual repellent point of that"}};
@@ -486,6 +564,8 @@ class DcmController final : public StepBlock {
         this,
         "shift",
         {.unit = unit<"m">, .doc = "how far the next foothold should move, x y in world axes"}};
+    Output<double> delay{
+        this, "delay", {.unit = unit<"s">, .doc = "how much later the foot that moves should land"}};
 
     Status output(Now at, Out out) const noexcept override {
         Step now;
@@ -513,8 +593,10 @@ class DcmController final : public StepBlock {
         const walking::Sole trusted{
             local.x() + a * (sole.x_min - local.x()), local.x() + a * (sole.x_max - local.x()),
             local.y() + a * (sole.y_min - local.y()), local.y() + a * (sole.y_max - local.y())};
-        out[shift] = walking::step_shift((xi - wanted.dcm).head<2>(), wanted.vrp.head<2>(), stance, now,
-                                         trusted, omega);
+        const auto change =
+            walking::adjust_step(xi.head<2>(), wanted, stance, now, trusted, omega, at[delay_cost]);
+        out[shift] = change.shift;
+        out[delay] = change.delay;
         out[vrp] = r;
         out[dcm] = xi;
         out[com_ddot] = omega * omega * (at[com] - r);
@@ -546,10 +628,12 @@ void add_walking(Library& library) {
             "was wanted. The walk ends after `steps`, at the goal, or at velocity zero, with the feet side "
             "by "
             "side. "
-            "`shift` moves the foothold of the foot in the air, within reach as well, but not over an edge. "
+            "`shift` moves the foothold of the foot in the air, within reach as well, but not over an edge; "
+            "`delay` lets it land later or, below 0, earlier. "
             "Source: R. Siegwart, I. Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, ch. 3. "
-            "Errors: a ground that is no list of boxes. In a step: a command, a pose or a shift that is not "
-            "finite.")
+            "Errors: a ground that is no list of boxes, terrain on which no level sole stands. In a step: a "
+            "command, "
+            "a pose, a shift or a delay that is not finite.")
         .add<DcmPlanner>("DcmPlanner",
                          "The wanted divergent component of motion (DCM) xi = c + c_dot/omega of a walk, "
                          "omega = sqrt(9.81/height): "
@@ -567,18 +651,20 @@ void add_walking(Library& library) {
                          "push-recovery based on "
                          "divergent component of motion, 2017. "
                          "Errors: in a step, footholds and a step that are not those of a FootstepPlanner.")
-        .add<SwingFoot>("SwingFoot",
-                        "The wanted motion of both soles. The one in the air goes to its foothold on the way "
-                        "of least jerk, "
-                        "from the motion that it has, so that the "
-                        "foothold may move meanwhile; above that 64 x^3 (1-x)^3 apex, x the part of the "
-                        "single support that "
-                        "is over; its orientation turns about one axis by "
-                        "10 x^3 - 15 x^4 + 6 x^5, and its toes hang by pitch x^3 (1-x)^5/((3/8)^3 (5/8)^5). "
-                        "Velocity and acceleration are zero where it lifts off and touches down. "
-                        "The other one rests. "
-                        "Source: T. Flash, N. Hogan, The coordination of arm movements, 1985. "
-                        "Errors: in a step, footholds and a step that are not those of a FootstepPlanner.")
+        .add<SwingFoot>(
+            "SwingFoot",
+            "The wanted motion of both soles. The one in the air goes to its foothold on the way "
+            "of least jerk, "
+            "from the motion that it has, so that the "
+            "foothold may move meanwhile; above that 64 x^3 (1-x)^3 apex, x the part of the "
+            "single support that "
+            "is over; its orientation turns about one axis by "
+            "10 x^3 - 15 x^4 + 6 x^5, and its toes hang by pitch x^3 (1-x)^5/((3/8)^3 (5/8)^5). "
+            "Of two levels of the ground it is at the higher one in the middle of the single support. "
+            "Velocity and acceleration are zero where it lifts off and touches down. "
+            "The other one rests. "
+            "Source: T. Flash, N. Hogan, The coordination of arm movements, 1985. "
+            "Errors: in a step, footholds and a step that are not those of a FootstepPlanner.")
         .add<DcmController>(
             "DcmController",
             "Acceleration of the centre of mass that leads the divergent component of motion xi = c + "
@@ -586,9 +672,13 @@ void add_walking(Library& library) {
             "r = xi - xi_dot_target/omega + gain/omega (xi - xi_target), com_ddot = omega^2 (c - r), with r "
             "brought into the "
             "hull of the soles that stand. What a push leaves of the error at the end of the single support, "
-            "after the zero-moment point has done what it can, goes to `shift`: "
-            "(e^(omega t) e - what the sole can do) / gamma, with gamma = (1 - e^(-omega T))/(omega T) for a "
-            "double support T and the time t that is left. "
+            "after the zero-moment point has done what it can, goes to `shift` and `delay`: shift = (E - "
+            "what the "
+            "sole can do) / gamma with E = tau' e + (tau' - tau) (xi_target - r), tau = e^(omega t) for the "
+            "time t that is "
+            "left, tau' the same with the delay, and gamma = (1 - e^(-omega T))/(omega T) for a double "
+            "support T, where "
+            "|shift|^2 + (delay_cost/omega (tau'/tau - 1))^2 is least. "
             "Sources: J. Englsberger et al., 2015, as in DcmPlanner; J. Pratt, J. Carff, S. Drakunov, A. "
             "Goswami, "
             "Capture point: a step toward humanoid push recovery, 2006; "

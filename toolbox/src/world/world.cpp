@@ -5,6 +5,7 @@
 #include "rigid_body/robot_block.hpp"
 #include "robot/device_block.hpp"
 #include "world/simulated_robot.hpp"
+#include "world/terrain.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +18,8 @@ namespace {
 
 class MujocoWorld final : public RobotBlock {
   public:
-    using RobotBlock::RobotBlock;
+    explicit MujocoWorld(const Arguments& arguments)
+        : RobotBlock(arguments), terrain_(terrain->empty() ? "" : path_of(*terrain)) {}
     Argument<std::vector<std::string>> feet{
         this, "feet", {.doc = "links that touch the ground, such as soles"}};
     Argument<std::string> contacts{
@@ -53,6 +55,11 @@ class MujocoWorld final : public RobotBlock {
                                   .doc = "false: the base is fixed to the world, as that of a Configuration "
                                          "with a fixed base always is"}};
     Argument<bool> has_floor{this, "floor", {.initial = true, .doc = "ground plane z = 0"}};
+    Argument<std::string> terrain{this,
+                                  "terrain",
+                                  {.doc = "XML file of a world, as World reads it, on whose objects the feet "
+                                          "stand as on the floor; all without "
+                                          "mass, no robots; floor, step and gravity are not taken from it"}};
     Argument<double> friction{
         this, "friction", {.initial = 1, .minimum = 0, .doc = "Coulomb friction of the ground"}};
     Argument<std::vector<double>> solref{
@@ -288,6 +295,8 @@ class MujocoWorld final : public RobotBlock {
                                              *ft_sensors);
     }
 
+    const std::string terrain_;
+
     std::shared_ptr<const physics::World> compile() const {
         const bool has_urdf_shapes = *contacts == "urdf";
         const Eigen::Index columns = contact_points->cols();
@@ -351,6 +360,7 @@ class MujocoWorld final : public RobotBlock {
         options.motors = {*gear_ratio,     *torque_constant, *k_tau,          *k_bemf,
                           *position_gains, *torque_gains,    *impedance_gains};
         options.initial_joints = *initial_joints;
+        if (!terrain_.empty()) options.terrain = read_terrain(terrain_);
         auto world = std::make_shared<const physics::World>(std::move(options));
         for (const auto& warning : world->warnings()) bfWarning << warning;
         return world;
@@ -371,7 +381,9 @@ void add_world(Library& library) {
         "It is also the robot that GetMeasurement, GetSensor, GetLimits and SetReferences around it use; "
         "with `tau` unconnected it "
         "follows what SetReferences sent last, by PID loops and motors whose gains SetLowLevelPID and "
-        "SetMotorParameters change in a run. The only contacts are those of the feet with the floor z = 0; "
+        "SetMotorParameters change in a run. The only contacts are those of the feet with the floor z = 0 "
+        "and "
+        "the terrain; "
         "the start "
         "pose stands on them. "
         "A link whose inertia no body can have receives the nearest possible one, and a moving one without "

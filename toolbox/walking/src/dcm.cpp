@@ -59,7 +59,7 @@ DcmReference plan_dcm(const Eigen::Ref<const Eigen::Matrix4Xd>& footholds, const
         xi = dcm_phase(over(i), after(i), T_n, xi, omega, 0).dcm; // end of the single support i
         if (i == 1 && step.time >= T_d)
             return dcm_phase(over(1), over(1), T_s, xi, omega, std::min(step.time - T_d, T_s));
-        xi = dcm_phase(over(i), over(i), T_s, xi, omega, 0).dcm;
+        xi = dcm_phase(over(i), over(i), i == 1 ? T_s : step.next_single_support, xi, omega, 0).dcm;
     }
     const Eigen::Vector3d begin =
         step.from_rest ? vrp_from_rest(between(0), over(1), T_d, xi, omega) : over(0);
@@ -119,24 +119,51 @@ Eigen::Vector2d nearest_in_hull(const Eigen::Matrix<double, 2, max_corners>& cor
     return inside ? p : nearest;
 }
 
-Eigen::Vector2d step_shift(const Eigen::Vector2d& error, const Eigen::Vector2d& vrp, const Foothold& stance,
-                           const Step& step, const Sole& sole, double omega) noexcept {
-    if (step.on_both_feet()) return Eigen::Vector2d::Zero();
+Adjustment adjust_step(const Eigen::Vector2d& dcm, const DcmReference& reference, const Foothold& stance,
+                       const Step& step, const Sole& sole, double omega, double cost) noexcept {
+    if (step.on_both_feet()) return {};
     const Eigen::Rotation2Dd R(stance[3]);
-    const double growth = std::exp(omega * std::max(step.duration() - step.time, 0.0));
-    const Eigen::Vector2d e = growth * (R.inverse() * error);
-    const Eigen::Vector2d r = R.inverse() * (vrp - stance.head<2>());
-    const auto beyond = [&](double value, double low, double high) {
-        // A VRP at or beyond the edge of the sole leaves no room on that side.
-        return value -
-               std::clamp(value, std::min((growth - 1) * low, 0.0), std::max((growth - 1) * high, 0.0));
-    };
+    const Eigen::Vector2d planned = reference.dcm.head<2>(), vrp = reference.vrp.head<2>();
+    const Eigen::Vector2d e = R.inverse() * (dcm - planned), a = R.inverse() * (planned - vrp),
+                          r = R.inverse() * (vrp - stance.head<2>());
+    const double left = std::max(step.duration() - step.time, 0.0), tau = std::exp(omega * left);
     const double x = omega * step.next_double_support;
     const double gamma = x > 1e-9 ? -std::expm1(-x) / x : 1.0;
-    return R *
-           Eigen::Vector2d(beyond(e.x(), sole.x_min - r.x(), sole.x_max - r.x()),
-                           beyond(e.y(), sole.y_min - r.y(), sole.y_max - r.y())) /
-           gamma;
+    const auto shift = [&](double later) -> Eigen::Vector2d {
+        const auto beyond = [&](double value, double low, double high) {
+            // A VRP at or beyond the edge of the sole leaves no room on that side.
+            return value -
+                   std::clamp(value, std::min((later - 1) * low, 0.0), std::max((later - 1) * high, 0.0));
+        };
+        const Eigen::Vector2d E = later * e + (later - tau) * a;
+        return Eigen::Vector2d(beyond(E.x(), sole.x_min - r.x(), sole.x_max - r.x()),
+                               beyond(E.y(), sole.y_min - r.y(), sole.y_max - r.y())) /
+               gamma;
+    };
+    Eigen::Vector2d moved = shift(tau);
+    if (moved.isZero(0) || !(cost < std::numeric_limits<double>::infinity()) || !(left > 0))
+        return {R * moved, 0.0};
+
+    const auto objective = [&](double later) {
+        const double change = cost / omega * (later / tau - 1);
+        return shift(later).squaredNorm() + change * change;
+    };
+    // Golden section search: each iteration leaves 0.618 of the interval.
+    constexpr double part = 0.6180339887498949;
+    double low = std::exp(omega * left / 2), high = std::exp(omega * left * 3 / 2);
+    double first = high - part * (high - low), second = low + part * (high - low);
+    double at_first = objective(first), at_second = objective(second);
+    for (int i = 0; i < 40; ++i) {
+        const bool is_left = at_first < at_second;
+        (is_left ? high : low) = is_left ? second : first;
+        (is_left ? second : first) = is_left ? first : second;
+        (is_left ? at_second : at_first) = is_left ? at_first : at_second;
+        double& fresh = is_left ? first : second;
+        fresh = is_left ? high - part * (high - low) : low + part * (high - low);
+        (is_left ? at_first : at_second) = objective(fresh);
+    }
+    const double later = (low + high) / 2;
+    return {R * shift(later), std::log(later) / omega - left};
 }
 
 } // namespace bf::walking

@@ -47,21 +47,24 @@ double wrapped(double angle) noexcept {
 
 Eigen::Matrix<double, Step::size, 1> Step::numbers() const noexcept {
     Eigen::Matrix<double, size, 1> result;
-    result << time, double_support, single_support, next_double_support, stance == Side::left ? 1.0 : 2.0,
-        static_cast<double>(ahead), from_rest ? 1.0 : 0.0;
+    result << time, double_support, single_support, next_double_support, next_single_support,
+        stance == Side::left ? 1.0 : 2.0, static_cast<double>(ahead), from_rest ? 1.0 : 0.0;
     return result;
 }
 
 bool Step::read(const Eigen::Ref<const Eigen::Matrix<double, size, 1>>& numbers, Step& step) noexcept {
-    if (!numbers.allFinite() || !(numbers.head<4>().array() >= 0).all() || !(numbers[2] > 0)) return false;
-    if ((numbers[4] != 1 && numbers[4] != 2) || numbers[5] < 0 || numbers[5] > 1e6) return false;
+    if (!numbers.allFinite() || !(numbers.head<5>().array() >= 0).all() || !(numbers[2] > 0) ||
+        !(numbers[4] > 0))
+        return false;
+    if ((numbers[5] != 1 && numbers[5] != 2) || numbers[6] < 0 || numbers[6] > 1e6) return false;
     step = {numbers[0],
             numbers[1],
             numbers[2],
             numbers[3],
-            numbers[4] == 1 ? Side::left : Side::right,
-            static_cast<int>(numbers[5]),
-            numbers[6] > 0.5};
+            numbers[4],
+            numbers[5] == 1 ? Side::left : Side::right,
+            static_cast<int>(numbers[6]),
+            numbers[7] > 0.5};
     return true;
 }
 

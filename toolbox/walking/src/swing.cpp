@@ -18,6 +18,13 @@ Motion towards(const Motion& from, const Eigen::Vector3d& target, double time_le
     return to;
 }
 
+void climb(Motion& along, double z_0, double z_1, double t, double T) noexcept {
+    const double half = T / 2, y = std::clamp((t - (z_1 < z_0 ? half : 0.0)) / half, 0.0, 1.0), d = z_1 - z_0;
+    along.position.z() = z_0 + d * y * y * y * (10 - 15 * y + 6 * y * y);
+    along.velocity.z() = d * 30 * y * y * (1 - y) * (1 - y) / half;
+    along.acceleration.z() = d * 60 * y * (1 - y) * (1 - 2 * y) / (half * half);
+}
+
 SwingState swing(const Motion& along, const Eigen::Matrix3d& R_0, const Eigen::Matrix3d& R_1, double apex,
                  double pitch, double t, double T) noexcept {
     const double x = std::clamp(t / T, 0.0, 1.0), y = 1 - x;

@@ -4,13 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
 namespace bf::walking {
 namespace {
 
-constexpr double pi = std::numbers::pi, omega = 4.4;
+constexpr double pi = std::numbers::pi, omega = 4.4, infinity = std::numeric_limits<double>::infinity();
 const Vrp vrp{{0.03, 0.005, 0.5}};
 
 Eigen::Vector2d in_axes_of(const Foothold& frame, const Foothold& point) {
@@ -31,7 +32,7 @@ Eigen::Matrix<double, 4, 7> some_footholds() {
 }
 
 Step some_step(double time, int ahead = 5, bool from_rest = false) {
-    return {time, 0.2, 0.6, 0.2, Side::right, ahead, from_rest};
+    return {time, 0.2, 0.6, 0.2, 0.6, Side::right, ahead, from_rest};
 }
 
 TEST(Footsteps, FollowTheArcThatIntegrationGives) {
@@ -126,7 +127,7 @@ TEST(Footsteps, AStepIsReadAsItWasWrittenAndNonsenseIsRefused) {
     Step step;
     ASSERT_TRUE(Step::read(some_step(0.3).numbers(), step));
     EXPECT_EQ(step.numbers(), some_step(0.3).numbers());
-    for (const int i : {0, 1, 2, 3, 4, 5}) {
+    for (const int i : {0, 1, 2, 3, 4, 5, 6}) {
         auto numbers = some_step(0.3).numbers();
         numbers[i] = -1;
         EXPECT_FALSE(Step::read(numbers, step)) << i;
@@ -164,7 +165,7 @@ TEST(Dcm, FollowedForwardsEachStepEndsWhereTheNextBeginsAndTheLastAtRest) {
     const double dt = 1e-4;
     for (int ahead = 5; ahead >= 0; --ahead, side = other(side)) {
         const auto plan = [&](double time) {
-            return plan_dcm(rest, {time, 0.2, 0.6, 0.2, side, ahead, ahead == 5}, vrp, omega);
+            return plan_dcm(rest, {time, 0.2, 0.6, 0.2, 0.6, side, ahead, ahead == 5}, vrp, omega);
         };
         Eigen::Vector3d xi = plan(0).dcm;
         for (int i = 0; i < 8000; ++i) { // the planned VRP alone, by Heun's method
@@ -177,7 +178,7 @@ TEST(Dcm, FollowedForwardsEachStepEndsWhereTheNextBeginsAndTheLastAtRest) {
     }
     const Eigen::Vector3d midway =
         0.5 * (vrp.over(feet.col(5), Side::right) + vrp.over(feet.col(6), Side::left));
-    const auto last = plan_dcm(rest, {0.3, 0.2, 0.6, 0.2, Side::left, 0, false}, vrp, omega);
+    const auto last = plan_dcm(rest, {0.3, 0.2, 0.6, 0.2, 0.6, Side::left, 0, false}, vrp, omega);
     EXPECT_LT((last.dcm - midway).norm(), 1e-12);
     EXPECT_EQ(last.velocity.norm(), 0);
 }
@@ -224,40 +225,86 @@ TEST(Dcm, NearestPointOfAHullIsTheProjection) {
     EXPECT_EQ(nearest_in_hull(one, 4, {1, 1}), Eigen::Vector2d(0, 0)); // all the same
 }
 
-TEST(StepShift, MovesThePlanToWhereThePushHasMovedTheDcm) {
-    // With soles without extent the shifted plan's DCM is the disturbed one, so that the walk goes on.
+TEST(Adjustment, MovesThePlanToWhereThePushHasMovedTheDcm) {
+    // With soles without extent the shifted plan's DCM is the disturbed one, so that the walk goes on; also
+    // where the foot lands at another time, whatever that costs.
     auto feet = some_footholds();
-    for (const double time : {0.25, 0.5, 0.79}) {
-        const Step step = some_step(time);
-        const auto before = plan_dcm(feet, step, vrp, omega);
-        const Eigen::Vector2d local = in_axes_of(feet.col(1), Foothold(before.vrp.x(), before.vrp.y(), 0, 0));
-        const Sole point{local.x(), local.x(), local.y(), local.y()};
-        const Eigen::Vector2d error(0.02, -0.01);
-        const Eigen::Vector2d shift =
-            step_shift(error, before.vrp.head<2>(), feet.col(1), step, point, omega);
-        auto moved = feet;
-        moved.rightCols<5>().topRows<2>().colwise() += shift;
-        const auto after = plan_dcm(moved, step, vrp, omega);
-        EXPECT_LT((after.dcm - before.dcm).head<2>().norm() - error.norm(), 1e-9);
-        EXPECT_LT(((after.dcm - before.dcm).head<2>() - error).norm(), 1e-9) << time;
-    }
+    for (const double cost : {infinity, 3.0, 0.5, 0.05})
+        for (const double time : {0.25, 0.5, 0.79}) {
+            const Step step = some_step(time);
+            const auto before = plan_dcm(feet, step, vrp, omega);
+            const Eigen::Vector2d local =
+                in_axes_of(feet.col(1), Foothold(before.vrp.x(), before.vrp.y(), 0, 0));
+            const Sole point{local.x(), local.x(), local.y(), local.y()};
+            const Eigen::Vector2d error(0.02, -0.01), dcm = before.dcm.head<2>() + error;
+            const auto change = adjust_step(dcm, before, feet.col(1), step, point, omega, cost);
+            auto moved = feet;
+            moved.rightCols<5>().topRows<2>().colwise() += change.shift;
+            Step later = step;
+            later.single_support += change.delay;
+            const auto after = plan_dcm(moved, later, vrp, omega);
+            EXPECT_LT((after.dcm.head<2>() - dcm).norm(), 1e-9) << time << ' ' << cost;
+            EXPECT_EQ(change.delay == 0, cost == infinity);
+        }
 }
 
-TEST(StepShift, LeavesToTheAnklesWhatTheyCanDo) {
+TEST(Adjustment, IsTheCheapestOfAllTimes) {
+    // Every other time within the bounds, whose shift is that of a step which has this time already, is
+    // dearer.
+    const auto feet = some_footholds();
+    const Sole sole{-0.02, 0.04, -0.01, 0.01};
+    const Step step = some_step(0.35);
+    const auto plan = plan_dcm(feet, step, vrp, omega);
+    const double left = step.duration() - step.time;
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> uniform(-0.06, 0.06);
+    int moved = 0, earlier = 0, later = 0;
+    for (int i = 0; i < 200; ++i) {
+        const Eigen::Vector2d dcm = plan.dcm.head<2>() + Eigen::Vector2d(uniform(random), uniform(random));
+        const double cost = 0.4;
+        const auto cost_of = [&](const Eigen::Vector2d& shift, double delay) {
+            return shift.squaredNorm() + std::pow(cost / omega * std::expm1(omega * delay), 2);
+        };
+        const auto best = adjust_step(dcm, plan, feet.col(1), step, sole, omega, cost);
+        EXPECT_LE(std::abs(best.delay), left / 2 + 1e-9);
+        moved += best.shift.norm() > 1e-9 && std::abs(best.delay) > 1e-4;
+        earlier += best.delay < -1e-3;
+        later += best.delay > 1e-3;
+        for (double delay = -left / 2; delay <= left / 2; delay += left / 100) {
+            Step other = step;
+            other.single_support += delay;
+            const auto shift =
+                adjust_step(dcm, plan_dcm(feet, other, vrp, omega), feet.col(1), other, sole, omega, infinity)
+                    .shift;
+            EXPECT_GE(cost_of(shift, delay), cost_of(best.shift, best.delay) - 1e-7) << i << ' ' << delay;
+        }
+    }
+    EXPECT_GT(moved, 50) << "both change";
+    EXPECT_GT(earlier, 20);
+    EXPECT_GT(later, 10);
+}
+
+TEST(Adjustment, LeavesToTheAnklesWhatTheyCanDo) {
     const Foothold stance(0.2, -0.1, 0, 0.3);
     const Step step = some_step(0.4);
     const Eigen::Rotation2Dd R(0.3);
     const Sole sole{-0.05, 0.1, -0.03, 0.03};
     const double growth = std::exp(omega * 0.4);
+    DcmReference wanted{{0.25, -0.08, 0.5}, {}, {0.2, -0.1, 0.5}};
     // A constant displacement d of the ZMP takes (growth - 1) d away from what e grows to.
     const Eigen::Vector2d most = (growth - 1) / growth * Eigen::Vector2d(0.1, 0.03);
-    const auto shift = [&](const Eigen::Vector2d& local) -> Eigen::Vector2d {
-        return R.inverse() * step_shift(R * local, stance.head<2>(), stance, step, sole, omega);
+    const auto change = [&](const Eigen::Vector2d& local, double cost) {
+        auto done = adjust_step(wanted.dcm.head<2>() + R * local, wanted, stance, step, sole, omega, cost);
+        done.shift = R.inverse() * done.shift;
+        return done;
     };
-    EXPECT_LT(shift(0.999 * most).norm(), 1e-12);
-    EXPECT_GT(shift(1.01 * most).minCoeff(), 1e-4);
-    EXPECT_LT(shift({-0.0501 * (growth - 1) / growth, 0}).x(), -1e-5);
-    EXPECT_EQ(step_shift({1, 1}, {0, 0}, stance, some_step(0.1), sole, omega), Eigen::Vector2d(0, 0))
+    EXPECT_LT(change(0.999 * most, infinity).shift.norm(), 1e-12);
+    EXPECT_LT(change(0.999 * most, 0.1).shift.norm(), 1e-12);
+    EXPECT_EQ(change(0.999 * most, 0.1).delay, 0);
+    EXPECT_GT(change(1.01 * most, infinity).shift.minCoeff(), 1e-4);
+    EXPECT_LT(change({-0.0501 * (growth - 1) / growth, 0}, infinity).shift.x(), -1e-5);
+    EXPECT_EQ(adjust_step({1, 1}, wanted, stance, some_step(0.1), sole, omega, 1).shift,
+              Eigen::Vector2d(0, 0))
         << "on both feet";
 }
 
@@ -285,6 +332,25 @@ TEST(Swing, BeginsAndEndsAtRestAndRisesToItsApex) {
         const Eigen::Matrix3d W =
             (c.pose - a.pose).topLeftCorner<3, 3>() / (2 * h) * b.pose.topLeftCorner<3, 3>().transpose();
         EXPECT_LT((Eigen::Vector3d(W(2, 1), W(0, 2), W(1, 0)) - b.velocity.tail<3>()).norm(), 1e-7);
+    }
+}
+
+TEST(Swing, ClimbsBeforeAndSinksBehindTheMiddle) {
+    const double T = 0.6, h = 1e-5;
+    for (const auto& [from, to] : {std::pair(0.1, 0.13), std::pair(0.13, 0.1)}) {
+        const auto at = [from = from, to = to, T](double t) {
+            Motion motion{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+            climb(motion, from, to, t, T);
+            EXPECT_EQ(motion.position.head<2>(), Eigen::Vector2d(1, 2));
+            return Eigen::Vector3d(motion.position.z(), motion.velocity.z(), motion.acceleration.z());
+        };
+        EXPECT_LT((at(0) - Eigen::Vector3d(from, 0, 0)).norm(), 1e-12);
+        EXPECT_LT((at(T) - Eigen::Vector3d(to, 0, 0)).norm(), 1e-12);
+        EXPECT_LT((at(T / 2) - Eigen::Vector3d(0.13, 0, 0)).norm(), 1e-12);
+        for (double t = 0.03; t < T; t += 0.07) {
+            EXPECT_NEAR((at(t + h)[0] - at(t - h)[0]) / (2 * h), at(t)[1], 1e-7);
+            EXPECT_NEAR((at(t + h)[1] - at(t - h)[1]) / (2 * h), at(t)[2], 1e-5);
+        }
     }
 }
 

@@ -152,9 +152,35 @@ struct RobotOptions {
     void validate() const;
 };
 
+/// A body that is no robot: it floats when it has a mass, and is fixed to the world otherwise, as terrain
+/// (slope, steps, heights) always is.
+struct SceneObject {
+    enum class Kind { box, sphere, cylinder, mesh, slope, steps, heights };
+    Kind kind = Kind::box;
+    std::string name;
+    /// What it means depends on the kind (m):
+    /// - box: edges x y z; sphere: radius; cylinder: radius, length along z; mesh: factors of its
+    /// coordinates;
+    /// - slope: length along x, width along y, height to which it rises from the origin;
+    /// - steps: depth along x, width along y and height of one of `count`, which rise from the origin;
+    /// - heights: extent along x and y around the origin; height of an image's brightest pixel above its
+    ///   darkest, or the factor of a file's numbers.
+    Eigen::Vector3d size{0.1, 0.1, 0.1};
+    int count = 1; ///< of steps
+    /// Of a mesh, which touches with its convex hull; of heights: a PNG image, or rows of numbers (m), the
+    /// first of them at the greatest y.
+    std::filesystem::path file{};
+    Eigen::Matrix4d w_H_o = Eigen::Matrix4d::Identity();
+    std::optional<double> mass{}; ///< kg, spread evenly over the volume
+    Surface surface{};
+    std::array<float, 4> colour{0.8F, 0.6F, 0.3F, 1.0F}; ///< red, green, blue, opacity
+    std::string where{};
+};
+
 /// Everything that defines a World: one robot in its environment.
 struct WorldOptions : RobotOptions, PhysicsOptions {
     MotorOptions motors;
+    std::vector<SceneObject> terrain; ///< without mass; feet touch it as they touch the floor
 
     /// Throws std::invalid_argument that lists every value out of range of both.
     void validate() const;

@@ -226,7 +226,7 @@ TEST(SFunctionToolbox, RunsEveryBlockAsOurEngine) {
                     value.row(3) << 0, 0, 0, 1;
                 }
                 if (inputs[i] == "H") value = Matrix::Identity(size.rows, size.cols);
-                if (inputs[i] == "step") value << 0.1, 0.2, 0.6, 0.2, 1, 2, 0; // of a walk
+                if (inputs[i] == "step") value << 0.1, 0.2, 0.6, 0.2, 0.6, 1, 2, 0; // of a walk
                 here.set(inputs[i], value);
                 std::memcpy(there.input(sources[i]), value.data(),
                             static_cast<std::size_t>(value.size()) * sizeof(double));

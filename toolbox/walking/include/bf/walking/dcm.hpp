@@ -69,22 +69,31 @@ int support_corners(const Eigen::Ref<const Eigen::Matrix4Xd>& footholds, const S
 Eigen::Vector2d nearest_in_hull(const Eigen::Matrix<double, 2, max_corners>& corners, int count,
                                 const Eigen::Vector2d& p) noexcept;
 
-/// How far the next foothold, and all after it, should move: what remains of an error of the DCM when the
-/// foot lands, and no motion of the ZMP within the standing sole can take away. With the time t_r that is
-/// left of the single support,
+/// How a step changes after a push.
+struct Adjustment {
+    Eigen::Vector2d shift = Eigen::Vector2d::Zero(); ///< m, of the next foothold and all after it, world axes
+    double delay = 0.0;                              ///< s, by which the foot lands later
+};
+
+/// What remains of an error e = xi - xi_ref of the DCM when the foot lands, after all that the ZMP can do
+/// within the standing sole, goes to the place and the time of the foothold. With the time t_r that is left
+/// of the single support, tau = e^(omega t_r), tau' the same of a foot that lands `delay` later and a =
+/// xi_ref - r,
 ///
-///   e_T = e^(omega t_r) e,   room = (e^(omega t_r) - 1) [sole - r],   shift = (e_T - e_T within room) /
-///   gamma gamma = (1 - e^(-omega T_d)) / (omega T_d)
+///   E = tau' e + (tau' - tau) a,   room = (tau' - 1) [sole - r],   shift = (E - E within room) / gamma
+///   gamma = (1 - e^(-omega T_d)) / (omega T_d)
+///   min over tau' of |shift|² + (cost/omega)² (tau'/tau - 1)²,   t_r/2 <= t_r + delay <= 3 t_r/2
 ///
-/// in each coordinate of the standing sole; gamma is what a moved foothold moves the planned DCM at the end
-/// of the single support, because the VRP goes there during the double support of duration T_d. `error` is
-/// the DCM's, x y in world axes, so is the result; zero while both feet stand. `sole` may be made smaller to
-/// leave room for what is not modelled.
+/// in each coordinate of the standing sole. E is the distance of the DCM from where the plan has it when the
+/// foot lands, which a step of another duration does not change; gamma is what a moved foothold moves that,
+/// because the VRP goes there during the double support of duration T_d. The cost, in m/s, is the shift that
+/// is as bad as a second of delay; infinite: the time stays. The problem is convex in tau'. Zero while both
+/// feet stand. `sole` may be made smaller to leave room for what is not modelled.
 ///
 /// Sources: J. Pratt, J. Carff, S. Drakunov, A. Goswami, Capture point: a step toward humanoid push recovery,
 /// 2006; M. Khadiv, A. Herzog, S. A. A. Moosavian, L. Righetti, Walking control based on step timing
-/// adaptation, 2020, here with a fixed time and one foothold.
-Eigen::Vector2d step_shift(const Eigen::Vector2d& error, const Eigen::Vector2d& vrp, const Foothold& stance,
-                           const Step& step, const Sole& sole, double omega) noexcept;
+/// adaptation, 2020, here for one foothold of a plan that goes on.
+Adjustment adjust_step(const Eigen::Vector2d& dcm, const DcmReference& reference, const Foothold& stance,
+                       const Step& step, const Sole& sole, double omega, double cost) noexcept;
 
 } // namespace bf::walking

@@ -33,13 +33,14 @@ struct Step {
     double double_support = 0.0;      ///< s, duration of the phase on both feet
     double single_support = 0.0;      ///< s, duration of the phase on one
     double next_double_support = 0.0; ///< s, of the steps after it, and of coming to a stand
+    double next_single_support = 0.0; ///< s, of the steps after it
     Side stance = Side::right;        ///< the foot of foothold 2
     int ahead = 0;
     bool from_rest = true; ///< the weight begins midway between footholds 1 and 2
 
     double duration() const { return double_support + single_support; }
     bool on_both_feet() const { return ahead == 0 || time < double_support; }
-    static constexpr int size = 7; ///< numbers of it on a wire
+    static constexpr int size = 8; ///< numbers of it on a wire
     /// As numbers, in the order above; the stance is 1 (left) or 2 (right).
     Eigen::Matrix<double, size, 1> numbers() const noexcept;
     /// Of such numbers. False where they are none of a step: not finite, a time or duration below zero,

@@ -20,6 +20,11 @@ struct Motion {
 /// Source: T. Flash, N. Hogan, The coordination of arm movements, 1985.
 Motion towards(const Motion& from, const Eigen::Vector3d& target, double time_left, double dt) noexcept;
 
+/// Sets the height of `along` to that of a way from z_0 to z_1 at time t of a swing of duration T > 0:
+/// upwards in the first half of it, downwards in the second one, by 10 y³ - 15 y⁴ + 6 y⁵ with y from 0 to 1
+/// in that half, so that a foot that passes an edge in the middle is above both.
+void climb(Motion& along, double z_0, double z_1, double t, double T) noexcept;
+
 /// A foot's motion: pose, velocity and acceleration [linear; angular] in world axes.
 struct SwingState {
     Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();

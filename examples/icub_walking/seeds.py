@@ -11,7 +11,7 @@ import tempfile
 bf, model, count, *options = sys.argv[1:]
 with tempfile.TemporaryDirectory() as folder:
     table = os.path.join(folder, "seeds.csv")
-    subprocess.run([bf, "sweep", model, "--quiet", "--jobs", "2", *options, "--set", f"world.seed=1:{count}", "-o", table],
+    subprocess.run([bf, "sweep", model, "--quiet", "--jobs", "2", *options, "--set", f"seed=1:{count}", "-o", table],
                    check=True)
     with open(table, newline="") as file:
         rows = list(csv.DictReader(file))

@@ -1,7 +1,7 @@
-"""Writes Talos with the names that the diagram has for frames and sensors, and balances it.
+"""Writes Talos with the names that the diagrams of iCubs have for frames and sensors, and runs one of them.
 
-Usage: talos.py FOLDER URDF [BF MODEL]. FOLDER is what `make robots` installed, URDF is written. With BF and MODEL each scenario that
-talos.yaml has is run, and every check must pass.
+Usage: talos.py FOLDER URDF [BF MODEL PARAMETERS SCENARIO...]. FOLDER is what `make robots` installed, URDF is written. The model is
+run with the file of PARAMETERS in each scenario, and every check must pass.
 """
 import json
 import pathlib
@@ -64,9 +64,8 @@ def write(folder, urdf):
 folder, urdf, *program = sys.argv[1:]
 write(pathlib.Path(folder), urdf)
 if program:
-    bf, model = program
-    parameters = pathlib.Path(__file__).with_suffix(".yaml")
-    for scenario in (1, 2):
+    bf, model, parameters, *scenarios = program
+    for scenario in scenarios:
         done = subprocess.run([bf, "run", model, "--quiet", "--json", "--set", f"robot.robot='{urdf}'", "--set", f"scenario={scenario}",
                                "--params", parameters], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
